@@ -126,6 +126,23 @@ fn keys_are_taken_out() {
     );
 }
 
+/// The table of a mesh is built of what was set, from a pipe, too.
+#[test]
+fn tables_are_built_of_what_was_set() {
+    let place = Place::new(include_str!("../manifests/flex80-table.toml"));
+    let key = |arguments: &str| {
+        let script = format!("$ATLAS table build {arguments} --tables kept --json");
+        let output = place.shell(&script);
+        assert_eq!(status(&output), 0, "{arguments}: {}", stderr(&output));
+        let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+        told.to_string()
+    };
+    let wide = "--set gear.face_width=\"21 mm\"";
+    let set = key(&format!("m.toml {wide}"));
+    assert_eq!(set, key(&format!("- {wide} < m.toml")));
+    assert_ne!(set, key("- < m.toml"));
+}
+
 #[test]
 fn faults_of_changes_point_to_them() {
     let place = Place::new(OSCILLATOR);

@@ -377,7 +377,37 @@ fn the_gears_are_told() {
     assert!((levels[0] / levels[1] - 0.75).abs() < 1e-12, "{levels:?}");
 }
 
-/// Orders of mesh and shafts that meet a mode near the speeds of the grid.
+/// Keys that the command gives are judged like those of the manifest.
+#[test]
+fn what_is_set_is_advised_on() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("m.toml"), QUICKSTART).unwrap();
+    let checked = |set: &[&str], arguments: &[&str]| {
+        let set = set.iter().flat_map(|change| ["--set", *change]);
+        let output = Command::new(env!("CARGO_BIN_EXE_atlas"))
+            .args(["check", "m.toml"])
+            .args(set.chain(arguments.iter().copied()))
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let relief = "gear.tip_relief={ amount = \"20 um\", length = 0.3 }";
+    assert!(!checked(&[], &[]).contains("gear.tip_relief"));
+    let text = checked(&[relief], &[]);
+    assert!(
+        text.contains("gear.tip_relief (--set): is not felt"),
+        "{text}"
+    );
+    let gap = checked(&["mesh.half_gap=1.5 mm"], &["--json"]);
+    let value: serde_json::Value = serde_json::from_str(&gap).unwrap();
+    let word = &value["advice"].as_array().unwrap()[0];
+    assert_eq!(word["key"], "mesh.half_gap");
+    assert_eq!(word["set"], true);
+    assert_eq!(word["line"], serde_json::Value::Null);
+}
+
+/// Orders of mesh and shafts that meet a mode near the speeds of the grid, the same as a Campbell diagram marks.
 #[test]
 fn resonances_are_told_by_order() {
     let value = told(&quickstart(&[("\"6000 rpm\"", "\"2000 rpm\"")]));
@@ -386,22 +416,22 @@ fn resonances_are_told_by_order() {
     assert!(
         found
             .iter()
-            .any(|one| one["order"] == "mesh x 1" && one["contacts"] == "closed")
+            .any(|one| one["excitation"] == "1 × mesh" && one["contacts"] == "closed")
     );
     assert!(
         found
             .iter()
-            .any(|one| one["order"] == "mesh x 1" && one["contacts"] == "open")
+            .any(|one| one["excitation"] == "1 × mesh" && one["contacts"] == "open")
     );
     for one in found {
-        let rpm = one["rpm"].as_f64().unwrap();
+        let rpm = one["speed"].as_f64().unwrap() * 30.0 / std::f64::consts::PI;
         assert!((0.9 * 2000.0..=1.1 * 12000.0).contains(&rpm), "{one}");
-        let turns = match one["order"].as_str().unwrap() {
-            "pinion x 1" => 1.0,
-            "wheel x 1" => 20.0 / 30.0,
+        let turns = match one["excitation"].as_str().unwrap() {
+            "1 × pinion" => 1.0,
+            "1 × wheel" => 20.0 / 30.0,
             mesh => {
                 20.0 * mesh
-                    .strip_prefix("mesh x ")
+                    .strip_suffix(" × mesh")
                     .unwrap()
                     .parse::<f64>()
                     .unwrap()
@@ -415,4 +445,14 @@ fn resonances_are_told_by_order() {
             "{one}"
         );
     }
+    let folder = tempfile::tempdir().unwrap();
+    let text = quickstart(&[("\"6000 rpm\"", "\"2000 rpm\"")]);
+    std::fs::write(folder.path().join("m.toml"), text).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_atlas"))
+        .args(["plot", "m.toml", "--what", "campbell", "--json"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let drawn: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(&drawn["resonances"], &structure["resonances"]);
 }

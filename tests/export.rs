@@ -123,7 +123,7 @@ fn columns_and_tables_are_chosen() {
     assert_eq!(files(out.path()), ["trace.csv", "trace_lists.csv"]);
     let lists = fs::read_to_string(out.path().join("trace_lists.csv")).unwrap();
     assert!(
-        lists.starts_with("row,column,unit,element,value\n1,"),
+        lists.starts_with("row,column,unit,element,name,value\n1,"),
         "{}",
         &lists[..80]
     );

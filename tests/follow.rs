@@ -175,3 +175,55 @@ fn sensitivities_of_an_orbit_agree_with_differences() {
         &["not continuous"],
     );
 }
+
+/// What is set and what comes from a pipe is followed as if a manifest said so; pictures have the axis in its unit.
+#[test]
+fn changed_manifests_are_followed_and_shown_in_their_units() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let text = manifest(
+        GRID,
+        "[continuation]\nover = \"speed\"\nstarts = 2\nlongest_period = 2\ntransient = 200\ncycles = 100\n",
+    );
+    let grid =
+        r#"grid={ load = 0.4, speed = { from = "10000 rpm", to = "21000 rpm", count = 2 } }"#;
+    let follow = ["follow", "m.toml", "--set", grid, "--quiet", "--out"];
+    let set = atlas(path, &text, &[&follow[..], &["set"]].concat());
+    assert_eq!(set.status.code(), Some(0), "{set:?}");
+    let own = "load = 0.4\nspeed = { from = \"10000 rpm\", to = \"21000 rpm\", count = 2 }\n";
+    std::fs::write(path.join("own.toml"), text.replace(GRID, own)).unwrap();
+    let piped = Command::new(env!("CARGO_BIN_EXE_atlas"))
+        .current_dir(path)
+        .args(["follow", "-", "--quiet", "--out", "piped"])
+        .stdin(std::fs::File::open(path.join("own.toml")).unwrap())
+        .output()
+        .unwrap();
+    assert_eq!(piped.status.code(), Some(0), "{piped:?}");
+    let [one, two] =
+        ["set", "piped"].map(|out| std::fs::read(path.join(out).join("branches.parquet")).unwrap());
+    assert!(one == two, "what is set is not what is written");
+    let plain = atlas(
+        path,
+        &text,
+        &["follow", "m.toml", "--quiet", "--out", "plain"],
+    );
+    assert_eq!(plain.status.code(), Some(0), "{plain:?}");
+    for (out, unit, label) in [
+        ("set", None, "speed [rpm]"),
+        ("plain", None, "speed [rad/s]"),
+        ("plain", Some("rpm"), "speed [rpm]"),
+    ] {
+        let unit = unit.iter().flat_map(|unit| ["--unit", *unit]);
+        let plot = [
+            "plot", out, "--what", "branches", "--quiet", "--format", "svg",
+        ];
+        let plot: Vec<&str> = plot.into_iter().chain(unit).collect();
+        let drawn = atlas(path, &text, &plot);
+        assert_eq!(drawn.status.code(), Some(0), "{drawn:?}");
+        let pictures = std::fs::read_dir(path.join(out).join("pictures")).unwrap();
+        for picture in pictures {
+            let picture = std::fs::read_to_string(picture.unwrap().path()).unwrap();
+            assert!(picture.contains(label), "{out}: {label}");
+        }
+    }
+}

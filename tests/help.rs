@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/skipped.rs"]
+mod skipped;
+
 use std::process::{Command, Output};
 
 fn atlas(arguments: &[&str]) -> Output {
@@ -60,4 +63,49 @@ fn the_schema_is_printed_for_editors() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/manifest.schema.json");
     let written = std::fs::read_to_string(path).unwrap();
     assert!(text(&["help", "schema"]) == written);
+}
+
+/// A page for the program and one for every subcommand, which groff takes without a warning.
+#[test]
+fn every_subcommand_has_a_manual_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let told = text(&["man", folder.to_str().unwrap()]);
+    let pages: Vec<&str> = told
+        .lines()
+        .map(|line| line.rsplit('/').next().unwrap())
+        .collect();
+    let listed = text(&["help"]);
+    let commands = listed.split("Commands:").nth(1).unwrap();
+    let commands = commands.split("Options:").next().unwrap().lines();
+    let names: Vec<&str> = commands
+        .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
+        .filter_map(|line| line.split_whitespace().next())
+        .collect();
+    assert!(names.len() > 12, "{names:?}");
+    for name in &names {
+        assert!(
+            pages.contains(&&*format!("atlas-{name}.1")),
+            "{name} in {pages:?}"
+        );
+    }
+    assert!(
+        pages.contains(&"atlas.1") && pages.contains(&"atlas-table-build.1"),
+        "{pages:?}"
+    );
+    let plot = std::fs::read_to_string(folder.join("atlas-plot.1")).unwrap();
+    assert!(plot.contains(".TH atlas-plot 1"), "{plot}");
+    assert!(plot.contains("bearing_rms[pinion 1 x]"), "{plot}");
+    for page in &pages {
+        let lint = Command::new("groff")
+            .args(["-man", "-ww", "-z", "-Tutf8", "-k"])
+            .arg(folder.join(page))
+            .output();
+        let Ok(lint) = lint else {
+            skipped::skipped("no groff here to read manual pages");
+            return;
+        };
+        let said = String::from_utf8_lossy(&lint.stderr);
+        assert!(lint.status.success() && said.is_empty(), "{page}: {said}");
+    }
 }

@@ -15,7 +15,7 @@ use atlas::model::{
 use atlas::numerics::exponential::legendre_series;
 use atlas::numerics::random::{PointSeed, Stream};
 use atlas::propagate::{Event, Observer, Window};
-use atlas::shaft::{BearingGain, PlaceMotion, StaticShare, TorqueGain};
+use atlas::shaft::{BearingGain, MotionKind, PlaceMotion, StaticShare, TorqueGain};
 use common::advance::{Events, advance_with, settled, volterra};
 use common::{forty_modes, model, one_degree};
 use num_complex::{Complex64, c64};
@@ -426,6 +426,7 @@ const ALL_ORDERS: OrderQuestion = OrderQuestion {
         bearings: true,
         torques: true,
         accelerations: true,
+        rotations: false,
     },
     mesh: 5,
     shafts: 3,
@@ -480,12 +481,12 @@ fn orders_of_a_linear_oscillator_are_its_response() {
     structure.motions = vec![
         PlaceMotion {
             name: "somewhere x".into(),
-            rotation: false,
+            kind: MotionKind::Place,
             gain: vec![0.7],
         },
         PlaceMotion {
             name: "body".into(),
-            rotation: true,
+            kind: MotionKind::Body,
             gain: vec![-20.0],
         },
     ];

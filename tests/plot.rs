@@ -560,6 +560,143 @@ fn a_campbell_diagram_comes_from_the_manifest() {
     holds(&said, &["1 × pinion", "dashed: mode, contacts open"]);
 }
 
+/// What a run was given by `--set` is as if its manifest said so, in whatever is read from its record.
+#[test]
+fn pictures_of_a_run_are_of_its_drive_with_what_was_set() {
+    let folder = job(ONE_AXIS, ANALYSES);
+    let path = folder.path();
+    let speed = "speed = { from = \"6000 rpm\", to = \"14000 rpm\", count = 4 }";
+    let stiffness = "mean_stiffness = \"4e8 N/m\"";
+    let soft = "mean_stiffness = \"1e8 N/m\"";
+    let manifest = fs::read_to_string(path.join("m.toml")).unwrap();
+    let written = manifest
+        .replace(stiffness, soft)
+        .replace("speed = { from = 600, to = 1500, count = 4 }", speed);
+    fs::write(path.join("soft.toml"), written).unwrap();
+    let set = [
+        "--set",
+        &format!("mesh.{soft}"),
+        "--set",
+        &format!("grid.{speed}"),
+    ];
+    let set: Vec<&str> = set.into_iter().collect();
+    let output = atlas(path, &[&["run", "m.toml", "--quiet"], &set[..]].concat());
+    assert!(
+        [0, 3].contains(&output.status.code().unwrap()),
+        "{}",
+        text(&output.stderr)
+    );
+    let resonances = |source: &str| -> serde_json::Value {
+        let arguments = [
+            "plot", source, "--what", "campbell", "--json", "--out", "out",
+        ];
+        let output = atlas(path, &arguments);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        said["resonances"].clone()
+    };
+    let of_run = resonances("results/case");
+    assert_eq!(of_run, resonances("soft.toml"));
+    assert_ne!(of_run, resonances("m.toml"));
+    holds(&labels(path, "campbell.svg"), &["speed [rad/s]"]);
+    resonances("results/case");
+    holds(&labels(path, "campbell.svg"), &["speed [rpm]"]);
+    plotted(
+        path,
+        "results/case",
+        &["--what", "deflection_rms", "--format", "svg"],
+    );
+    holds(&labels(path, "deflection_rms.svg"), &["speed [rpm]"]);
+}
+
+/// Bearing forces by the names of the bearings: spur gears load the axial ones by round-off only.
+#[test]
+fn elements_of_lists_are_called_by_their_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let settings = [
+        "run.transient=20",
+        "run.cycles=60",
+        "run.settle=false",
+        "grid.load={ values = [0.1, 0.2, 0.3] }",
+        "analyses={ nvh = { bearings = true, torques = true, accelerations = true } }",
+    ];
+    let quickstart = include_str!("../manifests/quickstart.toml");
+    fs::write(path.join("m.toml"), quickstart).unwrap();
+    let set = settings.iter().flat_map(|change| ["--set", *change]);
+    let run = ["run", "m.toml", "--quiet", "--out", "results"].into_iter();
+    let output = atlas(path, &run.chain(set).collect::<Vec<_>>());
+    assert!(
+        [0, 3].contains(&output.status.code().unwrap()),
+        "{}",
+        text(&output.stderr)
+    );
+    let list = text(&atlas(path, &["plot", "results", "--list"]).stdout);
+    holds(
+        &list.lines().map(str::to_owned).collect::<Vec<_>>(),
+        &[
+            "elements: pinion 1 x, pinion 1 y, pinion 1 axial, pinion 2 x",
+            "elements: pinion, wheel",
+        ],
+    );
+    let drawn = |arguments: &[&str]| {
+        let over = ["--over", "speed", "--by", "load", "--format", "svg"];
+        let (files, _) = plotted(path, "results", &[arguments, &over].concat());
+        labels(path, &files[0])
+    };
+    let all = drawn(&["--what", "bearing_rms"]);
+    // Thirty curves: colours tell bearings, dashes loads.
+    for entry in ["pinion 1 x", "wheel 2 y", "pinion 1 axial", "load 0.2"] {
+        assert!(all.iter().any(|label| label == entry), "{entry}: {all:?}");
+    }
+    assert!(
+        !all.iter().any(|label| label.contains("element")),
+        "{all:?}"
+    );
+    let one = drawn(&["--what", "bearing_rms[pinion 1 x]"]);
+    holds(&one, &["bearing_rms, pinion 1 x [N]"]);
+    let some = drawn(&["--what", "bearing_rms[wheel x]"]);
+    holds(&some, &["wheel 1 x", "wheel 2 x"]);
+    assert!(
+        !some.iter().any(|label| label.contains("pinion")),
+        "{some:?}"
+    );
+    // Round-off has a level, too, which must not stretch the axis.
+    let levels = drawn(&["--what", "bearing_rms", "--db", "1 N"]);
+    holds(&levels, &["24 values of round-off below the axis"]);
+    let ticks = levels
+        .iter()
+        .filter_map(|label| label.replace('−', "-").parse::<f64>().ok());
+    assert!(ticks.fold(0.0, f64::min) > -100.0, "{levels:?}");
+    let said = refused(path, &["results", "--what", "bearing_rms[motor]"]);
+    assert!(
+        said.contains("its elements are pinion 1 x, pinion 1 y"),
+        "{said}"
+    );
+    let exported = atlas(
+        path,
+        &[
+            "export",
+            "results",
+            "--out",
+            "csv",
+            "--columns",
+            "bearing_rms",
+        ],
+    );
+    assert_eq!(
+        exported.status.code(),
+        Some(0),
+        "{}",
+        text(&exported.stderr)
+    );
+    let table = fs::read_to_string(path.join("csv/points.csv")).unwrap();
+    assert!(
+        table.starts_with("bearing_rms_pinion_1_x [N],bearing_rms_pinion_1_y [N],"),
+        "{table}"
+    );
+}
+
 #[test]
 fn columns_that_cannot_be_drawn_are_refused() {
     let folder = finished(ONE_AXIS, ANALYSES);

@@ -13,6 +13,7 @@ use atlas::analysis::{
     NvhOutcome, OrbitOutcome, OrbitSurvey, OrderLine, OrderReference, PoincareSample, PointOutcome,
     ProbeOutcome, SampleKind, SignalOrders, Spectrum, SpectrumLine, SpectrumMethod, Status,
 };
+use atlas::model::Quantity;
 use atlas::report::{Style, Summary, render};
 use atlas::store::{
     AxisColumn, MachineRecord, Placement, PlacementRecord, PointRow, ProgramRecord, ResultLayout,
@@ -81,6 +82,7 @@ fn row(point_id: u64) -> PointRow {
             nvh: Some(NvhOutcome {
                 deflection_rms: 1e-6 * number,
                 harmonics: vec![1e-6, 2e-6, 3e-6],
+                bearing_rms: vec![number, 1.0],
                 fractions: [0.5, 0.3, 0.2, 0.0],
                 ..NvhOutcome::default()
             }),
@@ -278,6 +280,10 @@ fn write(folder: &Path, shard: Option<Shard>) {
         horizon: false,
         cycle_expansion: false,
         refined: None,
+        elements: vec![(
+            Quantity::BearingForce,
+            ["pinion 1 x", "pinion 1 y"].map(str::to_owned).to_vec(),
+        )],
         shard,
     };
     let all = 0..LOADS * SPEEDS;

@@ -559,3 +559,49 @@ fn a_trace_that_is_there_is_replaced_only_when_asked() {
     assert_eq!(run(&["3", "--fresh"]), (Some(0), String::new()));
     assert!(std::fs::read(&file).unwrap() != first);
 }
+
+/// On rigid mounts gears only turn: `δ + e = r_b1 θ₁ − r_b2 θ₂`, both in the sense of running, and the neutral rotation rests.
+#[test]
+fn rotations_of_gears_make_the_deflection() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = include_str!("../manifests/tiers/torsional.toml").replace("friction = 0.05", "");
+    let point = "load=0.05,speed=1400";
+    traced(
+        folder.path(),
+        &text,
+        &[
+            "--point",
+            point,
+            "--skip",
+            "50",
+            "--cycles",
+            "20",
+            "--outputs",
+        ],
+    );
+    let table = ResultTable::read(&folder.path().join("out"), TableKind::Trace).unwrap();
+    let column = |name: &str| whole(table.f64(name).unwrap());
+    let [pinion, wheel] = ["rotation_pinion", "rotation_wheel"].map(column);
+    let units = table.units().unwrap();
+    assert_eq!(units["rotation_pinion"], "rad");
+    let base = |teeth: f64| 0.5 * 4e-3 * teeth * 20f64.to_radians().cos();
+    let (deflection, phase) = (column("deflection"), column("phase"));
+    let rates = column("angular_acceleration_pinion");
+    let largest = largest(&deflection);
+    for i in 0..deflection.len() {
+        let error = 5e-6 * (std::f64::consts::TAU * phase[i]).cos();
+        let approach = base(20.0) * pinion[i] - base(30.0) * wheel[i];
+        let off = approach - error - deflection[i];
+        assert!(off.abs() < 1e-9 * largest, "{i}: {off:e}, {largest:e}");
+    }
+    // Angles and accelerations of one gear have one sense: its acceleration is the second difference of its angle.
+    let step = column("time")[1] - column("time")[0];
+    let second: Vec<f64> = (1..pinion.len() - 1)
+        .map(|i| (pinion[i + 1] - 2.0 * pinion[i] + pinion[i - 1]) / (step * step))
+        .collect();
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let inner = &rates[1..rates.len() - 1];
+    let alike =
+        product(&second, inner) / (product(&second, &second) * product(inner, inner)).sqrt();
+    assert!(alike > 0.99, "{alike}");
+}

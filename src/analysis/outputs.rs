@@ -1,4 +1,4 @@
-//! Forces, torques and accelerations at places of the structure.
+//! Forces, torques, accelerations and rotations at places of the structure.
 //!
 //! `Σ gain·x(t)` over the blocks, each rebuilt as a series on every window; of a bearing with what modes that
 //! are left out add as they follow contact forces and loads at rest. Of an acceleration the sum is
@@ -278,7 +278,7 @@ mod tests {
     use crate::numerics::legendre::{at_start, evaluate};
     use crate::numerics::quadrature::GaussLegendre;
     use crate::propagate::{Counters, Event, Kernel, Observer, Volterra};
-    use crate::shaft::{BearingGain, ModalStructure, PlaceMotion, StaticShare};
+    use crate::shaft::{BearingGain, ModalStructure, MotionKind, PlaceMotion, StaticShare};
 
     const ALL: Signals = Signals {
         bearings: true,
@@ -301,7 +301,7 @@ mod tests {
             ],
             motions: vec![PlaceMotion {
                 name: "pinion 1 x".to_owned(),
-                rotation: false,
+                kind: MotionKind::Place,
                 gain: vec![0.1, 0.4, -0.3],
             }],
             pinion_torque: Some(vec![16.0, 2.0, 8.0]),

@@ -119,6 +119,9 @@ pub struct Signals {
     pub torques: bool,
     /// Accelerations of bearings and angular accelerations of shafts.
     pub accelerations: bool,
+    /// Rotations of gears. Trajectories have them; manifests do not ask for them, and their hash does not see them.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub rotations: bool,
 }
 
 impl Signals {
@@ -129,7 +132,13 @@ impl Signals {
         bearings: false,
         torques: false,
         accelerations: false,
+        rotations: false,
     };
+
+    /// Whether any output of the structure is among them.
+    pub fn any(self) -> bool {
+        self.bearings || self.torques || self.accelerations || self.rotations
+    }
 
     /// Whether outputs of a quantity are among them.
     pub fn has(self, quantity: Quantity) -> bool {
@@ -137,6 +146,7 @@ impl Signals {
             Quantity::BearingForce => self.bearings,
             Quantity::Torque => self.torques,
             Quantity::Acceleration | Quantity::AngularAcceleration => self.accelerations,
+            Quantity::Rotation => self.rotations,
         }
     }
 
@@ -148,6 +158,7 @@ impl Signals {
             bearings: self.bearings || other.bearings,
             torques: self.torques || other.torques,
             accelerations: self.accelerations || other.accelerations,
+            rotations: self.rotations || other.rotations,
         }
     }
 }

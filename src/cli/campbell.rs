@@ -1,13 +1,15 @@
 //! What a Campbell diagram shows, computed from a manifest: natural frequencies over the speed, with
-//! contacts open and closed, and the orders of mesh and shafts.
+//! contacts open and closed, and the orders of mesh, shafts and torque ripple.
 
 use std::f64::consts::TAU;
 use std::path::Path;
 
 use super::{manifest_args, with_causes};
 use crate::analysis::Frequencies;
-use crate::manifest::{self, AxisKey, Job, axis_units};
-use crate::report::{Campbell, ModeLine, Ray, USUAL_ORDERS, to_digits};
+use crate::manifest::{self, AxisKey, Job, ManifestText, PointSpec};
+use crate::model::DriveShaft;
+use crate::report::{Campbell, ModeLine, NEAR_GRID, Ray, USUAL_ORDERS, to_digits};
+use crate::shaft::ModalStructure;
 use crate::store::read_runs;
 use crate::sweep::build;
 
@@ -17,39 +19,32 @@ const SPEEDS: usize = 9;
 /// Lowest of them, as part of the highest.
 const LOWEST: f64 = 0.05;
 
-/// How far the diagram goes beyond the highest speed of the grid, and beyond the only one.
-const BEYOND: [f64; 2] = [1.08, 1.5];
+/// How far the diagram goes beyond the only speed of a grid.
+const BEYOND_ONE: f64 = 1.5;
 
-/// The diagram of a manifest, or of the manifest of a results folder.
+/// The diagram of a job's first structure, with the orders of the mesh that are asked for, or the usual ones.
 ///
 /// # Errors
-/// Why there is none, in a sentence; none where the errors of the manifest were already shown.
-pub fn of(source: &Path, orders: &[f64]) -> Result<Campbell, Option<String>> {
-    let job = job(source)?;
+/// Why there is none, in a sentence.
+pub fn of(job: &Job, orders: &[f64]) -> Result<Campbell, String> {
     let axis = job.axes.iter().find(|axis| axis.key == AxisKey::Speed);
     let first = job
         .points
         .first()
-        .ok_or_else(|| Some("the grid has no point".to_owned()))?;
+        .ok_or_else(|| "the grid has no point".to_owned())?;
     let (low, high) = axis.map_or((first.speed, first.speed), |axis| axis.values.ends());
-    let last = high * BEYOND[usize::from(low == high)];
-    let grid = if low == high {
-        [LOWEST * last, last]
-    } else {
-        [low, high]
-    };
-    let failed = |error: &dyn std::error::Error| Some(with_causes(error));
-    let structure = build::structure(&first.model).map_err(|error| failed(&error))?;
+    let last = high
+        * if low == high {
+            BEYOND_ONE
+        } else {
+            1.0 + NEAR_GRID
+        };
+    let lowest = (LOWEST * last).min((1.0 - NEAR_GRID) * low);
+    let structure = build::structure(&first.model).map_err(|error| with_causes(&error))?;
     let speeds: Vec<f64> = (0..SPEEDS)
-        .map(|i| last * (LOWEST + (1.0 - LOWEST) * i as f64 / (SPEEDS - 1) as f64))
+        .map(|i| lowest + (last - lowest) * i as f64 / (SPEEDS - 1) as f64)
         .collect();
-    let mut at_speed = Vec::new();
-    for &speed in &speeds {
-        let mut point = first.clone();
-        point.speed = speed;
-        let model = build::mean_model(&structure, &point).map_err(|error| failed(&error))?;
-        at_speed.push(Frequencies::of(&model));
-    }
+    let at_speed = at_speeds(&structure, &first, &speeds).map_err(|error| with_causes(&error))?;
     // Modes are told by their place in ascending frequency; rigid motions are no line.
     let count = |of: fn(&Frequencies) -> usize| at_speed.iter().map(of).min().unwrap_or(0);
     let lines = |count: usize, of: &dyn Fn(&Frequencies, usize) -> [f64; 2]| -> Vec<ModeLine> {
@@ -85,17 +80,28 @@ pub fn of(source: &Path, orders: &[f64]) -> Result<Campbell, Option<String>> {
         order: order * teeth,
         of_mesh: true,
     });
-    let shaft = |name: &str, order: f64| Ray {
-        name: name.to_owned(),
-        order,
-        of_mesh: false,
-    };
-    let wheel = structure
-        .wheel_teeth
-        .map(|wheel| shaft("1 × wheel", teeth / f64::from(wheel)));
+    let shafts = [
+        ("pinion", DriveShaft::Pinion, Some(1.0)),
+        (
+            "wheel",
+            DriveShaft::Wheel,
+            structure.wheel_teeth.map(|wheel| teeth / f64::from(wheel)),
+        ),
+    ];
+    let shafts = shafts.iter().flat_map(|(name, shaft, turns)| {
+        let turns = turns.iter().flat_map(|turns| {
+            let orders = shaft_orders(&first, *shaft).into_iter();
+            orders.map(move |order| (order, order * turns))
+        });
+        turns.map(move |(own, order)| Ray {
+            name: format!("{} × {name}", to_digits(own, 4)),
+            order,
+            of_mesh: false,
+        })
+    });
     let load = to_digits(first.load, 4);
     Ok(Campbell {
-        unit: axis_units(&job.text).remove("speed"),
+        unit: job.written().axis_units().remove("speed"),
         words: match job.points.variants().len() {
             1 => format!(
                 "load {load}  ·  closed: the contacts that bear the static load, with their mean stiffness"
@@ -104,20 +110,46 @@ pub fn of(source: &Path, orders: &[f64]) -> Result<Campbell, Option<String>> {
                 "load {load}, the first of {count} structures  ·  closed: the contacts that bear the static load"
             ),
         },
-        job: job.name,
-        grid,
+        job: job.name.clone(),
+        grid: [low, high],
         speeds,
         open,
         closed,
-        rays: mesh
-            .chain([shaft("1 × pinion", 1.0)])
-            .chain(wheel)
-            .collect(),
+        rays: mesh.chain(shafts).collect(),
     })
 }
 
+/// Modes at every speed. Without gyroscopic terms, which alone go with the speed, all are those of one.
+fn at_speeds(
+    structure: &ModalStructure,
+    first: &PointSpec,
+    speeds: &[f64],
+) -> Result<Vec<Frequencies>, build::BuildError> {
+    let turning = (structure.coupling.iter())
+        .any(|coupling| coupling.gyroscopic.iter().any(|term| *term != 0.0));
+    let distinct = if turning { speeds } else { &speeds[..1] };
+    let models = build::mean_models(structure, first, distinct)?;
+    let mut found: Vec<Frequencies> = models.iter().map(Frequencies::of).collect();
+    let last = found.last().cloned();
+    found.extend(last.into_iter().cycle().take(speeds.len() - found.len()));
+    Ok(found)
+}
+
+/// Orders of a shaft that excite: once a turn, and those of torque ripple; ascending.
+fn shaft_orders(first: &PointSpec, shaft: DriveShaft) -> Vec<f64> {
+    let ripples = first.excitation.torque_ripple.iter();
+    let ripples = ripples.filter(|ripple| ripple.shaft == shaft);
+    let mut orders: Vec<f64> = ripples.map(|ripple| ripple.order).chain([1.0]).collect();
+    orders.sort_by(f64::total_cmp);
+    orders.dedup();
+    orders
+}
+
 /// The job of a manifest, or of the record of a results folder.
-fn job(source: &Path) -> Result<Job, Option<String>> {
+///
+/// # Errors
+/// Why there is none, in a sentence; none where the errors of the manifest were already shown.
+pub fn job(source: &Path) -> Result<Job, Option<String>> {
     if source.is_file() {
         return manifest::load(source).map_err(|errors| {
             manifest_args::report(&errors);
@@ -132,7 +164,12 @@ fn job(source: &Path) -> Result<Job, Option<String>> {
             "`{here}` has no run.json with a manifest; {remedy}"
         )));
     };
-    manifest::parse(&run.manifest, "the manifest in run.json", Path::new("")).map_err(|errors| {
+    let written = ManifestText {
+        text: &run.manifest,
+        changes: &run.set,
+    };
+    let job = written.job("the manifest in run.json", Path::new(""));
+    job.map_err(|errors| {
         let first = errors
             .diagnostics
             .first()

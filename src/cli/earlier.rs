@@ -1,7 +1,7 @@
 //! What a results folder holds before a run, and whether the run may write there.
 
 use super::with_causes;
-use crate::manifest::Job;
+use crate::manifest::{Job, ManifestText};
 use crate::store::{RunRecord, RunState, Shard, read_run, record_paths, run_path, verify};
 use std::path::Path;
 
@@ -45,6 +45,10 @@ pub fn look(
             continue;
         }
         if record.manifest_hash != job.hash {
+            let there = ManifestText {
+                text: &record.manifest,
+                changes: &record.set,
+            };
             let remedy = match replaceable {
                 true => "choose a folder with --out, or replace them with --fresh",
                 false => "choose a folder with --out, or remove that one",
@@ -55,10 +59,7 @@ pub fn look(
                 record.shard.map_or_else(String::new, |s| format!(", {s}")),
                 prefix(&record.manifest_hash),
                 prefix(&job.hash),
-                difference(
-                    &with_changes(&record.manifest, &record.set),
-                    &with_changes(&job.text, &job.changes)
-                ),
+                difference(&there.to_string(), &job.written().to_string()),
             ));
         }
         if record.shard.map(|s| s.count) != shard.map(|s| s.count) {
@@ -87,12 +88,6 @@ fn prefix(hash: &str) -> &str {
 
 /// Most lines of a difference that are shown.
 const SHOWN: usize = 12;
-
-/// A manifest, and below it the keys that have other values.
-fn with_changes(manifest: &str, changes: &[String]) -> String {
-    let lines = changes.iter().map(|change| format!("\n--set {change}"));
-    manifest.to_owned() + &lines.collect::<String>()
-}
 
 /// Lines that only one of two manifests has, comments and spaces aside.
 fn difference(there: &str, here: &str) -> String {

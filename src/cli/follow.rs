@@ -99,6 +99,10 @@ pub fn run(args: &FollowArgs) -> ExitCode {
             "axes",
             Some(json!(axes.iter().map(|a| &a.name).collect::<Vec<_>>()).to_string()),
         ),
+        (
+            "axis_units",
+            Some(json!(job.written().axis_units()).to_string()),
+        ),
         ("over", asked.and_then(|asked| name(asked.over))),
         ("second", asked.and_then(|asked| name(asked.second?))),
     ]

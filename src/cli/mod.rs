@@ -16,6 +16,7 @@ mod grid;
 pub mod help;
 mod line;
 pub mod machine;
+pub mod man;
 mod manifest_args;
 pub mod merge;
 pub mod plan;
@@ -109,6 +110,8 @@ enum Command {
         /// The shell
         shell: clap_complete::Shell,
     },
+    /// Write manual pages: atlas.1 and one for every subcommand
+    Man(man::ManArgs),
 }
 
 /// Runs the program with the process's own arguments.
@@ -134,6 +137,7 @@ pub fn main() -> ExitCode {
             clap_complete::generate(shell, &mut Cli::command(), "atlas", &mut script);
             answer(&String::from_utf8_lossy(&script), ExitCode::SUCCESS)
         }
+        Command::Man(args) => man::run(&args),
     }
 }
 

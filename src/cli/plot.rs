@@ -88,7 +88,8 @@ Kinds:
   of a manifest  campbell, also of the one in a run's record
   of a trace     trace, phase
   of a mesh      mesh, sharing, contact
-Columns: any of points.parquet (deflection_rms), elements of lists (harmonics[3]), columns of
+Columns: any of points.parquet (deflection_rms), elements of lists (harmonics[3],
+  bearing_rms[pinion 1 x], bearing_rms[axial]), columns of
   attractors and periodic orbits (attractors.force_peak, orbits.multipliers). Over two axes a map.
   `atlas plot SOURCE --list` shows them all, with units.
 Examples:
@@ -198,7 +199,8 @@ pub fn run(args: &PlotArgs) -> ExitCode {
     let (mut drawn, mut resonances) = (Drawn::default(), Vec::new());
     if request.what.contains(&CAMPBELL) {
         request.what.retain(|asked| *asked != CAMPBELL);
-        let diagram = match campbell::of(source, &args.orders) {
+        let job = campbell::job(source);
+        let diagram = match job.and_then(|job| campbell::of(&job, &args.orders).map_err(Some)) {
             Ok(diagram) => diagram,
             Err(Some(message)) => return fail(BAD_INPUT, &message),
             Err(None) => return ExitCode::from(BAD_INPUT),
@@ -255,17 +257,18 @@ fn table(resonances: &[Resonance]) -> String {
     let mut text = String::new();
     if !resonances.is_empty() {
         text += &format!(
-            "{:>10} {:>10} {:>10} {:<14} {:>4} {:>10}\n",
-            "rpm", "rad/s", "Hz", "excitation", "mode", "in mesh"
+            "{:>10} {:>10} {:>10} {:<14} {:<8} {:>4} {:>10}\n",
+            "rpm", "rad/s", "Hz", "excitation", "contacts", "mode", "in mesh"
         );
     }
     for resonance in resonances {
         text += &format!(
-            "{:>10.1} {:>10.2} {:>10.1} {:<14} {:>4} {:>8.1} %\n",
+            "{:>10.1} {:>10.2} {:>10.1} {:<14} {:<8} {:>4} {:>8.1} %\n",
             resonance.speed * 60.0 / TAU,
             resonance.speed,
             resonance.frequency,
             resonance.excitation,
+            resonance.contacts.name(),
             resonance.mode,
             100.0 * resonance.mesh_share
         );
@@ -285,12 +288,23 @@ fn list(args: &PlotArgs) -> ExitCode {
         let kinds: Vec<&str> = found.kinds.iter().map(|kind| kind.name()).collect();
         text += &format!("{}\n", source.display());
         text += &format!("kinds    {}\n", kinds.join(", "));
-        for [name, unit, description] in &found.columns {
-            text += &format!("{name:<28} {unit:<12} {description}\n");
+        for column in &found.columns {
+            text += &format!(
+                "{:<28} {:<12} {}\n",
+                column.name, column.unit, column.description
+            );
+            if !column.elements.is_empty() {
+                text += &format!("{:<41} elements: {}\n", "", column.elements.join(", "));
+            }
         }
         let columns: Vec<_> = (found.columns.iter())
-            .map(|[name, unit, description]| {
-                json!({ "name": name, "unit": unit, "description": description })
+            .map(|column| {
+                json!({
+                    "name": column.name,
+                    "unit": column.unit,
+                    "description": column.description,
+                    "elements": column.elements,
+                })
             })
             .collect();
         all.push(json!({ "source": source, "kinds": kinds, "columns": columns }));

@@ -2,10 +2,10 @@
 //! resonances, base period.
 
 use super::point::number;
-use super::resonances::{self, Resonance};
+use super::{campbell, resonances};
 use crate::analysis::{ClosedMode, Frequencies, NaturalMode, excitation_period};
-use crate::manifest::{AxisKey, Job, PointSpec, StructureSource};
-use crate::model::DriveShaft;
+use crate::manifest::{Job, PointSpec, StructureSource};
+use crate::report::Campbell;
 use crate::sweep::{build, structures};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
@@ -26,13 +26,10 @@ const ROUND_OFF: f64 = 1e-9;
 pub struct Structure {
     frequencies: Frequencies,
     teeth: u32,
-    wheel_teeth: Option<u32>,
-    /// Orders of torque ripple that act on the pinion's shaft and on the wheel's.
-    ripples: [Vec<f64>; 2],
+    /// What may resonate, and at which speeds of the grid.
+    diagram: Campbell,
     /// Pinion speed at which it was looked at \[rad/s\].
     speed: f64,
-    /// Lowest and highest speed of the grid \[rad/s\].
-    speeds: (f64, f64),
     /// How many the grid has.
     count: usize,
     base_period: Option<usize>,
@@ -56,19 +53,11 @@ impl Structure {
         }
         let structure = build::structure(&first.model).map_err(|error| error.to_string())?;
         let model = build::mean_model(&structure, first).map_err(|error| error.to_string())?;
-        let axis = job.axes.iter().find(|axis| axis.key == AxisKey::Speed);
         Ok(Self {
             frequencies: Frequencies::of(&model),
             teeth: structure.teeth,
-            wheel_teeth: structure.wheel_teeth,
-            ripples: [DriveShaft::Pinion, DriveShaft::Wheel].map(|shaft| {
-                let own = first.excitation.torque_ripple.iter();
-                own.filter(|ripple| ripple.shaft == shaft)
-                    .map(|ripple| ripple.order)
-                    .collect()
-            }),
+            diagram: campbell::of(job, &[])?,
             speed: first.speed,
-            speeds: axis.map_or((first.speed, first.speed), |axis| axis.values.ends()),
             count: structures(job),
             base_period: excitation_period(&model),
         })
@@ -81,43 +70,9 @@ impl Structure {
         (mode.frequency > 0.0).then(|| mode.frequency / order)
     }
 
-    /// What may resonate at the speeds of the grid, order by order.
-    fn resonances(&self) -> Vec<Resonance> {
-        let teeth = f64::from(self.teeth);
-        let mut orders: Vec<(String, f64)> = (1..=HARMONICS)
-            .map(|harmonic| (format!("mesh x {harmonic}"), teeth * f64::from(harmonic)))
-            .collect();
-        let wheel = self.wheel_teeth.map(|wheel| teeth / f64::from(wheel));
-        for ((name, turns), own) in [("pinion", Some(1.0)), ("wheel", wheel)]
-            .into_iter()
-            .zip(&self.ripples)
-        {
-            let Some(turns) = turns else { continue };
-            let mut own: Vec<f64> = std::iter::once(1.0).chain(own.iter().copied()).collect();
-            own.sort_by(f64::total_cmp);
-            own.dedup();
-            let named = own
-                .into_iter()
-                .map(|order| (format!("{name} x {}", number(order)), order * turns));
-            orders.extend(named);
-        }
-        let closed: Vec<f64> = self
-            .frequencies
-            .closed
-            .iter()
-            .map(|closed| closed.mode.frequency)
-            .collect();
-        let open: Vec<f64> = self
-            .frequencies
-            .open
-            .iter()
-            .map(|mode| mode.frequency)
-            .collect();
-        resonances::near(&orders, [&closed, &open], self.speeds)
-    }
-
     fn is_in_grid(&self, speed: f64) -> bool {
-        (self.speeds.0..=self.speeds.1).contains(&speed)
+        let [low, high] = self.diagram.grid;
+        (low..=high).contains(&speed)
     }
 
     /// The contacts that are closed, in words.
@@ -176,7 +131,7 @@ impl Structure {
         if hidden > 0 {
             row(format!("… and {hidden} more modes"));
         }
-        lines.extend(resonances::lines(&self.resonances(), self.speeds));
+        lines.extend(resonances::lines(&self.diagram));
         lines
     }
 
@@ -231,7 +186,7 @@ impl Structure {
             "speed": self.speed,
             "base_period": self.base_period,
             "closed_contacts": self.frequencies.contacts.iter().map(|c| c + 1).collect::<Vec<_>>(),
-            "resonances": resonances::json(&self.resonances()),
+            "resonances": self.diagram.resonances(),
             "open": self.frequencies.open.iter().map(mode).collect::<Vec<_>>(),
             "closed": self.frequencies.closed.iter().map(closed).collect::<Vec<_>>(),
         })

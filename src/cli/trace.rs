@@ -47,7 +47,8 @@ pub struct TraceArgs {
     /// Record the modal displacements and velocities, too.
     #[arg(long)]
     pub modal: bool,
-    /// Record torques and accelerations, too, a column each beside those of the bearing forces.
+    /// Record torques, accelerations and rotations of gears (beside the mean rotation), too, a column each beside those of
+    /// the bearing forces.
     #[arg(long)]
     pub outputs: bool,
     /// Folder for the files [default: results/JOB/trace-POINT].
@@ -103,6 +104,7 @@ pub fn run(args: &TraceArgs) -> ExitCode {
             bearings: true,
             torques: args.outputs,
             accelerations: args.outputs,
+            rotations: args.outputs,
             ..Signals::NONE
         },
     };

@@ -1,14 +1,15 @@
 //! What is worth a word of a valid manifest, for `atlas check`.
 
-use crate::manifest::{Advice, AdviceKind};
+use crate::manifest::{Advice, AdviceKind, Place};
 use serde_json::{Value, json};
 
 /// Head and text of its lines; what is said of several keys is said once.
 pub fn lines(advice: &[Advice]) -> Vec<(String, String)> {
     let mut said: Vec<(AdviceKind, &str, Vec<String>)> = Vec::new();
     for word in advice {
-        let place = match word.line {
-            Some(line) => format!("{} (line {line})", word.key),
+        let place = match word.place {
+            Some(Place::Line(line)) => format!("{} (line {line})", word.key),
+            Some(Place::Set) => format!("{} (--set)", word.key),
             None => word.key.clone(),
         };
         match said
@@ -42,7 +43,12 @@ pub fn json(advice: &[Advice]) -> Value {
             AdviceKind::Suspect => "suspect",
             AdviceKind::NoEffect => "no_effect",
         };
-        json!({ "kind": kind, "key": word.key, "line": word.line, "message": word.message })
+        let line = match word.place {
+            Some(Place::Line(line)) => Some(line),
+            Some(Place::Set) | None => None,
+        };
+        let set = word.place == Some(Place::Set);
+        json!({ "kind": kind, "key": word.key, "line": line, "set": set, "message": word.message })
     });
     Value::Array(each.collect())
 }

@@ -1,5 +1,6 @@
-//! A MATLAB file of level 5 (`load`, `scipy.io.loadmat`): a struct a table with a field a column, and `units`
-//! and `descriptions`, structs of the same names.
+//! A MATLAB file of level 5 (`load`, `scipy.io.loadmat`): a struct a table with a field a column, and `units`,
+//! `descriptions` and `elements`, structs of the same names; the last has cells with the names of the elements of lists, empty
+//! where they have none.
 //!
 //! Numbers, whole ones too, are columns of doubles, `NaN` where there is none; truth values are logical where
 //! every row has one. Texts are cells, empty where there is none. Lists are rows of a matrix, `NaN` behind
@@ -58,9 +59,9 @@ pub fn write(folder: &Path, tables: &[Surveyed], path: &Path) -> Result<(), Expo
     for table in tables {
         at = write_table(folder, table, &places, at)?;
     }
-    let told = |pick: fn(&SurveyedColumn) -> &str| {
+    let told = |pick: fn(&SurveyedColumn) -> Vec<u8>| {
         let tables = tables.iter().map(|table| {
-            let texts = table.columns.iter().map(|column| text(pick(column)));
+            let texts = table.columns.iter().map(pick);
             (
                 table.name().to_owned(),
                 structure("", &names(table), &texts.collect::<Vec<_>>()),
@@ -70,8 +71,12 @@ pub fn write(folder: &Path, tables: &[Surveyed], path: &Path) -> Result<(), Expo
         (names, values)
     };
     let told = [
-        ("units", told(|column| &column.head.unit)),
-        ("descriptions", told(|column| &column.head.description)),
+        ("units", told(|column| text(&column.head.unit))),
+        (
+            "descriptions",
+            told(|column| text(&column.head.description)),
+        ),
+        ("elements", told(|column| cells(column.elements()))),
     ];
     for (name, (names, values)) in told {
         let variable = structure(name, &names, &values);
@@ -246,6 +251,12 @@ fn text(text: &str) -> Vec<u8> {
         "",
         &data(UTF8, text.as_bytes()),
     )
+}
+
+/// Texts in a row of cells.
+fn cells(texts: &[String]) -> Vec<u8> {
+    let each: Vec<u8> = texts.iter().flat_map(|own| text(own)).collect();
+    array(CELL_CLASS, [1, texts.len() as u64], "", &each)
 }
 
 /// Everything of a struct before its values; its size is not known yet.

@@ -1,5 +1,5 @@
-//! NumPy arrays in an archive (`numpy.load`): one a column, and `column_names`, `column_units` and
-//! `column_descriptions`.
+//! NumPy arrays in an archive (`numpy.load`): one a column, `column_names`, `column_units` and
+//! `column_descriptions`, and `NAME_elements` of a column of lists whose elements have names.
 //!
 //! Whole numbers and truth values stay what they are where every row has one; else, as in pandas, they
 //! are floating-point numbers, `NaN` where there is none. Texts have the length of the longest, empty where
@@ -122,23 +122,29 @@ pub fn write(folder: &Path, table: &Surveyed, path: &Path) -> Result<(), ExportE
             Array::new(&column.head.name, Element::of(column), table.rows, width)
         })
         .collect();
-    let told: [(&str, Vec<&str>); 3] = [
+    let mut told: Vec<(String, Vec<&str>)> = vec![
         (
-            "column_names",
+            "column_names".to_owned(),
             columns.iter().map(|column| &*column.head.name).collect(),
         ),
         (
-            "column_units",
+            "column_units".to_owned(),
             columns.iter().map(|column| &*column.head.unit).collect(),
         ),
         (
-            "column_descriptions",
+            "column_descriptions".to_owned(),
             columns
                 .iter()
                 .map(|column| &*column.head.description)
                 .collect(),
         ),
     ];
+    for column in columns {
+        let names: Vec<&str> = column.elements().iter().map(String::as_str).collect();
+        if !names.is_empty() {
+            told.push((format!("{}_elements", column.head.name), names));
+        }
+    }
     for (name, texts) in &told {
         let longest = texts.iter().map(|text| text.chars().count()).max();
         let element = Element::Text(longest.unwrap_or(0).max(1));

@@ -46,7 +46,10 @@ pub fn write_lists<S: Sheet>(
         .columns
         .iter()
         .position(|column| column.head.name == "point_id");
-    let head = ["row", "point_id", "column", "unit", "element", "value"].map(Cell::Text);
+    let head = [
+        "row", "point_id", "column", "unit", "element", "name", "value",
+    ]
+    .map(Cell::Text);
     // Without `point_id` where the table has none.
     let shown = move |place: usize| point.is_some() || place != 1;
     sheet.row(&kept(&head, shown))?;
@@ -59,12 +62,14 @@ pub fn write_lists<S: Sheet>(
                     continue;
                 }
                 for place in 0..cells.length(row) {
+                    let name = column.elements().get(place);
                     let cells = [
                         Cell::Whole(before + row as u64 + 1),
                         point.map_or(Cell::Absent, |point| columns[point].at(row, 0)),
                         Cell::Text(&column.head.name),
                         Cell::Text(&column.head.unit),
                         Cell::Whole(place as u64 + 1),
+                        name.map_or(Cell::Absent, |name| Cell::Text(name)),
                         cells.at(row, place),
                     ];
                     sheet.row(&kept(&cells, shown))?;

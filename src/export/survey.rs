@@ -31,6 +31,8 @@ pub struct SurveyedColumn {
     pub absent: u64,
     /// Elements of the longest list.
     pub width: usize,
+    /// Whether every list is as long as there are names of elements.
+    named: bool,
     /// Characters of the longest text.
     pub characters: usize,
     /// Bytes of all texts, each filled up to a multiple of eight.
@@ -42,6 +44,7 @@ pub struct SurveyedColumn {
 impl SurveyedColumn {
     fn new(head: ColumnHead) -> Self {
         Self {
+            named: !head.elements.is_empty(),
             head,
             absent: 0,
             width: 0,
@@ -55,7 +58,9 @@ impl SurveyedColumn {
         for row in 0..cells.rows() {
             if let Cells::List(lists) = cells {
                 self.absent += u64::from(lists[row].is_none());
-                self.width = self.width.max(cells.length(row));
+                let length = cells.length(row);
+                self.width = self.width.max(length);
+                self.named &= lists[row].is_none() || length == self.head.elements.len();
                 continue;
             }
             match cells.at(row, 0) {
@@ -80,12 +85,20 @@ impl SurveyedColumn {
         if self.is_list() { self.width } else { 1 }
     }
 
-    /// `deflection_rms [m]`, `harmonics_2 [m]` of the second element of a list; without a unit where
-    /// it has none.
+    /// Names of the elements of its lists; empty where they are only numbered, or where lists differ in what they hold.
+    pub fn elements(&self) -> &[String] {
+        if self.named { &self.head.elements } else { &[] }
+    }
+
+    /// `deflection_rms [m]`, `harmonics_2 [m]` of the second element of a list, `bearing_rms_pinion_1_x [N]` of one with
+    /// a name; without a unit where it has none.
     fn title(&self, place: usize) -> String {
         let mut title = self.head.name.clone();
         if self.is_list() {
-            title += &format!("_{}", place + 1);
+            title += &match self.elements().get(place) {
+                Some(name) => format!("_{}", name.replace(' ', "_")),
+                None => format!("_{}", place + 1),
+            };
         }
         match self.head.unit.as_str() {
             "" | "1" => title,

@@ -1,5 +1,6 @@
 //! A whole job: what its name, grid and points are.
 
+use super::ManifestText;
 use super::axis::{AxisKey, AxisValues};
 use super::expand::Between;
 use super::grid_dimension::GridDimension;
@@ -39,6 +40,14 @@ pub struct Job {
 }
 
 impl Job {
+    /// What it was read from.
+    pub fn written(&self) -> ManifestText<'_> {
+        ManifestText {
+            text: &self.text,
+            changes: &self.changes,
+        }
+    }
+
     /// Whether results are to have the same bits on every processor.
     pub fn portable(&self) -> bool {
         let mut variants = self.points.variants().iter();

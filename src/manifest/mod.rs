@@ -10,7 +10,6 @@
 
 mod advice;
 mod axis;
-mod axis_units;
 mod diagnostic;
 mod errors;
 mod excerpt;
@@ -19,6 +18,7 @@ mod grid;
 mod grid_dimension;
 mod hash;
 mod job;
+mod manifest_text;
 pub mod manual;
 mod modal_file;
 mod operating_point;
@@ -34,14 +34,14 @@ mod text;
 mod tree;
 mod unknown;
 
-pub use advice::{Advice, AdviceKind, advice};
+pub use advice::{Advice, AdviceKind, Place, advice};
 pub use axis::{AxisKey, AxisValues};
-pub use axis_units::axis_units;
 pub use diagnostic::{Diagnostic, DiagnosticKind, Source, Span};
 pub use errors::ManifestErrors;
 pub use expand::Between;
 pub use grid_dimension::GridDimension;
 pub use job::Job;
+pub use manifest_text::ManifestText;
 pub use parameter::{Parameter, ParameterError};
 pub use points::Points;
 pub use spec::*;
@@ -133,9 +133,8 @@ fn judge_found(
 ///
 /// Every fault of the text and of the modal file it names.
 pub fn parse(text: &str, name: &str, base_dir: &Path) -> Result<Job, ManifestErrors> {
-    let mut issues = Issues::default();
-    let source = issues.add_source(name.to_owned(), text.to_owned());
-    judge(issues, source, base_dir, &[])
+    let changes = &[];
+    ManifestText { text, changes }.job(name, base_dir)
 }
 
 /// Judges a manifest that was read, with some keys changed, and resolves it.

@@ -61,6 +61,14 @@ impl Node {
         }
     }
 
+    /// The entries of a table in this one; none where there is no such table.
+    pub fn entries(&self, key: &str) -> &[Entry] {
+        match self.entry(key).map(|entry| &entry.node.value) {
+            Some(Value::Table(entries)) => entries,
+            _ => &[],
+        }
+    }
+
     /// What stands at a dotted path of keys and array indices.
     pub fn at(&self, path: &str) -> Option<&Self> {
         path.split('.')

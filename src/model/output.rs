@@ -1,7 +1,7 @@
-//! What may be told of the structure beside the mesh: forces, torques and accelerations at places.
+//! What may be told of the structure beside the mesh: forces, torques, accelerations and rotations at places.
 
 use super::basis::Basis;
-use crate::shaft::{ModalStructure, PlaceMotion, TorqueGain};
+use crate::shaft::{ModalStructure, MotionKind, PlaceMotion, TorqueGain};
 
 /// What an output is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,6 +14,8 @@ pub enum Quantity {
     Acceleration,
     /// Angular acceleration of a body \[rad/s²\].
     AngularAcceleration,
+    /// Rotation of a gear beside the mean rotation \[rad\].
+    Rotation,
 }
 
 impl Quantity {
@@ -24,6 +26,7 @@ impl Quantity {
             Self::Torque => "torque",
             Self::Acceleration => "acceleration",
             Self::AngularAcceleration => "angular acceleration",
+            Self::Rotation => "rotation",
         }
     }
 
@@ -34,6 +37,7 @@ impl Quantity {
             Self::Torque => "N m",
             Self::Acceleration => "m/s^2",
             Self::AngularAcceleration => "rad/s^2",
+            Self::Rotation => "rad",
         }
     }
 
@@ -55,16 +59,17 @@ pub struct Output {
 }
 
 impl Output {
-    /// Those of a structure beside its bearing forces: torques, accelerations, angular accelerations.
+    /// Those of a structure beside its bearing forces: torques, accelerations, angular
+    /// accelerations, rotations.
     pub(super) fn of_structure(structure: &ModalStructure, basis: &Basis) -> Vec<Self> {
         let torques = structure.torques.iter();
         let torques = torques.map(|torque| Self::torque(torque, basis));
-        let [displacements, rotations] = [false, true].map(|rotation| {
+        let kinds = [MotionKind::Place, MotionKind::Body, MotionKind::Gear].into_iter();
+        let motions = kinds.flat_map(|kind| {
             let motions = structure.motions.iter();
-            motions.filter(move |motion| motion.rotation == rotation)
+            motions.filter(move |motion| motion.kind == kind)
         });
-        let motions = displacements.chain(rotations);
-        let motions = motions.map(|motion| Self::acceleration(motion, basis));
+        let motions = motions.map(|motion| Self::motion(motion, basis));
         torques.chain(motions).collect()
     }
 
@@ -83,15 +88,17 @@ impl Output {
         }
     }
 
-    fn acceleration(motion: &PlaceMotion, basis: &Basis) -> Self {
-        let [_, velocity] = basis.output(&basis.turn(&motion.gain));
+    fn motion(motion: &PlaceMotion, basis: &Basis) -> Self {
+        let [displacement, velocity] = basis.output(&basis.turn(&motion.gain));
+        let (quantity, gain) = match motion.kind {
+            MotionKind::Place => (Quantity::Acceleration, velocity),
+            MotionKind::Body => (Quantity::AngularAcceleration, velocity),
+            MotionKind::Gear => (Quantity::Rotation, displacement),
+        };
         Self {
             name: motion.name.clone(),
-            quantity: match motion.rotation {
-                true => Quantity::AngularAcceleration,
-                false => Quantity::Acceleration,
-            },
-            gain: velocity,
+            quantity,
+            gain,
         }
     }
 }

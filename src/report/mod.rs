@@ -29,9 +29,9 @@ pub use numbers::{size_text, to_digits};
 pub use operator_summary::OperatorSummary;
 pub use orbits::{MissedSearch, Orbit, OrbitCount, Orbits};
 pub use plot::{
-    Amount, Asked, Campbell, ColumnName, Display, Drawable, Drawn, Log, ModeLine, NoAmount,
-    NoColumn, Picture, PlotError, PlotRequest, Ray, Resonance, USUAL_ORDERS, What, drawable,
-    machine_pictures, plot,
+    Amount, Asked, Campbell, ColumnName, Contacts, Display, Drawable, Drawn, Log, ModeLine,
+    NEAR_GRID, NoAmount, NoColumn, Picture, PlotError, PlotRequest, Ray, Resonance, USUAL_ORDERS,
+    What, drawable, machine_pictures, plot,
 };
 pub use point::{Axis, ClassCount, PointSummary};
 pub use summary::Summary;

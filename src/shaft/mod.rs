@@ -23,7 +23,7 @@ pub use drive::{Bearing, Drag, FlexibleDrive, Pedestal, Shaft};
 pub use error::ShaftError;
 pub use modal::{
     BearingGain, ContactLaw, Coupling, FlankParticipation, HarmonicLoad, MOST_CYCLES,
-    ModalStructure, PlaceMotion, StructureContact, TorqueGain,
+    ModalStructure, MotionKind, PlaceMotion, StructureContact, TorqueGain,
 };
 pub use modes::Modes;
 pub use rigid::{RigidDrive, Tier};

@@ -206,13 +206,24 @@ pub struct TorqueGain {
     pub rate_gain: Vec<f64>,
 }
 
-/// A motion of a place, `Σ gain·q`: a displacement in one direction or a rotation.
+/// What moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+pub enum MotionKind {
+    /// A place of a bearing, in one direction.
+    Place,
+    /// What rotates as one: the rotation of its node that torque acts on.
+    Body,
+    /// A gear: its rotation.
+    Gear,
+}
+
+/// A motion, `Σ gain·q`: a displacement in one direction, or a rotation in the sense of running, beside the mean rotation.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct PlaceMotion {
-    /// Shaft, bearing and direction, such as `pinion 1 x`; of a rotation the shaft or the loose gear.
+    /// Shaft, bearing and direction, such as `pinion 1 x`; of a rotation the shaft or the gear.
     pub name: String,
-    /// Whether it is a rotation.
-    pub rotation: bool,
+    /// What moves.
+    pub kind: MotionKind,
     /// Displacement \[1/√kg\] or angle \[1/(m √kg)\] per unit modal displacement, one entry a mode.
     pub gain: Vec<f64>,
 }

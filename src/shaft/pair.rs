@@ -36,7 +36,9 @@
 use super::assembly::{AssembledMatrices, Assembly, Freedom};
 use super::drive::{self, Bearing, Drag};
 use super::error::ShaftError;
-use super::modal::{BearingGain, FlankParticipation, ModalStructure, PlaceMotion, TorqueGain};
+use super::modal::{
+    BearingGain, FlankParticipation, ModalStructure, MotionKind, PlaceMotion, TorqueGain,
+};
 use super::modes::Modes;
 use super::projection;
 use super::static_share::StaticShare;
@@ -197,7 +199,12 @@ impl PairedShafts<'_> {
         let mut torques = self.torques(matrices, solution);
         let gears = [("pinion", pinion), ("wheel", wheel)];
         let turning = gears.map(|(name, node)| (name.to_owned(), node));
-        let mut motions = place_motions(matrices, solution, supports, turning.into_iter());
+        let kinds = [MotionKind::Body, MotionKind::Gear];
+        let turning = kinds.into_iter().flat_map(|kind| {
+            let gears = turning.clone().into_iter();
+            gears.map(move |(name, node)| (kind, name, (node, 1.0)))
+        });
+        let mut motions = place_motions(matrices, solution, supports, turning);
 
         let signs = orientation(&drive.mesh[..modes], RIGID_MODES, solution);
         let [w_1, w_2] = [drive.mesh[0], drive.mesh[1]];
@@ -404,12 +411,12 @@ fn acts(force: &[f64]) -> bool {
 }
 
 /// Motions of every bearing's place on its shaft and on what it stands on, in each direction that
-/// is free, and of nodes that turn, by their names.
+/// is free, and of nodes that turn: what, its name, its node and the sense in which it runs.
 pub(super) fn place_motions(
     matrices: &AssembledMatrices,
     solution: &Modes,
     supports: impl Iterator<Item = (String, Support)>,
-    turning: impl Iterator<Item = (String, usize)>,
+    turning: impl Iterator<Item = (MotionKind, String, (usize, f64))>,
 ) -> Vec<PlaceMotion> {
     const DIRECTIONS: [(&str, Freedom); 3] =
         [("x", Freedom::X), ("y", Freedom::Y), ("axial", Freedom::Z)];
@@ -418,15 +425,19 @@ pub(super) fn place_motions(
         std::iter::once((name, support.node)).chain(base)
     });
     let directions = places.flat_map(|(name, node)| {
-        DIRECTIONS.map(|(direction, freedom)| (format!("{name} {direction}"), node, freedom))
+        DIRECTIONS.map(|(direction, freedom)| {
+            let name = format!("{name} {direction}");
+            (MotionKind::Place, name, (node, freedom, 1.0))
+        })
     });
-    let rotations = turning.map(|(name, node)| (name, node, Freedom::RotationZ));
+    let rotations =
+        turning.map(|(kind, name, (node, sense))| (kind, name, (node, Freedom::RotationZ, sense)));
     (directions.chain(rotations))
-        .filter_map(|(name, node, freedom)| {
-            let place = matrices.functional(&[(node, freedom, 1.0)]);
+        .filter_map(|(kind, name, term)| {
+            let place = matrices.functional(&[term]);
             acts(&place).then(|| PlaceMotion {
                 name,
-                rotation: freedom == Freedom::RotationZ,
+                kind,
                 gain: solution.participation(&place),
             })
         })

@@ -7,7 +7,7 @@ use super::covariant::covariant_columns;
 use super::horizon::horizon_columns;
 use super::layout::ResultLayout;
 use super::mesh_columns::mesh_columns;
-use super::nvh::nvh_columns;
+use super::nvh::{nvh_columns, quantity};
 use super::orders::{AMPLITUDE_UNITS, SIGNALS};
 use super::point_row::PointRow;
 use super::refined::level_columns;
@@ -50,6 +50,7 @@ pub fn points_table(layout: &ResultLayout) -> Result<Table<PointRow>, StoreError
         axes,
         swept,
         refined,
+        elements,
         ..
     } = layout;
     let point_id = match (swept, refined) {
@@ -79,6 +80,11 @@ pub fn points_table(layout: &ResultLayout) -> Result<Table<PointRow>, StoreError
     columns.extend(nvh_columns());
     columns.extend(mesh_columns());
     columns.extend(work_columns());
+    for column in &mut columns {
+        let own = quantity(&column.name);
+        let named = elements.iter().find(|(told, _)| Some(*told) == own);
+        column.elements = named.map(|(_, names)| names.clone()).unwrap_or_default();
+    }
     for axis in axes {
         if columns
             .iter()

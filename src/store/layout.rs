@@ -3,6 +3,7 @@
 use super::file::Shard;
 use super::point_row::AxisColumn;
 use super::refined::RefinedColumns;
+use crate::model::Quantity;
 
 /// What a job writes.
 #[derive(Debug, Clone, Default)]
@@ -31,6 +32,9 @@ pub struct ResultLayout {
     pub cycle_expansion: bool,
     /// How the grid is refined, where it is.
     pub refined: Option<RefinedColumns>,
+    /// Names of the elements of lists that tell an output of the structure, in their order; of outputs that all structures
+    /// of the job name alike.
+    pub elements: Vec<(Quantity, Vec<String>)>,
     /// Which part of a split job this is.
     pub shard: Option<Shard>,
 }

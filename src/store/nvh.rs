@@ -3,6 +3,7 @@
 use super::PointRow;
 use super::table::{Column, columns};
 use crate::analysis::{NvhErrors, NvhOutcome};
+use crate::model::Quantity;
 
 /// What extremes say of themselves: they have no standard error.
 const SEEN: &str = "largest seen: of a motion that does not repeat it grows with the record";
@@ -48,6 +49,17 @@ macro_rules! statistics {
         statistics!(@value list $list).filter(|list| !list.iter().any(|error| error.is_infinite()))
     };
     (@error $type:ident $error:expr) => { Some($error).filter(|error| !error.is_infinite()) };
+}
+
+/// The output of the structure that a column tells, if any; its standard errors among them.
+pub(super) fn quantity(column: &str) -> Option<Quantity> {
+    match column.trim_end_matches("_stderr") {
+        "bearing_mean" | "bearing_rms" => Some(Quantity::BearingForce),
+        "torque_mean" | "torque_rms" => Some(Quantity::Torque),
+        "acceleration_rms" => Some(Quantity::Acceleration),
+        "angular_acceleration_rms" => Some(Quantity::AngularAcceleration),
+        _ => None,
+    }
 }
 
 /// The columns, in file order.

@@ -15,6 +15,7 @@ use super::error::Damage;
 use super::file::TableKind;
 use super::open::TableReader;
 use super::seal::{Seals, TableRecord, is_sealed};
+use super::table::ELEMENTS;
 use super::{RunRecord, StoreError};
 use crate::input::{self, printable};
 
@@ -36,6 +37,16 @@ pub enum ColumnKind {
     List,
 }
 
+/// Names of the elements of a column's lists, fit to be shown.
+fn elements(field: &FieldRef) -> Vec<String> {
+    let text = field.metadata().get(ELEMENTS);
+    let names: Vec<String> = text
+        .and_then(|text| serde_json::from_str(text).ok())
+        .unwrap_or_default();
+    let fit = |name: &String| printable(name).into_owned();
+    names.iter().map(fit).collect()
+}
+
 /// What a table says of a column.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ColumnHead {
@@ -47,6 +58,8 @@ pub struct ColumnHead {
     pub description: String,
     /// What its values are.
     pub kind: ColumnKind,
+    /// Names of the elements of its lists; empty where they are only numbered.
+    pub elements: Vec<String>,
 }
 
 /// A table in memory: one file, or all shards in the order of their names.
@@ -175,6 +188,11 @@ impl ResultTable {
         self.json("axes")
     }
 
+    /// Units that the manifest gives axes in, by their name; empty where the file does not say.
+    pub fn axis_units(&self) -> BTreeMap<String, String> {
+        self.json("axis_units").unwrap_or_default()
+    }
+
     /// SI unit of every column, by name.
     ///
     /// # Errors
@@ -211,6 +229,7 @@ impl ResultTable {
                 description: of(&descriptions, name),
                 name: name.clone(),
                 kind,
+                elements: elements(field),
             })
         };
         self.fields.iter().map(head).collect()

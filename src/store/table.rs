@@ -9,10 +9,13 @@ use arrow_array::builder::{
     BooleanBuilder, Float64Builder, ListBuilder, StringBuilder, UInt32Builder, UInt64Builder,
 };
 use arrow_array::{ArrayRef, RecordBatch};
-use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
+use arrow_schema::{ArrowError, DataType, Field, Metadata, Schema, SchemaRef};
 
 type Get<R, T> = Box<dyn Fn(&R) -> Option<T> + Send + Sync>;
 type GetRef<R, T> = Box<dyn for<'a> Fn(&'a R) -> Option<&'a T> + Send + Sync>;
+
+/// What a field's metadata call the names of the elements of its lists.
+pub(super) const ELEMENTS: &str = "elements";
 
 /// How a column's value is read off a row; `None` becomes a Parquet null.
 pub(super) enum Value<R> {
@@ -32,6 +35,8 @@ pub struct Column<R> {
     pub unit: String,
     /// One sentence.
     pub description: String,
+    /// Names of the elements of its lists; empty where they are only numbered.
+    pub elements: Vec<String>,
     pub(super) value: Value<R>,
 }
 
@@ -41,6 +46,7 @@ impl<R> Column<R> {
             name: name.into(),
             unit: unit.into(),
             description: description.into(),
+            elements: Vec::new(),
             value,
         }
     }
@@ -56,8 +62,15 @@ impl<R> Column<R> {
             Value::Text(_) => DataType::Utf8,
             Value::List(_) => DataType::new_list(DataType::Float64, true),
         };
-        Field::new(&self.name, data_type, true)
-            .with_metadata([("unit", &self.unit), ("description", &self.description)])
+        let mut told = Metadata::from([
+            ("unit".to_owned(), self.unit.clone()),
+            ("description".to_owned(), self.description.clone()),
+        ]);
+        if !self.elements.is_empty() {
+            let names = serde_json::json!(self.elements);
+            told.insert(ELEMENTS.to_owned(), names.to_string());
+        }
+        Field::new(&self.name, data_type, true).with_metadata(told)
     }
 
     /// The column's values over some rows. A number that is not finite becomes a null:

@@ -163,10 +163,36 @@ pub(super) fn model(
 /// # Errors
 /// A structure, a mesh or a value that is refused.
 pub fn mean_model(structure: &ModalStructure, point: &PointSpec) -> Result<Model, BuildError> {
-    let mean = match &point.mesh.stiffness {
+    with_mean(structure, point, mean_of(point)?)
+}
+
+/// The same at several speeds \[rad/s\], with the stiffness looked for once.
+pub fn mean_models(
+    structure: &ModalStructure,
+    point: &PointSpec,
+    speeds: &[f64],
+) -> Result<Vec<Model>, BuildError> {
+    let mean = mean_of(point)?;
+    let at = speeds.iter().map(|&speed| PointSpec {
+        speed,
+        ..point.clone()
+    });
+    at.map(|point| with_mean(structure, &point, mean)).collect()
+}
+
+/// Mean stiffness of a point's mesh \[N/m\].
+fn mean_of(point: &PointSpec) -> Result<f64, BuildError> {
+    Ok(match &point.mesh.stiffness {
         StiffnessSpec::Table(spec) => mean_stiffness(point, spec)?,
         known => known.mean().unwrap_or_default(),
-    };
+    })
+}
+
+fn with_mean(
+    structure: &ModalStructure,
+    point: &PointSpec,
+    mean: f64,
+) -> Result<Model, BuildError> {
     let level = (Division::levels(&[mean], &[]), mean);
     let mut model = with_mesh(structure, point, level, Vec::new(), Vec::new())?;
     // Where pairs touch is not in a mean.

@@ -1,8 +1,11 @@
 //! Which tables a job writes, and their axes.
 
+use super::build;
+use super::parts::structures;
 use crate::analysis::{Analyses, SliceOf, SliceQuestion};
-use crate::manifest::{Axis, Job, Refine};
-use crate::model::InitialState;
+use crate::manifest::{Axis, Job, Refine, Variant};
+use crate::model::{InitialState, Quantity};
+use crate::shaft::MotionKind;
 use crate::store::{AxisColumn, RefinedColumns, ResultLayout, Shard};
 
 /// The tables of a job (of a shard of it).
@@ -40,8 +43,57 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
         horizon: any(|a| a.horizon.is_some()),
         cycle_expansion: any(|a| a.cycle_expansion.is_some()),
         refined: job.refine.as_ref().map(|refine| refined(job, refine)),
+        elements: elements(job),
         shard,
     }
+}
+
+/// Names of what is told of the structure, where its first and its last variant, which have the ends of every axis, agree.
+fn elements(job: &Job) -> Vec<(Quantity, Vec<String>)> {
+    let variants = job.points.variants();
+    let told = |variant: &Variant| variant.analyses.nvh.is_some_and(|nvh| nvh.outputs.any());
+    let (Some(first), Some(last)) = (variants.first(), variants.last()) else {
+        return Vec::new();
+    };
+    if !variants.iter().any(told) {
+        return Vec::new();
+    }
+    let names = |variant: &Variant| -> Vec<(Quantity, Vec<String>)> {
+        let Ok(structure) = build::structure(&variant.model) else {
+            return Vec::new();
+        };
+        let moving = |kind: MotionKind| {
+            let motions = structure.motions.iter();
+            let of_kind = motions.filter(move |motion| motion.kind == kind);
+            of_kind.map(|motion| motion.name.clone()).collect()
+        };
+        vec![
+            (
+                Quantity::BearingForce,
+                structure
+                    .bearings
+                    .iter()
+                    .map(|own| own.name.clone())
+                    .collect(),
+            ),
+            (
+                Quantity::Torque,
+                structure
+                    .torques
+                    .iter()
+                    .map(|own| own.name.clone())
+                    .collect(),
+            ),
+            (Quantity::Acceleration, moving(MotionKind::Place)),
+            (Quantity::AngularAcceleration, moving(MotionKind::Body)),
+        ]
+    };
+    let mut found = names(first);
+    if structures(job) > 1 {
+        let last = names(last);
+        found.retain(|own| last.contains(own));
+    }
+    found
 }
 
 /// How the grid is refined.

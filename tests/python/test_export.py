@@ -3,6 +3,7 @@
 `cargo test --test export --test store_sample` leaves the folders that are exported in
 target/tmp, and says in target/tmp/exported/atlas where the program is."""
 
+import json
 import os
 import subprocess
 from pathlib import Path
@@ -66,6 +67,15 @@ def title(field: pa.Field, suffix: str = "") -> str:
     return named if unit(field) in ("", "1") else f"{named} [{unit(field)}]"
 
 
+def elements(field: pa.Field) -> list[str]:
+    return json.loads((field.metadata or {}).get(b"elements", b"[]"))
+
+
+def suffix(field: pa.Field, place: int) -> str:
+    names = elements(field)
+    return names[place].replace(" ", "_") if names else str(place + 1)
+
+
 def flat(table: pa.Table) -> dict[str, list]:
     """Columns by title, lists widened."""
     columns = {}
@@ -77,7 +87,7 @@ def flat(table: pa.Table) -> dict[str, list]:
                     each[place] if each is not None and place < len(each) else None
                     for each in column.to_pylist()
                 ]
-                columns[title(field, f"_{place + 1}")] = values
+                columns[title(field, f"_{suffix(field, place)}")] = values
         else:
             columns[title(field)] = column.to_pylist()
     return columns
@@ -115,6 +125,8 @@ def test_csv_with_lists_apart(source, tmp_path):
             found[own["row"] - 1, own["element"] - 1] = own["value"]
             np.testing.assert_array_equal(found, matrix(table[field.name]))
             assert set(own["unit"].dropna().astype(str)) <= {unit(field)}
+            named = [elements(field)[place - 1] for place in own["element"]] if elements(field) else []
+            assert own["name"].dropna().tolist() == named
         if "point_id" in table.column_names:
             ids = np.array(table["point_id"].to_pylist())
             assert (ids[long["row"] - 1] == long["point_id"]).all()
@@ -126,7 +138,10 @@ def test_npz(source, tmp_path):
         with np.load(tmp_path / f"{name}.npz", allow_pickle=False) as arrays:
             assert list(arrays["column_names"]) == table.column_names
             assert list(arrays["column_units"]) == [unit(field) for field in table.schema]
-            assert len(arrays.files) == len(table.schema) + 3
+            named = [field for field in table.schema if elements(field)]
+            assert len(arrays.files) == len(table.schema) + 3 + len(named)
+            for field in named:
+                assert arrays[f"{field.name}_elements"].tolist() == elements(field)
             for field in table.schema:
                 found, column = arrays[field.name], table[field.name]
                 if pa.types.is_list(field.type):
@@ -149,7 +164,7 @@ def test_mat(source, tmp_path):
     kept = scipy.io.loadmat(path, simplify_cells=True)
     raw = scipy.io.loadmat(path)
     variables = {name: shape for name, shape, _ in scipy.io.whosmat(path)}
-    assert set(variables) == set(tables(source)) | {"units", "descriptions"}
+    assert set(variables) == set(tables(source)) | {"units", "descriptions", "elements"}
     for name, table in tables(source).items():
         for field in table.schema:
             column = table[field.name]
@@ -166,6 +181,8 @@ def test_mat(source, tmp_path):
                 assert raw[name][field.name][0, 0].dtype == (np.uint8 if logical else float)
             told = kept["units"][name][field.name]
             assert (str(told) if np.size(told) else "") == unit(field)
+            told = kept["elements"][name][field.name]
+            assert np.atleast_1d(told).tolist() == elements(field)
 
 
 def test_xlsx(source, tmp_path):

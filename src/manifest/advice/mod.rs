@@ -4,8 +4,7 @@
 mod idle;
 mod suspect;
 
-use super::diagnostic::Issues;
-use super::tree::{self, Node};
+use super::tree::Node;
 use super::{AxisKey, Job};
 
 /// Why something is worth a word.
@@ -17,6 +16,15 @@ pub enum AdviceKind {
     Suspect,
 }
 
+/// Where a key is given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Place {
+    /// This line of the manifest, from 1.
+    Line(usize),
+    /// Another value than in the manifest, by the command.
+    Set,
+}
+
 /// A word on a key of a manifest.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Advice {
@@ -24,31 +32,28 @@ pub struct Advice {
     pub kind: AdviceKind,
     /// Its path, such as `mesh.half_gap`.
     pub key: String,
-    /// Line of the manifest that gives it, from 1; none where its default is meant, or what a drawing or a
-    /// modal file makes of it.
-    pub line: Option<usize>,
+    /// Where it is given; none where its default is meant, or what a drawing or a modal file makes of it.
+    pub place: Option<Place>,
     /// In a sentence.
     pub message: String,
 }
 
 /// All there is to say of a job, a key at most once, in the order of the manifest.
 pub fn advice(job: &Job) -> Vec<Advice> {
-    let mut issues = Issues::default();
-    let source = issues.add_source(String::new(), job.text.clone());
     let text = Text {
-        root: tree::parse(source, &mut issues),
+        root: job.written().tree(),
         text: &job.text,
     };
     let mut found: Vec<Advice> = Vec::new();
     let mut add = |kind, (key, message): (String, String)| {
-        let line = text.line_of(&key);
+        let place = text.place_of(&key);
         // Harmonics of deviations that are given tooth by tooth are nobody's to change.
-        let derived = line.is_none() && key.starts_with("excitation.");
+        let derived = place.is_none() && key.starts_with("excitation.");
         if !derived && !found.iter().any(|known: &Advice| known.key == key) {
             found.push(Advice {
                 kind,
                 key,
-                line,
+                place,
                 message,
             });
         }
@@ -78,7 +83,7 @@ pub fn advice(job: &Job) -> Vec<Advice> {
         idle.into_iter()
             .for_each(|word| add(AdviceKind::NoEffect, word));
     }
-    found.sort_by_key(|advice| (advice.kind == AdviceKind::NoEffect, advice.line));
+    found.sort_by_key(|advice| (advice.kind == AdviceKind::NoEffect, advice.place));
     found
 }
 
@@ -89,14 +94,17 @@ struct Text<'t> {
 }
 
 impl Text<'_> {
-    /// Line of a key, or of the axis of the grid that varies it, from 1.
-    fn line_of(&self, key: &str) -> Option<usize> {
+    /// Where a key is given, or the axis of the grid that varies it.
+    fn place_of(&self, key: &str) -> Option<Place> {
         let axis = self.root.at("grid").and_then(|grid| grid.entry(key));
         let span = match axis {
             Some(axis) => axis.key_span,
             None => self.root.at(key)?.span,
         };
+        if span.source != 0 {
+            return Some(Place::Set);
+        }
         let before = self.text.get(..span.start)?;
-        Some(1 + before.matches('\n').count())
+        Some(Place::Line(1 + before.matches('\n').count()))
     }
 }

@@ -119,6 +119,7 @@ fn signals(table: &Section, issues: &mut Issues) -> Option<Signals> {
         bearings: words.contains(&"bearings"),
         torques: words.contains(&"torques"),
         accelerations: words.contains(&"accelerations"),
+        rotations: false,
     })
 }
 

@@ -253,6 +253,7 @@ mod tests {
                 axis("load", &[0.1]),
                 axis("speed", &orbits.map(|(speed, _)| speed)),
             ],
+            units: BTreeMap::new(),
             over: 1,
             second: None,
             branches: BTreeMap::from([(0, orbits.map(|(v, s)| orbit(v, s)).to_vec())]),

@@ -20,6 +20,8 @@ pub(super) struct Followed {
     pub job: Option<String>,
     /// The axes, with the values that orbits have.
     pub axes: Vec<Axis>,
+    /// Units that the manifest gives axes in, by their name.
+    pub units: BTreeMap<String, String>,
     /// Place of the axis that orbits are followed over.
     pub over: usize,
     /// Place of the second axis of curves.
@@ -164,6 +166,7 @@ impl Followed {
         Ok(Some(Self {
             job: table.metadata("job").map(|job| printable(job).into_owned()),
             axes: axes.collect(),
+            units: table.axis_units(),
             over,
             second: place("second"),
             branches,

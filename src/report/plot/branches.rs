@@ -4,13 +4,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::axis::{Axis, padded, range};
+use super::axis_units::AxisUnits;
 use super::canvas::{Canvas, Colour, Place};
 use super::categories::colour;
 use super::marker::{Marker, SAMPLE, entry, name};
 use super::over_axis::{LEFT, MARGIN, RIGHT};
 use super::panel::Panel;
 use super::picture::{Drawn, Picture};
-use super::results::{MOST_SLICES, Results, distinct, held_words};
+use super::results::{MOST_SLICES, Results, distinct};
 use super::what::What;
 use crate::report::followed::{Bifurcation, Followed, Held, Orbit};
 use crate::report::numbers::plural;
@@ -32,12 +33,12 @@ const BEYOND: f64 = 1.5;
 const PLAIN_ENDS: [&str; 2] = ["the interval ends", "back at the first orbit"];
 
 /// A picture a line.
-pub(super) fn draw(followed: &Followed, results: Option<&Results>) -> Drawn {
+pub(super) fn draw(followed: &Followed, shown: &AxisUnits, results: Option<&Results>) -> Drawn {
     let lines = followed.lines();
     let count = lines.len();
     let mut drawn = Drawn::of_slices(What::Branches, count.min(MOST_SLICES), count);
     for line in lines.iter().take(MOST_SLICES) {
-        let canvas = picture(followed, line, results);
+        let canvas = picture(followed, shown, line, results);
         let name = format!("branches{}", suffix(followed, line));
         drawn.pictures.push(Picture::new(name, canvas));
     }
@@ -45,10 +46,10 @@ pub(super) fn draw(followed: &Followed, results: Option<&Results>) -> Drawn {
 }
 
 /// `load 0.05, mesh.half_gap 10 µm`.
-pub(super) fn words(followed: &Followed, held: &Held) -> String {
+pub(super) fn words(followed: &Followed, shown: &AxisUnits, held: &Held) -> String {
     let values = held.values.iter().filter_map(|(name, value)| {
         let axis = followed.axes.iter().find(|axis| axis.name == *name)?;
-        Some(held_words(axis, *value))
+        Some(shown.words(axis, *value))
     });
     values.collect::<Vec<_>>().join(", ")
 }
@@ -65,7 +66,12 @@ pub(super) fn suffix(followed: &Followed, held: &Held) -> String {
     }
 }
 
-fn picture(followed: &Followed, line: &Held, results: Option<&Results>) -> Canvas {
+fn picture(
+    followed: &Followed,
+    shown: &AxisUnits,
+    line: &Held,
+    results: Option<&Results>,
+) -> Canvas {
     let axis = followed.axis();
     let own = || {
         let branches = followed.branches.iter();
@@ -86,7 +92,7 @@ fn picture(followed: &Followed, line: &Held, results: Option<&Results>) -> Canva
     let job = followed.job.as_deref().unwrap_or("job unknown");
     let title = format!("{job}: periodic orbits over {}", axis.name);
     let counts = [
-        words(followed, line),
+        words(followed, shown, line),
         match own().count() {
             1 => "1 branch".to_owned(),
             count => format!("{count} branches"),
@@ -104,7 +110,9 @@ fn picture(followed: &Followed, line: &Held, results: Option<&Results>) -> Canva
         right: RIGHT,
         top: 72.0,
         bottom: 526.0,
-        across: Axis::linear(&axis.name, &axis.unit, padded(across, 0.02)),
+        across: shown.axis(axis, |name, unit| {
+            Axis::linear(name, unit, padded(across, 0.02))
+        }),
         up: Axis::linear("RMS of the deflection", "m", padded(up, 0.05)),
     };
     panel.frame(&mut canvas, true);

@@ -6,6 +6,7 @@ use serde::Serialize;
 use super::axis::{Axis, range};
 use super::canvas::{Anchor, BLUE, Canvas, Colour, FAINT, INK, RED, SOFT};
 use super::display::{Display, Unit};
+use super::lettering::fitted;
 use super::over_axis::LEFT;
 use super::panel::{Panel, TICK_SIZE};
 use super::picture::{Drawn, Picture};
@@ -14,12 +15,18 @@ use crate::report::numbers::number;
 const RIGHT: f64 = 690.0;
 const TOP: f64 = 72.0;
 const BOTTOM: f64 = 526.0;
+/// Right end of the canvas, and letters of the key \[px\].
+const EDGE: f64 = 954.0;
+const KEY_SIZE: f64 = 11.5;
 /// Most resonances listed beside the diagram.
-const MOST_LISTED: usize = 20;
+const MOST_LISTED: usize = 19;
 /// Part of a mode's elastic energy in the mesh from which it is drawn bold.
 const IN_MESH: f64 = 0.05;
 /// Natural frequencies of modes with open contacts.
 const PALE: Colour = Colour(0xa8, 0xa8, 0xa8);
+
+/// How far outside the grid's speeds a resonance is still told, as a part of them: its flanks reach in.
+pub const NEAR_GRID: f64 = 0.1;
 
 /// A natural frequency over the speed.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,7 +71,27 @@ pub struct Campbell {
     pub rays: Vec<Ray>,
 }
 
-/// A natural frequency met by an excitation within the speeds of the grid.
+/// State of the contacts that bear the static load.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Contacts {
+    /// Closed by their mean stiffness.
+    Closed,
+    /// Open, as all others.
+    Open,
+}
+
+impl Contacts {
+    /// `closed`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Closed => "closed",
+            Self::Open => "open",
+        }
+    }
+}
+
+/// A natural frequency met by an excitation at a speed of the grid, or within [`NEAR_GRID`] of them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Resonance {
     /// Pinion speed \[rad/s\].
@@ -73,25 +100,31 @@ pub struct Resonance {
     pub frequency: f64,
     /// `2 × mesh`.
     pub excitation: String,
-    /// Mode with closed contacts, from 1.
+    /// Whose mode it is.
+    pub contacts: Contacts,
+    /// The mode, from 1.
     pub mode: usize,
     /// Part of its elastic energy that the closed contacts store.
     pub mesh_share: f64,
 }
 
 impl Campbell {
-    /// Where rays meet natural frequencies of closed modes at speeds of the grid, by speed.
+    /// Where rays meet natural frequencies at speeds of the grid or near them, by speed.
     pub fn resonances(&self) -> Vec<Resonance> {
+        let [low, high] = self.grid;
+        let near = low * (1.0 - NEAR_GRID)..=high * (1.0 + NEAR_GRID);
+        let closed = self.closed.iter().map(|mode| (Contacts::Closed, mode));
+        let open = self.open.iter().map(|mode| (Contacts::Open, mode));
         let mut found = Vec::new();
-        for mode in &self.closed {
+        for (contacts, mode) in closed.chain(open) {
             for ray in &self.rays {
                 let met = self.meetings(mode, ray).into_iter();
-                let [low, high] = self.grid;
-                found.extend(met.filter(|(speed, _)| (low..=high).contains(speed)).map(
+                found.extend(met.filter(|(speed, _)| near.contains(speed)).map(
                     |(speed, frequency)| Resonance {
                         speed,
                         frequency,
                         excitation: ray.name.clone(),
+                        contacts,
                         mode: mode.mode,
                         mesh_share: mode.mesh_share,
                     },
@@ -158,18 +191,17 @@ impl Campbell {
         let met = self.resonances();
         for resonance in &met {
             let at = panel.at(resonance.speed, resonance.frequency);
-            if at[1] >= TOP {
-                canvas.disc(at, 4.4, INK);
-                canvas.disc(
-                    at,
-                    3.2,
-                    if resonance.mesh_share < IN_MESH {
-                        Colour(255, 255, 255)
-                    } else {
-                        RED
-                    },
-                );
+            if at[1] < TOP {
+                continue;
             }
+            let white = Colour(255, 255, 255);
+            let (edge, fill) = match resonance.contacts {
+                Contacts::Open => (PALE, white),
+                Contacts::Closed if resonance.mesh_share < IN_MESH => (INK, white),
+                Contacts::Closed => (INK, RED),
+            };
+            canvas.disc(at, 4.4, edge);
+            canvas.disc(at, 3.2, fill);
         }
         canvas.outline([LEFT, TOP], [RIGHT, BOTTOM], INK, 1.0);
         self.key(&mut canvas, &met, &unit);
@@ -224,7 +256,8 @@ impl Campbell {
         let x = RIGHT + 86.0;
         let mut y = TOP + 6.0;
         let mut say = |canvas: &mut Canvas, text: &str, colour: Colour| {
-            canvas.text([x, y], text, 11.5, colour, Anchor::Start);
+            let (text, size) = fitted(text, KEY_SIZE, 8.0, EDGE - x);
+            canvas.text([x, y], &text, size, colour, Anchor::Start);
             y += 16.5;
         };
         let named = [
@@ -237,14 +270,13 @@ impl Campbell {
         for (text, colour) in named {
             say(canvas, text, colour);
         }
-        let head = match met.len() {
-            0 => "no resonance at these speeds".to_owned(),
-            1 => "1 resonance:".to_owned(),
-            count => format!("{count} resonances:"),
-        };
-        say(canvas, &head, INK);
+        let of = |contacts: Contacts| met.iter().filter(move |one| one.contacts == contacts);
+        let (closed, open) = (of(Contacts::Closed).count(), of(Contacts::Open).count());
+        let near = format!("resonances at the grid ± {:.0} %:", 100.0 * NEAR_GRID);
+        say(canvas, &near, INK);
+        say(canvas, &format!("{closed} with contacts closed"), INK);
         // Those that the mesh drives most, by speed.
-        let mut leading: Vec<&Resonance> = met.iter().collect();
+        let mut leading: Vec<&Resonance> = of(Contacts::Closed).collect();
         leading.sort_by(|a, b| b.mesh_share.total_cmp(&a.mesh_share));
         leading.truncate(MOST_LISTED);
         leading.sort_by(|a, b| a.speed.total_cmp(&b.speed));
@@ -259,10 +291,11 @@ impl Campbell {
             let bold = resonance.mesh_share >= IN_MESH;
             say(canvas, &text, if bold { INK } else { SOFT });
         }
-        if leading.len() < met.len() {
-            let text = format!("… {} more, less in the mesh", met.len() - leading.len());
+        if leading.len() < closed {
+            let text = format!("… {} more, less in the mesh", closed - leading.len());
             say(canvas, &text, SOFT);
         }
+        say(canvas, &format!("{open} with contacts open: grey"), SOFT);
         canvas.line(&[[x - 8.0, TOP], [x - 8.0, BOTTOM]], FAINT, 1.0);
     }
 }
@@ -304,17 +337,33 @@ mod tests {
     }
 
     #[test]
-    fn resonances_are_where_rays_meet_closed_modes_in_the_grid() {
-        let found = diagram().resonances();
-        // 2 × mesh meets both modes below the grid's speeds.
-        let met: Vec<(&str, usize)> = (found.iter())
-            .map(|resonance| (&*resonance.excitation, resonance.mode))
-            .collect();
-        assert_eq!(met, [("1 × mesh", 1), ("1 × mesh", 2)]);
-        assert!((found[0].speed / TAU - 100.0).abs() < 1e-9);
+    fn resonances_are_where_rays_meet_modes_in_or_near_the_grid() {
+        use Contacts::{Closed, Open};
+        let met = |diagram: &Campbell| -> Vec<(String, Contacts, usize)> {
+            let found = diagram.resonances().into_iter();
+            found
+                .map(|one| (one.excitation, one.contacts, one.mode))
+                .collect()
+        };
+        let told = |ray: &str, contacts, mode| (ray.to_owned(), contacts, mode);
+        let mut diagram = diagram();
+        let found = diagram.resonances();
+        // 2 × mesh meets the first at 50, the second at 73.7 revolutions a second: within a tenth of 80 alone.
+        let near = [
+            told("2 × mesh", Closed, 2),
+            told("1 × mesh", Closed, 1),
+            told("1 × mesh", Closed, 2),
+        ];
+        assert_eq!(met(&diagram), near);
+        assert!((found[1].speed / TAU - 100.0).abs() < 1e-9);
         // 20 n = 2900 + n between 100 and 200 revolutions a second.
-        assert!((found[1].speed / TAU - 2900.0 / 19.0).abs() < 1e-9);
-        assert!((found[1].frequency - 20.0 * 2900.0 / 19.0).abs() < 1e-6);
+        assert!((found[2].speed / TAU - 2900.0 / 19.0).abs() < 1e-9);
+        assert!((found[2].frequency - 20.0 * 2900.0 / 19.0).abs() < 1e-6);
+        // 500 Hz of the open mode are met at 25 and 12.5, below.
+        diagram.grid = [TAU * 27.0, TAU * 30.0];
+        assert_eq!(met(&diagram), [told("1 × mesh", Open, 1)]);
+        diagram.grid = [TAU * 28.0, TAU * 30.0];
+        assert_eq!(met(&diagram), []);
     }
 
     #[test]
@@ -332,7 +381,9 @@ mod tests {
             "speed [rpm]",
             "frequency [kHz]",
             "2 × mesh",
-            "2 resonances:",
+            "resonances at the grid ± 10 %:",
+            "3 with contacts closed",
+            "0 with contacts open: grey",
             "6000 rpm: 1 × mesh, mode 1",
         ] {
             assert!(texts.contains(&wanted), "{wanted} is not in {texts:?}");
@@ -340,6 +391,6 @@ mod tests {
         let discs = shapes
             .iter()
             .filter(|shape| matches!(shape, Shape::Disc { .. }));
-        assert_eq!(discs.count(), 4);
+        assert_eq!(discs.count(), 6);
     }
 }

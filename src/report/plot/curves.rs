@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::axis::{Axis, padded, range};
+use super::axis_units::AxisUnits;
 use super::branches::{suffix, words};
 use super::canvas::{Anchor, Canvas, Colour, INK, Place};
 use super::error::PlotError;
@@ -33,7 +34,11 @@ const ONSET_WIDTH: f64 = 3.6;
 const EDGE: f64 = 2.4;
 
 /// A picture a plane.
-pub(super) fn draw(followed: &Followed, results: Option<&Results>) -> Result<Drawn, PlotError> {
+pub(super) fn draw(
+    followed: &Followed,
+    shown: &AxisUnits,
+    results: Option<&Results>,
+) -> Result<Drawn, PlotError> {
     let unfit = |reason: &str| PlotError::Unfit {
         what: What::Curves,
         reason: reason.into(),
@@ -48,7 +53,7 @@ pub(super) fn draw(followed: &Followed, results: Option<&Results>) -> Result<Dra
     let count = planes.len();
     let mut drawn = Drawn::of_slices(What::Curves, count.min(MOST_SLICES), count);
     for plane in planes.iter().take(MOST_SLICES) {
-        let canvas = picture(followed, [followed.over, second], plane, results);
+        let canvas = picture((followed, shown), [followed.over, second], plane, results);
         let name = format!("curves{}", suffix(followed, plane));
         drawn.pictures.push(Picture::new(name, canvas));
     }
@@ -56,7 +61,7 @@ pub(super) fn draw(followed: &Followed, results: Option<&Results>) -> Result<Dra
 }
 
 fn picture(
-    followed: &Followed,
+    (followed, units): (&Followed, &AxisUnits),
     axes: [usize; 2],
     plane: &Held,
     results: Option<&Results>,
@@ -78,7 +83,7 @@ fn picture(
     let frame = frame.map(|span| padded(span, room));
     let [across, up] = [0, 1].map(|i| {
         let axis = &followed.axes[axes[i]];
-        Axis::linear(&axis.name, &axis.unit, frame[i])
+        units.axis(axis, |name, unit| Axis::linear(name, unit, frame[i]))
     });
     let panel = Panel {
         left: LEFT,
@@ -91,7 +96,7 @@ fn picture(
     let job = followed.job.as_deref().unwrap_or("job unknown");
     let [over, second] = axes.map(|axis| &followed.axes[axis].name);
     let title = format!("{job}: bifurcations over {over} and {second}");
-    let mut parts = vec![words(followed, plane), plural(curves.len(), "curve")];
+    let mut parts = vec![words(followed, units, plane), plural(curves.len(), "curve")];
     if let Some(map) = &map {
         parts.push(format!("behind: {}", plural(map.points.len(), "point")));
         parts.extend(map.direction.map(|direction| format!("sweep {direction}")));

@@ -141,6 +141,9 @@ pub(super) struct Scale {
     range: [Option<f64>; 2],
 }
 
+/// Part of the largest value of a quantity below which one is round-off.
+const ROUND_OFF: f64 = 1e-9;
+
 /// Powers are squares of amplitudes.
 const POWER: &str = "W";
 
@@ -189,13 +192,25 @@ impl Scale {
     /// What is drawn of a value: itself or its level; none where the axis has no place for it.
     pub fn shown(&self, value: f64) -> Option<f64> {
         let shown = match self.reference {
-            Some(reference) => {
-                let decade = if self.si == POWER { 10.0 } else { 20.0 };
-                decade * (value.abs() / reference).log10()
-            }
+            Some(reference) => self.decade() * (value.abs() / reference).log10(),
             None => value,
         };
         (shown.is_finite() && (!self.logarithmic || shown > 0.0)).then_some(shown)
+    }
+
+    /// Below which an axis of levels or decades does not reach for a value, by the largest shown of the same quantity: what is
+    /// less than [`ROUND_OFF`] of it is round-off. None of a linear axis, which such a value does not stretch.
+    pub fn floor(&self, largest: f64) -> Option<f64> {
+        match (self.reference.is_some(), self.logarithmic) {
+            (true, _) => Some(largest + self.decade() * ROUND_OFF.log10()),
+            (false, true) => Some(largest * ROUND_OFF),
+            (false, false) => None,
+        }
+    }
+
+    /// Decibels of a factor of 10.
+    fn decade(&self) -> f64 {
+        if self.si == POWER { 10.0 } else { 20.0 }
     }
 
     /// An axis for shown values from low to high.
@@ -244,12 +259,17 @@ mod tests {
         assert!((scale.shown(1e-5).unwrap() - 20.0).abs() < 1e-12);
         assert_eq!(scale.shown(0.0), None);
         assert_eq!(scale.axis([0.0, 20.0]).label, "rms [dB re 1 µm]");
+        assert_eq!(scale.floor(20.0), Some(20.0 - 180.0));
         let power = Display {
             decibels: Some("1e-3".parse().unwrap()),
             ..Display::default()
         };
         let scale = Scale::new("power_loss", "W", &power).unwrap();
         assert!((scale.shown(1.0).unwrap() - 30.0).abs() < 1e-12);
+        assert_eq!(scale.floor(30.0), Some(30.0 - 90.0));
+        let plain = Scale::new("force", "N", &Display::default()).unwrap();
+        assert_eq!(plain.floor(8.0), None);
+        assert_eq!(plain.in_decades().floor(8.0), Some(8e-9));
         let wrong = Scale::new("force_peak", "N", &display).err().unwrap();
         assert!(wrong.to_string().contains("`--db 1 um`"), "{wrong}");
     }

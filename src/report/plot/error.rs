@@ -129,7 +129,10 @@ pub enum PlotError {
     #[error(
         "no {column}[{element}]: {}",
         match length {
-            Some(length) => format!("its lists have {length} elements, counted from 1"),
+            Some(length) if names.is_empty() => {
+                format!("its lists have {length} elements, counted from 1")
+            }
+            Some(_) => format!("its elements are {}", names.join(", ")),
             None => "the column holds numbers, not lists".to_owned(),
         }
     )]
@@ -137,9 +140,11 @@ pub enum PlotError {
         /// The column.
         column: String,
         /// The element asked for.
-        element: usize,
+        element: String,
         /// How many there are; none where the column holds no lists.
         length: Option<usize>,
+        /// Their names, where they have some.
+        names: Vec<String>,
     },
     /// An option with a unit that does not fit.
     #[error("`{option} {given}` does not fit {name}, whose unit is {}", if unit == "1" { "1 (a plain number)" } else { unit })]

@@ -5,6 +5,7 @@
 //! or PNG of it. Same files, same bytes.
 
 mod axis;
+mod axis_units;
 mod basins;
 mod bifurcation;
 mod branches;
@@ -51,12 +52,13 @@ use std::path::{Path, PathBuf};
 use strum::VariantArray;
 
 use crate::report::followed::Followed;
-use crate::store::{TableKind, record_paths};
+use crate::store::{ColumnHead, TableKind, record_paths};
+use axis_units::AxisUnits;
 use mesh::MeshCurves;
 use recording::Recording;
 use results::Results;
 
-pub use campbell::{Campbell, ModeLine, Ray, Resonance};
+pub use campbell::{Campbell, Contacts, ModeLine, NEAR_GRID, Ray, Resonance};
 pub use column::{Asked, ColumnName, NoColumn};
 pub use display::{Amount, Display, Log, NoAmount};
 pub use error::PlotError;
@@ -77,7 +79,8 @@ const FOLLOWED_NEEDED: &str = "there is no branches.parquet; `atlas follow` writ
 /// What was given: a folder, which may be of several kinds at once, or a table file.
 struct Source {
     results: Option<Results>,
-    followed: Option<Followed>,
+    /// Followed orbits, and the units of their axes.
+    followed: Option<(Followed, AxisUnits)>,
     recording: Option<Recording>,
     mesh: Option<MeshCurves>,
 }
@@ -135,8 +138,8 @@ pub fn plot(paths: &[PathBuf], request: &PlotRequest) -> Result<Drawn, PlotError
 pub struct Drawable {
     /// Kinds of pictures.
     pub kinds: Vec<What>,
-    /// Name, unit and description of every column.
-    pub columns: Vec<[String; 3]>,
+    /// Every column, by the name that it is asked for by.
+    pub columns: Vec<ColumnHead>,
 }
 
 /// Says what can be drawn of a results folder.
@@ -175,13 +178,14 @@ impl Source {
                 folder: path.to_path_buf(),
             });
         }
-        let mut results = has_results.then(|| Results::read(path)).transpose()?;
-        if let Some(results) = &mut results {
-            results.show_in(units);
-        }
+        let results = has_results.then(|| Results::read(path, units));
+        let followed = Followed::read(path)?.map(|followed| {
+            let shown = AxisUnits::new(&followed.axes, &followed.units, units);
+            (followed, shown)
+        });
         Ok(Self {
-            results,
-            followed: Followed::read(path)?,
+            results: results.transpose()?,
+            followed,
             recording: has_trace.then(|| Recording::read(path)).transpose()?,
             mesh: None,
         })
@@ -249,12 +253,12 @@ impl Source {
             return mesh::draw(what, curves);
         }
         if let What::Branches | What::Curves = what {
-            let Some(followed) = &self.followed else {
+            let Some((followed, shown)) = &self.followed else {
                 return Err(unfit(FOLLOWED_NEEDED));
             };
             return match what {
-                What::Curves => curves::draw(followed, self.results.as_ref()),
-                _ => Ok(branches::draw(followed, self.results.as_ref())),
+                What::Curves => curves::draw(followed, shown, self.results.as_ref()),
+                _ => Ok(branches::draw(followed, shown, self.results.as_ref())),
             };
         }
         match (what, &self.results, &self.recording) {
@@ -274,7 +278,7 @@ impl Source {
             What::Mesh | What::Sharing | What::Contact => self.mesh.is_some(),
             _ if self.mesh.is_some() => false,
             What::Branches => self.followed.is_some(),
-            What::Curves => (self.followed.as_ref()).is_some_and(|own| own.second.is_some()),
+            What::Curves => (self.followed.as_ref()).is_some_and(|(own, _)| own.second.is_some()),
             What::Phase => self.results.is_some() || self.recording.is_some(),
             // Only where they were asked for: most results have neither.
             What::Shares => self.holds(TableKind::Attractors),

@@ -60,6 +60,7 @@ pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Dra
             let (point, _) =
                 best.ok_or_else(|| unfit("poincare.parquet holds no sample".into()))?;
             let why = match Motion::of(point) {
+                _ if results.summary.all.len() == 1 => "",
                 Motion::Chaotic => "the point with the largest λ",
                 _ => "the point with the largest deflection_rms",
             };

@@ -4,11 +4,11 @@
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
-use super::axis::{Axis, value_words};
-use super::display::Unit;
+use super::axis::Axis;
+use super::axis_units::AxisUnits;
 use super::error::PlotError;
 use super::what::What;
-use crate::manifest::axis_units;
+use crate::manifest::ManifestText;
 use crate::report::numbers::{number, plural};
 use crate::report::point::varied;
 use crate::report::{Axis as GridAxis, PointSummary, Summary};
@@ -28,8 +28,8 @@ pub(super) struct Results {
     pub loudness: Vec<Option<f64>>,
     /// What is missing, if anything.
     caveat: Option<String>,
-    /// Units to show axes in, by the name of the axis.
-    shown: BTreeMap<String, Unit>,
+    /// Units to show axes in.
+    pub shown: AxisUnits,
 }
 
 /// Points with the same values on all axes but those of the picture.
@@ -44,7 +44,8 @@ pub(super) struct Slice<'a> {
 }
 
 impl Results {
-    pub fn read(folder: &Path) -> Result<Self, PlotError> {
+    /// Reads a folder; axes are shown in the first of `units` that fits them, else in those of the manifest.
+    pub fn read(folder: &Path, units: &[String]) -> Result<Self, PlotError> {
         // Which pictures there are follows from the tables: one that is gone must not be taken for
         // one that was never asked for.
         let runs = read_runs(folder)?;
@@ -66,15 +67,13 @@ impl Results {
             )),
             None => Some("without run.json: may be incomplete".into()),
         };
-        let written = runs.first().map(|run| axis_units(&run.manifest));
-        let written = written.unwrap_or_default();
-        let axes = summary.axes.iter();
-        let shown = axes.filter_map(|axis| {
-            let unit = Unit::of(written.get(&axis.name)?, &axis.unit)?;
-            Some((axis.name.clone(), unit))
+        let written = runs.first().map(|run| ManifestText {
+            text: &run.manifest,
+            changes: &run.set,
         });
+        let written = written.map(ManifestText::axis_units).unwrap_or_default();
         Ok(Self {
-            shown: shown.collect(),
+            shown: AxisUnits::new(&summary.axes, &written, units),
             folder: folder.to_path_buf(),
             job: job.unwrap_or_default(),
             units: table.units()?,
@@ -267,30 +266,14 @@ impl Results {
         (points.binary_search_by_key(&point_id, |point| point.point_id)).ok()
     }
 
-    /// Shows axes in the first of some units that fits them.
-    pub fn show_in(&mut self, units: &[String]) {
-        for axis in &self.summary.axes {
-            if let Some(unit) = Unit::first(units, &axis.unit) {
-                self.shown.insert(axis.name.clone(), unit);
-            }
-        }
-    }
-
     /// An axis of a picture, in the unit that the manifest has for it; made from name and unit of SI.
     pub fn axis(&self, axis: &GridAxis, make: impl FnOnce(&str, &str) -> Axis) -> Axis {
-        let made = make(&axis.name, &axis.unit);
-        match self.shown.get(&axis.name) {
-            Some(unit) => made.in_unit(&axis.name, &unit.text, unit.factor),
-            None => made,
-        }
+        self.shown.axis(axis, make)
     }
 
     /// `speed 6000 rpm`.
     pub fn held_words(&self, axis: &GridAxis, value: f64) -> String {
-        match self.shown.get(&axis.name) {
-            Some(unit) => unit.words(&axis.name, value),
-            None => held_words(axis, value),
-        }
+        self.shown.words(axis, value)
     }
 
     /// The point of a number.
@@ -316,11 +299,6 @@ impl Results {
             ),
         }
     }
-}
-
-/// `speed 1108 rad/s`.
-pub(super) fn held_words(axis: &GridAxis, value: f64) -> String {
-    format!("{} {}", axis.name, value_words(value, &axis.unit))
 }
 
 /// Four digits, or all where four do not tell the values of the axis apart.

@@ -63,7 +63,8 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     // One column holds both: `m (deflection) or N (force)`.
     let units = table.units()?.remove("amplitude").unwrap_or_default();
     let title = format!("{}: spectra over mesh orders", results.job);
-    let loudest = if request.point.is_none() {
+    let chosen = request.point.is_none() && results.summary.all.len() > 1;
+    let loudest = if chosen {
         "the point with the largest deflection_rms"
     } else {
         ""
@@ -139,8 +140,8 @@ fn panel(
         .collect();
     let mut peaks: Vec<[f64; 2]> = match exact {
         true => {
-            for [across, up] in path {
-                canvas.line(&[[across, bottom], [across, up]], BLUE, 1.2);
+            for [across, up] in &path {
+                canvas.line(&[[*across, bottom], [*across, *up]], BLUE, 1.2);
             }
             shown.into_iter().filter(|line| line[1] > low).collect()
         }
@@ -156,7 +157,13 @@ fn panel(
         let half = 0.5 * NAME[0];
         let middle = at[0].clamp(panel.left + half, panel.right - half);
         let free = |other: &f64| (other - middle).abs() > NAME[0];
-        if named.len() < MOST_NAMED && named.iter().all(free) {
+        // A name stands on no other line.
+        let covers = |place: &Place| {
+            (place[0] - at[0]).abs() > 1.0
+                && (place[0] - middle).abs() < half
+                && place[1] < at[1] - 5.0
+        };
+        if named.len() < MOST_NAMED && named.iter().all(free) && !path.iter().any(covers) {
             // In the unit of the axis, so that peaks compare.
             let words = [
                 format!("order {}", to_digits(order, 3)),

@@ -60,13 +60,16 @@ impl TrainDrive {
         std::iter::once(self.gears).chain(self.meshes.iter().map(|mesh| mesh.gears))
     }
 
+    /// All gears, shaft by shaft.
+    pub(super) fn gears(&self) -> impl Iterator<Item = GearPlace> {
+        let shafts = self.shafts.iter().enumerate();
+        shafts
+            .flat_map(|(shaft, on)| (0..on.gears.len()).map(move |gear| GearPlace { shaft, gear }))
+    }
+
     /// Loose gears, in the order of their bodies.
     pub(super) fn loose_gears(&self) -> impl Iterator<Item = GearPlace> {
-        let places =
-            self.shafts.iter().enumerate().flat_map(|(shaft, on)| {
-                (0..on.gears.len()).map(move |gear| GearPlace { shaft, gear })
-            });
-        places.filter(|&place| self.gear(place).loose.is_some())
+        (self.gears()).filter(|&place| self.gear(place).loose.is_some())
     }
 
     /// The body that a gear turns with: its shaft, or itself.

@@ -3,11 +3,12 @@
 use super::contacts::{FlankTerms, Terms};
 use super::nodes::Assembled;
 use super::speeds::{Layout, sense};
-use super::{TrainDrive, TrainError};
+use super::{GearPlace, TrainDrive, TrainError};
 use crate::shaft::assembly::{AssembledMatrices, Freedom};
 use crate::shaft::error::{ShaftError, positive};
 use crate::shaft::modal::{
-    BearingGain, ContactLaw, FlankParticipation, ModalStructure, StructureContact, TorqueGain,
+    BearingGain, ContactLaw, FlankParticipation, ModalStructure, MotionKind, StructureContact,
+    TorqueGain,
 };
 use crate::shaft::modes::Modes;
 use crate::shaft::pair::{BearingTerms, modal_damping, orientation, place_motions};
@@ -187,7 +188,7 @@ impl TrainDrive {
         torque[0] = 0.0;
         let [constant_load, load_by_speed] = self.mean_drag(solved, layout, assembled, &driving);
 
-        let turning = self.turning(assembled);
+        let turning = self.turning(layout, assembled);
         let supports = assembled.supports.iter().cloned();
         let mut motions =
             place_motions(solved.matrices, solved.modes, supports, turning.into_iter());
@@ -220,15 +221,30 @@ impl TrainDrive {
         })
     }
 
-    /// Nodes of all bodies that may turn, by their names.
-    fn turning(&self, assembled: &Assembled) -> Vec<(String, usize)> {
+    /// All bodies that may turn, and all gears: what, its name, its node and the sense in which it runs.
+    fn turning(
+        &self,
+        layout: &Layout,
+        assembled: &Assembled,
+    ) -> Vec<(MotionKind, String, (usize, f64))> {
         let shafts = self.shafts.iter().enumerate().map(|(index, shaft)| {
             let node = assembled.at(index, shaft.torque_at);
-            (shaft.name.clone(), node)
+            (
+                MotionKind::Body,
+                shaft.name.clone(),
+                (node, sense(layout.speeds[index])),
+            )
         });
-        let loose = self.loose_gears().zip(&assembled.loose);
-        let loose = loose.map(|(place, &node)| (self.gear(place).name.clone(), node));
-        shafts.chain(loose).collect()
+        let gear = |kind: MotionKind, place: GearPlace| {
+            let turns = sense(layout.speeds[self.body_of(place)]);
+            let node = assembled.gear(self, place);
+            (kind, self.gear(place).name.clone(), (node, turns))
+        };
+        let loose = self
+            .loose_gears()
+            .map(|place| gear(MotionKind::Body, place));
+        let gears = self.gears().map(|place| gear(MotionKind::Gear, place));
+        shafts.chain(loose).chain(gears).collect()
     }
 
     /// Torques in every stretch of a flexible shaft between places where torque enters or leaves,

@@ -15,6 +15,7 @@ use crate::analysis::{
     OrderReference, PoincareSample, PointOutcome, ProbeOutcome, SampleKind, SignalOrders, Spectrum,
     SpectrumLine, SpectrumMethod, Status, TraceSample, TraceSink,
 };
+use crate::model::Quantity;
 use crate::model::{ActiveSet, COAST_FLANK};
 use crate::numerics::nested_grid::NestedGrid;
 use crate::propagate::Event;
@@ -50,6 +51,10 @@ fn layout() -> ResultLayout {
         horizon: true,
         cycle_expansion: true,
         refined: None,
+        elements: vec![(
+            Quantity::BearingForce,
+            ["pinion 1 x", "pinion 1 y"].map(str::to_owned).to_vec(),
+        )],
         shard: None,
     }
 }
@@ -1339,4 +1344,23 @@ fn foreign_files_are_not_read() {
     assert!(matches!(read(), StoreError::Missing { .. }));
     fs::write(folder.path().join("points.parquet"), "not Parquet at all").unwrap();
     assert!(matches!(read(), StoreError::Parquet { .. }));
+}
+
+/// Names of what stands at each place of a list go with its columns, and with their standard errors.
+#[test]
+fn elements_of_lists_have_their_names() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), &layout(), vec![full(0)]);
+    let columns = ResultTable::head(folder.path(), TableKind::Points).unwrap();
+    let names = |wanted: &str| {
+        let columns = columns.columns().unwrap().into_iter();
+        let mut own = columns.filter(|column| column.name == wanted);
+        own.next().unwrap().elements
+    };
+    for name in ["bearing_mean", "bearing_rms", "bearing_rms_stderr"] {
+        assert_eq!(names(name), ["pinion 1 x", "pinion 1 y"], "{name}");
+    }
+    for name in ["torque_rms", "harmonics", "speed"] {
+        assert_eq!(names(name), [] as [&str; 0], "{name}");
+    }
 }

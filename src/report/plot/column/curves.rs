@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use super::Source;
 use super::labelled::Labelled;
 use super::map::file_part;
-use super::plan::{Axes, Plan};
+use super::plan::{Axes, Key, Plan};
 use super::series::Series;
 use crate::report::numbers::plural;
 use crate::report::plot::axis::{Axis, range};
@@ -61,13 +61,26 @@ pub(super) fn draw(
     let over = &first.summary.axes[axes.over[0]];
     let mut ends: Vec<f64> = Vec::new();
     let mut across: Vec<f64> = Vec::new();
-    for dot in plans.values().flat_map(Plan::dots) {
-        across.push(dot.x);
-        ends.extend(
-            [dot.low, dot.high, dot.value]
-                .into_iter()
-                .filter(|v| v.is_finite()),
+    let name_of = |key: &Key| &*group[key[2]][key[0]].name;
+    let all = || plans.values().flat_map(|plan| &plan.curves);
+    let mut hidden = 0;
+    for name in &names {
+        let dots = || {
+            let own = all().filter(|(key, _)| name_of(key) == *name);
+            own.flat_map(|(_, curve)| &curve.dots)
+        };
+        let [_, largest] = range(
+            dots()
+                .map(|dot| dot.value)
+                .filter(|value| value.is_finite()),
         );
+        let floor = scale.floor(largest).unwrap_or(f64::NEG_INFINITY);
+        for dot in dots() {
+            across.push(dot.x);
+            hidden += usize::from(dot.value < floor);
+            let own = [dot.low, dot.high, dot.value].into_iter();
+            ends.extend(own.filter(|value| value.is_finite() && *value >= floor));
+        }
     }
     across.sort_by(f64::total_cmp);
     across.dedup();
@@ -80,6 +93,10 @@ pub(super) fn draw(
         Some(Log::Y) | None => Axis::for_grid(name, unit, &across),
     });
     let up = scale.axis(range(ends.into_iter()));
+    let below = match hidden {
+        0 => String::new(),
+        count => format!("{} of round-off below the axis", plural(count, "value")),
+    };
     let mut drawn = Drawn::sliced(&label, order.len(), order.len() + dropped);
     let jobs: Vec<&str> = sources.iter().map(|source| &*source.name).collect();
     let by = axes
@@ -113,7 +130,7 @@ pub(super) fn draw(
         );
         let points = plural(plan.points, "point");
         let held = plan.held().join(", ");
-        let mut canvas = Canvas::titled(&title, &first.subtitle(&[&held, &points]));
+        let mut canvas = Canvas::titled(&title, &first.subtitle(&[&held, &points, &below]));
         let picture = Labelled {
             sources,
             group,

@@ -23,6 +23,8 @@ const MOST_ENTRIES: usize = 21;
 const MOST_MARKERS: usize = 60;
 /// Markers left of a denser curve, so that it is still told by them.
 const FEW_MARKERS: usize = 8;
+/// Parts of a key in the order of their words: source, series, value of the second axis, direction.
+const WORDED: [usize; 4] = [2, 0, 1, 3];
 /// Half the height of the ends of an error bar's whiskers \[px\].
 const WHISKER: f64 = 3.0;
 
@@ -38,29 +40,92 @@ pub(super) struct Labelled<'a> {
 impl Labelled<'_> {
     /// The words of a curve, of each of its parts that not all curves share.
     fn label(&self, key: &Key) -> String {
+        let parts = WORDED.iter().flat_map(|&part| self.words(part, key));
+        parts.collect::<Vec<_>>().join(", ")
+    }
+
+    /// The words of a part of a curve's key.
+    fn words(&self, part: usize, key: &Key) -> Vec<String> {
         let [series, by, source, direction] = *key;
-        let mut parts = Vec::new();
-        if self.varies(2) {
-            parts.push(self.sources[source].name.clone());
-            parts.extend(self.plan.own(source));
-        }
-        if self.varies(0) {
-            let series = &self.group[source][series];
-            if self.names.len() > 1 || series.part.is_empty() {
-                parts.push(series.name.clone());
+        let mut words = Vec::new();
+        match part {
+            2 if self.varies(2) => {
+                words.push(self.sources[source].name.clone());
+                words.extend(self.plan.own(source));
             }
-            parts.extend(Some(series.part.clone()).filter(|part| !part.is_empty()));
+            0 if self.varies(0) => {
+                let series = &self.group[source][series];
+                if self.names.len() > 1 || series.part.is_empty() {
+                    words.push(series.name.clone());
+                }
+                words.extend(Some(series.part.clone()).filter(|part| !part.is_empty()));
+            }
+            1 => words.extend(self.axes.by[source].map(|axis| {
+                let results = self.sources[source].results;
+                let axis = &results.summary.axes[axis];
+                results.held_words(axis, self.axes.values[by])
+            })),
+            3 if self.varies(3) => words.push(["sweep up", "sweep down"][direction].to_owned()),
+            _ => {}
         }
-        if let Some(axis) = self.axes.by[source] {
-            let results = self.sources[source].results;
-            let axis = &results.summary.axes[axis];
-            parts.push(results.held_words(axis, self.axes.values[by]));
+        words
+    }
+
+    /// What the legend says: the curves, or where these are too many, what their colours mean and what their dashes
+    /// mean, where each tells one part.
+    fn entries(&self) -> Vec<Entry> {
+        let curves = || self.plan.curves.iter();
+        let all = curves().map(|(key, curve)| Entry {
+            label: self.label(key),
+            style: self.style(key),
+            lined: !curve.scattered,
+            marked: true,
+        });
+        let varied: Vec<usize> = (0..4).filter(|&part| self.varies(part)).collect();
+        let (lead, count) = self.lead();
+        let [one, two] = varied[..] else {
+            return all.collect();
+        };
+        if all.len() <= MOST_ENTRIES || self.count(one) + self.count(two) > MOST_ENTRIES {
+            return all.collect();
         }
-        if self.varies(3) {
-            let words = ["sweep up", "sweep down"];
-            parts.push(words[direction].to_owned());
+        let other = if lead == one { two } else { one };
+        let mut entries: Vec<Entry> = Vec::new();
+        for part in [lead, other] {
+            let mut met: Vec<usize> = Vec::new();
+            for (key, curve) in curves() {
+                if met.contains(&key[part]) {
+                    continue;
+                }
+                let dashes = self.style(key).dashes;
+                let style = match part == lead {
+                    true => Style {
+                        dashes: 0,
+                        ..self.style(key)
+                    },
+                    false => Style {
+                        colour: INK,
+                        ..Style::new([0, count], false, dashes)
+                    },
+                };
+                met.push(key[part]);
+                entries.push(Entry {
+                    label: self.words(part, key).join(", "),
+                    style,
+                    lined: !curve.scattered,
+                    marked: part == lead,
+                });
+            }
         }
-        parts.join(", ")
+        entries
+    }
+
+    /// The part of keys that colours tell apart, and how many values it has.
+    fn lead(&self) -> (usize, usize) {
+        // Of equals the value of the second axis comes first, then the series.
+        let lead = [1, 0, 2, 3].into_iter().rev();
+        let lead = lead.max_by_key(|&part| self.count(part)).unwrap_or(0);
+        (lead, self.count(lead))
     }
 
     /// Whether curves differ in a part of their keys.
@@ -78,12 +143,7 @@ impl Labelled<'_> {
     /// Colours tell what has most values apart, dashes the rest.
     fn style(&self, key: &Key) -> Style {
         let counts = [0, 1, 2, 3].map(|part| self.count(part));
-        // Of equals the value of the second axis comes first, then the series.
-        let lead = [1, 0, 2, 3]
-            .into_iter()
-            .rev()
-            .max_by_key(|&part| counts[part])
-            .unwrap_or(0);
+        let (lead, _) = self.lead();
         let place = |part: usize| {
             let smaller = self.plan.curves.keys().filter(|own| own[part] < key[part]);
             let mut met: Vec<usize> = smaller.map(|own| own[part]).collect();
@@ -97,12 +157,13 @@ impl Labelled<'_> {
     }
 
     pub fn draw(&self, canvas: &mut Canvas, across: &Axis, up: &Axis) {
-        let curves: Vec<(String, Style, &Curve)> = (self.plan.curves.iter())
-            .map(|(key, curve)| (self.label(key), self.style(key), curve))
+        let curves: Vec<(Style, &Curve)> = (self.plan.curves.iter())
+            .map(|(key, curve)| (self.style(key), curve))
             .collect();
-        let widths = curves
+        let entries = self.entries();
+        let widths = entries
             .iter()
-            .map(|(label, ..)| text_width(label, TICK_SIZE));
+            .map(|entry| text_width(&entry.label, TICK_SIZE));
         let alone = curves.len() < 2;
         let widest = widths.fold(0.0, f64::max) + 52.0;
         let right = EDGE
@@ -122,23 +183,23 @@ impl Labelled<'_> {
         panel.frame(canvas, true);
         if curves
             .iter()
-            .all(|(_, _, curve)| curve.dots.iter().all(|dot| dot.value.is_nan()))
+            .all(|(_, curve)| curve.dots.iter().all(|dot| dot.value.is_nan()))
         {
             panel.note(canvas, "no point has a value");
         }
-        for (_, style, curve) in &curves {
+        for (style, curve) in &curves {
             curve.bars(canvas, &panel, style);
         }
-        for (_, style, curve) in &curves {
+        for (style, curve) in &curves {
             curve.draw(canvas, &panel, style);
         }
         canvas.outline([LEFT, TOP], [right, BOTTOM], INK, 1.0);
         let mut y = TOP + 10.0;
         if !alone {
-            let every = curves.len().div_ceil(MOST_ENTRIES);
-            for (label, style, curve) in curves.iter().step_by(every) {
-                style.sample(canvas, [right + 14.0, y], !curve.scattered);
-                let (label, size) = fitted(label, TICK_SIZE, 8.0, EDGE - right - 49.0);
+            let every = entries.len().div_ceil(MOST_ENTRIES);
+            for entry in entries.iter().step_by(every) {
+                entry.sample(canvas, [right + 14.0, y]);
+                let (label, size) = fitted(&entry.label, TICK_SIZE, 8.0, EDGE - right - 49.0);
                 canvas.text([right + 47.0, y + 4.5], &label, size, INK, Anchor::Start);
                 y += 20.0;
             }
@@ -153,9 +214,26 @@ impl Labelled<'_> {
                 );
             }
         }
-        if curves.iter().any(|(_, _, curve)| curve.barred) {
+        if curves.iter().any(|(_, curve)| curve.barred) {
             let at = [right, TOP - 7.0];
             canvas.text(at, "bars: ± standard error", TICK_SIZE, SOFT, Anchor::End);
+        }
+    }
+}
+
+/// A line of a legend.
+struct Entry {
+    label: String,
+    style: Style,
+    lined: bool,
+    marked: bool,
+}
+
+impl Entry {
+    fn sample(&self, canvas: &mut Canvas, at: Place) {
+        match self.marked {
+            true => self.style.sample(canvas, at, self.lined),
+            false => (self.style).line(canvas, &[at, [at[0] + 26.0, at[1]]], 1.8),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! A column over two axes, in colour.
 
 use super::series::Series;
+use crate::report::numbers::plural;
 use crate::report::plot::axis::range;
 use crate::report::plot::canvas::{Anchor, Canvas, Colour, INK};
 use crate::report::plot::cells::{Cells, HEIGHT, MARGIN, notes};
@@ -29,13 +30,20 @@ pub(super) fn draw(
     let scale = Scale::new(&name, &series.unit, &request.display)?;
     let value = |point_id: u64| scale.shown(series.one(results.place(point_id)?)?.value);
     let ids = || results.summary.all.iter().map(|point| point.point_id);
-    let ends = range(ids().filter_map(value));
+    let [_, largest] = range(ids().filter_map(value));
+    let floor = scale.floor(largest).unwrap_or(f64::NEG_INFINITY);
+    let ends = range(ids().filter_map(value).filter(|value| *value >= floor));
+    let hidden = ids().filter_map(value).filter(|value| *value < floor);
+    let below = match hidden.count() {
+        0 => String::new(),
+        count => format!("{} of round-off below the scale", plural(count, "value")),
+    };
     let axis = scale.axis_over(ends);
     let (slices, all) = results.slices(&cells.free());
     let mut drawn = Drawn::sliced(&series.name, slices.len(), all);
     for slice in slices {
         let title = format!("{}: {name} over {}", results.job, cells.words());
-        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
+        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words, &below]));
         let found = cells.draw(&mut canvas, &slice, |point| match value(point.point_id) {
             Some(value) => (viridis(axis.fraction(value)), axis.briefly(value)),
             None => (NONE, "–".to_owned()),

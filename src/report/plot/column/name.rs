@@ -1,4 +1,4 @@
-//! Which columns are asked for?
+//! Which columns are asked for, and which elements of their lists?
 
 use std::fmt;
 use std::str::FromStr;
@@ -20,19 +20,62 @@ pub enum Asked {
     Column(ColumnName),
 }
 
-/// A column of numbers: `deflection_rms`, `harmonics[3]`, `orbits.lambda`.
+/// An element of a list.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Element {
+    /// Counted from 1.
+    Number(usize),
+    /// All whose names have these words, or the one that is called so.
+    Name(String),
+}
+
+impl Element {
+    /// Which elements of a list are meant, counted from 0; `names` are theirs, empty where they are only numbered.
+    pub fn among(&self, names: &[String], length: usize) -> Vec<usize> {
+        match self {
+            Self::Number(number) => (*number <= length)
+                .then(|| number - 1)
+                .into_iter()
+                .collect(),
+            Self::Name(wanted) => {
+                if let Some(exactly) = names.iter().position(|name| name == wanted) {
+                    return vec![exactly];
+                }
+                let has = |name: &str, word: &str| name.split_whitespace().any(|own| own == word);
+                let meant = |place: &usize| {
+                    let mut words = wanted.split_whitespace();
+                    words.all(|word| has(&names[*place], word))
+                };
+                (0..names.len().min(length)).filter(meant).collect()
+            }
+        }
+    }
+}
+
+impl fmt::Display for Element {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) => write!(f, "{number}"),
+            Self::Name(name) => f.write_str(name),
+        }
+    }
+}
+
+/// A column of numbers: `deflection_rms`, `harmonics[3]`, `bearing_rms[pinion 1 x]`, `orbits.lambda`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ColumnName {
     pub(super) table: TableKind,
     /// Name in the table.
     pub(super) name: String,
-    /// Element of a list, counted from 1.
-    pub(super) element: Option<usize>,
+    /// Elements of a list; none for all.
+    pub(super) element: Option<Element>,
 }
 
 /// A text that names neither a kind of picture nor a column.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{text}` has an element that is no number counted from 1; write for example harmonics[3]")]
+#[error(
+    "`{text}` has an element that is neither a number counted from 1 nor a name; write for example harmonics[3], bearing_rms[pinion 1 x]"
+)]
 pub struct NoColumn {
     text: String,
 }
@@ -61,9 +104,14 @@ impl FromStr for Asked {
         let (name, element) = match rest.split_once('[') {
             None => (rest, None),
             Some((name, element)) => {
-                let number = element.strip_suffix(']').and_then(|text| text.parse().ok());
-                let counted = number.filter(|&number: &usize| number > 0);
-                (name, Some(counted.ok_or_else(refused)?))
+                let element = element.strip_suffix(']').map(str::trim);
+                let element = element.filter(|text| !text.is_empty() && *text != "0");
+                let element = element.ok_or_else(refused)?;
+                let element = match element.parse() {
+                    Ok(number) => Element::Number(number),
+                    Err(_) => Element::Name(element.to_owned()),
+                };
+                (name, Some(element))
             }
         };
         Ok(Self::Column(ColumnName {
@@ -80,7 +128,7 @@ impl fmt::Display for ColumnName {
             write!(f, "{}.", stem(self.table))?;
         }
         f.write_str(&self.name)?;
-        match self.element {
+        match &self.element {
             Some(element) => write!(f, "[{element}]"),
             None => Ok(()),
         }
@@ -132,11 +180,30 @@ mod tests {
             of("mesh.half_gap"),
             ("points", "mesh.half_gap".into(), None)
         );
-        assert_eq!(of("harmonics[3]"), ("points", "harmonics".into(), Some(3)));
+        let third = Some(Element::Number(3));
+        assert_eq!(of("harmonics[3]"), ("points", "harmonics".into(), third));
+        let named = Some(Element::Name("pinion 1 x".into()));
+        assert_eq!(
+            of("bearing_rms[pinion 1 x]"),
+            ("points", "bearing_rms".into(), named)
+        );
         assert_eq!(of("orbits.lambda"), ("orbits", "lambda".into(), None));
-        for wrong in ["harmonics[0]", "harmonics[x]", "harmonics[1"] {
+        for wrong in ["harmonics[0]", "harmonics[]", "harmonics[ ]", "harmonics[1"] {
             assert!(wrong.parse::<Asked>().is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn elements_are_meant_by_their_names_or_words_of_these() {
+        let names = ["pinion 1 x", "pinion 1 y", "wheel 1 x", "wheel 1 x base"];
+        let names = names.map(str::to_owned);
+        let among = |text: &str| Element::Name(text.to_owned()).among(&names, 4);
+        assert_eq!(among("wheel 1 x"), [2]);
+        assert_eq!(among("x"), [0, 2, 3]);
+        assert_eq!(among("x pinion"), [0]);
+        assert_eq!(among("in"), [] as [usize; 0]);
+        assert_eq!(Element::Number(4).among(&[], 4), [3]);
+        assert_eq!(Element::Number(5).among(&names, 4), [] as [usize; 0]);
     }
 
     #[test]

@@ -46,10 +46,6 @@ pub(super) struct Axes {
 }
 
 impl Plan {
-    pub fn dots(&self) -> impl Iterator<Item = &Dot> {
-        self.curves.values().flat_map(|curve| &curve.dots)
-    }
-
     /// Takes up the points of a slice of a source.
     pub fn take(
         &mut self,

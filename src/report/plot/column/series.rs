@@ -3,7 +3,7 @@
 use super::name::{ColumnName, TABLES, nearest};
 use crate::report::plot::error::PlotError;
 use crate::report::plot::results::Results;
-use crate::store::{ColumnKind, ResultTable, StoreError, TableKind};
+use crate::store::{ColumnHead, ColumnKind, ResultTable, StoreError, TableKind};
 
 /// Orders of the elements of the list `suborders`.
 pub(in crate::report::plot) const SUBORDERS: [(&str, f64); 5] = [
@@ -81,15 +81,30 @@ pub(super) fn read(results: &Results, column: &ColumnName) -> Result<Vec<Series>
     let ids = table.u64("point_id")?;
     let longest = values.iter().map(Vec::len).max().unwrap_or(0);
     let is_list = modulus || table.is_list(&column.name);
-    let elements = match (is_list, column.element) {
-        (false, None) => 0..1,
-        (true, None) => 0..longest,
-        (true, Some(element)) if element <= longest => element - 1..element,
+    let head = table.columns()?.into_iter();
+    let names = head
+        .filter(|head| head.name == column.name)
+        .flat_map(|head| head.elements);
+    let names: Vec<String> = names.collect();
+    // Where the structures of a grid differ in what they have, a place is not the same element throughout.
+    let alike = |values: &Vec<Option<f64>>| values.is_empty() || values.len() == names.len();
+    let names = if values.iter().all(alike) {
+        names
+    } else {
+        Vec::new()
+    };
+    let elements: Vec<usize> = match (is_list, &column.element) {
+        (false, None) => vec![0],
+        (true, None) => (0..longest).collect(),
+        (true, Some(element)) if !element.among(&names, longest).is_empty() => {
+            element.among(&names, longest)
+        }
         (_, Some(element)) => {
             return Err(PlotError::NoElement {
                 column: column.name.clone(),
-                element,
+                element: element.to_string(),
                 length: is_list.then_some(longest),
+                names,
             });
         }
     };
@@ -110,7 +125,10 @@ pub(super) fn read(results: &Results, column: &ColumnName) -> Result<Vec<Series>
         Series {
             name: whole.to_string(),
             part: match is_list {
-                true => element_words(&column.name, element),
+                true => match names.get(element) {
+                    Some(name) => name.clone(),
+                    None => element_words(&column.name, element),
+                },
                 false => String::new(),
             },
             unit: unit.to_owned(),
@@ -118,7 +136,7 @@ pub(super) fn read(results: &Results, column: &ColumnName) -> Result<Vec<Series>
             samples,
         }
     };
-    Ok(elements.map(of_element).collect())
+    Ok(elements.into_iter().map(of_element).collect())
 }
 
 /// `order 3` of harmonics, else the number from 1.
@@ -149,11 +167,11 @@ fn moduli(table: &ResultTable) -> Result<Vec<Vec<Option<f64>>>, StoreError> {
     Ok(orbits.collect())
 }
 
-/// Name, unit and description of every column that can be drawn.
+/// Every column that can be drawn, under the name that it is asked for by.
 ///
 /// # Errors
 /// A table cannot be read.
-pub(in crate::report::plot) fn listed(results: &Results) -> Result<Vec<[String; 3]>, PlotError> {
+pub(in crate::report::plot) fn listed(results: &Results) -> Result<Vec<ColumnHead>, PlotError> {
     let mut all = Vec::new();
     for kind in TABLES {
         if let Some(table) = results.table(kind)? {
@@ -164,10 +182,13 @@ pub(in crate::report::plot) fn listed(results: &Results) -> Result<Vec<[String; 
                 }
                 let column = ColumnName {
                     table: kind,
-                    name: head.name,
+                    name: head.name.clone(),
                     element: None,
                 };
-                all.push([column.to_string(), head.unit, head.description]);
+                all.push(ColumnHead {
+                    name: column.to_string(),
+                    ..head
+                });
             }
         }
     }
@@ -177,7 +198,7 @@ pub(in crate::report::plot) fn listed(results: &Results) -> Result<Vec<[String; 
 /// What is said of a column that cannot be drawn.
 fn unknown(results: &Results, column: &ColumnName, is_text: bool) -> Result<PlotError, PlotError> {
     let known: Vec<String> = (listed(results)?.into_iter())
-        .map(|[name, ..]| name)
+        .map(|head| head.name)
         .collect();
     let name = column.to_string();
     Ok(PlotError::UnknownColumn {

@@ -1,0 +1,111 @@
+//! A manifest as it was written, with the keys that a command gave other values: what results keep of it, and what
+//! everything that reads a manifest again has to take up as a whole.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::Path;
+
+use super::diagnostic::Issues;
+use super::tree::{self, Node, Value};
+use super::{Job, ManifestErrors, judge, set};
+use crate::units;
+
+/// A text and its changes.
+#[derive(Debug, Clone, Copy)]
+pub struct ManifestText<'t> {
+    /// The manifest as the user wrote it.
+    pub text: &'t str,
+    /// Keys with other values, as typed: `KEY=VALUE`.
+    pub changes: &'t [String],
+}
+
+impl ManifestText<'_> {
+    /// Its job. `name` stands for the text in messages; relative paths in it start at `base_dir`.
+    ///
+    /// # Errors
+    ///
+    /// Every fault of the text, of the changes and of the modal file it names.
+    pub fn job(self, name: &str, base_dir: &Path) -> Result<Job, ManifestErrors> {
+        let mut issues = Issues::default();
+        let source = issues.add_source(name.to_owned(), self.text.to_owned());
+        judge(issues, source, base_dir, self.changes)
+    }
+
+    /// The unit of the first value with one of each axis of its grid, by the axis's name, as it is written; nothing
+    /// of a text that is no manifest.
+    pub fn axis_units(self) -> BTreeMap<String, String> {
+        let root = self.tree();
+        let entries = root.entries("grid").iter();
+        entries
+            .filter_map(|axis| Some((axis.key.clone(), unit(&axis.node)?)))
+            .collect()
+    }
+
+    /// Its values; faults are passed over. Those of the text are of source 0.
+    pub(super) fn tree(self) -> Node {
+        let mut issues = Issues::default();
+        let source = issues.add_source(String::new(), self.text.to_owned());
+        let mut root = tree::parse(source, &mut issues);
+        set::apply(&mut root, self.changes, &mut issues);
+        root
+    }
+}
+
+impl fmt::Display for ManifestText<'_> {
+    /// The text, and below it the keys that have other values.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.text)?;
+        (self.changes.iter()).try_for_each(|change| write!(f, "\n--set {change}"))
+    }
+}
+
+fn unit(node: &Node) -> Option<String> {
+    match &node.value {
+        Value::Text(text) => {
+            let (_, unit) = units::split(text)?;
+            (!unit.is_empty()).then(|| unit.to_owned())
+        }
+        Value::Array(values) => values.iter().find_map(unit),
+        Value::Table(_) => {
+            (["values", "from", "to"].iter()).find_map(|key| unit(&node.entry(key)?.node))
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GRID: &str = "[grid]\nspeed = { from = \"6000 rpm\", to = \"9000 rpm\", count = 3 }\nload = 0.1\n\
+        \"mesh.half_gap\" = { values = [1e-5, \"15 um\"] }\n\"mesh.misalignment\" = \"2 mrad\"\n";
+
+    fn found(text: &str, changes: &[&str]) -> Vec<(String, String)> {
+        let changes: Vec<String> = changes.iter().map(|&change| change.to_owned()).collect();
+        let changes = &changes;
+        ManifestText { text, changes }
+            .axis_units()
+            .into_iter()
+            .collect()
+    }
+
+    #[test]
+    fn units_are_those_of_the_text_and_its_changes() {
+        let pairs = |pairs: &[(&str, &str)]| -> Vec<(String, String)> {
+            let owned = |&(a, b): &(&str, &str)| (a.to_owned(), b.to_owned());
+            pairs.iter().map(owned).collect()
+        };
+        let written = pairs(&[
+            ("mesh.half_gap", "um"),
+            ("mesh.misalignment", "mrad"),
+            ("speed", "rpm"),
+        ]);
+        assert_eq!(found(GRID, &[]), written);
+        let changed = pairs(&[("mesh.half_gap", "mm"), ("mesh.misalignment", "mrad")]);
+        assert_eq!(
+            found(GRID, &["grid.\"mesh.half_gap\"=0.01 mm", "grid.speed=600"]),
+            changed
+        );
+        assert!(found("no manifest", &[]).is_empty());
+    }
+}

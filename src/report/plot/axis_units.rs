@@ -1,0 +1,42 @@
+//! In which units are axes of a grid shown?
+
+use std::collections::BTreeMap;
+
+use super::axis::{Axis, value_words};
+use super::display::Unit;
+use crate::report::Axis as GridAxis;
+
+/// Units by the name of the axis; others are shown in SI.
+#[derive(Debug, Default)]
+pub(super) struct AxisUnits(BTreeMap<String, Unit>);
+
+impl AxisUnits {
+    /// The first of the units asked for that fits an axis, else that of the manifest.
+    pub fn new(axes: &[GridAxis], written: &BTreeMap<String, String>, asked: &[String]) -> Self {
+        let of = |axis: &GridAxis| {
+            let written = || Unit::of(written.get(&axis.name)?, &axis.unit);
+            Unit::first(asked, &axis.unit).or_else(written)
+        };
+        let shown = axes
+            .iter()
+            .filter_map(|axis| Some((axis.name.clone(), of(axis)?)));
+        Self(shown.collect())
+    }
+
+    /// An axis of a picture, made from name and unit of SI.
+    pub fn axis(&self, axis: &GridAxis, make: impl FnOnce(&str, &str) -> Axis) -> Axis {
+        let made = make(&axis.name, &axis.unit);
+        match self.0.get(&axis.name) {
+            Some(unit) => made.in_unit(&axis.name, &unit.text, unit.factor),
+            None => made,
+        }
+    }
+
+    /// `speed 6000 rpm`.
+    pub fn words(&self, axis: &GridAxis, value: f64) -> String {
+        match self.0.get(&axis.name) {
+            Some(unit) => unit.words(&axis.name, value),
+            None => format!("{} {}", axis.name, value_words(value, &axis.unit)),
+        }
+    }
+}
