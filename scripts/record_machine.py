@@ -1,4 +1,4 @@
-"""Writes summary.md of `atlas machine` beside STREAM and lmbench.
+"""Writes summary.md of `atlas machine` beside STREAM, lmbench and core-to-core-latency.
 
     python3 scripts/record_machine.py WORK benches/runs/NAME
 """
@@ -34,6 +34,28 @@ def chains(work):
         for size, time in own.items():
             found.setdefault(size, []).append(time)
     return {size: statistics.median(times) for size, times in sorted(found.items())}
+
+
+def transfers(work):
+    """Mean one-way times of core-to-core-latency [ns] by pair of threads, the median of all turns."""
+    found = {}
+    for path in work.glob("transfer-*.csv"):
+        for a, line in enumerate(path.read_text().splitlines()):
+            for b, cell in enumerate(line.split(",")):
+                if cell.strip():
+                    found.setdefault((min(a, b), max(a, b)), []).append(float(cell))
+    return {pair: statistics.median(times) for pair, times in found.items()}
+
+
+def parallel(work):
+    """What lmbench's par_mem says: how many chains at once are worth, by size [bytes]."""
+    found = {}
+    for path in work.glob("parallel-*.txt"):
+        size = int(path.stem.split("-")[2])
+        values = re.findall(r"([\d.]+)\s*$", path.read_text(), re.M)
+        if values:
+            found.setdefault(size, []).append(float(values[-1]))
+    return {size: statistics.median(values) for size, values in sorted(found.items())}
 
 
 def table(head, rows):
@@ -72,12 +94,12 @@ def main(work, out):
             rows.append((str(count), mine, f"{1e-9 * atlas:.2f}",
                 f"{theirs}, {kind}", f"{1e-9 * stream:.2f}", f"{atlas / stream:.3f}"))
     text = [
-        "# `atlas machine` beside STREAM and lmbench, and beside itself\n",
+        "# `atlas machine` beside STREAM, lmbench and core-to-core-latency, and beside itself\n",
         f"{second['description']['cpu']}, {second['host']}, {second['started']}, "
         f"{second['program']['version']} ({second['program']['commit']}), `scripts/machine-peers`.",
         "Quiet." if second["noise"]["quiet"] else
         "**Not quiet**: " + "; ".join(second["noise"]["remarks"]) + ".",
-        "\n## Bandwidth, GB/s, best of four turns\n",
+        f"\n## Bandwidth, GB/s, best of {len(turns)} turns\n",
         "STREAM 5.10 (J. D. McCalpin), arrays as long as those of atlas, compiled here with plain "
         "loops, and with the copy as a call of memcpy.\n",
         table(("threads", "atlas", "", "STREAM", "", "ratio"), rows),
@@ -100,11 +122,39 @@ def main(work, out):
             rows.append((f"{size / 1024:.0f}", f"{1e9 * mine:.2f}", f"{1e9 * theirs:.2f}",
                 f"{mine / theirs:.3f}", "" if level else "on a slope"))
         text += [
-            "\n## Time of a load from page to page, ns, medians of four turns\n",
+            f"\n## Time of a load from page to page, ns, medians of {len(turns)} turns\n",
             "lmbench 3.0-a9 of Debian, `lat_mem_rd -t`, lines of 64 bytes, a run a size from 1 MiB on.\n",
             table(("buffer [KiB]", "atlas", "lmbench", "ratio", ""), rows),
             f"\nThey differ by {100 * worst:.1f} % at most, slopes left out, where half the size and "
             "twice the size both take another time by a quarter (wanted: 15 %).",
+        ]
+    theirs = transfers(work)
+    if theirs:
+        ours = {}
+        for row in (row for turn in turns for row in turn["transfer"]):
+            ours.setdefault((row["a"], row["b"]), []).append(1e9 * row["figure"]["median"])
+        rows = [(f"{a} and {b}", f"{statistics.median(ours[a, b]):.1f}", f"{time:.1f}",
+            f"{statistics.median(ours[a, b]) / time:.3f}") for (a, b), time in sorted(theirs.items()) if (a, b) in ours]
+        text += [
+            "\n## A line handed over, one way, ns\n",
+            "core-to-core-latency 1.2.0 (N. Viennot), bench 1, the mean of 300 samples of 1000 round trips; atlas, "
+            "the median repetition. A sample during which somebody else had a core counts in the mean.\n",
+            table(("threads", "atlas", "core-to-core-latency", "ratio"), rows),
+        ]
+    theirs = parallel(work)
+    rows = []
+    for size, worth in theirs.items():
+        rates = {}
+        for row in (row for turn in turns for row in turn["parallel"] if row["size"] == size):
+            rates.setdefault(row["chains"], []).append(row["figure"]["value"])
+        medians = {chains: statistics.median(values) for chains, values in rates.items()}
+        if medians:
+            rows.append((f"{size / 1024:.0f}", f"{max(medians.values()) / medians[1]:.2f}", f"{worth:.2f}"))
+    if rows:
+        text += [
+            "\n## What several chains at once are worth on one core\n",
+            "Loads a second at best over those of one chain; lmbench 3.0-a9, `par_mem`.\n",
+            table(("buffer [KiB]", "atlas", "lmbench"), rows),
         ]
     fence = "```"
     text += [
@@ -114,7 +164,7 @@ def main(work, out):
     out.mkdir(parents=True, exist_ok=True)
     (out / "summary.md").write_text("\n".join(text) + "\n")
     shutil.copy(work / "second/machine.json", out / "machine.json")
-    for name in ("operators", "solver", "roofline"):
+    for name in ("operators", "solver", "roofline", "loaded", "parallel"):
         picture = work / f"second/pictures/machine-{name}.png"
         if picture.exists():
             shutil.copy(picture, out / picture.name)

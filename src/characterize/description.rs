@@ -72,6 +72,9 @@ pub fn describe(topology: &Topology, root: &Root) -> Description {
         quota_percent: of_group("cpu.max").and_then(|text| quota(&text)),
         caches: topology.caches.clone(),
         nodes: nodes.collect(),
+        paths: topology.memory_paths(),
+        numa_balancing: (root.number("proc/sys/kernel/numa_balancing"))
+            .and_then(|state| u32::try_from(state).ok()),
         memory: machine.memory,
         memory_available: kibibytes(&meminfo, "MemAvailable"),
         memory_limit: of_group("memory.max").and_then(|text| text.parse().ok()),
@@ -200,6 +203,7 @@ mod tests {
             ("sys/fs/cgroup/work/cpu.max", "150000 100000\n"),
             ("sys/fs/cgroup/memory.max", "4096\n"),
             ("sys/devices/system/cpu/online", "0-7\n"),
+            ("proc/sys/kernel/numa_balancing", "1\n"),
             (
                 "sys/devices/system/cpu/cpu0/cpufreq/scaling_governor",
                 "powersave\n",
@@ -222,6 +226,9 @@ mod tests {
         assert_eq!((found.threads, found.threads_online), (4, Some(8)));
         assert_eq!(found.quota_percent, Some(150));
         assert_eq!(found.memory_limit, Some(4096));
+        assert_eq!(found.numa_balancing, Some(1));
+        // Machines that do not exist have no firmware.
+        assert!(found.paths.is_empty());
         assert_eq!(found.governor.as_deref(), Some("powersave"));
         assert_eq!(found.frequency, Some(2_400_000_000));
         assert_eq!(found.hypervisor.as_deref(), Some("QEMU"));

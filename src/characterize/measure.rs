@@ -3,10 +3,10 @@
 use super::drive::DefaultDrive;
 use super::error::MeasurementError;
 use super::measured::Measured;
-use super::plan::Item;
+use super::plan::{Item, StreamKernel};
 use super::tables::BuiltTables;
 use super::team::Pace;
-use super::{latency, mountain, operators, solver, streaming};
+use super::{chases, latency, loaded, mountain, operators, solver, streaming, transfer};
 use crate::topology::Topology;
 
 /// Measures an item once.
@@ -19,7 +19,12 @@ pub fn measure(
 ) -> Result<Measured, MeasurementError> {
     match item {
         Item::Arithmetic { set, team } => streaming::arithmetic(topology, team, *set, pace),
-        Item::Streams { team, lines, .. } => streaming::streams(topology, team, *lines, pace),
+        Item::Streams { team, lines, .. } => {
+            streaming::streams(topology, team, &StreamKernel::available(), *lines, pace)
+        }
+        Item::Mixes { team, lines } => {
+            streaming::streams(topology, team, &StreamKernel::mixes(), *lines, pace)
+        }
         Item::Nodes {
             team,
             memory,
@@ -61,5 +66,23 @@ pub fn measure(
             sizes,
             walk,
         } => latency::measure(topology, *thread, *memory, sizes, *walk, pace),
+        Item::Parallel {
+            thread,
+            sizes,
+            walk,
+        } => chases::parallel(topology, *thread, sizes, *walk, pace),
+        Item::Percentiles {
+            thread,
+            sizes,
+            walk,
+        } => chases::percentiles(topology, *thread, sizes, *walk),
+        Item::Loaded {
+            team,
+            lines,
+            array,
+            walk,
+            pauses,
+        } => loaded::measure(topology, team, *lines, *array, *walk, pauses, pace),
+        Item::Transfer { pair, .. } => transfer::measure(topology, pair, pace),
     }
 }

@@ -18,6 +18,8 @@
 //! between rounds is what will differ between runs.
 
 mod buffer;
+mod chain;
+mod chases;
 mod cliffs;
 pub mod compare;
 mod description;
@@ -25,10 +27,12 @@ mod drive;
 mod error;
 mod figure;
 mod latency;
+mod loaded;
 pub mod machine_rate;
 mod measure;
 mod measured;
 mod memory;
+mod memory_rows;
 mod mountain;
 mod noise;
 mod operators;
@@ -40,6 +44,7 @@ mod solver;
 mod streaming;
 mod tables;
 mod team;
+mod transfer;
 mod vectors;
 
 pub use error::MeasurementError;
@@ -129,8 +134,13 @@ pub fn characterize(
         cliffs: Vec::new(),
         bandwidth: Vec::new(),
         latency: Vec::new(),
+        loaded: Vec::new(),
+        percentiles: Vec::new(),
+        parallel: Vec::new(),
+        transfer: Vec::new(),
         arithmetic: Vec::new(),
         solver: Vec::new(),
+        gain: Vec::new(),
         roofline: Vec::new(),
         missing,
     };

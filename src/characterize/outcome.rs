@@ -5,11 +5,11 @@ use super::cliffs::cliffs;
 use super::error::MeasurementError;
 use super::figure::{Kind, figure, median};
 use super::measured::{Measured, Work};
-use super::plan::{Item, Mesh, Sharing, StreamKernel, Walk};
-use super::{operators, streaming};
+use super::plan::{Item, Mesh, Placement, Sharing, StreamKernel, Walk};
+use super::{memory_rows, operators, streaming};
 use crate::store::{
-    ArithmeticKey, BandwidthKey, Characteristics, Figure, LatencyKey, Measurement, MountainKey,
-    OperatorKey, RoofRow, SolverKey,
+    ArithmeticKey, BandwidthKey, Characteristics, Figure, GainKey, LatencyKey, Measurement,
+    MountainKey, OperatorKey, RoofRow, SolverKey,
 };
 use crate::topology::Cache;
 
@@ -49,12 +49,13 @@ impl Sample {
         }
     }
 
-    fn figure(&self, index: usize, kind: Kind) -> Option<Figure> {
+    /// One of its figures; none where there was no time for it.
+    pub fn figure(&self, index: usize, kind: Kind) -> Option<Figure> {
         figure(self.figures.get(index)?, kind)
     }
 
     /// One of its figures with what was measured; none where there was no time for it.
-    fn measurement<K>(&self, index: usize, kind: Kind, key: K) -> Option<Measurement<K>> {
+    pub fn measurement<K>(&self, index: usize, kind: Kind, key: K) -> Option<Measurement<K>> {
         let figure = self.figure(index, kind)?;
         Some(Measurement { key, figure })
     }
@@ -127,19 +128,12 @@ fn rows(found: &mut Characteristics, item: &Item, sample: &Sample) {
             team,
             lines,
         } => {
-            for (i, kernel) in StreamKernel::available().into_iter().enumerate() {
-                let key = BandwidthKey {
-                    kernel: kernel.name().to_owned(),
-                    placement: placement.name().to_owned(),
-                    threads: team.len() as u64,
-                    cpu_node: None,
-                    memory_node: None,
-                    array: (team.len() * lines * LINE) as u64,
-                    bytes: streaming::bytes(kernel, team.len(), *lines),
-                };
-                let row = sample.measurement(i, Kind::Rate(key.bytes as f64), key);
-                found.bandwidth.extend(row);
-            }
+            let kernels = StreamKernel::available();
+            streams(found, &kernels, *placement, team.len(), *lines, sample);
+        }
+        Item::Mixes { team, lines } => {
+            let (kernels, placement) = (StreamKernel::mixes(), Placement::Compact);
+            streams(found, &kernels, placement, team.len(), *lines, sample);
         }
         Item::Nodes {
             team,
@@ -175,22 +169,31 @@ fn rows(found: &mut Characteristics, item: &Item, sample: &Sample) {
             modes,
             teams,
         } => {
-            let alone = sample.figure(0, Kind::Rate(1.0));
             for (i, team) in teams.iter().enumerate() {
                 let rate = sample.figure(i, Kind::Rate(1.0));
-                let ideal = alone.map(|alone| alone.value * team.len() as f64);
-                let key = |figure: &Figure| SolverKey {
+                let threads = team.len() as u64;
+                let gain_key = GainKey {
                     kernel: solver.name().to_owned(),
                     tables: sharing.name().to_owned(),
                     modes: *modes as u64,
-                    threads: team.len() as u64,
-                    table_bytes: sample.bytes as u64,
-                    efficiency: ideal.map(|ideal| figure.value / ideal),
+                    threads,
                 };
-                let row = rate.map(|figure| Measurement {
-                    key: key(&figure),
-                    figure,
-                });
+                // Ratios come after the rates, from the second team on.
+                let gain = match i {
+                    0 => None,
+                    _ => sample.measurement(teams.len() + i - 1, Kind::Middle, gain_key),
+                };
+                let gained = gain.as_ref().map_or(1.0, |gain| gain.figure.value);
+                found.gain.extend(gain);
+                let key = SolverKey {
+                    kernel: solver.name().to_owned(),
+                    tables: sharing.name().to_owned(),
+                    modes: *modes as u64,
+                    threads,
+                    table_bytes: sample.bytes as u64,
+                    efficiency: Some(gained / threads as f64),
+                };
+                let row = rate.map(|figure| Measurement { key, figure });
                 found.solver.extend(row);
             }
         }
@@ -222,6 +225,43 @@ fn rows(found: &mut Characteristics, item: &Item, sample: &Sample) {
                 found.latency.extend(row);
             }
         }
+        Item::Parallel { sizes, walk, .. } => memory_rows::parallel(found, sizes, *walk, sample),
+        Item::Percentiles { sizes, walk, .. } => {
+            memory_rows::percentiles(found, sizes, *walk, sample);
+        }
+        Item::Loaded {
+            team,
+            lines,
+            walk,
+            pauses,
+            ..
+        } => memory_rows::loaded(found, team, *lines, *walk, pauses, sample),
+        Item::Transfer { pair, relation } => {
+            memory_rows::transfer(found, pair, *relation, sample);
+        }
+    }
+}
+
+fn streams(
+    found: &mut Characteristics,
+    kernels: &[StreamKernel],
+    placement: Placement,
+    members: usize,
+    lines: usize,
+    sample: &Sample,
+) {
+    for (i, &kernel) in kernels.iter().enumerate() {
+        let key = BandwidthKey {
+            kernel: kernel.name().to_owned(),
+            placement: placement.name().to_owned(),
+            threads: members as u64,
+            cpu_node: None,
+            memory_node: None,
+            array: (members * lines * LINE) as u64,
+            bytes: streaming::bytes(kernel, members, lines),
+        };
+        let row = sample.measurement(i, Kind::Rate(key.bytes as f64), key);
+        found.bandwidth.extend(row);
     }
 }
 

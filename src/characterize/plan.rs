@@ -2,9 +2,10 @@
 //! that do not exist.
 
 mod item;
+mod memory;
 mod places;
 
-pub use item::{Item, Mesh, Placement, Sharing, Solver, StreamKernel, Walk};
+pub use item::{Item, Mesh, Placement, Relation, Sharing, Solver, StreamKernel, Walk};
 
 use super::buffer::{LINE, PAGE};
 use super::settings::{Extent, Part};
@@ -76,6 +77,20 @@ const POINT_BYTES: [u64; 2] = [66 << 10, 610 << 10];
 /// Modes with which more than one dense table is built.
 const MANY_TABLES: usize = 40;
 
+/// From nobody who reads to everybody who reads without a pause.
+const PAUSES: [Option<u32>; 10] = [
+    None,
+    Some(10_000),
+    Some(3000),
+    Some(1000),
+    Some(600),
+    Some(300),
+    Some(200),
+    Some(100),
+    Some(50),
+    Some(0),
+];
+
 /// What an extent asks for.
 struct Scale {
     /// Largest buffer of a single thread \[bytes\].
@@ -87,6 +102,10 @@ struct Scale {
     modes: &'static [usize],
     /// Largest array of a stream over all threads \[bytes\].
     array: u64,
+    /// Largest buffer of chains that go beside others \[bytes\].
+    chase: u64,
+    /// Pauses of those that read beside a chain, in turns of an empty loop.
+    pauses: &'static [Option<u32>],
 }
 
 impl Scale {
@@ -99,6 +118,8 @@ impl Scale {
                 dimensions: &[31, 41, 81],
                 modes: &[10, 20, 40],
                 array: 512 << 20,
+                chase: 256 << 20,
+                pauses: &[None, Some(3000), Some(1000), Some(300), Some(100), Some(0)],
             },
             Extent::Default => Self {
                 largest: 1 << 30,
@@ -107,6 +128,8 @@ impl Scale {
                 dimensions: &[31, 41, 81, 161],
                 modes: &[10, 20, 40, 80],
                 array: 4 << 30,
+                chase: 512 << 20,
+                pauses: &PAUSES,
             },
             Extent::Full => Self {
                 largest: 4 << 30,
@@ -115,6 +138,8 @@ impl Scale {
                 dimensions: &[31, 41, 61, 81, 121, 161, 321],
                 modes: &[5, 10, 20, 40, 80, 160],
                 array: 64 << 30,
+                chase: 4 << 30,
+                pauses: &PAUSES,
             },
         }
     }
@@ -147,6 +172,7 @@ pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
     }
     let mut items = arithmetic(&compact);
     streams(&mut items, &mut missing, topology, &compact, &scale, limits);
+    memory::mixes(&mut items, topology, &compact, &scale, limits);
     nodes(&mut items, &mut missing, topology, &scale, limits);
 
     let llc = topology.caches.last().map_or(USUAL_CACHE, |c| c.size);
@@ -209,6 +235,10 @@ pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
         &scale,
         limits,
     );
+    let chase = largest.min(scale.chase);
+    memory::chases(&mut items, topology, first, chase, limits);
+    memory::loaded(&mut items, &mut missing, topology, chase, &scale, limits);
+    memory::transfers(&mut items, &mut missing, topology, limits);
     Plan { items, missing }
 }
 

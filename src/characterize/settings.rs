@@ -72,6 +72,12 @@ pub enum Part {
     Mountain,
     /// Loads that depend on each other.
     Latency,
+    /// Several chains of loads at once, and percentiles of the time of a load.
+    Chases,
+    /// The time of a load while other threads read.
+    Loaded,
+    /// Handing a line of memory from core to core.
+    Transfer,
 }
 
 impl Part {

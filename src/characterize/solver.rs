@@ -6,6 +6,7 @@
 
 use super::drive::{self, DefaultDrive, EVENT_LIMIT};
 use super::error::MeasurementError;
+use super::figure::median;
 use super::measured::{Measured, Work};
 use super::plan::{Mesh, Sharing, Solver};
 use super::tables::{BuiltTables, LocalTables};
@@ -21,10 +22,11 @@ const CELLS: u32 = 60;
 /// repetition must hold several, and always the same ones; a short one is less often disturbed.
 const STAY: u64 = 16;
 
-/// How often all teams are gone through: a table that lies in a shared cache is read a fifth
-/// faster once it has been read some fifty times, and else the first team, the single thread,
-/// would pay for the others.
-const PASSES: usize = 2;
+/// How often all teams are gone through, the single thread, which is the first team, before each
+/// of the others: a machine that changes its speed meanwhile then changes both, and not their
+/// ratio. A table that lies in a shared cache is read a fifth faster once it has been read some
+/// fifty times, and else the first team would pay for the others.
+const PASSES: usize = 3;
 
 /// Where the drive runs: near resonance, light load first.
 const SPEED: f64 = 1200.0;
@@ -198,12 +200,14 @@ fn advance<K: TableKernel + Sync>(
     let starts = (models.iter().map(drive::settled)).collect::<Result<Vec<_>, _>>()?;
     let counted = counted(&kernels[0], &starts)?;
     let mut measured = Measured {
-        times: vec![Vec::new(); teams.len()],
+        // Rates of the teams, then gains of all but the first.
+        times: vec![Vec::new(); (2 * teams.len()).saturating_sub(1)],
         bytes: kernels[0][0].table_bytes(),
         work: kernels[0][0].work(&counted),
         unbound: None,
     };
-    for index in (0..PASSES).flat_map(|_| 0..teams.len()) {
+    let mut alone = f64::NAN;
+    for index in (0..PASSES).flat_map(|_| in_turn(teams.len())) {
         let team = &teams[index];
         let worked = team::work(
             topology,
@@ -233,10 +237,24 @@ fn advance<K: TableKernel + Sync>(
         }
         let cycles = STAY as f64 * (team.len() * models.len()) as f64;
         let times = worked.times.into_iter().flatten();
-        measured.times[index].extend(times.map(|time| time / cycles));
+        let mut times: Vec<f64> = times.map(|time| time / cycles).collect();
+        measured.times[index].extend(&times);
+        let middle = median(&mut times);
+        match index {
+            0 => alone = middle,
+            _ => measured.times[teams.len() + index - 1].push(alone / middle),
+        }
         measured.unbound = measured.unbound.or(worked.unbound);
     }
     Ok(measured)
+}
+
+/// The first of so many before each of the others; alone where there is no other.
+fn in_turn(count: usize) -> Vec<usize> {
+    match count {
+        0 | 1 => (0..count).collect(),
+        _ => (1..count).flat_map(|index| [0, index]).collect(),
+    }
 }
 
 /// The work of a repetition.
@@ -344,7 +362,9 @@ mod tests {
             };
             for &solver in Solver::VARIANTS {
                 let measured = on_teams(solver);
-                assert_eq!(measured.times.len(), 2);
+                // Two rates, and what the second team gains.
+                assert_eq!(measured.times.len(), 3);
+                assert_eq!(measured.times[2].len(), PASSES);
                 assert!(measured.times.iter().flatten().all(|time| *time > 0.0));
                 assert!(measured.work.numbers > 0.0);
                 assert!(measured.work.distinct <= measured.bytes as f64);
@@ -355,6 +375,12 @@ mod tests {
             let structured = on_teams(Solver::Volterra).work;
             assert!(structured.distinct < 0.9 * 8.0 * structured.numbers);
         }
+    }
+
+    #[test]
+    fn one_thread_is_measured_before_every_other_team() {
+        assert_eq!(in_turn(3), [0, 1, 0, 2]);
+        assert_eq!((in_turn(1), in_turn(0)), (vec![0], vec![]));
     }
 
     #[test]

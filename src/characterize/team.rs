@@ -205,7 +205,7 @@ struct SpinBarrier {
 }
 
 /// Looks at the barrier before the processor is given to others.
-const SPINS: usize = 20_000;
+pub const SPINS: usize = 20_000;
 
 impl SpinBarrier {
     fn new(members: usize) -> Self {

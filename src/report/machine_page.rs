@@ -1,5 +1,6 @@
 //! What was found out about a machine, on one page of a terminal.
 
+mod load;
 mod words;
 
 use crate::report::numbers::plural;
@@ -16,7 +17,11 @@ pub fn machine_page(machine: &Characteristics) -> String {
     let mut page = String::new();
     head(&mut page, machine);
     memory(&mut page, machine);
+    load::chases(&mut page, machine);
+    load::loaded(&mut page, machine);
+    load::transfers(&mut page, machine);
     bandwidth(&mut page, machine);
+    load::mixes(&mut page, machine);
     arithmetic(&mut page, machine);
     operators(&mut page, machine);
     solver(&mut page, machine);
@@ -130,6 +135,20 @@ fn memory(page: &mut String, machine: &Characteristics) {
         );
     }
     nodes(page, machine);
+    for path in &machine.description.paths {
+        let bandwidth = path
+            .bandwidth
+            .map(|b| format!("{:.1} GB/s", b as f64 * 1.048_576e-3));
+        let latency = path.latency.map(|l| format!("{l} ns"));
+        let told: Vec<String> = bandwidth.into_iter().chain(latency).collect();
+        _ = writeln!(
+            page,
+            "  {} → {} as the firmware tells: {}",
+            path.cpu_node,
+            path.memory_node,
+            told.join(", ")
+        );
+    }
 }
 
 /// Rows are the nodes of the threads, columns those of the memory.
@@ -163,7 +182,7 @@ fn nodes(page: &mut String, machine: &Characteristics) {
 fn bandwidth(page: &mut String, machine: &Characteristics) {
     let kernels = ["read", "copy", "triad", "copy_nt", "triad_nt"];
     let mut teams: Vec<(&str, u64)> = (machine.bandwidth.iter())
-        .filter(|row| row.key.placement != "nodes")
+        .filter(|row| row.key.placement != "nodes" && row.key.kernel == "read")
         .map(|row| (row.key.placement.as_str(), row.key.threads))
         .collect();
     teams.dedup();
@@ -294,7 +313,7 @@ fn solver(page: &mut String, machine: &Characteristics) {
             format!("{kernel}, {tables}"),
             size_text(alone.key.table_bytes),
             format!("{} a cycle", seconds(1.0 / alone.figure.value)),
-            gain(best, alone),
+            gain(machine, best),
             plural(best.key.threads as usize, "thread"),
             best.key
                 .efficiency
@@ -304,11 +323,16 @@ fn solver(page: &mut String, machine: &Characteristics) {
     }
 }
 
-/// How many times as fast as one thread a team is, with the spread of both rates.
-fn gain(best: &Measurement<SolverKey>, alone: &Measurement<SolverKey>) -> String {
-    let ratio = best.figure.value / alone.figure.value;
-    match best.figure.spread.zip(alone.figure.spread) {
-        Some((a, b)) if best.key.threads > 1 => format!("{ratio:.2} ± {:.2}", ratio * a.hypot(b)),
-        _ => format!("{ratio:.2}"),
+/// How many times as fast as one thread a team is, with its spread.
+fn gain(machine: &Characteristics, of: &Measurement<SolverKey>) -> String {
+    let key = &of.key;
+    let row = machine.gain.iter().find(|row| {
+        (&row.key.kernel, &row.key.tables) == (&key.kernel, &key.tables)
+            && (row.key.modes, row.key.threads) == (key.modes, key.threads)
+    });
+    match row.map(|row| (row.figure.value, row.figure.spread)) {
+        Some((gain, Some(spread))) => format!("{gain:.2} ± {:.2}", gain * spread),
+        Some((gain, None)) => format!("{gain:.2}"),
+        None => "1.00".to_owned(),
     }
 }

@@ -193,7 +193,7 @@ impl Topology {
 }
 
 /// hwloc numbers every object used here; one without a number counts as 0.
-fn os_index(object: &TopologyObject) -> u32 {
+pub(super) fn os_index(object: &TopologyObject) -> u32 {
     object
         .os_index()
         .and_then(|index| u32::try_from(index).ok())

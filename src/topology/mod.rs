@@ -5,6 +5,7 @@ mod binding;
 mod copies;
 mod description;
 mod machine;
+mod memory_paths;
 mod placement;
 
 pub use affinity::{Nearness, Shelves, TABLES_AT_HAND};
@@ -13,4 +14,5 @@ pub use copies::{Copies, Room, copies};
 pub use description::{Cache, Core, NumaNode, Topology, TopologyError};
 pub use machine::{Machine, peak_memory};
 pub(crate) use machine::{field, kibibytes};
+pub use memory_paths::MemoryPath;
 pub use placement::{Pinning, Place, Plan, default_workers, plan};

@@ -42,6 +42,27 @@ impl Walk {
     }
 }
 
+/// What two hardware threads share, the nearest thing first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
+pub enum Relation {
+    /// A core.
+    Core,
+    /// The last-level cache.
+    Cache,
+    /// The processor package.
+    Package,
+    /// Nothing but the machine.
+    Machine,
+}
+
+impl Relation {
+    /// Its name in the record.
+    pub fn name(self) -> &'static str {
+        self.into()
+    }
+}
+
 /// A mesh of the default drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mesh {
@@ -108,6 +129,13 @@ pub enum Item {
         /// Lines of each of a member's arrays.
         lines: usize,
     },
+    /// Reads and writes in other proportions: a figure a kernel of [`StreamKernel::mixes`].
+    Mixes {
+        /// Members.
+        team: Vec<HardwareThread>,
+        /// Lines of each of a member's arrays.
+        lines: usize,
+    },
     /// Reading memory of one node from the cores of another: one figure.
     Nodes {
         /// Members, all of one node.
@@ -166,6 +194,45 @@ pub enum Item {
         /// Their order.
         walk: Walk,
     },
+    /// Several chains of loads at once: a figure a number of chains of every size.
+    Parallel {
+        /// Where.
+        thread: HardwareThread,
+        /// Lines of the buffer.
+        sizes: Vec<usize>,
+        /// Their order.
+        walk: Walk,
+    },
+    /// How the times of batches of loads are spread: a figure a percentile of every size, and one
+    /// of the clock.
+    Percentiles {
+        /// Where.
+        thread: HardwareThread,
+        /// Lines of the buffer.
+        sizes: Vec<usize>,
+        /// Their order.
+        walk: Walk,
+    },
+    /// A chain of loads beside readers: two figures a pause.
+    Loaded {
+        /// The thread of the chain, then those that read.
+        team: Vec<HardwareThread>,
+        /// Lines that the chain goes through.
+        lines: usize,
+        /// Lines of each reader's array.
+        array: usize,
+        /// Order of the chain.
+        walk: Walk,
+        /// Pauses of the readers in turns of an empty loop; none: they do not read.
+        pauses: Vec<Option<u32>>,
+    },
+    /// Handing a line of memory back and forth: one figure.
+    Transfer {
+        /// Between these.
+        pair: [HardwareThread; 2],
+        /// What they share.
+        relation: Relation,
+    },
 }
 
 impl Item {
@@ -174,10 +241,15 @@ impl Item {
         match self {
             Self::Arithmetic { team, .. }
             | Self::Streams { team, .. }
+            | Self::Mixes { team, .. }
+            | Self::Loaded { team, .. }
             | Self::Nodes { team, .. } => team,
+            Self::Transfer { pair, .. } => pair,
             Self::Operators { thread, .. }
             | Self::Points { thread, .. }
             | Self::Mountain { thread, .. }
+            | Self::Parallel { thread, .. }
+            | Self::Percentiles { thread, .. }
             | Self::Latency { thread, .. } => std::slice::from_ref(thread),
             Self::Solver { teams, .. } => teams.last().map_or(&[], Vec::as_slice),
         }
@@ -187,11 +259,14 @@ impl Item {
     pub fn part(&self) -> Part {
         match self {
             Self::Arithmetic { .. } => Part::Arithmetic,
-            Self::Streams { .. } | Self::Nodes { .. } => Part::Bandwidth,
+            Self::Streams { .. } | Self::Mixes { .. } | Self::Nodes { .. } => Part::Bandwidth,
             Self::Operators { .. } | Self::Points { .. } => Part::Operators,
             Self::Solver { .. } => Part::Solver,
             Self::Mountain { .. } => Part::Mountain,
             Self::Latency { .. } => Part::Latency,
+            Self::Parallel { .. } | Self::Percentiles { .. } => Part::Chases,
+            Self::Loaded { .. } => Part::Loaded,
+            Self::Transfer { .. } => Part::Transfer,
         }
     }
 
@@ -206,6 +281,11 @@ impl Item {
             Self::Solver { .. } => "solver scaling",
             Self::Mountain { .. } => "memory mountain",
             Self::Latency { .. } => "latency",
+            Self::Mixes { .. } => "mixes of reads and writes",
+            Self::Parallel { .. } => "chains at once",
+            Self::Percentiles { .. } => "percentiles of latency",
+            Self::Loaded { .. } => "latency under load",
+            Self::Transfer { .. } => "from core to core",
         }
     }
 }
@@ -219,6 +299,14 @@ pub enum StreamKernel {
     Copy(bool),
     /// `a = b + q c`, past the caches or not.
     Triad(bool),
+    /// Reads so many arrays (1 to 3) and writes one of them in its place: no line is fetched that
+    /// is not counted.
+    Update {
+        /// Lines read for one that is written.
+        reads: usize,
+    },
+    /// Writes an array past the caches, and reads nothing.
+    Fill,
 }
 
 impl StreamKernel {
@@ -231,9 +319,24 @@ impl StreamKernel {
         kernels
     }
 
+    /// Those of which each has another part of reads and writes, where nothing is fetched that
+    /// is not counted; with those of [`Self::available`] that read only, or write past the caches,
+    /// they make all mixes.
+    pub fn mixes() -> Vec<Self> {
+        let mut kernels: Vec<Self> = [3, 2, 1].map(|reads| Self::Update { reads }).to_vec();
+        if NON_TEMPORAL {
+            kernels.push(Self::Fill);
+        }
+        kernels
+    }
+
     /// Its name in the record.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Update { reads: 1 } => "update_1_1",
+            Self::Update { reads: 2 } => "update_2_1",
+            Self::Update { .. } => "update_3_1",
+            Self::Fill => "fill_nt",
             Self::Read => "read",
             Self::Copy(false) => "copy",
             Self::Copy(true) => "copy_nt",
@@ -242,12 +345,14 @@ impl StreamKernel {
         }
     }
 
-    /// Arrays that it reads or writes.
+    /// Arrays that it reads or writes, one that it does both to counted twice.
     pub fn arrays(self) -> usize {
         match self {
             Self::Read => 1,
             Self::Copy(_) => 2,
             Self::Triad(_) => 3,
+            Self::Update { reads } => reads + 1,
+            Self::Fill => 1,
         }
     }
 }

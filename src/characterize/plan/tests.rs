@@ -138,8 +138,11 @@ fn one_core_in_a_small_container() {
         ));
         let bytes = match item {
             Item::Streams { lines, .. } => 3 * lines * LINE,
+            Item::Mixes { lines, .. } => 3 * lines * LINE,
             Item::Mountain { lines, .. } => lines * LINE,
-            Item::Latency { sizes, .. } => sizes[sizes.len() - 1] * LINE,
+            Item::Latency { sizes, .. }
+            | Item::Parallel { sizes, .. }
+            | Item::Percentiles { sizes, .. } => sizes[sizes.len() - 1] * LINE,
             Item::Operators {
                 dimension, counts, ..
             } => 8 * dimension * dimension.next_multiple_of(8) * counts[counts.len() - 1],
@@ -155,6 +158,8 @@ fn one_core_in_a_small_container() {
         "a table a node",
         "MiB of tables",
         "loads on huge pages",
+        "nobody to load it",
+        "from core to core",
     ] {
         assert!(said.contains(words), "{words}: {said}");
     }
@@ -209,4 +214,104 @@ fn parts_are_asked_for() {
         (plan.items.len(), plan.missing.len())
     );
     assert!(missing.iter().any(|said| said.contains("a table a node")));
+}
+
+fn transfers(plan: &Plan) -> Vec<([u32; 2], Relation)> {
+    (plan.items.iter())
+        .filter_map(|item| match item {
+            Item::Transfer { pair, relation } => Some((pair.map(|thread| thread.index), *relation)),
+            _ => None,
+        })
+        .collect()
+}
+
+#[test]
+fn lines_go_between_all_pairs_of_few_cores() {
+    let caches = "package:2 [numa] l3:2(size=36700160) core:2 pu:2";
+    let found = transfers(&planned(caches, Extent::Quick, PLENTY));
+    let of = |relation| found.iter().filter(move |(_, r)| *r == relation).count();
+    // Eight cores: 28 pairs, and the two threads of each.
+    assert_eq!(of(Relation::Core), 8);
+    assert_eq!(of(Relation::Cache), 4);
+    assert_eq!(of(Relation::Package), 8);
+    assert_eq!(of(Relation::Machine), 16);
+    assert!(found.contains(&([0, 1], Relation::Core)));
+    assert!(found.contains(&([0, 2], Relation::Cache)));
+    assert!(found.contains(&([2, 4], Relation::Package)));
+    assert!(found.contains(&([0, 14], Relation::Machine)));
+    assert!(found.iter().all(|([a, b], _)| a < b));
+}
+
+#[test]
+fn of_many_cores_near_and_far_ones_are_chosen() {
+    let plan = planned(
+        "package:2 [numa] l3:4(size=36700160) core:8 pu:2",
+        Extent::Full,
+        PLENTY,
+    );
+    let found = transfers(&plan);
+    assert_eq!(found.len(), 16 * 15 / 2 + 16);
+    for relation in Relation::VARIANTS {
+        assert!(found.iter().any(|(_, r)| r == relation), "{relation:?}");
+    }
+    let said = |m: &Missing| m.said.contains("all 64 cores: 16 were chosen");
+    assert!(plan.missing.iter().any(said), "{:?}", plan.missing);
+}
+
+#[test]
+fn one_follows_a_chain_while_all_other_cores_read() {
+    let loaded = |description: &str, limits| {
+        let plan = planned(description, Extent::Default, limits);
+        plan.items.into_iter().find_map(|item| match item {
+            Item::Loaded {
+                team, lines, array, ..
+            } => {
+                assert!((lines + array * (team.len() - 1)) * LINE <= limits.memory as usize);
+                Some(team.iter().map(|t| t.index).collect::<Vec<_>>())
+            }
+            _ => None,
+        })
+    };
+    let small = Limits {
+        memory: 32 << 20,
+        ..PLENTY
+    };
+    assert_eq!(loaded("core:3 pu:2", PLENTY), Some(vec![0, 2, 4]));
+    assert_eq!(loaded("core:1 pu:2", small), Some(vec![0, 1]));
+    let quota = Limits {
+        processors: 2,
+        ..PLENTY
+    };
+    assert_eq!(loaded("core:3 pu:2", quota), Some(vec![0, 2]));
+    assert_eq!(loaded("pu:1", PLENTY), None);
+}
+
+#[test]
+fn chains_lie_well_inside_of_every_level() {
+    let caches = "package:1 l3:1(size=67108864) l2:4(size=1048576) l1d:1(size=65536) core:1 pu:1";
+    let plan = planned(caches, Extent::Quick, PLENTY);
+    let sizes = plan.items.iter().find_map(|item| match item {
+        Item::Parallel { sizes, .. } => Some(sizes.clone()),
+        _ => None,
+    });
+    let kib: Vec<usize> = sizes
+        .unwrap()
+        .iter()
+        .map(|lines| lines * LINE >> 10)
+        .collect();
+    assert_eq!(kib, [32, 256, 8 << 10, 256 << 10]);
+}
+
+/// Mixes are measured on one thread and on all.
+#[test]
+fn mixes_are_measured_at_both_ends() {
+    let plan = planned("core:4 pu:2", Extent::Quick, PLENTY);
+    let teams = plan.items.iter().filter_map(|item| match item {
+        Item::Mixes { team, .. } => Some(team.len()),
+        _ => None,
+    });
+    assert_eq!(teams.collect::<Vec<_>>(), [1, 8]);
+    let plan = planned("pu:1", Extent::Quick, PLENTY);
+    let mixes = |item: &&Item| matches!(item, Item::Mixes { .. });
+    assert_eq!(plan.items.iter().filter(mixes).count(), 1);
 }

@@ -49,6 +49,14 @@ pub fn memory_words(d: &Description) -> String {
     if let Some(mode) = &d.huge_pages.transparent {
         _ = write!(text, "; huge pages: {mode}");
     }
+    match d.numa_balancing {
+        Some(1) => text.push_str(
+            "; NUMA balancing on: pages move to the threads that use them, so that figures between \
+             nodes drift to the near ones",
+        ),
+        Some(2..) => text.push_str("; NUMA balancing moves pages between kinds of memory"),
+        Some(0) | None => {}
+    }
     if let Some(limit) = d.memory_limit {
         _ = write!(text, "; limit {}", size_text(limit));
     }
@@ -106,6 +114,20 @@ pub fn three_digits(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Where pages move by themselves, figures between nodes are not what they seem.
+    #[test]
+    fn balancing_is_said_where_it_is_on() {
+        let words = |numa_balancing| {
+            memory_words(&Description {
+                numa_balancing,
+                ..Description::default()
+            })
+        };
+        assert!(words(Some(1)).contains("NUMA balancing on"));
+        assert!(words(Some(2)).contains("between kinds of memory"));
+        assert_eq!(words(Some(0)), words(None));
+    }
 
     #[test]
     fn figures_have_three_digits() {

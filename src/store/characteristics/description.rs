@@ -1,6 +1,6 @@
 //! A machine as its system describes it.
 
-use crate::topology::Cache;
+use crate::topology::{Cache, MemoryPath};
 use serde::{Deserialize, Serialize};
 
 /// A machine as its system describes it; what it does not tell is absent or empty.
@@ -28,6 +28,11 @@ pub struct Description {
     pub caches: Vec<Cache>,
     /// NUMA nodes.
     pub nodes: Vec<NodeRecord>,
+    /// What the firmware tells of the way from the cores of a node to the memory of a node.
+    pub paths: Vec<MemoryPath>,
+    /// What the system does about pages on other nodes than the threads that use them: 0 nothing,
+    /// 1 moves them, 2 moves them between kinds of memory (`/proc/sys/kernel/numa_balancing`).
+    pub numa_balancing: Option<u32>,
     /// Memory \[bytes\].
     pub memory: u64,
     /// Memory that could be taken when the measurements began \[bytes\].

@@ -69,7 +69,8 @@ impl Key for OperatorKey {
 /// Streaming through arrays on some threads.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BandwidthKey {
-    /// `read`, `copy`, `triad`, `copy_nt`, `triad_nt` (non-temporal stores).
+    /// `read`, `copy`, `triad`, `copy_nt`, `triad_nt` (non-temporal stores); `update_3_1`, `_2_1`,
+    /// `_1_1` (so many lines read for one written, which is one of them), `fill_nt`.
     pub kernel: String,
     /// `compact` or `scattered` over nodes, or `nodes`: threads of one node, memory of another.
     pub placement: String,
@@ -190,7 +191,7 @@ pub struct SolverKey {
     pub threads: u64,
     /// Bytes of one table.
     pub table_bytes: u64,
-    /// Rate over that of one thread times the threads.
+    /// Rate over that of one thread, measured in turn, and over the threads.
     pub efficiency: Option<f64>,
 }
 
@@ -217,7 +218,7 @@ impl Key for SolverKey {
 }
 
 /// `1 thread`, `4 threads`.
-struct Threads(u64);
+pub(super) struct Threads(pub u64);
 
 impl fmt::Display for Threads {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -4,11 +4,13 @@
 mod description;
 mod findings;
 mod keys;
+mod load_keys;
 mod measurement;
 
 pub use description::{Description, HugePages, NodeRecord};
 pub use findings::{Cliff, Noise, RoofRow};
 pub use keys::{ArithmeticKey, BandwidthKey, LatencyKey, MountainKey, OperatorKey, SolverKey};
+pub use load_keys::{GainKey, LoadedKey, ParallelKey, PercentileKey, TransferKey};
 pub use measurement::{Figure, Measurement};
 
 use super::StoreError;
@@ -22,10 +24,16 @@ use std::io::{ErrorKind, Write};
 use std::path::Path;
 
 /// Version of `machine.json`.
-const FORMAT: &str = "atlas-machine-2";
+const FORMAT: &str = "atlas-machine-3";
 
 /// The file that holds everything.
 pub(super) const RECORD: &str = "machine.json";
+
+/// What every version of the record has.
+#[derive(Deserialize)]
+struct Format {
+    format: String,
+}
 
 /// Everything that was found out about a machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -56,10 +64,20 @@ pub struct Characteristics {
     pub bandwidth: Vec<Measurement<BandwidthKey>>,
     /// Time of a load that depends on the one before.
     pub latency: Vec<Measurement<LatencyKey>>,
+    /// Time of a load while other threads read.
+    pub loaded: Vec<Measurement<LoadedKey>>,
+    /// How the times of batches of loads are spread.
+    pub percentiles: Vec<Measurement<PercentileKey>>,
+    /// Chains of loads that one core follows at once.
+    pub parallel: Vec<Measurement<ParallelKey>>,
+    /// Handing a line of memory from one hardware thread to another.
+    pub transfer: Vec<Measurement<TransferKey>>,
     /// Multiply-adds of numbers in registers.
     pub arithmetic: Vec<Measurement<ArithmeticKey>>,
     /// Integrating the default drive on many threads.
     pub solver: Vec<Measurement<SolverKey>>,
+    /// What threads gain over one.
+    pub gain: Vec<Measurement<GainKey>>,
     /// Kernels under the roof of arithmetic and bandwidth.
     pub roofline: Vec<RoofRow>,
     /// What could not be measured, and why, a sentence each.
@@ -90,8 +108,13 @@ impl Characteristics {
         file.measurements(&self.operators)?;
         file.measurements(&self.bandwidth)?;
         file.measurements(&self.latency)?;
+        file.measurements(&self.loaded)?;
+        file.measurements(&self.percentiles)?;
+        file.measurements(&self.parallel)?;
+        file.measurements(&self.transfer)?;
         file.measurements(&self.arithmetic)?;
         file.measurements(&self.solver)?;
+        file.measurements(&self.gain)?;
         file.rows("roofline", RoofRow::table(), &self.roofline)?;
         let path = folder.join(RECORD);
         let refused = |source| StoreError::io(&path, "write", source);
@@ -120,13 +143,13 @@ impl Characteristics {
             path: path.clone(),
             detail,
         };
-        let found: Self =
+        // Its format before all else: another one lacks what this one has.
+        let Format { format } =
             serde_json::from_str(&text).map_err(|error| foreign(error.to_string()))?;
-        match found.format == FORMAT {
-            true => Ok(found),
+        match format == FORMAT {
+            true => serde_json::from_str(&text).map_err(|error| foreign(error.to_string())),
             false => Err(foreign(format!(
-                "format `{}`, not `{FORMAT}`",
-                found.format
+                "format `{format}`, not `{FORMAT}`; measure again with `atlas machine`"
             ))),
         }
     }
@@ -140,8 +163,13 @@ impl Characteristics {
             .chain(of(&self.operators))
             .chain(of(&self.bandwidth))
             .chain(of(&self.latency))
+            .chain(of(&self.loaded))
+            .chain(of(&self.percentiles))
+            .chain(of(&self.parallel))
+            .chain(of(&self.transfer))
             .chain(of(&self.arithmetic))
             .chain(of(&self.solver))
+            .chain(of(&self.gain))
     }
 }
 

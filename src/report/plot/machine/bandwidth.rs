@@ -3,8 +3,8 @@
 use super::super::axis::{Axis, range};
 use super::super::canvas::{Anchor, Canvas, INK};
 use super::super::categories::colour;
-use super::super::panel::{LABEL_SIZE, Panel, TICK_SIZE};
-use super::super::ramp::{ink_on, viridis};
+use super::super::panel::{LABEL_SIZE, Panel};
+use super::squares::Squares;
 use super::{Curve, draw_curves, titled};
 use crate::report::plot::picture::Picture;
 use crate::store::Characteristics;
@@ -98,51 +98,18 @@ pub(super) fn draw_nodes(machine: &Characteristics) -> Option<Picture> {
     if memories.len() < 2 {
         return None;
     }
-    let [low, high] = range(rows.iter().map(|(_, _, row)| row.figure.value));
     let mut canvas = titled(
         "Reading memory of one node from the cores of another",
         machine,
     );
-    let (left, top) = (150.0, 110.0);
-    let cell = (700.0 / memories.len() as f64).min(400.0 / cpus.len() as f64);
-    for (cpu, memory, row) in &rows {
-        let (Some(i), Some(j)) = (
-            cpus.iter().position(|node| node == cpu),
-            memories.iter().position(|node| node == memory),
-        ) else {
-            continue;
-        };
-        let from = [left + cell * j as f64, top + cell * i as f64];
-        let value = row.figure.value;
-        let shade = viridis((value - low) / (high - low).max(f64::MIN_POSITIVE));
-        canvas.rectangle(from, [from[0] + cell - 2.0, from[1] + cell - 2.0], shade);
-        if cell > 40.0 {
-            let at = [
-                from[0] + 0.5 * cell,
-                from[1] + 0.5 * cell + 0.35 * TICK_SIZE,
-            ];
-            let text = format!("{:.1}", 1e-9 * value);
-            canvas.text(at, &text, TICK_SIZE, ink_on(shade), Anchor::Middle);
-        }
-    }
-    for (i, node) in cpus.iter().enumerate() {
-        let at = [
-            left - 10.0,
-            top + cell * (i as f64 + 0.5) + 0.35 * TICK_SIZE,
-        ];
-        canvas.text(at, &format!("cores of {node}"), TICK_SIZE, INK, Anchor::End);
-    }
-    for (j, node) in memories.iter().enumerate() {
-        let at = [left + cell * (j as f64 + 0.5), top - 10.0];
-        canvas.text(
-            at,
-            &format!("memory of {node}"),
-            TICK_SIZE,
-            INK,
-            Anchor::Middle,
-        );
-    }
-    let at = [left, top + cell * cpus.len() as f64 + 30.0];
-    canvas.text(at, "read bandwidth [GB/s]", LABEL_SIZE, INK, Anchor::Start);
+    let squares = rows
+        .iter()
+        .map(|(cpu, memory, row)| (*cpu, *memory, row.figure.value));
+    let shown = Squares {
+        rows: (&cpus, "cores of"),
+        columns: (&memories, "memory of"),
+        unit: (1e-9, "read bandwidth [GB/s]"),
+    };
+    shown.draw(&mut canvas, squares.collect());
     Some(Picture::new("machine-nodes".into(), canvas))
 }

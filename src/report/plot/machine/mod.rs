@@ -2,11 +2,15 @@
 //! bandwidth and integrating over threads, the roofline, and where working sets lie.
 
 mod bandwidth;
+mod loaded;
 mod map;
 mod mountain;
 mod operators;
+mod parallel;
 mod roofline;
 mod solver;
+mod squares;
+mod transfer;
 
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, Colour, SOFT};
@@ -20,6 +24,9 @@ pub fn pictures(machine: &Characteristics) -> Vec<Picture> {
     let draw = [
         operators::draw,
         mountain::draw,
+        loaded::draw,
+        parallel::draw,
+        transfer::draw,
         bandwidth::draw,
         bandwidth::draw_nodes,
         solver::draw,

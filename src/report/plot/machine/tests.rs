@@ -1,7 +1,8 @@
 use super::*;
 use crate::store::{
-    ArithmeticKey, BandwidthKey, Description, Figure, LatencyKey, Measurement, MountainKey, Noise,
-    OperatorKey, ProgramRecord, RoofRow, SolverKey,
+    ArithmeticKey, BandwidthKey, Description, Figure, GainKey, LatencyKey, LoadedKey, Measurement,
+    MountainKey, Noise, OperatorKey, ParallelKey, PercentileKey, ProgramRecord, RoofRow, SolverKey,
+    TransferKey,
 };
 use crate::topology::Cache;
 
@@ -113,6 +114,67 @@ fn machine() -> Characteristics {
                 })
             })
             .collect(),
+        loaded: [
+            (None, 0.0, 1e-7),
+            (Some(9), 2e9, 1.1e-7),
+            (Some(0), 2e10, 3e-7),
+        ]
+        .map(|(pause, bandwidth, latency)| Measurement {
+            key: LoadedKey {
+                size: 64 << 20,
+                huge_pages: true,
+                threads: 3,
+                pause,
+                bandwidth,
+            },
+            figure: figure(latency),
+        })
+        .to_vec(),
+        percentiles: [50.0, 99.0]
+            .map(|percentile| Measurement {
+                key: PercentileKey {
+                    size: 64 << 20,
+                    huge_pages: true,
+                    percentile,
+                    batch: 32,
+                    clock: 2e-8,
+                },
+                figure: figure(1e-9 * percentile),
+            })
+            .to_vec(),
+        parallel: [(1, 1e7), (2, 2e7), (4, 3e7)]
+            .map(|(chains, rate)| Measurement {
+                key: ParallelKey {
+                    size: 64 << 20,
+                    huge_pages: true,
+                    chains,
+                },
+                figure: figure(rate),
+            })
+            .to_vec(),
+        transfer: [
+            (0, 1, "core", 2e-8),
+            (0, 2, "package", 6e-8),
+            (0, 4, "machine", 1.5e-7),
+        ]
+        .map(|(a, b, share, time)| Measurement {
+            key: TransferKey {
+                a,
+                b,
+                share: share.to_owned(),
+            },
+            figure: figure(time),
+        })
+        .to_vec(),
+        gain: vec![Measurement {
+            key: GainKey {
+                kernel: "volterra".to_owned(),
+                tables: "shared".to_owned(),
+                modes: 40,
+                threads: 2,
+            },
+            figure: figure(1.9),
+        }],
         arithmetic: vec![Measurement {
             key: ArithmeticKey {
                 isa: "avx2".to_owned(),
@@ -144,6 +206,9 @@ fn every_picture_of_a_whole_record_is_drawn_and_says_what_it_shows() {
     let wanted = [
         "operators",
         "mountain",
+        "loaded",
+        "parallel",
+        "transfer",
         "bandwidth",
         "nodes",
         "solver",
@@ -151,7 +216,7 @@ fn every_picture_of_a_whole_record_is_drawn_and_says_what_it_shows() {
         "map",
     ];
     assert_eq!(names, wanted.map(|name| format!("machine-{name}")));
-    let words: [&[&str]; 7] = [
+    let words: [&[&str]; 10] = [
         &[
             "product, dimension 81",
             "volterra window",
@@ -166,6 +231,12 @@ fn every_picture_of_a_whole_record_is_drawn_and_says_what_it_shows() {
             "on huge pages",
             "read bandwidth [GB/s]",
         ],
+        &[
+            "3 threads reading",
+            "a chain of loads through 64.0 MiB, huge pages",
+        ],
+        &["chains [–]", "64.0 MiB"],
+        &["thread 4", "150.0", "20.0", "median time [ns]"],
         &["threads [–]", "nodes in turn"],
         &["cores of 0", "memory of 1", "20.0"],
         &["volterra, one table", "spectral, eight tables", "ideal"],
@@ -194,6 +265,9 @@ fn a_record_without_figures_has_no_pictures() {
     empty.operators.clear();
     empty.bandwidth.clear();
     empty.latency.clear();
+    empty.loaded.clear();
+    empty.parallel.clear();
+    empty.transfer.clear();
     empty.solver.clear();
     empty.roofline.clear();
     assert_eq!(pictures(&empty), []);

@@ -1,0 +1,263 @@
+//! A chain of loads: a ring of lines, each of which tells where the next one is.
+//!
+//! Lines hold addresses, not indices: what turns an index into an address would be counted as
+//! time of the load, a cycle of five or six in the first-level cache.
+
+#![allow(unsafe_code)]
+
+use super::buffer::{Buffer, LINE, PAGE};
+use super::error::MeasurementError;
+use super::memory;
+use super::plan::Walk;
+use crate::numerics::random::Stream;
+
+/// Loads of the warm-up: once round 64 MiB of lines, eight times round 8 MiB. Lines that were
+/// just written settle in a last-level cache only after some rounds, and take up to twice the
+/// time until then.
+pub const WARM: usize = 1 << 20;
+
+/// A ring through the first lines of a buffer: each holds the address of the next one.
+pub struct Chain {
+    buffer: Buffer,
+    at: u64,
+    /// Where chains are that go along it at once.
+    several: [u64; MOST_CHAINS],
+}
+
+/// Chains at once at most.
+pub const MOST_CHAINS: usize = 16;
+
+impl Chain {
+    /// A ring of one line.
+    pub fn new(buffer: Buffer) -> Self {
+        let mut chain = Self {
+            buffer,
+            at: 0,
+            several: [0; MOST_CHAINS],
+        };
+        chain.link(1, Walk::Pages);
+        chain
+    }
+
+    /// Writes a ring through so many lines, and goes to its start.
+    pub fn link(&mut self, count: usize, walk: Walk) {
+        let lines = self.buffer.lines_mut();
+        let start = lines.as_ptr().addr();
+        let address = |line: usize| (start + line * LINE) as u64;
+        let link = |line: usize, next: usize| lines[line].0[0] = f64::from_bits(address(next));
+        let first = match walk {
+            Walk::Pages => page_by_page(count, link),
+            Walk::Hops | Walk::HopsHuge => page_to_page(count, link),
+        };
+        self.at = address(first);
+        let order = PageToPage::new(count);
+        self.several = std::array::from_fn(|i| address(order.line(i * order.ring() / MOST_CHAINS)));
+        // Loads go by these addresses until the next ring is written.
+        self.buffer.lines().as_ptr().expose_provenance();
+    }
+
+    /// A ring through all lines of a buffer near the calling thread, gone along until it has
+    /// settled in the caches.
+    pub fn settled(lines: usize, walk: Walk) -> Result<Self, MeasurementError> {
+        let buffer = match walk {
+            Walk::HopsHuge => memory::on_huge_pages(lines, 0.0)?,
+            Walk::Pages | Walk::Hops => memory::near(lines, 0.0)?,
+        };
+        let mut chain = Self::new(buffer);
+        chain.link(lines, walk);
+        chain.follow(WARM);
+        Ok(chain)
+    }
+
+    /// Goes on by so many loads.
+    pub fn follow(&mut self, loads: usize) {
+        let mut at = self.at;
+        for _ in 0..loads {
+            at = self.next(at);
+        }
+        self.at = at;
+    }
+
+    /// Goes on by so many loads from each of some lines at once, which [`Walk::Hops`] puts equally
+    /// far from each other along the ring: the loads of one chain wait for each other, not for
+    /// those of the others.
+    pub fn follow_several<const CHAINS: usize>(&mut self, loads: usize) {
+        const { assert!(CHAINS <= MOST_CHAINS) };
+        let mut at: [u64; CHAINS] = std::array::from_fn(|i| self.several[i]);
+        for _ in 0..loads {
+            for at in &mut at {
+                *at = self.next(*at);
+            }
+        }
+        self.several[..CHAINS].copy_from_slice(&at);
+    }
+
+    /// Whether all places lie within the first lines.
+    pub fn is_within(&self, lines: usize) -> bool {
+        let start = self.buffer.lines().as_ptr() as u64;
+        (self.several.iter().chain([&self.at]))
+            .all(|at| (at.wrapping_sub(start) as usize) < lines * LINE)
+    }
+
+    /// The address in the line at an address of the ring.
+    #[inline]
+    fn next(&self, at: u64) -> u64 {
+        let line = std::ptr::with_exposed_provenance::<u64>(at as usize);
+        // SAFETY: every `at` starts as the address of a line on the ring, which `link` wrote and
+        // exposed; the first word of every line on the ring holds another such address, and only
+        // `link` writes to the buffer.
+        unsafe { line.read() }
+    }
+
+    /// The line it is at.
+    pub fn place(&self) -> usize {
+        let start = self.buffer.lines().as_ptr() as u64;
+        (self.at.wrapping_sub(start) / LINE as u64) as usize
+    }
+}
+
+/// Links the lines of a page in random order, then those of the next page, pages in random
+/// order. Returns the first line.
+fn page_by_page(lines: usize, mut link: impl FnMut(usize, usize)) -> usize {
+    let mut stream = Stream::new(1, 0, 0);
+    let (mut last, mut first) = (None, 0);
+    for start in shuffled(lines.div_ceil(PAGE), &mut stream) {
+        let start = start * PAGE;
+        for line in shuffled(PAGE.min(lines - start), &mut stream) {
+            match last {
+                None => first = start + line,
+                Some(last) => link(last, start + line),
+            }
+            last = Some(start + line);
+        }
+    }
+    if let Some(last) = last {
+        link(last, first);
+    }
+    first
+}
+
+/// Links lines as [`PageToPage`] orders them. Returns the first line.
+fn page_to_page(lines: usize, mut link: impl FnMut(usize, usize)) -> usize {
+    let order = PageToPage::new(lines);
+    let pages = order.pages.len();
+    // Page by page, not along the ring: a page is then looked for once.
+    for page in 0..pages {
+        for lap in 0..order.places.len() {
+            let at = lap * pages + page;
+            link(order.line(at), order.line((at + 1) % order.ring()));
+        }
+    }
+    order.line(0)
+}
+
+/// Lines in such an order that each lies on another page than the one before, and all pages are
+/// visited before one is again: the order of `lat_mem_rd -t` of lmbench (C. Staelin, L. McVoy). A
+/// last page that is not whole is left out.
+struct PageToPage {
+    pages: Vec<usize>,
+    places: Vec<usize>,
+}
+
+impl PageToPage {
+    fn new(lines: usize) -> Self {
+        let mut stream = Stream::new(1, 0, 0);
+        let places = shuffled(lines.min(PAGE), &mut stream);
+        let pages = shuffled((lines / PAGE).max(1), &mut stream);
+        Self { pages, places }
+    }
+
+    /// Lines on the ring.
+    fn ring(&self) -> usize {
+        self.pages.len() * self.places.len()
+    }
+
+    /// The line at a place of the ring: with every lap one place further on within each page.
+    fn line(&self, at: usize) -> usize {
+        let (lap, page) = (at / self.pages.len(), at % self.pages.len());
+        self.pages[page] * PAGE + self.places[(page + lap) % self.places.len()]
+    }
+}
+
+/// Numbers below `count` in random order.
+fn shuffled(count: usize, stream: &mut Stream) -> Vec<usize> {
+    let mut values: Vec<usize> = (0..count).collect();
+    for i in (1..count).rev() {
+        let j = (stream.uniform() * (i + 1) as f64) as usize;
+        values.swap(i, j.min(i));
+    }
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chain_meets_every_line_once_and_comes_back() {
+        for lines in [1, 10, 64, 128, 1000, 1024, 65 * 64] {
+            for walk in [Walk::Pages, Walk::Hops] {
+                let mut chain = Chain::new(Buffer::new(lines + PAGE).unwrap());
+                chain.link(lines, walk);
+                let (first, mut changes) = (chain.place(), 0);
+                let ring = match walk {
+                    Walk::Pages => lines,
+                    _ => lines / PAGE.min(lines) * PAGE.min(lines),
+                };
+                let mut met = vec![false; lines];
+                for _ in 0..ring {
+                    let at = chain.place();
+                    assert!(!std::mem::replace(&mut met[at], true), "{lines} {walk:?}");
+                    chain.follow(1);
+                    changes += usize::from(at / PAGE != chain.place() / PAGE);
+                }
+                assert_eq!(chain.place(), first, "{lines} {walk:?}");
+                // From page to page only when one is through, or every time.
+                let pages = lines.div_ceil(PAGE);
+                let wanted = match walk {
+                    _ if ring <= PAGE => 0,
+                    Walk::Pages => pages,
+                    _ => ring,
+                };
+                assert_eq!(changes, wanted, "{lines} {walk:?}");
+            }
+        }
+    }
+
+    /// A page is not visited again before all others were.
+    #[test]
+    fn hops_lead_through_all_pages_in_a_lap() {
+        let pages = 7;
+        let mut chain = Chain::new(Buffer::new(pages * PAGE).unwrap());
+        chain.link(pages * PAGE, Walk::Hops);
+        let visited: Vec<usize> = (0..pages * PAGE)
+            .map(|_| {
+                let page = chain.place() / PAGE;
+                chain.follow(1);
+                page
+            })
+            .collect();
+        for lap in visited.chunks(pages) {
+            let mut lap = lap.to_vec();
+            lap.sort_unstable();
+            assert!(lap.into_iter().eq(0..pages));
+        }
+    }
+
+    /// Each chain has the same way to go before it meets the start of the next one.
+    #[test]
+    fn several_chains_share_the_ring() {
+        for (lines, pages) in [(32, 1), (64, 1), (8 * PAGE, 8)] {
+            let mut chain = Chain::new(Buffer::new(pages * PAGE).unwrap());
+            chain.link(lines, Walk::Hops);
+            let starts = chain.several;
+            chain.follow_several::<MOST_CHAINS>(lines / MOST_CHAINS);
+            let mut ends = starts;
+            ends.rotate_left(1);
+            assert_eq!(chain.several, ends, "{lines}");
+            chain.follow_several::<2>(lines / MOST_CHAINS);
+            assert_eq!(chain.several[..3], [ends[1], ends[2], ends[2]]);
+            assert!(chain.is_within(lines) && !chain.is_within(lines / 2));
+        }
+    }
+}
