@@ -14,7 +14,7 @@ use crate::numerics::random::Stream;
 /// Loads of the warm-up: once round 64 MiB of lines, eight times round 8 MiB. Lines that were
 /// just written settle in a last-level cache only after some rounds, and take up to twice the
 /// time until then.
-pub const WARM: usize = 1 << 20;
+const WARM: usize = 1 << 20;
 
 /// A ring through the first lines of a buffer: each holds the address of the next one.
 pub struct Chain {
@@ -56,17 +56,18 @@ impl Chain {
         self.buffer.lines().as_ptr().expose_provenance();
     }
 
-    /// A ring through all lines of a buffer near the calling thread, gone along until it has
-    /// settled in the caches.
-    pub fn settled(lines: usize, walk: Walk) -> Result<Self, MeasurementError> {
-        let buffer = match walk {
+    /// A ring of one line in a buffer near the calling thread, on the pages of a walk.
+    pub fn near(lines: usize, walk: Walk) -> Result<Self, MeasurementError> {
+        Ok(Self::new(match walk {
             Walk::HopsHuge => memory::on_huge_pages(lines, 0.0)?,
             Walk::Pages | Walk::Hops => memory::near(lines, 0.0)?,
-        };
-        let mut chain = Self::new(buffer);
-        chain.link(lines, walk);
-        chain.follow(WARM);
-        Ok(chain)
+        }))
+    }
+
+    /// Writes a ring through so many lines, and goes along it until it has settled in the caches.
+    pub fn settle(&mut self, count: usize, walk: Walk) {
+        self.link(count, walk);
+        self.follow(WARM);
     }
 
     /// Goes on by so many loads.

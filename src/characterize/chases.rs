@@ -1,11 +1,10 @@
 //! What one core's loads can do beside their mean time: chains that it follows at once, and how
 //! the times of short stretches of one chain are spread.
 
-use super::chain::{Chain, WARM};
+use super::chain::Chain;
 use super::error::MeasurementError;
 use super::figure::{median, percentile};
 use super::measured::Measured;
-use super::memory;
 use super::plan::Walk;
 use super::team::{self, HardwareThread, Pace};
 use crate::topology::Topology;
@@ -27,15 +26,6 @@ const BATCHES: usize = 20_000;
 /// The percentiles.
 pub const PERCENTILES: [f64; 4] = [50.0, 90.0, 99.0, 99.9];
 
-/// Takes the buffer that all sizes share.
-fn buffer(lines: usize, walk: Walk) -> Result<Chain, MeasurementError> {
-    let buffer = match walk {
-        Walk::HopsHuge => memory::on_huge_pages(lines, 0.0)?,
-        Walk::Pages | Walk::Hops => memory::near(lines, 0.0)?,
-    };
-    Ok(Chain::new(buffer))
-}
-
 /// Times of a load while [`CHAINS`] chains are followed at once, for every size of the buffer
 /// \[lines\], the number of chains changing first.
 pub fn parallel(
@@ -53,11 +43,10 @@ pub fn parallel(
         &[thread],
         tasks,
         pace,
-        |_| buffer(most, walk),
+        |_| Chain::near(most, walk),
         |chain, task| {
             if task % CHAINS.len() == 0 {
-                chain.link(sizes[task / CHAINS.len()], walk);
-                chain.follow(WARM);
+                chain.settle(sizes[task / CHAINS.len()], walk);
             }
             follow(chain, chains(task));
         },
@@ -105,10 +94,9 @@ pub fn percentiles(
         &[thread],
         sizes.len(),
         ONCE,
-        |_| Ok((buffer(most, walk)?, Vec::new(), look_at_clock())),
+        |_| Ok((Chain::near(most, walk)?, Vec::new(), look_at_clock())),
         |(chain, ..): &mut (Chain, Vec<Vec<f64>>, f64), task| {
-            chain.link(sizes[task], walk);
-            chain.follow(WARM);
+            chain.settle(sizes[task], walk);
         },
         |(chain, batches, look), _| batches.push(follow_batches(chain, *look)),
         |(chain, batches, look)| (chain.is_within(most), (batches, look)),

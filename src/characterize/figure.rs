@@ -58,7 +58,9 @@ pub fn median(values: &mut [f64]) -> f64 {
 
 /// The smallest of ascending values that so many per cent of them do not exceed (nearest rank).
 pub fn percentile(ascending: &[f64], percent: f64) -> f64 {
-    let rank = (1e-2 * percent * ascending.len() as f64).ceil() as usize;
+    /// Whole ranks stay whole.
+    const ROUND_OFF: f64 = 1e-9;
+    let rank = (1e-2 * percent * ascending.len() as f64 - ROUND_OFF).ceil() as usize;
     (ascending.get(rank.saturating_sub(1))).map_or(f64::NAN, |value| *value)
 }
 

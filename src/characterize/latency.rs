@@ -1,6 +1,6 @@
 //! Latency: the time of a load on which the next one depends, over the size of the buffer.
 
-use super::chain::{Chain, WARM};
+use super::chain::Chain;
 use super::error::MeasurementError;
 use super::measured::Measured;
 use super::memory;
@@ -21,13 +21,9 @@ pub fn measure(
     pace: Pace,
 ) -> Result<Measured, MeasurementError> {
     let most = sizes.iter().copied().max().unwrap_or(1);
-    let prepare = |_| {
-        let buffer = match (thread.node == node, walk) {
-            (false, _) => memory::on_node(topology, node, most)?,
-            (true, Walk::HopsHuge) => memory::on_huge_pages(most, 0.0)?,
-            (true, Walk::Pages | Walk::Hops) => memory::near(most, 0.0)?,
-        };
-        Ok(Chain::new(buffer))
+    let prepare = |_| match thread.node == node {
+        true => Chain::near(most, walk),
+        false => Ok(Chain::new(memory::on_node(topology, node, most)?)),
     };
     let worked = team::work(
         topology,
@@ -35,10 +31,7 @@ pub fn measure(
         sizes.len(),
         pace,
         prepare,
-        |chain, task| {
-            chain.link(sizes[task], walk);
-            chain.follow(WARM);
-        },
+        |chain, task| chain.settle(sizes[task], walk),
         |chain, _| chain.follow(LOADS),
         |chain| (chain.place() < most, ()),
     )?;

@@ -28,11 +28,11 @@ struct Read(AtomicU64);
 
 /// A member of the team.
 enum Member {
-    /// Follows its chain; a time of a load and of a byte that the others read for every
-    /// repetition of every task \[s\].
+    /// Follows its chain; for every repetition of every task the time of a load \[s\] and what
+    /// the others read meanwhile \[bytes/s\].
     Chaser {
         chain: Box<Chain>,
-        found: Vec<[Vec<f64>; 2]>,
+        found: Vec<Vec<[f64; 2]>>,
     },
     /// Reads its array, again and again from where it is.
     Loader {
@@ -63,10 +63,12 @@ pub fn measure(
     let array = array.next_multiple_of(PIECE);
     let prepare = |member| -> Result<Member, MeasurementError> {
         Ok(match member {
-            0 => Member::Chaser {
-                chain: Box::new(Chain::settled(lines, walk)?),
-                found: vec![Default::default(); pauses.len()],
-            },
+            0 => {
+                let mut chain = Box::new(Chain::near(lines, walk)?);
+                chain.settle(lines, walk);
+                let found = vec![Vec::new(); pauses.len()];
+                Member::Chaser { chain, found }
+            }
             _ => Member::Loader {
                 array: memory::near(array, 1.0)?,
                 at: 0,
@@ -91,10 +93,7 @@ pub fn measure(
             chain.follow(LOADS);
             let (taken, bytes) = (begun.elapsed().as_secs_f64(), all_read() - before);
             ended.fetch_add(1, Ordering::SeqCst);
-            found[task][0].push(taken / LOADS as f64);
-            if bytes > 0 {
-                found[task][1].push(taken / bytes as f64);
-            }
+            found[task].push([taken / LOADS as f64, bytes as f64 / taken]);
         }
         Member::Loader {
             array,
@@ -111,6 +110,11 @@ pub fn measure(
             }
         }
     };
+    // More repetitions than elsewhere: not all of them count.
+    let pace = Pace {
+        least: 4 * pace.least,
+        ..pace
+    };
     let worked = team::work(
         topology,
         team,
@@ -121,7 +125,7 @@ pub fn measure(
             once(state, task);
             // That was to warm up.
             if let Member::Chaser { found, .. } = &mut state.1 {
-                found[task].iter_mut().for_each(Vec::clear);
+                found[task].clear();
             }
         },
         once,
@@ -132,16 +136,48 @@ pub fn measure(
     )?;
     let checked = worked.checked("loads beside readers")?;
     Ok(Measured {
-        times: checked.results.into_iter().flatten().flatten().collect(),
+        times: (checked.results.iter().flatten())
+            .flat_map(|found| under_load(found))
+            .collect(),
         unbound: checked.unbound,
         ..Measured::default()
     })
+}
+
+/// Times of a load, and of a byte that the others read \[s\], of the repetitions during which the
+/// others could read as they were to: where the system kept one of them from it, the bandwidth
+/// falls, and the latency is not that of the load which was asked for.
+fn under_load(repetitions: &[[f64; 2]]) -> [Vec<f64>; 2] {
+    /// Part of the highest bandwidth.
+    const ENOUGH: f64 = 0.9;
+    let highest = repetitions
+        .iter()
+        .map(|[_, bandwidth]| *bandwidth)
+        .fold(0.0, f64::max);
+    let kept = || {
+        repetitions
+            .iter()
+            .filter(|[_, bandwidth]| *bandwidth >= ENOUGH * highest)
+    };
+    let reading = kept().filter(|[_, bandwidth]| *bandwidth > 0.0);
+    [
+        kept().map(|[latency, _]| *latency).collect(),
+        reading.map(|[_, bandwidth]| 1.0 / bandwidth).collect(),
+    ]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::characterize::buffer::PAGE;
+
+    #[test]
+    fn repetitions_without_their_load_do_not_count() {
+        let found = under_load(&[[1.0, 8.0], [2.0, 7.5], [9.0, 1.0], [3.0, 7.0]]);
+        assert_eq!(found, [vec![1.0, 2.0], vec![1.0 / 8.0, 1.0 / 7.5]]);
+        let idle = under_load(&[[1.0, 0.0], [2.0, 0.0]]);
+        assert_eq!(idle, [vec![1.0, 2.0], vec![]]);
+    }
 
     /// Readers that do not pause read more than those that do, and idle ones nothing. Where there
     /// is one processor, nobody reads.

@@ -7,11 +7,13 @@
 //! | `team`, `figure` | the method: bound threads, best of a round, spread over rounds |
 //! | `quiet`, `noise` | waiting for quiet moments; who disturbed |
 //! | `description` | what the system says of the machine |
-//! | `mountain`, `streaming`, `latency` | memory |
+//! | `mountain`, `streaming` | memory by size and stride, by reads and writes |
+//! | `chain`, `latency`, `chases`, `loaded` | loads that wait for each other: alone, several at once, beside readers |
+//! | `transfer` | lines from core to core |
 //! | `operators` | dense products and the structured kernel over rotating tables |
 //! | `solver`, `tables` | integrating on many threads, and copies of what is integrated with |
 //! | `cliffs` | where costs jump, and at which cache |
-//! | `measure`, `measured`, `outcome` | samples from items, figures from samples, the roofline |
+//! | `measure`, `measured`, `outcome`, `memory_rows` | samples from items, figures from samples, the roofline |
 //! | `compare`, `machine_rate` | two machines; what a job would take on another one |
 //!
 //! Everything is repeated in rounds over the whole plan, with memory taken anew: what differs

@@ -9,7 +9,7 @@ use strum::{IntoStaticStr, VariantArray};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
 #[strum(serialize_all = "lowercase")]
 pub enum Extent {
-    /// Under a minute.
+    /// About a minute.
     Quick,
     /// Some minutes.
     Default,

@@ -35,13 +35,13 @@ enum MachineCommand {
 /// What is measured and where it goes.
 #[derive(Debug, Args)]
 struct MeasureArgs {
-    /// Less of everything, in under a minute.
+    /// Less of everything, in about a minute.
     #[arg(long, conflicts_with = "full")]
     quick: bool,
     /// Larger working sets, more modes, more repetitions: up to an hour.
     #[arg(long)]
     full: bool,
-    /// Seconds after which nothing new is begun [default: 50, 240 or 2400].
+    /// Seconds after which nothing new is begun [default: 55, 240 or 2400].
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     budget: Option<f64>,
     /// Only these parts, separated by commas [default: all].

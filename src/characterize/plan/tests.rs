@@ -77,7 +77,9 @@ fn two_sockets_with_second_threads() {
         })
         .collect();
     assert_eq!(tables, ["shared", "node", "eight"]);
-    assert!(plan.missing.is_empty(), "{:?}", plan.missing);
+    // Of 28 cores 16 hand lines to each other; nothing else is left out.
+    let of: Vec<&[Part]> = plan.missing.iter().map(|missing| missing.of).collect();
+    assert_eq!(of, [&[Part::Transfer]], "{:?}", plan.missing);
 }
 
 #[test]
@@ -297,7 +299,7 @@ fn chains_lie_well_inside_of_every_level() {
     let kib: Vec<usize> = sizes
         .unwrap()
         .iter()
-        .map(|lines| lines * LINE >> 10)
+        .map(|lines| (lines * LINE) >> 10)
         .collect();
     assert_eq!(kib, [32, 256, 8 << 10, 256 << 10]);
 }

@@ -24,6 +24,7 @@ pub struct LoadedKey {
 impl Key for LoadedKey {
     const NAME: &'static str = "loaded";
     const FIGURE: [&'static str; 3] = ["latency", "s", "time of a load"];
+    const REPETITION: &'static str = "middle";
 
     fn words(&self) -> String {
         match self.pause {
@@ -61,6 +62,7 @@ pub struct PercentileKey {
 impl Key for PercentileKey {
     const NAME: &'static str = "percentiles";
     const FIGURE: [&'static str; 3] = ["latency", "s", "time of a load in a batch"];
+    const REPETITION: &'static str = "middle";
 
     fn words(&self) -> String {
         format!("{} B, p{}", self.size, self.percentile)
@@ -120,6 +122,7 @@ pub struct TransferKey {
 impl Key for TransferKey {
     const NAME: &'static str = "transfer";
     const FIGURE: [&'static str; 3] = ["latency", "s", "time of handing a line over, one way"];
+    const REPETITION: &'static str = "middle";
 
     fn words(&self) -> String {
         format!("{} and {}", self.a, self.b)
@@ -151,6 +154,7 @@ pub struct GainKey {
 impl Key for GainKey {
     const NAME: &'static str = "gain";
     const FIGURE: [&'static str; 3] = ["gain", "1", "rate over that of one thread, in turn"];
+    const REPETITION: &'static str = "middle";
 
     fn words(&self) -> String {
         let (kernel, modes, tables) = (&self.kernel, self.modes, &self.tables);
