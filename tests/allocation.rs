@@ -8,8 +8,8 @@ mod common;
 
 use atlas::model::{InitialState, Model};
 use atlas::propagate::{
-    Counters, DenseError, Event, Fused, Kernel, KernelChoice, KernelTable, KernelUse, Observer,
-    Spectral, Tangents, Window,
+    Counters, DenseError, Event, Kernel, KernelChoice, KernelTable, KernelUse, Observer, Tangents,
+    Window,
 };
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;

@@ -36,7 +36,7 @@ const UNSAFE: [&str; 6] = [
     "propagate/volterra/lanes/wide.rs",
     "store/tables/map.rs",
     "characterize/buffer.rs",
-    "characterize/latency.rs",
+    "characterize/chain.rs",
     "characterize/vectors.rs",
 ];
 

@@ -426,7 +426,7 @@ const ALL_ORDERS: OrderQuestion = OrderQuestion {
         bearings: true,
         torques: true,
         accelerations: true,
-        rotations: false,
+        rotations: true,
     },
     mesh: 5,
     shafts: 3,

@@ -3,8 +3,8 @@
 use super::buffer::LINE;
 use super::chases::{BATCH, CHAINS, PERCENTILES};
 use super::figure::Kind;
-use super::outcome::Sample;
 use super::plan::{Relation, Walk};
+use super::sample::Sample;
 use super::team::HardwareThread;
 use crate::store::{
     Characteristics, LoadedKey, Measurement, ParallelKey, PercentileKey, TransferKey,

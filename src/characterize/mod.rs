@@ -11,6 +11,7 @@
 //! | `chain`, `latency`, `chases`, `loaded` | loads that wait for each other: alone, several at once, beside readers |
 //! | `transfer` | lines from core to core |
 //! | `operators` | dense products and the structured kernel over rotating tables |
+//! | `measured`, `sample` | what one measurement gives, what repeated rounds gave |
 //! | `solver`, `tables` | integrating on many threads, and copies of what is integrated with |
 //! | `cliffs` | where costs jump, and at which cache |
 //! | `measure`, `measured`, `outcome`, `memory_rows` | samples from items, figures from samples, the roofline |
@@ -41,6 +42,7 @@ mod operators;
 mod outcome;
 mod plan;
 mod quiet;
+mod sample;
 mod settings;
 mod solver;
 mod streaming;
@@ -57,9 +59,9 @@ use crate::topology::Topology;
 use description::Root;
 use drive::DefaultDrive;
 use noise::Watch;
-use outcome::Sample;
 use plan::Limits;
 use quiet::{Probe, QuietMachine};
+use sample::Sample;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Instant, SystemTime};
 use tables::BuiltTables;
@@ -121,7 +123,7 @@ pub fn characterize(
         }
     }
     missing.extend(outcome::missing(&items, &samples));
-    let noise = noise.end(outcome::scatter(&samples), &quiet);
+    let noise = noise.end(sample::scatter(&samples), &quiet);
     let mut found = Characteristics {
         format: Characteristics::format(),
         host: host(),

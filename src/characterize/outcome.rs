@@ -2,77 +2,15 @@
 
 use super::buffer::LINE;
 use super::cliffs::cliffs;
-use super::error::MeasurementError;
-use super::figure::{Kind, figure, median};
-use super::measured::{Measured, Work};
+use super::figure::Kind;
 use super::plan::{Item, Mesh, Placement, Sharing, StreamKernel, Walk};
+use super::sample::Sample;
 use super::{memory_rows, operators, streaming};
 use crate::store::{
-    ArithmeticKey, BandwidthKey, Characteristics, Figure, GainKey, LatencyKey, Measurement,
-    MountainKey, OperatorKey, RoofRow, SolverKey,
+    ArithmeticKey, BandwidthKey, Characteristics, GainKey, LatencyKey, Measurement, MountainKey,
+    OperatorKey, RoofRow, SolverKey,
 };
 use crate::topology::Cache;
-
-/// What all rounds of an item gave.
-#[derive(Debug, Default)]
-pub struct Sample {
-    /// Times of a unit of work, by figure and round \[s\].
-    figures: Vec<Vec<Vec<f64>>>,
-    bytes: usize,
-    work: Work,
-    unbound: Option<String>,
-    /// Why there is nothing more.
-    pub error: Option<MeasurementError>,
-}
-
-impl Sample {
-    /// Takes up one more round, of one measurement or several.
-    pub fn take(&mut self, round: Result<Vec<Measured>, MeasurementError>) {
-        let measured = match round {
-            Err(error) => {
-                self.error = Some(error);
-                return;
-            }
-            Ok(measured) => measured,
-        };
-        for (i, measured) in measured.into_iter().enumerate() {
-            self.figures.resize(measured.times.len(), Vec::new());
-            for (rounds, times) in self.figures.iter_mut().zip(measured.times) {
-                match rounds.last_mut().filter(|_| i > 0) {
-                    Some(round) => round.extend(times),
-                    None => rounds.push(times),
-                }
-            }
-            self.bytes = measured.bytes;
-            self.work = measured.work;
-            self.unbound = self.unbound.take().or(measured.unbound);
-        }
-    }
-
-    /// One of its figures; none where there was no time for it.
-    pub fn figure(&self, index: usize, kind: Kind) -> Option<Figure> {
-        figure(self.figures.get(index)?, kind)
-    }
-
-    /// One of its figures with what was measured; none where there was no time for it.
-    pub fn measurement<K>(&self, index: usize, kind: Kind, key: K) -> Option<Measurement<K>> {
-        let figure = self.figure(index, kind)?;
-        Some(Measurement { key, figure })
-    }
-}
-
-/// How far the median repetition lies behind the best, in the middle of all rounds.
-pub fn scatter(samples: &[Sample]) -> Option<f64> {
-    let mut behind: Vec<f64> = (samples.iter())
-        .flat_map(|sample| sample.figures.iter().flatten())
-        .filter(|times| times.len() > 1)
-        .map(|times| {
-            let best = times.iter().copied().fold(f64::INFINITY, f64::min);
-            median(&mut times.clone()) / best - 1.0
-        })
-        .collect();
-    (!behind.is_empty()).then(|| median(&mut behind))
-}
 
 /// What was not measured as planned, and why, a sentence each.
 pub fn missing(items: &[Item], samples: &[Sample]) -> Vec<String> {

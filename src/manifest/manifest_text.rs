@@ -3,11 +3,10 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
-use std::path::Path;
 
 use super::diagnostic::Issues;
+use super::set;
 use super::tree::{self, Node, Value};
-use super::{Job, ManifestErrors, judge, set};
 use crate::units;
 
 /// A text and its changes.
@@ -20,17 +19,6 @@ pub struct ManifestText<'t> {
 }
 
 impl ManifestText<'_> {
-    /// Its job. `name` stands for the text in messages; relative paths in it start at `base_dir`.
-    ///
-    /// # Errors
-    ///
-    /// Every fault of the text, of the changes and of the modal file it names.
-    pub fn job(self, name: &str, base_dir: &Path) -> Result<Job, ManifestErrors> {
-        let mut issues = Issues::default();
-        let source = issues.add_source(name.to_owned(), self.text.to_owned());
-        judge(issues, source, base_dir, self.changes)
-    }
-
     /// The unit of the first value with one of each axis of its grid, by the axis's name, as it is written; nothing
     /// of a text that is no manifest.
     pub fn axis_units(self) -> BTreeMap<String, String> {

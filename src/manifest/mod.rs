@@ -137,6 +137,19 @@ pub fn parse(text: &str, name: &str, base_dir: &Path) -> Result<Job, ManifestErr
     ManifestText { text, changes }.job(name, base_dir)
 }
 
+impl ManifestText<'_> {
+    /// Its job. `name` stands for the text in messages; relative paths in it start at `base_dir`.
+    ///
+    /// # Errors
+    ///
+    /// Every fault of the text, of the changes and of the modal file it names.
+    pub fn job(self, name: &str, base_dir: &Path) -> Result<Job, ManifestErrors> {
+        let mut issues = Issues::default();
+        let source = issues.add_source(name.to_owned(), self.text.to_owned());
+        judge(issues, source, base_dir, self.changes)
+    }
+}
+
 /// Judges a manifest that was read, with some keys changed, and resolves it.
 fn judge(
     mut issues: Issues,

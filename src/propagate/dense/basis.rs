@@ -19,13 +19,11 @@
 
 use super::DenseError;
 use super::conditioning::Conditioning;
-use super::cycle::Method;
 use super::eigen::{eigen, follow, invert, refine};
 use super::exponential;
 use super::generator::{Generator, Layout};
 use super::kept::{Reader, Writer};
 use super::matrix::{Operator, numbers_of, padded};
-use super::spectral::SpectralTables;
 use crate::model::Model;
 use crate::propagate::Volterra;
 use faer::Mat;
@@ -34,6 +32,9 @@ use num_complex::Complex64;
 /// Eigenvalues below this over a mesh period are slow: splitting the constant input off a wave
 /// of rate λ loses a factor (λT)⁻² of accuracy.
 pub const SLOW: f64 = 0.5;
+
+/// Longest step of a table of this basis, in units of the fastest rate.
+pub const REACH: f64 = 8.0;
 
 /// Highest power of the slow group's polynomial: 0.5¹⁵/15! is 10⁻¹⁷.
 pub const POWERS: usize = 14;
@@ -171,7 +172,7 @@ impl<'t> Basis<'t> {
                 inner,
             },
         );
-        let duration = SpectralTables::REACH / rates.fastest;
+        let duration = REACH / rates.fastest;
         let propagator = exponential::propagator(generator, rates.fastest, duration);
         let conditioning = Conditioning {
             segment,

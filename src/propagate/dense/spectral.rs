@@ -7,7 +7,7 @@
 
 use super::DenseError;
 use super::bases::Bases;
-use super::basis::POWERS;
+use super::basis::{POWERS, REACH};
 use super::cell_model::CellModel;
 use super::conditioning::Conditioning;
 use super::cycle::Method;
@@ -156,7 +156,7 @@ impl<'t> SpectralTables<'t> {
 
 impl Method for SpectralTables<'_> {
     type Scratch = SpectralScratch;
-    const REACH: f64 = 8.0;
+    const REACH: f64 = REACH;
     const FLIES: bool = true;
 
     fn operators(&self) -> impl Iterator<Item = &Operator<'_>> {
