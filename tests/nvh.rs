@@ -664,7 +664,8 @@ fn orders_of_rattle_are_those_of_fine_steps() {
         [
             Quantity::Torque,
             Quantity::Acceleration,
-            Quantity::AngularAcceleration
+            Quantity::AngularAcceleration,
+            Quantity::Rotation
         ]
     );
 }

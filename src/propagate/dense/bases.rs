@@ -2,12 +2,13 @@
 //! direction in free flight, whatever the speed.
 
 use super::DenseError;
-use super::basis::{Basis, Rates};
+use super::basis::Basis;
 use super::dyadic;
 use super::generator::{Generator, Layout};
 use super::grid;
 use super::kept::{Reader, TableArray, Writer};
 use super::matrix::Operator;
+use super::rates::Rates;
 use crate::model::{Model, Segment};
 use std::sync::Arc;
 

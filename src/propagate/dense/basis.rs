@@ -24,14 +24,9 @@ use super::exponential;
 use super::generator::{Generator, Layout};
 use super::kept::{Reader, Writer};
 use super::matrix::{Operator, numbers_of, padded};
-use crate::model::Model;
-use crate::propagate::Volterra;
+use super::rates::Rates;
 use faer::Mat;
 use num_complex::Complex64;
-
-/// Eigenvalues below this over a mesh period are slow: splitting the constant input off a wave
-/// of rate λ loses a factor (λT)⁻² of accuracy.
-pub const SLOW: f64 = 0.5;
 
 /// Longest step of a table of this basis, in units of the fastest rate.
 pub const REACH: f64 = 8.0;
@@ -39,37 +34,8 @@ pub const REACH: f64 = 8.0;
 /// Highest power of the slow group's polynomial: 0.5¹⁵/15! is 10⁻¹⁷.
 pub const POWERS: usize = 14;
 
-/// What is slow, in units of the fastest rate: [`SLOW`] over mesh periods of 2048 of its units,
-/// longer than drives have in practice ...
-const SLOWEST: f64 = SLOW / 2048.0;
-
-/// ... and so many times slower wherever a period is longer still.
-const SLOWER: f64 = 64.0;
-
 /// Unit of the velocities of rigid blocks, in units of the fastest rate.
 const RIGID: f64 = 1.0 / 32.0;
-
-/// Rates that a basis is formed by, of a structure and its mesh.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rates {
-    /// Upper bound of all \[rad/s\].
-    pub fastest: f64,
-    /// Below this an eigenvalue is slow \[rad/s\].
-    pub slow: f64,
-}
-
-impl Rates {
-    /// The rates of a model. They depend on its speed only where one mesh cycle is thousands of
-    /// times longer than its fastest motion.
-    pub fn new(model: &Model) -> Self {
-        let fastest = Volterra::fastest_own_rate(model);
-        let mut slow = SLOWEST * fastest;
-        while slow * model.period() > SLOW {
-            slow /= SLOWER;
-        }
-        Self { fastest, slow }
-    }
-}
 
 /// The spectral form.
 #[derive(Debug)]

@@ -32,6 +32,7 @@ mod jumps;
 mod kept;
 mod kernel;
 mod matrix;
+mod rates;
 mod series;
 mod show;
 mod spectral;

@@ -12,9 +12,10 @@
 //! accuracy.
 
 use super::DenseError;
-use super::basis::{Basis, POWERS, SLOW};
+use super::basis::{Basis, POWERS};
 use super::generator::Generator;
 use super::matrix::{Operator, padded};
+use super::rates::SLOW;
 use super::waves;
 use crate::numerics::linalg;
 use faer::Mat;
