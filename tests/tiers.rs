@@ -171,6 +171,58 @@ fn translational_bodies_are_masses_on_both_bearings() {
     assert!(names.iter().all(|name| !name.ends_with("axial")));
 }
 
+/// Faces off the middle of the bodies: at rest a rigid shaft bears the mesh force and friction where they act, wherever
+/// its gear's mass is.
+#[test]
+fn a_mesh_off_the_middle_of_the_bodies_acts_where_the_faces_are() {
+    let offset = 7e-3;
+    let mut off_middle = drive(Tier::Tilting, shafts());
+    off_middle.gears.form.face_middle = offset;
+    let moved = shafts().map(|shaft| Shaft {
+        gear_position: shaft.gear_position + offset / shaft.span,
+        ..shaft
+    });
+    let flexibility = |structure: &ModalStructure| -> Vec<f64> {
+        let coast = structure.coast.as_ref().unwrap();
+        let loads = [
+            &structure.mesh,
+            &structure.mesh_tilt,
+            &structure.friction,
+            &coast.mesh,
+            &coast.friction,
+        ];
+        let bearings = structure.bearings.iter().map(|bearing| &bearing.gain);
+        let seen: Vec<&Vec<f64>> = bearings.chain(loads).collect();
+        (loads.iter().flat_map(|load| {
+            seen.iter().map(move |row| {
+                (2..structure.modes())
+                    .map(|mode| row[mode] * load[mode] / structure.frequency[mode].powi(2))
+                    .sum()
+            })
+        }))
+        .collect()
+    };
+    let found = flexibility(&all_modes(&off_middle));
+    let expected = flexibility(&rigid(Tier::Tilting, moved));
+    let middle = flexibility(&rigid(Tier::Tilting, shafts()));
+    // Rows of forces and rows of deflections have scales of their own.
+    let largest = |i: usize| {
+        let (rows, own) = (expected.len() / 5, i % (expected.len() / 5));
+        (0..5)
+            .map(|load| expected[load * rows + own].abs())
+            .fold(0.0, f64::max)
+    };
+    for (i, (found, expected)) in found.iter().zip(&expected).enumerate() {
+        assert!(
+            (found - expected).abs() < 1e-11 * largest(i),
+            "{i}: {found} {expected}"
+        );
+    }
+    let apart = middle.iter().zip(&expected).enumerate();
+    let apart = apart.map(|(i, (middle, expected))| (middle - expected).abs() / largest(i));
+    assert!(apart.fold(0.0, f64::max) > 0.05);
+}
+
 /// A rigid rotor on two springs at unequal distances from its centre of mass: 2 × 2 in each
 /// plane, with unequal springs and tilt springs, and an axial mode.
 #[test]

@@ -198,12 +198,13 @@ impl Flanks {
                 .sum::<f64>()
     }
 
-    /// Material that both flanks lack at z from mid-face \[m\]: crowning and slope of the leads, end relief, courses
+    /// Material that both flanks lack at z from the middle of the common face \[m\]: crowning and slope of the leads, end relief, courses
     /// through points.
     pub fn lead(&self, z: f64) -> f64 {
-        let (form, half) = (&self.pair.form, 0.5 * self.face_width);
+        let form = &self.pair.form;
         let own = |gear: usize| {
-            let ends = form.end_relief[gear];
+            let (ends, overhang) = (form.end_relief[gear], &form.overhang[gear]);
+            let [z, half] = overhang.own(z, self.face_width);
             form.lead[gear].at(z / half)
                 + ends.at(half - z)
                 + ends.at(half + z)

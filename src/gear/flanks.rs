@@ -383,8 +383,8 @@ fn check_values(pair: &GearPair) -> Result<(), GearError> {
 
 /// Courses through points lie on their flanks, in order.
 fn check_points(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<(), GearError> {
-    let half = 0.5 * pair.face_width;
     for (index, tooth) in teeth.iter().enumerate() {
+        let [_, half] = pair.form.overhang[index].own(0.0, pair.face_width);
         let profile = [tooth.form_roll, tooth.tip_roll].map(|roll| roll * tooth.base_radius);
         for (course, points, [from, to]) in [
             (

@@ -25,16 +25,20 @@ pub struct ToothForm {
     /// Material taken off towards the root, falling to 0 from the start of the active profile
     /// outwards.
     pub root_relief: [Relief; 2],
-    /// Material taken off towards both ends of the face.
+    /// How far each gear's face reaches beyond the common face of both.
+    pub overhang: [FaceOverhang; 2],
+    /// Middle of the common face from the middle of the gear bodies, along +z \[m\].
+    pub face_middle: f64,
+    /// Material taken off towards both ends of the own face.
     pub end_relief: [Relief; 2],
     /// Crowning and slope of the profile, root to tip.
     pub profile: [Modification; 2],
-    /// Crowning and slope of the lead, over the face width.
+    /// Crowning and slope of the lead, over the own face width.
     pub lead: [Modification; 2],
     /// The profile through points, over the roll length from the base circle (base radius times roll angle) in the
     /// transverse section.
     pub profile_points: [PointCourse; 2],
-    /// The lead through points, over the distance z from mid-face.
+    /// The lead through points, over the distance from the middle of the own face.
     pub lead_points: [PointCourse; 2],
     /// Bore of the gear bodies \[m\], where they are held; none: the shaft's diameter, which
     /// only the shaft knows.
@@ -66,6 +70,8 @@ impl Default for ToothForm {
             tip_diameter: [None; 2],
             tip_relief: [Relief::default(); 2],
             root_relief: [Relief::default(); 2],
+            overhang: [FaceOverhang::default(); 2],
+            face_middle: 0.0,
             end_relief: [Relief::default(); 2],
             profile: [Modification::default(); 2],
             lead: [Modification::default(); 2],
@@ -76,6 +82,27 @@ impl Default for ToothForm {
             body: [BodyShape::default(); 2],
             plane: Plane::default(),
         }
+    }
+}
+
+/// How far a gear's face reaches beyond the common face, on which flanks touch \[m\]; by default not at all.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
+pub struct FaceOverhang {
+    /// Beyond its end of negative z.
+    pub before: f64,
+    /// Beyond its end of positive z.
+    pub behind: f64,
+}
+
+impl FaceOverhang {
+    /// A place z from the middle of a common face of a width, from the middle of the own face; and half the width
+    /// of that \[m\].
+    pub fn own(&self, z: f64, common: f64) -> [f64; 2] {
+        let Self { before, behind } = self;
+        [
+            z - 0.5 * (behind - before),
+            0.5 * (common + before + behind),
+        ]
     }
 }
 
@@ -179,5 +206,24 @@ impl Material {
                 poisson_ratio: self.poisson_ratio / (1.0 - self.poisson_ratio),
             },
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A face of 24 mm over one of 20 mm, 1 mm before it and 3 mm behind.
+    #[test]
+    fn places_are_those_of_the_own_face() {
+        let wide = FaceOverhang {
+            before: 1e-3,
+            behind: 3e-3,
+        };
+        for (z, own) in [(-10e-3, -11e-3), (0.0, -1e-3), (10e-3, 9e-3)] {
+            let [found, half] = wide.own(z, 20e-3);
+            assert!((found - own).abs() < 1e-17 && (half - 12e-3).abs() < 1e-17);
+        }
+        assert_eq!(FaceOverhang::default().own(3e-3, 20e-3), [3e-3, 10e-3]);
     }
 }

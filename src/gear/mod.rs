@@ -25,7 +25,7 @@ pub use compliance::PairCompliance;
 pub use error::{FlankCourse, GearError};
 pub use flank_law::{FlankLaw, SecantContact};
 pub use flanks::{Flanks, PathOfContact};
-pub use form::{BasicRack, BodyShape, Hub, Material, Plane, ToothForm, Web};
+pub use form::{BasicRack, BodyShape, FaceOverhang, Hub, Material, Plane, ToothForm, Web};
 pub use friction::{FrictionDirection, friction_direction};
 pub use helix::mesh_force_direction;
 pub use involute::{inverse_involute, involute};

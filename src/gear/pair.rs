@@ -21,7 +21,7 @@ pub struct GearPair {
     /// Helix angle β at the reference cylinder \[rad\], between −π/2 and π/2: positive where the
     /// pinion is right-handed and the wheel left-handed, 0 of spur gears.
     pub helix_angle: f64,
-    /// Face width \[m\].
+    /// Width of the common face, on which flanks touch \[m\].
     pub face_width: f64,
     /// Axial length of the gear bodies \[m\]. Like the torque of no effect on the flanks.
     pub body_length: [f64; 2],

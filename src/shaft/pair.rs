@@ -16,7 +16,9 @@
 //! δ += tan β_b e_z·((u2 + θ2 × r2) − (u1 + θ1 × r1)),   r1 = (r_w1, 0, 0),   r2 = (−r_w2, 0, 0)
 //! ```
 //!
-//! `mesh` is δ at z_c = 0 per unit modal coordinate, `mesh_tilt` its derivative by z_c.
+//! `mesh` is δ at z_c = 0 per unit modal coordinate, `mesh_tilt` its derivative by z_c. Places across the face
+//! are counted from the middle of the common face, which may lie off the middle of the gear bodies, where the nodes are:
+//! there a body has moved by `u + z₀ θ × e_z`.
 //! The two rigid rotations are given as the neutral one (no deflection, no torque) followed
 //! by the relative one.
 //!
@@ -157,11 +159,24 @@ impl PairedShafts<'_> {
         let participation =
             |terms: &[(usize, Freedom, f64)]| solution.participation(&matrices.functional(terms));
 
+        let middle = self.gears.form.face_middle;
+        // Displacements of the bodies' middles as those of the middle of the common face.
+        let at_face = |terms: &[(usize, Freedom, f64)]| {
+            let turned = terms
+                .iter()
+                .filter_map(|&(node, freedom, weight)| match freedom {
+                    X => Some((node, RotationY, middle * weight)),
+                    Y => Some((node, RotationX, -middle * weight)),
+                    _ => None,
+                });
+            participation(&terms.iter().copied().chain(turned).collect::<Vec<_>>())
+        };
+
         // Of the flanks whose line of action leans towards the wheel's axis by `lean` sin α.
         let flank = |lean: f64| {
             let sin = lean * sin;
             FlankParticipation {
-                mesh: participation(&[
+                mesh: at_face(&[
                     (pinion, RotationZ, base_1),
                     (pinion, X, sin),
                     (pinion, Y, cos),
@@ -180,7 +195,7 @@ impl PairedShafts<'_> {
                     (wheel, RotationY, -sin),
                     (wheel, RotationX, cos),
                 ]),
-                friction: participation(&[
+                friction: at_face(&[
                     (pinion, X, lean * cos),
                     (pinion, Y, -lean * sin),
                     (wheel, X, -lean * cos),

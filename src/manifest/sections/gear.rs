@@ -2,8 +2,8 @@
 
 use super::flank_points;
 use crate::gear::{
-    BasicRack, BodyShape, FlankCourse, Flanks, GearError, GearPair, Hub, Material, Modification,
-    Plane, Relief, ReliefCourse, ToothForm, Web,
+    BasicRack, BodyShape, FaceOverhang, FlankCourse, Flanks, GearError, GearPair, Hub, Material,
+    Modification, Plane, Relief, ReliefCourse, ToothForm, Web,
 };
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
@@ -18,7 +18,8 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
     let module = section.quantity(issues, "module");
     let pressure_angle = section.quantity_or_default(issues, "pressure_angle");
     let helix_angle = section.quantity_or_default(issues, "helix_angle");
-    let face_width = section.quantity(issues, "face_width");
+    let face = face(section, issues);
+    let face_width = face.map(|face| face.width);
     let body_length = section.pair(issues, "body_length");
     let rated_torque = section.quantity(issues, "rated_torque");
     let form = form(section, issues, body_length);
@@ -36,6 +37,8 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
             rated_torque: rated_torque?,
             form: ToothForm {
                 plane: plane?,
+                overhang: face?.overhang,
+                face_middle: face?.middle,
                 ..form?
             },
         })
@@ -103,6 +106,51 @@ fn form(
         }),
         body: body?,
         ..default
+    })
+}
+
+/// Where the faces of both gears are.
+#[derive(Debug, Clone, Copy)]
+struct CommonFace {
+    width: f64,
+    /// From the middle of the bodies.
+    middle: f64,
+    overhang: [FaceOverhang; 2],
+}
+
+/// The stretch that both faces have.
+fn face(section: &Section, issues: &mut Issues) -> Option<CommonFace> {
+    let widths = section.one_or_pair(issues, "face_width");
+    let offsets = section.one_or_pair_or_default(issues, "face_offset");
+    let (widths, offsets) = (widths?, offsets?);
+    let ends: [[f64; 2]; 2] =
+        [0, 1].map(|gear| [-0.5, 0.5].map(|side| offsets[gear] + side * widths[gear]));
+    let (from, to) = (ends[0][0].max(ends[1][0]), ends[0][1].min(ends[1][1]));
+    if to <= from {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                section.span_of("face_offset"),
+                &section.path_of("face_offset"),
+                format!(
+                    "the faces do not meet: the pinion's is from {} to {} mm, the wheel's from {} to {} mm",
+                    1e3 * ends[0][0],
+                    1e3 * ends[0][1],
+                    1e3 * ends[1][0],
+                    1e3 * ends[1][1]
+                ),
+            )
+            .remedy("give offsets from the middle of the bodies that differ by less than half the sum of the widths"),
+        );
+        return None;
+    }
+    Some(CommonFace {
+        width: to - from,
+        middle: 0.5 * (from + to),
+        overhang: ends.map(|[first, last]| FaceOverhang {
+            before: from - first,
+            behind: last - to,
+        }),
     })
 }
 

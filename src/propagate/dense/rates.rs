@@ -16,7 +16,7 @@ const SLOWER: f64 = 64.0;
 
 /// The relative rotation on the closed mesh, whose rate is known but roughly, counts as slow from
 /// below so many times the limit.
-const ROUGHLY: f64 = 4.0;
+const ROUGHLY: f64 = 2.0;
 
 /// Rates that a basis is formed by, of a structure and its mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]

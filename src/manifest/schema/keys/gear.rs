@@ -39,8 +39,12 @@ pub(super) const KEYS: &[Key] = &[
     quantity("gear.helix_angle", Angle, bounds(-FRAC_PI_4, true, FRAC_PI_4, true), r#""20 deg""#).or("0")
         .about("Helix angle of the pinion at its reference cylinder, positive where it is right-handed; the wheel \
                 has the opposite one. 0 of spur gears."),
-    quantity("gear.face_width", Length, POSITIVE, r#""20 mm""#)
-        .about("Width of the toothed face, common to both gears."),
+    quantity("gear.face_width", Length, POSITIVE, r#""20 mm""#).or_pair(BOTH)
+        .about("Width of the toothed face. Flanks touch where both faces are; what a wider face stiffens beyond the other's ends \
+                is not counted."),
+    quantity("gear.face_offset", Length, ANY, r#""1 mm""#).or_pair(BOTH).or("0")
+        .about("Where the middle of the face lies along the shaft, from the middle of the gear's body (`shafts.gear_position`), \
+                positive towards the second bearing. A mesh off the middle of the bodies tilts them."),
     key("gear.body_length", Kind::List("2 lengths: pinion, wheel"), ANY, r#"["70 mm", "40 mm"]"#).of_length(2)
         .about("Axial length of the gear bodies, which may be longer than the face. It sets their mass and \
                 moments of inertia and has no effect on the flanks."),
