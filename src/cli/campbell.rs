@@ -12,6 +12,7 @@ use crate::report::{Campbell, ModeLine, NEAR_GRID, Ray, USUAL_ORDERS, to_digits}
 use crate::shaft::ModalStructure;
 use crate::store::read_runs;
 use crate::sweep::build;
+use crate::units;
 
 /// Speeds at which modes are computed: between them frequencies are nearly linear.
 const SPEEDS: usize = 9;
@@ -99,9 +100,16 @@ pub fn of(job: &Job, orders: &[f64]) -> Result<Campbell, String> {
             of_mesh: false,
         })
     });
-    let load = to_digits(first.load, 4);
+    let mut written = job.written().axis_units();
+    let load = match written.remove("load") {
+        Some(unit) => {
+            let factor = units::conversion("1", &unit).unwrap_or(1.0);
+            format!("{} {unit}", to_digits(first.load * factor, 4))
+        }
+        None => to_digits(first.load, 4),
+    };
     Ok(Campbell {
-        unit: job.written().axis_units().remove("speed"),
+        unit: written.remove("speed"),
         words: match job.points.variants().len() {
             1 => format!(
                 "load {load}  ·  closed: the contacts that bear the static load, with their mean stiffness"

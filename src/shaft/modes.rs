@@ -325,5 +325,26 @@ fn rounding_of_quotient(pencil: Pencil<'_>, shift: f64, shape: &[f64]) -> f64 {
     16.0 * f64::EPSILON * sum
 }
 
+/// Sign of every mode behind the `rigid` first, from its mesh participation.
+pub(super) fn orientation(mesh: &[f64], rigid: usize, solution: &Modes) -> Vec<f64> {
+    let mesh = &mesh[rigid..];
+    let largest = mesh.iter().fold(0.0_f64, |m, w| m.max(w.abs()));
+    (mesh.iter().enumerate())
+        .map(|(index, &w)| {
+            // Below this a participation is round-off of a zero.
+            if w.abs() > 1e-8 * largest {
+                return w.signum();
+            }
+            let shape = solution.shape.col(rigid + index);
+            let peak = shape.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            // The first of those that tie within round-off.
+            shape
+                .iter()
+                .find(|v| v.abs() > (1.0 - 1e-6) * peak)
+                .map_or(1.0, |v| v.signum())
+        })
+        .collect()
+}
+
 #[cfg(test)]
 mod tests;

@@ -41,7 +41,7 @@ use super::error::ShaftError;
 use super::modal::{
     BearingGain, FlankParticipation, ModalStructure, MotionKind, PlaceMotion, TorqueGain,
 };
-use super::modes::Modes;
+use super::modes::{Modes, orientation};
 use super::projection;
 use super::static_share::StaticShare;
 use crate::gear::GearPair;
@@ -485,25 +485,4 @@ pub(super) fn modal_damping(
         damping[mode - 1] = ratio;
     }
     Ok(damping)
-}
-
-/// Sign of every mode behind the `rigid` first, from its mesh participation.
-pub(super) fn orientation(mesh: &[f64], rigid: usize, solution: &Modes) -> Vec<f64> {
-    let mesh = &mesh[rigid..];
-    let largest = mesh.iter().fold(0.0_f64, |m, w| m.max(w.abs()));
-    (mesh.iter().enumerate())
-        .map(|(index, &w)| {
-            // Below this a participation is round-off of a zero.
-            if w.abs() > 1e-8 * largest {
-                return w.signum();
-            }
-            let shape = solution.shape.col(rigid + index);
-            let peak = shape.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-            // The first of those that tie within round-off.
-            shape
-                .iter()
-                .find(|v| v.abs() > (1.0 - 1e-6) * peak)
-                .map_or(1.0, |v| v.signum())
-        })
-        .collect()
 }

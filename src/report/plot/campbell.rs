@@ -16,7 +16,7 @@ const RIGHT: f64 = 690.0;
 const TOP: f64 = 72.0;
 const BOTTOM: f64 = 526.0;
 /// Right end of the canvas, and letters of the key \[px\].
-const EDGE: f64 = 954.0;
+const EDGE: f64 = 946.0;
 const KEY_SIZE: f64 = 11.5;
 /// Most resonances listed beside the diagram.
 const MOST_LISTED: usize = 19;

@@ -25,8 +25,10 @@ pub(super) const HEIGHT: [f64; 2] = [TOP, BOTTOM];
 
 /// Most values of an axis that all have a tick.
 const FEW: usize = 12;
-/// Smallest em size of letters in cells \[px\].
-const SMALLEST: f64 = 6.5;
+/// Smallest em size of a letter alone in its cell \[px\], and of longer texts, which need more room about them.
+const SMALLEST: [f64; 2] = [6.5, 8.0];
+/// Most of the width of a cell that either takes.
+const FILLED: [f64; 2] = [0.86, 0.75];
 
 /// What became of the cells of a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -179,10 +181,12 @@ impl<'a> Cells<'a> {
             let (colour, text) = show(point);
             canvas.rectangle([x + gap, y + gap], [x + wide - gap, y + high - gap], colour);
             let size = (0.55 * high).min(14.0);
+            let long = usize::from(text.chars().nth(1).is_some());
+            let (smallest, filled) = (SMALLEST[long], FILLED[long]);
             // No letter is narrower than a quarter of its height.
-            let room = size >= SMALLEST && wide >= 0.25 * SMALLEST;
-            let fitting = room.then(|| size.min(size * 0.86 * wide / text_width(&text, size)));
-            let Some(size) = fitting.filter(|size| *size >= SMALLEST) else {
+            let room = size >= smallest && wide >= 0.25 * smallest;
+            let fitting = room.then(|| size.min(size * filled * wide / text_width(&text, size)));
+            let Some(size) = fitting.filter(|size| *size >= smallest) else {
                 unlettered += 1;
                 continue;
             };

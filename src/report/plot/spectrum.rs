@@ -20,6 +20,8 @@ const MOST_ORDERS: f64 = 16.0;
 const MOST_NAMED: usize = 5;
 /// Width of what is written, and height of one of its two lines \[px\].
 const NAME: [f64; 2] = [76.0, 15.0];
+/// Room between a name and the frame \[px\].
+const CLEAR: f64 = 4.0;
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
     let unfit = |reason: String| PlotError::Unfit {
@@ -155,7 +157,7 @@ fn panel(
     for [order, amplitude] in peaks {
         let at = panel.at(order, amplitude);
         let half = 0.5 * NAME[0];
-        let middle = at[0].clamp(panel.left + half, panel.right - half);
+        let middle = at[0].clamp(panel.left + half + CLEAR, panel.right - half - CLEAR);
         let free = |other: &f64| (other - middle).abs() > NAME[0];
         // A name stands on no other line.
         let covers = |place: &Place| {

@@ -10,8 +10,8 @@ use crate::shaft::modal::{
     BearingGain, ContactLaw, FlankParticipation, ModalStructure, MotionKind, StructureContact,
     TorqueGain,
 };
-use crate::shaft::modes::Modes;
-use crate::shaft::pair::{BearingTerms, modal_damping, orientation, place_motions};
+use crate::shaft::modes::{Modes, orientation};
+use crate::shaft::pair::{BearingTerms, modal_damping, place_motions};
 use crate::shaft::projection;
 
 /// The motions that bearings must hold.

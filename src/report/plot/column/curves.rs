@@ -61,9 +61,9 @@ pub(super) fn draw(
     let over = &first.summary.axes[axes.over[0]];
     let mut ends: Vec<f64> = Vec::new();
     let mut across: Vec<f64> = Vec::new();
+    let mut floors: Vec<f64> = Vec::new();
     let name_of = |key: &Key| &*group[key[2]][key[0]].name;
     let all = || plans.values().flat_map(|plan| &plan.curves);
-    let mut hidden = 0;
     for name in &names {
         let dots = || {
             let own = all().filter(|(key, _)| name_of(key) == *name);
@@ -75,9 +75,9 @@ pub(super) fn draw(
                 .filter(|value| value.is_finite()),
         );
         let floor = scale.floor(largest).unwrap_or(f64::NEG_INFINITY);
+        floors.push(floor);
         for dot in dots() {
             across.push(dot.x);
-            hidden += usize::from(dot.value < floor);
             let own = [dot.low, dot.high, dot.value].into_iter();
             ends.extend(own.filter(|value| value.is_finite() && *value >= floor));
         }
@@ -93,10 +93,6 @@ pub(super) fn draw(
         Some(Log::Y) | None => Axis::for_grid(name, unit, &across),
     });
     let up = scale.axis(range(ends.into_iter()));
-    let below = match hidden {
-        0 => String::new(),
-        count => format!("{} of round-off below the axis", plural(count, "value")),
-    };
     let mut drawn = Drawn::sliced(&label, order.len(), order.len() + dropped);
     let jobs: Vec<&str> = sources.iter().map(|source| &*source.name).collect();
     let by = axes
@@ -130,6 +126,15 @@ pub(super) fn draw(
         );
         let points = plural(plan.points, "point");
         let held = plan.held().join(", ");
+        let hidden = names.iter().zip(&floors).map(|(name, floor)| {
+            let own = plan.curves.iter().filter(|(key, _)| name_of(key) == *name);
+            let dots = own.flat_map(|(_, curve)| &curve.dots);
+            dots.filter(|dot| dot.value < *floor).count()
+        });
+        let below = match hidden.sum() {
+            0 => String::new(),
+            count => format!("{} of round-off below the axis", plural(count, "value")),
+        };
         let mut canvas = Canvas::titled(&title, &first.subtitle(&[&held, &points, &below]));
         let picture = Labelled {
             sources,

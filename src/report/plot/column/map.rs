@@ -33,16 +33,19 @@ pub(super) fn draw(
     let [_, largest] = range(ids().filter_map(value));
     let floor = scale.floor(largest).unwrap_or(f64::NEG_INFINITY);
     let ends = range(ids().filter_map(value).filter(|value| *value >= floor));
-    let hidden = ids().filter_map(value).filter(|value| *value < floor);
-    let below = match hidden.count() {
-        0 => String::new(),
-        count => format!("{} of round-off below the scale", plural(count, "value")),
-    };
     let axis = scale.axis_over(ends);
     let (slices, all) = results.slices(&cells.free());
     let mut drawn = Drawn::sliced(&series.name, slices.len(), all);
     for slice in slices {
         let title = format!("{}: {name} over {}", results.job, cells.words());
+        let values = slice
+            .points
+            .iter()
+            .filter_map(|point| value(point.point_id));
+        let below = match values.filter(|value| *value < floor).count() {
+            0 => String::new(),
+            count => format!("{} of round-off below the scale", plural(count, "value")),
+        };
         let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words, &below]));
         let found = cells.draw(&mut canvas, &slice, |point| match value(point.point_id) {
             Some(value) => (viridis(axis.fraction(value)), axis.briefly(value)),
