@@ -174,7 +174,7 @@ fn intervals_of_nvh_statistics_that_ended_by_themselves_hold_the_long_run_value(
         let truth: [f64; 6] =
             std::array::from_fn(|i| parts.iter().map(|p| p[i].0).sum::<f64>() / 4.0);
         let found = answers(300..300 + SEEDS, |seed| {
-            let outcome = answer(&model, seed, 16 * CYCLES, None, Some(0.05));
+            let outcome = answer(&model, seed, 16 * CYCLES, None, Some(0.03));
             (statistics(&outcome), outcome.nvh.unwrap().cycles)
         });
         let cycles: Vec<u64> = found.iter().map(|f| f.1).collect();
