@@ -178,7 +178,7 @@ fn threads_and_shards_change_nothing() {
     let slow = r#"speed = { from = "6000 rpm", to = "12000 rpm", count = 4 }"#;
     let text = include_str!("../manifests/quickstart.toml");
     assert!(text.contains(slow));
-    let place = Place::new(&text.replace(slow, "speed = [1200, 1400]"));
+    let place = Place::new(&text.replace(slow, "speed = { from = 1200, to = 1400, count = 2 }"));
     let run = |out: &str, more: &[&str]| {
         let asked = [
             "--set",
