@@ -321,6 +321,7 @@ fn questions(transient: u64, cycles: u64) -> Questions {
             }),
             outputs: Signals::NONE,
             orders: None,
+            stop_at_stderr: None,
         }),
     }
 }

@@ -23,6 +23,17 @@ const LONG: u64 = 4 * 64_000;
 type Known = [(f64, f64); 2];
 
 fn ask(model: &Model, seed: u64, cycles: u64, stop_at_stderr: Option<f64>) -> PointOutcome {
+    answer(model, seed, cycles, stop_at_stderr, None)
+}
+
+/// The same with NVH statistics gathered until they are known so well.
+fn answer(
+    model: &Model,
+    seed: u64,
+    cycles: u64,
+    stop_at_stderr: Option<f64>,
+    nvh_stop_at_stderr: Option<f64>,
+) -> PointOutcome {
     let questions = Questions {
         point: PointSeed { seed, point_id: 0 },
         transient: 300,
@@ -45,6 +56,7 @@ fn ask(model: &Model, seed: u64, cycles: u64, stop_at_stderr: Option<f64>) -> Po
             outputs: Signals::NONE,
             spectrum: None,
             orders: None,
+            stop_at_stderr: nvh_stop_at_stderr,
         }),
     };
     // A start of its own, some half gaps away from the equilibrium.
@@ -131,5 +143,62 @@ fn intervals_of_a_chaotic_motion_hold_the_long_run_value() {
     println!("hits and bar over deviation of λ, RMS: {fixed:.2?}, stopped {stopped:.2?}");
     for (hits, _) in fixed.into_iter().chain(stopped) {
         assert!((90..=99).contains(&hits), "{hits} of {SEEDS}");
+    }
+}
+
+/// Value and standard error of what a stop rule of NVH statistics ends: the deflection's mean and root mean
+/// square, those of the force, impacts.
+fn statistics(outcome: &PointOutcome) -> [(f64, f64); 6] {
+    let nvh = outcome.nvh.as_ref().unwrap();
+    let stderr = nvh.stderr.as_ref().unwrap();
+    [
+        (nvh.deflection_mean, stderr.deflection_mean),
+        (nvh.deflection_rms, stderr.deflection_rms),
+        (nvh.deflection_kurtosis, stderr.deflection_kurtosis),
+        (nvh.force_std, stderr.force_std),
+        (nvh.impact_rate, stderr.impact_rate),
+        (nvh.impact_power, stderr.impact_power),
+    ]
+}
+
+/// At three operating points: statistics that were ended because their errors had come out small enough are
+/// no further off than these say.
+#[test]
+fn intervals_of_nvh_statistics_that_ended_by_themselves_hold_the_long_run_value() {
+    let (mut held, mut all, mut stopped_early) = ([0; 6], 0, 0);
+    for (load, speed) in [(0.05, 1200.0), (0.1, 1300.0), (0.05, 1500.0)] {
+        let model = common::model_at(&common::one_degree(), load, speed);
+        let parts = answers(1000..1004, |seed| {
+            statistics(&ask(&model, seed, LONG / 4, None))
+        });
+        let truth: [f64; 6] =
+            std::array::from_fn(|i| parts.iter().map(|p| p[i].0).sum::<f64>() / 4.0);
+        let found = answers(300..300 + SEEDS, |seed| {
+            let outcome = answer(&model, seed, 16 * CYCLES, None, Some(0.03));
+            (statistics(&outcome), outcome.nvh.unwrap().cycles)
+        });
+        let cycles: Vec<u64> = found.iter().map(|f| f.1).collect();
+        let mut own = [0; 6];
+        for (statistics, cycles) in found {
+            for (i, (value, error)) in statistics.into_iter().enumerate() {
+                own[i] += u32::from((value - truth[i]).abs() < 2.0 * error);
+            }
+            stopped_early += u32::from(cycles < 16 * CYCLES);
+            all += 1;
+        }
+        println!(
+            "load {load}, speed {speed}: {own:?}, {} to {} cycles",
+            cycles.iter().min().unwrap(),
+            cycles.iter().max().unwrap()
+        );
+        for (sum, own) in held.iter_mut().zip(own) {
+            *sum += own;
+        }
+    }
+    println!("{held:?} of {all}, {stopped_early} of them ended early");
+    assert_eq!(stopped_early, all);
+    for hits in held {
+        let share = f64::from(hits) / f64::from(all);
+        assert!((0.9..0.99).contains(&share), "{share}");
     }
 }

@@ -107,6 +107,7 @@ fn questions() -> Questions {
             outputs: Signals::NONE,
             spectrum: None,
             orders: None,
+            stop_at_stderr: None,
         }),
     }
 }

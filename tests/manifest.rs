@@ -240,7 +240,15 @@ fn defaults_are_the_documented_ones() {
     );
     assert_eq!(lyapunov.stop_at_stderr, None);
     assert_eq!(analyses.poincare.as_ref().unwrap().samples, 200);
-    assert_eq!(analyses.nvh.unwrap().harmonics, 10);
+    let nvh = analyses.nvh.unwrap();
+    assert_eq!((nvh.harmonics, nvh.stop_at_stderr), (10, None));
+    let asked = job_with(
+        "[grid]",
+        "[analyses]\nnvh = { stop_at_stderr = 0.03 }\n\n[grid]",
+    );
+    let nvh = asked.points.at(0).analyses.nvh.unwrap();
+    assert_eq!(nvh.stop_at_stderr, Some(0.03));
+    assert_ne!(asked.hash, all.hash);
 }
 
 /// Every table kernel by name, its settings, and a hash of its own.

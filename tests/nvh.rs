@@ -280,6 +280,7 @@ fn questions(harmonics: usize) -> Questions {
             }),
             outputs: Signals::NONE,
             orders: None,
+            stop_at_stderr: None,
         }),
     }
 }

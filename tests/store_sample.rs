@@ -80,6 +80,7 @@ fn row(point_id: u64) -> PointRow {
                 }),
             }),
             nvh: Some(NvhOutcome {
+                cycles: 800,
                 deflection_rms: 1e-6 * number,
                 harmonics: vec![1e-6, 2e-6, 3e-6],
                 bearing_rms: vec![number, 1.0],

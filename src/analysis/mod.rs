@@ -14,6 +14,7 @@ mod dimension;
 mod energy;
 mod frequencies;
 mod horizon;
+mod known;
 mod lyapunov;
 mod modal_series;
 mod multistability;

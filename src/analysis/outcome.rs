@@ -167,6 +167,8 @@ impl LyapunovMethod {
 /// grow with the record; everything else has a standard error.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct NvhOutcome {
+    /// Mesh cycles that the statistics are of.
+    pub cycles: u64,
     /// Mean mesh deflection δ \[m\].
     pub deflection_mean: f64,
     /// Root mean square of δ about its mean \[m\].

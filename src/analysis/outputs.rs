@@ -12,6 +12,7 @@
 //! Mean and mean square are exact integrals, `∫ f² dt = Δ Σ a_n²/(2n+1)`, taken about the first
 //! window's mean.
 
+use super::known::Size;
 use super::modal_series::{ModalMotion, Series, TERMS, padded};
 use super::nvh::stretches::Stretches;
 use super::questions::Signals;
@@ -103,6 +104,8 @@ pub fn named(model: &Model, wanted: Signals) -> impl Iterator<Item = (String, Qu
 pub struct Outputs {
     motion: ModalMotion<'static>,
     laws: Vec<Law>,
+    /// As [`named`] tells them.
+    names: Vec<String>,
     period: f64,
     /// The present window's values.
     series: Vec<Series>,
@@ -139,6 +142,7 @@ impl Outputs {
             series: vec![[0.0; TERMS]; laws.len()],
             centres: vec![0.0; laws.len()],
             sums: vec![Stretches::new([0.0; 2], CYCLES_PER_STRETCH); laws.len()],
+            names: named(model, wanted).map(|(name, _)| name).collect(),
             laws,
             cycle: None,
             cycles: 0,
@@ -235,14 +239,12 @@ impl Outputs {
     /// The statistics so far of the outputs of some quantity and their standard errors, whole cycles
     /// having been integrated.
     pub fn statistics(&self, quantity: Quantity) -> [OutputStatistics; 2] {
-        let time = self.cycles as f64 * self.period;
         let mut found = [OutputStatistics::default(), OutputStatistics::default()];
         let own = self.laws.iter().zip(self.sums.iter().zip(&self.centres));
         for (_, (sums, centre)) in own.filter(|(law, _)| law.quantity == quantity) {
             let mut sums = sums.clone();
             sums.advance();
-            let [first, square] = sums.total().map(|sum| sum / time);
-            let rms = (square - first * first).max(0.0).sqrt();
+            let [first, rms] = self.about_centre(&sums);
             let length = sums.length() as f64 * self.period;
             let error = |influence: &dyn Fn(&[f64; 2]) -> f64| {
                 let series: Vec<f64> = sums.closed().iter().map(influence).collect();
@@ -257,6 +259,28 @@ impl Outputs {
                 .push(error(&|s| weight * (s[1] - 2.0 * first * s[0])));
         }
         found
+    }
+
+    /// Mean less its centre, and root mean square about the mean, of an output whose sums are of whole cycles.
+    fn about_centre(&self, sums: &Stretches<[f64; 2]>) -> [f64; 2] {
+        let time = self.cycles as f64 * self.period;
+        let [first, square] = sums.total().map(|sum| sum / time);
+        [first, (square - first * first).max(0.0).sqrt()]
+    }
+
+    /// Mean and root mean square about it of every output, by the name of its signal.
+    pub fn sizes(&self) -> Vec<(&str, Size)> {
+        let own = self.sums.iter().zip(&self.centres);
+        let size = |(sums, centre): (&Stretches<[f64; 2]>, &f64)| {
+            let [first, rms] = self.about_centre(sums);
+            Size {
+                mean: centre + first,
+                rms,
+            }
+        };
+        (self.names.iter().map(String::as_str))
+            .zip(own.map(size))
+            .collect()
     }
 }
 

@@ -52,7 +52,10 @@ pub(super) fn analyses(point: &PointSpec) -> String {
             (nvh.outputs.accelerations, ", accelerations"),
         ];
         let more: String = more.iter().filter(|own| own.0).map(|own| own.1).collect();
-        format!("nvh ({} harmonics{spectra}{more})", nvh.harmonics)
+        let stop = nvh.stop_at_stderr.map_or(String::new(), |bound| {
+            format!(", until relative standard error {bound}")
+        });
+        format!("nvh ({} harmonics{spectra}{more}{stop})", nvh.harmonics)
     });
     let multistability = analyses.multistability.map(|asked| {
         let slice = asked.slice.map_or_else(String::new, |slice| {

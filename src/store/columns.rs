@@ -151,6 +151,8 @@ fn work_columns() -> Vec<Column<PointRow>> {
         u64 "cycles", "mesh cycles", row.outcome.cycles,
             "Mesh cycles integrated; transient, probes and refinement included";
         u64 "measured_cycles", "mesh cycles", row.outcome.measured_cycles, "Mesh cycles measured";
+        u64 "nvh_cycles", "mesh cycles", row.outcome.nvh.as_ref()?.cycles,
+            "Mesh cycles that NVH statistics, spectra and orders are of: fewer than measured_cycles where analyses.nvh.stop_at_stderr ended them";
         text "kernel", "", row.kernel.as_str(), "Kernel that integrated the point";
         f64 "wall_time", "s", row.placement.wall_time,
             "Wall time spent on the point (differs from run to run)";

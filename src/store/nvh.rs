@@ -101,9 +101,9 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         f64 "impact_rate", "1/s", found.impact_rate,
             "Entries into contact a second", error.impact_rate;
         u64 "impacts_drive", "1", found.impacts[0],
-            "Entries into contact on the drive flank over the measured cycles";
+            "Entries into contact on the drive flank over nvh_cycles";
         u64 "impacts_coast", "1", found.impacts[1],
-            "Entries into contact on the coast flank over the measured cycles";
+            "Entries into contact on the coast flank over nvh_cycles";
         f64 "impact_velocity", "m/s", found.impact_velocity,
             "Mean |deflection rate| on entry into contact; 0 without impacts", error.impact_velocity;
         f64 "impact_power", "W", found.impact_power,
@@ -115,13 +115,13 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         f64 "impact_velocity_max", "m/s", found.impact_velocity_max,
             &format!("Largest |deflection rate| on entry into contact; {SEEN}");
         u64 "flights", "1", found.flights.count,
-            "Flights that began and ended in the measured cycles";
+            "Flights that began and ended within nvh_cycles";
         f64 "flight_mean", "s", found.flights.mean,
             "Mean length of a flight between two contacts", error.flight_mean;
         f64 "flight_median", "s", found.flights.median,
             "Median length of a flight between two contacts", error.flight_median;
         u64 "contacts", "1", found.contacts.count,
-            "Contacts that began and ended in the measured cycles";
+            "Contacts that began and ended within nvh_cycles";
         f64 "contact_mean", "s", found.contacts.mean,
             "Mean length of a contact between two flights", error.contact_mean;
         f64 "contact_median", "s", found.contacts.median,

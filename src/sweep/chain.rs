@@ -189,6 +189,7 @@ fn with_level(point: &PointSpec) -> PointSpec {
         outputs: Signals::NONE,
         spectrum: None,
         orders: None,
+        stop_at_stderr: None,
     });
     asked
 }

@@ -55,7 +55,7 @@ COLUMNS = {
     "torque_rms_stderr": LIST, "acceleration_rms": LIST, "acceleration_rms_stderr": LIST,
     "angular_acceleration_rms": LIST, "angular_acceleration_rms_stderr": LIST, "misalignment_loaded": F64, "load_centre": F64, "mesh_stiffness": F64,
     "contact_ratio_loaded": F64, "transmission_error_pp": F64, "energy_residual": F64, "grazing_count": U64, "cycles": U64,
-    "measured_cycles": U64, "kernel": TEXT, "wall_time": F64, "worker": U32, "numa_node": U32,
+    "measured_cycles": U64, "nvh_cycles": U64, "kernel": TEXT, "wall_time": F64, "worker": U32, "numa_node": U32,
 }  # fmt: skip
 POLARS = {
     U64: pl.UInt64, U32: pl.UInt32, F64: pl.Float64, TEXT: pl.String, BOOL: pl.Boolean,

@@ -135,6 +135,7 @@ impl Probes {
                 outputs: Signals::NONE,
                 spectrum: None,
                 orders: None,
+                stop_at_stderr: None,
             }),
         }
     }

@@ -112,6 +112,7 @@ impl Nvh {
             (closed.contacts).close_circle(first, present + 1, &mut total);
         }
         let mut found = sums::statistics(&total, self.origin);
+        found.cycles = present - first + 1;
         found.deflection_pp = self.largest - self.smallest;
         let reach =
             (self.largest - found.deflection_mean).max(found.deflection_mean - self.smallest);

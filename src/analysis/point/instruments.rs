@@ -1,5 +1,6 @@
 //! What is measured beside a trajectory.
 
+use crate::analysis::known::{Loosest, Size, loosest};
 use crate::analysis::lyapunov::TangentGrowth;
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::nvh::Nvh;
@@ -12,7 +13,33 @@ use crate::analysis::recurrence::Recurrence;
 use crate::analysis::spectrum::{Spectra, Welch};
 use crate::analysis::twin::Twin;
 use crate::model::{Model, Quantity, TrajectoryState};
+use crate::numerics::statistics::FEWEST_BLOCKS;
 use crate::propagate::{Counters, Event, Observer, Window};
+
+/// Fewest mesh cycles of NVH statistics whose errors are believed by a stop rule: as many stretches of ten as of
+/// averages of an exponent.
+const FEWEST_CYCLES: u64 = 10 * 4 * FEWEST_BLOCKS as u64;
+
+/// Looks follow each other after this part of what was measured, so that all of them cost little.
+const SPARSE: u64 = 4;
+
+/// When NVH statistics are known well enough.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Goal {
+    /// Relative standard error asked for.
+    target: f64,
+    /// Measured cycles at the next look.
+    next: u64,
+}
+
+impl Goal {
+    fn new(target: f64) -> Self {
+        Self {
+            target,
+            next: FEWEST_CYCLES,
+        }
+    }
+}
 
 /// What is measured beside the trajectory.
 pub(super) struct Instruments {
@@ -22,6 +49,8 @@ pub(super) struct Instruments {
     pub(super) recurrence: Recurrence,
     pub(super) measured: u64,
     pub(super) events_before: u64,
+    /// None where NVH statistics have no stop rule.
+    pub(super) goal: Option<Goal>,
 }
 
 /// The observers of measured cycles.
@@ -31,6 +60,8 @@ pub(super) struct Watch {
     pub(super) poincare: Poincare,
     pub(super) outputs: Option<Outputs>,
     pub(super) orders: Option<Orders>,
+    /// Whether NVH statistics are known well enough, and nothing is added to them any more.
+    enough: bool,
 }
 
 impl Watch {
@@ -42,7 +73,13 @@ impl Watch {
             poincare: Poincare::new(model, Section::default(), 0),
             outputs: None,
             orders: None,
+            enough: false,
         }
+    }
+
+    /// Whether windows and events are of use.
+    pub(super) fn watches(&self) -> bool {
+        (self.nvh.is_some() && !self.enough) || self.poincare.watches()
     }
 
     /// The statistics of what was watched.
@@ -70,12 +107,36 @@ impl Watch {
         }
         Some(found)
     }
+
+    /// The statistic that is known least well; none before any.
+    fn loosest(&self) -> Option<Loosest> {
+        let found = self.statistics()?;
+        if self.spectra.as_ref().is_some_and(|all| !all.begun()) {
+            return Some(Loosest {
+                name: "a spectrum".to_owned(),
+                error: f64::INFINITY,
+            });
+        }
+        let spectra = self.spectra.as_ref().map(Spectra::spectra);
+        let orders = self.orders.as_ref().map(Orders::outcome);
+        let sizes: Vec<(&str, Size)> = self.outputs.as_ref().map_or(Vec::new(), Outputs::sizes);
+        Some(loosest(
+            &found,
+            &spectra.unwrap_or_default(),
+            &orders.unwrap_or_default(),
+            &sizes,
+        ))
+    }
 }
 
 impl Observer for Watch {
     const WINDOWS: bool = true;
 
     fn window(&mut self, window: &Window<'_>) {
+        self.poincare.window(window);
+        if self.enough {
+            return;
+        }
         if let Some(nvh) = &mut self.nvh {
             nvh.window(window);
         }
@@ -89,14 +150,13 @@ impl Observer for Watch {
         if let Some(orders) = &mut self.orders {
             orders.window(window, outputs);
         }
-        self.poincare.window(window);
     }
 
     fn event(&mut self, event: &Event) {
-        if let Some(nvh) = &mut self.nvh {
+        self.poincare.event(event);
+        if let Some(nvh) = self.nvh.as_mut().filter(|_| !self.enough) {
             nvh.event(event);
         }
-        self.poincare.event(event);
     }
 }
 
@@ -130,10 +190,12 @@ impl Instruments {
                 outputs: q.nvh.and_then(|all| Outputs::new(model, all.computed())),
                 orders: (q.nvh).and_then(|all| Some(Orders::new(model, &all.orders?, &all))),
                 poincare: Poincare::new(model, q.section.clone(), q.poincare_samples),
+                enough: false,
             },
             recurrence: Recurrence::new(model),
             measured: 0,
             events_before: 0,
+            goal: q.nvh.and_then(|all| all.stop_at_stderr).map(Goal::new),
         }
     }
 
@@ -158,8 +220,36 @@ impl Instruments {
         if let Some(orders) = &mut self.watch.orders {
             orders.restart();
         }
+        self.watch.enough = false;
+        if let Some(goal) = &mut self.goal {
+            *goal = Goal::new(goal.target);
+        }
         self.measured = 0;
         self.events_before = counters.events;
+    }
+
+    /// Looks, where a look is due, whether NVH statistics are known well enough; gathers no more of them from
+    /// then on.
+    pub(super) fn look(&mut self) {
+        let Some(goal) = &mut self.goal else { return };
+        if self.watch.enough || self.measured < goal.next {
+            return;
+        }
+        goal.next = self.measured + self.measured / SPARSE;
+        self.watch.enough =
+            (self.watch.loosest()).is_some_and(|loosest| loosest.error <= goal.target);
+    }
+
+    /// What NVH statistics lack of the error asked for, at the end of a record.
+    pub(super) fn missed(&self) -> Option<(f64, Loosest)> {
+        let goal = self.goal.filter(|_| !self.watch.enough)?;
+        let loosest = self.watch.loosest()?;
+        (loosest.error > goal.target).then_some((goal.target, loosest))
+    }
+
+    /// Whether NVH statistics are known well enough; none where they have no stop rule.
+    pub(super) fn enough(&self) -> Option<bool> {
+        self.goal.map(|_| self.watch.enough)
     }
 
     /// Averages of the largest exponent, empty where none was asked for.

@@ -10,7 +10,9 @@
 //! 4. blocks of cycles are measured until the answers have settled or the budget is spent.
 //!
 //! After every block the strobe states are searched for a short period; a motion that repeats
-//! is treated as in step 2. A chaotic one is done when its standard error is small enough.
+//! is treated as in step 2. A chaotic one is done when its standard errors are small enough: those of
+//! NVH statistics are looked at too where they have a stop rule, and gathering ends with the look that finds
+//! them small enough.
 
 mod instruments;
 mod run;
@@ -23,7 +25,7 @@ use super::dimension::kaplan_yorke;
 use super::lyapunov::{CYCLES_PER_AVERAGE, agree};
 use super::norm::EnergyNorm;
 use super::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
-use super::questions::{GrowthNorm, Questions};
+use super::questions::{GrowthNorm, LyapunovQuestion, Questions};
 use super::recurrence::Recurrence;
 use super::runaway::Bounds;
 use crate::model::{Model, TrajectoryState};
@@ -116,6 +118,7 @@ impl<K: Kernel> PointRun<'_, K> {
             {
                 return Ok(outcome);
             }
+            instruments.look();
             if self.precise_enough(&instruments) {
                 break;
             }
@@ -168,9 +171,18 @@ impl<K: Kernel> PointRun<'_, K> {
         Ok(None)
     }
 
-    /// Whether the largest exponent of a motion that does not repeat is known well enough.
+    /// Whether everything that is asked of a motion that does not repeat is known well enough; never
+    /// where nothing has a stop rule.
     fn precise_enough(&self, instruments: &Instruments) -> bool {
-        let Some(target) = self.questions.lyapunov.and_then(|l| l.stop_at_stderr) else {
+        match (&self.questions.lyapunov, instruments.enough()) {
+            (Some(asked), nvh) => nvh.unwrap_or(true) && self.exponent_known(asked, instruments),
+            (None, nvh) => nvh.unwrap_or(false),
+        }
+    }
+
+    /// Whether the largest exponent is known well enough; never where it has no stop rule.
+    fn exponent_known(&self, asked: &LyapunovQuestion, instruments: &Instruments) -> bool {
+        let Some(target) = asked.stop_at_stderr else {
             return false;
         };
         let averages = instruments.averages();
@@ -214,7 +226,15 @@ impl<K: Kernel> PointRun<'_, K> {
             measured: instruments.measured,
             slow_mode: self.slow_mode(instruments.measured),
         };
-        let verdict = classify(&evidence);
+        let mut verdict = classify(&evidence);
+        if verdict.status == Status::Ok
+            && let Some((target, loosest)) = instruments.missed()
+        {
+            verdict.status = Status::NotConverged;
+            verdict.reason += &format!(
+                "; {loosest}, but analyses.nvh.stop_at_stderr is {target}; raise run.cycles"
+            );
+        }
         let twin = instruments.twin.as_ref();
         let lyapunov = instruments.growth.as_ref().and_then(|growth| {
             let exponents = growth.exponents()?;

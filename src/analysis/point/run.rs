@@ -154,7 +154,7 @@ impl<K: Kernel> PointRun<'_, K> {
         cycles: u64,
     ) -> Result<(), Halt> {
         for _ in 0..cycles {
-            if self.questions.nvh.is_some() || instruments.watch.poincare.watches() {
+            if instruments.watch.watches() {
                 let mut watch =
                     std::mem::replace(&mut instruments.watch, Watch::of_nothing(self.model));
                 let result = self.cycle(instruments, &mut watch);

@@ -36,6 +36,14 @@ impl Spectra {
         }
     }
 
+    /// Whether there is something to tell of every signal.
+    pub fn begun(&self) -> bool {
+        match self {
+            Self::Lines(_) => true,
+            Self::Welch(welch) => welch.begun(),
+        }
+    }
+
     /// The spectra so far.
     pub fn spectra(&self) -> Vec<Spectrum> {
         match self {

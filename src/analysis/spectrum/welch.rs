@@ -212,6 +212,11 @@ impl Welch {
         }
     }
 
+    /// Whether there is a whole segment of every signal.
+    pub fn begun(&self) -> bool {
+        self.records.iter().all(|record| record.segments > 0)
+    }
+
     /// The spectra; empty before one whole segment.
     pub fn spectra(&self) -> Vec<Spectrum> {
         let gain: f64 = 0.5 * self.hann.iter().sum::<f64>();

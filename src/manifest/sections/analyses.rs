@@ -30,6 +30,7 @@ pub(super) fn read(
         let harmonics = table.count_or_default(issues, "harmonics");
         let spectrum = optional(table, issues, "spectrum", spectrum);
         let orders = optional(table, issues, "orders", orders);
+        let stop_at_stderr = stop_at_stderr(table, issues);
         let [bearings, torques, accelerations] = ["bearings", "torques", "accelerations"]
             .map(|name| table.boolean_or_default(issues, name));
         Some(NvhQuestion {
@@ -42,6 +43,7 @@ pub(super) fn read(
             },
             spectrum: spectrum?,
             orders: orders?,
+            stop_at_stderr: stop_at_stderr?,
         })
     });
     let multistability = optional(section, issues, "multistability", |table, issues| {
@@ -129,11 +131,7 @@ fn lyapunov(
     model: Option<&ModelSpec>,
 ) -> Option<LyapunovQuestion> {
     let exponents = table.count_or_default(issues, "exponents");
-    let stop_at_stderr = if table.has("stop_at_stderr") {
-        table.quantity(issues, "stop_at_stderr").map(Some)
-    } else {
-        Some(None)
-    };
+    let stop_at_stderr = stop_at_stderr(table, issues);
     let align = table.integer_or_default(issues, "align");
     let twin = table.boolean_or_default(issues, "twin");
     let separation = table.quantity_or_default(issues, "separation");
@@ -161,6 +159,14 @@ fn lyapunov(
             _ => GrowthNorm::Energy,
         },
     })
+}
+
+/// A stop rule, which there need not be.
+fn stop_at_stderr(table: &Section, issues: &mut Issues) -> Option<Option<f64>> {
+    match table.has("stop_at_stderr") {
+        true => table.quantity(issues, "stop_at_stderr").map(Some),
+        false => Some(None),
+    }
 }
 
 fn horizon(table: &Section, issues: &mut Issues) -> Option<HorizonQuestion> {

@@ -43,6 +43,7 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
                 }),
             }),
             nvh: Some(NvhOutcome {
+                cycles: 5,
                 deflection_mean: number(3),
                 harmonics: numbers.to_vec(),
                 fractions: [number(0), number(1), number(2), number(0)],

@@ -97,6 +97,7 @@ fn full(point_id: u64) -> PointRow {
                 }),
             }),
             nvh: Some(NvhOutcome {
+                cycles: 11,
                 deflection_mean: 1e-6,
                 deflection_rms: 2e-6,
                 deflection_pp: 3e-6,
@@ -677,6 +678,7 @@ fn every_column_comes_back() {
     assert_eq!(counts("grazing_count"), [Some(13), Some(0)]);
     assert_eq!(counts("cycles"), [Some(14), Some(0)]);
     assert_eq!(counts("measured_cycles"), [Some(15), Some(0)]);
+    assert_eq!(counts("nvh_cycles"), [Some(11), None]);
     assert_eq!(
         text("kernel"),
         [Some("volterra".into()), Some("volterra".into())]

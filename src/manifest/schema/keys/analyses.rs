@@ -78,6 +78,13 @@ pub(super) const KEYS: &[Key] = &[
         .about("Statistics of noise, vibration and harshness: deflection, mesh force, contact."),
     integer("analyses.nvh.harmonics", 0.0, 1000.0, "5").or("10")
         .about("Harmonics of the mesh frequency whose amplitudes of the deflection are kept."),
+    quantity("analyses.nvh.stop_at_stderr", Ratio, bounds(0.0, true, 1.0, true), "0.02")
+        .otherwise("none: statistics are gathered as long as the point is measured")
+        .about("Relative standard error at which no more NVH statistics are gathered of a motion that does not repeat. Every \
+                time average counts against its value (a mean against the root mean square of its signal), every order and \
+                line of a spectrum against a sine of the signal's root mean square, fractions of time against 1. Without \
+                `analyses.lyapunov` the point is done then; with `analyses.lyapunov.stop_at_stderr` it is done when both \
+                errors are small enough."),
     table("analyses.nvh.spectrum").otherwise("no spectra")
         .about("Spectra (spectra.parquet). Of a motion that repeats they are its exact lines, of any other averaged power."),
     key("analyses.nvh.spectrum.signals", Kind::List("signals"), ANY, r#"["force", "bearings"]"#).or(r#"["deflection", "force"]"#)

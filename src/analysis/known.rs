@@ -1,0 +1,446 @@
+//! How well are NVH statistics known? What a stop rule looks at.
+//!
+//! Of every time average and line that has a standard error, the error is taken relative to a scale on which
+//! it means the same whatever the load:
+//!
+//! * of root mean squares, rates, powers and mean lengths, to the value itself;
+//! * of the mean of a signal, which may be zero, to its root mean square, the mean included;
+//! * of the amplitude at an order and of a line of a spectrum, to that of a sine of the signal's root mean
+//!   square about the mean, `√2` times as large;
+//! * of fractions of time, to 1.
+//!
+//! Power through the mesh and efficiency follow from the mean force and the loss. Extremes, quantiles and
+//! medians, which are no averages, are left out.
+
+use super::outcome::{NvhErrors, NvhOutcome, SignalOrders, Spectrum};
+use std::f64::consts::SQRT_2;
+use std::fmt;
+
+/// Part of a signal's mean below which its motion is round-off.
+const ROUND_OFF: f64 = 1e-9;
+
+/// Mean of a signal and root mean square about it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Size {
+    /// Mean.
+    pub mean: f64,
+    /// Root mean square about it.
+    pub rms: f64,
+}
+
+impl Size {
+    /// What an error of the mean counts against.
+    fn whole(self) -> f64 {
+        self.mean.hypot(self.rms)
+    }
+
+    /// What an error of the root mean square counts against.
+    fn motion(self) -> f64 {
+        self.rms.max(ROUND_OFF * self.mean.abs())
+    }
+
+    /// What an error of a line counts against.
+    fn sine(self) -> f64 {
+        SQRT_2 * self.motion()
+    }
+}
+
+/// The statistic that is known least well.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loosest {
+    /// The column, or the table and its signal.
+    pub name: String,
+    /// Its relative standard error; infinite where too little was seen.
+    pub error: f64,
+}
+
+impl fmt::Display for Loosest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.error.is_finite() {
+            write!(
+                f,
+                "{} has a relative standard error of {:.2e}",
+                self.name, self.error
+            )
+        } else {
+            write!(f, "{} has no standard error yet", self.name)
+        }
+    }
+}
+
+/// The largest relative error so far.
+struct Search(Loosest);
+
+impl Search {
+    /// An error against its scale; one that is not a number counts as unknown.
+    fn take(&mut self, name: &str, error: f64, scale: f64) {
+        let relative = match error {
+            0.0 => 0.0,
+            _ => error / scale,
+        };
+        let relative = match relative.is_nan() {
+            true => f64::INFINITY,
+            false => relative,
+        };
+        if relative > self.0.error {
+            self.0 = Loosest {
+                name: name.to_owned(),
+                error: relative,
+            };
+        }
+    }
+
+    fn take_each(&mut self, name: &str, errors: &[f64], scale: impl Fn(usize) -> f64) {
+        for (index, error) in errors.iter().enumerate() {
+            self.take(name, *error, scale(index));
+        }
+    }
+
+    /// Statistics that the deflection and the mesh force have, and contact.
+    fn take_mesh(&mut self, found: &NvhOutcome, errors: &NvhErrors) {
+        let [deflection, force] = mesh_sizes(found);
+        self.take(
+            "deflection_mean",
+            errors.deflection_mean,
+            deflection.whole(),
+        );
+        self.take("deflection_rms", errors.deflection_rms, deflection.motion());
+        self.take("force_mean", errors.force_mean, force.whole());
+        self.take("force_std", errors.force_std, force.motion());
+        self.take_each("harmonics", &errors.harmonics, |_| deflection.sine());
+        self.take_each("suborders", &errors.suborders, |_| deflection.sine());
+        for (name, value, error) in [
+            (
+                "deflection_kurtosis",
+                Some(found.deflection_kurtosis),
+                errors.deflection_kurtosis,
+            ),
+            ("power_loss", found.power_loss, errors.power_loss),
+            ("impact_rate", Some(found.impact_rate), errors.impact_rate),
+            (
+                "impact_velocity",
+                Some(found.impact_velocity),
+                errors.impact_velocity,
+            ),
+            (
+                "impact_power",
+                Some(found.impact_power),
+                errors.impact_power,
+            ),
+            (
+                "rattle_index",
+                Some(found.rattle_index),
+                errors.rattle_index,
+            ),
+            ("flight_mean", found.flights.mean, errors.flight_mean),
+            ("contact_mean", found.contacts.mean, errors.contact_mean),
+        ] {
+            // What there is none of has no error either: a speed without impacts.
+            if let Some(value) = value.filter(|value| *value != 0.0) {
+                self.take(name, error, value.abs());
+            }
+        }
+        let names = [
+            "fraction_drive",
+            "fraction_free",
+            "fraction_coast",
+            "fraction_both",
+        ];
+        for (name, error) in names.iter().zip(errors.fractions) {
+            self.take(name, error, 1.0);
+        }
+    }
+
+    /// Statistics of the structure's outputs.
+    fn take_outputs(&mut self, found: &NvhOutcome, errors: &NvhErrors) {
+        for (names, [means, rms], [mean_errors, rms_errors]) in [
+            (
+                ["bearing_mean", "bearing_rms"],
+                [&found.bearing_mean, &found.bearing_rms],
+                [&errors.bearing_mean, &errors.bearing_rms],
+            ),
+            (
+                ["torque_mean", "torque_rms"],
+                [&found.torque_mean, &found.torque_rms],
+                [&errors.torque_mean, &errors.torque_rms],
+            ),
+        ] {
+            let size = |index: usize| Size {
+                mean: means[index],
+                rms: rms[index],
+            };
+            self.take_each(names[0], mean_errors, |index| size(index).whole());
+            self.take_each(names[1], rms_errors, |index| size(index).motion());
+        }
+        let rates = [
+            (
+                "acceleration_rms",
+                &found.acceleration_rms,
+                &errors.acceleration_rms,
+            ),
+            (
+                "angular_acceleration_rms",
+                &found.angular_acceleration_rms,
+                &errors.angular_acceleration_rms,
+            ),
+        ];
+        for (name, values, errors) in rates {
+            self.take_each(name, errors, |index| values[index]);
+        }
+    }
+}
+
+fn mesh_sizes(found: &NvhOutcome) -> [Size; 2] {
+    [
+        Size {
+            mean: found.deflection_mean,
+            rms: found.deflection_rms,
+        },
+        Size {
+            mean: found.force_mean,
+            rms: found.force_std,
+        },
+    ]
+}
+
+/// The statistic with the largest relative standard error, of a motion that does not repeat; `outputs` are
+/// the sizes of the structure's outputs by the names of their signals.
+pub fn loosest(
+    found: &NvhOutcome,
+    spectra: &[Spectrum],
+    orders: &[SignalOrders],
+    outputs: &[(&str, Size)],
+) -> Loosest {
+    let mut search = Search(Loosest {
+        name: "deflection_rms".to_owned(),
+        error: 0.0,
+    });
+    let Some(errors) = &found.stderr else {
+        search.0.error = f64::INFINITY;
+        return search.0;
+    };
+    search.take_mesh(found, errors);
+    search.take_outputs(found, errors);
+    let [deflection, force] = mesh_sizes(found);
+    let sine = |signal: &str| match signal {
+        "deflection" => deflection.sine(),
+        "force" => force.sine(),
+        _ => (outputs.iter().find(|(name, _)| *name == signal)).map_or(0.0, |(_, own)| own.sine()),
+    };
+    for spectrum in spectra {
+        let scale = sine(&spectrum.signal);
+        let errors = spectrum.lines.iter();
+        let errors = errors.map(|line| line.stderr.unwrap_or(f64::INFINITY));
+        let name = format!("the spectrum of {}", spectrum.signal);
+        search.take(&name, errors.fold(0.0, f64::max), scale);
+    }
+    for own in orders {
+        let scale = sine(&own.signal);
+        let name = format!("an order of {}", own.signal);
+        for line in own.lines.iter().filter(|line| line.amplitude > 0.0) {
+            let across = line
+                .phase_stderr
+                .map_or(f64::INFINITY, |e| e * line.amplitude);
+            let along = line.stderr.unwrap_or(f64::INFINITY);
+            search.take(&name, along.max(across), scale);
+        }
+    }
+    search.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::outcome::{
+        DurationOutcome, OrderLine, OrderReference, SpectrumLine, SpectrumMethod,
+    };
+
+    /// Statistics whose every error is 1 %, on the scale it counts against.
+    fn even() -> NvhOutcome {
+        let stay = |mean: f64| DurationOutcome {
+            count: 9,
+            mean: Some(mean),
+            median: None,
+        };
+        NvhOutcome {
+            deflection_mean: 3e-6,
+            deflection_rms: 4e-6,
+            deflection_kurtosis: 2.0,
+            harmonics: vec![1e-6, 1e-9],
+            force_mean: 0.0,
+            force_std: 100.0,
+            power_loss: Some(-7.0),
+            impact_rate: 5.0,
+            impact_velocity: 6.0,
+            impact_power: 7.0,
+            rattle_index: 8.0,
+            flights: stay(2e-5),
+            contacts: stay(3e-5),
+            bearing_mean: vec![-300.0],
+            bearing_rms: vec![400.0],
+            torque_mean: vec![50.0],
+            torque_rms: vec![0.0],
+            acceleration_rms: vec![10.0],
+            angular_acceleration_rms: vec![20.0],
+            fractions: [0.001, 0.9, 0.099, 0.0],
+            stderr: Some(NvhErrors {
+                deflection_mean: 5e-8,
+                deflection_rms: 4e-8,
+                deflection_kurtosis: 0.02,
+                harmonics: vec![4e-8 * SQRT_2; 2],
+                suborders: vec![4e-8 * SQRT_2],
+                force_mean: 1.0,
+                force_std: 1.0,
+                power_loss: 0.07,
+                impact_rate: 0.05,
+                impact_velocity: 0.06,
+                impact_power: 0.07,
+                rattle_index: 0.08,
+                flight_mean: 2e-7,
+                contact_mean: 3e-7,
+                bearing_mean: vec![5.0],
+                bearing_rms: vec![4.0],
+                torque_mean: vec![0.5],
+                torque_rms: vec![0.0],
+                acceleration_rms: vec![0.1],
+                angular_acceleration_rms: vec![0.2],
+                fractions: [0.01, 0.01, 0.01, 0.0],
+                impact_velocity_quantiles: vec![1e3],
+                ..NvhErrors::default()
+            }),
+            ..NvhOutcome::default()
+        }
+    }
+
+    fn near(found: &Loosest, name: &str, error: f64) -> bool {
+        found.name == name && (found.error / error - 1.0).abs() < 1e-12
+    }
+
+    /// Doubles one error after the other: each is found, by the name of its column.
+    #[test]
+    fn every_error_counts_on_its_scale() {
+        let all = loosest(&even(), &[], &[], &[]).error;
+        assert!((all - 0.01).abs() < 1e-15, "{all}");
+        type Pick = fn(&mut NvhErrors) -> &mut f64;
+        let errors: [(&str, Pick); 20] = [
+            ("deflection_mean", |e| &mut e.deflection_mean),
+            ("deflection_rms", |e| &mut e.deflection_rms),
+            ("deflection_kurtosis", |e| &mut e.deflection_kurtosis),
+            ("harmonics", |e| &mut e.harmonics[1]),
+            ("suborders", |e| &mut e.suborders[0]),
+            ("force_mean", |e| &mut e.force_mean),
+            ("force_std", |e| &mut e.force_std),
+            ("power_loss", |e| &mut e.power_loss),
+            ("impact_rate", |e| &mut e.impact_rate),
+            ("impact_velocity", |e| &mut e.impact_velocity),
+            ("impact_power", |e| &mut e.impact_power),
+            ("rattle_index", |e| &mut e.rattle_index),
+            ("flight_mean", |e| &mut e.flight_mean),
+            ("contact_mean", |e| &mut e.contact_mean),
+            ("bearing_mean", |e| &mut e.bearing_mean[0]),
+            ("bearing_rms", |e| &mut e.bearing_rms[0]),
+            ("torque_mean", |e| &mut e.torque_mean[0]),
+            ("acceleration_rms", |e| &mut e.acceleration_rms[0]),
+            ("angular_acceleration_rms", |e| {
+                &mut e.angular_acceleration_rms[0]
+            }),
+            ("fraction_coast", |e| &mut e.fractions[2]),
+        ];
+        for (name, pick) in errors {
+            let mut found = even();
+            *pick(found.stderr.as_mut().unwrap()) *= 2.0;
+            let loosest = loosest(&found, &[], &[], &[]);
+            assert!(near(&loosest, name, 0.02), "{name}: {loosest:?}");
+        }
+    }
+
+    #[test]
+    fn what_there_is_none_of_needs_no_error() {
+        let mut found = even();
+        found.impact_velocity = 0.0;
+        found.flights = DurationOutcome::default();
+        found.power_loss = None;
+        let errors = found.stderr.as_mut().unwrap();
+        errors.impact_velocity = f64::INFINITY;
+        errors.flight_mean = f64::INFINITY;
+        errors.power_loss = f64::INFINITY;
+        assert!(loosest(&found, &[], &[], &[]).error < 0.011);
+        // What there is, and has been seen too little of, does.
+        found.power_loss = Some(1.0);
+        let unknown = loosest(&found, &[], &[], &[]);
+        assert_eq!(unknown.name, "power_loss");
+        assert!(unknown.error.is_infinite());
+        assert!(unknown.to_string().contains("no standard error yet"));
+        found.stderr = None;
+        assert!(loosest(&found, &[], &[], &[]).error.is_infinite());
+    }
+
+    #[test]
+    fn lines_count_against_a_sine_of_their_signal() {
+        let line = |amplitude: f64, stderr: Option<f64>| SpectrumLine {
+            frequency: 1.0,
+            order: 1.0,
+            amplitude,
+            stderr,
+        };
+        let spectrum = |signal: &str, lines: Vec<SpectrumLine>| Spectrum {
+            signal: signal.to_owned(),
+            unit: String::new(),
+            method: SpectrumMethod::Welch,
+            bandwidth: None,
+            lines,
+        };
+        let found = even();
+        let look = |spectra: &[Spectrum]| {
+            let bearing = Size {
+                mean: 1e3,
+                rms: 10.0,
+            };
+            loosest(&found, spectra, &[], &[("bearing a", bearing)])
+        };
+        let force = spectrum("force", vec![line(1.0, Some(3.0 * SQRT_2))]);
+        assert!(near(&look(&[force]), "the spectrum of force", 0.03));
+        let own = spectrum("bearing a", vec![line(1.0, Some(0.5 * SQRT_2))]);
+        assert!(near(&look(&[own]), "the spectrum of bearing a", 0.05));
+        let unknown = spectrum("deflection", vec![line(1.0, None)]);
+        assert!(look(&[unknown]).error.is_infinite());
+
+        let order = |amplitude: f64, stderr: Option<f64>, phase_stderr: Option<f64>| SignalOrders {
+            signal: "force".to_owned(),
+            unit: "N".to_owned(),
+            lines: vec![OrderLine {
+                reference: OrderReference::Mesh,
+                multiple: 1,
+                order: 1.0,
+                frequency: 1.0,
+                amplitude,
+                stderr,
+                phase: None,
+                phase_stderr,
+            }],
+        };
+        let look = |order: SignalOrders| loosest(&found, &[], &[order], &[]);
+        let along = look(order(10.0, Some(2.0 * SQRT_2), Some(0.0)));
+        assert!(near(&along, "an order of force", 0.02), "{along:?}");
+        let across = look(order(10.0, Some(0.0), Some(0.4 * SQRT_2)));
+        assert!(near(&across, "an order of force", 0.04), "{across:?}");
+        assert!(look(order(10.0, None, None)).error.is_infinite());
+        assert!(look(order(0.0, None, None)).error < 0.011);
+    }
+
+    /// The axial force of a spur gear's bearing is round-off: its errors are no reason to go on.
+    #[test]
+    fn round_off_about_a_mean_is_no_motion() {
+        let still = Size {
+            mean: 1e3,
+            rms: 1e-13,
+        };
+        let mut found = even();
+        found.bearing_mean = vec![still.mean];
+        found.bearing_rms = vec![still.rms];
+        let errors = found.stderr.as_mut().unwrap();
+        errors.bearing_mean = vec![1e-13];
+        errors.bearing_rms = vec![1e-13];
+        assert!(loosest(&found, &[], &[], &[]).error < 0.011);
+    }
+}
