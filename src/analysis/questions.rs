@@ -73,7 +73,7 @@ pub struct NvhQuestion {
     /// Amplitude and phase at orders, if asked for.
     pub orders: Option<OrderQuestion>,
     /// Gather until every time average and line is known this well: its standard error relative to
-    /// the scale that [`super::known`] takes. Left out of the hash of manifests that do not ask for it.
+    /// the scale that `analysis::known` takes. Left out of the hash of manifests that do not ask for it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop_at_stderr: Option<f64>,
 }
