@@ -2,6 +2,8 @@
 """Turns the output of the ladder bench into a recorded run: raw JSON, summary, pictures.
 
     .venv/bin/python scripts/record_ladder.py RAW benches/runs/NAME
+
+RAW may be the raw.json of a recorded run, whose summary and pictures are then made anew.
 """
 
 import json
@@ -254,6 +256,44 @@ def reduction_picture(record: dict, file: Path) -> None:
     plt.close(figure)
 
 
+def ceiling_picture(record: dict, file: Path) -> None:
+    """Figure 1: how fast a mesh cycle can be passed, by what the motion asks for."""
+    period = record["work_precision"]["period"]
+    contact, events, reduction = record["contact"], record["events"], record["reduction"]
+    # (what the motion asks for, the paper's × real time, kernels here)
+    layers = [
+        ("10⁶ cycles of\ncontact at once\n2 modes", 1e6 * period / 634e-9, {"fused": 1e15 * period / contact["2"]["jump"]["ns"]}),
+        ("contact\na cycle\n2 modes", period / 61e-9, {"fused": contact["2"]["fused"]["real_time"]}),
+        ("contact\na cycle\n40 modes", 487.7, {"fused": contact["40"]["fused"]["real_time"]}),
+        ("events\n6 modes", PAPER_EVENTS["strong"]["spectral"][1], of(events["strong"], "spectral", "volterra")),
+        ("events\n40 modes", PAPER_REDUCTION["40 modes", "spectral"][1], of(reduction["40 modes"], "spectral", "volterra")),
+        ("events\n20 modes + MTA", PAPER_REDUCTION["20 modes + MTA", "fused"][1], of(reduction["20 modes + MTA"], "fused", "volterra")),
+    ]  # fmt: skip
+    figure, axes = plt.subplots(figsize=(8.5, 4.2), layout="constrained")
+    for at, (_, paper, here) in enumerate(layers):
+        axes.plot(at - 0.15, paper, "s", color="#888888", label="the paper" if at == 0 else None)
+        above = {"xytext": (0, 6), "textcoords": "offset points", "ha": "center", "va": "bottom"}
+        axes.annotate(significant(paper, 2), (at - 0.15, paper), color="#666666", **above)
+        for (kernel, speed), beside in zip(here.items(), ("top", "bottom")):
+            axes.plot(at + 0.05, speed, "o", color=COLOURS[kernel])
+            text = f"{kernel} {significant(speed, 2)}"
+            axes.text(at + 0.12, speed, text, ha="left", va="center" if len(here) == 1 else beside, color=COLOURS[kernel])
+    axes.axhline(1, color="#555555", lw=0.8, ls="--")
+    axes.text(-0.65, 1.15, "real time", va="bottom", color="#555555")
+    axes.set_yscale("log")
+    axes.set_xlim(-0.7, len(layers))
+    axes.set_xticks(range(len(layers)), [name for name, *_ in layers])
+    axes.set_ylabel("speed [× real time]")
+    axes.set_title("Squares: the paper, one core at 2.4 GHz. Circles: this machine, one core.", loc="left")
+    figure.savefig(file, dpi=150)
+    plt.close(figure)
+
+
+def of(kernels: dict, *names: str) -> dict:
+    """× real time of some kernels."""
+    return {name: kernels[name]["real_time"] for name in names}
+
+
 def threads_picture(record: dict, file: Path) -> None:
     """Figure 5c: cycles a second by number of threads."""
     found = record["threads"]
@@ -331,6 +371,8 @@ def summary(name: str, record: dict) -> str:
         "with a state, a mesh cycle; `guards`: evaluations of a guard at a time.",
         "",
         *ratios(record),
+        "![How fast a mesh cycle can be passed](ceiling.png)",
+        "",
         "## Small steps of 100 ns, rattle (Table 1)",
         "",
         *steps(record),
@@ -365,14 +407,12 @@ def summary(name: str, record: dict) -> str:
     return "\n".join(lines).rstrip() + "\n"
 
 
-def main() -> None:
-    raw, folder = Path(sys.argv[1]), Path(sys.argv[2])
-    folder.mkdir(parents=True, exist_ok=True)
-    record = json.loads(raw.read_text())
+def this_run(record: dict) -> dict:
+    """Where and how the bench has just run; takes its own part of that out of the record."""
     commit = subprocess.run(
         ["git", "rev-parse", "HEAD"], capture_output=True, text=True, check=False
     ).stdout.strip()
-    record["run"] = {
+    return {
         "command": "scripts/ladder",
         "commit": commit or "none",
         "cpu": cpu(),
@@ -382,8 +422,17 @@ def main() -> None:
         "load": " ".join(f"{load:.1f}" for load in os.getloadavg()),
         "seconds": record.pop("seconds"),
     }
+
+
+def main() -> None:
+    raw, folder = Path(sys.argv[1]), Path(sys.argv[2])
+    folder.mkdir(parents=True, exist_ok=True)
+    record = json.loads(raw.read_text())
+    if "run" not in record:
+        record["run"] = this_run(record)
     (folder / "raw.json").write_text(json.dumps(record, indent=1, ensure_ascii=False) + "\n")
     style()
+    ceiling_picture(record, folder / "ceiling.png")
     reduction_picture(record, folder / "reduction.png")
     threads_picture(record, folder / "threads.png")
     precision_picture(record, folder / "work-precision.png")

@@ -1,8 +1,8 @@
 //! What a run will take: its time with an interval, its memory and its disk space, from a few
 //! points computed beforehand.
 //!
-//! Points are drawn over the grid until the time is known well enough, or half of them are
-//! computed. Of a chain, the point before is computed too, as if it were the first, so that
+//! Points are drawn over the grid until the time is known well enough, or the time for that is
+//! over. Of a chain, the point before is computed too, as if it were the first, so that
 //! the one that is timed starts from a settled motion as it does in a sweep. What the
 //! refinement of changes takes is added for every change between neighbours of the sample: most
 //! points meet none, and a few would say little of how many do.
@@ -35,6 +35,13 @@ const CLOSE: f64 = 0.15;
 
 /// Most points that are tried out, a worker.
 const MOST_A_WORKER: usize = 64;
+
+/// Fewest points that the time is known from, where there are so many: fewer may all be of the motion
+/// that is quick to settle.
+const FEWEST: usize = 8;
+
+/// Most mesh tables of a run that are all built to forecast it.
+const FEW_TABLES: usize = 8;
 
 /// Time between two looks at the clock.
 const LOOK_UP: Duration = Duration::from_millis(20);
@@ -101,11 +108,11 @@ pub fn forecast(
         shared: shared(job),
     };
     let tables = tables_wanted(job, ids());
-    let least = sample(all, threads);
-    let most = match tables {
-        0 => least.max((all / 2).min(MOST_A_WORKER * threads)),
+    let least = sample(all, threads).max(FEWEST.min(all));
+    let most = match tables <= FEW_TABLES {
+        true => least.max(all.min(MOST_A_WORKER * threads)),
         // Each may need a table of its own.
-        _ => least,
+        false => least,
     };
     let places = drawn(all, most);
     let sample = || places.iter().map(|&n| share.id(n));
