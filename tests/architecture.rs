@@ -325,6 +325,22 @@ fn circles(sources: &[Source]) -> Vec<String> {
 }
 
 fn sources() -> Vec<Source> {
+    let sources = sources_below("src");
+    assert!(sources.len() > 50, "the sources were not found");
+    sources
+}
+
+/// Those of the Python package, as of a module called `python`.
+fn python_sources() -> Vec<Source> {
+    let mut sources = sources_below("python/src");
+    assert!(sources.len() > 5, "the sources were not found");
+    for source in &mut sources {
+        source.path = format!("python/{}", source.path);
+    }
+    sources
+}
+
+fn sources_below(folder: &str) -> Vec<Source> {
     fn walk(folder: &Path, root: &Path, sources: &mut Vec<Source>) {
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
@@ -340,10 +356,9 @@ fn sources() -> Vec<Source> {
             }
         }
     }
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let mut sources = Vec::new();
     walk(&root, &root, &mut sources);
-    assert!(sources.len() > 50, "the sources were not found");
     sources
 }
 
@@ -377,6 +392,20 @@ fn unsafe_code_is_listed_and_explained() {
             "{path} needs no entry"
         );
     }
+}
+
+/// It neither prints nor exits, has no unsafe code, and calls the library but not the command line.
+#[test]
+fn the_python_package_calls_the_library() {
+    let rules = [outward_offences, size_offences, unsafe_offences];
+    let sources = python_sources();
+    let mut offences: Vec<_> = rules
+        .iter()
+        .flat_map(|rule| sources.iter().flat_map(rule))
+        .collect();
+    let calls_cli = |source: &&Source| code(source.lines()).contains("atlas::cli");
+    offences.extend(sources.iter().filter(calls_cli).map(|s| s.path.clone()));
+    assert!(offences.is_empty(), "\n{}", offences.join("\n"));
 }
 
 #[test]

@@ -8,11 +8,8 @@ use super::threads::Threads;
 use super::{BAD_INPUT, INTERRUPTED, answer, fail, with_causes};
 use crate::analysis::continuation::branch::End;
 use crate::manifest::Job;
-use crate::store::{
-    AxisColumn, CurveRow, FollowedRows, TableKind, bifurcation_rows, branch_rows, curve_rows,
-    table_path, with, write_followed,
-};
-use crate::sweep::{FollowError, Followed, Parts, follow_job};
+use crate::store::{TableKind, table_path};
+use crate::sweep::{FollowError, Followed, Parts, WORKER, follow_job, write_branches};
 use clap::Args;
 use serde_json::json;
 use std::collections::BTreeMap;
@@ -53,7 +50,7 @@ pub fn run(args: &FollowArgs) -> ExitCode {
     };
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(args.threads.count().unwrap_or(0))
-        .thread_name(|i| format!("atlas-{i}"));
+        .thread_name(|i| format!("{WORKER}{i}"));
     let pool = match pool.build() {
         Ok(pool) => pool,
         Err(error) => {
@@ -84,33 +81,8 @@ pub fn run(args: &FollowArgs) -> ExitCode {
         Err(error) => return fail(BAD_INPUT, &with_causes(&error)),
     };
     let seconds = clock.elapsed().as_secs_f64();
-    let axes: Vec<AxisColumn> = (job.axes.iter())
-        .map(|axis| AxisColumn {
-            name: axis.name().to_owned(),
-            unit: axis.unit.clone(),
-        })
-        .collect();
-    let name = |index: usize| axes.get(index).map(|axis| axis.name.clone());
-    let asked = job.continuation.as_ref();
-    let metadata: Vec<(&str, String)> = [
-        ("job", Some(job.name.clone())),
-        ("manifest_hash", Some(job.hash.clone())),
-        (
-            "axes",
-            Some(json!(axes.iter().map(|a| &a.name).collect::<Vec<_>>()).to_string()),
-        ),
-        (
-            "axis_units",
-            Some(json!(job.written().axis_units()).to_string()),
-        ),
-        ("over", asked.and_then(|asked| name(asked.over))),
-        ("second", asked.and_then(|asked| name(asked.second?))),
-    ]
-    .into_iter()
-    .filter_map(|(key, value)| Some((key, value?)))
-    .collect();
     let census = Census::of(&followed);
-    if let Err(error) = write_followed(&folder, &axes, rows(&job, &followed), &metadata) {
+    if let Err(error) = write_branches(&job, &folder, &followed) {
         return fail(failure(&error), &with_causes(&error));
     }
     let text = match (args.json, args.quiet) {
@@ -119,63 +91,6 @@ pub fn run(args: &FollowArgs) -> ExitCode {
         (false, false) => census.text(&job, &folder, seconds, &followed),
     };
     answer(&text, ExitCode::SUCCESS)
-}
-
-/// The rows of all tables, branches and curves counted over the whole job.
-fn rows(job: &Job, followed: &Followed) -> FollowedRows {
-    let mut out = FollowedRows::default();
-    let Some(asked) = &job.continuation else {
-        return out;
-    };
-    let mut number = 0;
-    for line in &followed.lines {
-        let first = number;
-        for (origin, branch) in &line.branches.all {
-            out.branches
-                .extend(branch_rows(number, branch, &line.axis_values, asked.over));
-            let origin = origin.text(first as usize);
-            out.bifurcations.extend(bifurcation_rows(
-                number,
-                branch,
-                &origin,
-                &line.axis_values,
-                asked.over,
-            ));
-            number += 1;
-        }
-    }
-    let Some(second) = asked.second else {
-        return out;
-    };
-    let mut curves = Vec::new();
-    let mut number = 0;
-    for plane in &followed.planes {
-        for curve in &plane.all {
-            curves.extend(curve_rows(
-                number,
-                curve,
-                &plane.axis_values,
-                [asked.over, second],
-            ));
-            number += 1;
-        }
-        for (index, onset) in plane.onset.iter().enumerate() {
-            curves.push(CurveRow {
-                axis_values: with(
-                    &plane.axis_values,
-                    &[(asked.over, onset.at[0]), (second, onset.at[1])],
-                ),
-                curve: number,
-                index: index as u32,
-                kind: "onset".to_owned(),
-                note: (onset.radius >= 1.0).then(|| "unstable in contact".to_owned()),
-                told: None,
-            });
-        }
-        number += u32::from(!plane.onset.is_empty());
-    }
-    out.curves = Some(curves);
-    out
 }
 
 /// What was found, counted.

@@ -1,7 +1,6 @@
 //! The manifest that a command is given, and the keys of it that the command changes.
 
 use super::{BAD_INPUT, fail, portable};
-use crate::input::printable;
 use crate::manifest::{self, Job, ManifestErrors};
 use clap::Args;
 use std::io::{IsTerminal, Write};
@@ -65,13 +64,7 @@ pub fn report(errors: &ManifestErrors) {
         true => errors.render_coloured(),
         false => errors.render(),
     };
-    let count = match errors.count() {
-        1 => "1 error".to_owned(),
-        count => format!("{count} errors"),
-    };
-    let name = errors.sources.first().map_or("", |source| &source.name);
-    let name = printable(name);
     let _ = stderr
         .lock()
-        .write_all(format!("{text}{name}: {count}; nothing was computed or written\n").as_bytes());
+        .write_all(format!("{text}{}\n", errors.summary()).as_bytes());
 }

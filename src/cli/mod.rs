@@ -6,7 +6,6 @@ mod analyses;
 mod campbell;
 pub mod check;
 mod console;
-mod earlier;
 mod events;
 mod excitation;
 pub mod export;
@@ -39,10 +38,9 @@ pub mod trace;
 pub mod verify;
 mod words;
 
-use crate::input::{printable, printable_but_colours};
-use crate::store::is_decoding;
+use crate::input::{printable, printable_but_colours, with_causes};
+use crate::sweep::hush_workers;
 use clap::{CommandFactory, Parser, Subcommand};
-use std::error::Error;
 use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 use threads::Threads;
@@ -116,7 +114,7 @@ enum Command {
 
 /// Runs the program with the process's own arguments.
 pub fn main() -> ExitCode {
-    hush();
+    hush_workers();
     match Cli::parse().command {
         Command::Run(args) => run::run(&args),
         Command::Check(args) => check::run(&args),
@@ -139,20 +137,6 @@ pub fn main() -> ExitCode {
         }
         Command::Man(args) => man::run(&args),
     }
-}
-
-/// A panic in a worker becomes a row with its message, and one in the decoding of a file an error
-/// that names the file: a backtrace beside these would only be noise.
-fn hush() {
-    let usual = std::panic::take_hook();
-    std::panic::set_hook(Box::new(move |panic| {
-        let worker = std::thread::current()
-            .name()
-            .is_some_and(|name| name.starts_with("atlas-"));
-        if !worker && !is_decoding() {
-            usual(panic);
-        }
-    }));
 }
 
 /// Starts the threads that computations outside a sweep share. They would start
@@ -188,16 +172,4 @@ fn fail(status: u8, message: &str) -> ExitCode {
     // Nothing can be done when standard error is closed as well.
     _ = writeln!(std::io::stderr().lock(), "error: {}", printable(message));
     ExitCode::from(status)
-}
-
-/// An error with its causes, on one line.
-fn with_causes(error: &dyn Error) -> String {
-    let mut message = error.to_string();
-    let mut source = error.source();
-    while let Some(cause) = source {
-        message.push_str(": ");
-        message.push_str(&cause.to_string());
-        source = cause.source();
-    }
-    message
 }

@@ -1,6 +1,7 @@
 //! What a sweep needs of the process: signals that call it off, and the machine it runs on.
 
 use super::INTERRUPTED;
+use crate::sweep::this_machine;
 use crate::topology::Topology;
 use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::flag;
@@ -27,14 +28,7 @@ impl Process {
     pub fn prepare() -> io::Result<Self> {
         let called_off = Arc::new(AtomicBool::new(false));
         watch_signals(&called_off)?;
-        let mut warnings = Vec::new();
-        let topology = match Topology::current() {
-            Ok(topology) => Some(topology),
-            Err(error) => {
-                warnings.push(format!("{error}; NUMA nodes are not recorded"));
-                None
-            }
-        };
+        let (topology, warnings) = this_machine();
         Ok(Self {
             called_off,
             topology,

@@ -5,13 +5,11 @@ use super::point::{self, ChosenPoint, number};
 use super::table::TablesFolder;
 use super::threads::Threads;
 use super::{BAD_INPUT, FAILED_POINTS, answer, fail, start_threads};
-use crate::analysis::{CalledOff, Signals, TraceOutcome, TraceQuestion, named_outputs, trace};
+use crate::analysis::{Signals, TraceOutcome, TraceQuestion, named_outputs};
 use crate::manifest::Job;
-use crate::model::{Model, TrajectoryState};
-use crate::propagate::{Kernel, KernelUse};
-use crate::store::{StoreError, TableKind, TraceLabel, TraceWriter, table_path};
-use crate::sweep::Parts;
-use crate::sweep::{self, build};
+use crate::model::Model;
+use crate::store::{TableKind, TraceLabel, TraceWriter, table_path};
+use crate::sweep::{Parts, PointTrace};
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -91,34 +89,41 @@ pub fn run(args: &TraceArgs) -> ExitCode {
         return fail(1, &message);
     }
     let parts = Parts::new(args.tables.store());
-    let model = match model(&point, &parts) {
-        Ok(model) => model,
-        Err(message) => return fail(BAD_INPUT, &message),
-    };
-    let question = TraceQuestion {
-        skip: args.skip.unwrap_or(point.spec.run.transient),
-        cycles: args.cycles,
-        samples_per_cycle: args.samples_per_cycle,
-        modal: args.modal,
-        outputs: Signals {
-            bearings: true,
-            torques: args.outputs,
-            accelerations: args.outputs,
-            rotations: args.outputs,
-            ..Signals::NONE
+    let trace = PointTrace {
+        job: &job,
+        point: &point.spec,
+        swept: point.direction.is_some(),
+        question: TraceQuestion {
+            skip: args.skip.unwrap_or(point.spec.run.transient),
+            cycles: args.cycles,
+            samples_per_cycle: args.samples_per_cycle,
+            modal: args.modal,
+            outputs: Signals {
+                bearings: true,
+                torques: args.outputs,
+                accelerations: args.outputs,
+                rotations: args.outputs,
+                ..Signals::NONE
+            },
         },
+        parts: &parts,
     };
-    let start = match lead_up(&job, &point, &model, &parts) {
-        Ok(start) => start,
-        Err(error) => return fail(1, &error.to_string()),
+    let model = match trace.model() {
+        Ok(model) => model,
+        Err(error) => return fail(BAD_INPUT, &error.to_string()),
     };
-    let outcome = match record(&job, &point, &parts, &model, &question, &folder, start) {
-        Ok(outcome) => outcome,
+    let question = &trace.question;
+    let label = label(&job, &point, &model, question);
+    let open = || TraceWriter::create(&folder, &label, question.modal);
+    let recorded = trace.record(&model, &AtomicBool::new(false), open);
+    let outcome = match recorded.map(|(outcome, writer)| (outcome, writer.finish())) {
+        Ok((outcome, Ok(()))) => outcome,
+        Ok((_, Err(error))) => return fail(1, &error.to_string()),
         Err(error) => return fail(1, &error.to_string()),
     };
     let text = match args.json {
         true => format!("{:#}\n", summary_json(&job, &point, &outcome, &folder)),
-        false => summary(&job, &point, &model, &question, &outcome, &folder),
+        false => summary(&job, &point, &model, question, &outcome, &folder),
     };
     let status = answer(&text, ExitCode::SUCCESS);
     match outcome.stop {
@@ -141,87 +146,19 @@ fn occupied(folder: &Path) -> Option<String> {
     })
 }
 
-fn model(point: &ChosenPoint, parts: &Parts) -> Result<Model, String> {
-    let model = parts.model(&point.spec).map_err(|e| e.to_string())?;
-    build::affordable(&model, &point.spec.run.kernel).map_err(|e| e.to_string())?;
-    Ok(model)
-}
-
-/// Where the sweep asked for has come to at the point; none where none was asked for, or where
-/// the point before it left no state.
-fn lead_up(
-    job: &Job,
-    point: &ChosenPoint,
-    model: &Model,
-    parts: &Parts,
-) -> Result<Option<TrajectoryState>, CalledOff> {
-    if point.direction.is_none() {
-        return Ok(None);
-    }
-    let link = sweep::lead_up(job, &point.spec, parts, &AtomicBool::new(false))?;
-    Ok(link.start(model))
-}
-
-/// Why nothing was recorded.
-#[derive(Debug, thiserror::Error)]
-enum RecordError {
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    #[error(transparent)]
-    Build(#[from] build::BuildError),
-}
-
-/// Advances, and writes the files as it goes.
-fn record(
-    job: &Job,
-    point: &ChosenPoint,
-    parts: &Parts,
-    model: &Model,
-    question: &TraceQuestion,
-    folder: &Path,
-    start: Option<TrajectoryState>,
-) -> Result<TraceOutcome, RecordError> {
-    let run = &point.spec.run;
-    let recording = Recording {
-        label: TraceLabel {
-            job: job.name.clone(),
-            manifest_hash: job.hash.clone(),
-            point: (job.axes.iter().zip(&point.values))
-                .map(|(axis, (name, value))| (name.clone(), *value, axis.unit.clone()))
-                .collect(),
-            period: model.period(),
-            half_gap: model.half_gap,
-            outputs: named_outputs(model, question.outputs)
-                .map(|(name, quantity)| [name, quantity.unit().to_owned()])
-                .collect(),
-        },
-        start: start.unwrap_or_else(|| model.start(&run.initial)),
-        model,
-        question,
-        folder,
-    };
-    let kept = |table| parts.kernels().get(table, model);
-    let recorded = (run.kernel).apply(model, run.event_limit, kept, recording);
-    Ok(recorded.map_err(|error| build::BuildError::tables(error, model))??)
-}
-
-/// What is recorded, and where.
-struct Recording<'a> {
-    label: TraceLabel,
-    start: TrajectoryState,
-    model: &'a Model,
-    question: &'a TraceQuestion,
-    folder: &'a Path,
-}
-
-impl KernelUse for Recording<'_> {
-    type Output = Result<TraceOutcome, StoreError>;
-
-    fn with<K: Kernel + Sync>(self, kernel: &K) -> Self::Output {
-        let mut writer = TraceWriter::create(self.folder, &self.label, self.question.modal)?;
-        let outcome = trace(self.model, kernel, self.start, self.question, &mut writer)?;
-        writer.finish()?;
-        Ok(outcome)
+/// What the trace is of.
+fn label(job: &Job, point: &ChosenPoint, model: &Model, question: &TraceQuestion) -> TraceLabel {
+    TraceLabel {
+        job: job.name.clone(),
+        manifest_hash: job.hash.clone(),
+        point: (job.axes.iter().zip(&point.values))
+            .map(|(axis, (name, value))| (name.clone(), *value, axis.unit.clone()))
+            .collect(),
+        period: model.period(),
+        half_gap: model.half_gap,
+        outputs: named_outputs(model, question.outputs)
+            .map(|(name, quantity)| [name, quantity.unit().to_owned()])
+            .collect(),
     }
 }
 

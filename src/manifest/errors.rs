@@ -50,6 +50,17 @@ impl ManifestErrors {
         self.diagnostics.len() + self.more
     }
 
+    /// How many there are in which manifest, a line.
+    pub fn summary(&self) -> String {
+        let count = match self.count() {
+            1 => "1 error".to_owned(),
+            count => format!("{count} errors"),
+        };
+        let name = self.sources.first().map_or("", |source| &source.name);
+        let name = printable(name);
+        format!("{name}: {count}; nothing was computed or written")
+    }
+
     /// The first faults as text for people, without colour, and how many there are beyond.
     pub fn render(&self) -> String {
         self.render_into(|excerpt, diagnostic, out| {

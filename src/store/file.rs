@@ -100,6 +100,14 @@ impl TableKind {
         self.file_name().trim_end_matches(".parquet")
     }
 
+    /// The table of a name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::VARIANTS
+            .iter()
+            .copied()
+            .find(|kind| kind.name() == name)
+    }
+
     /// Name of the file, or of the folder of shards.
     pub fn file_name(self) -> &'static str {
         self.into()

@@ -16,6 +16,7 @@
 
 mod attractors;
 mod basins;
+mod batches;
 mod chain_part;
 mod chains;
 mod characteristics;
@@ -101,6 +102,6 @@ pub use tables::{
     Cleaned, Fetched, FetchedMesh, MappedTable, MeshFetchError, OperatorFetchError, Origin,
     TableStore, Unwanted,
 };
-pub use trace::{TraceLabel, TraceWriter, events_table, trace_table};
+pub use trace::{TraceLabel, TraceTables, TraceWriter, events_table, trace_table};
 pub use whole::{WholeFile, write_whole};
 pub use writer::{ResultWriter, Written};

@@ -66,12 +66,12 @@ pub struct ColumnHead {
 #[derive(Debug, Clone)]
 pub struct ResultTable {
     path: PathBuf,
-    batches: Vec<RecordBatch>,
-    metadata: BTreeMap<String, String>,
+    pub(super) batches: Vec<RecordBatch>,
+    pub(super) metadata: BTreeMap<String, String>,
     /// All columns of its files, those that were not read among them.
-    fields: Fields,
+    pub(super) fields: Fields,
     /// Positions of the rows, in ascending `point_id`.
-    order: Vec<usize>,
+    pub(super) order: Vec<usize>,
 }
 
 impl ResultTable {
@@ -355,7 +355,7 @@ impl ResultTable {
         Ok(self.order.iter().map(|&row| values[row].take()).collect())
     }
 
-    fn foreign(&self, detail: String) -> StoreError {
+    pub(super) fn foreign(&self, detail: String) -> StoreError {
         StoreError::Foreign {
             path: self.path.clone(),
             detail,

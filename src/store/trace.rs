@@ -1,7 +1,10 @@
-//! The files of a traced trajectory: `trace.parquet`, a row an instant, and
+//! The tables of a traced trajectory: `trace.parquet`, a row an instant, and
 //! `events.parquet`, a row a change of contact state.
 
 use std::path::Path;
+
+use arrow_array::RecordBatch;
+use arrow_schema::{ArrowError, SchemaRef};
 
 use super::StoreError;
 use super::file::{Row, TableFile, TableKind, create_folder, remove_stale};
@@ -108,6 +111,88 @@ pub fn events_table() -> Table<EventRow> {
         u64 "contact", "", row.event.contact as u64 + 1,
             "The contact: 1 the drive flank, 2 the coast flank, further ones as the modal file has them";
     ])
+}
+
+/// Rows that are made into columns together.
+const PIECE_ROWS: usize = 1024;
+
+/// A trace in memory, with the columns of its files.
+pub struct TraceTables {
+    period: f64,
+    trace: Buffered<TraceSample>,
+    events: Buffered<EventRow>,
+}
+
+/// A table that grows in memory.
+struct Buffered<R> {
+    table: Table<R>,
+    rows: Vec<R>,
+    batches: Vec<RecordBatch>,
+}
+
+impl<R> Buffered<R> {
+    fn new(table: Table<R>) -> Self {
+        Self {
+            table,
+            rows: Vec::new(),
+            batches: Vec::new(),
+        }
+    }
+
+    fn push(&mut self, row: R) -> Result<(), ArrowError> {
+        self.rows.push(row);
+        if self.rows.len() == PIECE_ROWS {
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    fn flush(&mut self) -> Result<(), ArrowError> {
+        self.batches.push(self.table.batch(&self.rows)?);
+        self.rows.clear();
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<(SchemaRef, Vec<RecordBatch>), ArrowError> {
+        if !self.rows.is_empty() {
+            self.flush()?;
+        }
+        Ok((self.table.schema(), self.batches))
+    }
+}
+
+impl TraceTables {
+    /// No rows yet, of a model with this mesh period \[s\]; `modal` and `outputs` as for [`trace_table`].
+    pub fn new(period: f64, modal: bool, outputs: &[[String; 2]]) -> Self {
+        Self {
+            period,
+            trace: Buffered::new(trace_table(modal, outputs)),
+            events: Buffered::new(events_table()),
+        }
+    }
+
+    /// The samples and the events, each with its schema.
+    ///
+    /// # Errors
+    /// The last rows cannot be made into columns.
+    pub fn finish(self) -> Result<[(SchemaRef, Vec<RecordBatch>); 2], ArrowError> {
+        Ok([self.trace.finish()?, self.events.finish()?])
+    }
+}
+
+impl TraceSink for TraceTables {
+    type Error = ArrowError;
+
+    fn sample(&mut self, sample: TraceSample) -> Result<(), ArrowError> {
+        self.trace.push(sample)
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), ArrowError> {
+        self.events.push(EventRow {
+            event: *event,
+            period: self.period,
+        })
+    }
 }
 
 /// What a trace is of; kept as metadata of both files.

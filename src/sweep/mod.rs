@@ -10,13 +10,18 @@
 //! Which points a refined grid takes follows from their results: it is computed in rounds, and its
 //! tables are written when the last is over.
 
+mod branch_tables;
 pub mod build;
 mod chain;
 mod continuation;
+mod cycle_map;
+mod earlier;
 mod early_forecast;
 mod estimate;
 mod family;
 mod forecast;
+mod hush;
+mod job_run;
 mod kernel_tables;
 mod layout;
 mod memory;
@@ -30,14 +35,20 @@ mod recorder;
 mod refine;
 mod run;
 mod sensitivity;
+mod trace;
 mod turns;
 
+pub use branch_tables::write_branches;
 pub use chain::{Link, compute, lead_up};
 pub use continuation::{Curves, FollowError, Followed, Line, follow_job};
+pub use cycle_map::{CycleMap, MapError, MapImage, MapQuestion, MapTangents};
+pub use earlier::{Earlier, EarlierError, look as look_for_earlier};
 pub use early_forecast::EarlyForecast;
 pub use estimate::Interval;
 pub use family::PointFamily;
 pub use forecast::{Forecast, forecast};
+pub use hush::{WORKER, hush_workers};
+pub use job_run::{JobRan, JobRun, JobRunError, this_machine};
 pub use kernel_tables::KernelTables;
 pub use memory::Memory;
 pub use mesh_tables::{LoadedMesh, MeshError, MeshTables, TabledMesh, loaded_mesh};
@@ -46,4 +57,5 @@ pub use point::Worker;
 pub use recorder::{Begun, Progress, Watcher};
 pub use run::{Finished, Options, SweepError, run};
 pub use sensitivity::{Sensitivities, Sensitivity, SensitivityError, sensitivities};
+pub use trace::{PointTrace, PointTraceError};
 pub use turns::Share;

@@ -2,6 +2,7 @@
 
 use super::chain::compute;
 use super::early_forecast::{EarlyForecast, EarlySample};
+use super::hush::WORKER;
 use super::layout::layout;
 use super::parts::Parts;
 use super::point::Worker;
@@ -362,7 +363,7 @@ pub(super) fn start_workers(
     let places = plan(cores, threads, options.pinning);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
-        .thread_name(|i| format!("atlas-{i}"))
+        .thread_name(|i| format!("{WORKER}{i}"))
         .build()
         .map_err(|error| SweepError::threads(threads, &error))?;
     let obtained = take_places(&pool, &places, topology);

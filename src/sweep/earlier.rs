@@ -1,9 +1,10 @@
 //! What a results folder holds before a run, and whether the run may write there.
 
-use super::with_causes;
 use crate::manifest::{Job, ManifestText};
-use crate::store::{RunRecord, RunState, Shard, read_run, record_paths, run_path, verify};
-use std::path::Path;
+use crate::store::{
+    RunRecord, RunState, Shard, StoreError, read_run, record_paths, run_path, verify,
+};
+use std::path::{Path, PathBuf};
 
 /// What a folder holds already of the run that is asked for.
 #[derive(Debug)]
@@ -14,31 +15,70 @@ pub enum Earlier {
     Complete(Box<RunRecord>),
 }
 
+/// Why a folder must not be touched.
+#[derive(Debug, thiserror::Error)]
+pub enum EarlierError {
+    /// What is there cannot be read.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The results of another manifest.
+    #[error(
+        "{} holds results of another manifest (job {job}, hash {found}…; this one is {wanted}…); {remedy}\n{difference}",
+        folder.display()
+    )]
+    OtherManifest {
+        /// The folder.
+        folder: PathBuf,
+        /// Name of the job there, and which shard of it.
+        job: String,
+        /// Begin of the hash of the manifest there.
+        found: String,
+        /// Begin of the hash of this one.
+        wanted: String,
+        /// What to do.
+        remedy: &'static str,
+        /// Lines that only one of the two has.
+        difference: String,
+    },
+    /// Other parts of the same job.
+    #[error(
+        "{} holds {found} of this job, which cannot be mixed with {wanted}; choose a folder with --out, or remove that one",
+        folder.display()
+    )]
+    OtherParts {
+        /// The folder.
+        folder: PathBuf,
+        /// What it holds.
+        found: String,
+        /// What is asked for.
+        wanted: String,
+    },
+}
+
 /// Looks at what is in the folder. `fresh` allows to replace the results of the same shard
 /// (or of the whole job), never those of others: a folder holds one job.
 ///
 /// # Errors
-/// Why the folder must not be touched, in a sentence.
+/// [`EarlierError`] where the folder must not be touched.
 pub fn look(
     folder: &Path,
     job: &Job,
     shard: Option<Shard>,
     fresh: bool,
-) -> Result<Earlier, String> {
+) -> Result<Earlier, EarlierError> {
     if !folder.exists() {
         return Ok(Earlier::Nothing);
     }
     let own = run_path(folder, shard);
     let mut records = Vec::new();
-    for path in record_paths(folder).map_err(|error| with_causes(&error))? {
+    for path in record_paths(folder)? {
         match read_run(&path) {
             Ok(record) => records.push(record),
             // It is replaced, whatever it says.
             Err(_) if fresh && path == own => {}
-            Err(error) => return Err(with_causes(&error)),
+            Err(error) => return Err(error.into()),
         }
     }
-    let here = folder.display();
     for record in records {
         let replaceable = record.shard == shard;
         if replaceable && fresh {
@@ -49,28 +89,28 @@ pub fn look(
                 text: &record.manifest,
                 changes: &record.set,
             };
-            let remedy = match replaceable {
-                true => "choose a folder with --out, or replace them with --fresh",
-                false => "choose a folder with --out, or remove that one",
-            };
-            return Err(format!(
-                "{here} holds results of another manifest (job {}{}, hash {}…; this one is {}…); {remedy}\n{}",
-                record.job,
-                record.shard.map_or_else(String::new, |s| format!(", {s}")),
-                prefix(&record.manifest_hash),
-                prefix(&job.hash),
-                difference(&there.to_string(), &job.written().to_string()),
-            ));
+            let of_shard = record.shard.map_or_else(String::new, |s| format!(", {s}"));
+            return Err(EarlierError::OtherManifest {
+                folder: folder.to_path_buf(),
+                job: format!("{}{of_shard}", record.job),
+                found: prefix(&record.manifest_hash),
+                wanted: prefix(&job.hash),
+                remedy: match replaceable {
+                    true => "choose a folder with --out, or replace them with --fresh",
+                    false => "choose a folder with --out, or remove that one",
+                },
+                difference: difference(&there.to_string(), &job.written().to_string()),
+            });
         }
         if record.shard.map(|s| s.count) != shard.map(|s| s.count) {
-            return Err(format!(
-                "{here} holds {} of this job, which cannot be mixed with {}; choose a folder with --out, or remove that one",
-                part(record.shard),
-                part(shard)
-            ));
+            return Err(EarlierError::OtherParts {
+                folder: folder.to_path_buf(),
+                found: part(record.shard),
+                wanted: part(shard),
+            });
         }
         if replaceable && record.state == RunState::Complete {
-            verify(folder, &record).map_err(|error| with_causes(&error))?;
+            verify(folder, &record)?;
             return Ok(Earlier::Complete(Box::new(record)));
         }
     }
@@ -82,8 +122,8 @@ fn part(shard: Option<Shard>) -> String {
 }
 
 /// Enough of a hash to tell two apart.
-fn prefix(hash: &str) -> &str {
-    hash.get(..8).unwrap_or(hash)
+fn prefix(hash: &str) -> String {
+    hash.get(..8).unwrap_or(hash).to_owned()
 }
 
 /// Most lines of a difference that are shown.

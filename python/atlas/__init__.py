@@ -1,0 +1,42 @@
+"""Gear rattle over grids of operating points, in Python.
+
+>>> import atlas
+>>> results = atlas.run("manifests/quickstart.toml")
+>>> results.points.on_grid("lambda_max")
+
+The program, its manifests and what its tables hold are described in its manual; docs/python.md is the
+page on this package.
+"""
+
+from ._atlas import COMMIT, __version__
+from ._errors import AtlasError, Fault, ManifestError
+from ._manifest import Axis, Manifest, Point, load
+from ._map import CycleMap, Image
+from ._motion import Structure, Trace, structure, trace
+from ._results import Results, open
+from ._run import Progress, follow, run
+from ._table import Table
+
+__all__ = [
+    "COMMIT",
+    "AtlasError",
+    "Axis",
+    "CycleMap",
+    "Fault",
+    "Image",
+    "Manifest",
+    "ManifestError",
+    "Point",
+    "Progress",
+    "Results",
+    "Structure",
+    "Table",
+    "Trace",
+    "__version__",
+    "follow",
+    "load",
+    "open",
+    "run",
+    "structure",
+    "trace",
+]

@@ -1,0 +1,175 @@
+"""Manifests and their operating points."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _atlas
+from ._table import Table
+
+Changes = Mapping[str, Any]
+
+
+class Axis(NamedTuple):
+    """An axis of a grid."""
+
+    name: str
+    """`load`, `torque`, `speed`, or a key of the manifest."""
+    unit: str
+    """SI unit; `1` where dimensionless."""
+    values: npt.NDArray[np.float64]
+    """Its values, SI."""
+
+
+class Point:
+    """An operating point, on its grid or off it."""
+
+    def __init__(self, inner: _atlas.Point) -> None:
+        self._inner = inner
+
+    @property
+    def id(self) -> int:
+        """Its number on the grid, or that of the point it was made from."""
+        return self._inner.id
+
+    @property
+    def load(self) -> float:
+        """Fraction of the rated mesh force."""
+        return self._inner.load
+
+    @property
+    def speed(self) -> float:
+        """Pinion speed [rad/s]."""
+        return self._inner.speed
+
+    @property
+    def direction(self) -> str | None:
+        """`up` or `down` where the state is carried along an axis."""
+        return self._inner.direction
+
+    def __getitem__(self, key: str) -> float:
+        """The value of a key that the drive depends on continuously, in SI."""
+        return self._inner.value(key)
+
+    def unit(self, key: str) -> str:
+        """The SI unit of such a key."""
+        return self._inner.unit(key)
+
+    def changed(self, values: Changes | None = None, **more: float | str) -> Point:
+        """The same point where some keys have other values, numbers in SI or texts with units:
+        `point.changed({"mesh.half_gap": "12 um"}, load=0.1)`."""
+        return Point(self._inner.changed({**(values or {}), **more}))
+
+    def __repr__(self) -> str:
+        return f"<atlas.Point {self.id}: load {self.load:g}, speed {self.speed:g} rad/s>"
+
+
+class Manifest:
+    """A manifest without faults: what `atlas check` accepts."""
+
+    def __init__(self, inner: _atlas.Manifest) -> None:
+        self._inner = inner
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str], set: Changes | None = None) -> Manifest:
+        """The manifest in a file."""
+        return cls(_atlas.Manifest.from_file(path, dict(set or {})))
+
+    @classmethod
+    def from_text(
+        cls, text: str, set: Changes | None = None, folder: str | os.PathLike[str] = ""
+    ) -> Manifest:
+        """The manifest that a text is; paths in it start at `folder`."""
+        return cls(_atlas.Manifest.from_text(text, dict(set or {}), "text", folder))
+
+    @classmethod
+    def from_dict(
+        cls, tables: Mapping[str, Any], set: Changes | None = None, folder: str | os.PathLike[str] = ""
+    ) -> Manifest:
+        """The manifest that a dictionary of tables is; faults show the lines of its text."""
+        return cls(_atlas.Manifest.from_dict(dict(tables), dict(set or {}), folder))
+
+    @property
+    def name(self) -> str:
+        """The name of the job."""
+        return self._inner.name
+
+    @property
+    def hash(self) -> str:
+        """Hash over what matters to physics."""
+        return self._inner.hash
+
+    @property
+    def text(self) -> str:
+        """The text, as it was read or made."""
+        return self._inner.text
+
+    @property
+    def changes(self) -> list[str]:
+        """Keys that have other values than in the text, as `KEY=VALUE`."""
+        return self._inner.changes
+
+    @property
+    def seed(self) -> int:
+        """Root of the random streams."""
+        return self._inner.seed
+
+    @property
+    def keys(self) -> list[str]:
+        """Keys that the drive depends on continuously: those that points can change."""
+        return self._inner.keys
+
+    @property
+    def axes(self) -> list[Axis]:
+        """The axes of the grid, slowest first."""
+        return [Axis(*axis) for axis in self._inner.axes]
+
+    @property
+    def grid(self) -> Table:
+        """The points of the grid: their numbers, and the value of every axis."""
+        return Table(self._inner.grid())
+
+    @property
+    def points(self) -> list[dict[str, Any]]:
+        """The same as dictionaries."""
+        return self.grid.to_dicts()
+
+    def __len__(self) -> int:
+        """How many points the grid has."""
+        return len(self._inner)
+
+    def point(self, id: int = 0, values: Changes | None = None, **more: float | str) -> Point:
+        """The point of a number, or one like it where some keys have other values:
+        `manifest.point(load=0.2, speed="10000 rpm")`."""
+        return Point(self._inner.point(id, {**(values or {}), **more}))
+
+    def __repr__(self) -> str:
+        axes = ", ".join(f"{len(axis.values)} {axis.name}" for axis in self.axes)
+        return f"<atlas.Manifest {self.name}: {len(self)} points ({axes})>"
+
+
+Source = Manifest | str | os.PathLike[str] | Mapping[str, Any]
+
+
+def load(source: Source, set: Changes | None = None) -> Manifest:
+    """A manifest from a file, a text or a dictionary.
+
+    A text with a line break in it is a manifest, one without is the path of a file. `set` gives keys
+    other values, as `--set` does: `set={"mesh.half_gap": "20 um", "run.cycles": 2000}`; None takes a
+    key out. Raises `ManifestError` with all faults at once.
+    """
+    if isinstance(source, Manifest):
+        if not set:
+            return source
+        raise TypeError("set= changes a manifest where it is read; this one was read before")
+    if isinstance(source, Mapping):
+        return Manifest.from_dict(source, set)
+    if isinstance(source, str) and "\n" in source:
+        return Manifest.from_text(source, set)
+    return Manifest.from_file(Path(source), set)

@@ -1,0 +1,128 @@
+"""Tables: Arrow for whoever takes it, NumPy, pandas and polars, with their units."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _atlas
+
+if TYPE_CHECKING:
+    import pandas
+    import polars
+    import pyarrow
+
+# Units of result files that a parser of units does not read.
+_AS_PINT = {"": "", "1": "", "mesh cycles": "", "1/cycle": "", "half gaps": ""}
+
+
+class Table:
+    """A table; `table["speed"]` is a column as an array of NumPy.
+
+    Whoever takes Arrow takes a table as it is and copies nothing: `polars.DataFrame(table)`,
+    `pyarrow.table(table)`, `duckdb.sql("select * from table")`.
+    """
+
+    def __init__(self, inner: _atlas.Table) -> None:
+        self._inner = inner
+
+    def __arrow_c_schema__(self) -> object:
+        return self._inner.__arrow_c_schema__()
+
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object:
+        return self._inner.__arrow_c_stream__(requested_schema)
+
+    @property
+    def columns(self) -> list[str]:
+        """Names of the columns, in order."""
+        return self._inner.columns
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return len(self._inner)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """SI unit of every column; `1` where dimensionless, empty for texts and truth values."""
+        return {name: self._inner.told(name).get("unit", "") for name in self.columns}
+
+    @property
+    def descriptions(self) -> dict[str, str]:
+        """What every column is, one sentence."""
+        return {name: self._inner.told(name).get("description", "") for name in self.columns}
+
+    @property
+    def metadata(self) -> dict[str, str]:
+        """What the table's file says of itself."""
+        return self._inner.metadata
+
+    def elements(self, name: str) -> list[str]:
+        """Names of the elements of a column's lists; empty where they are only numbered."""
+        names: list[str] = json.loads(self._inner.told(name).get("elements", "[]"))
+        return names
+
+    def __getitem__(self, name: str) -> npt.NDArray[Any]:
+        """A column: numbers with NaN where there is none, whole numbers as they are if none is
+        missing, lists as the rows of a matrix with NaN behind their ends, texts as objects."""
+        column = self._inner.column(name)
+        if isinstance(column, list):
+            return np.array(column, dtype=object)
+        return column
+
+    def __repr__(self) -> str:
+        return f"<atlas.Table of {self.rows} rows: {', '.join(self.columns)}>"
+
+    def to_numpy(self) -> dict[str, npt.NDArray[Any]]:
+        """All columns as arrays."""
+        return {name: self[name] for name in self.columns}
+
+    def to_dicts(self) -> list[dict[str, Any]]:
+        """The rows as dictionaries; None where there is no value."""
+        columns = {name: self[name].tolist() for name in self.columns}
+        rows = (dict(zip(columns, row)) for row in zip(*columns.values()))
+        return [{name: None if value != value else value for name, value in row.items()} for row in rows]
+
+    def to_pyarrow(self) -> pyarrow.Table:
+        """As a table of pyarrow; nothing is copied."""
+        import pyarrow
+
+        return pyarrow.table(self)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """As a data frame of pandas (by pyarrow); `frame.attrs["units"]` and `["descriptions"]` say
+        what its columns are."""
+        frame = self.to_pyarrow().to_pandas()
+        frame.attrs["units"] = self.units
+        frame.attrs["descriptions"] = self.descriptions
+        return frame
+
+    def to_polars(self) -> polars.DataFrame:
+        """As a data frame of polars; nothing is copied."""
+        import polars
+
+        return polars.DataFrame(self)
+
+    def quantity(self, name: str) -> Any:
+        """A column as a quantity of pint."""
+        import pint
+
+        unit = self.units[name]
+        unit = _AS_PINT.get(unit, unit.replace("sqrt(kg)", "kg**0.5").replace(" ", " * "))
+        return pint.Quantity(self[name], unit)
+
+    def on_grid(self, name: str) -> npt.NDArray[Any]:
+        """A column over the axes of the grid, one dimension an axis, in the order of
+        `metadata["axes"]`, values ascending; NaN (None) where there is no point."""
+        axes: list[str] = json.loads(self.metadata["axes"])
+        values = self[name]
+        if values.ndim != 1:
+            raise ValueError(f"{name} holds lists; choose a column of single values")
+        places = [np.unique(self[axis], return_inverse=True) for axis in axes]
+        kind: Any = float if values.dtype.kind in "fiu" else object
+        out = np.full([len(found) for found, _ in places], np.nan if kind is float else None, kind)
+        out[tuple(place for _, place in places)] = values
+        return out

@@ -1,0 +1,45 @@
+//! Work that Ctrl-C ends.
+
+use pyo3::prelude::*;
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+/// How often Python looks for Ctrl-C, and for news, while it waits.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// Does some work on a thread of its own, without the interpreter's lock. Meanwhile `between` is called
+/// now and then, and once at the end. Where Ctrl-C is pressed, or `between` raises an exception, the
+/// flag that the work was given is raised, its end is waited for, and the exception goes on.
+///
+/// # Errors
+/// The exception.
+pub fn attended<T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce(&AtomicBool) -> T + Send,
+    mut between: impl FnMut(Python<'_>) -> PyResult<()>,
+) -> PyResult<T> {
+    let called_off = AtomicBool::new(false);
+    thread::scope(|scope| {
+        let waiting = thread::current();
+        let flag = &called_off;
+        let working = scope.spawn(move || {
+            let done = work(flag);
+            waiting.unpark();
+            done
+        });
+        let mut raised = Ok(());
+        while !working.is_finished() {
+            py.detach(|| thread::park_timeout(LOOK));
+            if raised.is_ok() {
+                raised = py.check_signals().and_then(|()| between(py));
+                called_off.store(raised.is_err(), Ordering::Relaxed);
+            }
+        }
+        let done = working.join().unwrap_or_else(|panic| resume_unwind(panic));
+        raised?;
+        between(py)?;
+        Ok(done)
+    })
+}

@@ -1,0 +1,52 @@
+//! Errors of the library as the exceptions of `atlas._errors`.
+
+use atlas::input::with_causes;
+use atlas::manifest::ManifestErrors;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use std::error::Error;
+
+/// The exception of a name, with its arguments.
+fn raise<'py>(py: Python<'py>, name: &str, arguments: impl pyo3::call::PyCallArgs<'py>) -> PyErr {
+    let made = || py.import("atlas._errors")?.getattr(name)?.call1(arguments);
+    made().map_or_else(|error| error, PyErr::from_value)
+}
+
+/// `atlas.AtlasError` with what an error says, its causes included.
+pub fn failed(py: Python<'_>, error: &dyn Error) -> PyErr {
+    refused(py, &with_causes(error))
+}
+
+/// `atlas.AtlasError` with a sentence.
+pub fn refused(py: Python<'_>, sentence: &str) -> PyErr {
+    raise(py, "AtlasError", (sentence,))
+}
+
+/// `atlas.ManifestError` with the text of the command line, and every fault by its parts.
+pub fn faulty(py: Python<'_>, errors: &ManifestErrors) -> PyErr {
+    let text = format!("{}{}", errors.render(), errors.summary());
+    match faults(py, errors) {
+        Ok(faults) => raise(py, "ManifestError", (text, faults, errors.count())),
+        Err(error) => error,
+    }
+}
+
+fn faults<'py>(py: Python<'py>, errors: &ManifestErrors) -> PyResult<Bound<'py, PyList>> {
+    let list = PyList::empty(py);
+    for fault in &errors.diagnostics {
+        let known = (fault.line > 0).then_some((fault.line, fault.column));
+        let parts = PyDict::new(py);
+        parts.set_item("kind", fault.kind.code())?;
+        parts.set_item("source", &errors.sources[fault.span.source].name)?;
+        parts.set_item("line", known.map(|(line, _)| line))?;
+        parts.set_item("column", known.map(|(_, column)| column))?;
+        parts.set_item("key", &fault.key)?;
+        parts.set_item("message", &fault.message)?;
+        parts.set_item("accepted", fault.accepted.as_deref())?;
+        parts.set_item("nearest", fault.suggestion.as_deref())?;
+        parts.set_item("remedy", fault.remedy.as_deref())?;
+        parts.set_item("seen_at", fault.at_point.as_deref())?;
+        list.append(parts)?;
+    }
+    Ok(list)
+}

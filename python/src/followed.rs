@@ -1,0 +1,48 @@
+//! Periodic orbits followed over an axis.
+
+use crate::attended::attended;
+use crate::errors::{failed, refused};
+use crate::manifest::Manifest;
+use atlas::store::TableStore;
+use atlas::sweep::{Parts, WORKER, follow_job, write_branches};
+use pyo3::prelude::*;
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
+/// Follows the orbits that a manifest asks for and writes their tables to a folder. `progress` is called
+/// with a sentence for every line and plane that is done.
+#[pyfunction]
+#[pyo3(signature = (manifest, folder, *, threads, tables, progress))]
+pub fn follow(
+    py: Python<'_>,
+    manifest: &Manifest,
+    folder: PathBuf,
+    threads: Option<usize>,
+    tables: PathBuf,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<()> {
+    let job = &*manifest.job;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.unwrap_or(0))
+        .thread_name(|i| format!("{WORKER}{i}"))
+        .build()
+        .map_err(|error| refused(py, &format!("cannot start worker threads: {error}")))?;
+    let passed = Mutex::new(Vec::new());
+    let lines = || passed.lock().unwrap_or_else(PoisonError::into_inner);
+    let work = |called_off: &_| {
+        let parts = Parts::new(TableStore::open(tables));
+        let tell = |text: &str| lines().push(text.to_owned());
+        pool.install(|| follow_job(job, &parts, called_off, &tell))
+    };
+    let tell = |py: Python<'_>| {
+        for line in std::mem::take(&mut *lines()) {
+            if let Some(progress) = &progress {
+                progress.call1(py, (line,))?;
+            }
+        }
+        Ok(())
+    };
+    let followed = attended(py, work, tell)?.map_err(|error| failed(py, &error))?;
+    let written = py.detach(|| write_branches(job, &folder, &followed));
+    written.map(drop).map_err(|error| failed(py, &error))
+}

@@ -1,0 +1,49 @@
+//! The compiled half of the Python package `atlas`: everything here calls the library, and gives what
+//! it answers a form that Python takes. The lock of the interpreter is released while anything is
+//! computed or read.
+
+mod attended;
+mod cycle_map;
+mod errors;
+mod followed;
+mod manifest;
+mod point;
+mod results;
+mod run;
+mod structure;
+mod table;
+mod toml_values;
+mod trace;
+
+/// What the package `atlas` calls; not to be used by itself.
+#[pyo3::pymodule]
+mod _atlas {
+    #[pymodule_export]
+    use crate::cycle_map::CycleMap;
+    #[pymodule_export]
+    use crate::followed::follow;
+    #[pymodule_export]
+    use crate::manifest::Manifest;
+    #[pymodule_export]
+    use crate::point::Point;
+    #[pymodule_export]
+    use crate::results::{present_tables, read_runs, read_table};
+    #[pymodule_export]
+    use crate::run::run;
+    #[pymodule_export]
+    use crate::structure::structure;
+    #[pymodule_export]
+    use crate::table::Table;
+    #[pymodule_export]
+    use crate::trace::trace;
+
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        atlas::sweep::hush_workers();
+        let program = atlas::store::ProgramRecord::current();
+        module.add("__version__", program.version)?;
+        module.add("COMMIT", program.commit)
+    }
+}

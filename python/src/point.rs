@@ -1,0 +1,99 @@
+//! Operating points: those of a grid, and others near them.
+
+use crate::errors::{failed, refused};
+use atlas::manifest::{Job, Parameter, PointSpec};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::sync::Arc;
+
+/// An operating point of a manifest, on its grid or off it.
+#[pyclass(frozen, module = "atlas._atlas")]
+pub struct Point {
+    pub job: Arc<Job>,
+    pub spec: PointSpec,
+}
+
+impl Point {
+    pub fn new(job: Arc<Job>, spec: PointSpec) -> Self {
+        Self { job, spec }
+    }
+
+    /// The parameter of a name.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn parameter(&self, py: Python<'_>, name: &str) -> PyResult<Parameter> {
+        let found = self.job.between.parameter(&self.spec, name);
+        found.map_err(|error| failed(py, &error))
+    }
+}
+
+#[pymethods]
+impl Point {
+    /// Its number on the grid, or that of the point it was made from.
+    #[getter]
+    fn id(&self) -> u64 {
+        self.spec.point_id
+    }
+
+    /// Fraction of the rated mesh force.
+    #[getter]
+    fn load(&self) -> f64 {
+        self.spec.load
+    }
+
+    /// Pinion speed \[rad/s\].
+    #[getter]
+    fn speed(&self) -> f64 {
+        self.spec.speed
+    }
+
+    /// Which way its sweep runs.
+    #[getter]
+    fn direction(&self) -> Option<&'static str> {
+        self.spec.direction.map(|way| way.name())
+    }
+
+    /// The value of a key that a drive depends on continuously, in SI.
+    fn value(&self, py: Python<'_>, key: &str) -> PyResult<f64> {
+        let parameter = self.parameter(py, key)?;
+        let value = self.job.between.value(&self.spec, &parameter);
+        value.ok_or_else(|| refused(py, &format!("`{key}` has no value in the manifest")))
+    }
+
+    /// The SI unit of such a key.
+    fn unit(&self, py: Python<'_>, key: &str) -> PyResult<&'static str> {
+        Ok(self.parameter(py, key)?.unit())
+    }
+
+    /// The same point where some keys have other values: numbers in SI, or texts with units.
+    pub fn changed(&self, py: Python<'_>, values: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let mut wanted = Vec::with_capacity(values.len());
+        for (key, value) in values {
+            let key: String = key.extract()?;
+            let parameter = self.parameter(py, &key)?;
+            let value = match value.extract::<String>() {
+                Ok(text) => {
+                    let parsed = parameter.parse(&text);
+                    parsed.map_err(|reason| refused(py, &format!("{key}: {reason}")))?
+                }
+                Err(_) => value.extract()?,
+            };
+            wanted.push((parameter, value));
+        }
+        let values: Vec<(&Parameter, f64)> =
+            (wanted.iter()).map(|(key, value)| (key, *value)).collect();
+        let changed = self.job.between.changed(&self.spec, &values);
+        let mut spec = changed.map_err(|reason| refused(py, &reason))?;
+        for (parameter, value) in values {
+            let axes = self.job.axes.iter();
+            if let Some(axis) = axes
+                .map(|axis| axis.name())
+                .position(|name| name == parameter.name())
+            {
+                spec.axis_values[axis] = value;
+            }
+        }
+        Ok(Self::new(self.job.clone(), spec))
+    }
+}

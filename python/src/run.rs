@@ -1,0 +1,117 @@
+//! Runs of a manifest.
+
+use crate::attended::attended;
+use crate::errors::{failed, refused};
+use crate::manifest::Manifest;
+use atlas::store::{PointRow, RunRecord, TableStore};
+use atlas::sweep::{
+    Begun, Earlier, JobRun, Options, Progress, Watcher, look_for_earlier, this_machine,
+};
+use atlas::topology::Pinning;
+use pyo3::prelude::*;
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
+/// Where a sweep stands, for whoever asks.
+struct News<'a>(&'a Mutex<Option<Progress>>);
+
+impl News<'_> {
+    fn put(&self, progress: &Progress) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(*progress);
+    }
+}
+
+impl Watcher for News<'_> {
+    fn begun(&mut self, begun: &Begun<'_>) {
+        self.put(&begun.progress);
+    }
+
+    // The record of the run has them.
+    fn warning(&mut self, _: &str) {}
+
+    fn point(&mut self, _: &PointRow, progress: &Progress) {
+        self.put(progress);
+    }
+
+    fn tick(&mut self, progress: &Progress) {
+        self.put(progress);
+    }
+}
+
+/// Computes what is missing of a manifest's results in a folder, and gives the record of the run as
+/// JSON. `progress` is called with the numbers of a sweep's progress whenever they have changed.
+#[pyfunction]
+#[pyo3(signature = (manifest, folder, *, threads, fresh, tables, max_failures, progress))]
+pub fn run(
+    py: Python<'_>,
+    manifest: &Manifest,
+    folder: PathBuf,
+    threads: Option<u32>,
+    fresh: bool,
+    tables: PathBuf,
+    max_failures: Option<u64>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<String> {
+    let job = &*manifest.job;
+    if job.portable() {
+        return Err(refused(
+            py,
+            "run.instructions = \"portable\" needs a process of its own, which keeps to such \
+             instructions from its start: compute this manifest with the command line (atlas run), and \
+             read its results with atlas.open",
+        ));
+    }
+    let earlier = py.detach(|| look_for_earlier(&folder, job, None, fresh));
+    if let Earlier::Complete(record) = earlier.map_err(|error| failed(py, &error))? {
+        return json(py, &record);
+    }
+    let news = Mutex::new(None);
+    let work = |called_off: &_| {
+        let (topology, warnings) = this_machine();
+        let run = JobRun {
+            job,
+            folder: &folder,
+            options: Options {
+                threads: threads.map(|threads| threads as usize),
+                pinning: Pinning::Full,
+                shard: None,
+                only: None,
+                most_failures: max_failures,
+            },
+            fresh,
+            tables: TableStore::open(tables),
+            topology: topology.as_ref(),
+            warnings,
+        };
+        run.run(called_off, &mut News(&news))
+    };
+    let tell = |py: Python<'_>| {
+        let latest = news.lock().unwrap_or_else(PoisonError::into_inner).take();
+        match (&progress, latest) {
+            (Some(progress), Some(latest)) => tell(py, progress, &latest),
+            _ => Ok(()),
+        }
+    };
+    match attended(py, work, tell)? {
+        Ok(ran) => json(py, &ran.record),
+        Err(error) => Err(failed(py, &error)),
+    }
+}
+
+fn tell(py: Python<'_>, progress: &Py<PyAny>, latest: &Progress) -> PyResult<()> {
+    let numbers = (
+        latest.done,
+        latest.points,
+        latest.failed,
+        latest.not_ok - latest.failed,
+        latest.resumed,
+        latest.cycles,
+        latest.elapsed.as_secs_f64(),
+        latest.open,
+    );
+    progress.call1(py, numbers).map(drop)
+}
+
+fn json(py: Python<'_>, record: &RunRecord) -> PyResult<String> {
+    serde_json::to_string(record).map_err(|error| failed(py, &error))
+}

@@ -1,0 +1,64 @@
+//! Traced trajectories.
+
+use crate::attended::attended;
+use crate::errors::{failed, refused};
+use crate::point::Point;
+use crate::table::Table;
+use atlas::analysis::{Signals, TraceQuestion, named_outputs};
+use atlas::store::{TableStore, TraceTables};
+use atlas::sweep::{Parts, PointTrace, PointTraceError};
+use pyo3::prelude::*;
+use std::path::PathBuf;
+
+/// Samples and events of a point's trajectory, and why it ended early, where it did.
+#[pyfunction]
+#[pyo3(signature = (point, *, cycles, skip, samples_per_cycle, modal, outputs, swept, tables))]
+pub fn trace(
+    py: Python<'_>,
+    point: &Point,
+    cycles: u64,
+    skip: Option<u64>,
+    samples_per_cycle: u32,
+    modal: bool,
+    outputs: bool,
+    swept: bool,
+    tables: PathBuf,
+) -> PyResult<(Table, Table, Option<String>)> {
+    if samples_per_cycle == 0 {
+        return Err(refused(py, "samples_per_cycle must be at least 1"));
+    }
+    let question = TraceQuestion {
+        skip: skip.unwrap_or(point.spec.run.transient),
+        cycles,
+        samples_per_cycle,
+        modal,
+        outputs: Signals {
+            bearings: true,
+            torques: outputs,
+            accelerations: outputs,
+            rotations: outputs,
+            ..Signals::NONE
+        },
+    };
+    let parts = Parts::new(TableStore::open(tables));
+    let trace = PointTrace {
+        job: &point.job,
+        point: &point.spec,
+        swept,
+        question,
+        parts: &parts,
+    };
+    let work = |called_off: &_| {
+        let model = trace.model()?;
+        let signals: Vec<[String; 2]> = named_outputs(&model, question.outputs)
+            .map(|(name, quantity)| [name, quantity.unit().to_owned()])
+            .collect();
+        let open = || Ok(TraceTables::new(model.period(), modal, &signals));
+        let (outcome, tables) = trace.record(&model, called_off, open)?;
+        let tables = tables.finish().map_err(PointTraceError::Sink)?;
+        Ok::<_, PointTraceError<_>>((outcome, tables))
+    };
+    let (outcome, tables) = attended(py, work, |_| Ok(()))?.map_err(|error| failed(py, &error))?;
+    let [samples, events] = tables.map(|(schema, batches)| Table::new(schema, batches));
+    Ok((samples, events, outcome.stop.map(|stop| stop.to_string())))
+}

@@ -1,0 +1,36 @@
+//! A table in memory as other programs take it: Arrow record batches, with the metadata of its files.
+
+use std::sync::Arc;
+
+use arrow_array::RecordBatch;
+use arrow_schema::{ArrowError, Schema, SchemaRef};
+use arrow_select::interleave::interleave_record_batch;
+
+use super::{ResultTable, StoreError};
+
+impl ResultTable {
+    /// What was read, as it lies in memory: batches of one schema, which has the metadata of the
+    /// files. Rows are copied only where shards have to be brought into the order of their points.
+    ///
+    /// # Errors
+    /// The files of the shards do not fit together.
+    pub fn batches(&self) -> Result<(SchemaRef, Vec<RecordBatch>), StoreError> {
+        let fields = self.fields.clone();
+        let schema = Arc::new(Schema::new_with_metadata(fields, self.metadata.clone()));
+        let unfit = |error: ArrowError| self.foreign(error.to_string());
+        let batches = self.batches.iter();
+        let batches: Vec<RecordBatch> = batches
+            .map(|batch| batch.clone().with_schema(schema.clone()).map_err(unfit))
+            .collect::<Result<_, _>>()?;
+        if self.order.iter().enumerate().all(|(row, at)| row == *at) {
+            return Ok((schema, batches));
+        }
+        let places = (batches.iter().enumerate())
+            .flat_map(|(batch, own)| (0..own.num_rows()).map(move |row| (batch, row)));
+        let places: Vec<(usize, usize)> = places.collect();
+        let order: Vec<(usize, usize)> = self.order.iter().map(|&row| places[row]).collect();
+        let all: Vec<&RecordBatch> = batches.iter().collect();
+        let sorted = interleave_record_batch(&all, &order).map_err(unfit)?;
+        Ok((schema, vec![sorted]))
+    }
+}

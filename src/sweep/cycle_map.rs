@@ -1,0 +1,441 @@
+//! The map of whole mesh cycles at one operating point: many states at once, with tangents, derivatives
+//! by keys of the manifest, and events.
+//!
+//! Every state is integrated by the kernel of the manifest as a run would, so that its bits are those
+//! of a run, whatever else is asked for and on however many threads.
+
+use super::build::{BuildError, affordable};
+use super::family::PointFamily;
+use super::parts::Parts;
+use crate::analysis::continuation::drive::Family;
+use crate::analysis::sensitivity::tangent::ParameterTangent;
+use crate::analysis::{EnergyNorm, excitation_period};
+use crate::manifest::{Job, Parameter, PointSpec};
+use crate::model::{InitialState, Model, TrajectoryState};
+use crate::propagate::{
+    Counters, Event, Interruptible, Kernel, KernelChoice, KernelUse, Observer, Stop, Tangents,
+    Volterra, Window,
+};
+use rayon::prelude::*;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// Pieces of work a thread: states that take longer than others are dealt out between them.
+const PIECES: usize = 4;
+
+/// The map of an operating point.
+#[derive(Debug)]
+pub struct CycleMap {
+    point: PointSpec,
+    kernel: MapKernel,
+    parts: Arc<Parts>,
+}
+
+/// The structured kernel is kept from call to call; others, which borrow their model, are built anew.
+#[derive(Debug)]
+enum MapKernel {
+    Kept(Volterra<'static>),
+    Built(Model),
+}
+
+/// Why there is no map, or no derivative of it.
+#[derive(Debug, thiserror::Error)]
+pub enum MapError {
+    /// There is no such drive.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// The map has no derivative by this key, in a sentence.
+    #[error("{0}")]
+    NoDerivative(String),
+}
+
+/// Which tangents go along with every state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum MapTangents<'a> {
+    /// None.
+    None,
+    /// Those along all coordinates: what comes back is the matrix `∂end_i/∂start_j`, row by row.
+    Jacobian,
+    /// So many for each state, one after the other (n × count × 2N).
+    Given {
+        /// How many a state.
+        count: usize,
+        /// Their components.
+        vectors: &'a [f64],
+    },
+}
+
+impl MapTangents<'_> {
+    fn count(&self, dimension: usize) -> usize {
+        match self {
+            Self::None => 0,
+            Self::Jacobian => dimension,
+            Self::Given { count, .. } => *count,
+        }
+    }
+}
+
+/// What is asked of a map.
+#[derive(Debug, Clone, Copy)]
+pub struct MapQuestion<'a> {
+    /// n states, one after the other, each of length 2N as [`TrajectoryState::state`].
+    pub states: &'a [f64],
+    /// Mesh cycle at whose start they are; it matters where the base period is longer than one cycle.
+    pub first_cycle: u64,
+    /// Mesh cycles that they are mapped over.
+    pub cycles: u64,
+    /// Tangents that go along.
+    pub tangents: MapTangents<'a>,
+    /// Derivatives of the model ([`CycleMap::derivative`]) by which the map is differentiated, at fixed
+    /// mesh phase.
+    pub by: &'a [Model],
+    /// Whether events are kept.
+    pub events: bool,
+    /// Threads that share the work, those of the current rayon pool; a single one computes where it is called.
+    pub threads: usize,
+}
+
+/// Where states come to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MapImage {
+    /// The states (n × 2N); not a number where one could not be integrated.
+    pub states: Vec<f64>,
+    /// The tangents (n × count × 2N), or the matrices (n × 2N × 2N).
+    pub tangents: Vec<f64>,
+    /// The derivatives (n × by.len() × 2N), in the unit of a state over the SI unit of the key.
+    pub by: Vec<f64>,
+    /// Events, each with the state that met it, in order.
+    pub events: Vec<(usize, Event)>,
+    /// States that could not be integrated, and why.
+    pub stops: Vec<(usize, Stop)>,
+}
+
+impl CycleMap {
+    /// The map of a point.
+    ///
+    /// # Errors
+    /// [`MapError::Build`] where there is no drive, or none that the kernel gets through.
+    pub fn new(point: PointSpec, parts: Arc<Parts>) -> Result<Self, MapError> {
+        let model = parts.model(&point)?;
+        affordable(&model, &point.run.kernel)?;
+        let kernel = match point.run.kernel {
+            KernelChoice::Volterra { tolerance } => {
+                MapKernel::Kept(Volterra::of(model, tolerance, point.run.event_limit))
+            }
+            _ => MapKernel::Built(model),
+        };
+        Ok(Self {
+            point,
+            kernel,
+            parts,
+        })
+    }
+
+    /// The operating point.
+    pub fn point(&self) -> &PointSpec {
+        &self.point
+    }
+
+    /// The system that is integrated.
+    pub fn model(&self) -> &Model {
+        match &self.kernel {
+            MapKernel::Kept(kernel) => kernel.model(),
+            MapKernel::Built(model) => model,
+        }
+    }
+
+    /// Length 2N of a state.
+    pub fn dimension(&self) -> usize {
+        2 * self.model().modes()
+    }
+
+    /// The norm in which distances of states are measured.
+    pub fn norm(&self) -> EnergyNorm {
+        EnergyNorm::new(self.model())
+    }
+
+    /// Mesh cycles after which the map is the same again; none where it never is.
+    pub fn base_period(&self) -> Option<usize> {
+        excitation_period(self.model())
+    }
+
+    /// The state at the start of mesh cycle 0, as the manifest asks for it.
+    pub fn start(&self) -> Vec<f64> {
+        self.start_of(&self.point.run.initial)
+    }
+
+    /// The state of another start.
+    pub fn start_of(&self, initial: &InitialState) -> Vec<f64> {
+        self.model().start(initial).state
+    }
+
+    /// The derivative of the model by a key of the manifest, per SI unit.
+    ///
+    /// # Errors
+    /// [`MapError::NoDerivative`] where the model does not depend on it smoothly.
+    pub fn derivative(&self, job: &Job, parameter: Parameter) -> Result<Model, MapError> {
+        let parameters = vec![parameter];
+        let family = PointFamily::new(self.point.clone(), parameters, &job.between, &self.parts);
+        family
+            .derivative(family.values(), 0)
+            .map_err(MapError::NoDerivative)
+    }
+
+    /// Maps states. Raising `called_off` ends the work; what is asked for is then incomplete.
+    ///
+    /// # Errors
+    /// [`MapError::Build`] where the tables of a kernel cannot be had.
+    pub fn image(
+        &self,
+        question: &MapQuestion<'_>,
+        called_off: &AtomicBool,
+    ) -> Result<MapImage, MapError> {
+        let work = Mapping {
+            model: self.model(),
+            question,
+            called_off,
+        };
+        match &self.kernel {
+            MapKernel::Kept(kernel) => Ok(work.with(kernel)),
+            MapKernel::Built(model) => {
+                let run = &self.point.run;
+                let kept = |table| self.parts.kernels().get(table, model);
+                let mapped = (run.kernel).apply(model, run.event_limit, kept, work);
+                mapped.map_err(|error| BuildError::tables(error, model).into())
+            }
+        }
+    }
+}
+
+/// A question on its way to a kernel.
+struct Mapping<'a> {
+    model: &'a Model,
+    question: &'a MapQuestion<'a>,
+    called_off: &'a AtomicBool,
+}
+
+/// Takes the first numbers off what is left.
+fn take<'a>(left: &mut &'a mut [f64], count: usize) -> &'a mut [f64] {
+    let (own, rest) = std::mem::take(left).split_at_mut(count);
+    *left = rest;
+    own
+}
+
+/// Some successive states, and where what becomes of them goes.
+struct Piece<'a> {
+    first: usize,
+    states: &'a mut [f64],
+    tangents: &'a mut [f64],
+    by: &'a mut [f64],
+    events: Vec<(usize, Event)>,
+    stops: Vec<(usize, Stop)>,
+}
+
+impl KernelUse for Mapping<'_> {
+    type Output = MapImage;
+
+    fn with<K: Kernel + Sync>(self, kernel: &K) -> MapImage {
+        let question = self.question;
+        let dimension = 2 * self.model.modes();
+        let count = question.states.len() / dimension;
+        let beside = [question.tangents.count(dimension), question.by.len()];
+        let mut states = question.states.to_vec();
+        let [mut tangents, mut by] = beside.map(|each| vec![0.0; count * each * dimension]);
+        let threads = question.threads.max(1);
+        let size = match threads {
+            1 => count,
+            _ => count.div_ceil(PIECES * threads),
+        };
+        let mut pieces = Vec::new();
+        let (mut states_left, mut tangents_left, mut by_left) =
+            (&mut states[..], &mut tangents[..], &mut by[..]);
+        let mut first = 0;
+        while first < count {
+            let own = size.min(count - first);
+            let room = own * dimension;
+            pieces.push(Piece {
+                first,
+                states: take(&mut states_left, room),
+                tangents: take(&mut tangents_left, room * beside[0]),
+                by: take(&mut by_left, room * beside[1]),
+                events: Vec::new(),
+                stops: Vec::new(),
+            });
+            first += own;
+        }
+        match &mut pieces[..] {
+            [piece] => self.map(kernel, piece),
+            pieces => pieces
+                .par_iter_mut()
+                .for_each(|piece| self.map(kernel, piece)),
+        }
+        let (mut events, mut stops) = (Vec::new(), Vec::new());
+        for mut piece in pieces {
+            events.append(&mut piece.events);
+            stops.append(&mut piece.stops);
+        }
+        MapImage {
+            states,
+            tangents,
+            by,
+            events,
+            stops,
+        }
+    }
+}
+
+impl Mapping<'_> {
+    /// Maps the states of a piece one after the other.
+    fn map<K: Kernel>(&self, kernel: &K, piece: &mut Piece<'_>) {
+        let question = self.question;
+        let kernel = &Interruptible::new(kernel, self.called_off);
+        let dimension = 2 * self.model.modes();
+        let mut workspace = kernel.workspace();
+        let count = question.tangents.count(dimension);
+        let mut tangents = match count {
+            0 => Tangents::none(),
+            _ => Tangents::zeros(self.model.modes(), count),
+        };
+        for (index, state) in piece.states.chunks_exact_mut(dimension).enumerate() {
+            let number = piece.first + index;
+            let mut trajectory =
+                TrajectoryState::new(self.model, state.to_vec(), question.first_cycle);
+            let room = |each: usize| index * each * dimension..(index + 1) * each * dimension;
+            self.set_out(number, &mut tangents);
+            let mut watch = Watch::new(self, &trajectory);
+            let advanced = kernel.accepts(self.model, &trajectory).and_then(|()| {
+                watch.advance(kernel, &mut trajectory, &mut tangents, &mut workspace)
+            });
+            let ends = &mut piece.tangents[room(count)];
+            let by = &mut piece.by[room(question.by.len())];
+            match advanced {
+                Ok(()) => {
+                    state.copy_from_slice(&trajectory.state);
+                    self.arrive(&tangents, ends);
+                    for (own, tangent) in by.chunks_exact_mut(dimension).zip(&watch.tangents) {
+                        own.copy_from_slice(tangent.state());
+                    }
+                }
+                Err(stop) => {
+                    for values in [state, ends, by] {
+                        values.fill(f64::NAN);
+                    }
+                    piece.stops.push((number, stop));
+                }
+            }
+            let met = watch.events.into_iter().flatten();
+            piece.events.extend(met.map(|event| (number, event)));
+        }
+    }
+
+    /// The tangents of a state at its start.
+    fn set_out(&self, number: usize, tangents: &mut Tangents) {
+        for j in 0..tangents.count() {
+            let vector = tangents.vector_mut(j);
+            match self.question.tangents {
+                MapTangents::None => {}
+                MapTangents::Jacobian => {
+                    vector.fill(0.0);
+                    vector[j] = 1.0;
+                }
+                MapTangents::Given { count, vectors } => {
+                    let from = (number * count + j) * vector.len();
+                    vector.copy_from_slice(&vectors[from..from + vector.len()]);
+                }
+            }
+        }
+    }
+
+    /// The tangents at the end, as they are handed over.
+    fn arrive(&self, tangents: &Tangents, out: &mut [f64]) {
+        let count = tangents.count();
+        for j in 0..count {
+            let vector = tangents.vector(j);
+            match self.question.tangents {
+                MapTangents::Jacobian => {
+                    for (i, value) in vector.iter().enumerate() {
+                        out[i * count + j] = *value;
+                    }
+                }
+                _ => out[j * vector.len()..][..vector.len()].copy_from_slice(vector),
+            }
+        }
+    }
+}
+
+/// What watches a trajectory: nobody, unless something is asked for.
+struct Watch<'a> {
+    cycles: u64,
+    events: Option<Vec<Event>>,
+    tangents: Vec<ParameterTangent<'a, ()>>,
+}
+
+impl<'a> Watch<'a> {
+    fn new(mapping: &Mapping<'a>, start: &TrajectoryState) -> Self {
+        let question = mapping.question;
+        let of = |by: &'a Model| {
+            let still = vec![0.0; start.state.len()];
+            ParameterTangent::new(mapping.model, by, &start.state, still, ())
+        };
+        Self {
+            cycles: question.cycles,
+            events: question.events.then(Vec::new),
+            tangents: question.by.iter().map(of).collect(),
+        }
+    }
+
+    fn advance<K: Kernel>(
+        &mut self,
+        kernel: &K,
+        trajectory: &mut TrajectoryState,
+        tangents: &mut Tangents,
+        workspace: &mut K::Workspace,
+    ) -> Result<(), Stop> {
+        let counters = &mut Counters::default();
+        for _ in 0..self.cycles {
+            match (&mut self.events, &mut self.tangents[..]) {
+                (None, []) => {
+                    kernel.advance_cycle(trajectory, tangents, workspace, &mut (), counters)
+                }
+                (Some(events), []) => {
+                    let log = &mut Log(events);
+                    kernel.advance_cycle(trajectory, tangents, workspace, log, counters)
+                }
+                (_, _) => kernel.advance_cycle(trajectory, tangents, workspace, self, counters),
+            }?;
+        }
+        Ok(())
+    }
+}
+
+impl Observer for Watch<'_> {
+    const WINDOWS: bool = true;
+
+    fn window(&mut self, window: &Window<'_>) {
+        for tangent in &mut self.tangents {
+            tangent.window(window);
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        for tangent in &mut self.tangents {
+            tangent.event(event);
+        }
+        if let Some(events) = &mut self.events {
+            events.push(*event);
+        }
+    }
+}
+
+/// Keeps events.
+struct Log<'a>(&'a mut Vec<Event>);
+
+impl Observer for Log<'_> {
+    const WINDOWS: bool = false;
+
+    fn window(&mut self, _: &Window<'_>) {}
+
+    fn event(&mut self, event: &Event) {
+        self.0.push(*event);
+    }
+}

@@ -1,0 +1,177 @@
+//! A job from its journal to its record: what is left of it is computed, its tables are written, and
+//! `run.json` says how it went.
+
+use super::Parts;
+use super::recorder::Watcher;
+use super::run::{Finished, Options, SweepError, run};
+use crate::manifest::Job;
+use crate::store::{
+    ForecastRecord, Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState,
+    StoreError, TableStore, Totals, mixed, timestamp, write_run,
+};
+use crate::topology::Topology;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::time::{Instant, SystemTime};
+
+/// A run of a job into a folder of results that [`super::look_for_earlier`] found fit for it.
+#[derive(Debug)]
+pub struct JobRun<'a> {
+    /// The job.
+    pub job: &'a Job,
+    /// Where its results go.
+    pub folder: &'a Path,
+    /// How it is to be run; all points, or those of a shard.
+    pub options: Options<'a>,
+    /// Whether what an interrupted run left is dropped.
+    pub fresh: bool,
+    /// Where computed tables are kept.
+    pub tables: TableStore,
+    /// The machine, where it is known.
+    pub topology: Option<&'a Topology>,
+    /// What the user should know before it begins, one sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// A run that came to an end, its own or by being called off.
+#[derive(Debug)]
+pub struct JobRan {
+    /// How the sweep ended.
+    pub finished: Finished,
+    /// The record, as it was written.
+    pub record: RunRecord,
+}
+
+/// Why a run has no record.
+#[derive(Debug, thiserror::Error)]
+pub enum JobRunError {
+    /// The sweep could not run, or its tables or its journal cannot be written.
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
+    /// The tables are there, but the record cannot be written, or the journal not be removed.
+    #[error(transparent)]
+    Record(StoreError),
+}
+
+impl From<StoreError> for JobRunError {
+    fn from(error: StoreError) -> Self {
+        Self::Sweep(error.into())
+    }
+}
+
+/// This machine, and what the user should know where it cannot be described.
+pub fn this_machine() -> (Option<Topology>, Vec<String>) {
+    match Topology::current() {
+        Ok(topology) => (Some(topology), Vec::new()),
+        Err(error) => (None, vec![format!("{error}; NUMA nodes are not recorded")]),
+    }
+}
+
+impl JobRun<'_> {
+    /// Goes on from the journal of the folder, or begins it; ends with a record and without a
+    /// journal, or, where `called_off` was raised meanwhile, with both.
+    ///
+    /// # Errors
+    /// [`JobRunError`]; what is in the journal stays.
+    pub fn run(
+        self,
+        called_off: &AtomicBool,
+        watcher: &mut dyn Watcher,
+    ) -> Result<JobRan, JobRunError> {
+        let Self {
+            job,
+            folder,
+            options,
+            topology,
+            mut warnings,
+            ..
+        } = self;
+        let mut journal = Journal::open(folder, &job.hash, options.shard, self.fresh)?;
+        let instructions = journal.instructions();
+        warnings.extend(mixed(&instructions));
+        let parts = Parts::new(self.tables);
+        for warning in &warnings {
+            watcher.warning(warning);
+        }
+        let (started, clock) = (SystemTime::now(), Instant::now());
+        let swept = run(
+            job,
+            folder,
+            options,
+            &parts,
+            &mut journal,
+            topology,
+            called_off,
+            watcher,
+        );
+        let finished = match swept {
+            Ok(finished) => finished,
+            Err(error) => {
+                journal.abandon();
+                return Err(error.into());
+            }
+        };
+        warnings.extend(parts.warnings());
+        let record = RunRecord {
+            job: job.name.clone(),
+            state: match finished.written.missing {
+                0 => RunState::Complete,
+                _ => RunState::Interrupted,
+            },
+            shard: options.shard,
+            started: timestamp(started),
+            finished: timestamp(SystemTime::now()),
+            program: ProgramRecord::current(),
+            machine: MachineRecord {
+                instructions,
+                ..MachineRecord::current(topology)
+            },
+            placement: PlacementRecord {
+                threads_asked: options.threads.map(|threads| threads as u32),
+                threads: finished.threads as u32,
+                asked: finished.asked.clone(),
+                obtained: finished.obtained.clone(),
+                copies_asked: finished.copies_asked.clone(),
+                copies_obtained: finished.copies_obtained.clone(),
+            },
+            forecast: finished.forecast.map(|forecast| ForecastRecord {
+                points: forecast.points,
+                after: forecast.after,
+                wall_time: forecast.wall_time.expected,
+                wall_time_low: forecast.wall_time.low,
+                wall_time_high: forecast.wall_time.high,
+            }),
+            totals: totals(&finished, clock.elapsed().as_secs_f64()),
+            shards: Vec::new(),
+            tables: finished.written.tables.clone(),
+            retries: Vec::new(),
+            warnings,
+            manifest_hash: job.hash.clone(),
+            manifest: job.text.clone(),
+            set: job.changes.clone(),
+        };
+        write_run(folder, &record).map_err(JobRunError::Record)?;
+        // Last: until the record is written, the journal is what a next run goes on from.
+        if record.state == RunState::Complete {
+            journal.remove().map_err(JobRunError::Record)?;
+        }
+        Ok(JobRan { finished, record })
+    }
+}
+
+/// Counts and times of a sweep that took so long \[s\].
+fn totals(finished: &Finished, wall_time: f64) -> Totals {
+    let progress = &finished.progress;
+    Totals {
+        not_converged: progress.not_ok - progress.failed,
+        missing: finished.written.missing,
+        resumed: progress.resumed,
+        ..Totals::new(
+            finished.points,
+            progress.done - progress.not_ok,
+            progress.failed,
+            progress.cycles,
+            wall_time,
+        )
+    }
+}

@@ -1,0 +1,35 @@
+"""From a wheel to a map of exponents on the screen, in an environment that has nothing else."""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+WHEELS = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "wheels"
+
+FIRST_STEPS = """
+import atlas
+results = atlas.run({manifest!r})
+for row in results.points.on_grid("lambda_max"):
+    print(*(f"{{value:8.4f}}" for value in row))
+"""
+
+
+def test_a_fresh_environment_shows_a_map(tmp_path):
+    wheels = sorted(WHEELS.glob("atlas_python-*.whl"))
+    if not wheels:
+        pytest.skip("no wheel: scripts/wheel builds it")
+    began = time.monotonic()
+    subprocess.run([sys.executable, "-m", "venv", tmp_path / "venv"], check=True)
+    python = tmp_path / "venv/bin/python"
+    subprocess.run([python, "-m", "pip", "install", "--quiet", wheels[-1]], check=True)
+    program = FIRST_STEPS.format(manifest=str(ROOT / "manifests/quickstart.toml"))
+    shown = subprocess.run([python, "-c", program], check=True, capture_output=True, text=True, cwd=tmp_path)
+    print(f"{time.monotonic() - began:.1f} s from the wheel to\n{shown.stdout}")
+    rows = [[float(value) for value in line.split()] for line in shown.stdout.splitlines()]
+    assert [len(row) for row in rows] == [4, 4, 4]
+    assert max(max(row) for row in rows) > 0

@@ -1,0 +1,183 @@
+"""The exact cycle map of the Python package: its derivatives, its events, and a researcher's use of it."""
+
+from pathlib import Path
+
+import lyapynov
+import numpy as np
+import pytest
+
+import atlas
+
+ROOT = Path(__file__).resolve().parents[2]
+QUICKSTART = ROOT / "manifests/quickstart.toml"
+
+
+@pytest.fixture(scope="module")
+def rattling() -> atlas.CycleMap:
+    return atlas.CycleMap(atlas.load(QUICKSTART).point(load=0.1, speed="6000 rpm"))
+
+
+@pytest.fixture(scope="module")
+def states(rattling) -> np.ndarray:
+    """States along a trajectory that rattles."""
+    state, out = rattling(rattling.start(), 300), []
+    for _ in range(50):
+        state = rattling(state, 7)
+        out.append(state)
+    return np.array(out)
+
+
+def test_cycles_compose(rattling, states):
+    three = rattling(states, 3)
+    np.testing.assert_array_equal(rattling(rattling(states), 2, first_cycle=1), three)
+    np.testing.assert_array_equal(np.array([rattling(state, 3) for state in states]), three)
+    np.testing.assert_array_equal(rattling(states, 0), states)
+    # A window of the map is not its argument.
+    assert not np.shares_memory(three, states)
+
+
+def test_threads_do_not_change_bits(rattling, states):
+    alone = atlas.CycleMap(rattling.point, threads=1)
+    assert alone.threads == 1
+    many = np.tile(states, (20, 1))
+    np.testing.assert_array_equal(alone(many, 5), rattling(many, 5))
+
+
+def test_the_map_is_the_trace(rattling, tmp_path):
+    point = rattling.point
+    traced = atlas.trace(point, cycles=5, skip=0, samples_per_cycle=1, modal=True, tables=tmp_path)
+    image = rattling.image(rattling.start(), 5, events=True)
+    path = np.array([rattling(rattling.start(), cycles) for cycles in range(5)])
+    displacement, velocity = rattling.to_modal(path)
+    for mine, theirs in ((displacement, "displacement"), (velocity, "modal_velocity")):
+        theirs = traced.samples[theirs]
+        np.testing.assert_allclose(mine, theirs, rtol=0, atol=1e-11 * np.abs(theirs).max())
+    deflection, rate = rattling.deflection(path)
+    np.testing.assert_allclose(deflection, traced.samples["deflection"], rtol=0, atol=1e-11 * rattling.half_gap)
+    for column in ("cycle", "phase", "rate", "contact"):
+        np.testing.assert_array_equal(image.events[column], traced.events[column])
+    assert image.events.rows > 5 and set(image.events["state"]) == {0}
+    # And back from modes to a state.
+    again = rattling.from_modal(displacement[3], velocity[3])
+    np.testing.assert_allclose(again, path[3], rtol=0, atol=1e-13 * np.abs(path[3]).max())
+
+
+def test_the_jacobian_is_the_derivative(rattling, states):
+    image = rattling.image(states[:5], 2, jacobian=True)
+    weights, felt = rattling.weights, rattling.felt
+    step = 1e-6
+    for row, state in enumerate(states[:5]):
+        for j in felt[:: max(1, len(felt) // 6)]:
+            moved = np.repeat(state[np.newaxis], 2, axis=0)
+            moved[0, j] += step / weights[j]
+            moved[1, j] -= step / weights[j]
+            ends = rattling(moved, 2)
+            found = weights * (ends[0] - ends[1]) / (2 * step)
+            exact = weights * image.jacobian[row, :, j] / weights[j]
+            np.testing.assert_allclose(found[felt], exact[felt], rtol=0, atol=1e-6 * np.abs(exact).max())
+
+
+def test_tangents_are_columns_of_the_jacobian(rattling, states):
+    vectors = np.random.default_rng(1).normal(size=(len(states), 3, rattling.dimension))
+    image = rattling.image(states, 2, tangents=vectors)
+    matrices = rattling.image(states, 2, jacobian=True).jacobian
+    expected = np.einsum("sij,skj->ski", matrices, vectors)
+    np.testing.assert_allclose(image.tangents, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+    assert image.jacobian is None
+    np.testing.assert_array_equal(image.states, rattling(states, 2))
+
+
+def test_the_jacobian_has_determinant_of_the_damping(rattling, states):
+    """The volume of phase space shrinks as the damping says, events and contact aside: per cycle the
+    same for all states of free flight, and never grows."""
+    determinants = np.linalg.det(
+        rattling.image(states, 1, jacobian=True).jacobian[:, rattling.felt][:, :, rattling.felt]
+    )
+    assert ((determinants > 0) & (determinants < 1)).all()
+
+
+@pytest.mark.parametrize("key", ["load", "speed", "mesh.half_gap", "mesh.mean_stiffness"])
+def test_derivatives_by_keys_are_those_of_maps_at_other_values(rattling, states, key):
+    by = rattling.image(states[:4], 2, by=[key]).by[key]
+    value, weights, felt = rattling.point[key], rattling.weights, rattling.felt
+    step = 1e-6 * value
+    ends = [rattling.at({key: value + sign * step})(states[:4], 2) for sign in (1, -1)]
+    found = (ends[0] - ends[1]) / (2 * step)
+    for mine, theirs in zip(by, found):
+        mine, theirs = (weights * mine)[felt], (weights * theirs)[felt]
+        np.testing.assert_allclose(theirs, mine, rtol=0, atol=2e-5 * np.abs(mine).max())
+
+
+def test_what_cannot_be_integrated_says_so(rattling, states):
+    bad = states[:3].copy()
+    bad[1] = 1e9
+    image = rattling.image(bad, 1)
+    assert list(image.stops) == [1] and "half gaps away" in image.stops[1]
+    assert np.isnan(image.states[1]).all() and np.isfinite(image.states[[0, 2]]).all()
+    with pytest.raises(ValueError, match=rf"shape \(n, {rattling.dimension}\)"):
+        rattling(np.zeros((2, 3)))
+    with pytest.raises(ValueError, match="tangents must have the shape"):
+        rattling.image(states, tangents=np.zeros((1, 1, 1)))
+    with pytest.raises(atlas.AtlasError, match="names no key"):
+        rattling.image(states, by=["mesh.nothing"])
+
+
+def test_other_kernels_have_maps(states):
+    manifest = atlas.load(QUICKSTART, set={"run.kernel": "stepping", "run.steps": 4000})
+    coarse = atlas.CycleMap(manifest.point(load=0.1, speed="6000 rpm"))
+    exact = atlas.CycleMap(atlas.load(QUICKSTART).point(load=0.1, speed="6000 rpm"))
+    assert (coarse.kernel, exact.kernel) == ("stepping", "volterra")
+    apart = exact.weights * (coarse(states[:3]) - exact(states[:3]))
+    assert 0 < np.abs(apart).max() < 1e-2
+
+
+def test_newton_of_a_researcher_finds_the_orbit(rattling):
+    """A fixed point by Newton's method in NumPy, where the run finds the motion periodic."""
+    run = atlas.run(QUICKSTART, progress=False)
+    periodic = [i for i, period in enumerate(run.points["period"]) if period == 1]
+    assert periodic, "no point of the grid has period 1"
+    mapped = atlas.CycleMap(atlas.load(QUICKSTART).point(int(periodic[0])))
+    felt, state = mapped.felt, mapped(mapped.start(), 2000)
+    for _ in range(8):
+        image = mapped.image(state, jacobian=True)
+        residual = (image.states[0] - state)[felt]
+        matrix = image.jacobian[0][np.ix_(felt, felt)]
+        state[felt] -= np.linalg.solve(matrix - np.eye(len(felt)), residual)
+    error = np.linalg.norm((mapped.weights * (mapped(state) - state))[felt])
+    assert error < 1e-10
+    multipliers = np.linalg.eigvals(mapped.image(state, jacobian=True).jacobian[0][np.ix_(felt, felt)])
+    assert np.abs(multipliers).max() < 1, "it attracts"
+
+
+def test_a_foreign_package_finds_our_exponent():
+    """The largest exponent of a chaotic point by the package lyapynov (QR method on a map and its
+    Jacobian), against that of the run."""
+    run = atlas.run(QUICKSTART, progress=False, set={"run.cycles": 40_000})
+    chaotic = [i for i, kind in enumerate(run.points["class"]) if kind == "chaotic"]
+    assert chaotic, "no point of the grid is chaotic"
+    id = chaotic[0]
+    mapped = atlas.CycleMap(atlas.load(QUICKSTART).point(id), threads=1)
+    felt, weights = mapped.felt, mapped.weights[mapped.felt]
+
+    def whole(u: np.ndarray) -> np.ndarray:
+        state = np.zeros(mapped.dimension)
+        state[felt] = u / weights
+        return state
+
+    def step(u: np.ndarray, _: float) -> np.ndarray:
+        return weights * mapped(whole(u))[felt]
+
+    def jacobian(u: np.ndarray, _: float) -> np.ndarray:
+        matrix = mapped.image(whole(u), jacobian=True).jacobian[0][np.ix_(felt, felt)]
+        return weights[:, None] * matrix / weights
+
+    system = lyapynov.DiscreteDS(weights * mapped.start()[felt], 0, step, jacobian)
+    cycles = 6000
+    _, history = lyapynov.LCE(system, 1, 1000, cycles, True)
+    # Growth a cycle, and the standard error of its mean from blocks.
+    total = history[:, 0] * np.arange(1, cycles + 1)
+    blocks = np.diff(total[99::100], prepend=0.0)[1:] / 100
+    theirs, error = blocks.mean(), blocks.std(ddof=1) / np.sqrt(len(blocks))
+    ours, own_error = run.points["lambda_max"][id], run.points["lambda_stderr"][id]
+    assert abs(theirs - ours) < 4 * np.hypot(error, own_error), (theirs, error, ours, own_error)
+    assert ours > 5 * own_error, "the point is chaotic"
