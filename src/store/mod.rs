@@ -25,6 +25,7 @@ mod contents;
 mod continuation;
 mod covariant;
 mod cycle_expansion;
+mod durable;
 mod error;
 mod file;
 mod horizon;
