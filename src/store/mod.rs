@@ -100,7 +100,7 @@ pub use table::{Column, Table};
 pub use tables::{
     ArrayHeader, Arrays, CacheEntry, CacheError, CacheFault, CacheHeader, CacheKind, CacheWarning,
     Cleaned, Fetched, FetchedMesh, MappedTable, MeshFetchError, OperatorFetchError, Origin,
-    TableStore, Unwanted,
+    TableStore, Unwanted, cut_down,
 };
 pub use trace::{TraceLabel, TraceWriter, events_table, trace_table};
 pub use whole::{WholeFile, write_whole};
