@@ -301,7 +301,7 @@ fn what_a_terminal_would_obey_is_written_out() {
     let text = with("\"quickstart\"", "\"\\u001b]0;pwn\\u0007\\u001b[31mRED\"");
     let output = check(folder.path(), text.as_bytes(), &[]);
     assert!(is_harmless(&output.stderr), "{}", words(&output.stderr));
-    assert!(words(&output.stderr).contains(r"\u{1b}]0;pwn\u{7}\u{1b}[31mRED"));
+    assert!(words(&output.stderr).contains(r"\u001b]0;pwn\u0007\u001b[31mRED"));
     // Raw in the text, and in the name of the file.
     let raw = with("modes = 12", "modes = 12 \u{1b}[31m");
     let name = "\u{1b}[31m.toml";

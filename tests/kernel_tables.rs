@@ -56,7 +56,7 @@ fn a_kept_table_gives_the_bits_of_a_new_one() {
             BOTH.map(|table| {
                 let fetched = store.kernel_table(table, model).unwrap();
                 assert_eq!(fetched.origin, origin, "{table:?}");
-                assert!(fetched.table.is_mapped() && fetched.warnings.is_empty());
+                assert!(fetched.table.has_file() && fetched.warnings.is_empty());
                 fetched.table
             })
         };
@@ -275,7 +275,7 @@ fn workers_share_one_table() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     let held = Arc::downgrade(&found[0]);
     drop(found);
-    assert!(get().is_mapped() && Arc::ptr_eq(&get(), &held.upgrade().unwrap()));
+    assert!(get().has_file() && Arc::ptr_eq(&get(), &held.upgrade().unwrap()));
     for factor in [1.1, 1.2, 1.3, 1.4] {
         let mut other = common::twenty_modes();
         other.1.damping *= factor;
@@ -286,14 +286,14 @@ fn workers_share_one_table() {
         held.upgrade().is_none(),
         "memory does not grow with the grid"
     );
-    assert!(get().is_mapped() && tables.warnings().is_empty());
+    assert!(get().has_file() && tables.warnings().is_empty());
     // A folder that cannot be is no obstacle, and said once.
     let file = folder.path().join("a file");
     fs::write(&file, "").unwrap();
     let nowhere = KernelTables::new(TableStore::open(file.join("tables")));
     for _ in 0..2 {
         let table = nowhere.get(KernelTable::Bases, &model).unwrap();
-        assert!(!table.is_mapped());
+        assert!(!table.has_file());
     }
     assert_eq!(nowhere.warnings().len(), 1, "{:?}", nowhere.warnings());
 }

@@ -157,6 +157,7 @@ fn a_machine_is_measured_shown_compared_and_planned_with() {
 /// Threads cannot be bound to a machine that does not exist: its figures are those of one where
 /// the system does not let them be bound, and of nodes that cannot be reached.
 #[test]
+#[cfg(feature = "hwloc")]
 fn without_rights_to_bind_the_rest_is_measured_and_the_lack_is_said() {
     let place = Place::new(OSCILLATOR);
     let output = measured(&place, "m", Some("package:2 [numa] core:1 pu:1"));

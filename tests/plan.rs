@@ -46,6 +46,8 @@ fn a_plan_says_what_the_run_will_be() {
     assert!(0.0 < ends[0] && ends.is_sorted(), "{ends:?}");
     assert!(0.0 < of("after") && of("after") <= record["totals"]["wall_time"].as_f64().unwrap());
     assert_eq!(plan["placement"], placement["asked"]);
+    assert!(["hwloc", "/sys"].contains(&plan["topology"].as_str().unwrap()));
+    assert_eq!(plan["topology"], record["machine"]["topology"]);
     let written: u64 = ["points.parquet", "poincare.parquet", "spectra.parquet"]
         .iter()
         .map(|name| fs::metadata(out.join(name)).unwrap().len())

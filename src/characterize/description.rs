@@ -66,6 +66,7 @@ pub fn describe(topology: &Topology, root: &Root) -> Description {
         packages: topology.packages,
         cores: topology.cores.len(),
         threads: topology.threads(),
+        topology: topology.source.to_string(),
         threads_online: (root.text("sys/devices/system/cpu/online"))
             .map(|list| count_of_list(&list)),
         allowed: field(&status, "Cpus_allowed_list").map(str::to_owned),
@@ -190,6 +191,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg(feature = "hwloc")]
     fn a_system_is_read_as_it_describes_itself() {
         let (_folder, root) = root(&[
             (
@@ -241,6 +243,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg(feature = "hwloc")]
     fn a_system_that_tells_nothing_leaves_gaps() {
         let (_folder, root) = root(&[("sys/fs/cgroup/cpu.max", "max 100000\n")]);
         let topology = Topology::synthetic("pu:1").unwrap();

@@ -465,4 +465,5 @@ fn latencies(
 }
 
 #[cfg(test)]
+#[cfg(feature = "hwloc")]
 mod tests;

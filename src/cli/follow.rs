@@ -7,6 +7,7 @@ use super::table::TablesFolder;
 use super::threads::Threads;
 use super::{BAD_INPUT, INTERRUPTED, answer, fail, with_causes};
 use crate::analysis::continuation::branch::End;
+use crate::input::printable;
 use crate::manifest::Job;
 use crate::store::{TableKind, table_path};
 use crate::sweep::{FollowError, Followed, Parts, WORKER, follow_job, write_branches};
@@ -70,7 +71,7 @@ pub fn run(args: &FollowArgs) -> ExitCode {
     let passed = |text: &str| {
         if talks {
             // A terminal that is gone is no reason to stop.
-            _ = writeln!(std::io::stderr().lock(), "{text}");
+            _ = writeln!(std::io::stderr().lock(), "{}", printable(text));
         }
     };
     let followed = match pool.install(|| follow_job(&job, &parts, &process.called_off, &passed)) {

@@ -1,9 +1,8 @@
 //! `atlas merge DIR… --out DIR`: joins the shards of a job into one set of results.
 
-use super::{BAD_INPUT, answer, fail, with_causes};
+use super::{BAD_INPUT, answer, fail, warn, with_causes};
 use crate::store::{MergeError, merge, mixed};
 use clap::Args;
-use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -38,8 +37,7 @@ pub fn run(args: &MergeArgs) -> ExitCode {
         }
     };
     if let Some(warning) = mixed(&record.machine.instructions) {
-        // Nothing can be done when standard error is closed.
-        _ = writeln!(std::io::stderr().lock(), "warning: {warning}");
+        warn(&warning);
     }
     if args.json {
         // A record is plain data; it always has a JSON form.

@@ -3,6 +3,7 @@
 
 mod activity;
 mod analyses;
+mod bus_fault;
 mod campbell;
 pub mod check;
 mod console;
@@ -41,6 +42,7 @@ mod words;
 use crate::input::{printable, printable_but_colours, with_causes};
 use crate::sweep::hush_workers;
 use clap::{CommandFactory, Parser, Subcommand};
+use std::borrow::Cow;
 use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 use threads::Threads;
@@ -115,7 +117,12 @@ enum Command {
 /// Runs the program with the process's own arguments.
 pub fn main() -> ExitCode {
     hush_workers();
-    match Cli::parse().command {
+    bus_fault::say_which();
+    let arguments = match Cli::try_parse() {
+        Ok(arguments) => arguments,
+        Err(refusal) => return refused(&refusal),
+    };
+    match arguments.command {
         Command::Run(args) => run::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Follow(args) => follow::run(&args),
@@ -136,6 +143,23 @@ pub fn main() -> ExitCode {
             answer(&String::from_utf8_lossy(&script), ExitCode::SUCCESS)
         }
         Command::Man(args) => man::run(&args),
+    }
+}
+
+/// Says what is wrong with the arguments, or the help that they ask for. Arguments may be names of
+/// files of others (`atlas show *`), which a terminal must not obey.
+fn refused(refusal: &clap::Error) -> ExitCode {
+    let text = refusal.render().to_string();
+    match (printable(&text), refusal.exit_code()) {
+        (Cow::Owned(shown), _) => {
+            _ = std::io::stderr().lock().write_all(shown.as_bytes());
+            ExitCode::from(BAD_INPUT)
+        }
+        (Cow::Borrowed(_), status) => {
+            // In colours, where the terminal has them.
+            _ = refusal.print();
+            ExitCode::from(u8::try_from(status).unwrap_or(BAD_INPUT))
+        }
     }
 }
 
@@ -172,4 +196,9 @@ fn fail(status: u8, message: &str) -> ExitCode {
     // Nothing can be done when standard error is closed as well.
     _ = writeln!(std::io::stderr().lock(), "error: {}", printable(message));
     ExitCode::from(status)
+}
+
+/// Prints one line of what the user should know.
+fn warn(sentence: &str) {
+    _ = writeln!(std::io::stderr().lock(), "warning: {}", printable(sentence));
 }

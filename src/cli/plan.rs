@@ -13,6 +13,7 @@ use crate::report::size_text;
 use crate::store::{Characteristics, Shard, StoreError};
 use crate::sweep::Parts;
 use crate::sweep::{self, Forecast, Interval, Options};
+use crate::topology::Source;
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
@@ -88,9 +89,10 @@ pub fn run(args: &PlanArgs) -> ExitCode {
         Ok(None) => ExitCode::from(super::INTERRUPTED),
         Ok(Some(found)) => {
             let measured = machines.measured(&job, &found, args.threads.asked);
+            let source = process.topology.map(|topology| topology.source);
             let text = match args.json {
-                true => document(&job, &found, &measured),
-                false => text(&job, &found) + &measured.text(),
+                true => document(&job, &found, &measured, source),
+                false => text(&job, &found, source) + &measured.text(),
             };
             answer(&text, ExitCode::SUCCESS)
         }
@@ -98,9 +100,10 @@ pub fn run(args: &PlanArgs) -> ExitCode {
 }
 
 /// The forecast for programs, with what machines were measured to do.
-fn document(job: &Job, found: &Forecast, measured: &Measured) -> String {
+fn document(job: &Job, found: &Forecast, measured: &Measured, topology: Option<Source>) -> String {
     let mut document = json!(found);
     let parts = [
+        ("topology", json!(topology.map(|source| source.to_string()))),
         ("refine", grid::refine_json(job)),
         ("machine", json!(measured.here)),
         ("elsewhere", json!(measured.there)),
@@ -206,7 +209,7 @@ impl Measured {
     }
 }
 
-fn text(job: &Job, found: &Forecast) -> String {
+fn text(job: &Job, found: &Forecast, topology: Option<Source>) -> String {
     let points = match job.refine {
         Some(_) => grid::points(job),
         None => found.points.to_string(),
@@ -224,7 +227,13 @@ fn text(job: &Job, found: &Forecast) -> String {
         ));
     }
     lines.push(("tables", format!("{} of the mesh", found.tables)));
-    lines.push(("placement", found.placement.clone()));
+    lines.push((
+        "placement",
+        match topology {
+            Some(source) => format!("{}; topology from {source}", found.placement),
+            None => found.placement.clone(),
+        },
+    ));
     let time = &found.time;
     let at_least = if found.cut_short > 0 { "at least " } else { "" };
     lines.push((

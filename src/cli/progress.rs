@@ -2,6 +2,7 @@
 
 use super::activity::Activity;
 use super::line::{self, Part};
+use crate::input::printable;
 use crate::store::PointRow;
 use crate::sweep::{Begun, Progress, Watcher};
 use indicatif::{HumanDuration, ProgressBar};
@@ -40,6 +41,7 @@ impl Display {
         if self.quiet {
             return;
         }
+        let line = printable(line);
         if self.terminal {
             self.bar.println(line);
         } else {

@@ -98,6 +98,9 @@ impl Array {
             None => (format!("{rows},"), 1),
             Some(width) => (format!("{rows}, {width}"), width as u64),
         };
+        // Whoever unpacks the archive gets files beside each other, whatever a table calls a column.
+        let apart = |c: char| c.is_control() || matches!(c, '/' | '\\');
+        let name = name.replace(apart, "_");
         let (name, head) = (format!("{name}.npy"), head(element, &shape));
         Self {
             name,

@@ -1,7 +1,10 @@
 //! Text of files and names of files as they may be shown: a terminal obeys control characters,
 //! and some characters turn the order of others about.
+//!
+//! They are written as JSON and TOML write them, so that a document stays one.
 
 use std::borrow::Cow;
+use std::fmt::Write;
 
 /// Whether a terminal shows the character, rather than obeying it.
 fn shows(c: char) -> bool {
@@ -10,7 +13,7 @@ fn shows(c: char) -> bool {
     matches!(c, '\n' | '\t') || !(c.is_control() || turns)
 }
 
-/// The text with every control character but line feeds and tabs written as `\u{1b}`.
+/// The text with every control character but line feeds and tabs written as `\u001b`.
 pub fn printable(text: &str) -> Cow<'_, str> {
     if text.chars().all(shows) {
         return Cow::Borrowed(text);
@@ -19,7 +22,8 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     for c in text.chars() {
         match shows(c) {
             true => out.push(c),
-            false => out.extend(c.escape_unicode()),
+            // None of them lies beyond four digits.
+            false => _ = write!(out, "\\u{:04x}", u32::from(c)),
         }
     }
     Cow::Owned(out)
@@ -41,7 +45,7 @@ pub fn printable_but_colours(text: &str) -> Cow<'_, str> {
             out.push_str(if colour.is_some() {
                 "\u{1b}"
             } else {
-                "\\u{1b}"
+                "\\u001b"
             });
         }
         out += &printable(part);
@@ -66,8 +70,22 @@ mod tests {
         assert_eq!(printable("δ = 1 µm\n\tb"), "δ = 1 µm\n\tb");
         assert_eq!(
             printable("\u{1b}]0;pwn\u{7}\r\u{9b}31m\u{202e}x"),
-            r"\u{1b}]0;pwn\u{7}\u{d}\u{9b}31m\u{202e}x"
+            r"\u001b]0;pwn\u0007\u000d\u009b31m\u202ex"
         );
+    }
+
+    #[test]
+    fn a_document_stays_one() {
+        let name = "a\u{9b}b\u{202e}c\u{7f}";
+        let document = serde_json::json!({ "name": name }).to_string();
+        assert!(
+            document.chars().any(|c| !shows(c)),
+            "JSON leaves some as they are"
+        );
+        let shown = printable_but_colours(&document);
+        assert!(shown.chars().all(shows), "{shown}");
+        let read: serde_json::Value = serde_json::from_str(&shown).unwrap();
+        assert_eq!(read["name"], name);
     }
 
     #[test]
@@ -76,7 +94,7 @@ mod tests {
         assert_eq!(printable_but_colours(coloured), coloured);
         assert_eq!(
             printable_but_colours("\u{1b}[2J\u{1b}]0;x\u{7}"),
-            r"\u{1b}[2J\u{1b}]0;x\u{7}"
+            r"\u001b[2J\u001b]0;x\u0007"
         );
     }
 

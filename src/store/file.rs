@@ -21,6 +21,7 @@ use strum::{IntoStaticStr, VariantArray};
 use tempfile::{NamedTempFile, TempPath};
 
 use super::StoreError;
+use super::durable;
 use super::seal::{Hashed, TableRecord};
 use super::table::Table;
 
@@ -372,7 +373,8 @@ impl ClosedTable {
         if let Some(parent) = self.path.parent() {
             create_folder(parent)?;
         }
-        rename(self.temporary, &self.path)?;
+        durable::rename(self.temporary, &self.path)
+            .map_err(|source| StoreError::io(&self.path, "write", source))?;
         Ok(self.record)
     }
 }
@@ -382,7 +384,7 @@ impl ClosedTable {
 /// # Errors
 /// The system refuses.
 pub fn create_folder(folder: &Path) -> Result<(), StoreError> {
-    fs::create_dir_all(folder).map_err(|source| StoreError::io(folder, "create", source))
+    durable::create_folder(folder).map_err(|source| StoreError::io(folder, "create", source))
 }
 
 /// A hidden file in `folder`, removed when dropped and locked while it is written.
@@ -428,19 +430,12 @@ pub fn remove_stale(folder: &Path) -> Result<(), StoreError> {
 
 /// Makes a whole file durable and visible under its final name.
 pub(super) fn publish(file: &File, temporary: TempPath, path: &Path) -> Result<(), StoreError> {
-    sync(file, path)?;
-    rename(temporary, path)
+    durable::publish(file, temporary, path).map_err(|source| StoreError::io(path, "write", source))
 }
 
 fn sync(file: &File, path: &Path) -> Result<(), StoreError> {
     file.sync_all()
         .map_err(|source| StoreError::io(path, "write", source))
-}
-
-fn rename(temporary: TempPath, path: &Path) -> Result<(), StoreError> {
-    temporary
-        .persist(path)
-        .map_err(|refused| StoreError::io(path, "write", refused.error))
 }
 
 /// A single file and a folder of shards of the same name exclude each other; better said

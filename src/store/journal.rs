@@ -21,6 +21,7 @@ use rustix::fs::OFlags;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use super::durable;
 use super::file::{Shard, create_folder};
 use super::{PointRow, ProgramRecord, StoreError};
 use crate::propagate::instructions;
@@ -147,7 +148,8 @@ impl Journal {
         let begun = self
             .cut(0)
             .and_then(|()| self.write(&bytes))
-            .and_then(|()| self.sync());
+            .and_then(|()| self.sync())
+            .and_then(|()| self.sync_name());
         match begun {
             Ok(()) => {
                 self.points = self.end;
@@ -158,6 +160,12 @@ impl Journal {
                 Err(error)
             }
         }
+    }
+
+    /// Makes the file's name durable.
+    fn sync_name(&self) -> Result<(), StoreError> {
+        durable::sync_folder_of(&self.path)
+            .map_err(|source| StoreError::io(&self.path, "write", source))
     }
 
     fn reader(&self, from: u64) -> Result<BufReader<&File>, StoreError> {

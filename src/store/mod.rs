@@ -26,6 +26,7 @@ mod contents;
 mod continuation;
 mod covariant;
 mod cycle_expansion;
+mod durable;
 mod error;
 mod file;
 mod horizon;
@@ -100,7 +101,7 @@ pub use table::{Column, Table};
 pub use tables::{
     ArrayHeader, Arrays, CacheEntry, CacheError, CacheFault, CacheHeader, CacheKind, CacheWarning,
     Cleaned, Fetched, FetchedMesh, MappedTable, MeshFetchError, OperatorFetchError, Origin,
-    TableStore, Unwanted,
+    TableStore, Unwanted, cut_down,
 };
 pub use trace::{TraceLabel, TraceTables, TraceWriter, events_table, trace_table};
 pub use whole::{WholeFile, write_whole};

@@ -169,6 +169,10 @@ pub struct MachineRecord {
     pub threads: usize,
     /// NUMA nodes.
     pub numa_nodes: usize,
+    /// Who told of all these: `hwloc`, or the files of `/sys`; empty where nobody did, and in
+    /// records of earlier versions.
+    #[serde(default)]
+    pub topology: String,
     /// Memory \[bytes\]; 0 when the system does not tell.
     pub memory: u64,
     /// Instruction sets that kernels can use, widest last.
@@ -191,6 +195,7 @@ impl MachineRecord {
             cores: topology.map_or(0, |t| t.cores.len()),
             threads: topology.map_or(0, Topology::threads),
             numa_nodes: topology.map_or(0, |t| t.numa_nodes.len()),
+            topology: topology.map_or_else(String::new, |t| t.source.to_string()),
             memory: machine.memory,
             isa: machine.isa.into_iter().map(str::to_owned).collect(),
             instructions: vec![instructions().to_owned()],
@@ -340,9 +345,7 @@ pub(super) mod tests {
             started: "2026-03-01T12:00:00Z".into(),
             finished: "2026-03-01T12:00:02Z".into(),
             program: ProgramRecord::current(),
-            machine: MachineRecord::current(Some(
-                &Topology::synthetic("package:2 core:2 pu:2").unwrap(),
-            )),
+            machine: MachineRecord::current(None),
             placement: PlacementRecord {
                 threads_asked: None,
                 threads: 8,

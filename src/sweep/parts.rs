@@ -135,8 +135,7 @@ impl Parts {
     }
 
     /// The same parts, of which the workers of one NUMA node make copies of their own; of the
-    /// tables of kernels, which are mapped files whose pages all processes share, where there is
-    /// room.
+    /// tables of kernels, which all nodes share otherwise, where there is room.
     pub fn on_node(&self, room: Room) -> Self {
         Self {
             structures: self.structures.clone(),
@@ -170,8 +169,9 @@ impl Parts {
         if let Some(near) = &self.near {
             near.each(|copy| nodes.extend(topology.nodes_of_memory(&copy.mesh)));
         }
-        self.meshes
-            .each_copy(|copy| nodes.extend(topology.nodes_of_memory(&copy.stiffness)));
+        self.meshes.each_copy(|copy| {
+            nodes.extend(topology.nodes_of_memory(copy.stiffness.as_flattened()))
+        });
         self.kernels
             .each_copy(|values| nodes.extend(topology.nodes_of_memory(values)));
         nodes

@@ -5,8 +5,6 @@
 //! does for all, since a worker that moves would leave its copy behind.
 
 use super::{Plan, TABLES_AT_HAND, Topology};
-use hwlocality::memory::binding::MemoryBindingFlags;
-use hwlocality::memory::nodeset::NodeSet;
 use std::fmt;
 
 /// Copies of read-only data, by NUMA node.
@@ -94,24 +92,8 @@ impl fmt::Display for Copies {
     }
 }
 
-impl Topology {
-    /// NUMA nodes that the memory of some values lies on, as the system numbers them; none where
-    /// it does not tell or the topology is not that of this machine.
-    pub fn nodes_of_memory<T>(&self, values: &[T]) -> Vec<u32> {
-        if !self.is_this_system() || size_of_val(values) == 0 {
-            return Vec::new();
-        }
-        let found: Result<NodeSet, _> =
-            (self.hwloc()).area_memory_location(values, MemoryBindingFlags::empty());
-        let number = |node| u32::try_from(usize::from(node)).ok();
-        found.map_or_else(
-            |_| Vec::new(),
-            |nodes| nodes.iter_set().filter_map(number).collect(),
-        )
-    }
-}
-
 #[cfg(test)]
+#[cfg(feature = "hwloc")]
 mod tests {
     use super::*;
     use crate::topology::{Pinning, plan};

@@ -2,6 +2,7 @@
 //! offers: for the record, not for decisions.
 
 use std::fs;
+use std::path::Path;
 
 /// A machine in words.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -39,9 +40,10 @@ pub fn peak_memory() -> Option<u64> {
 }
 
 /// Memory free on a NUMA node \[bytes\]; none where the system does not tell.
-pub(super) fn free_memory(node: u32) -> Option<u64> {
-    let path = format!("/sys/devices/system/node/node{node}/meminfo");
-    let text = fs::read_to_string(path).ok()?;
+/// `root` is `/` but in tests.
+pub(super) fn free_memory(root: &Path, node: u32) -> Option<u64> {
+    let path = format!("sys/devices/system/node/node{node}/meminfo");
+    let text = fs::read_to_string(root.join(path)).ok()?;
     kibibytes(&text, &format!("Node {node} MemFree"))
 }
 

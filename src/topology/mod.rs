@@ -1,18 +1,24 @@
 //! Cores, caches and NUMA nodes of this machine.
+//!
+//! hwloc tells of them where the program is built with the feature `hwloc`, the files of the system
+//! anywhere else; nothing outside this module knows the difference.
 
 mod affinity;
 mod binding;
 mod copies;
+mod current;
 mod description;
+#[cfg(feature = "hwloc")]
+mod hwloc;
 mod machine;
-mod memory_paths;
 mod placement;
+mod sysfs;
+mod system;
 
 pub use affinity::{Nearness, Shelves, TABLES_AT_HAND};
-pub use binding::BindingError;
 pub use copies::{Copies, Room, copies};
 pub use description::{Cache, Core, NumaNode, Topology, TopologyError};
 pub use machine::{Machine, peak_memory};
 pub(crate) use machine::{field, kibibytes};
-pub use memory_paths::MemoryPath;
 pub use placement::{Pinning, Place, Plan, default_workers, plan};
+pub use system::{BindingError, MemoryPath, Source};

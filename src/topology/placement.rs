@@ -150,6 +150,7 @@ impl fmt::Display for Plan {
 }
 
 #[cfg(test)]
+#[cfg(feature = "hwloc")]
 mod tests {
     use super::*;
     use crate::topology::Topology;

@@ -15,30 +15,33 @@ use serde_json::json;
 
 use crate::skipped::skipped;
 
-/// Numbers of the table: 8 MiB, enough to tell shared memory from noise.
+/// Numbers of a table that is read: 8 MiB.
 const NUMBERS: usize = 1 << 20;
+/// Numbers of one that is mapped: a little more than 64 MiB.
+const MANY_NUMBERS: usize = (8 << 20) + 1;
 /// What a process may wait for another.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-fn numbers() -> Vec<f64> {
-    (0..NUMBERS).map(|i| (i as f64).sqrt()).collect()
+fn numbers(count: usize) -> Vec<f64> {
+    (0..count).map(|i| (i as f64).sqrt()).collect()
 }
 
-fn fetch(folder: &Path, before: impl FnOnce()) -> Fetched {
+fn fetch(folder: &Path, count: usize, before: impl FnOnce()) -> Fetched {
     let build = || {
         before();
         let mut arrays = Arrays::new();
-        arrays.push("roots", "1", &[NUMBERS], numbers()).unwrap();
+        arrays.push("roots", "1", &[count], numbers(count)).unwrap();
         Ok::<_, Infallible>(arrays)
     };
-    let inputs = json!({ "numbers": NUMBERS });
+    let inputs = json!({ "numbers": count });
     TableStore::open(folder)
         .get_or_build(CacheKind::Bases, &inputs, build)
         .unwrap()
 }
 
 fn whole(table: &MappedTable) -> bool {
-    table.array("roots").unwrap().1 == numbers()
+    let (shape, roots) = table.array("roots").unwrap();
+    roots == numbers(shape[0])
 }
 
 /// Starts this test program again: `shell` goes before it.
@@ -78,8 +81,9 @@ fn child() {
     let folder = PathBuf::from(std::env::var("ATLAS_TEST_FOLDER").unwrap());
     let tables = folder.join("tables");
     let fetched = match role.strip_prefix("race ") {
-        None => fetch(&tables, || {}),
-        Some(place) => fetch(&tables, || {
+        None if role == "share" => fetch(&tables, MANY_NUMBERS, || {}),
+        None => fetch(&tables, NUMBERS, || {}),
+        Some(place) => fetch(&tables, NUMBERS, || {
             // Nobody writes before everybody has found that there is no table.
             let (own, count) = place.split_once(" of ").unwrap();
             fs::write(folder.join(format!("ready-{own}")), "").unwrap();
@@ -116,7 +120,7 @@ fn processes_that_build_one_table_at_once_leave_one_good_file() {
         1,
         "a temporary file stayed"
     );
-    let found = fetch(&tables, || panic!("there is a table"));
+    let found = fetch(&tables, NUMBERS, || panic!("there is a table"));
     assert!(whole(&found.table) && found.warnings.is_empty());
 }
 
@@ -158,7 +162,7 @@ fn mapping(process: u32, name: &str) -> Option<(String, impl Fn(&str) -> f64)> {
 }
 
 #[test]
-fn processes_share_the_memory_of_a_table_and_cannot_change_it() {
+fn processes_share_the_memory_of_a_large_table_and_cannot_change_it() {
     if !Path::new("/proc/self/smaps").exists() {
         skipped("no /proc/self/smaps to see shared memory in");
         return;
@@ -167,7 +171,7 @@ fn processes_share_the_memory_of_a_table_and_cannot_change_it() {
     // The maker drops its mapping, so that only the other two have one.
     let file = {
         let tables = folder.path().join("tables");
-        assert!(whole(&fetch(&tables, || {}).table));
+        assert!(whole(&fetch(&tables, MANY_NUMBERS, || {}).table));
         fs::read_dir(&tables)
             .unwrap()
             .next()
@@ -177,7 +181,7 @@ fn processes_share_the_memory_of_a_table_and_cannot_change_it() {
     };
     let mode = fs::metadata(&file).unwrap().permissions().mode();
     assert_eq!(mode & 0o222, 0, "somebody may write");
-    let mut children = ["a", "b"].map(|_| start("", "fetch", folder.path()));
+    let mut children = ["a", "b"].map(|_| start("", "share", folder.path()));
     for child in &mut children {
         assert_eq!(heard(child), "Found, whole true, []");
     }

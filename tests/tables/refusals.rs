@@ -22,7 +22,7 @@ fn unkept(folder: &Path) -> Vec<CacheWarning> {
         .get_or_build(CacheKind::Mesh, &inputs(), build)
         .unwrap();
     assert_eq!(origin, Origin::BuiltInMemory);
-    assert!(!table.is_mapped());
+    assert!(!table.has_file());
     let (shape, values) = table.array("torque").unwrap();
     assert_eq!((shape, values), (&[3][..], &[20.0, 50.0, 200.0][..]));
     assert_eq!(table.unit("stiffness").unwrap(), "N/m");

@@ -1,7 +1,6 @@
 //! `atlas table build m.toml`: the mesh table of a manifest's gears, computed and kept.
 
 use std::collections::BTreeSet;
-use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -14,7 +13,7 @@ use signal_hook::flag;
 use super::{NO_ACCESS, TablesFolder};
 use crate::cli::manifest_args::ManifestArgs;
 use crate::cli::threads::Threads;
-use crate::cli::{BAD_INPUT, answer, fail, line, start_threads, with_causes};
+use crate::cli::{BAD_INPUT, answer, fail, line, start_threads, warn, with_causes};
 use crate::gear::{GearPair, MeshTableInputs};
 use crate::manifest::{Job, StiffnessSpec, Variant};
 use crate::store::{FetchedMesh, Origin};
@@ -87,8 +86,7 @@ pub fn run(args: &BuildArgs) -> ExitCode {
             Err(message) => return fail(BAD_INPUT, &message),
         };
         for warning in &fetched.warnings {
-            // Nothing can be done when standard error is closed.
-            _ = writeln!(std::io::stderr().lock(), "warning: {warning}");
+            warn(&warning.to_string());
         }
         if fetched.origin == Origin::BuiltInMemory {
             return ExitCode::from(NO_ACCESS);
@@ -134,8 +132,7 @@ fn needed(args: &BuildArgs, job: &Job) -> ExitCode {
         return fail(BAD_INPUT, &lines.join("\nerror: "));
     }
     for warning in parts.meshes().warnings() {
-        // Nothing can be done when standard error is closed.
-        _ = writeln!(std::io::stderr().lock(), "warning: {warning}");
+        warn(&warning);
     }
     let files = parts.meshes().files();
     if files

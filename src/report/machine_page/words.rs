@@ -69,6 +69,9 @@ pub fn system(d: &Description) -> String {
         Some(name) => format!("virtual ({name})"),
         None => "not virtual".to_owned(),
     });
+    if !d.topology.is_empty() {
+        parts.push(format!("topology from {}", d.topology));
+    }
     parts.extend(d.container.iter().map(|name| format!("in {name}")));
     parts.push(match &d.governor {
         Some(governor) => format!("governor {governor}"),

@@ -9,7 +9,6 @@ use crate::store::{
     AxisColumn, MachineRecord, Placement, PlacementRecord, PointRow, ProgramRecord, ResultLayout,
     ResultWriter, RunRecord, StoreError, Totals, Written, write_run,
 };
-use crate::topology::Topology;
 
 fn outcome(status: Status, class: Option<Class>, lambda: Option<f64>) -> PointOutcome {
     PointOutcome {
@@ -119,9 +118,7 @@ fn record(folder: &Path, written: &Written, state: RunState, points: u64, comput
         started: "2026-03-01T12:00:00Z".into(),
         finished: "2026-03-01T12:00:02Z".into(),
         program: ProgramRecord::current(),
-        machine: MachineRecord::current(Some(
-            &Topology::synthetic("package:1 core:2 pu:1").unwrap(),
-        )),
+        machine: MachineRecord::current(None),
         placement: PlacementRecord {
             threads_asked: Some(2),
             threads: 2,

@@ -18,6 +18,10 @@ pub struct Description {
     pub cores: usize,
     /// Hardware threads this process may use.
     pub threads: usize,
+    /// Who told of cores, caches and nodes: `hwloc`, or the files of `/sys`; empty in results of
+    /// earlier versions.
+    #[serde(default)]
+    pub topology: String,
     /// Hardware threads that the machine has, this process's or not.
     pub threads_online: Option<usize>,
     /// The hardware threads this process may use, as the system writes them (`0-3,8`).

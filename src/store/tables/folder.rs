@@ -216,7 +216,7 @@ impl TableStore {
             entries.push(CacheEntry {
                 bytes: metadata.len(),
                 used: metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH),
-                header: open_head(&path).map(|(_, head)| head.header),
+                header: open_head(&path).map(|head| head.header),
                 path,
             });
         }

@@ -144,16 +144,28 @@ fn checksum(bytes: &[u8]) -> blake3::Hash {
     hash.finalize()
 }
 
-/// Checks everything about a file but its data.
+/// What there is in front of the data \[bytes\], as the prelude of a file says; none where it says
+/// nothing possible.
+pub(super) fn head_length(start: &[u8]) -> Option<usize> {
+    let length = |at| {
+        let bytes = start.get(at..at + 8)?;
+        usize::try_from(u64::from_ne_bytes(bytes.try_into().ok()?)).ok()
+    };
+    let header_end = PRELUDE.checked_add(length(16)?)?;
+    aligned(header_end.checked_add(length(24)?)?)
+}
+
+/// Checks everything about a file of some length but its data. `file` is its beginning, with all
+/// that is in front of the data where the file is that long.
 ///
 /// # Errors
 /// The first thing that is wrong.
-pub(super) fn read_head(file: &[u8]) -> Result<Head, CacheFault> {
+pub(super) fn read_head(file: &[u8], length: usize) -> Result<Head, CacheFault> {
     if file.is_empty() {
         return Err(CacheFault::Empty);
     }
     let cut_off = |needed| CacheFault::CutOff {
-        found: file.len(),
+        found: length,
         needed,
     };
     // A short file that begins otherwise is no table that was cut off.
@@ -175,16 +187,10 @@ pub(super) fn read_head(file: &[u8]) -> Result<Head, CacheFault> {
             return Err(CacheFault::Version { found, known });
         }
     }
-    let length = |at| usize::try_from(u64::from_ne_bytes(field(file, at))).ok();
-    let header_end = length(16).and_then(|length| PRELUDE.checked_add(length));
-    let inputs_end = header_end
-        .zip(length(24))
-        .and_then(|(start, length)| start.checked_add(length));
-    let (Some(header_end), Some(inputs_end), Some(data)) =
-        (header_end, inputs_end, inputs_end.and_then(aligned))
-    else {
-        return Err(CacheFault::HeaderChecksum);
-    };
+    let data = head_length(file).ok_or(CacheFault::HeaderChecksum)?;
+    // Sums that have just been made without overflow.
+    let header_end = PRELUDE + u64::from_ne_bytes(field(file, 16)) as usize;
+    let inputs_end = header_end + u64::from_ne_bytes(field(file, 24)) as usize;
     let head = file.get(..data).ok_or_else(|| cut_off(data))?;
     if checksum(head) != blake3::Hash::from_bytes(field(file, CHECKSUM.start)) {
         return Err(CacheFault::HeaderChecksum);
@@ -203,7 +209,7 @@ pub(super) fn read_head(file: &[u8]) -> Result<Head, CacheFault> {
     }
     let expected = (header.data_length()?.checked_add(data))
         .ok_or_else(|| unclear("its arrays have no end".into()))?;
-    match file.len() {
+    match length {
         found if found < expected => Err(cut_off(expected)),
         found if found > expected => Err(CacheFault::TooLong { found, expected }),
         _ => Ok(Head {

@@ -1,13 +1,14 @@
-//! A table that can be used: a checked file as shared memory, or the arrays of a builder
-//! where no file could be kept.
+//! A table that can be used: a checked file as memory, or the arrays of a builder where no file
+//! could be kept.
 
 use std::fs::{self, File};
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 use super::arrays::Arrays;
-use super::header::{ArrayHeader, CacheHeader, Head, check_data, read_head};
+use super::header::{ArrayHeader, CacheHeader, Head, check_data, head_length, read_head};
 use super::key::CacheKind;
+use super::layout::PRELUDE;
 use super::map::Mapping;
 use super::{CacheError, CacheFault};
 
@@ -35,8 +36,11 @@ impl MappedTable {
     /// # Errors
     /// What is wrong with the file.
     pub fn open(path: &Path) -> Result<Self, CacheFault> {
-        let (mapping, head) = open_head(path)?;
-        check_data(mapping.bytes(), &head)?;
+        let file = open(path)?;
+        let mapping = Mapping::of(file, path).map_err(CacheFault::Unreadable)?;
+        let bytes = mapping.bytes();
+        let head = read_head(bytes, bytes.len())?;
+        check_data(bytes, &head)?;
         let Head {
             header,
             inputs,
@@ -106,8 +110,8 @@ impl MappedTable {
         &self.inputs
     }
 
-    /// Whether its numbers are those of a file, whose memory is shared with other processes.
-    pub fn is_mapped(&self) -> bool {
+    /// Whether its numbers are those of a file.
+    pub fn has_file(&self) -> bool {
         matches!(self.body, Body::File { .. })
     }
 
@@ -160,8 +164,25 @@ impl MappedTable {
     }
 }
 
-/// Maps a table file and checks everything about it but its data.
-pub(super) fn open_head(path: &Path) -> Result<(Mapping, Head), CacheFault> {
+/// Reads the beginning of a table file, and checks everything about it but its data.
+pub(super) fn open_head(path: &Path) -> Result<Head, CacheFault> {
+    let file = open(path)?;
+    let length = (file.metadata()).map_err(CacheFault::Unreadable)?.len();
+    let mut start = Vec::new();
+    let more = |bytes: usize, start: &mut Vec<u8>| {
+        let read = (&file).take(bytes as u64).read_to_end(start);
+        read.map_err(CacheFault::Unreadable)
+    };
+    more(PRELUDE, &mut start)?;
+    // A damaged length asks for anything: no more than there is.
+    if let Some(end) = head_length(&start).filter(|end| *end as u64 <= length) {
+        more(end.saturating_sub(PRELUDE), &mut start)?;
+    }
+    read_head(&start, usize::try_from(length).unwrap_or(usize::MAX))
+}
+
+/// Opens a table file that is worth a look.
+fn open(path: &Path) -> Result<File, CacheFault> {
     // Asked before it is opened: opening a pipe would wait for its writer.
     let metadata = fs::metadata(path).map_err(unreadable)?;
     if !metadata.is_file() {
@@ -170,10 +191,7 @@ pub(super) fn open_head(path: &Path) -> Result<(Mapping, Head), CacheFault> {
     if metadata.len() == 0 {
         return Err(CacheFault::Empty);
     }
-    let file = File::open(path).map_err(unreadable)?;
-    let mapping = Mapping::of(&file).map_err(CacheFault::Unreadable)?;
-    let head = read_head(mapping.bytes())?;
-    Ok((mapping, head))
+    File::open(path).map_err(unreadable)
 }
 
 fn unreadable(error: std::io::Error) -> CacheFault {

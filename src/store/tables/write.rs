@@ -1,6 +1,6 @@
 //! A table on its way to disk: whole under its final name, or not there at all.
 
-use std::fs::{self, File, Permissions};
+use std::fs::{File, Permissions};
 use std::io::{self, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
@@ -10,6 +10,7 @@ use super::arrays::Arrays;
 use super::header::CacheHeader;
 use super::key::CacheKind;
 use super::layout::{ALIGNMENT, NUMBER};
+use crate::store::durable;
 use crate::store::file::partial_file;
 
 /// Numbers turned to bytes at a time.
@@ -30,7 +31,7 @@ pub(super) fn write(
     inputs: &str,
     arrays: &Arrays,
 ) -> Result<(), CacheError> {
-    fs::create_dir_all(folder).map_err(|error| CacheError::io(folder, "create", error))?;
+    durable::create_folder(folder).map_err(|error| CacheError::io(folder, "create", error))?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let mut temporary = partial_file(folder, &format!(".{name}."))
         .map_err(|error| CacheError::io(folder, "write", error))?;
@@ -38,13 +39,8 @@ pub(super) fn write(
     encode(temporary.as_file_mut(), kind, inputs, arrays).map_err(refused)?;
     let (file, temporary) = temporary.into_parts();
     protect(&file)
-        .and_then(|()| file.sync_all())
-        .map_err(refused)?;
-    (temporary.persist(path)).map_err(|refusal| refused(refusal.error))?;
-    // The name is durable only once its folder is.
-    File::open(folder)
-        .and_then(|folder| folder.sync_all())
-        .map_err(|error| CacheError::io(folder, "write", error))
+        .and_then(|()| durable::publish(&file, temporary, path))
+        .map_err(refused)
 }
 
 /// Takes away what the user's umask let through of the permission to write.

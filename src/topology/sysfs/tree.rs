@@ -1,0 +1,125 @@
+//! Files of `/sys` and `/proc` below a root, which is elsewhere in tests.
+
+use crate::topology::field;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Numbers of hardware threads or of nodes, as the system counts them.
+pub(super) type Set = BTreeSet<u32>;
+
+/// Numbers are below this: a list that says otherwise is not believed.
+const MOST: u32 = 1 << 16;
+
+/// Where the files of a hardware thread lie.
+pub(super) fn of_thread(thread: u32) -> String {
+    format!("sys/devices/system/cpu/cpu{thread}")
+}
+
+/// A root, and what lies below it.
+#[derive(Debug, Clone)]
+pub(super) struct Tree(PathBuf);
+
+impl Tree {
+    pub(super) fn new(root: &Path) -> Self {
+        Self(root.to_path_buf())
+    }
+
+    pub(super) fn root(&self) -> &Path {
+        &self.0
+    }
+
+    /// A file's text without the white space around it; none where there is nothing to read.
+    pub(super) fn text(&self, path: &str) -> Option<String> {
+        let text = fs::read_to_string(self.0.join(path)).ok()?;
+        let text = text.trim();
+        (!text.is_empty()).then(|| text.to_owned())
+    }
+
+    pub(super) fn number(&self, path: &str) -> Option<u64> {
+        self.text(path)?.parse().ok()
+    }
+
+    pub(super) fn list(&self, path: &str) -> Option<Set> {
+        list(&self.text(path)?)
+    }
+
+    pub(super) fn holds(&self, path: &str) -> bool {
+        self.0.join(path).exists()
+    }
+
+    /// The threads in one unit with another, by the first file that is there: names of files
+    /// changed over time. None where the list does not hold the thread itself.
+    pub(super) fn siblings(&self, thread: u32, names: &[&str]) -> Option<Set> {
+        let file = |name: &&str| self.list(&format!("{}/topology/{name}", of_thread(thread)));
+        let found = names.iter().find_map(file)?;
+        found.contains(&thread).then_some(found)
+    }
+
+    /// Threads that the calling thread is bound to.
+    pub(super) fn bound(&self) -> Option<Set> {
+        list(field(&self.status()?, "Cpus_allowed_list")?)
+    }
+
+    /// Nodes that the control group grants memory of.
+    pub(super) fn granted_nodes(&self) -> Option<Set> {
+        list(field(&self.status()?, "Mems_allowed_list")?)
+    }
+
+    fn status(&self) -> Option<String> {
+        self.text("proc/thread-self/status")
+            .or_else(|| self.text("proc/self/status"))
+    }
+
+    /// Threads that the control group grants, in either version of control groups. Seen from
+    /// inside a container, its own group is often the root.
+    pub(super) fn granted_threads(&self) -> Option<Set> {
+        let groups = self.text("proc/self/cgroup")?;
+        let group = |controller: &str| {
+            let mut lines = groups.lines().map(|line| line.splitn(3, ':'));
+            lines.find_map(|mut parts| {
+                let (controllers, path) = (parts.nth(1)?, parts.next()?);
+                let named = controllers.split(',').any(|known| known == controller);
+                named.then(|| path.trim_end_matches('/').to_owned())
+            })
+        };
+        let file = |folder: &str, group: &str, name: &str| {
+            self.list(&format!("sys/fs/cgroup{folder}{group}/{name}"))
+                .or_else(|| self.list(&format!("sys/fs/cgroup{folder}/{name}")))
+        };
+        let first = group("cpuset").and_then(|group| {
+            let names = ["cpuset.effective_cpus", "cpuset.cpus"];
+            names.iter().find_map(|name| file("/cpuset", &group, name))
+        });
+        first.or_else(|| file("", &group("")?, "cpuset.cpus.effective"))
+    }
+}
+
+/// The numbers of a list such as `0-3,8`; none where it is not one, or empty.
+fn list(text: &str) -> Option<Set> {
+    let mut numbers = Set::new();
+    for range in text.split(',') {
+        let (first, last) = range.split_once('-').unwrap_or((range, range));
+        let (first, last): (u32, u32) = (first.trim().parse().ok()?, last.trim().parse().ok()?);
+        if last >= MOST {
+            return None;
+        }
+        numbers.extend(first..=last);
+    }
+    (!numbers.is_empty()).then_some(numbers)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_are_those_of_the_kernel() {
+        let set = |text: &str| list(text).map(|set| set.into_iter().collect::<Vec<_>>());
+        assert_eq!(set("0-2,8"), Some(vec![0, 1, 2, 8]));
+        assert_eq!(set("5"), Some(vec![5]));
+        for text in ["", "x", "1-", "3-1", "0-4294967295", "0-99999999999"] {
+            assert_eq!(set(text), None, "{text}");
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! What a topology asks of the system that it was read from: the one seam between this program
+//! and whoever knows the machine.
+
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use thiserror::Error;
+
+/// Who told of cores, caches and NUMA nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// The library hwloc.
+    #[cfg(feature = "hwloc")]
+    Hwloc,
+    /// The files of `/sys` and `/proc`.
+    Sys,
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            #[cfg(feature = "hwloc")]
+            Self::Hwloc => "hwloc",
+            Self::Sys => "/sys",
+        })
+    }
+}
+
+/// Why a thread, or its memory, is not bound.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum BindingError {
+    /// The topology describes another machine.
+    #[error("the topology is not that of this machine")]
+    Elsewhere,
+    /// The system does not bind.
+    #[error("the system does not bind threads: {detail}")]
+    Refused {
+        /// The system's own words.
+        detail: String,
+    },
+    /// The system accepted it and did something else.
+    #[error("the system bound a thread elsewhere than asked")]
+    NotKept,
+    /// Memory of nodes without cores is reached through hwloc only.
+    #[error("memory is bound to a NUMA node by hwloc alone, and this program has none at hand")]
+    NoMemoryBinding,
+}
+
+/// The way from the cores of a node to the memory of a node, as the firmware tells of it (ACPI's
+/// Heterogeneous Memory Attribute Table); most machines tell nothing.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MemoryPath {
+    /// Node of the cores, as the system numbers it.
+    pub cpu_node: u32,
+    /// Node of the memory.
+    pub memory_node: u32,
+    /// Bandwidth \[MiB/s\].
+    pub bandwidth: Option<u64>,
+    /// Latency \[ns\].
+    pub latency: Option<u64>,
+}
+
+/// A machine that can be asked and told more than what it consists of.
+pub(super) trait System: fmt::Debug + Send + Sync {
+    /// Whether this is the machine that the program runs on.
+    fn is_here(&self) -> bool;
+
+    /// Binds the calling thread to hardware threads.
+    fn bind_thread(&self, threads: &[u32]) -> Result<(), BindingError>;
+
+    /// Lets pages that the calling thread touches first come from a NUMA node.
+    fn bind_memory(&self, node: u32) -> Result<(), BindingError>;
+
+    /// The hardware thread that the calling thread last ran on.
+    fn last_thread(&self) -> Option<u32>;
+
+    /// NUMA nodes that the memory of some values lies on; empty where nobody tells.
+    fn nodes_of_memory(&self, values: &[f64]) -> Vec<u32>;
+
+    /// All ways between nodes of which something is told.
+    fn memory_paths(&self) -> Vec<MemoryPath>;
+}
