@@ -2,6 +2,7 @@
 //! results.
 
 use super::process::Process;
+use super::size::size;
 use super::{BAD_INPUT, INTERRUPTED, answer, fail, line, with_causes};
 use crate::characterize::compare::{Comparison, Pair, compare};
 use crate::characterize::{self, Extent, Part, Progress, Settings};
@@ -51,7 +52,7 @@ struct MeasureArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=9))]
     rounds: Option<u32>,
     /// Most memory to take, such as 512MiB or 8GiB [default: a quarter of what is free].
-    #[arg(long, value_name = "SIZE", value_parser = size)]
+    #[arg(long, value_name = "SIZE", value_parser = memory)]
     memory: Option<u64>,
     /// Folder for the results [default: results/machine-HOST].
     #[arg(long, value_name = "DIR")]
@@ -297,31 +298,13 @@ fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A number of bytes: `67108864`, `64MiB`, `2 GiB`.
-fn size(text: &str) -> Result<u64, String> {
-    const UNITS: [(&str, u64); 4] = [
-        ("KiB", 1 << 10),
-        ("MiB", 1 << 20),
-        ("GiB", 1 << 30),
-        ("TiB", 1 << 40),
-    ];
-    let text = text.trim();
-    let found = UNITS
-        .iter()
-        .find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, *factor)));
-    let (number, factor) = found.unwrap_or((text, 1));
-    let bytes = number
-        .trim()
-        .parse::<f64>()
-        .ok()
-        .map(|number| number * factor as f64);
-    match bytes {
-        Some(bytes) if bytes >= f64::from(1 << 20) && bytes < 1e18 => Ok(bytes as u64),
-        Some(bytes) if (0.0..1e18).contains(&bytes) => Err(format!(
-            "{} is too little: 1MiB at least",
-            size_text(bytes as u64)
-        )),
-        _ => Err("a size such as 512MiB or 8GiB".to_owned()),
+/// Memory to measure in: one MiB at least.
+fn memory(text: &str) -> Result<u64, String> {
+    match size(text)? {
+        bytes if bytes < 1 << 20 => {
+            Err(format!("{} is too little: 1MiB at least", size_text(bytes)))
+        }
+        bytes => Ok(bytes),
     }
 }
 
@@ -330,13 +313,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sizes_have_binary_units() {
-        assert_eq!(size("64MiB"), Ok(64 << 20));
-        assert_eq!(size("1.5 GiB"), Ok(3 << 29));
-        assert_eq!(size("1048576"), Ok(1 << 20));
-        for bad in ["12", "64MB", "-3GiB", "many", ""] {
-            assert!(size(bad).is_err(), "{bad}");
-        }
+    fn memory_and_time_have_a_least() {
+        assert_eq!(memory("1048576"), Ok(1 << 20));
+        assert!(memory("12").is_err() && memory("512KiB").is_err());
         assert!(positive("0").is_err() && positive("2.5") == Ok(2.5));
     }
 }

@@ -25,12 +25,14 @@ mod point;
 mod portable;
 mod process;
 mod progress;
+pub mod report;
 mod resonances;
 mod retry;
 pub mod run;
 mod run_args;
 pub mod sensitivity;
 pub mod show;
+mod size;
 mod status;
 mod structure;
 pub mod table;
@@ -90,6 +92,8 @@ enum Command {
     Show(show::ShowArgs),
     /// Draw SVG and PNG pictures of a results or trace folder, or of a mesh table
     Plot(plot::PlotArgs),
+    /// Write one HTML file that explores a results or trace folder in a browser, without a network
+    Report(report::ReportArgs),
     /// Write the tables of a results or trace folder for other programs: CSV, NumPy, MATLAB, Excel
     Export(export::ExportArgs),
     /// Tell how the answers of a point change with keys of the manifest
@@ -130,6 +134,7 @@ pub fn main() -> ExitCode {
         Command::Plan(args) => plan::run(&args),
         Command::Show(args) => show::run(&args),
         Command::Plot(args) => plot::run(&args),
+        Command::Report(args) => report::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Sensitivity(args) => sensitivity::run(&args),
         Command::Trace(args) => trace::run(&args),

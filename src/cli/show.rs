@@ -83,7 +83,7 @@ fn text(folder: &Path, json: bool, branches: bool, colour: Colour) -> Result<Str
 }
 
 /// What a folder without results is, and what to do with it.
-fn instead(folder: &Path) -> String {
+pub(super) fn instead(folder: &Path) -> String {
     let here = folder.display();
     if journal_path(folder, None).exists() {
         return format!(

@@ -10,6 +10,7 @@ mod machine_page;
 mod numbers;
 mod operator_summary;
 mod orbits;
+mod page;
 mod plot;
 mod point;
 mod refined;
@@ -28,6 +29,7 @@ pub use machine_page::machine_page;
 pub use numbers::{size_text, to_digits};
 pub use operator_summary::OperatorSummary;
 pub use orbits::{MissedSearch, Orbit, OrbitCount, Orbits};
+pub use page::{PageRequest, ResultsPage, results_page};
 pub use plot::{
     Amount, Asked, Campbell, ColumnName, Contacts, Display, Drawable, Drawn, Log, ModeLine,
     NEAR_GRID, NoAmount, NoColumn, Picture, PlotError, PlotRequest, Ray, Resonance, USUAL_ORDERS,

@@ -6,7 +6,7 @@
 use crate::report::numbers::{number, to_digits};
 
 /// Units that take SI prefixes.
-const PREFIXABLE: [&str; 11] = [
+pub(in crate::report) const PREFIXABLE: [&str; 11] = [
     "m", "m/s", "N", "N/m", "N*m", "N*s/m", "s", "Hz", "rad", "B/s", "op/s",
 ];
 const PREFIXES: [(f64, &str); 7] = [

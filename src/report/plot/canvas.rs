@@ -1,6 +1,8 @@
 //! A picture as shapes in pixels, x to the right and y down, before it becomes SVG or PNG:
 //! both show the same because both are drawn from this list.
 
+use std::fmt;
+
 use super::lettering::fitted;
 use crate::input::{clipped, printable};
 
@@ -9,7 +11,14 @@ pub(super) type Place = [f64; 2];
 
 /// A colour: red, green, blue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Colour(pub u8, pub u8, pub u8);
+pub(in crate::report) struct Colour(pub u8, pub u8, pub u8);
+
+impl fmt::Display for Colour {
+    /// `#d55e00`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "#{:02x}{:02x}{:02x}", self.0, self.1, self.2)
+    }
+}
 
 /// Text and axes.
 pub(super) const INK: Colour = Colour(0x22, 0x22, 0x22);

@@ -15,7 +15,7 @@ const COLOURS: [Colour; 7] = [
 ];
 
 /// The colour of the attractor or branch with a number; they come again after seven.
-pub(super) fn colour(number: usize) -> Colour {
+pub(in crate::report) fn colour(number: usize) -> Colour {
     COLOURS[number % COLOURS.len()]
 }
 

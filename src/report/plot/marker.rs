@@ -9,7 +9,7 @@ const WHITE: Colour = Colour(255, 255, 255);
 
 /// A symbol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Marker {
+pub(in crate::report) enum Marker {
     Disc,
     Square,
     Diamond,
@@ -97,7 +97,7 @@ impl Marker {
 }
 
 /// The colour of a kind's curve: from Okabe and Ito's palette, told apart by colour-blind readers.
-pub(super) fn colour(kind: &str) -> Colour {
+pub(in crate::report) fn colour(kind: &str) -> Colour {
     match kind {
         "fold" => Colour(0xd5, 0x5e, 0x00),
         "period_doubling" => Colour(0x00, 0x72, 0xb2),
@@ -108,7 +108,7 @@ pub(super) fn colour(kind: &str) -> Colour {
 }
 
 /// `period doubling`; of an onset, of what.
-pub(super) fn name(kind: &str) -> String {
+pub(in crate::report) fn name(kind: &str) -> String {
     match kind {
         "onset" => "onset of rattle".to_owned(),
         kind => kind.replace('_', " "),

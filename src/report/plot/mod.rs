@@ -58,12 +58,17 @@ use mesh::MeshCurves;
 use recording::Recording;
 use results::Results;
 
+pub(super) use axis::PREFIXABLE;
 pub use campbell::{Campbell, Contacts, ModeLine, NEAR_GRID, Ray, Resonance};
+pub(super) use categories::colour as category_colour;
 pub use column::{Asked, ColumnName, NoColumn};
 pub use display::{Amount, Display, Log, NoAmount};
 pub use error::PlotError;
 pub use machine::pictures as machine_pictures;
+pub(super) use marker::{colour as kind_colour, name as kind_name};
+pub(super) use motion::Motion;
 pub use picture::{Drawn, Picture};
+pub(super) use ramp::colours as ramp_colours;
 pub use request::{PlotRequest, USUAL_ORDERS};
 pub use what::What;
 

@@ -12,7 +12,7 @@ use crate::report::PointSummary;
 
 /// Kind of motion, or why there is none; the calmest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Motion {
+pub(in crate::report) enum Motion {
     SteadyContact,
     Periodic(u64),
     QuasiPeriodic,

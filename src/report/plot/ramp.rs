@@ -18,6 +18,11 @@ const VIRIDIS: [Colour; 9] = [
     Colour(0xfd, 0xe7, 0x25),
 ];
 
+/// Even steps of the ramp, dark to bright.
+pub(in crate::report) fn colours() -> [Colour; 9] {
+    VIRIDIS
+}
+
 /// The colour of a fraction between 0 and 1.
 pub(super) fn viridis(fraction: f64) -> Colour {
     let position = fraction.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;

@@ -1,0 +1,85 @@
+//! `atlas report`: one HTML file that explores a results or trace folder.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use serde_json::json;
+
+use super::size::size;
+use super::{BAD_INPUT, answer, fail, show, with_causes};
+use crate::report::{PageRequest, ReportError, results_page, size_text};
+use crate::store::{StoreError, TableKind, record_paths, table_path, write_whole};
+
+/// Arguments of `atlas report`.
+#[derive(Debug, Args)]
+pub struct ReportArgs {
+    /// Folder that `atlas run`, `atlas follow` or `atlas trace` wrote, such as results/flex80.
+    pub folder: PathBuf,
+    /// The file [default: `report.html` in the folder].
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Most that tables may take in the file; what has no room is left out, and named [default: 40MiB].
+    #[arg(long, value_name = "SIZE", value_parser = size)]
+    pub most_bytes: Option<u64>,
+    /// Replace a file that is there already.
+    #[arg(long)]
+    pub overwrite: bool,
+    /// Print nothing but errors.
+    #[arg(long, short)]
+    pub quiet: bool,
+    /// Print file, size and what is left out as JSON.
+    #[arg(long, conflicts_with = "quiet")]
+    pub json: bool,
+}
+
+/// Writes the file: status 0 when done, 2 for bad input, 1 where it cannot be written.
+pub fn run(args: &ReportArgs) -> ExitCode {
+    let path = (args.out.clone()).unwrap_or_else(|| args.folder.join("report.html"));
+    let mut request = PageRequest::default();
+    if let Some(most) = args.most_bytes {
+        request.most_bytes = most;
+    }
+    let page = match results_page(&args.folder, request) {
+        Ok(page) => page,
+        Err(error) => return fail(BAD_INPUT, &refusal(&args.folder, &error)),
+    };
+    if path.exists() && !args.overwrite {
+        let message = format!(
+            "`{}` is there already: choose another file with --out, or replace it with --overwrite",
+            path.display()
+        );
+        return fail(BAD_INPUT, &message);
+    }
+    if let Err(error) = write_whole(&path, page.html.as_bytes()) {
+        return fail(1, &with_causes(&error));
+    }
+    let bytes = page.html.len() as u64;
+    let text = match (args.json, args.quiet) {
+        (true, _) => format!(
+            "{:#}\n",
+            json!({ "file": path, "bytes": bytes, "left_out": page.left_out })
+        ),
+        (_, true) => String::new(),
+        _ => {
+            let mut text = format!("{}  {}\n", path.display(), size_text(bytes));
+            for line in &page.left_out {
+                text += &format!("left out  {line}; --most-bytes makes room\n");
+            }
+            text
+        }
+    };
+    answer(&text, ExitCode::SUCCESS)
+}
+
+/// What is wrong with a folder; of one that holds nothing to explore, what it is.
+fn refusal(folder: &Path, error: &ReportError) -> String {
+    let points = table_path(folder, TableKind::Points, None);
+    let recorded = record_paths(folder).is_ok_and(|records| !records.is_empty());
+    match error {
+        ReportError::Store(StoreError::Missing { .. }) if !points.exists() && !recorded => {
+            show::instead(folder)
+        }
+        error => with_causes(error),
+    }
+}

@@ -1,0 +1,38 @@
+// Where the results come from: what `atlas show` says of them, warnings, the record of the run, its manifest.
+
+function startAbout() {
+  const section = document.getElementById("run");
+  const part = (title, ...content) => make("section", {}, make("h2", {}, title), content);
+  const text = (own, label) => make("pre", { tabindex: "0", role: "region", "aria-label": label }, own);
+  const parts = [];
+  const warnings = HEAD.warnings ?? [];
+  if (warnings.length > 0) parts.push(part("Warnings", make("ul", { class: "warnings" }, warnings.map((warning) => make("li", {}, warning)))));
+  if (HEAD.summary) parts.push(part("Summary", text(HEAD.summary, "Summary, as atlas show prints it")));
+  parts.push(part("Checksums", make("p", { id: "checksums" }, checksums())));
+  if (HEAD.left_out.length > 0) {
+    parts.push(part("Not in this page", make("ul", {}, HEAD.left_out.map((line) => make("li", {}, line))),
+      make("p", {}, "atlas report --most-bytes makes room for more.")));
+  }
+  HEAD.runs.forEach((run, index) => {
+    const { manifest, ...record } = run;
+    const title = HEAD.runs.length > 1 ? `Record of the run, part ${index + 1}` : "Record of the run";
+    parts.push(part(title, plainTable(title, ["what", "value"], flat(record))));
+    if (index === 0) parts.push(part("Manifest", text(manifest, "The manifest as it was run")));
+  });
+  parts.push(part("This page", make("p", {}, `Written by ${HEAD.program}; draws with uPlot 1.6.32 (MIT).`)));
+  section.replaceChildren(...parts);
+}
+
+function checksums() {
+  if (HEAD.runs.length === 0) return "There is no run.json: whether the tables are whole was not checked.";
+  const orbits = TABLES.has("branches") ? " No record vouches for the tables of followed orbits." : "";
+  return `${plural(HEAD.checked, "table")} ${HEAD.checked === 1 ? "was" : "were"} what run.json says when this page was written.${orbits}`;
+}
+
+/** A record as lines of names with dots and values. */
+function flat(value, name = "") {
+  if (value === null) return [];
+  if (Array.isArray(value) && value.every((entry) => typeof entry !== "object")) return value.length > 0 ? [[name, value.join(", ")]] : [];
+  if (typeof value !== "object") return [[name, String(value)]];
+  return Object.entries(value).flatMap(([key, own]) => flat(own, name === "" ? key : `${name}.${key}`));
+}

@@ -1,0 +1,46 @@
+// Which cells of a slice of initial states of a point lead to which of its attractors.
+
+function showBasins(table, from, to, place) {
+  const [i, j, x, y, attractors, statuses] = ["i", "j", "x", "y", "attractor_id", "status"].map((name) => table.column(name));
+  const rows = Array.from({ length: to - from }, (_, row) => from + row);
+  const host = picture(place, `Basins of attraction: ${plural(rows.length, "cell")}`, []);
+  const [across, up] = [x, y].map((column) => {
+    const values = rows.map((row) => column.values[row]);
+    const range = extent(values) ?? [0, 1];
+    const [factor, unit] = scaledUnit(column === x ? x.unit : "", Math.max(...range.map(Math.abs)));
+    return { range: range.map((end) => end * factor), values: values.map((value) => value * factor), label: `${column.name} [${unit}]` };
+  });
+  const cells = new Map(rows.map((row) => [`${i.values[row]} ${j.values[row]}`, row]));
+  const sides = [i, j].map((column) => 1 + (extent(rows.map((row) => column.values[row]))?.[1] ?? 0));
+  const half = [across, up].map(({ range }, side) => (range[1] - range[0]) / Math.max(1, sides[side] - 1) / 2 || 0.5);
+  const id = (row) => attractors?.values[row] ?? NaN;
+  const colour = (row) => (Number.isNaN(id(row)) ? themed("none") : HEAD.palette[id(row) % HEAD.palette.length]);
+  const chart = new Chart(host, {
+    height: 300,
+    x: { label: across.label, range: [across.range[0] - half[0], across.range[1] + half[0]] },
+    y: { label: up.label, range: [up.range[0] - half[1], up.range[1] + half[1]] },
+    draw: (pen) => rows.forEach((row, cell) => {
+      pen.ctx.fillStyle = colour(row);
+      const [left, top] = [pen.x(across.values[cell] - half[0]), pen.y(up.values[cell] + half[1])];
+      const [right, bottom] = [pen.x(across.values[cell] + half[0]), pen.y(up.values[cell] - half[1])];
+      // A little too large: abutting edges show as seams.
+      pen.ctx.fillRect(left, top, right - left + 0.5, bottom - top + 0.5);
+    }),
+    pick: (left, top, pen) => {
+      const at = [pen.plot.posToVal(left, "x"), pen.plot.posToVal(top, "y")];
+      const [column, row] = at.map((value, side) => Math.round((value - [across, up][side].range[0]) / (2 * half[side])));
+      return cells.get(`${column} ${row}`) ?? null;
+    },
+    tip: (row) => [
+      Number.isNaN(id(row)) ? `no attractor: ${statuses.text(row)}` : `attractor ${id(row)}`,
+      `x: ${withUnit(x.values[row], x.unit)}`, `y: ${digits(y.values[row])}`,
+    ],
+  });
+  detail.charts.push(chart);
+  const found = [...new Set(rows.map(id))].sort((a, b) => a - b);
+  host.after(make("ul", { class: "legend" }, found.map((own) => {
+    const text = Number.isNaN(own) ? "settled on none" : `attractor ${own}`;
+    const cell = rows.find((row) => Object.is(id(row), own));
+    return make("li", {}, swatch(colour(cell)), text);
+  })));
+}

@@ -1,0 +1,196 @@
+// Followed orbits: branches with their bifurcations over the axis that they were followed over, curves of bifurcations
+// over two axes, and the trajectory of a trace.
+
+const SHAPES = {
+  fold: "disc", period_doubling: "square", torus: "triangle", merging: "diamond", branch_point: "plus",
+  graze: "cross", jump: "plus", sequence: "cross", end: "bar", onset: "bar",
+};
+
+const branches = { what: "branches", y: "deflection_rms", x: "", chart: null };
+const trajectory = { y: "deflection", x: "time", chart: null };
+
+/** Columns of numbers of a table that are offered. */
+function numberColumns(table) {
+  return table.columns.filter((column) => column.kind === "number" || column.kind === "whole").map(({ name }) => [name, name]);
+}
+
+/** Values of a column in the unit in which it is shown, and its label. */
+function shownValues(column, rows) {
+  const axis = HEAD.axes?.find((own) => own.name === column.name && own.shown);
+  const values = rows.map((row) => column.values[row]);
+  const [factor, unit] = axis ? [axis.factor, readable(axis.shown)] : scaledUnit(column.unit, Math.max(...(extent(values) ?? [1]).map(Math.abs)));
+  return { values: values.map((value) => value * factor), label: `${column.name} [${unit}]` };
+}
+
+/** All columns of a row in lines, for the box beside the pointer or the side. */
+function rowLines(table, row) {
+  return table.columns.filter((column) => column.has(row)).map((column) => `${column.name}: ${valueText(table, column, row)}`);
+}
+
+async function startBranches() {
+  const table = TABLES.get("branches");
+  branches.x = HEAD.axes[HEAD.over].name;
+  await Promise.all(["branches", "bifurcations", "curves"].map((name) => TABLES.get(name)?.load()));
+  const hasCurves = HEAD.second !== null && (TABLES.get("curves")?.rows ?? 0) > 0;
+  const again = (key) => (value) => {
+    branches[key] = value;
+    controlsOfBranches();
+    drawBranches();
+  };
+  const controlsOfBranches = () => {
+    const columns = numberColumns(table);
+    const rows = [choice("Column", columns, branches.y, again("y"), "branch-column"), choice("Over", columns, branches.x, again("x"), "branch-over")];
+    const kinds = [["branches", "branches"], ["curves", "curves in the plane"]];
+    const show = hasCurves ? [choice("Show", kinds, branches.what, again("what"), "branch-what")] : [];
+    const focused = document.activeElement?.id;
+    document.querySelector("#branches .controls").replaceChildren(...show, ...(branches.what === "curves" ? [] : rows));
+    if (focused) document.getElementById(focused)?.focus();
+  };
+  controlsOfBranches();
+  drawBranches();
+}
+
+/** Rows of a table, one list for every value of a column, in their order. */
+function grouped(table, name) {
+  const groups = new Map();
+  const column = table.column(name);
+  for (let row = 0; row < table.rows; row += 1) {
+    const key = column.values[row];
+    if (!groups.has(key)) groups.set(key, []);
+    groups.get(key).push(row);
+  }
+  return groups;
+}
+
+/** Consecutive rows that agree in a text or a number, each part with the first row of the next. */
+function parts(rows, key) {
+  const found = [];
+  for (const row of rows) {
+    const last = found.at(-1);
+    if (last !== undefined && last.key === key(row)) last.rows.push(row);
+    else {
+      last?.rows.push(row);
+      found.push({ key: key(row), rows: [row] });
+    }
+  }
+  return found;
+}
+
+function drawBranches() {
+  const curves = branches.what === "curves";
+  const lines = TABLES.get(curves ? "curves" : "branches");
+  const marks = curves ? null : TABLES.get("bifurcations");
+  const x = curves ? HEAD.axes[HEAD.over].name : branches.x;
+  const y = curves ? HEAD.axes[HEAD.second].name : branches.y;
+  const all = Array.from({ length: lines.rows }, (_, row) => row);
+  const [own, up] = [lines.column(x), lines.column(y)];
+  const [xs, ys] = [shownValues(own, all), shownValues(up, all)];
+  const marked = marks?.column(x) && marks.column(y) ? Array.from({ length: marks.rows }, (_, row) => row) : [];
+  // Marks are shown in the unit of the lines, whatever their own values are.
+  const ratio = (column, shown) => {
+    const row = all.find((place) => column.values[place] !== 0 && !Number.isNaN(column.values[place]));
+    return row === undefined ? 1 : shown.values[row] / column.values[row];
+  };
+  const [mx, my] = [[x, own, xs], [y, up, ys]].map(([name, column, shown]) => marked.map((row) => marks.column(name).values[row] * ratio(column, shown)));
+  const kind = (curves ? lines : marks)?.column("kind");
+  const stable = lines.column("stable");
+  const period = lines.column("period");
+  const groups = [...grouped(lines, curves ? "curve" : "branch")];
+  const colour = (row, index) => (curves ? HEAD.kinds[kind.text(row)]?.colour ?? themed("ink") : HEAD.palette[index % HEAD.palette.length]);
+  branches.chart?.remove();
+  const host = document.querySelector("#branches .plot");
+  host.setAttribute("aria-label", `${lines.name}: ${y} over ${x}`);
+  branches.chart = new Chart(host, {
+    height: Math.min(560, Math.max(300, innerHeight - 320)),
+    x: { label: xs.label, range: padded(extent(xs.values)) },
+    y: { label: ys.label, range: padded(extent(ys.values)) },
+    draw: (pen) => {
+      groups.forEach(([, rows], index) => {
+        for (const part of parts(rows, (row) => (curves ? "yes" : stable.text(row)))) {
+          const [a, b] = [xs, ys].map((shown) => part.rows.map((row) => shown.values[row]));
+          pen.line(a, b, colour(part.rows[0], index), part.key === "yes" ? { width: 2.2 } : { width: 1.2, dash: [4, 3] });
+          if (rows.length === 1) pen.dots(a, b, colour(rows[0], index), 5);
+        }
+      });
+      marked.forEach((row, i) => {
+        const { colour: fill } = HEAD.kinds[kind.text(row)] ?? { colour: themed("ink") };
+        const own = ["end", "sequence", "jump"].includes(kind.text(row));
+        pen.mark(mx[i], my[i], SHAPES[kind.text(row)] ?? "bar", fill, own ? themed("soft") : themed("ink"), own ? 4 : 5);
+      });
+    },
+    pick: (left, top, pen) => {
+      const mark = pen.nearest(mx, my, left, top, 10);
+      if (mark >= 0) return { table: marks, row: marked[mark] };
+      const line = pen.nearest(xs.values, ys.values, left, top);
+      return line >= 0 ? { table: lines, row: line } : null;
+    },
+    tip: ({ table, row }) => {
+      const head = table === marks || curves ? HEAD.kinds[table.column("kind").text(row)]?.name ?? table.column("kind").text(row)
+        : `period ${period.values[row]}, ${stable.text(row) === "yes" ? "stable" : "unstable"}`;
+      return [head, ...[x, y].map((name) => `${name}: ${valueText(table, table.column(name), row)}`), table.column("detail")?.text(row)].filter((line) => line);
+    },
+    choose: ({ table, row }) => {
+      document.getElementById("orbit").replaceChildren(make("h3", {}, `${table.name}, row ${row + 1}`),
+        plainTable("The selected orbit", ["column", "value", "description"], table.columns.filter((column) => column.has(row))
+          .map((column) => [column.name, valueText(table, column, row), column.description])));
+    },
+  });
+  const entries = [];
+  if (!curves) {
+    groups.slice(0, MOST_CURVES).forEach(([number, rows], index) => {
+      const periods = [...new Set(rows.map((row) => period.values[row]))];
+      entries.push(make("li", {}, swatch(colour(rows[0], index)), `branch ${number}: period ${periods.join(", ")} (${plural(rows.length, "orbit")})`));
+    });
+    if (groups.length > MOST_CURVES) entries.push(make("li", {}, `and ${count(groups.length - MOST_CURVES)} more`));
+    entries.push(make("li", {}, "full lines stable, broken lines unstable"));
+  }
+  const kinds = new Map();
+  for (const row of curves ? groups.map(([, rows]) => rows[0]) : marked) kinds.set(kind.text(row), (kinds.get(kind.text(row)) ?? 0) + 1);
+  for (const [name, number] of kinds) {
+    const { name: words, colour: own } = HEAD.kinds[name] ?? { name, colour: themed("ink") };
+    entries.push(make("li", {}, curves ? swatch(own) : symbol(SHAPES[name] ?? "bar", own), `${words} (${number})`));
+  }
+  document.querySelector("#branches .legend").replaceChildren(...entries);
+}
+
+/** A symbol of the plot as text, for its legend. */
+function symbol(shape, colour) {
+  const texts = { disc: "●", square: "■", triangle: "▲", diamond: "◆", plus: "＋", cross: "×", bar: "|" };
+  const mark = make("span", { class: "symbol", "aria-hidden": "true" }, texts[shape]);
+  if (!["plus", "cross", "bar"].includes(shape)) mark.style.color = colour;
+  return mark;
+}
+
+async function startTrajectory() {
+  const table = TABLES.get("trace");
+  await table.load();
+  const again = (key) => (value) => {
+    trajectory[key] = value;
+    drawTrajectory(table);
+  };
+  document.querySelector("#trajectory .controls").replaceChildren(
+    choice("Signal", numberColumns(table), trajectory.y, again("y"), "trace-signal"),
+    choice("Over", numberColumns(table), trajectory.x, again("x"), "trace-over"));
+  const about = Object.entries(HEAD.trace ?? {}).map(([key, value]) => `${key.replaceAll("_", " ")}: ${value}`);
+  document.querySelector("#trajectory .caption").textContent = about.join(" · ");
+  drawTrajectory(table);
+}
+
+function drawTrajectory(table) {
+  const all = Array.from({ length: table.rows }, (_, row) => row);
+  const [xs, ys] = [trajectory.x, trajectory.y].map((name) => shownValues(table.column(name), all));
+  trajectory.chart?.remove();
+  const host = document.querySelector("#trajectory .plot");
+  host.setAttribute("aria-label", `${trajectory.y} over ${trajectory.x}`);
+  trajectory.chart = new Chart(host, {
+    height: Math.min(520, Math.max(300, innerHeight - 300)),
+    x: { label: xs.label, range: padded(extent(xs.values), 0.01) },
+    y: { label: ys.label, range: padded(extent(ys.values)) },
+    draw: (pen) => pen.line(xs.values, ys.values, themed("accent"), { width: 1.2 }),
+    pick: (left, top, pen) => {
+      const row = pen.nearest(xs.values, ys.values, left, top);
+      return row >= 0 ? row : null;
+    },
+    tip: (row) => rowLines(table, row).slice(0, 10),
+  });
+}

@@ -1,0 +1,223 @@
+// A plot over two axes: uPlot draws axes and grid and zooms (drag; a double click shows all again), the page
+// draws what is between, and finds what the pointer is at.
+
+const CHARTS = new Set();
+
+/** A colour of the page's theme. */
+function themed(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+}
+
+class Chart {
+  /**
+   * `spec.x`, `spec.y`: `label`, `range` and, where they have them, `log`, `ticks(low, high, room)` and `text(value)`;
+   * `draw(pen)` draws; `pick(x, y, pen)` finds what is at a place in pixels of the page, `tip(found)` tells it in lines
+   * and `choose(found)` is called at a click.
+   */
+  constructor(host, spec) {
+    this.host = host;
+    this.spec = spec;
+    CHARTS.add(this);
+    this.build();
+    this.sizes = new ResizeObserver(() => this.fit());
+    this.sizes.observe(host);
+  }
+
+  get height() {
+    return this.spec.height ?? 320;
+  }
+
+  build() {
+    const { x, y } = this.spec;
+    const font = "12px system-ui, sans-serif";
+    const axis = (side, own, size) => ({
+      side,
+      label: own.label,
+      labelFont: font,
+      labelSize: 18,
+      font,
+      size,
+      space: side === 2 ? 70 : 34,
+      stroke: themed("ink"),
+      grid: { stroke: themed("faint"), width: 1, show: own.ticks === undefined },
+      ticks: { stroke: themed("faint"), width: 1 },
+      splits: own.ticks && ((u, index, low, high, step, room) => own.ticks(low, high, u.bbox[side === 2 ? "width" : "height"] / devicePixelRatio)),
+      values: (u, ticks) => ticks.map((value) => (value === null ? "" : own.text ? own.text(value) : digits(value))),
+    });
+    const scale = (own) => ({
+      time: false,
+      distr: own.log ? 3 : 1,
+      range: (u, low, high) => (own === x && low !== null && low !== high ? [low, high] : own.range),
+    });
+    const options = {
+      width: Math.max(this.host.clientWidth, 200),
+      height: this.height,
+      legend: { show: false },
+      cursor: { x: false, y: false, points: { show: false }, drag: { x: true, y: true, dist: 8 } },
+      scales: { x: scale(x), y: scale(y) },
+      axes: [axis(2, x, 34), axis(3, y, 64)],
+      series: [{}, { paths: () => null, points: { show: false } }],
+      hooks: { draw: [(u) => this.draw(u)] },
+    };
+    this.plot = new uPlot(options, [x.range, y.range], this.host);
+    const over = this.plot.over;
+    over.addEventListener("pointermove", (event) => this.point(event));
+    over.addEventListener("pointerleave", () => tip.hide());
+    over.addEventListener("click", (event) => {
+      const found = this.found(event);
+      if (found !== null) this.spec.choose?.(found);
+    });
+  }
+
+  draw(u) {
+    const { ctx, bbox } = u;
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+    ctx.clip();
+    this.spec.draw(new Pen(u));
+    ctx.restore();
+  }
+
+  found(event) {
+    const area = this.plot.over.getBoundingClientRect();
+    return this.spec.pick?.(event.clientX - area.left, event.clientY - area.top, new Pen(this.plot)) ?? null;
+  }
+
+  point(event) {
+    const found = event.buttons === 0 ? this.found(event) : null;
+    if (found === null) tip.hide();
+    else tip.show(event, this.spec.tip(found));
+    this.plot.over.style.cursor = found !== null && this.spec.choose ? "pointer" : "crosshair";
+  }
+
+  /** Draws again what is between the axes. */
+  redraw() {
+    this.plot.redraw(false);
+  }
+
+  fit() {
+    const width = this.host.clientWidth;
+    if (width > 0 && width !== this.plot.width) this.plot.setSize({ width, height: this.height });
+  }
+
+  /** Draws all again, in the colours of another theme. */
+  rebuild() {
+    this.plot.destroy();
+    this.build();
+  }
+
+  remove() {
+    this.sizes.disconnect();
+    this.plot.destroy();
+    CHARTS.delete(this);
+  }
+}
+
+/** Shapes at values of the axes. */
+class Pen {
+  constructor(plot) {
+    this.plot = plot;
+    this.ctx = plot.ctx;
+    this.ratio = devicePixelRatio;
+  }
+
+  /** Place of a value on the canvas. */
+  x(value) {
+    return this.plot.valToPos(value, "x", true);
+  }
+
+  y(value) {
+    return this.plot.valToPos(value, "y", true);
+  }
+
+  /** A line through places; it is broken where one is no number. */
+  line(xs, ys, colour, { width = 1.5, dash = [] } = {}) {
+    const { ctx, ratio } = this;
+    ctx.beginPath();
+    let drawn = false;
+    for (let i = 0; i < xs.length; i += 1) {
+      const [x, y] = [this.x(xs[i]), this.y(ys[i])];
+      if (Number.isFinite(x) && Number.isFinite(y)) {
+        if (drawn) ctx.lineTo(x, y);
+        else ctx.moveTo(x, y);
+        drawn = true;
+      } else {
+        drawn = false;
+      }
+    }
+    ctx.strokeStyle = colour;
+    ctx.lineWidth = width * ratio;
+    ctx.setLineDash(dash.map((length) => length * ratio));
+    ctx.stroke();
+    ctx.setLineDash([]);
+  }
+
+  /** Small squares, which are drawn faster than discs where there are many. */
+  dots(xs, ys, colour, size = 3) {
+    const { ctx, ratio } = this;
+    const side = Math.max(1, size * ratio);
+    ctx.fillStyle = colour;
+    for (let i = 0; i < xs.length; i += 1) {
+      const [x, y] = [this.x(xs[i]), this.y(ys[i])];
+      if (Number.isFinite(x) && Number.isFinite(y)) ctx.fillRect(x - side / 2, y - side / 2, side, side);
+    }
+  }
+
+  /** A symbol: `disc`, `square`, `diamond`, `triangle`, `cross`, `plus` or `bar`. */
+  mark(x, y, shape, fill, edge, size = 5) {
+    const { ctx, ratio } = this;
+    const [a, b, r] = [this.x(x), this.y(y), size * ratio];
+    if (!Number.isFinite(a) || !Number.isFinite(b)) return;
+    const corners = {
+      square: [[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]],
+      diamond: [[0, -1.2], [1.2, 0], [0, 1.2], [-1.2, 0]],
+      triangle: [[0, -1.1], [1.1, 0.8], [-1.1, 0.8]],
+    }[shape];
+    ctx.beginPath();
+    if (corners) {
+      corners.forEach(([p, q], i) => ctx[i === 0 ? "moveTo" : "lineTo"](a + r * p, b + r * q));
+      ctx.closePath();
+    } else if (shape === "disc") {
+      ctx.arc(a, b, r, 0, 2 * Math.PI);
+    } else {
+      const ends = { cross: [[-1, -1, 1, 1], [-1, 1, 1, -1]], plus: [[-1, 0, 1, 0], [0, -1, 0, 1]], bar: [[0, -1, 0, 1]] }[shape];
+      for (const [p, q, s, t] of ends) {
+        ctx.moveTo(a + r * p, b + r * q);
+        ctx.lineTo(a + r * s, b + r * t);
+      }
+    }
+    ctx.fillStyle = fill;
+    ctx.fill();
+    ctx.strokeStyle = edge;
+    ctx.lineWidth = 1.3 * ratio;
+    ctx.stroke();
+  }
+
+  /** Lines from values up to others. */
+  bars(xs, lows, highs, colour, width = 1) {
+    const { ctx, ratio } = this;
+    ctx.beginPath();
+    for (let i = 0; i < xs.length; i += 1) {
+      const [x, low, high] = [this.x(xs[i]), this.y(lows[i]), this.y(highs[i])];
+      if (Number.isNaN(x + low + high)) continue;
+      ctx.moveTo(x, low);
+      ctx.lineTo(x, high);
+    }
+    ctx.strokeStyle = colour;
+    ctx.lineWidth = width * ratio;
+    ctx.stroke();
+  }
+
+  /** The nearest of some places to one in pixels of the page, at most so many away; −1 where none is. */
+  nearest(xs, ys, left, top, most = 18) {
+    const { ratio, plot } = this;
+    const [a, b] = [left * ratio + plot.bbox.left, top * ratio + plot.bbox.top];
+    let [found, least] = [-1, (most * ratio) ** 2];
+    for (let i = 0; i < xs.length; i += 1) {
+      const distance = (this.x(xs[i]) - a) ** 2 + (this.y(ys[i]) - b) ** 2;
+      if (distance < least) [found, least] = [i, distance];
+    }
+    return found;
+  }
+}

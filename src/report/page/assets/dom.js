@@ -1,0 +1,68 @@
+// Elements. Whatever comes from a file goes through here, as text and never as markup.
+
+/** An element with attributes, handlers (`onclick`) and children, which are elements or texts. */
+function make(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (value === true) element.setAttribute(name, "");
+    else if (value !== false && value !== null && value !== undefined) element.setAttribute(name, value);
+  }
+  element.append(...children.flat().filter((child) => child !== null && child !== undefined));
+  return element;
+}
+
+/** A labelled choice of `[value, text]` pairs, or of groups of them by name; `change` gets the value. */
+function choice(label, options, chosen, change, id) {
+  const option = ([value, text]) => make("option", { value, selected: value === chosen }, text);
+  const entries = Array.isArray(options)
+    ? options.map(option)
+    : Object.entries(options).map(([name, group]) => make("optgroup", { label: name }, group.map(option)));
+  const select = make("select", { id, onchange: () => change(select.value) }, entries);
+  return make("label", {}, make("span", {}, label), select);
+}
+
+/** A labelled box to tick. */
+function tick(label, on, change, id) {
+  const box = make("input", { type: "checkbox", id, checked: on, onchange: () => change(box.checked) });
+  return make("label", { class: "tick" }, box, make("span", {}, label));
+}
+
+/** A square in a colour. */
+function swatch(colour) {
+  const square = make("span", { class: "swatch", "aria-hidden": "true" });
+  square.style.background = colour;
+  return square;
+}
+
+/** A table of texts below heads; cells of numbers are `numeric`. */
+function plainTable(caption, heads, rows, numeric = () => false) {
+  const cell = (text, column) => make("td", { class: numeric(column) ? "number" : null }, text);
+  return make(
+    "div",
+    { class: "scroll", tabindex: "0", role: "region", "aria-label": caption },
+    make(
+      "table",
+      {},
+      make("thead", {}, make("tr", {}, heads.map((head) => make("th", { scope: "col" }, head)))),
+      make("tbody", {}, rows.map((row) => make("tr", {}, row.map(cell)))),
+    ),
+  );
+}
+
+/** The box beside the pointer. */
+const tip = {
+  show(event, lines) {
+    const box = document.getElementById("tip");
+    box.replaceChildren(...lines.map((line, index) => make(index === 0 ? "strong" : "span", {}, line)));
+    box.hidden = false;
+    const { offsetWidth: width, offsetHeight: height } = box;
+    const left = event.clientX + 16 + width < innerWidth ? event.clientX + 16 : event.clientX - 16 - width;
+    const top = event.clientY + 16 + height < innerHeight ? event.clientY + 16 : event.clientY - 16 - height;
+    box.style.left = `${Math.max(4, left)}px`;
+    box.style.top = `${Math.max(4, top)}px`;
+  },
+  hide() {
+    document.getElementById("tip").hidden = true;
+  },
+};

@@ -1,0 +1,96 @@
+// How numbers and units are written: as in the pictures of `atlas plot`, SI with prefixes.
+
+const PREFIXES = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]];
+
+/** With a true minus sign. */
+function minus(text) {
+  return text.replace("-", "−");
+}
+
+/** `10⁻⁶`. */
+function powerOfTen(exponent) {
+  const raised = (c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(c)]);
+  return `10${[...String(exponent)].map(raised).join("")}`;
+}
+
+/** So many significant digits, without needless zeros; nothing of what is no number. */
+function digits(value, count = 4) {
+  if (Number.isNaN(value)) return "";
+  if (value === 0) return "0";
+  const before = Math.floor(Math.log10(Math.abs(value))) + 1;
+  const rounded = Number(value.toPrecision(before > count && before <= 6 ? before : count));
+  const size = Math.abs(rounded);
+  if (size >= 1e-3 && size < 1e6) return minus(String(rounded));
+  const [mantissa, exponent] = rounded.toExponential().split("e");
+  return `${minus(mantissa)}·${powerOfTen(Number(exponent))}`;
+}
+
+/** A unit as people write it; a dash where there is none. */
+function readable(unit) {
+  return unit === "" || unit === "1" ? "–" : unit.replaceAll("*", "·");
+}
+
+/** Factor from SI to a unit in which `largest` reads well, and that unit. */
+function scaledUnit(unit, largest) {
+  const name = readable(unit);
+  if (!(largest > 0) || !Number.isFinite(largest)) return [1, name];
+  if (HEAD.prefixable.includes(unit) && largest >= 1e-12 && largest < 1e15) {
+    const found = PREFIXES.find(([size]) => largest >= size * 0.999999) ?? PREFIXES.at(-1);
+    return [1 / found[0], found[1] + name];
+  }
+  if (largest >= 1e-3 && largest < 1e5) return [1, name];
+  const exponent = 3 * Math.floor(Math.log10(largest) / 3);
+  const power = powerOfTen(exponent);
+  return [10 ** -exponent, name === "–" ? power : `${power} ${name}`];
+}
+
+/** `12.5 µm`. */
+function withUnit(value, unit) {
+  if (Number.isNaN(value)) return "";
+  const [factor, name] = scaledUnit(unit, Math.abs(value));
+  return name === "–" ? digits(value * factor) : `${digits(value * factor)} ${name}`;
+}
+
+/** `12.5 ± 0.3 µm`: value and standard error in one unit. */
+function withError(value, error, unit) {
+  if (Number.isNaN(value)) return "";
+  if (Number.isNaN(error)) return withUnit(value, unit);
+  const [factor, name] = scaledUnit(unit, Math.max(Math.abs(value), Math.abs(error)));
+  const text = `${digits(value * factor)} ± ${digits(error * factor, 2)}`;
+  return name === "–" ? text : `${text} ${name}`;
+}
+
+/** A whole number with its thousands set apart. */
+function count(value) {
+  return String(value).replace(/\B(?=(\d{3})+$)/g, "\u202f");
+}
+
+/** `1 point`, `3 points`. */
+function plural(number, noun) {
+  return `${count(number)} ${noun}${number === 1 ? "" : "s"}`;
+}
+
+/** The smallest and the largest of some numbers; null of none. `positive` passes over others. */
+function extent(values, positive = false) {
+  let [low, high] = [Infinity, -Infinity];
+  for (const value of values) {
+    if (Number.isNaN(value) || (positive && value <= 0)) continue;
+    if (value < low) low = value;
+    if (value > high) high = value;
+  }
+  return low <= high ? [low, high] : null;
+}
+
+/** A range with room around it, as wide as some part of it or of its ends. */
+function padded(range, part = 0.04) {
+  const [low, high] = range ?? [0, 1];
+  const width = high - low > 1e-9 * Math.max(Math.abs(low), Math.abs(high)) ? high - low : Math.abs(high) || 1;
+  return [low - part * width, high + part * width];
+}
+
+/** The same of a logarithmic range. */
+function paddedLog(range) {
+  const [low, high] = range ?? [0.1, 1];
+  const margin = high > low * 1.001 ? (high / low) ** 0.04 : 2;
+  return [low / margin, high * margin];
+}

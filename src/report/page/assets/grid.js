@@ -1,0 +1,144 @@
+// The points of the folder as places on their axes, which of them is selected, and what can be shown of them.
+
+const POINTS = TABLES.get("points") ?? null;
+
+const grid = {
+  /** Name, unit, shown unit and its factor, values (ascending, SI) of every axis; `rank`: the place of each point. */
+  axes: [],
+  /** Places in HEAD.motions, by point. */
+  motion: null,
+  /** Row of the selected point, −1 where none is. */
+  selected: -1,
+  listeners: [],
+};
+
+async function loadGrid() {
+  const columns = await POINTS.load("point_id", ...HEAD.axes.map((axis) => axis.name), "direction");
+  grid.ids = columns[0].values;
+  grid.directions = POINTS.column("direction");
+  grid.motion = await numbers(HEAD.motion, Uint32Array);
+  grid.axes = await Promise.all(HEAD.axes.map(async (axis, index) => {
+    const values = await numbers(axis.values);
+    const places = new Map(Array.from(values, (value, place) => [value, place]));
+    const column = columns[index + 1].values;
+    return {
+      ...axis,
+      values,
+      column,
+      rank: Int32Array.from(column, (value) => places.get(value) ?? -1),
+      factor: axis.factor ?? 1,
+      unit: axis.shown ?? axis.unit,
+    };
+  }));
+  if (HEAD.plane) grid.stands = await numbers(HEAD.plane.stands, Uint32Array);
+}
+
+/** `speed [rpm]`. */
+function axisLabel(axis) {
+  return `${axis.name} [${readable(axis.unit)}]`;
+}
+
+/** `6000 rpm`. */
+function axisText(axis, value) {
+  const unit = readable(axis.unit);
+  return unit === "–" ? digits(value * axis.factor) : `${digits(value * axis.factor)} ${unit}`;
+}
+
+/** Axes with several values, by place. */
+function variedAxes() {
+  return grid.axes.map((axis, index) => index).filter((index) => grid.axes[index].values.length > 1);
+}
+
+/** `load 0.1, speed 6000 rpm, sweep up`: where a point lies. */
+function placeWords(row) {
+  const shown = variedAxes().length > 0 ? variedAxes() : grid.axes.map((axis, index) => index);
+  const words = shown.map((index) => `${grid.axes[index].name} ${axisText(grid.axes[index], grid.axes[index].column[row])}`);
+  const direction = grid.directions?.text(row);
+  return [...words, ...(direction ? [`sweep ${direction}`] : [])].join(", ");
+}
+
+/** Selects a point by its row; all views that show it follow. */
+function selectPoint(row) {
+  if (row < 0 || row >= POINTS.rows) return;
+  grid.selected = row;
+  grid.listeners.forEach((listener) => listener(row));
+}
+
+/** Row of a point by its number; −1 where there is none. */
+function rowOfPoint(point) {
+  const [from, to] = [grid.ids.indexOf(point), grid.ids.lastIndexOf(point)];
+  return from === to ? from : Math.max(from, -1);
+}
+
+/** Most elements of a list that are offered one by one. */
+const MOST_ELEMENTS = 40;
+
+/** What maps and curves can show: `[value, text]` pairs in groups. A value is a column's name, or `name#element`. */
+function shownColumns() {
+  const groups = { Motion: [["class", "class and period"]], Numbers: [], "Elements of lists": [] };
+  for (const column of POINTS.columns) {
+    if (column.name === "status" || column.name === "kernel") groups.Motion.push([column.name, column.name]);
+    const isAxis = HEAD.axes.some((axis) => axis.name === column.name);
+    if (column.kind === "number" || column.kind === "whole") {
+      if (column.name !== "point_id" && !isAxis) groups.Numbers.push([column.name, column.name]);
+    }
+    if (column.kind === "list") {
+      for (let i = 0; i < Math.min(column.longest, MOST_ELEMENTS); i += 1) {
+        groups["Elements of lists"].push([`${column.name}#${i}`, `${column.name}[${column.element(i)}]`]);
+      }
+    }
+  }
+  return Object.fromEntries(Object.entries(groups).filter(([, options]) => options.length > 0));
+}
+
+/** A column, or an element of one, with its values by row once it is loaded. */
+async function shownColumn(name) {
+  const [columnName, element] = name.split("#");
+  const column = POINTS.column(columnName);
+  const errors = errorsOf(POINTS, columnName);
+  const wanted = ["class", "period", "status", "reason", columnName, ...(errors ? [errors.name] : [])];
+  await POINTS.load(...wanted);
+  const index = Number(element ?? 0);
+  return {
+    name,
+    title: element === undefined ? columnName : `${columnName}[${column.element(index)}]`,
+    unit: column.unit,
+    description: column.description,
+    isMotion: name === "class",
+    isText: column.kind === "text",
+    number: (row) => column.number(row, index),
+    error: (row) => errors?.number(row, index) ?? NaN,
+    text: (row) => column.text(row) ?? "none",
+  };
+}
+
+/** What the box beside the pointer says of a point. */
+function pointLines(row, shown) {
+  const motion = HEAD.motions[grid.motion[row]].name;
+  const lines = [`point ${grid.ids[row]}`, placeWords(row)];
+  if (!shown.isText) {
+    const value = shown.number(row);
+    lines.push(`${shown.title}: ${Number.isNaN(value) ? "no value" : withError(value, shown.error(row), shown.unit)}`);
+  } else if (!shown.isMotion) {
+    lines.push(`${shown.title}: ${shown.text(row)}`);
+  }
+  const status = POINTS.column("status")?.text(row);
+  lines.push(status === "ok" ? motion : `${motion}, ${status}`);
+  const reason = POINTS.column("reason")?.text(row);
+  if (reason) lines.push(reason.length > 160 ? `${reason.slice(0, 160)} …` : reason);
+  return lines;
+}
+
+/** The colour of a part of the ramp. */
+function rampColour(part) {
+  const stops = HEAD.ramp;
+  const place = Math.min(Math.max(part, 0), 1) * (stops.length - 1);
+  const step = Math.min(Math.floor(place), stops.length - 2);
+  const [a, b] = [rgb(stops[step]), rgb(stops[step + 1])];
+  return a.map((from, i) => Math.round(from + (place - step) * (b[i] - from)));
+}
+
+/** Red, green and blue of `#rrggbb`. */
+function rgb(colour) {
+  return [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16));
+}

@@ -1,0 +1,99 @@
+//! Arrays as text within a page: little-endian, byte plane after byte plane, deflated, in base64.
+//!
+//! Neighbours of a column mostly agree in their leading bytes, so that planes shrink further than
+//! numbers one after the other. Browsers inflate what is in the zlib format on their own.
+
+use std::io::Write;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+
+/// The arrays of a page, by their numbers.
+#[derive(Debug, Default)]
+pub(super) struct Blocks {
+    texts: Vec<String>,
+    bytes: u64,
+}
+
+impl Blocks {
+    /// Takes up what [`packed`] gave; gives its number.
+    pub fn push(&mut self, packed: String) -> usize {
+        self.bytes += packed.len() as u64;
+        self.texts.push(packed);
+        self.texts.len() - 1
+    }
+
+    /// Characters of all of them.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// All of them, in the order of their numbers.
+    pub fn texts(&self) -> &[String] {
+        &self.texts
+    }
+}
+
+/// Numbers of which NaN stands for none.
+pub(super) fn numbers(values: &[f64]) -> String {
+    packed(&planes(values.iter().map(|value| value.to_le_bytes())))
+}
+
+/// Whole numbers below 2³².
+pub(super) fn codes(values: &[u32]) -> String {
+    packed(&planes(values.iter().map(|value| value.to_le_bytes())))
+}
+
+/// Texts, as a JSON list.
+pub(super) fn texts(values: &[String]) -> String {
+    packed(serde_json::json!(values).to_string().as_bytes())
+}
+
+/// The first bytes of all elements, then their second bytes, and so on.
+fn planes<const N: usize>(elements: impl ExactSizeIterator<Item = [u8; N]>) -> Vec<u8> {
+    let rows = elements.len();
+    let mut bytes = vec![0; N * rows];
+    for (row, element) in elements.enumerate() {
+        for (plane, byte) in element.into_iter().enumerate() {
+            bytes[plane * rows + row] = byte;
+        }
+    }
+    bytes
+}
+
+/// Deflated with the head and the checksum of zlib, in base64.
+fn packed(bytes: &[u8]) -> String {
+    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
+    // A vector takes whatever is written to it.
+    let deflated = encoder.write_all(bytes).and_then(|()| encoder.finish());
+    STANDARD.encode(deflated.unwrap_or_default())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Read;
+
+    #[test]
+    fn blocks_decode_back_to_the_values() {
+        let values: Vec<f64> = (0..1000).map(|i| (f64::from(i) * 0.37).sin()).collect();
+        let bytes = STANDARD.decode(numbers(&values)).unwrap();
+        let mut planes = Vec::new();
+        flate2::read::ZlibDecoder::new(&bytes[..])
+            .read_to_end(&mut planes)
+            .unwrap();
+        let value =
+            |row: usize| f64::from_le_bytes(std::array::from_fn(|p| planes[p * 1000 + row]));
+        let back: Vec<f64> = (0..1000).map(value).collect();
+        assert_eq!(back, values);
+    }
+
+    #[test]
+    fn columns_of_one_value_take_next_to_nothing() {
+        assert!(numbers(&vec![f64::NAN; 100_000]).len() < 2000);
+        let ids: Vec<f64> = (0..100_000).map(f64::from).collect();
+        assert!(numbers(&ids).len() < 400_000, "half of 800 000 bytes");
+    }
+}

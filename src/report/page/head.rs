@@ -1,0 +1,174 @@
+//! What a page says of a results folder beside its tables: axes, kinds of motion, records of runs.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::block::{self, Blocks};
+use crate::manifest::ManifestText;
+use crate::report::Summary;
+use crate::report::followed::Followed;
+use crate::report::plot::{
+    Motion, PREFIXABLE, category_colour, kind_colour, kind_name, ramp_colours,
+};
+use crate::report::refined::Plane;
+use crate::report::text::{Style, render};
+use crate::store::{ProgramRecord, ResultTable, RunRecord, RunState, StoreError, TableKind};
+use crate::units::conversion;
+
+/// Kinds of bifurcations and of their curves, as the tables of followed orbits name them.
+const KINDS: [&str; 10] = [
+    "fold",
+    "branch_point",
+    "period_doubling",
+    "torus",
+    "merging",
+    "graze",
+    "jump",
+    "sequence",
+    "onset",
+    "end",
+];
+
+/// Of a folder with points or followed orbits.
+///
+/// # Errors
+/// Followed orbits cannot be read.
+pub(super) fn of_results(
+    summary: &Summary,
+    runs: &[RunRecord],
+    folder: &Path,
+    blocks: &mut Blocks,
+) -> Result<Value, crate::report::ReportError> {
+    let followed = Followed::read(folder)?;
+    let written = runs.first().map(|run| ManifestText {
+        text: &run.manifest,
+        changes: &run.set,
+    });
+    let units = match (written, &followed) {
+        (Some(manifest), _) => manifest.axis_units(),
+        (None, Some(followed)) => followed.units.clone(),
+        (None, None) => BTreeMap::new(),
+    };
+    let motions: Vec<Motion> = summary.all.iter().map(Motion::of).collect();
+    let mut counts: BTreeMap<Motion, usize> = BTreeMap::new();
+    for motion in &motions {
+        *counts.entry(*motion).or_insert(0) += 1;
+    }
+    let place = |motion: &Motion| counts.keys().take_while(|other| *other < motion).count() as u32;
+    let codes: Vec<u32> = motions.iter().map(place).collect();
+    let axes: Vec<Value> = (summary.axes.iter())
+        .map(|axis| {
+            let shown = units.get(&axis.name);
+            let factor = shown.and_then(|shown| conversion(&axis.unit, shown));
+            json!({
+                "name": axis.name,
+                "unit": axis.unit,
+                "shown": factor.and(shown),
+                "factor": factor,
+                "values": blocks.push(block::numbers(&axis.values)),
+            })
+        })
+        .collect();
+    let all = 0..axes.len();
+    // Which axes are held where something goes along two of them, or along one.
+    let held: Vec<Vec<Vec<usize>>> = (all.clone())
+        .map(|first| {
+            (all.clone())
+                .map(|second| summary.tied.held(axes.len(), &[first, second]))
+                .collect()
+        })
+        .collect();
+    let spanning = (summary.tied.free(axes.len()).into_iter())
+        .filter(|&axis| summary.axes[axis].values.len() > 1);
+    Ok(json!({
+        "job": summary.job,
+        "state": summary.state.map(|state| match state {
+            RunState::Complete => "complete",
+            RunState::Interrupted => "interrupted",
+        }),
+        "points": summary.points,
+        "expected": summary.expected,
+        "axes": axes,
+        "held": held,
+        "spanning": spanning.collect::<Vec<_>>(),
+        "along": summary.carried_along,
+        "over": followed.as_ref().map(|own| own.over),
+        "second": followed.as_ref().and_then(|own| own.second),
+        "motions": counts.iter().map(|(motion, count)| json!({
+            "name": motion.name(),
+            "mark": motion.mark(),
+            "colour": motion.colour().to_string(),
+            "points": count,
+        })).collect::<Vec<_>>(),
+        "motion": blocks.push(block::codes(&codes)),
+        "plane": summary.refined.as_ref().map(|refined| {
+            let plane = Plane::new(refined, &summary.all);
+            let [rows, columns] = plane.sides;
+            let places = (0..rows).flat_map(|row| (0..columns).map(move |column| [row, column]));
+            let stands: Vec<u32> = places
+                .map(|[row, column]| plane.at(row, column).map_or(0, |point| point as u32 + 1))
+                .collect();
+            json!({
+                "axes": refined.axes,
+                "sides": plane.sides,
+                "stands": blocks.push(block::codes(&stands)),
+            })
+        }),
+        "summary": render(summary, Style::Plain),
+        "warnings": summary.warnings,
+    }))
+}
+
+/// Of a folder with a traced trajectory alone.
+///
+/// # Errors
+/// Its table cannot be read.
+pub(super) fn of_trace(folder: &Path) -> Result<Value, StoreError> {
+    let head = ResultTable::head(folder, TableKind::Trace)?;
+    Ok(json!({ "job": head.metadata("job") }))
+}
+
+/// Adds what holds for all folders: records, the trace's own words, this program, colours.
+///
+/// # Errors
+/// A table cannot be read.
+pub(super) fn complete(
+    told: &mut Value,
+    runs: &[RunRecord],
+    folder: &Path,
+    trace: bool,
+) -> Result<(), StoreError> {
+    told["program"] = json!(ProgramRecord::current().to_string());
+    told["ramp"] = json!(ramp_colours().map(|colour| colour.to_string()));
+    told["palette"] = (0..7)
+        .map(|number| category_colour(number).to_string())
+        .collect();
+    told["prefixable"] = json!(PREFIXABLE);
+    told["kinds"] = (KINDS.iter())
+        .map(|kind| {
+            let look = json!({ "name": kind_name(kind), "colour": kind_colour(kind).to_string() });
+            ((*kind).to_owned(), look)
+        })
+        .collect();
+    let files: usize = runs.iter().map(|run| run.tables.len()).sum();
+    told["checked"] = json!(files);
+    told["runs"] = json!(runs);
+    if trace {
+        let head = ResultTable::head(folder, TableKind::Trace)?;
+        let own = [
+            "job",
+            "manifest_hash",
+            "point",
+            "point_units",
+            "mesh_period",
+            "half_gap",
+        ];
+        let words = own
+            .iter()
+            .filter_map(|key| Some(((*key).to_owned(), json!(head.metadata(key)?))));
+        told["trace"] = words.collect();
+    }
+    Ok(())
+}

@@ -1,0 +1,236 @@
+//! A table of a results folder as arrays of a page, of which there is room for so many bytes.
+//!
+//! Of a table of points columns are left out that do not fit, the last first. Of other tables all rows of
+//! some points are kept, one of two, of four, and so on, so that what is there of a point is whole; of tables
+//! that are not of points so many of the rows.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::block::Blocks;
+use super::columns::{Gathered, Packed};
+use crate::report::numbers::plural;
+use crate::store::{ResultTable, StoreError, TableKind};
+
+/// Columns of a table of points that a page cannot do without.
+const NEEDED: [&str; 5] = ["point_id", "status", "reason", "class", "period"];
+
+/// What is gathered may be this much larger than its room: it is packed after.
+const SHRINKS: u64 = 4;
+
+/// What a page holds of a table.
+pub(super) struct Embedded {
+    /// For the page: name, rows, columns.
+    pub told: Value,
+    /// What is left out for want of room, in words.
+    pub left_out: Option<String>,
+}
+
+/// The rows of a table that a page has room for.
+struct Rows {
+    columns: Vec<Gathered>,
+    /// What rows are kept or left out by: the point, or else their number.
+    keys: Vec<u64>,
+    /// All points that have rows; empty where rows are not of points.
+    points: BTreeSet<u64>,
+    /// Rows of the table.
+    all: u64,
+    /// One of two to this power is kept.
+    thinned: u32,
+}
+
+/// Whether a point or a row is among the one of `2^thinned` that are kept. Numbers are scattered, so that those kept
+/// follow no axis of a grid.
+fn is_kept(key: u64, thinned: u32) -> bool {
+    // The golden ratio times 2^64 (Knuth 1998, section 6.4).
+    let scattered = key.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    thinned == 0 || scattered >> (64 - thinned.min(63)) == 0
+}
+
+impl Rows {
+    /// Reads a table; rows are thinned where they take more than `most` bytes.
+    fn read(folder: &Path, kind: TableKind, most: u64) -> Result<Self, StoreError> {
+        let heads = ResultTable::head(folder, kind)?.columns()?;
+        let names: Vec<String> = heads.iter().map(|head| head.name.clone()).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let of_points = names.contains(&"point_id");
+        let mut rows = Self {
+            columns: heads.into_iter().map(Gathered::new).collect(),
+            keys: Vec::new(),
+            points: BTreeSet::new(),
+            all: 0,
+            thinned: 0,
+        };
+        ResultTable::scan(folder, kind, &names, |part| {
+            let first = rows.all;
+            rows.all += part.rows() as u64;
+            let keys: Vec<u64> = match of_points {
+                true => (part.u64("point_id")?.into_iter())
+                    .map(Option::unwrap_or_default)
+                    .collect(),
+                false => (first..rows.all).collect(),
+            };
+            if of_points {
+                rows.points.extend(&keys);
+            }
+            let wanted: Vec<bool> = keys.iter().map(|key| is_kept(*key, rows.thinned)).collect();
+            let kept = keys.iter().zip(&wanted).filter(|(_, kept)| **kept);
+            rows.keys.extend(kept.map(|(key, _)| *key));
+            for column in &mut rows.columns {
+                column.take(part, &wanted)?;
+            }
+            while rows.bytes() > most {
+                rows.thin();
+            }
+            Ok::<_, StoreError>(())
+        })?;
+        if of_points {
+            let mut order: Vec<usize> = (0..rows.keys.len()).collect();
+            order.sort_by_key(|&row| rows.keys[row]);
+            rows.rearrange(&order);
+        }
+        Ok(rows)
+    }
+
+    fn bytes(&self) -> u64 {
+        self.columns.iter().map(Gathered::bytes).sum()
+    }
+
+    /// Keeps every second of what is kept, on the average; none where only one was.
+    fn thin(&mut self) {
+        self.thinned += 1;
+        let kept: Vec<usize> = (0..self.keys.len())
+            .filter(|&row| self.thinned < 64 && is_kept(self.keys[row], self.thinned))
+            .collect();
+        self.rearrange(&kept);
+    }
+
+    fn rearrange(&mut self, order: &[usize]) {
+        for column in &mut self.columns {
+            column.rearrange(order);
+        }
+        self.keys = order.iter().map(|&row| self.keys[row]).collect();
+    }
+
+    /// What was left out of the rows, in words.
+    fn left_out(&self, name: &str) -> Option<String> {
+        let kept: BTreeSet<u64> = self.keys.iter().copied().collect();
+        let all = match self.points.is_empty() {
+            true => plural(self.all as usize, "row"),
+            false => plural(self.points.len(), "point"),
+        };
+        (self.thinned > 0).then(|| format!("{name}: rows of {} of {all} are here", kept.len()))
+    }
+}
+
+/// Embeds a table of points, in the order of their numbers: all its rows, and the columns that there is room for.
+///
+/// # Errors
+/// The table cannot be read.
+pub(super) fn embed_points(
+    folder: &Path,
+    axes: &[String],
+    most: u64,
+    blocks: &mut Blocks,
+) -> Result<Embedded, StoreError> {
+    let rows = Rows::read(folder, TableKind::Points, u64::MAX)?;
+    let (count, mut told, mut empty, mut left) =
+        (rows.keys.len(), Vec::new(), Vec::new(), Vec::new());
+    let mut room = most;
+    for column in rows.columns {
+        let name = column.head.name.clone();
+        let needed = NEEDED.contains(&name.as_str()) || axes.contains(&name);
+        if column.is_empty() && !needed {
+            empty.push(name);
+            continue;
+        }
+        let packed = column.packed();
+        match needed || packed.bytes() <= room {
+            true => {
+                room = room.saturating_sub(packed.bytes());
+                told.push(packed.embed(blocks));
+            }
+            false => left.push(name),
+        }
+    }
+    let left_out = (!left.is_empty()).then(|| format!("points: columns {}", left.join(", ")));
+    Ok(Embedded {
+        told: json!({
+            "name": TableKind::Points.name(),
+            "rows": count,
+            "kept": count,
+            "columns": told,
+            "empty": empty,
+        }),
+        left_out,
+    })
+}
+
+/// Embeds another table: all its columns, and the rows that there is room for.
+///
+/// # Errors
+/// The table cannot be read.
+pub(super) fn embed(
+    folder: &Path,
+    kind: TableKind,
+    most: u64,
+    blocks: &mut Blocks,
+) -> Result<Embedded, StoreError> {
+    let mut room = most.saturating_mul(SHRINKS);
+    loop {
+        let rows = Rows::read(folder, kind, room)?;
+        let (all, count) = (rows.all, rows.keys.len());
+        let left_out = rows.left_out(kind.name());
+        let held = rows.bytes();
+        let (empty, columns): (Vec<_>, Vec<_>) =
+            rows.columns.into_iter().partition(Gathered::is_empty);
+        let packed: Vec<Packed> = columns.into_iter().map(Gathered::packed).collect();
+        if count > 0 && packed.iter().map(Packed::bytes).sum::<u64>() > most {
+            // What was gathered shrinks less than it might have: half of it is gathered next.
+            room = held / 2;
+            continue;
+        }
+        let columns: Vec<Value> = (packed.into_iter())
+            .map(|column| column.embed(blocks))
+            .collect();
+        return Ok(Embedded {
+            told: json!({
+                "name": kind.name(),
+                "rows": all,
+                "kept": count,
+                "columns": columns,
+                "empty": empty.iter().map(|column| &column.head.name).collect::<Vec<_>>(),
+            }),
+            left_out,
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kept_points_are_among_those_kept_before() {
+        for thinned in 0..10 {
+            let kept = |more: u32| (0..100_000).filter(move |&key| is_kept(key, thinned + more));
+            let (all, fewer): (Vec<u64>, Vec<u64>) = (kept(0).collect(), kept(1).collect());
+            assert!(fewer.iter().all(|key| all.contains(key)));
+            let wanted = 100_000.0 / f64::from(1 << thinned);
+            let found = all.len() as f64;
+            assert!((found / wanted - 1.0).abs() < 0.1, "{thinned}: {found}");
+        }
+    }
+
+    /// Of a plane of 100 x 100 points every row and every column keeps some.
+    #[test]
+    fn kept_points_follow_no_axis() {
+        let kept: Vec<u64> = (0..10_000).filter(|&key| is_kept(key, 3)).collect();
+        for side in 0..100 {
+            assert!(kept.iter().any(|key| key % 100 == side), "column {side}");
+            assert!(kept.iter().any(|key| key / 100 == side), "row {side}");
+        }
+    }
+}

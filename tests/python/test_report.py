@@ -1,0 +1,321 @@
+"""The pages of `atlas report` in a browser: Chromium without a window, driven through Playwright.
+
+`cargo test --test report` leaves the folders in target/tmp/reported, `--test store_sample` one with every table of a run
+in target/tmp/sample. `scripts/setup --browser` installs Chromium; without it these tests are skipped."""
+
+import json
+import os
+import shutil
+import subprocess
+import time
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+WRITTEN = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "tmp"
+REPORTED = WRITTEN / "reported"
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+if BROWSER is None:
+    pytest.skip("no Chromium here (`scripts/setup --browser` installs it)", allow_module_level=True)
+playwright = pytest.importorskip("playwright.sync_api", reason="no playwright here (scripts/requirements.txt)")
+
+# Neither a sandbox, which root has no use for, nor anything that asks a network.
+OPTIONS = [
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync",
+]
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with playwright.sync_playwright() as started:
+        chromium = started.chromium.launch(executable_path=BROWSER, args=OPTIONS)
+        yield chromium
+        chromium.close()
+
+
+def report(folder: Path, out: Path) -> Path:
+    program = REPORTED / "atlas"
+    assert program.is_file(), "run `cargo test --release --test report --test store_sample` first"
+    subprocess.run([program.read_text(), "report", folder, "--quiet", "--overwrite", "--out", out], check=True)
+    return out
+
+
+class Opened:
+    """A page with what it complained of."""
+
+    def __init__(self, browser, file: Path, view: str = "", **options):
+        options.setdefault("viewport", {"width": 1280, "height": 900})
+        self.context = browser.new_context(**options)
+        self.page = self.context.new_page()
+        self.complaints: list[str] = []
+        self.requests: list[str] = []
+        self.page.on("console", lambda message: self.complaints.append(message.text))
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.on("request", lambda request: self.requests.append(request.url))
+        self.page.goto(file.as_uri() + view)
+        self.ready()
+
+    def ready(self, view: str = ""):
+        self.page.wait_for_selector(f'body[data-ready="{view}"]' if view else "body[data-ready]")
+
+    def go(self, view: str):
+        self.page.click(f'#views a[href="#{view}"]')
+        self.ready(view)
+
+    def colours(self, selector: str) -> int:
+        """Different colours on the canvas of a plot."""
+        return self.page.evaluate(
+            """(selector) => {
+                const canvas = document.querySelector(`${selector} canvas`);
+                const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+                return new Set(new Uint32Array(data.buffer)).size;
+            }""",
+            selector,
+        )
+
+    def place(self, point: int) -> tuple[float, float]:
+        """Where on the screen the cell of a point is on the map."""
+        x, y = self.page.evaluate(
+            """(point) => {
+                const plot = map.chart.plot;
+                const row = rowOfPoint(point);
+                const area = plot.over.getBoundingClientRect();
+                return [area.left + plot.valToPos(grid.axes[map.x].rank[row], "x"),
+                        area.top + plot.valToPos(grid.axes[map.y].rank[row], "y")];
+            }""",
+            point,
+        )
+        return x, y
+
+    def cell(self, column: str) -> str:
+        return self.page.inner_text(f'#statistics td[data-column="{column}"]')
+
+    def selected(self) -> int:
+        return self.page.evaluate("grid.ids[grid.selected]")
+
+    def close(self):
+        assert self.complaints == []
+        # The file itself, and nothing else.
+        assert len([url for url in self.requests if not url.startswith("data:")]) == 1, self.requests
+        self.context.close()
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory) -> Path:
+    return report(REPORTED / "grid", tmp_path_factory.mktemp("report") / "grid.html")
+
+
+@pytest.fixture
+def opened(browser, file):
+    opened = Opened(browser, file)
+    opened.page.wait_for_selector("#statistics td")
+    yield opened
+    opened.close()
+
+
+@pytest.fixture(scope="module")
+def points() -> list[dict]:
+    return pq.read_table(REPORTED / "grid" / "points.parquet").to_pylist()
+
+
+def four_digits(value: float) -> str:
+    """As the page writes a number between 0.001 and 1000."""
+    return f"{float(f'{value:.4g}'):g}".replace("-", "−")
+
+
+def test_the_map_is_drawn(opened, points):
+    distinct = {point["lambda_max"] for point in points}
+    assert opened.colours("#map") > len(distinct) / 2
+    assert "80 points" in opened.page.inner_text("#state")
+    assert opened.page.title() == "case – atlas"
+
+
+def test_the_pointer_tells_the_value_of_a_point(opened, points):
+    for point in (points[0], points[37], points[79]):
+        opened.page.mouse.move(*opened.place(point["point_id"]))
+        told = opened.page.inner_text("#tip")
+        assert f"point {point['point_id']}" in told
+        assert f"lambda_max: {four_digits(point['lambda_max'])}" in told
+        rpm = point["speed"] * 60 / (2 * 3.141592653589793)
+        assert f"speed {float(f'{rpm:.5g}' if rpm >= 10000 else f'{rpm:.4g}'):g} rpm" in told
+        if point["lambda_stderr"] is not None and point["class"] == "chaotic":
+            assert "±" in told
+
+
+def test_a_click_selects_a_point_and_shows_its_numbers(opened, points):
+    point = points[37]
+    opened.page.mouse.click(*opened.place(37))
+    opened.page.wait_for_function("document.querySelector('#point h2').textContent === 'Point 37'")
+    opened.page.wait_for_selector("#statistics td")
+    assert opened.selected() == 37
+    assert opened.cell("status") == point["status"]
+    assert opened.cell("class") == point["class"]
+    assert opened.cell("load") == four_digits(point["load"])
+    assert opened.cell("lambda_max").startswith(four_digits(point["lambda_max"]))
+    rms = opened.cell("deflection_rms")
+    assert rms.endswith("µm") and rms.startswith(four_digits(point["deflection_rms"] * 1e6))
+    # Its section and its spectrum are drawn, and its orders told.
+    samples = pq.read_table(REPORTED / "grid" / "poincare.parquet", filters=[("point_id", "=", 37)])
+    strobes = sum(kind == "strobe" for kind in samples["section"].to_pylist())
+    opened.page.wait_for_selector("#pictures .plot canvas")
+    assert f"{strobes} sample" in opened.page.inner_text("#pictures")
+    assert opened.colours("#pictures") > 3
+    assert "orders: " in opened.page.inner_text("#rows")
+
+
+def test_arrow_keys_move_the_selected_point(opened):
+    opened.page.evaluate("selectPoint(0)")
+    opened.page.focus("#map .plot")
+    for key, wanted in [("ArrowRight", 1), ("ArrowUp", 11), ("ArrowLeft", 10), ("ArrowDown", 0), ("ArrowDown", 0)]:
+        opened.page.keyboard.press(key)
+        assert opened.selected() == wanted, key
+    assert opened.page.evaluate("getComputedStyle(document.activeElement).outlineStyle") == "solid"
+
+
+def test_every_column_can_be_shown(opened):
+    page = opened.page
+    names = page.eval_on_selector_all("#column option", "options => options.map((option) => option.value)")
+    assert "deflection_rms" in names and "harmonics#2" in names and len(names) > 40
+    for kind in ("map", "curves"):
+        page.select_option("#kind", kind)
+        for name in names:
+            page.select_option("#column", name)
+            page.wait_for_function("(name) => document.querySelector('#map .caption').textContent !== '' && map.column === name", arg=name)
+    page.select_option("#column", "deflection_rms")
+    page.wait_for_function("document.querySelector('#map .caption').textContent.startsWith('deflection_rms [m]')")
+    assert opened.colours("#map") > 8
+
+
+def test_tables_sort_and_filter(opened, points):
+    opened.go("tables")
+    page = opened.page
+    first = "#tables tbody tr:first-child td"
+    page.click('#tables th[data-column="lambda_max"] button')
+    page.wait_for_selector('#tables th[data-column="lambda_max"][aria-sort="ascending"]')
+    ascending = sorted(points, key=lambda point: point["lambda_max"])
+    assert page.inner_text(first) == str(ascending[0]["point_id"])
+    page.click('#tables th[data-column="lambda_max"] button')
+    page.wait_for_selector('#tables th[data-column="lambda_max"][aria-sort="descending"]')
+    assert page.inner_text(first) == str(ascending[-1]["point_id"])
+    # A cell has all digits of its value.
+    heads = page.eval_on_selector_all("#tables th", "heads => heads.map((head) => head.dataset.column)")
+    cells = page.eval_on_selector_all(first, "cells => cells.map((cell) => cell.textContent)")
+    told = dict(zip(heads, cells))
+    assert float(told["lambda_max"]) == ascending[-1]["lambda_max"]
+    wanted = [point for point in points if point["load"] > 0.1 and point["class"] == "periodic"]
+    page.fill("#filter", "load>0.1 class=periodic")
+    page.keyboard.press("Enter")
+    page.wait_for_function("document.querySelector('#tables .caption').textContent.includes(' of 80 rows')")
+    page.wait_for_function("(wanted) => tables.rows.length === wanted", arg=len(wanted))
+    page.fill("#filter", "nothing>1")
+    page.keyboard.press("Enter")
+    page.wait_for_function("document.querySelector('#tables .caption').textContent.includes('No such column: nothing')")
+    page.fill("#filter", "")
+    page.keyboard.press("Enter")
+    # A row of points leads to the map.
+    page.click("#tables tbody tr:nth-child(3)")
+    opened.ready("map")
+    assert opened.selected() == ascending[-3]["point_id"]
+
+
+def test_every_table_is_shown(browser, tmp_path):
+    """A folder with all tables that a run writes, and one with followed orbits."""
+    for folder in (WRITTEN / "sample", REPORTED / "followed"):
+        opened = Opened(browser, report(folder, tmp_path / f"{folder.name}.html"))
+        opened.go("tables")
+        names = opened.page.eval_on_selector_all("#table-name option", "options => options.map((option) => option.value)")
+        assert set(names) == {path.stem for path in folder.glob("*.parquet")}
+        for name in names:
+            opened.page.select_option("#table-name", name)
+            rows = pq.read_metadata(folder / f"{name}.parquet").num_rows
+            opened.page.wait_for_function(
+                "([name, rows]) => tables.name === name && tables.rows.length === rows", arg=[name, rows])
+        opened.go("run")
+        assert "Manifest" in opened.page.inner_text("#run")
+        opened.close()
+
+
+def test_branches_are_drawn(browser, tmp_path):
+    opened = Opened(browser, report(REPORTED / "followed", tmp_path / "followed.html"), "#branches")
+    opened.page.wait_for_selector("#branches canvas")
+    assert opened.colours("#branches") > 8
+    legend = opened.page.inner_text("#branches .legend")
+    branches = len(set(pq.read_table(REPORTED / "followed" / "branches.parquet")["branch"].to_pylist()))
+    assert legend.count("branch ") == branches
+    kinds = set(pq.read_table(REPORTED / "followed" / "bifurcations.parquet")["kind"].to_pylist())
+    for kind in kinds:
+        assert kind.replace("_", " ") in legend
+    opened.close()
+
+
+def test_a_trace_and_a_single_point_have_pages(browser, tmp_path):
+    opened = Opened(browser, report(REPORTED / "trace", tmp_path / "trace.html"))
+    assert opened.page.inner_text("#views").split() == ["Trajectory", "Tables", "Run"]
+    assert opened.colours("#trajectory") > 3
+    opened.close()
+    opened = Opened(browser, report(REPORTED / "<img src=x>", tmp_path / "point.html"))
+    opened.page.wait_for_selector("#statistics td")
+    assert opened.page.inner_text("#point h2") == "Point 0"
+    opened.close()
+
+
+def test_the_colours_follow_the_system_and_the_button(browser, file):
+    opened = Opened(browser, file, color_scheme="dark")
+    background = "getComputedStyle(document.body).backgroundColor"
+    assert opened.page.evaluate(background) == "rgb(22, 25, 29)"
+    opened.page.click("#theme")
+    assert opened.page.evaluate(background) == "rgb(255, 255, 255)"
+    assert opened.colours("#map") > 8
+    opened.close()
+
+
+def test_nothing_is_wider_than_a_phone(browser, file):
+    opened = Opened(browser, file, viewport={"width": 390, "height": 800})
+    opened.page.wait_for_selector("#statistics td")
+    for view in ("map", "tables", "run"):
+        opened.go(view)
+        assert opened.page.evaluate("document.documentElement.scrollWidth") <= 390, view
+    opened.close()
+
+
+def test_controls_have_names(opened):
+    """Every control and every region that takes the focus says what it is, in all views."""
+    for view in ("map", "tables", "run"):
+        opened.go(view)
+        nameless = opened.page.evaluate(
+            """() => [...document.querySelectorAll("button, input, select, a, [tabindex]")].filter((element) =>
+                !(element.getAttribute("aria-label") || element.textContent.trim() || element.labels?.length)
+            ).map((element) => element.outerHTML.slice(0, 100))"""
+        )
+        assert nameless == []
+    opened.page.keyboard.press("?")
+    assert opened.page.is_visible("#help")
+
+
+def test_texts_of_a_folder_are_no_markup(opened):
+    opened.go("run")
+    manifest = json.loads((REPORTED / "grid" / "run.json").read_text())["manifest"]
+    assert "</script><img" in manifest
+    texts = opened.page.eval_on_selector_all("#run pre", "all => all.map((each) => each.textContent)")
+    assert manifest in texts
+    assert opened.page.query_selector("img") is None
+
+
+def test_a_hundred_thousand_points_open_in_a_second(browser, tmp_path):
+    """Only where the folder was made (see `a_large_folder_has_a_page_within_its_room`); times are printed, and none is
+    asserted but that the page comes up at all."""
+    folder = REPORTED / "large"
+    if not (folder / "points.parquet").is_file():
+        pytest.skip("no folder of 100 000 points here (cargo test --release --test report -- --ignored)")
+    page = report(folder, tmp_path / "large.html")
+    started = time.monotonic()
+    opened = Opened(browser, page)
+    seconds = time.monotonic() - started
+    size = page.stat().st_size / 1e6
+    print(f"100 000 points: {size:.1f} MB, {seconds:.2f} s from navigation to the first map")
+    assert opened.colours("#map") > 100
+    opened.close()
