@@ -43,6 +43,7 @@ use crate::input::{printable, printable_but_colours};
 use crate::store::is_decoding;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::error::Error;
+use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 use threads::Threads;
@@ -139,6 +140,14 @@ pub fn main() -> ExitCode {
         }
         Command::Man(args) => man::run(&args),
     }
+}
+
+/// Whether arguments, the program's name first, are those of a command; nothing is carried out.
+///
+/// # Errors
+/// What is wrong with them, or the text that was asked for, as help is.
+pub fn understood(arguments: impl IntoIterator<Item = OsString>) -> Result<(), clap::Error> {
+    Cli::try_parse_from(arguments).map(drop)
 }
 
 /// A panic in a worker becomes a row with its message, and one in the decoding of a file an error
