@@ -29,8 +29,12 @@
 #![allow(clippy::unwrap_used)]
 
 mod common;
+#[path = "fuzz/dice.rs"]
+mod dice;
 #[path = "fuzz/drawn.rs"]
 mod drawn;
+#[path = "../fuzz/targets/row.rs"]
+mod row;
 
 use atlas::analysis::{
     Class, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, SEPARATION, Section, Signals,
@@ -45,6 +49,7 @@ use atlas::reference::Reference;
 use common::advance::{Events, volterra};
 use common::state_difference;
 use drawn::Drawn;
+use row::{broken, differs};
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -149,59 +154,14 @@ impl Trial<'_> {
         if row.status != Status::Ok {
             return;
         }
-        self.plain(name, &row);
+        for (rule, how) in broken(&row, self.model.half_gap) {
+            self.fault(name, rule, how);
+        }
         self.balance(name, &row);
         let start = self.start.clone();
         self.cycles((name, known_off), kernel, start, 3);
         self.cycles((name, known_off), kernel, end.clone(), 2);
         self.onward((name, known_off), &row, &end);
-    }
-
-    /// What holds of any row.
-    fn plain(&mut self, name: &'static str, row: &PointOutcome) {
-        let nvh = row.nvh.as_ref().unwrap();
-        let lambda = row.lyapunov.as_ref();
-        let numbers = [
-            nvh.deflection_mean,
-            nvh.deflection_rms,
-            nvh.deflection_pp,
-            nvh.force_mean,
-            nvh.force_std,
-            nvh.force_peak,
-            nvh.impact_rate,
-            nvh.impact_velocity,
-            row.energy_residual.unwrap_or(0.0),
-            row.events_per_cycle.unwrap_or(0.0),
-        ];
-        let all = (numbers.iter().chain(&nvh.fractions).chain(&nvh.harmonics))
-            .chain(lambda.iter().flat_map(|l| &l.exponents))
-            .chain(lambda.iter().flat_map(|l| &l.errors));
-        if let Some(bad) = all.into_iter().find(|x| !x.is_finite()) {
-            self.fault(name, "finite", format!("{bad} in {row:?}"));
-        }
-        let shares = nvh.fractions;
-        let sum: f64 = shares.iter().sum();
-        let inside = shares.iter().all(|s| (-1e-9..=1.0 + 1e-9).contains(s));
-        if (sum - 1.0).abs() > 1e-9 || !inside {
-            self.fault(name, "shares", format!("{shares:?}"));
-        }
-        // What lies still turns no energy over.
-        let acts = nvh.force_peak > 0.0 && nvh.deflection_rms > 1e-3 * self.model.half_gap;
-        if let Some(residual) = row.energy_residual.filter(|r| acts && *r > 1e-9) {
-            let how = format!("{residual:e}, {:?}, {shares:?}", row.class);
-            self.fault(name, "energy", how);
-        }
-        let events = row.events_per_cycle.unwrap_or(0.0);
-        let [drive, free, coast, _] = shares;
-        let strange = match row.class {
-            Some(Class::SteadyContact(_)) => events > 0.0 || free > 1e-9 || drive * coast > 1e-9,
-            Some(Class::Chaotic) => events == 0.0,
-            _ => free > 1e-9 && free < 1.0 - 1e-9 && events == 0.0,
-        };
-        if strange {
-            let how = format!("{:?}, {events} events a cycle, {shares:?}", row.class);
-            self.fault(name, "kind", how);
-        }
     }
 
     /// Mean force of motion that repeats.
@@ -316,17 +276,11 @@ impl Trial<'_> {
             self.tally.later += u64::from(!same);
             return;
         }
-        if !same {
-            let how = format!(
-                "{:?} ({}), then {:?} ({})",
-                row.class, row.reason, again.class, again.reason
-            );
+        if let Some(how) = differs(row, &again, self.model.half_gap) {
             self.fault(name, "onward", how);
-            return;
-        }
-        let rms = [row, &again].map(|r| r.nvh.as_ref().unwrap().deflection_rms);
-        if (rms[0] - rms[1]).abs() > 1e-6 * (rms[0] + self.model.half_gap) {
-            self.fault(name, "onward", format!("RMS deflections {rms:?} m"));
+            if !same {
+                return;
+            }
         }
         let [Some(one), Some(two)] = [&row.lyapunov, &again.lyapunov] else {
             return;

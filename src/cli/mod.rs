@@ -45,6 +45,7 @@ use crate::input::{printable, printable_but_colours, with_causes};
 use crate::sweep::hush_workers;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::borrow::Cow;
+use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 use threads::Threads;
@@ -149,6 +150,14 @@ pub fn main() -> ExitCode {
         }
         Command::Man(args) => man::run(&args),
     }
+}
+
+/// Whether arguments, the program's name first, are those of a command; nothing is carried out.
+///
+/// # Errors
+/// What is wrong with them, or the text that was asked for, as help is.
+pub fn understood(arguments: impl IntoIterator<Item = OsString>) -> Result<(), clap::Error> {
+    Cli::try_parse_from(arguments).map(drop)
 }
 
 /// Says what is wrong with the arguments, or the help that they ask for. Arguments may be names of

@@ -20,8 +20,9 @@ use crate::manifest::{Job, Variant};
 use crate::topology::{Nearness, Shelves};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Rows that may wait in memory for the oldest unfinished point; a chain a worker where that
 /// is more.
@@ -118,7 +119,7 @@ impl Mean {
 
 /// What a worker is to do.
 #[derive(Debug)]
-pub(super) enum Next {
+enum Next {
     /// Compute this chain, or what is left of it; its work is that in cycles times modes.
     Chain { turn: Turn, work: f64 },
     /// Ask again shortly: too much waits for older points.
@@ -216,7 +217,7 @@ impl<'a> Queue<'a> {
     /// What comes next for a worker of a node with tables of its own, when so many points have left
     /// the writer's memory. The oldest chain is always among those that may be taken once all
     /// before it are written.
-    pub(super) fn next(&self, written: u64, node: Option<usize>) -> Next {
+    fn next(&self, written: u64, node: Option<usize>) -> Next {
         let mut known = self.known();
         if let Some(place) = known.first.pop_front() {
             let work = self.work(&known, place);
@@ -258,8 +259,34 @@ impl<'a> Queue<'a> {
         }
     }
 
+    /// Has a worker compute chains until nothing is left, the run is called off, or `compute` breaks one
+    /// off. `written` is how many points have left the writer's memory; `pause` waits where too much waits
+    /// for older points.
+    pub(super) fn serve(
+        &self,
+        written: impl Fn() -> u64,
+        pause: impl Fn(),
+        node: Option<usize>,
+        called_off: &AtomicBool,
+        mut compute: impl FnMut(Turn) -> Option<()>,
+    ) {
+        while !called_off.load(Ordering::Relaxed) {
+            match self.next(written(), node) {
+                Next::Chain { turn, work } => {
+                    let (place, clock) = (turn.place, Instant::now());
+                    if compute(turn).is_none() {
+                        return;
+                    }
+                    self.finished(place, work, clock.elapsed());
+                }
+                Next::Wait => pause(),
+                Next::End => return,
+            }
+        }
+    }
+
     /// Tells what the chain at a place took; its neighbours are expected to take as long.
-    pub(super) fn finished(&self, place: usize, work: f64, time: Duration) {
+    fn finished(&self, place: usize, work: f64, time: Duration) {
         let ratio = time.as_secs_f64() / work;
         let mut known = self.known();
         known.all.add(ratio);
@@ -300,5 +327,7 @@ pub(super) fn work(point: &Variant) -> f64 {
     cycles.max(1.0) * (FIXED_WORK + point.model.retained as f64)
 }
 
+#[cfg(test)]
+mod interleavings;
 #[cfg(test)]
 mod tests;

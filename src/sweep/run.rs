@@ -6,7 +6,7 @@ use super::hush::WORKER;
 use super::layout::layout;
 use super::parts::Parts;
 use super::point::Worker;
-use super::queue::{Next, Queue};
+use super::queue::Queue;
 use super::recorder::{Begun, Progress, Recorder, Watcher};
 use super::refine::{Refinement, lock};
 use super::turns::{Share, TakenOver, Turn};
@@ -283,40 +283,27 @@ impl Round<'_> {
         };
         let copy = self.copies.of_worker.get(index).copied().flatten();
         let parts = copy.map_or(self.parts, |copy| &self.of_nodes[copy]);
-        while !called_off.load(Ordering::Relaxed) {
-            let (turn, work) = match self.queue.next(self.written.load(Ordering::Relaxed), copy) {
-                Next::Chain { turn, work } => (turn, work),
-                Next::Wait => {
-                    std::thread::sleep(Duration::from_millis(1));
-                    continue;
-                }
-                Next::End => return,
-            };
+        let written = || self.written.load(Ordering::Relaxed);
+        let pause = || std::thread::sleep(Duration::from_millis(1));
+        self.queue.serve(written, pause, copy, called_off, |turn| {
             let Turn {
-                place,
-                first,
-                mut link,
+                first, mut link, ..
             } = turn;
-            let clock = Instant::now();
             while link.passed() < job.chain_length() {
                 let point = job.points.at(first + link.passed());
-                let Ok(row) = compute(job, &point, &link, parts, worker, called_off) else {
-                    return;
-                };
+                let row = compute(job, &point, &link, parts, worker, called_off).ok()?;
                 link.pass(job, &row);
                 if let Some(refinement) = self.refinement {
                     lock(refinement).learn(&row);
                 }
-                if sender.send(row).is_err() {
-                    // The writer has given up.
-                    return;
-                }
+                // The channel is closed where the writer has given up.
+                sender.send(row).ok()?;
                 if called_off.load(Ordering::Relaxed) {
-                    return;
+                    return None;
                 }
             }
-            self.queue.finished(place, work, clock.elapsed());
-        }
+            Some(())
+        });
     }
 }
 

@@ -1,5 +1,6 @@
 //! Random modal drives, and the manifests that describe them.
 
+use super::dice::Dice;
 use atlas::model::{
     Division, Drive, DriveShaft, InitialState, MeshHarmonic, OperatingPoint, Release, TorqueRipple,
 };
@@ -16,31 +17,6 @@ pub struct Drawn {
     pub start: InitialState,
     /// Ends and stiffness of the mesh divisions, as a manifest has them.
     mesh: String,
-}
-
-struct Dice(Stream);
-
-impl Dice {
-    fn chance(&mut self, share: f64) -> bool {
-        self.0.uniform() < share
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.0.uniform()
-    }
-
-    /// Uniform over decades.
-    fn decades(&mut self, low: f64, high: f64) -> f64 {
-        10f64.powf(self.between(low, high))
-    }
-
-    fn below(&mut self, count: usize) -> usize {
-        (self.0.uniform() * count as f64) as usize
-    }
-
-    fn pick<T: Copy>(&mut self, all: &[T]) -> T {
-        all[self.below(all.len())]
-    }
 }
 
 impl Drawn {

@@ -5,7 +5,7 @@ use crate::manifest;
 use std::path::Path;
 
 /// A job of so many independent points of equal work, speeds in rows.
-fn job(loads: usize, speeds: usize) -> Job {
+pub(super) fn job(loads: usize, speeds: usize) -> Job {
     let text = include_str!("../../../tests/data/oscillator.toml")
         .replace("to = 0.3, count = 2", &format!("to = 0.3, count = {loads}"))
         .replace(

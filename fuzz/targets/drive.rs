@@ -1,0 +1,151 @@
+//! Drives of every kind with keys changed: whatever a manifest accepts is computed without a panic, in
+//! bounded time, and no row that calls itself `ok` is wrong.
+
+use super::manifest::judged;
+use super::row::{broken, differs};
+use super::scratch::folder;
+use super::{WRONG, right};
+use atlas::analysis::{
+    Class, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, SEPARATION, Section, Signals,
+    Status, investigate_onward,
+};
+use atlas::manifest::{ManifestText, PointSpec, StiffnessSpec};
+use atlas::model::{Model, TrajectoryState};
+use atlas::numerics::random::PointSeed;
+use atlas::propagate::{Kernel, Spectral, Volterra};
+use atlas::store::TableStore;
+use atlas::sweep::Parts;
+use std::sync::atomic::AtomicBool;
+
+/// Manifests whose keys are changed: every kind of model, of stiffness, of contact.
+pub const BASES: [&str; 12] = [
+    super::scratch::OSCILLATOR,
+    include_str!("../../manifests/tiers/torsional.toml"),
+    include_str!("../../manifests/tiers/translational.toml"),
+    include_str!("../../manifests/tiers/tilting.toml"),
+    include_str!("../../manifests/tiers/pedestal.toml"),
+    include_str!("../../manifests/tiers/flexible.toml"),
+    include_str!("../../manifests/trains/clutch.toml"),
+    include_str!("../../manifests/trains/idle-rattle.toml"),
+    include_str!("../../manifests/trains/two-stage.toml"),
+    include_str!("../../manifests/quickstart.toml"),
+    include_str!("../../manifests/modes-mta.toml"),
+    include_str!("../../manifests/basins.toml"),
+];
+
+const TRANSIENT: u64 = 60;
+const CYCLES: u64 = 120;
+const CELLS: u32 = 30;
+const EVENT_LIMIT: u32 = 1000;
+
+/// Windows of a mesh cycle, and modes, that are waited for.
+const WINDOWS: f64 = 400.0;
+const MODES: usize = 30;
+
+/// The first byte names a manifest; the lines behind it change keys of it, `KEY=VALUE`.
+pub fn drive(data: &[u8]) {
+    let Some((first, lines)) = data.split_first() else {
+        return;
+    };
+    let text = BASES[usize::from(*first) % BASES.len()];
+    let changes: Vec<String> = (String::from_utf8_lossy(lines).lines())
+        .map(str::to_owned)
+        .collect();
+    let asked = ManifestText {
+        text,
+        changes: &changes,
+    };
+    let Some(job) = judged(asked, &folder()) else {
+        return;
+    };
+    for id in [0, job.points.len() - 1] {
+        let point = job.points.at(id);
+        // Tables of meshes take seconds each.
+        let tabled = matches!(point.mesh.stiffness, StiffnessSpec::Table(_));
+        if tabled || point.model.retained > MODES {
+            return;
+        }
+        computed(&point);
+    }
+}
+
+fn computed(point: &PointSpec) {
+    let parts = Parts::new(TableStore::open(folder().join("tables")));
+    let Ok(model) = parts.model(point) else {
+        return;
+    };
+    let windows = Volterra::windows_needed(&model, f64::EPSILON);
+    if windows.is_nan() || windows > WINDOWS {
+        return;
+    }
+    let volterra = Volterra::new(&model, f64::EPSILON, EVENT_LIMIT);
+    let mut trajectory = model.start(&point.run.initial);
+    let row = investigated(&model, &volterra, &mut trajectory);
+    if row.status != Status::Ok {
+        return;
+    }
+    if let Some((rule, how)) = broken(&row, model.half_gap).first() {
+        panic!("{WRONG}{rule}: {how}");
+    }
+    let repeats = matches!(
+        row.class,
+        Some(Class::SteadyContact(Some(_)) | Class::Periodic(_))
+    );
+    if let Ok(spectral) = Spectral::new(&model, CELLS, EVENT_LIMIT, None)
+        && repeats
+    {
+        let again = investigated(&model, &spectral, &mut trajectory);
+        if let Some(how) = differs(&row, &again, model.half_gap) {
+            panic!("{WRONG}spectral: {how}");
+        }
+    }
+    right(trajectory.state.iter().all(|x| x.is_finite()), || {
+        format!("{:?}", trajectory.state)
+    });
+}
+
+fn investigated<K: Kernel>(
+    model: &Model,
+    kernel: &K,
+    trajectory: &mut TrajectoryState,
+) -> PointOutcome {
+    let found = investigate_onward(
+        model,
+        kernel,
+        trajectory,
+        &questions(),
+        &AtomicBool::new(false),
+    );
+    found.expect("nobody calls it off")
+}
+
+fn questions() -> Questions {
+    Questions {
+        point: PointSeed {
+            seed: 1,
+            point_id: 0,
+        },
+        transient: TRANSIENT,
+        cycles: CYCLES,
+        settle: true,
+        audit_cycles: 20,
+        lyapunov: Some(LyapunovQuestion {
+            exponents: 1,
+            stop_at_stderr: None,
+            align: 50,
+            twin: false,
+            separation: SEPARATION,
+            course: 0,
+            norm: Default::default(),
+        }),
+        poincare_samples: 0,
+        section: Section::default(),
+        nvh: Some(NvhQuestion {
+            harmonics: 3,
+            outputs: Signals::NONE,
+            spectrum: None,
+            orders: None,
+            stop_at_stderr: None,
+        }),
+    }
+}

@@ -1,0 +1,96 @@
+//! What a fuzzer puts to the program: functions of bytes, each with what must hold of any bytes.
+//!
+//! Whatever the bytes, the program neither panics nor hangs nor asks for memory without end; what it
+//! accepts is sound, and what it refuses is refused in words that fit a terminal. A sound answer
+//! that is wrong panics with a text that begins with [`WRONG`], so that counts tell it from a crash.
+//!
+//! The functions know nothing of what draws the bytes: `fuzz/src/target.rs` puts them to libFuzzer,
+//! `tests/fuzz_targets.rs` to a seeded generator and to all inputs that were ever found to break them.
+
+// Each of the two programs uses a part of it.
+#![allow(dead_code)]
+
+mod command;
+mod drive;
+mod journal;
+mod manifest;
+mod points;
+mod results;
+pub mod row;
+mod scratch;
+pub mod seeds;
+mod table;
+mod units;
+
+pub use drive::BASES;
+
+/// Begins the text of a panic that says what is wrong with an answer.
+pub const WRONG: &str = "WRONG: ";
+
+/// A function of bytes.
+#[derive(Debug, Clone, Copy)]
+pub struct Target {
+    /// Its name: that of its folder of seeds.
+    pub name: &'static str,
+    /// What it tries.
+    pub about: &'static str,
+    /// Puts bytes to the program.
+    pub run: fn(&[u8]),
+}
+
+const fn target(name: &'static str, run: fn(&[u8]), about: &'static str) -> Target {
+    Target { name, about, run }
+}
+
+/// All of them.
+pub static TARGETS: [Target; 13] = [
+    target("manifest", manifest::manifest, "text of a manifest"),
+    target(
+        "modal",
+        manifest::modal,
+        "modal file, and the model it gives",
+    ),
+    target("changes", manifest::changes, "keys that `--set` changes"),
+    target("points", points::points, "file of operating points"),
+    target("units", units::units, "quantities with units"),
+    target("command", command::command, "arguments of the command line"),
+    target("table", table::table, "kept table, as it lies on the disk"),
+    target(
+        "table-sealed",
+        table::sealed,
+        "kept table with checksums that fit",
+    ),
+    target(
+        "journal",
+        journal::journal,
+        "journal, as it lies on the disk",
+    ),
+    target(
+        "journal-sealed",
+        journal::sealed,
+        "record of a journal with a checksum that fits",
+    ),
+    target("results", results::table, "result table without a record"),
+    target(
+        "record",
+        results::record,
+        "record of a run with a checksum that fits",
+    ),
+    target(
+        "drive",
+        drive::drive,
+        "changed drive, computed by two kernels",
+    ),
+];
+
+/// The target of a name.
+pub fn named(name: &str) -> Option<&'static Target> {
+    TARGETS.iter().find(|target| target.name == name)
+}
+
+/// Panics where an answer is wrong.
+fn right(holds: bool, what: impl FnOnce() -> String) {
+    if !holds {
+        panic!("{WRONG}{}", what());
+    }
+}

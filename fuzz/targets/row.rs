@@ -1,0 +1,75 @@
+//! What must hold of any row that calls itself `ok`, whatever the drive.
+//!
+//! | rule | what is checked |
+//! |---|---|
+//! | `finite` | every number of a row is finite |
+//! | `shares` | shares of drive contact, flight and coast contact lie in [0, 1] and add up to 1 |
+//! | `energy` | the energy balance closes to 1e-9, where forces act |
+//! | `kind` | steady contact has no event and touches; chaos and flights have events |
+
+use atlas::analysis::{Class, PointOutcome};
+
+/// The rules that a row breaks, each with how.
+pub fn broken(row: &PointOutcome, half_gap: f64) -> Vec<(&'static str, String)> {
+    let mut broken = Vec::new();
+    let Some(nvh) = &row.nvh else {
+        return broken;
+    };
+    let lambda = row.lyapunov.as_ref();
+    let numbers = [
+        nvh.deflection_mean,
+        nvh.deflection_rms,
+        nvh.deflection_pp,
+        nvh.force_mean,
+        nvh.force_std,
+        nvh.force_peak,
+        nvh.impact_rate,
+        nvh.impact_velocity,
+        row.energy_residual.unwrap_or(0.0),
+        row.events_per_cycle.unwrap_or(0.0),
+    ];
+    let all = (numbers.iter().chain(&nvh.fractions).chain(&nvh.harmonics))
+        .chain(lambda.iter().flat_map(|l| &l.exponents))
+        .chain(lambda.iter().flat_map(|l| &l.errors));
+    if let Some(bad) = all.into_iter().find(|x| !x.is_finite()) {
+        broken.push(("finite", format!("{bad} in {row:?}")));
+    }
+    let shares = nvh.fractions;
+    let sum: f64 = shares.iter().sum();
+    let inside = shares.iter().all(|s| (-1e-9..=1.0 + 1e-9).contains(s));
+    if (sum - 1.0).abs() > 1e-9 || !inside {
+        broken.push(("shares", format!("{shares:?}")));
+    }
+    // What lies still turns no energy over.
+    let acts = nvh.force_peak > 0.0 && nvh.deflection_rms > 1e-3 * half_gap;
+    if let Some(residual) = row.energy_residual.filter(|r| acts && *r > 1e-9) {
+        let how = format!("{residual:e}, {:?}, {shares:?}", row.class);
+        broken.push(("energy", how));
+    }
+    let events = row.events_per_cycle.unwrap_or(0.0);
+    let [drive, free, coast, _] = shares;
+    let strange = match row.class {
+        Some(Class::SteadyContact(_)) => events > 0.0 || free > 1e-9 || drive * coast > 1e-9,
+        Some(Class::Chaotic) => events == 0.0,
+        _ => free > 1e-9 && free < 1.0 - 1e-9 && events == 0.0,
+    };
+    if strange {
+        let how = format!("{:?}, {events} events a cycle, {shares:?}", row.class);
+        broken.push(("kind", how));
+    }
+    broken
+}
+
+/// How another answer, given the state at the end of a row of motion that repeats, differs from the row: in
+/// class, or by more than 1e-6 in RMS deflection.
+pub fn differs(row: &PointOutcome, again: &PointOutcome, half_gap: f64) -> Option<String> {
+    if again.status != row.status || again.class != row.class {
+        return Some(format!(
+            "{:?} ({}), then {:?} ({})",
+            row.class, row.reason, again.class, again.reason
+        ));
+    }
+    let rms = [row, again].map(|row| row.nvh.as_ref().map_or(0.0, |nvh| nvh.deflection_rms));
+    let off = (rms[0] - rms[1]).abs() > 1e-6 * (rms[0] + half_gap);
+    off.then(|| format!("RMS deflections {rms:?} m"))
+}

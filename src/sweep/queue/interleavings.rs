@@ -1,0 +1,132 @@
+//! Workers, the writer and a signal in many orders: is every chain computed once, and does all end?
+//!
+//! The queue and the worker's loop are those of a run. Around them stands what a run has there: a
+//! channel of few places, a writer that lets points go in their order, a flag that calls the run
+//! off. All threads are shuttle's, which runs one at a time and draws who goes on wherever a
+//! thread sends, receives, waits, or asks how far the writer is. The queue's own lock is held
+//! nowhere across such a place, so that no order is lost by its being the standard library's.
+
+use super::tests::job;
+use super::*;
+use shuttle::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use shuttle::thread;
+use std::sync::atomic::AtomicU64;
+use std::sync::{Arc, LazyLock};
+
+static JOB: LazyLock<Job> = LazyLock::new(|| job(3, 4));
+
+const POINTS: usize = 12;
+const WORKERS: usize = 3;
+const CHANNEL: usize = 2;
+const AHEAD: u64 = 4;
+const LOOK: usize = 6;
+
+/// Orders that are tried.
+const ORDERS: usize = 2000;
+
+/// What ends a run.
+#[derive(Clone, Copy, PartialEq)]
+enum End {
+    /// Nothing is left.
+    Done,
+    /// The flag is raised at any moment.
+    CalledOff,
+    /// The writer gives up after so many rows, as on a full disk.
+    WriterGone(usize),
+}
+
+fn work(queue: &Queue<'_>, written: &AtomicU64, called_off: &AtomicBool, rows: &SyncSender<usize>) {
+    let written = || {
+        let found = written.load(Ordering::Relaxed);
+        // It may have gone on until the queue is asked.
+        thread::yield_now();
+        found
+    };
+    queue.serve(written, thread::yield_now, None, called_off, |turn| {
+        thread::yield_now();
+        rows.send(turn.place).ok()?;
+        (!called_off.load(Ordering::Relaxed)).then_some(())
+    });
+}
+
+/// The rows that arrive, in their order; points leave memory in that of their numbers.
+fn write(rows: &Receiver<usize>, written: &AtomicU64, end: End) -> Vec<usize> {
+    let (mut seen, mut waiting, mut next) = (Vec::new(), BTreeSet::new(), 0);
+    while let Ok(place) = rows.recv() {
+        assert!(!seen.contains(&place), "{place} twice");
+        seen.push(place);
+        waiting.insert(place);
+        while waiting.remove(&next) {
+            next += 1;
+        }
+        assert!(waiting.len() as u64 <= AHEAD, "{waiting:?} wait for {next}");
+        written.store(next as u64, Ordering::Relaxed);
+        if end == End::WriterGone(seen.len()) {
+            break;
+        }
+    }
+    seen
+}
+
+fn in_many_orders(end: End) {
+    let run = move || {
+        let share = Share::of_shard(&JOB, None);
+        let mut queue = Queue::new(&JOB, share, TakenOver::default(), vec![3, 1], 1, WORKERS, 0);
+        (queue.look, queue.ahead) = (LOOK, AHEAD);
+        let queue = Arc::new(queue);
+        let written = Arc::new(AtomicU64::new(0));
+        let called_off = Arc::new(AtomicBool::new(false));
+        let (sender, receiver) = sync_channel(CHANNEL);
+        let writer = {
+            let (written, called_off) = (written.clone(), called_off.clone());
+            thread::spawn(move || {
+                let seen = write(&receiver, &written, end);
+                drop(receiver);
+                if matches!(end, End::WriterGone(_)) {
+                    called_off.store(true, Ordering::Relaxed);
+                }
+                seen
+            })
+        };
+        let workers: Vec<_> = (0..WORKERS)
+            .map(|_| {
+                let (queue, written) = (queue.clone(), written.clone());
+                let (called_off, sender) = (called_off.clone(), sender.clone());
+                thread::spawn(move || work(&queue, &written, &called_off, &sender))
+            })
+            .collect();
+        drop(sender);
+        if end == End::CalledOff {
+            thread::yield_now();
+            called_off.store(true, Ordering::Relaxed);
+        }
+        for worker in workers {
+            worker.join().unwrap();
+        }
+        let mut seen = writer.join().unwrap();
+        seen.sort_unstable();
+        match end {
+            End::Done => assert_eq!(seen, (0..POINTS).collect::<Vec<_>>()),
+            End::CalledOff => assert!(seen.len() <= POINTS),
+            End::WriterGone(after) => assert_eq!(seen.len(), after),
+        }
+    };
+    shuttle::check_random(run, ORDERS);
+    // Few changes of thread, each at a moment drawn: orders that uniform draws hardly ever make.
+    shuttle::check_pct(run, ORDERS, 3);
+}
+
+#[test]
+fn every_chain_is_computed_once_in_whatever_order() {
+    in_many_orders(End::Done);
+}
+
+#[test]
+fn a_run_that_is_called_off_ends_in_whatever_order() {
+    in_many_orders(End::CalledOff);
+}
+
+#[test]
+fn a_run_whose_writer_gives_up_ends_in_whatever_order() {
+    in_many_orders(End::WriterGone(5));
+}
