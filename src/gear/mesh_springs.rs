@@ -345,7 +345,7 @@ mod tests {
             slices: 1,
         };
         let (phase, misalignment) = (0.7, 1e-3);
-        let exact = LoadSharing::new(
+        let exact = LoadSharing::of_slices(
             &pairs_at(&flanks, phase, whole).unwrap(),
             whole,
             misalignment,

@@ -20,8 +20,8 @@
 
 use super::error::{MOST_PAIRS, SharingError};
 use super::pairs::{ContactPair, Face};
-use super::profile::{Interval, Profile, integrals};
-use crate::numerics::linalg;
+use super::profile::{Interval, Press, Profile, integrals};
+use crate::numerics::plain;
 use faer::Mat;
 
 /// Steps of Newton's method smaller than this part of the deflection are followed by a last one.
@@ -29,6 +29,9 @@ const SMALL: f64 = 1e-7;
 
 /// Most steps.
 const ROUNDS: usize = 100;
+
+/// Steps taken whole before any is held against what it makes of Φ: from an even load on they rarely need it.
+const WHOLE_STEPS: usize = 12;
 
 /// Smallest part of a step that is tried.
 const LEAST_PART: f64 = 1.0 / 1024.0;
@@ -159,7 +162,7 @@ impl Coupled {
             slices: face.slices,
             waves,
             contact,
-            root: linalg::cholesky(&compliance)?,
+            root: plain::cholesky(&compliance)?,
             profile: Profile::new(gaps, waves),
             straight,
         })
@@ -173,17 +176,22 @@ impl Coupled {
         let (mut point, _) = self.settle(&self.patch(whole), mean);
         let mut patch = self.patch_at(&point);
         let mut last = false;
-        for _ in 0..ROUNDS {
+        for round in 0..ROUNDS {
             let (target, stiffness) = self.settle(&patch, mean);
             if last {
-                return self.bearing(&target, stiffness);
+                return self.bearing(&target, stiffness, patch.touching);
             }
             let step = Point {
                 y: &target.y - &point.y,
                 approach: target.approach - point.approach,
             };
-            let moved = linalg::product(self.root.as_ref(), step.y.as_ref());
+            let moved = plain::product(self.root.as_ref(), step.y.as_ref());
             last = moved.norm_max().max(step.approach.abs()) <= SMALL * scale;
+            if last || round < WHOLE_STEPS {
+                point = target;
+                patch = self.patch_at(&point);
+                continue;
+            }
             let falls = self.slope(&point, &patch, &step, mean);
             let mut part = 1.0;
             (point, patch) = loop {
@@ -193,7 +201,7 @@ impl Coupled {
                 };
                 let there = self.patch_at(&next);
                 let rises = self.slope(&next, &there, &step, mean) > 0.5 * falls.abs();
-                if !rises || last || part < LEAST_PART {
+                if !rises || part < LEAST_PART {
                     break (next, there);
                 }
                 part *= 0.5;
@@ -203,28 +211,18 @@ impl Coupled {
             approach: f64::NAN,
             ..point
         };
-        self.bearing(&nowhere, f64::NAN)
+        self.bearing(&nowhere, f64::NAN, patch.touching)
     }
 
     /// What each pair bears.
     pub fn pairs(&self, bearing: &Bearing) -> Vec<PairBearing> {
         (bearing.touching.iter().enumerate())
             .map(|(pair, touching)| {
-                let displacement = &bearing.displacement[pair * self.waves..][..self.waves];
+                let press = self.press(bearing, pair);
                 let scale = self.width / self.contact[pair];
-                let mut pattern = vec![0.0; self.slices];
-                let mut moment = 0.0;
-                for (slice, pattern) in pattern.iter_mut().enumerate() {
-                    let [mean, first] = (self.profile).on_slice(
-                        pair,
-                        slice,
-                        touching,
-                        bearing.approach,
-                        displacement,
-                    );
-                    *pattern = scale * mean;
-                    moment += scale * self.width * first;
-                }
+                let (slices, first) = self.profile.sums(pair, touching, &press);
+                let pattern: Vec<f64> = slices.iter().map(|sum| scale * sum).collect();
+                let moment = scale * self.width * first;
                 PairBearing {
                     load: pattern.iter().sum(),
                     moment,
@@ -242,37 +240,43 @@ impl Coupled {
         let step = if self.straight { self.slices } else { 1 };
         (0..self.contact.len())
             .flat_map(|pair| {
-                let displacement = &bearing.displacement[pair * self.waves..][..self.waves];
+                let press = self.press(bearing, pair);
                 let mut margins: Vec<f64> = (0..=self.slices)
                     .step_by(step)
-                    .map(|border| {
-                        (self.profile).at_border(pair, border, bearing.approach, displacement)
-                    })
+                    .map(|border| self.profile.at_border(pair, border, &press))
                     .collect();
-                margins.push(self.profile.deepest(pair, bearing.approach, displacement));
+                margins.push(self.profile.deepest(pair, &press));
                 margins
             })
             .collect()
     }
 
-    fn bearing(&self, point: &Point, stiffness: f64) -> Bearing {
+    fn bearing(&self, point: &Point, stiffness: f64, touching: Vec<Vec<Interval>>) -> Bearing {
         Bearing {
             approach: point.approach,
             stiffness,
             displacement: self.displacement(point),
-            touching: self.patch_at(point).touching,
+            touching,
         }
     }
 
+    fn press(&self, bearing: &Bearing, pair: usize) -> Press {
+        let waves = &bearing.displacement[pair * self.waves..][..self.waves];
+        Press::new(bearing.approach, waves)
+    }
+
     fn displacement(&self, point: &Point) -> Vec<f64> {
-        let moved = linalg::product(self.root.as_ref(), point.y.as_ref());
+        let moved = plain::product(self.root.as_ref(), point.y.as_ref());
         (0..moved.nrows()).map(|row| moved[(row, 0)]).collect()
     }
 
     fn patch_at(&self, point: &Point) -> Patch {
         let displacement = self.displacement(point);
         let touching = (displacement.chunks(self.waves).enumerate())
-            .map(|(pair, waves)| self.profile.touching(pair, point.approach, waves))
+            .map(|(pair, waves)| {
+                let press = Press::new(point.approach, waves);
+                self.profile.touching(pair, &press)
+            })
             .collect();
         self.patch(touching)
     }
@@ -309,27 +313,27 @@ impl Coupled {
     fn settle(&self, patch: &Patch, mean: f64) -> (Point, f64) {
         let size = self.root.nrows();
         let transposed = self.root.transpose();
-        let carried = linalg::product(patch.products.as_ref(), self.root.as_ref());
-        let mut matrix = linalg::product(transposed, carried.as_ref());
+        let carried = plain::product(patch.products.as_ref(), self.root.as_ref());
+        let mut matrix = plain::product(transposed, carried.as_ref());
         for i in 0..size {
             matrix[(i, i)] += 1.0;
         }
         let [means, gaps] =
-            [&patch.means, &patch.gaps].map(|side| linalg::product(transposed, side.as_ref()));
+            [&patch.means, &patch.gaps].map(|side| plain::product(transposed, side.as_ref()));
         let mut sides = Mat::from_fn(size, 2, |row, side| match side {
             0 => means[(row, 0)],
             _ => gaps[(row, 0)],
         });
         // 1 and a matrix that is positive semidefinite: numbers that are none have no factor.
-        let Some(lower) = linalg::cholesky(&matrix) else {
+        let Some(lower) = plain::cholesky(&matrix) else {
             let nowhere = Point {
                 y: Mat::zeros(size, 1),
                 approach: f64::NAN,
             };
             return (nowhere, f64::NAN);
         };
-        linalg::solve_lower(&lower, &mut sides);
-        linalg::solve_upper(&lower, &mut sides);
+        plain::solve_lower(&lower, &mut sides);
+        plain::solve_upper(&lower, &mut sides);
         let even = |side: &Mat<f64>| -> f64 {
             (0..self.contact.len())
                 .map(|pair| side[(pair * self.waves, 0)])
@@ -350,12 +354,12 @@ impl Coupled {
 
     /// Derivative of Φ at a point along a step.
     fn slope(&self, point: &Point, patch: &Patch, step: &Point, mean: f64) -> f64 {
-        let moved = linalg::product(self.root.as_ref(), point.y.as_ref());
-        let carried = linalg::product(patch.products.as_ref(), moved.as_ref());
+        let moved = plain::product(self.root.as_ref(), point.y.as_ref());
+        let carried = plain::product(patch.products.as_ref(), moved.as_ref());
         let load = Mat::from_fn(moved.nrows(), 1, |row, _| {
             point.approach * patch.means[(row, 0)] - patch.gaps[(row, 0)] - carried[(row, 0)]
         });
-        let pulled = linalg::product(self.root.transpose(), load.as_ref());
+        let pulled = plain::product(self.root.transpose(), load.as_ref());
         let bent: f64 = (0..moved.nrows())
             .map(|row| (point.y[(row, 0)] - pulled[(row, 0)]) * step.y[(row, 0)])
             .sum();

@@ -40,7 +40,7 @@ fn figures(coupled: &Coupled, force: f64) -> [f64; 4] {
 
 /// A strip that bends with the stiffness 1/c and twists with l²/c, ends free, loaded all along by a wedge:
 /// `d − l² d″ = c (x − ε z − d)/h` has `d = β (x − ε z) + β ε sinh κz/(κ cosh κb/2)`, `β = c/(c + h)` and
-/// `κ² l² = 1 + c/h`. What waves leave out falls with the third power of their number.
+/// `κ² l² = 1 + c/h`. What waves leave out falls with the fifth power of their number.
 #[test]
 fn a_wedge_on_a_strip_has_hyperbolic_sines() {
     let (length, angle, force) = (4e-3, 2e-5, 2e3);
@@ -59,9 +59,9 @@ fn a_wedge_on_a_strip_has_hyperbolic_sines() {
         (centre * force / moment - 1.0).abs()
     };
     let errors = [8, 16, 32].map(error);
-    assert!(errors[2] < 1e-4, "{errors:?}");
+    assert!(errors[0] < 3e-4, "{errors:?}");
     for pair in errors.windows(2) {
-        assert!((6.0..10.0).contains(&(pair[0] / pair[1])), "{errors:?}");
+        assert!((20.0..40.0).contains(&(pair[0] / pair[1])), "{errors:?}");
     }
 }
 

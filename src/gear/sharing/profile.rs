@@ -33,17 +33,63 @@ pub(super) struct Profile {
     /// Cells of a slice.
     cells: usize,
     waves: usize,
-    /// Place of each border of cells, with `c_n cos nπt` and the derivatives of it.
-    borders: Vec<Border>,
+    borders: Vec<Place>,
     /// Gaps at the borders of cells, pair by pair \[m\].
     gaps: Vec<Vec<f64>>,
 }
 
+/// A place with `cos nπt` and `sin nπt` there.
 #[derive(Debug, Clone, PartialEq)]
-struct Border {
-    place: f64,
-    values: Vec<f64>,
-    slopes: Vec<f64>,
+struct Place {
+    at: f64,
+    cosines: Vec<f64>,
+    sines: Vec<f64>,
+}
+
+impl Place {
+    fn new(at: f64, waves: usize) -> Self {
+        let (cosines, sines) = turns(at, waves);
+        Self { at, cosines, sines }
+    }
+}
+
+/// By how much a pair presses, apart from its gap: `x − Σ a_n cos nπt`, with the slope `Σ nπ a_n sin nπt`.
+#[derive(Debug, Clone)]
+pub(super) struct Press {
+    approach: f64,
+    cosines: Vec<f64>,
+    sines: Vec<f64>,
+}
+
+impl Press {
+    /// Of an approach \[m\] and waves d_n of displacement \[m\].
+    pub fn new(approach: f64, waves: &[f64]) -> Self {
+        let amplitude = |n: usize| if n == 0 { waves[0] } else { SQRT_2 * waves[n] };
+        Self {
+            approach,
+            cosines: (0..waves.len()).map(amplitude).collect(),
+            sines: (0..waves.len())
+                .map(|n| n as f64 * PI * amplitude(n))
+                .collect(),
+        }
+    }
+
+    fn value(&self, cosines: &[f64]) -> f64 {
+        let waves = self.cosines.iter().zip(cosines);
+        self.approach - waves.map(|(a, cosine)| a * cosine).sum::<f64>()
+    }
+
+    fn slope(&self, sines: &[f64]) -> f64 {
+        let waves = self.sines.iter().zip(sines);
+        waves.map(|(a, sine)| a * sine).sum()
+    }
+
+    fn bend(&self, cosines: &[f64]) -> f64 {
+        let waves = self.sines.iter().zip(cosines).enumerate();
+        waves
+            .map(|(n, (a, cosine))| n as f64 * PI * a * cosine)
+            .sum()
+    }
 }
 
 /// `cos nπt` and `sin nπt` for n up to a number.
@@ -81,18 +127,7 @@ impl Profile {
         let cells = (CELLS_PER_WAVE * waves).div_ceil(slices);
         let count = slices * cells;
         let borders = (0..=count)
-            .map(|index| {
-                let place = index as f64 / count as f64;
-                let (cosines, sines) = turns(place, waves);
-                let wave = |n: usize| if n == 0 { 1.0 } else { SQRT_2 };
-                Border {
-                    place,
-                    values: (0..waves).map(|n| wave(n) * cosines[n]).collect(),
-                    slopes: (0..waves)
-                        .map(|n| -wave(n) * n as f64 * PI * sines[n])
-                        .collect(),
-                }
-            })
+            .map(|index| Place::new(index as f64 / count as f64, waves))
             .collect();
         let refined = |gap: Vec<f64>| -> Vec<f64> {
             let at = |index: usize| {
@@ -114,193 +149,158 @@ impl Profile {
     }
 
     /// By how much a pair presses at the border of a slice \[m\].
-    pub fn at_border(&self, pair: usize, border: usize, approach: f64, waves: &[f64]) -> f64 {
-        self.depth_at(pair, border * self.cells, approach, waves)
+    pub fn at_border(&self, pair: usize, border: usize, press: &Press) -> f64 {
+        let index = border * self.cells;
+        press.value(&self.borders[index].cosines) - self.gaps[pair][index]
     }
 
     /// By how much a pair presses where it presses most \[m\].
-    pub fn deepest(&self, pair: usize, approach: f64, waves: &[f64]) -> f64 {
+    pub fn deepest(&self, pair: usize, press: &Press) -> f64 {
         let mut most = f64::NEG_INFINITY;
-        for cell in 0..self.borders.len() - 1 {
-            for border in [cell, cell + 1] {
-                most = most.max(self.depth_at(pair, border, approach, waves));
-            }
-            if let Some(turn) = self.turn(pair, cell, waves) {
-                most = most.max(self.depth(pair, cell, turn, approach, waves));
-            }
-        }
+        self.walk(pair, press, |_, [from, to]| {
+            most = most.max(from.1).max(to.1);
+        });
         most
     }
 
     /// Where a pair is in contact.
-    pub fn touching(&self, pair: usize, approach: f64, waves: &[f64]) -> Vec<Interval> {
+    pub fn touching(&self, pair: usize, press: &Press) -> Vec<Interval> {
         let mut found: Vec<Interval> = Vec::new();
         let mut add = |from: f64, to: f64| match found.last_mut() {
             Some(last) if last.to == from => last.to = to,
             _ => found.push(Interval { from, to }),
         };
-        for cell in 0..self.borders.len() - 1 {
-            let ends = [cell, cell + 1].map(|border| {
-                let depth = self.depth_at(pair, border, approach, waves);
-                (self.borders[border].place, depth)
-            });
-            let turn = self.turn(pair, cell, waves).map(|place| {
-                let depth = self.depth(pair, cell, place, approach, waves);
-                (place, depth)
-            });
-            let stretches = match turn {
-                None => vec![ends],
-                Some(turn) => vec![[ends[0], turn], [turn, ends[1]]],
-            };
-            for [(from, at_from), (to, at_to)] in stretches {
-                match (at_from > 0.0, at_to > 0.0) {
-                    (true, true) => add(from, to),
-                    (false, false) => {}
-                    (into, _) => {
-                        let depth = |t: f64| {
-                            let slope = self.slope(pair, cell, t, waves);
-                            [self.depth(pair, cell, t, approach, waves), slope]
-                        };
-                        let border = root([from, to], at_from, &depth);
-                        match into {
-                            true => add(from, border),
-                            false => add(border, to),
-                        }
-                    }
+        self.walk(pair, press, |cell, [(from, at_from), (to, at_to)]| {
+            let into = at_from > 0.0;
+            if into && at_to > 0.0 {
+                add(from, to);
+            } else if into || at_to > 0.0 {
+                let depth = |t: f64| {
+                    let (cosines, sines) = turns(t, self.waves);
+                    let depth = press.value(&cosines) - self.gap(pair, cell, t);
+                    [depth, press.slope(&sines) - self.rise(pair, cell)]
+                };
+                let border = root([from, to], at_from, &depth);
+                if into {
+                    add(from, border);
+                } else {
+                    add(border, to);
                 }
             }
-        }
+        });
         found.retain(|interval| interval.to > interval.from);
         found
     }
 
-    /// `∫ g cos nπt dt` over intervals, by parts.
+    /// Hands over every stretch of the face on which a pair presses ever more or ever less, by its cell and by
+    /// places and depths of its ends.
+    fn walk(&self, pair: usize, press: &Press, mut stretch: impl FnMut(usize, [(f64, f64); 2])) {
+        let gaps = &self.gaps[pair];
+        let at = |border: usize| {
+            let place = &self.borders[border];
+            let depth = press.value(&place.cosines) - gaps[border];
+            ((place.at, depth), press.slope(&place.sines))
+        };
+        let (mut from, mut slope) = at(0);
+        for cell in 0..self.borders.len() - 1 {
+            let (to, next) = at(cell + 1);
+            let rise = self.rise(pair, cell);
+            if (slope > rise) == (next > rise) {
+                stretch(cell, [from, to]);
+            } else {
+                let turning = |t: f64| {
+                    let (cosines, sines) = turns(t, self.waves);
+                    [press.slope(&sines) - rise, press.bend(&cosines)]
+                };
+                let place = root([from.0, to.0], slope - rise, &turning);
+                let (cosines, _) = turns(place, self.waves);
+                let turn = (place, press.value(&cosines) - self.gap(pair, cell, place));
+                stretch(cell, [from, turn]);
+                stretch(cell, [turn, to]);
+            }
+            (from, slope) = (to, next);
+        }
+    }
+
+    /// `∫ g cos nπt dt` over intervals, by parts: on every slice the gap has one slope.
     pub fn gap_waves(&self, pair: usize, intervals: &[Interval]) -> Vec<f64> {
         let mut sums = vec![0.0; self.waves];
         for interval in intervals {
-            for (from, to, cell) in self.parts(interval) {
-                let [from_gap, to_gap] = [from, to].map(|place| self.gap(pair, cell, place));
-                sums[0] += 0.5 * (from_gap + to_gap) * (to - from);
-                let slope = self.rise(pair, cell);
-                for (place, gap, sign) in [(to, to_gap, 1.0), (from, from_gap, -1.0)] {
-                    let (cosines, sines) = turns(place, self.waves);
-                    for (n, sum) in sums.iter_mut().enumerate().skip(1) {
-                        let number = n as f64 * PI;
-                        *sum += sign * (gap * sines[n] + slope * cosines[n] / number) / number;
-                    }
-                }
-            }
-        }
-        sums
-    }
-
-    /// `∫ p dt` and `∫ (t − ½) p dt` on a slice, p by how much a pair presses where it is in contact \[m\].
-    pub fn on_slice(
-        &self,
-        pair: usize,
-        slice: usize,
-        touching: &[Interval],
-        approach: f64,
-        waves: &[f64],
-    ) -> [f64; 2] {
-        let (first, last) = (slice * self.cells, (slice + 1) * self.cells);
-        let [start, end] = [first, last].map(|border| self.borders[border].place);
-        let mut sums = [0.0; 2];
-        for interval in touching {
-            let (from, to) = (interval.from.max(start), interval.to.min(end));
-            if from >= to {
-                continue;
-            }
-            let middle = 0.5 * (from + to);
-            // What does not vary in waves is a straight line, times t − ½ a parabola: Simpson's rule.
-            let straight = |t: f64| approach - waves[0] - self.gap(pair, first, t);
-            let places = [from, middle, to].map(|t| [straight(t), (t - 0.5) * straight(t)]);
-            for (order, sum) in sums.iter_mut().enumerate() {
-                let [a, b, c] = places.map(|place| place[order]);
-                *sum += (to - from) / 6.0 * (a + 4.0 * b + c);
-            }
-            for (place, sign) in [(to, 1.0), (from, -1.0)] {
-                let (cosines, sines) = turns(place, self.waves);
-                for (n, wave) in waves.iter().enumerate().skip(1) {
+            self.on_slices(interval, |slice, from, to| {
+                let cell = slice * self.cells;
+                let [low, high] = [from, to].map(|place| self.gap(pair, cell, place.at));
+                let rise = self.rise(pair, cell);
+                sums[0] += 0.5 * (low + high) * (to.at - from.at);
+                for (n, sum) in sums.iter_mut().enumerate().skip(1) {
                     let number = n as f64 * PI;
-                    let amplitude = sign * SQRT_2 * wave / number;
-                    sums[0] -= amplitude * sines[n];
-                    sums[1] -= amplitude * ((place - 0.5) * sines[n] + cosines[n] / number);
+                    let ends = high * to.sines[n] - low * from.sines[n];
+                    *sum += (ends + rise * (to.cosines[n] - from.cosines[n]) / number) / number;
                 }
-            }
+            });
         }
         sums
     }
 
-    /// The parts of an interval on slices, each with a cell of it.
-    fn parts(&self, interval: &Interval) -> Vec<(f64, f64, usize)> {
+    /// `∫ p dt` on each slice and `∫ (t − ½) p dt` on the face, p by how much a pair presses where it is in
+    /// contact \[m\].
+    pub fn sums(&self, pair: usize, intervals: &[Interval], press: &Press) -> (Vec<f64>, f64) {
+        let mut slices = vec![0.0; (self.borders.len() - 1) / self.cells];
+        let mut first = 0.0;
+        for interval in intervals {
+            self.on_slices(interval, |slice, from, to| {
+                // What does not vary in waves is a straight line, times t − ½ a parabola: Simpson's rule.
+                let straight = |t: f64| {
+                    press.approach - press.cosines[0] - self.gap(pair, slice * self.cells, t)
+                };
+                let [a, b, c] = [from.at, 0.5 * (from.at + to.at), to.at]
+                    .map(|t| [straight(t), (t - 0.5) * straight(t)]);
+                let simpson =
+                    |order: usize| (to.at - from.at) / 6.0 * (a[order] + 4.0 * b[order] + c[order]);
+                slices[slice] += simpson(0);
+                first += simpson(1);
+                for (n, wave) in press.cosines.iter().enumerate().skip(1) {
+                    let number = n as f64 * PI;
+                    let wave = wave / number;
+                    slices[slice] -= wave * (to.sines[n] - from.sines[n]);
+                    let levers = (to.at - 0.5) * to.sines[n] - (from.at - 0.5) * from.sines[n];
+                    first -= wave * (levers + (to.cosines[n] - from.cosines[n]) / number);
+                }
+            });
+        }
+        (slices, first)
+    }
+
+    /// Hands over the parts of an interval on slices, with their ends.
+    fn on_slices(&self, interval: &Interval, mut part: impl FnMut(usize, &Place, &Place)) {
         let slices = (self.borders.len() - 1) / self.cells;
-        (0..slices)
-            .filter_map(|slice| {
-                let from = self.borders[slice * self.cells].place.max(interval.from);
-                let to = self.borders[(slice + 1) * self.cells]
-                    .place
-                    .min(interval.to);
-                (from < to).then_some((from, to, slice * self.cells))
-            })
-            .collect()
+        let ends = [interval.from, interval.to].map(|end| Place::new(end, self.waves));
+        let first = ((interval.from * slices as f64) as usize).saturating_sub(1);
+        for slice in first..slices {
+            let [start, end] = [slice, slice + 1].map(|border| &self.borders[border * self.cells]);
+            if start.at >= interval.to {
+                break;
+            }
+            let from = if start.at >= interval.from {
+                start
+            } else {
+                &ends[0]
+            };
+            let to = if end.at <= interval.to { end } else { &ends[1] };
+            if from.at < to.at {
+                part(slice, from, to);
+            }
+        }
     }
 
     /// Derivative of a gap on a cell \[m\].
     fn rise(&self, pair: usize, cell: usize) -> f64 {
         let [low, high] = [cell, cell + 1].map(|border| self.gaps[pair][border]);
-        (high - low) / (self.borders[cell + 1].place - self.borders[cell].place)
+        (high - low) * (self.borders.len() - 1) as f64
     }
 
     /// The gap of the line that it is on a cell.
     fn gap(&self, pair: usize, cell: usize, place: f64) -> f64 {
-        self.gaps[pair][cell] + self.rise(pair, cell) * (place - self.borders[cell].place)
-    }
-
-    fn depth_at(&self, pair: usize, border: usize, approach: f64, waves: &[f64]) -> f64 {
-        let moved: f64 = (self.borders[border].values.iter().zip(waves))
-            .map(|(value, wave)| value * wave)
-            .sum();
-        approach - self.gaps[pair][border] - moved
-    }
-
-    fn depth(&self, pair: usize, cell: usize, place: f64, approach: f64, waves: &[f64]) -> f64 {
-        let (cosines, _) = turns(place, self.waves);
-        let others: f64 = (cosines.iter().zip(waves).skip(1))
-            .map(|(cosine, wave)| SQRT_2 * cosine * wave)
-            .sum();
-        approach - self.gap(pair, cell, place) - waves[0] - others
-    }
-
-    fn slope(&self, pair: usize, cell: usize, place: f64, waves: &[f64]) -> f64 {
-        let (_, sines) = turns(place, self.waves);
-        let others: f64 = (sines.iter().zip(waves).enumerate().skip(1))
-            .map(|(n, (sine, wave))| SQRT_2 * n as f64 * PI * sine * wave)
-            .sum();
-        others - self.rise(pair, cell)
-    }
-
-    /// Where by how much a pair presses turns from growing to falling, or back, inside a cell.
-    fn turn(&self, pair: usize, cell: usize, waves: &[f64]) -> Option<f64> {
-        let rise = self.rise(pair, cell);
-        let [from, to] = [cell, cell + 1].map(|border| {
-            let moved: f64 = (self.borders[border].slopes.iter().zip(waves))
-                .map(|(slope, wave)| slope * wave)
-                .sum();
-            -rise - moved
-        });
-        if (from > 0.0) == (to > 0.0) {
-            return None;
-        }
-        let ends = [cell, cell + 1].map(|border| self.borders[border].place);
-        let bend = |t: f64| {
-            let (cosines, _) = turns(t, self.waves);
-            let others: f64 = (cosines.iter().zip(waves).enumerate())
-                .map(|(n, (cosine, wave))| SQRT_2 * (n as f64 * PI).powi(2) * cosine * wave)
-                .sum();
-            [self.slope(pair, cell, t, waves), others]
-        };
-        Some(root(ends, from, &bend))
+        self.gaps[pair][cell] + self.rise(pair, cell) * (place - self.borders[cell].at)
     }
 }
 
