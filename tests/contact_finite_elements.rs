@@ -8,16 +8,13 @@ use atlas::gear::{
     Face, FlankLaw, Flanks, GearPair, IndependentSlices, LoadSharing, Plane, ToothForm, pairs_at,
 };
 
+fn number(value: &toml::Value) -> f64 {
+    let whole = || value.as_integer().map(|i| i as f64);
+    value.as_float().or_else(whole).unwrap()
+}
+
 fn floats(table: &toml::Value, key: &str) -> Vec<f64> {
-    let values = table[key].as_array().unwrap().iter();
-    values
-        .map(|value| {
-            value
-                .as_float()
-                .or(value.as_integer().map(|i| i as f64))
-                .unwrap()
-        })
-        .collect()
+    table[key].as_array().unwrap().iter().map(number).collect()
 }
 
 /// At every recorded place of the mesh cycle: approach, tangent stiffness and shares.
@@ -115,7 +112,7 @@ fn gears_in_contact_approach_as_finite_elements_say() {
 /// The gears of a recorded pair in three dimensions.
 fn gears_of(file: &toml::Table, pair: usize) -> (Flanks, f64) {
     let gears = &file["gear"].as_array().unwrap()[2 * pair..][..2];
-    let float = |gear: usize, key: &str| gears[gear][key].as_float().unwrap();
+    let float = |gear: usize, key: &str| number(&gears[gear][key]);
     let face_width = float(0, "face_width");
     let teeth =
         [0, 1].map(|gear| u32::try_from(gears[gear]["teeth"].as_integer().unwrap()).unwrap());
@@ -150,7 +147,7 @@ fn waves_of_load_move_teeth_as_elements_in_three_dimensions_say() {
             .map(|wave| {
                 let of = |gear: usize| {
                     let own = gears[2 * pair + gear]["own"].as_array().unwrap();
-                    own[2].as_array().unwrap()[wave].as_float().unwrap()
+                    number(&own[2].as_array().unwrap()[wave])
                 };
                 of(0) + of(1)
             })
@@ -160,8 +157,8 @@ fn waves_of_load_move_teeth_as_elements_in_three_dimensions_say() {
         let ours: Vec<f64> = (0..own.nrows()).map(|n| own[(n, n)] * modulus).collect();
         println!("{face_width}: {even:.4} {ours:.4?}\n  recorded {recorded:?}");
         let whole = recorded[0];
-        for (n, ours) in ours.iter().enumerate() {
-            let off = (ours - recorded[n + 1]).abs() / whole;
+        for (n, (ours, recorded)) in ours.iter().zip(&recorded[1..]).enumerate() {
+            let off = (ours - recorded).abs() / whole;
             assert!(off < 0.02, "wave {}: {ours} {off}", n + 1);
         }
     }
@@ -179,8 +176,8 @@ fn askew_flanks_bear_where_elements_in_three_dimensions_say() {
             width: face_width,
             slices: 1,
         };
-        let misalignment = case["misalignment"].as_float().unwrap();
-        let force = case["line_load"].as_float().unwrap() * face_width;
+        let misalignment = number(&case["misalignment"]);
+        let force = number(&case["line_load"]) * face_width;
         let phase = flanks.path().phase(flanks.path().pitch_point);
         let [centre, length, _] = floats(case, "contact")[..] else {
             panic!("three figures");
@@ -208,8 +205,8 @@ fn askew_flanks_bear_where_elements_in_three_dimensions_say() {
         }
         // Slices that stand alone bear too near mid-face, and where they bear on a part only on too much of it.
         assert!(alone[0].abs() < 0.9 * centre.abs());
-        assert!(length > 0.95 * face_width || alone[1] > 1.4 * length);
+        assert!(length > 0.95 * face_width || alone[1] > 1.15 * length);
     }
     println!("largest errors {worst:.4?}");
-    assert!(worst[0] < 0.05 && worst[1] < 0.08, "{worst:?}");
+    assert!(worst[0] < 0.03 && worst[1] < 0.05, "{worst:?}");
 }

@@ -313,11 +313,7 @@ impl Coupled {
     fn settle(&self, patch: &Patch, mean: f64) -> (Point, f64) {
         let size = self.root.nrows();
         let transposed = self.root.transpose();
-        let carried = plain::product(patch.products.as_ref(), self.root.as_ref());
-        let mut matrix = plain::product(transposed, carried.as_ref());
-        for i in 0..size {
-            matrix[(i, i)] += 1.0;
-        }
+        let matrix = self.hessian(patch);
         let [means, gaps] =
             [&patch.means, &patch.gaps].map(|side| plain::product(transposed, side.as_ref()));
         let mut sides = Mat::from_fn(size, 2, |row, side| match side {
@@ -350,6 +346,32 @@ impl Coupled {
             approach * sides[(row, 0)] - sides[(row, 1)]
         });
         (Point { y, approach }, self.width * stiffness)
+    }
+
+    /// The lower triangle of `1 + Lᵀ B̃ L`: B̃ falls apart into pairs, and columns of L begin at the diagonal.
+    fn hessian(&self, patch: &Patch) -> Mat<f64> {
+        let (waves, size) = (self.waves, self.root.nrows());
+        let mut matrix = Mat::zeros(size, size);
+        let mut carried = vec![0.0; size];
+        for j in 0..size {
+            let column = self.root.col_as_slice(j);
+            for first in (j / waves * waves..size).step_by(waves) {
+                let (own, out) = (first..first + waves, &mut carried[first..first + waves]);
+                out.fill(0.0);
+                for (k, factor) in own.clone().zip(&column[own.clone()]) {
+                    let products = &patch.products.col_as_slice(k)[own.clone()];
+                    for (out, product) in out.iter_mut().zip(products) {
+                        *out += product * factor;
+                    }
+                }
+            }
+            let rows = &mut matrix.col_as_slice_mut(j)[j..];
+            for (i, out) in (j..size).zip(rows) {
+                let pairs = self.root.col_as_slice(i)[i..].iter().zip(&carried[i..]);
+                *out = pairs.map(|(l, c)| l * c).sum::<f64>() + f64::from(u8::from(i == j));
+            }
+        }
+        matrix
     }
 
     /// Derivative of Φ at a point along a step.
