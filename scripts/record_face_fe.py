@@ -20,8 +20,17 @@ import scipy.sparse as sparse
 from numpy.polynomial import legendre
 from record_tooth_fe import ALPHA, NU, Gear, interpolation, mesh, turned
 
-SCALE, DEGREE, WAVES = 3.0, 20, 10
+WAVES = 10
 YOUNG = 206e9
+MISALIGNMENTS = (5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3)
+# Module, teeth, bores and face width of a pair; size of its elements and degree along the face.
+PAIRS = (
+    (4e-3, (20, 30), (48e-3, 76e-3), 20e-3, 3.0, 20),
+    (4e-3, (20, 30), (48e-3, 76e-3), 10e-3, 4.5, 14),
+    (4e-3, (20, 30), (48e-3, 76e-3), 40e-3, 4.5, 14),
+    (2.5e-3, (40, 48), (40e-3, 60e-3), 20e-3, 4.5, 14),
+    (4e-3, (20, 30), (22e-3, 26e-3), 20e-3, 4.5, 14),
+)
 PLACES = (0.35, 0.7)  # of the way from the start of the involute to the tip, in roll angle
 HEADER = f"""\
 # Made by scripts/record_face_fe.py: whole gears in finite elements of three dimensions, held at the bore,
@@ -37,7 +46,7 @@ HEADER = f"""\
 # error: largest change of own and coupling, relative to that of the even wave, with two degrees less along
 #   the face and elements of the section 1.5 times as long.
 #
-# wedge: the first two gears in single contact at the pitch point, E {YOUNG / 1e9:.0f} GPa, flattening by
+# wedge: a pair of gears, two by two as they stand here, in single contact at the pitch point, E {YOUNG / 1e9:.0f} GPa, flattening by
 #   4 (1 - nu^2)/(pi E) times the line load, flanks askew by the misalignment; with all waves of the above.
 # contact: load centroid from mid-face, loaded length, approach at mid-face."""
 
@@ -184,10 +193,10 @@ def contact(matrix, width, line_load, misalignment):
     return [float(f"{v:.5g}") for v in ((pressure @ z) / pressure.sum(), touching.sum() * step, approach)]
 
 
-def record(teeth, module, bore, width):
+def record(teeth, module, bore, width, scale, degree):
     gear = Gear(teeth, module, bore)
-    rolls, found = compliance(gear, width, SCALE, DEGREE)
-    _, rough = compliance(gear, width, 1.5 * SCALE, DEGREE - 2)
+    rolls, found = compliance(gear, width, scale, degree)
+    _, rough = compliance(gear, width, 1.5 * scale, degree - 2)
     print(f"\n[[gear]]\nteeth = {teeth}\nmodule = {module}\nbore = {bore}\nface_width = {width}")
     print(f"roll = {[round(float(r), 6) for r in rolls]}")
     row = lambda matrix: [round(float(v), 4) for v in matrix.diagonal()]
@@ -201,9 +210,9 @@ def record(teeth, module, bore, width):
 
 if __name__ == "__main__":
     print(HEADER)
-    pair = [record(20, 4e-3, 48e-3, 20e-3), record(30, 4e-3, 76e-3, 20e-3)]
-    line_load = 50 / (40e-3 * cos(ALPHA)) / 20e-3
-    for misalignment in (5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3):
-        both = pair[0] + pair[1]
-        print(f"\n[[wedge]]\nmisalignment = {misalignment}\nline_load = {line_load:.6g}")
-        print(f"contact = {contact(both, 20e-3, line_load, misalignment)}")
+    for number, (module, teeth, bores, width, scale, degree) in enumerate(PAIRS):
+        both = sum(record(z, module, bore, width, scale, degree) for z, bore in zip(teeth, bores))
+        line_load = 50 / (module * teeth[0] / 2 * cos(ALPHA)) / width
+        for misalignment in MISALIGNMENTS:
+            print(f"\n[[wedge]]\npair = {number}\nmisalignment = {misalignment}\nline_load = {line_load:.6g}")
+            print(f"contact = {contact(both, width, line_load, misalignment)}", flush=True)

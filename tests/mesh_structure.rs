@@ -8,8 +8,8 @@ mod default_drive;
 mod flank;
 
 use atlas::gear::{
-    Contact, Face, LoadSharing, MeshTable, MeshTableInputs, MisalignmentEnding, MisalignmentSearch,
-    TiltCompliance, friction_direction, loaded_misalignment, pairs_at,
+    Contact, Face, FaceLaw, LoadSharing, MeshTable, MeshTableInputs, MisalignmentEnding,
+    MisalignmentSearch, TiltCompliance, friction_direction, loaded_misalignment, pairs_at,
 };
 use flank::{FACE_WIDTH, FunctionFlank, MISALIGNMENT, STIFFNESS, default_force, path, split};
 
@@ -55,6 +55,7 @@ fn structure_takes_a_point_off_the_loss_of_stiffness() {
         longest_piece: 1.0 / 12.0,
         tolerance: 1e-9,
         slices: 1,
+        face: FaceLaw::Coupled,
         contact: Contact::Linear,
         pattern: false,
     };

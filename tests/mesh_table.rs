@@ -6,8 +6,8 @@
 mod flank;
 
 use atlas::gear::{
-    Contact, Face, LoadSharing, MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs, NODES,
-    SecantContact, SharingError, pairs_at,
+    Contact, Face, FaceLaw, LoadSharing, MeshTable, MeshTableCycle, MeshTableError,
+    MeshTableInputs, NODES, SecantContact, SharingError, pairs_at,
 };
 use flank::{FACE_WIDTH, FunctionFlank, MISALIGNMENT, STIFFNESS, default_force, path, split};
 use std::f64::consts::{PI, TAU};
@@ -22,6 +22,7 @@ fn inputs() -> MeshTableInputs {
         longest_piece: 1.0 / 12.0,
         tolerance: 1e-9,
         slices: 4,
+        face: FaceLaw::Coupled,
         contact: Contact::Linear,
         pattern: false,
     }

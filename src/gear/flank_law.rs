@@ -1,8 +1,9 @@
 //! What load sharing has to know of a tooth pair: where it meets, how it yields, what is
 //! missing from its flanks.
 
-use super::{Flanks, PairCompliance, PathOfContact};
+use super::{AlongFace, Flanks, PairCompliance, PathOfContact};
 use std::f64::consts::FRAC_2_PI;
+use std::sync::Arc;
 
 /// The law of one pair of teeth along the path of contact.
 ///
@@ -35,6 +36,11 @@ pub trait FlankLaw: Sync {
     /// its own for every pair.
     fn coupling(&self, _s: f64, _ahead: usize) -> f64 {
         0.0
+    }
+
+    /// How slices of the face support each other; none: they do not.
+    fn along_face(&self) -> Option<Arc<AlongFace>> {
+        None
     }
 
     /// What relief leaves missing between both flanks at s, and off the path the gap under the tip edge, along
@@ -90,6 +96,10 @@ impl<L: FlankLaw> FlankLaw for SecantContact<'_, L> {
         self.law.coupling(s, ahead)
     }
 
+    fn along_face(&self) -> Option<Arc<AlongFace>> {
+        self.law.along_face()
+    }
+
     fn relief(&self, s: f64) -> f64 {
         self.law.relief(s)
     }
@@ -104,6 +114,51 @@ impl<L: FlankLaw> FlankLaw for SecantContact<'_, L> {
 
     fn kinks(&self) -> Vec<f64> {
         self.law.kinks()
+    }
+}
+
+/// A law on a face whose slices do not support each other, as thin-slice models have it.
+#[derive(Debug, Clone, Copy)]
+pub struct IndependentSlices<'a, L>(
+    /// The law.
+    pub &'a L,
+);
+
+impl<L: FlankLaw> FlankLaw for IndependentSlices<'_, L> {
+    fn path(&self) -> PathOfContact {
+        self.0.path()
+    }
+
+    fn helix(&self) -> f64 {
+        self.0.helix()
+    }
+
+    fn reach(&self) -> [f64; 2] {
+        self.0.reach()
+    }
+
+    fn compliance(&self, s: f64) -> PairCompliance {
+        self.0.compliance(s)
+    }
+
+    fn coupling(&self, s: f64, ahead: usize) -> f64 {
+        self.0.coupling(s, ahead)
+    }
+
+    fn relief(&self, s: f64) -> f64 {
+        self.0.relief(s)
+    }
+
+    fn deviation(&self, s: f64, z: f64) -> f64 {
+        self.0.deviation(s, z)
+    }
+
+    fn contact(&self, s: f64, line_load: f64) -> [f64; 2] {
+        self.0.contact(s, line_load)
+    }
+
+    fn kinks(&self) -> Vec<f64> {
+        self.0.kinks()
     }
 }
 
@@ -148,6 +203,10 @@ impl FlankLaw for Flanks {
     fn coupling(&self, s: f64, ahead: usize) -> f64 {
         let gears = self.coupled(s, ahead);
         gears.map_or(0.0, |[pinion, wheel]| pinion + wheel)
+    }
+
+    fn along_face(&self) -> Option<Arc<AlongFace>> {
+        self.along_face.clone()
     }
 
     fn relief(&self, s: f64) -> f64 {

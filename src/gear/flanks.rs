@@ -10,8 +10,9 @@
 use super::compliance::{GearBodies, LEAST_BODY_RATIO};
 use super::pair::NO_BACKLASH;
 use super::tip_contact::TipContact;
-use super::{FlankCourse, GearError, GearPair, Tooth};
+use super::{AlongFace, FlankCourse, GearError, GearPair, Tooth};
 use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
 
 /// Gap \[modules\] up to which tip edges beyond the ends of the path are followed: several times what a
 /// load that teeth stand closes.
@@ -87,6 +88,7 @@ pub struct Flanks {
     /// Of helical gears the spur pair of their normal section, whose teeth yield as theirs do; of
     /// spur gears none.
     pub(super) normal_section: Option<Box<Flanks>>,
+    pub(super) along_face: Option<Arc<AlongFace>>,
     pub(super) pair: GearPair,
 }
 
@@ -168,10 +170,12 @@ impl Flanks {
             reach,
             bodies: GearBodies::default(),
             normal_section: None,
+            along_face: None,
             pair: pair.clone(),
         };
-        if pair.helix_angle != 0.0 {
-            flanks.normal_section = Some(Box::new(flanks.in_normal_section()?));
+        match pair.helix_angle == 0.0 {
+            true => flanks.along_face = Some(Arc::new(AlongFace::of(&flanks))),
+            false => flanks.normal_section = Some(Box::new(flanks.in_normal_section()?)),
         }
         Ok(flanks)
     }
@@ -220,6 +224,7 @@ impl Flanks {
             reach: self.reach.map(|end| end / cos),
             bodies: GearBodies::default(),
             normal_section: None,
+            along_face: None,
             pair: section,
             teeth,
         })

@@ -12,7 +12,7 @@
 //! phase and know no load. Where two pairs change places in the order of joining their gaps are equal, and the
 //! force does not step.
 //!
-//! On a slice the gap is that of its middle: flanks askew across the face close slice by slice, an error of second order in
+//! Slices do not support each other here, so that each keeps springs of its own. On a slice the gap is that of its middle: flanks askew across the face close slice by slice, an error of second order in
 //! the width of a slice.
 
 use super::mesh_table::{BEHIND, CARRIED_ON, MeshTableError, breaks};
@@ -99,7 +99,7 @@ impl MeshSprings {
         let column = |phase: f64| -> Result<Column, MeshTableError> {
             let sharing = |source| MeshTableError::Sharing { phase, source };
             let pairs = pairs_at(law, phase, face).map_err(sharing)?;
-            let springs: Vec<JoiningSpring> = (LoadSharing::new(&pairs, face, misalignment))
+            let springs: Vec<JoiningSpring> = (LoadSharing::of_slices(&pairs, face, misalignment))
                 .map_err(sharing)?
                 .springs()
                 .collect();
@@ -345,7 +345,7 @@ mod tests {
             slices: 1,
         };
         let (phase, misalignment) = (0.7, 1e-3);
-        let exact = LoadSharing::new(
+        let exact = LoadSharing::of_slices(
             &pairs_at(&flanks, phase, whole).unwrap(),
             whole,
             misalignment,

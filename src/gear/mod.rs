@@ -21,9 +21,9 @@ mod symmetry;
 mod tip_contact;
 mod tooth;
 
-pub use compliance::PairCompliance;
+pub use compliance::{AlongFace, PairCompliance};
 pub use error::{FlankCourse, GearError};
-pub use flank_law::{FlankLaw, SecantContact};
+pub use flank_law::{FlankLaw, IndependentSlices, SecantContact};
 pub use flanks::{Flanks, PathOfContact};
 pub use form::{BasicRack, BodyShape, FaceOverhang, Hub, Material, Plane, ToothForm, Web};
 pub use friction::{FrictionDirection, friction_direction};
@@ -32,7 +32,8 @@ pub use involute::{inverse_involute, involute};
 pub use mean_friction::MeanFriction;
 pub use mesh_springs::{MeshSprings, SpringPiece, SpringStretch};
 pub use mesh_table::{
-    MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs, MeshTablePiece, NODES, SegmentMeans,
+    FaceLaw, MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs, MeshTablePiece, NODES,
+    SegmentMeans,
 };
 pub use misalignment::{
     MisalignmentEnding, MisalignmentReport, MisalignmentSearch, MisalignmentStep, TiltCompliance,

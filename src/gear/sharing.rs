@@ -11,7 +11,7 @@
 //! bodies between two pairs `C_ji`, and the gap `g_j(z) = ε z + relief + deviation`. A body is
 //! one for all pairs: what its share of `C_jj` and `C_ji` have in common counts once. Conry &
 //! Seireg 1973 pose the problem of deformation compatibility; slices do not support each other
-//! here, as in any thin-slice model.
+//! unless the law of the pairs knows how they do ([`AlongFace`](super::AlongFace)): as in any thin-slice model.
 //!
 //! Within a slice the part of the gap that is common to the pairs is a straight line. F(x) is
 //! then piecewise quadratic and monotone, and solved exactly, whatever the number of slices:
@@ -20,10 +20,12 @@
 //! has pairs of its own ([`HelicalFace`]).
 
 mod contact;
+mod coupled;
 mod error;
 mod helical;
 mod kinks;
 mod pairs;
+mod profile;
 mod ramp;
 
 pub use contact::Contact;
@@ -31,6 +33,7 @@ pub use error::{MOST_PAIRS, SharingError};
 pub use helical::HelicalFace;
 pub use pairs::{ContactPair, Face, pairs_at};
 
+use coupled::{Bearing, Coupled, PairBearing};
 use pairs::Span;
 use ramp::Ramp;
 
@@ -84,10 +87,13 @@ pub struct LoadSharing {
     /// By how much the line load of each pair exceeds the least at which its contact is
     /// linearised \[N/m\]; of a linear contact, anything positive.
     above_least: [f64; MOST_PAIRS],
+    /// The same pairs with slices that support each other, where gaps vary along the face.
+    coupled: Option<Coupled>,
 }
 
 impl LoadSharing {
-    /// The pairs in contact on a face.
+    /// The pairs in contact on a face, whose slices support each other as far as the law of the pairs
+    /// knows ([`FlankLaw::along_face`](super::FlankLaw::along_face)).
     ///
     /// * `misalignment`: angle between the flanks in the plane of action ε \[rad\]; the gap
     ///   grows with z.
@@ -96,6 +102,22 @@ impl LoadSharing {
     /// No pair, more than [`MOST_PAIRS`], a face without width or slices, an ε that is not
     /// finite, or bodies that couple pairs more strongly than any body does.
     pub fn new(pairs: &[ContactPair], face: Face, misalignment: f64) -> Result<Self, SharingError> {
+        let slices = Self::of_slices(pairs, face, misalignment)?;
+        Ok(Self {
+            coupled: Coupled::new(pairs, face, misalignment)?,
+            ..slices
+        })
+    }
+
+    /// The same of slices that do not support each other.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(super) fn of_slices(
+        pairs: &[ContactPair],
+        face: Face,
+        misalignment: f64,
+    ) -> Result<Self, SharingError> {
         if pairs.is_empty() {
             return Err(SharingError::NoPair);
         }
@@ -129,6 +151,7 @@ impl LoadSharing {
             on_path: std::array::from_fn(|pair| pairs.get(pair).is_some_and(|own| own.on_path)),
             even: (pairs.iter()).all(|pair| pair.gap.windows(2).all(|gap| gap[0] == gap[1])),
             above_least: [1.0; MOST_PAIRS],
+            coupled: None,
         })
     }
 
@@ -137,8 +160,31 @@ impl LoadSharing {
         self.bear_with_lengths(force).0
     }
 
+    /// How a force is borne, and lengths \[m\] (line loads \[N/m\] last) whose signs, zero among the
+    /// positive, say which formula bears it: while none changes its sign, the law is smooth.
+    /// Their number depends on pairs and slices only. On a helical face there are none: a pair comes
+    /// into contact there little by little.
+    pub fn bear_with_margins(&self, force: f64) -> (SharedLoad, Vec<f64>) {
+        match self.coupled.as_ref().filter(|_| force > 0.0) {
+            None => {
+                let load = self.bear(force);
+                (load, self.margins(load.deflection))
+            }
+            Some(coupled) => {
+                let bearing = coupled.bear(force);
+                let mut margins = coupled.margins(&bearing);
+                margins.extend(&self.above_least[..self.pairs]);
+                (self.shared(coupled, &bearing).0, margins)
+            }
+        }
+    }
+
     /// How a force is borne, and the loaded length of each pair \[m\].
     fn bear_with_lengths(&self, force: f64) -> (SharedLoad, [f64; MOST_PAIRS]) {
+        // Without a force slices touch where they touch alone.
+        if let Some(coupled) = self.coupled.as_ref().filter(|_| force > 0.0) {
+            return self.shared(coupled, &coupled.bear(force));
+        }
         let approach = self.approach(force);
         let mut loads = [0.0; MOST_PAIRS];
         let mut stiffness = 0.0;
@@ -163,6 +209,21 @@ impl LoadSharing {
         };
         let slice = self.face.width / self.face.slices as f64;
         (shared, loaded.map(|slices| slices * slice))
+    }
+
+    /// What slices that support each other bear, and the loaded length of each pair \[m\].
+    fn shared(&self, coupled: &Coupled, bearing: &Bearing) -> (SharedLoad, [f64; MOST_PAIRS]) {
+        let (loads, moment, loaded) = PairBearing::sums(&coupled.pairs(bearing));
+        let total: f64 = loads.iter().sum();
+        let slices = loaded.map(|part| part * self.face.slices as f64);
+        let shared = SharedLoad {
+            deflection: bearing.approach,
+            stiffness: bearing.stiffness,
+            centre: moment / total,
+            share: loads.map(|load| load / total),
+            contact_fraction: self.contact_fraction(bearing.approach, slices),
+        };
+        (shared, loaded.map(|part| part * self.face.width))
     }
 
     /// As in [`SharedLoad`], of pairs that are loaded on so many slices.
@@ -196,6 +257,12 @@ impl LoadSharing {
 
     /// Line load under a force \[N/m\], pair by pair the mean on each slice.
     pub fn pattern(&self, force: f64) -> Vec<f64> {
+        if let Some(coupled) = self.coupled.as_ref().filter(|_| force > 0.0) {
+            let slice = self.face.width / self.face.slices as f64;
+            let pairs = coupled.pairs(&coupled.bear(force));
+            let loads = pairs.iter().flat_map(|pair| &pair.pattern);
+            return loads.map(|load| load / slice).collect();
+        }
         let approach = self.approach(force);
         let mut pattern = vec![0.0; self.pairs * self.face.slices];
         let width = self.face.width / self.face.slices as f64;

@@ -13,7 +13,7 @@ pub mod legendre;
 pub mod linalg;
 pub mod nested_grid;
 pub mod pair_response;
-mod plain;
+pub(crate) mod plain;
 pub mod proportion;
 pub mod quadrature;
 pub mod random;

@@ -288,8 +288,9 @@ impl MeshTables {
         force: f64,
         resolution: Resolution,
     ) -> Result<Arc<MeshTableCycle>, MeshError> {
-        let (gears, contact) = (&spec.gears, spec.contact);
-        let key = format!("{gears:?} {contact:?} {misalignment:e} {force:e} {resolution:?}");
+        let (gears, contact, face) = (&spec.gears, spec.contact, spec.face);
+        let key =
+            format!("{gears:?} {contact:?} {face:?} {misalignment:e} {force:e} {resolution:?}");
         let far = || (self.common).cycle(&key, spec, misalignment, force, resolution);
         match &self.near {
             None => far(),
@@ -474,6 +475,7 @@ fn inputs(
     let gears = &spec.gears;
     let mut inputs = MeshTableInputs::of_gears(gears);
     inputs.contact = spec.contact;
+    inputs.face = spec.face;
     inputs.misalignment = vec![misalignment];
     inputs.torque = vec![force * inputs.base_radius];
     inputs.longest_piece = resolution.longest;

@@ -110,14 +110,18 @@ impl GearBody {
             .collect();
         let nu = plane_stress.poisson_ratio;
         let plate = Plate::new(tooth, nu, &rolls, resolution)?;
-        let feet = feet(
-            tooth,
+        let foot = resolution.foot;
+        let waves = waves(
             teeth,
+            tooth.root_half_angle,
             &Ring::new(ratio, nu),
-            &plate,
-            neighbours,
-            resolution,
-        )?;
+            foot,
+            resolution.harmonics,
+        );
+        let turns: Vec<usize> = (0..2 * foot)
+            .map(|mode| quarter_turns(mode, foot))
+            .collect();
+        let feet = feet(teeth, &waves, &plate.stiffness, &turns, neighbours)?;
         let series =
             |values: &dyn Fn(usize) -> f64, scale: f64| series(&nodes, terms, values, scale);
         let compliance = 1.0 / plane_stress.young_modulus;
@@ -126,7 +130,7 @@ impl GearBody {
             range,
             tooth: series(&|index| plate.clamped[index], compliance),
             foundation: series(&foundation, compliance),
-            forces: (0..2 * resolution.foot)
+            forces: (0..2 * foot)
                 .map(|mode| series(&|index| plate.forces[index][mode], compliance.sqrt()))
                 .collect(),
             neighbours: feet.into_iter().skip(1).collect(),
@@ -194,20 +198,21 @@ fn series(
 }
 
 /// Displacements of a foot by tractions on itself and on feet behind it, as rows.
-fn feet(
-    tooth: &Tooth,
+///
+/// * `waves`: compliance of the ring for each wave k = 0 … z/2 round the gear;
+/// * `stiffness`: that of a tooth against displacements of its foot;
+/// * `turns`: quarter turns of phase at which each mode of the foot is counted.
+pub(super) fn feet(
     teeth: u32,
-    ring: &Ring,
-    plate: &Plate,
+    waves: &[Mat<f64>],
+    stiffness: &Mat<f64>,
+    turns: &[usize],
     neighbours: usize,
-    resolution: &Resolution,
 ) -> Option<Vec<Vec<Vec<f64>>>> {
-    let foot = resolution.foot;
-    let modes = 2 * foot;
-    let turns: Vec<usize> = (0..modes).map(|mode| quarter_turns(mode, foot)).collect();
+    let modes = turns.len();
     // Modes that the plate joins are an even number of quarter turns apart.
     let stiffness = Mat::from_fn(modes, modes, |i, j| {
-        let value = plate.stiffness[(i, j)];
+        let value = stiffness[(i, j)];
         if (turns[i] + 4 - turns[j] % 4) % 4 == 2 {
             -value
         } else {
@@ -215,13 +220,6 @@ fn feet(
         }
     });
     let mut sums = vec![vec![vec![0.0; modes]; modes]; neighbours + 1];
-    let waves = waves(
-        teeth,
-        tooth.root_half_angle,
-        ring,
-        foot,
-        resolution.harmonics,
-    );
     for (order, compliance) in waves.iter().enumerate() {
         let joined = joined(compliance, &stiffness)?;
         // The wave that runs the other way round is its mirror image.

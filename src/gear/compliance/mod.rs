@@ -7,12 +7,15 @@
 //! Compliances are per unit face width: metres of approach along the line of action for a line
 //! load of 1 N/m, so that a spring of width L has the stiffness `L / compliance`.
 
+mod along_face;
 mod body;
 mod hertz;
 mod plate;
 mod ring;
+mod solid;
 
 use super::Flanks;
+pub use along_face::AlongFace;
 use body::GearBody;
 pub(super) use body::{GearBodies, LEAST_BODY_RATIO};
 

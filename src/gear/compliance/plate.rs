@@ -53,14 +53,14 @@ pub(super) struct Plate {
 /// A unit force on a flank: where it acts, how high its line crosses the tooth's centre line, and its
 /// direction.
 #[derive(Debug, Clone, Copy)]
-struct Force {
-    flank: [f64; 2],
-    height: f64,
-    direction: [f64; 2],
+pub(super) struct Force {
+    pub flank: [f64; 2],
+    pub height: f64,
+    pub direction: [f64; 2],
 }
 
 impl Force {
-    fn at(tooth: &Tooth, roll: f64) -> Self {
+    pub fn at(tooth: &Tooth, roll: f64) -> Self {
         let point = tooth.flank(roll);
         let (sin, cos) = tooth.force_angle(roll).sin_cos();
         let unit = tooth.root_radius;
@@ -175,7 +175,7 @@ impl Plate {
 }
 
 /// The polynomials of a plate.
-struct Basis {
+pub(super) struct Basis {
     across: usize,
     along: usize,
     /// Middle and half of the heights.
@@ -185,7 +185,7 @@ struct Basis {
 }
 
 /// Values of the polynomials at a point with their derivatives by x and y.
-struct Values {
+pub(super) struct Values {
     across: Vec<[f64; 2]>,
     along: Vec<[f64; 2]>,
     /// ∂ξ/∂x, ∂ξ/∂y and dη/dy.
@@ -194,12 +194,12 @@ struct Values {
 
 impl Values {
     /// Value of a product.
-    fn value(&self, i: usize, j: usize) -> f64 {
+    pub fn value(&self, i: usize, j: usize) -> f64 {
         self.across[i][0] * self.along[j][0]
     }
 
     /// Its derivatives by x and y.
-    fn gradient(&self, i: usize, j: usize) -> [f64; 2] {
+    pub fn gradient(&self, i: usize, j: usize) -> [f64; 2] {
         let ([value, slope], [high, rise]) = (self.across[i], self.along[j]);
         let [by_x, by_y, up] = self.slopes;
         [slope * by_x * high, slope * by_y * high + value * rise * up]
@@ -207,7 +207,7 @@ impl Values {
 }
 
 impl Basis {
-    fn new(tooth: &Tooth, resolution: &Resolution) -> Self {
+    pub fn new(tooth: &Tooth, resolution: &Resolution) -> Self {
         let unit = tooth.root_radius;
         let (foot, low) = tooth.root_half_angle.sin_cos();
         let tip = tooth.flank(tooth.tip_roll);
@@ -221,7 +221,7 @@ impl Basis {
         }
     }
 
-    fn at(&self, [x, y]: [f64; 2]) -> Values {
+    pub fn at(&self, [x, y]: [f64; 2]) -> Values {
         let [middle, half] = self.height;
         let eta = (y - middle) / half;
         let width = self.taper[0] + self.taper[1] * eta;
@@ -239,7 +239,7 @@ impl Basis {
 }
 
 /// Legendre polynomials up to a degree with their derivatives.
-fn legendre(x: f64, degree: usize) -> Vec<[f64; 2]> {
+pub(super) fn legendre(x: f64, degree: usize) -> Vec<[f64; 2]> {
     let mut all = vec![[1.0, 0.0], [x, 1.0]];
     for n in 1..degree {
         let k = n as f64;
@@ -255,14 +255,14 @@ fn legendre(x: f64, degree: usize) -> Vec<[f64; 2]> {
 
 /// The displacements that mirror at the centre line (as the radial part of a force makes), or
 /// those that mirror with the opposite sign.
-struct Part<'a> {
-    basis: &'a Basis,
-    symmetric: bool,
+pub(super) struct Part<'a> {
+    pub basis: &'a Basis,
+    pub symmetric: bool,
 }
 
 impl Part<'_> {
     /// Degree across the tooth and along it of every displacement along x, then along y.
-    fn products(&self, component: usize) -> impl Iterator<Item = (usize, usize)> {
+    pub fn products(&self, component: usize) -> impl Iterator<Item = (usize, usize)> {
         let parity = usize::from(self.symmetric) ^ component;
         let along = self.basis.along;
         (parity..=self.basis.across)
@@ -275,7 +275,7 @@ impl Part<'_> {
     }
 
     /// Which modes of the foot belong here, of `count` in either direction.
-    fn modes(&self, count: usize) -> Vec<usize> {
+    pub fn modes(&self, count: usize) -> Vec<usize> {
         let parity = usize::from(self.symmetric);
         let radial = (1 - parity..count).step_by(2);
         radial
@@ -284,7 +284,7 @@ impl Part<'_> {
     }
 
     /// Work of a unit force at a place and in a direction.
-    fn work(&self, place: [f64; 2], direction: [f64; 2]) -> Vec<f64> {
+    pub fn work(&self, place: [f64; 2], direction: [f64; 2]) -> Vec<f64> {
         let values = self.basis.at(place);
         (0..2)
             .flat_map(|component| {
@@ -298,7 +298,7 @@ impl Part<'_> {
     /// The same at a height of the centre line. At a depth below the foot the displacement has
     /// changed by as much as at that height above it: polynomials would leave it fast, and their
     /// slope at the foot is not as good as their values.
-    fn work_on_centre_line(&self, height: f64, direction: [f64; 2]) -> Vec<f64> {
+    pub fn work_on_centre_line(&self, height: f64, direction: [f64; 2]) -> Vec<f64> {
         let depth = 1.0 - height;
         if depth <= 0.0 {
             return self.work([0.0, height], direction);
@@ -377,7 +377,7 @@ impl Part<'_> {
 
 /// Nodes and weights of half the plate, counted twice: of fillet and involute in the parameter of
 /// the curve, and across in the angle about the gear's axis.
-fn interior(tooth: &Tooth, resolution: &Resolution) -> Vec<[f64; 3]> {
+pub(super) fn interior(tooth: &Tooth, resolution: &Resolution) -> Vec<[f64; 3]> {
     let unit = tooth.root_radius;
     let across = GaussLegendre::new(resolution.across + 1);
     let [joint, root] = tooth.fillet_range();

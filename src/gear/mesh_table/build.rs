@@ -3,8 +3,8 @@
 use super::breaks::breaks;
 use super::law::{Cell, MeshLaw};
 use super::pieces::{Piece, pieces};
-use super::{MeshTable, MeshTableError, MeshTableInputs};
-use crate::gear::FlankLaw;
+use super::{FaceLaw, MeshTable, MeshTableError, MeshTableInputs};
+use crate::gear::{FlankLaw, IndependentSlices};
 use crate::numerics::legendre::transforms8;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -29,6 +29,17 @@ impl MeshTable {
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Self, MeshTableError> {
         check(inputs)?;
+        match inputs.face {
+            FaceLaw::Coupled => Self::of_law(law, inputs, progress),
+            FaceLaw::Independent => Self::of_law(&IndependentSlices(law), inputs, progress),
+        }
+    }
+
+    fn of_law(
+        law: &impl FlankLaw,
+        inputs: &MeshTableInputs,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Self, MeshTableError> {
         let stretches = breaks(law, inputs.face_width, inputs.longest_piece)?;
         let all = stretches.len() - 1;
         let law = MeshLaw {

@@ -66,7 +66,7 @@ pub(super) struct Cell {
     pub friction_lever: f64,
     pub contact_fraction: f64,
     pub share: [f64; MOST_PAIRS],
-    /// Distances from the kinks of the law (see [`LoadSharing::margins`]).
+    /// Distances from the kinks of the law (see [`LoadSharing::bear_with_margins`]).
     pub margins: Vec<f64>,
     /// Line load on each slice; empty where it is not asked for.
     pub pattern: Vec<f64>,
@@ -143,7 +143,7 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
                         sharing = LoadSharing::under(flanks, phase, face, misalignment, force)?;
                     }
                 }
-                let load = sharing.bear(force);
+                let (load, margins) = sharing.bear_with_margins(force);
                 let [positions, share] = lines.bearing(&sharing, &load);
                 let positions: Vec<f64> = positions.iter().map(|s| s - pitch_point).collect();
                 let friction = friction_direction(&positions, &share);
@@ -164,7 +164,7 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
                     friction_lever: friction.lever * inclined,
                     contact_fraction: load.contact_fraction,
                     share: load.share,
-                    margins: sharing.margins(load.deflection),
+                    margins,
                     pattern,
                 });
             }

@@ -25,6 +25,15 @@ use super::sharing::{Contact, MOST_PAIRS};
 /// Gauss nodes of a piece.
 pub const NODES: usize = 8;
 
+/// Whether slices of the face support each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+pub enum FaceLaw {
+    /// Through teeth and gear bodies, as far as the law of the pairs knows how.
+    Coupled,
+    /// They do not, as thin-slice models have it.
+    Independent,
+}
+
 /// What decides the content of a table besides the [`FlankLaw`](super::FlankLaw).
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct MeshTableInputs {
@@ -46,6 +55,8 @@ pub struct MeshTableInputs {
     /// Slices of the face. One is enough for flanks without deviation across the face; more
     /// resolve crowning and the contact pattern. A helical face is divided into about as many.
     pub slices: usize,
+    /// Whether slices of the face support each other.
+    pub face: FaceLaw,
     /// How the flanks yield where they touch.
     pub contact: Contact,
     /// Whether to keep the contact pattern.
@@ -54,7 +65,7 @@ pub struct MeshTableInputs {
 
 impl MeshTableInputs {
     /// Aligned gears at rated torque: pieces of at most a twelfth of the cycle, within 1e-9 of the
-    /// law, 64 slices, no pattern.
+    /// law, 64 slices that support each other, no pattern.
     pub fn of_gears(gears: &GearPair) -> Self {
         Self {
             face_width: gears.face_width,
@@ -64,6 +75,7 @@ impl MeshTableInputs {
             longest_piece: 1.0 / 12.0,
             tolerance: 1e-9,
             slices: 64,
+            face: FaceLaw::Coupled,
             contact: Contact::Linear,
             pattern: false,
         }

@@ -107,6 +107,7 @@ impl HelicalFace {
             knots,
             even: false,
             above_least: [1.0; MOST_PAIRS],
+            coupled: None,
         })
     }
 

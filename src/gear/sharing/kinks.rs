@@ -11,11 +11,8 @@ use super::LoadSharing;
 const FAR: f64 = 1.0;
 
 impl LoadSharing {
-    /// Lengths \[m\] (line loads \[N/m\] last) whose signs, zero among the positive, say which
-    /// formula bears the load at an approach: while none changes its sign, the law is smooth.
-    /// Their number depends on pairs and slices only. On a helical face there are none: a pair comes
-    /// into contact there little by little.
-    pub fn margins(&self, approach: f64) -> Vec<f64> {
+    /// The lengths of [`Self::bear_with_margins`] of slices that do not support each other, at an approach.
+    pub(super) fn margins(&self, approach: f64) -> Vec<f64> {
         let mut margins = Vec::new();
         if !self.spans.is_empty() {
             return margins;

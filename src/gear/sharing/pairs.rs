@@ -1,7 +1,8 @@
 //! Which pairs of teeth are in contact, and how does each give?
 
 use super::error::{MOST_PAIRS, SharingError};
-use crate::gear::FlankLaw;
+use crate::gear::{AlongFace, FlankLaw};
+use std::sync::Arc;
 
 /// A pair this close before the start of its reach, in base pitches, is on it.
 const ON_START: f64 = 1e-12;
@@ -41,6 +42,8 @@ pub struct ContactPair {
     pub(super) coupling: Vec<f64>,
     /// Material missing at the borders of the slices \[m\].
     pub(super) gap: Vec<f64>,
+    /// How slices of it support each other; none where they do not.
+    pub(super) along_face: Option<Arc<AlongFace>>,
 }
 
 impl ContactPair {
@@ -125,6 +128,7 @@ impl ContactPair {
             foundation,
             coupling,
             gap,
+            along_face: law.along_face(),
         })
     }
 

@@ -4,7 +4,7 @@ use super::backlash::{self, Surroundings};
 use super::coast;
 use super::contact_law;
 use super::friction;
-use crate::gear::{Contact, Flanks, GearPair};
+use crate::gear::{Contact, FaceLaw, Flanks, GearPair};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{self, Section};
 use crate::manifest::spec::{
@@ -23,10 +23,11 @@ const LAW: [&str; 3] = ["contact_ratio", "single_pair_drop", "segments"];
 const ON_BORDER: f64 = 1e-9;
 
 /// Keys that only a table of the gears gives a meaning to.
-const OF_TABLES: [&str; 5] = [
+const OF_TABLES: [&str; 6] = [
     "misalignment",
     "shaft_tilt",
     "contact",
+    "face",
     "resolution",
     "slices",
 ];
@@ -121,6 +122,7 @@ fn table(
         "load_dependent" => Contact::Secant,
         _ => Contact::Linear,
     };
+    let face = face(section, issues, gears);
     let pairs = pairs(section, issues, gears)?;
     // A fault in the drawing itself has been reported there.
     let gears = gears?;
@@ -147,7 +149,30 @@ fn table(
         },
         shaft_tilt: shaft_tilt?,
         contact,
+        // Springs of pairs are those of each slice for itself.
+        face: if pairs.is_some() {
+            FaceLaw::Independent
+        } else {
+            face?
+        },
     })))
+}
+
+/// Whether slices of the face support each other.
+fn face(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Option<FaceLaw> {
+    if gears.is_some_and(|pair| pair.helix_angle != 0.0) {
+        section.without_effect(
+            issues,
+            &["face"],
+            "on helical gears, whose slices bear each for itself",
+            "remove it",
+        );
+        return Some(FaceLaw::Independent);
+    }
+    Some(match section.choice_or_default(issues, "face")? {
+        "independent" => FaceLaw::Independent,
+        _ => FaceLaw::Coupled,
+    })
 }
 
 /// Slices of the face where every pair is a spring of its own; an inner none where it is not, an outer one
@@ -166,7 +191,7 @@ fn pairs(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Op
     }
     section.without_effect(
         issues,
-        &["segments", "shaft_tilt"],
+        &["face", "segments", "shaft_tilt"],
         "with resolution = \"pairs\": springs follow the mesh phase and the tilt of the shafts as they are",
         "remove it, or remove resolution = \"pairs\"",
     );

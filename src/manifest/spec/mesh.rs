@@ -1,6 +1,6 @@
 //! The resolved gear mesh.
 
-use crate::gear::{Contact, GearError, GearPair, MeanFriction};
+use crate::gear::{Contact, FaceLaw, GearError, GearPair, MeanFriction};
 use crate::model::{Release, StiffnessHarmonic};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -162,6 +162,8 @@ pub struct MeshTableSpec {
     pub shaft_tilt: bool,
     /// How the flanks flatten where they touch.
     pub contact: Contact,
+    /// Whether slices of the face support each other.
+    pub face: FaceLaw,
 }
 
 /// How a mesh table is used over the cycle.

@@ -83,6 +83,12 @@ pub(super) const KEYS: &[Key] = &[
                 with the load: with the secant at the mean load on one pair (the rated one where there is none). `linear`: \
                 in proportion to the force whatever the load, 4 (1 - nu^2)/(pi E) for equal gears, which makes meshes of \
                 solid gears 20 to 60 % too stiff."),
+    choice("mesh.face", &["coupled", "independent"], r#""independent""#).or(r#""coupled""#)
+        .about("How the places of the face of a mesh computed from [gear] bear together where the flanks are misaligned \
+                or their leads modified. `coupled`: teeth and gear bodies carry along the face, by elasticity in \
+                three dimensions, so that what is not loaded supports what is. `independent`: each slice of the \
+                face for itself, as thin-slice models have it, which load too much of a misaligned face. Spur \
+                gears alone are coupled, and those with resolution = \"pairs\" are not."),
     choice("mesh.resolution", &["mean_load", "pairs"], r#""pairs""#).or(r#""mean_load""#)
         .about("What a mesh computed from [gear] is away from the mean load. `mean_load`: the tangent there, one \
                 spring with the stiffness that the teeth have under that load. `pairs`: every pair of teeth is a \

@@ -1,0 +1,219 @@
+//! How the slices of a face support each other: what loads that vary along it make of the teeth and bodies
+//! of a pair, by waves.
+//!
+//! A line load `Σ q_n φ_n(t)` on one pair, t = z/b + ½ the place on a face of width b,
+//!
+//! ```text
+//! φ_0 = 1,   φ_n = √2 cos(n π t)
+//! ```
+//!
+//! moves the pairs by `Σ_nm C_nm q_m φ_n(t)`. Teeth and bodies are solids with free ends ([`super::solid`]).
+//! What the even load does is that of the plane gears, and none of the other waves' affair: so that a
+//! face loaded evenly is one of independent slices.
+
+use super::solid::{SolidGear, waves};
+use crate::gear::{Flanks, MOST_PAIRS, Material, PathOfContact, Tooth};
+use crate::numerics::legendre;
+use crate::numerics::quadrature::GaussLegendre;
+use faer::Mat;
+use std::sync::OnceLock;
+
+/// Places on the path of contact at which the pair is solved.
+const NODES: usize = 9;
+
+/// Terms of the series through them: what follows is less than 1e-4 of the first.
+const TERMS: usize = 7;
+
+/// Compliance of a pair of gears to loads that vary along the face, solved when first asked for.
+#[derive(Debug, Clone)]
+pub struct AlongFace {
+    teeth: [Tooth; 2],
+    numbers: [u32; 2],
+    bores: [f64; 2],
+    materials: [Material; 2],
+    face_width: f64,
+    pressure_angle: f64,
+    path: PathOfContact,
+    solved: OnceLock<Option<Solved>>,
+}
+
+/// It follows from the drawing of the flanks it belongs to.
+impl PartialEq for AlongFace {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+/// Series along the path of contact of every compliance, by rows and columns of waves from the first on.
+#[derive(Debug, Clone)]
+struct Solved {
+    own: Course,
+    /// Between pairs 1, 2 … base pitches apart, by the position of the one behind.
+    ahead: Vec<Course>,
+}
+
+/// Legendre series of a matrix between two positions.
+#[derive(Debug, Clone)]
+struct Course {
+    range: [f64; 2],
+    waves: usize,
+    series: Vec<Vec<f64>>,
+}
+
+impl AlongFace {
+    /// Of spur gears, on their common face.
+    pub(in crate::gear) fn of(flanks: &Flanks) -> Self {
+        Self {
+            teeth: flanks.teeth.clone(),
+            numbers: flanks.pair.teeth,
+            bores: flanks.bores,
+            materials: flanks.pair.form.material,
+            face_width: flanks.face_width,
+            pressure_angle: flanks.pressure_angle,
+            path: flanks.path(),
+            solved: OnceLock::new(),
+        }
+    }
+
+    /// How many waves besides the even one are known.
+    pub fn waves(&self) -> usize {
+        let height = |tooth: &Tooth| tooth.tip_radius - tooth.root_radius;
+        let lowest = height(&self.teeth[0]).min(height(&self.teeth[1]));
+        waves(self.face_width / lowest) - 1
+    }
+
+    /// `C_nm` of a pair at position s \[m\], held on the path of contact, n and m from 1 on, symmetric
+    /// \[m²/N\]: displacement where the line of force crosses the centre line of either tooth, as that
+    /// of the plane gears. None where the numbers are not finite.
+    pub fn own(&self, s: f64) -> Option<Mat<f64>> {
+        Some(self.solved()?.own.at(s))
+    }
+
+    /// What waves of load on the pair `ahead` base pitches further make at the pair at position s, by rows,
+    /// and the other way round by columns \[m²/N\].
+    pub fn coupling(&self, s: f64, ahead: usize) -> Option<Mat<f64>> {
+        Some(self.solved()?.ahead.get(ahead.checked_sub(1)?)?.at(s))
+    }
+
+    fn rolls(&self, s: f64) -> [f64; 2] {
+        let s = s.clamp(self.path.start, self.path.end);
+        let tangent = self.pressure_angle.tan();
+        [
+            tangent + s / self.teeth[0].base_radius,
+            tangent - s / self.teeth[1].base_radius,
+        ]
+    }
+
+    fn solved(&self) -> Option<&Solved> {
+        self.solved.get_or_init(|| self.solve()).as_ref()
+    }
+
+    fn solve(&self) -> Option<Solved> {
+        let PathOfContact {
+            start,
+            end,
+            base_pitch,
+            ..
+        } = self.path;
+        let rule = GaussLegendre::new(NODES);
+        let places = |[low, high]: [f64; 2]| -> Vec<f64> {
+            let place = |x: &f64| 0.5 * (low + high) + 0.5 * (high - low) * x;
+            rule.nodes.iter().map(place).collect()
+        };
+        // Where the pair itself stands, then where each that has another ahead does, and the other.
+        let ranges: Vec<[f64; 2]> = (0..MOST_PAIRS)
+            .map(|ahead| [start, (end - ahead as f64 * base_pitch).max(start)])
+            .collect();
+        let mut positions = places(ranges[0]);
+        for (ahead, range) in ranges.iter().enumerate().skip(1) {
+            let near = places(*range);
+            positions.extend(&near);
+            positions.extend(near.iter().map(|s| s + ahead as f64 * base_pitch));
+        }
+        let waves = self.waves() + 1;
+        let gears: Vec<SolidGear> = [0, 1]
+            .into_iter()
+            .map(|gear| {
+                let tooth = &self.teeth[gear];
+                let rolls: Vec<f64> = positions.iter().map(|s| self.rolls(*s)[gear]).collect();
+                SolidGear::new(
+                    tooth,
+                    self.numbers[gear],
+                    2.0 * tooth.root_radius / self.bores[gear],
+                    self.materials[gear].poisson_ratio,
+                    self.face_width,
+                    waves,
+                    &rolls,
+                )
+            })
+            .collect::<Option<_>>()?;
+        let modulus = [0, 1].map(|gear| self.materials[gear].young_modulus);
+        // Displacements are taken at the centre line and loads at the flank, which is not the same of either: the
+        // symmetric part is that of both.
+        let own = Course::new(&rule, ranges[0], waves - 1, |node| {
+            Mat::from_fn(waves - 1, waves - 1, |i, j| {
+                let of = |gear: usize, i: usize, j: usize| {
+                    gears[gear].own[node][(i + 1, j + 1)] / modulus[gear]
+                };
+                0.5 * (of(0, i, j) + of(1, i, j) + of(0, j, i) + of(1, j, i))
+            })
+        });
+        let ahead = (1..MOST_PAIRS)
+            .map(|ahead| {
+                let first = NODES * (2 * ahead - 1);
+                Course::new(&rule, ranges[ahead], waves - 1, |node| {
+                    let (near, far) = (first + node, first + NODES + node);
+                    // Of the wheel the pair behind is the one whose tooth is ahead.
+                    let pinion = gears[0].coupling(ahead, [far, near]);
+                    let wheel = gears[1].coupling(ahead, [near, far]);
+                    Mat::from_fn(waves - 1, waves - 1, |i, j| {
+                        pinion[(j + 1, i + 1)] / modulus[0] + wheel[(i + 1, j + 1)] / modulus[1]
+                    })
+                })
+            })
+            .collect();
+        Some(Solved { own, ahead })
+    }
+}
+
+impl Course {
+    fn new(
+        rule: &GaussLegendre,
+        range: [f64; 2],
+        waves: usize,
+        at: impl Fn(usize) -> Mat<f64>,
+    ) -> Self {
+        let mut series = vec![vec![0.0; TERMS]; waves * waves];
+        let mut polynomials = [0.0; TERMS];
+        for (node, (x, weight)) in rule.nodes.iter().zip(&rule.weights).enumerate() {
+            legendre::polynomials(*x, &mut polynomials);
+            let matrix = at(node);
+            for (entry, series) in series.iter_mut().enumerate() {
+                let value = weight * matrix[(entry % waves, entry / waves)];
+                for (n, (term, polynomial)) in series.iter_mut().zip(&polynomials).enumerate() {
+                    *term += (n as f64 + 0.5) * value * polynomial;
+                }
+            }
+        }
+        Self {
+            range,
+            waves,
+            series,
+        }
+    }
+
+    fn at(&self, s: f64) -> Mat<f64> {
+        let [low, high] = self.range;
+        let s = s.clamp(low, high);
+        let place = match high > low {
+            true => (2.0 * s - low - high) / (high - low),
+            false => 0.0,
+        };
+        let mut polynomials = [0.0; TERMS];
+        legendre::polynomials(place, &mut polynomials);
+        Mat::from_fn(self.waves, self.waves, |i, j| {
+            let series = &self.series[j * self.waves + i];
+            series.iter().zip(&polynomials).map(|(a, p)| a * p).sum()
+        })
+    }
+}

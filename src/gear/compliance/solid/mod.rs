@@ -1,0 +1,120 @@
+//! A whole gear as an elastic solid whose load varies along the face: teeth on a ring, both with free ends.
+//!
+//! As in the plane (`body.rs`) every tooth stands with its foot on a ring, and the displacements of all feet
+//! follow from the forces that loads put on held feet; all of it is in waves along the face. Lengths are
+//! in root radii and stresses in Young's moduli, so that compliances come out times E per unit width.
+
+mod axial;
+mod ring;
+mod tooth;
+
+use super::body::feet;
+use crate::gear::Tooth;
+use crate::numerics::linalg;
+use axial::Axial;
+use faer::Mat;
+use tooth::{FOOT, SolidTooth};
+
+/// Teeth beyond the loaded one whose displacement is known.
+const NEIGHBOURS: usize = 2;
+
+/// Most waves along the face.
+const MOST_WAVES: usize = 24;
+
+/// How many waves along a face of that many tooth heights hold what its teeth give: of the last one,
+/// whose half is about 0.45 heights long, they give a twentieth of what an even load would.
+pub(super) fn waves(heights: f64) -> usize {
+    ((2.2 * heights).ceil() as usize + 1).min(MOST_WAVES)
+}
+
+/// What waves of load along the face on one tooth make of waves of displacement, by load case.
+pub(super) struct SolidGear {
+    /// At the loaded tooth, for each roll angle: waves of displacement by rows.
+    pub own: Vec<Mat<f64>>,
+    /// Both parities along the face.
+    parities: [Parity; 2],
+}
+
+struct Parity {
+    /// Forces of waves of load on a held foot, for each roll angle.
+    forces: Vec<Mat<f64>>,
+    /// Displacements of feet 1, 2 … teeth ahead.
+    ahead: Vec<Mat<f64>>,
+}
+
+impl SolidGear {
+    /// A gear of a tooth and a ratio of root to bore radius, loaded at roll angles of its flank, so many
+    /// waves along a face of a width \[m\]; none where the numbers are not finite.
+    pub fn new(
+        tooth: &Tooth,
+        teeth: u32,
+        ratio: f64,
+        poisson_ratio: f64,
+        width: f64,
+        waves: usize,
+        rolls: &[f64],
+    ) -> Option<Self> {
+        let mut own = vec![Mat::zeros(waves, waves); rolls.len()];
+        let parity = |odd: bool, own: &mut Vec<Mat<f64>>| -> Option<Parity> {
+            let axial = Axial::new(width / tooth.root_radius, waves + 1, waves, odd);
+            let solid = SolidTooth::new(tooth, poisson_ratio, rolls, &axial)?;
+            let ring = ring::waves(teeth, tooth.root_half_angle, ratio, poisson_ratio, &axial)?;
+            let turns = quarter_turns(&axial);
+            let mut feet: Vec<Mat<f64>> = feet(teeth, &ring, &solid.stiffness, &turns, NEIGHBOURS)?
+                .iter()
+                .map(|rows| Mat::from_fn(rows.len(), rows.len(), |i, j| rows[i][j]))
+                .collect();
+            let ahead = feet.split_off(1);
+            for (index, own) in own.iter_mut().enumerate() {
+                let carried = linalg::product(feet[0].as_ref(), solid.forces[index].as_ref());
+                let body = linalg::product(solid.places[index].transpose(), carried.as_ref());
+                let first = usize::from(odd);
+                for j in 0..body.ncols() {
+                    for i in 0..body.nrows() {
+                        own[(first + 2 * i, first + 2 * j)] =
+                            solid.clamped[index][(i, j)] + body[(i, j)];
+                    }
+                }
+            }
+            Some(Parity {
+                forces: solid.forces,
+                ahead,
+            })
+        };
+        let parities = [parity(false, &mut own)?, parity(true, &mut own)?];
+        Some(Self { own, parities })
+    }
+
+    /// Waves of displacement, by rows, of the tooth `ahead` ≥ 1 further on, in the sense of growing x of the
+    /// loaded tooth, by waves of load on this one; at roll angles by their place among those given.
+    pub fn coupling(&self, ahead: usize, [far, near]: [usize; 2]) -> Mat<f64> {
+        let waves = self.own[near].nrows();
+        let mut out = Mat::zeros(waves, waves);
+        for (first, parity) in self.parities.iter().enumerate() {
+            let carried = linalg::product(
+                parity.ahead[ahead - 1].as_ref(),
+                parity.forces[near].as_ref(),
+            );
+            let moved = linalg::product(parity.forces[far].transpose(), carried.as_ref());
+            for j in 0..moved.ncols() {
+                for i in 0..moved.nrows() {
+                    out[(first + 2 * i, first + 2 * j)] = moved[(i, j)];
+                }
+            }
+        }
+        out
+    }
+}
+
+/// Quarter turns of phase at which each mode of a foot is counted: with them the compliance of a wave round the
+/// gear is real.
+fn quarter_turns(axial: &Axial) -> Vec<usize> {
+    let of = |waves: usize, turn: usize| {
+        (0..FOOT).flat_map(move |degree| std::iter::repeat_n(degree + turn, waves))
+    };
+    let (waves, axial_waves) = (axial.numbers.len(), axial.axial_numbers.len());
+    (of(waves, 0).chain(of(waves, 3)).chain(of(axial_waves, 0))).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,330 @@
+//! By how much pairs press at every place of a face: gaps that are straight lines on each slice, less waves of
+//! displacement.
+//!
+//! Places are `t = z/b + ½`. By how much a pair presses at t is `x − g(t) − Σ d_n φ_n(t)`; where that is
+//! positive it is in contact.
+
+use std::f64::consts::{PI, SQRT_2};
+
+/// Cells of the face for each half wave of the shortest: on a cell few waves turn more than once.
+const CELLS_PER_WAVE: usize = 4;
+
+/// Most steps to a border of contact.
+const STEPS: usize = 60;
+
+/// A part of the face, 0 to 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Interval {
+    from: f64,
+    to: f64,
+}
+
+impl Interval {
+    pub const WHOLE: Self = Self { from: 0.0, to: 1.0 };
+
+    pub fn length(&self) -> f64 {
+        self.to - self.from
+    }
+}
+
+/// The gaps of pairs along a face.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Profile {
+    /// Cells of a slice.
+    cells: usize,
+    waves: usize,
+    borders: Vec<Place>,
+    /// Gaps at the borders of cells, pair by pair \[m\].
+    gaps: Vec<Vec<f64>>,
+}
+
+/// A place with `cos nπt` and `sin nπt` there.
+#[derive(Debug, Clone, PartialEq)]
+struct Place {
+    at: f64,
+    cosines: Vec<f64>,
+    sines: Vec<f64>,
+}
+
+impl Place {
+    fn new(at: f64, waves: usize) -> Self {
+        let (cosines, sines) = turns(at, waves);
+        Self { at, cosines, sines }
+    }
+}
+
+/// By how much a pair presses, apart from its gap: `x − Σ a_n cos nπt`, with the slope `Σ nπ a_n sin nπt`.
+#[derive(Debug, Clone)]
+pub(super) struct Press {
+    approach: f64,
+    cosines: Vec<f64>,
+    sines: Vec<f64>,
+}
+
+impl Press {
+    /// Of an approach \[m\] and waves d_n of displacement \[m\].
+    pub fn new(approach: f64, waves: &[f64]) -> Self {
+        let amplitude = |n: usize| if n == 0 { waves[0] } else { SQRT_2 * waves[n] };
+        Self {
+            approach,
+            cosines: (0..waves.len()).map(amplitude).collect(),
+            sines: (0..waves.len())
+                .map(|n| n as f64 * PI * amplitude(n))
+                .collect(),
+        }
+    }
+
+    fn value(&self, cosines: &[f64]) -> f64 {
+        let waves = self.cosines.iter().zip(cosines);
+        self.approach - waves.map(|(a, cosine)| a * cosine).sum::<f64>()
+    }
+
+    fn slope(&self, sines: &[f64]) -> f64 {
+        let waves = self.sines.iter().zip(sines);
+        waves.map(|(a, sine)| a * sine).sum()
+    }
+
+    fn bend(&self, cosines: &[f64]) -> f64 {
+        let waves = self.sines.iter().zip(cosines).enumerate();
+        waves
+            .map(|(n, (a, cosine))| n as f64 * PI * a * cosine)
+            .sum()
+    }
+}
+
+/// `cos nπt` and `sin nπt` for n up to a number.
+fn turns(place: f64, count: usize) -> (Vec<f64>, Vec<f64>) {
+    let (sin, cos) = (PI * place).sin_cos();
+    let (mut cosines, mut sines) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    let [mut c, mut s] = [1.0, 0.0];
+    for _ in 0..count {
+        cosines.push(c);
+        sines.push(s);
+        (c, s) = (c * cos - s * sin, s * cos + c * sin);
+    }
+    (cosines, sines)
+}
+
+/// `∫ cos pπt dt` over intervals, for p up to a number.
+pub(super) fn integrals(intervals: &[Interval], count: usize) -> Vec<f64> {
+    let mut sums = vec![0.0; count];
+    for interval in intervals {
+        sums[0] += interval.length();
+        for (place, sign) in [(interval.to, 1.0), (interval.from, -1.0)] {
+            let (_, sines) = turns(place, count);
+            for (p, (sum, sine)) in sums.iter_mut().zip(&sines).enumerate().skip(1) {
+                *sum += sign * sine / (p as f64 * PI);
+            }
+        }
+    }
+    sums
+}
+
+impl Profile {
+    /// Gaps \[m\] at the borders of equal slices, pair by pair, under so many waves.
+    pub fn new(gaps: Vec<Vec<f64>>, waves: usize) -> Self {
+        let slices = gaps[0].len() - 1;
+        let cells = (CELLS_PER_WAVE * waves).div_ceil(slices);
+        let count = slices * cells;
+        let borders = (0..=count)
+            .map(|index| Place::new(index as f64 / count as f64, waves))
+            .collect();
+        let refined = |gap: Vec<f64>| -> Vec<f64> {
+            let at = |index: usize| {
+                let (slice, cell) = (index / cells, index % cells);
+                let part = cell as f64 / cells as f64;
+                match cell {
+                    0 => gap[slice],
+                    _ => gap[slice] + part * (gap[slice + 1] - gap[slice]),
+                }
+            };
+            (0..=count).map(at).collect()
+        };
+        Self {
+            cells,
+            waves,
+            borders,
+            gaps: gaps.into_iter().map(refined).collect(),
+        }
+    }
+
+    /// By how much a pair presses at the border of a slice \[m\].
+    pub fn at_border(&self, pair: usize, border: usize, press: &Press) -> f64 {
+        let index = border * self.cells;
+        press.value(&self.borders[index].cosines) - self.gaps[pair][index]
+    }
+
+    /// By how much a pair presses where it presses most \[m\].
+    pub fn deepest(&self, pair: usize, press: &Press) -> f64 {
+        let mut most = f64::NEG_INFINITY;
+        self.walk(pair, press, |_, [from, to]| {
+            most = most.max(from.1).max(to.1);
+        });
+        most
+    }
+
+    /// Where a pair is in contact.
+    pub fn touching(&self, pair: usize, press: &Press) -> Vec<Interval> {
+        let mut found: Vec<Interval> = Vec::new();
+        let mut add = |from: f64, to: f64| match found.last_mut() {
+            Some(last) if last.to == from => last.to = to,
+            _ => found.push(Interval { from, to }),
+        };
+        self.walk(pair, press, |cell, [(from, at_from), (to, at_to)]| {
+            let into = at_from > 0.0;
+            if into && at_to > 0.0 {
+                add(from, to);
+            } else if into || at_to > 0.0 {
+                let depth = |t: f64| {
+                    let (cosines, sines) = turns(t, self.waves);
+                    let depth = press.value(&cosines) - self.gap(pair, cell, t);
+                    [depth, press.slope(&sines) - self.rise(pair, cell)]
+                };
+                let border = root([from, to], at_from, &depth);
+                if into {
+                    add(from, border);
+                } else {
+                    add(border, to);
+                }
+            }
+        });
+        found.retain(|interval| interval.to > interval.from);
+        found
+    }
+
+    /// Hands over every stretch of the face on which a pair presses ever more or ever less, by its cell and by
+    /// places and depths of its ends.
+    fn walk(&self, pair: usize, press: &Press, mut stretch: impl FnMut(usize, [(f64, f64); 2])) {
+        let gaps = &self.gaps[pair];
+        let at = |border: usize| {
+            let place = &self.borders[border];
+            let depth = press.value(&place.cosines) - gaps[border];
+            ((place.at, depth), press.slope(&place.sines))
+        };
+        let (mut from, mut slope) = at(0);
+        for cell in 0..self.borders.len() - 1 {
+            let (to, next) = at(cell + 1);
+            let rise = self.rise(pair, cell);
+            if (slope > rise) == (next > rise) {
+                stretch(cell, [from, to]);
+            } else {
+                let turning = |t: f64| {
+                    let (cosines, sines) = turns(t, self.waves);
+                    [press.slope(&sines) - rise, press.bend(&cosines)]
+                };
+                let place = root([from.0, to.0], slope - rise, &turning);
+                let (cosines, _) = turns(place, self.waves);
+                let turn = (place, press.value(&cosines) - self.gap(pair, cell, place));
+                stretch(cell, [from, turn]);
+                stretch(cell, [turn, to]);
+            }
+            (from, slope) = (to, next);
+        }
+    }
+
+    /// `∫ g cos nπt dt` over intervals, by parts: on every slice the gap has one slope.
+    pub fn gap_waves(&self, pair: usize, intervals: &[Interval]) -> Vec<f64> {
+        let mut sums = vec![0.0; self.waves];
+        for interval in intervals {
+            self.on_slices(interval, |slice, from, to| {
+                let cell = slice * self.cells;
+                let [low, high] = [from, to].map(|place| self.gap(pair, cell, place.at));
+                let rise = self.rise(pair, cell);
+                sums[0] += 0.5 * (low + high) * (to.at - from.at);
+                for (n, sum) in sums.iter_mut().enumerate().skip(1) {
+                    let number = n as f64 * PI;
+                    let ends = high * to.sines[n] - low * from.sines[n];
+                    *sum += (ends + rise * (to.cosines[n] - from.cosines[n]) / number) / number;
+                }
+            });
+        }
+        sums
+    }
+
+    /// `∫ p dt` on each slice and `∫ (t − ½) p dt` on the face, p by how much a pair presses where it is in
+    /// contact \[m\].
+    pub fn sums(&self, pair: usize, intervals: &[Interval], press: &Press) -> (Vec<f64>, f64) {
+        let mut slices = vec![0.0; (self.borders.len() - 1) / self.cells];
+        let mut first = 0.0;
+        for interval in intervals {
+            self.on_slices(interval, |slice, from, to| {
+                // What does not vary in waves is a straight line, times t − ½ a parabola: Simpson's rule.
+                let straight = |t: f64| {
+                    press.approach - press.cosines[0] - self.gap(pair, slice * self.cells, t)
+                };
+                let [a, b, c] = [from.at, 0.5 * (from.at + to.at), to.at]
+                    .map(|t| [straight(t), (t - 0.5) * straight(t)]);
+                let simpson =
+                    |order: usize| (to.at - from.at) / 6.0 * (a[order] + 4.0 * b[order] + c[order]);
+                slices[slice] += simpson(0);
+                first += simpson(1);
+                for (n, wave) in press.cosines.iter().enumerate().skip(1) {
+                    let number = n as f64 * PI;
+                    let wave = wave / number;
+                    slices[slice] -= wave * (to.sines[n] - from.sines[n]);
+                    let levers = (to.at - 0.5) * to.sines[n] - (from.at - 0.5) * from.sines[n];
+                    first -= wave * (levers + (to.cosines[n] - from.cosines[n]) / number);
+                }
+            });
+        }
+        (slices, first)
+    }
+
+    /// Hands over the parts of an interval on slices, with their ends.
+    fn on_slices(&self, interval: &Interval, mut part: impl FnMut(usize, &Place, &Place)) {
+        let slices = (self.borders.len() - 1) / self.cells;
+        let ends = [interval.from, interval.to].map(|end| Place::new(end, self.waves));
+        let first = ((interval.from * slices as f64) as usize).saturating_sub(1);
+        for slice in first..slices {
+            let [start, end] = [slice, slice + 1].map(|border| &self.borders[border * self.cells]);
+            if start.at >= interval.to {
+                break;
+            }
+            let from = if start.at >= interval.from {
+                start
+            } else {
+                &ends[0]
+            };
+            let to = if end.at <= interval.to { end } else { &ends[1] };
+            if from.at < to.at {
+                part(slice, from, to);
+            }
+        }
+    }
+
+    /// Derivative of a gap on a cell \[m\].
+    fn rise(&self, pair: usize, cell: usize) -> f64 {
+        let [low, high] = [cell, cell + 1].map(|border| self.gaps[pair][border]);
+        (high - low) * (self.borders.len() - 1) as f64
+    }
+
+    /// The gap of the line that it is on a cell.
+    fn gap(&self, pair: usize, cell: usize, place: f64) -> f64 {
+        self.gaps[pair][cell] + self.rise(pair, cell) * (place - self.borders[cell].at)
+    }
+}
+
+/// The zero of a function, given with its derivative, between two places where its signs differ: Newton's
+/// method, and the middle where that leaves them.
+fn root(ends: [f64; 2], at_low: f64, function: &dyn Fn(f64) -> [f64; 2]) -> f64 {
+    let [mut low, mut high] = ends;
+    let mut place = 0.5 * (low + high);
+    for _ in 0..STEPS {
+        let [value, slope] = function(place);
+        if (value > 0.0) == (at_low > 0.0) {
+            low = place;
+        } else {
+            high = place;
+        }
+        let next = place - value / slope;
+        let next = match next > low && next < high {
+            true => next,
+            false => 0.5 * (low + high),
+        };
+        if (next - place).abs() <= f64::EPSILON {
+            return next;
+        }
+        place = next;
+    }
+    place
+}
