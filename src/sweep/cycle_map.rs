@@ -169,13 +169,20 @@ impl CycleMap {
         self.model().start(initial).state
     }
 
-    /// The derivative of the model by a key of the manifest, per SI unit.
+    /// The derivative of the model by a key of the manifest, per SI unit; `held` are keys to which the
+    /// point gives other values than the manifest.
     ///
     /// # Errors
     /// [`MapError::NoDerivative`] where the model does not depend on it smoothly.
-    pub fn derivative(&self, job: &Job, parameter: Parameter) -> Result<Model, MapError> {
+    pub fn derivative(
+        &self,
+        job: &Job,
+        parameter: Parameter,
+        held: &[(Parameter, f64)],
+    ) -> Result<Model, MapError> {
         let parameters = vec![parameter];
-        let family = PointFamily::new(self.point.clone(), parameters, &job.between, &self.parts);
+        let family = PointFamily::new(self.point.clone(), parameters, &job.between, &self.parts)
+            .holding(held);
         family
             .derivative(family.values(), 0)
             .map_err(MapError::NoDerivative)
