@@ -10,6 +10,22 @@ import numpy.typing as npt
 _Floats = npt.NDArray[np.float64]
 _PathLike = str | os.PathLike[str]
 
+__all__ = [
+    "COMMIT",
+    "CycleMap",
+    "Manifest",
+    "Point",
+    "Table",
+    "__version__",
+    "follow",
+    "present_tables",
+    "read_runs",
+    "read_table",
+    "run",
+    "structure",
+    "trace",
+]
+
 __version__: str
 COMMIT: str | None
 
