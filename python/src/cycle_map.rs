@@ -130,7 +130,7 @@ impl CycleMap {
     }
 
     /// The state of modal displacements \[m √kg\] and velocities \[m √kg/s\].
-    fn from_modal<'py>(
+    fn state_of_modal<'py>(
         &self,
         py: Python<'py>,
         displacement: PyReadonlyArray1<'py, f64>,

@@ -34,8 +34,8 @@ pub struct CycleMap {
 /// The structured kernel is kept from call to call; others, which borrow their model, are built anew.
 #[derive(Debug)]
 enum MapKernel {
-    Kept(Volterra<'static>),
-    Built(Model),
+    Kept(Box<Volterra<'static>>),
+    Built(Box<Model>),
 }
 
 /// Why there is no map, or no derivative of it.
@@ -119,10 +119,12 @@ impl CycleMap {
         let model = parts.model(&point)?;
         affordable(&model, &point.run.kernel)?;
         let kernel = match point.run.kernel {
-            KernelChoice::Volterra { tolerance } => {
-                MapKernel::Kept(Volterra::of(model, tolerance, point.run.event_limit))
-            }
-            _ => MapKernel::Built(model),
+            KernelChoice::Volterra { tolerance } => MapKernel::Kept(Box::new(Volterra::of(
+                model,
+                tolerance,
+                point.run.event_limit,
+            ))),
+            _ => MapKernel::Built(Box::new(model)),
         };
         Ok(Self {
             point,
@@ -203,7 +205,7 @@ impl CycleMap {
             called_off,
         };
         match &self.kernel {
-            MapKernel::Kept(kernel) => Ok(work.with(kernel)),
+            MapKernel::Kept(kernel) => Ok(work.with(&**kernel)),
             MapKernel::Built(model) => {
                 let run = &self.point.run;
                 let kept = |table| self.parts.kernels().get(table, model);
