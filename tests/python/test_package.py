@@ -82,7 +82,7 @@ def test_keys_are_set_as_on_the_command_line():
 def test_faults_are_those_of_the_command_line(name, tmp_path):
     if name in ("many_faults", "syntax"):
         path = tmp_path / "m.toml"
-        bad = "half_gap = = 3" if name == "syntax" else 'half_gap = "10 kg"\nstifness = "piecewise"'
+        bad = "half_gap = = 3" if name == "syntax" else 'half_gap = "10 kg"\nhalf_gpa = 3'
         path.write_text(QUICKSTART.read_text().replace('half_gap = "10 um"', bad))
     else:
         path = ROOT / f"tests/manifests/bad/{name}.toml"
@@ -99,7 +99,7 @@ def test_faults_are_those_of_the_command_line(name, tmp_path):
         unit = by_key["mesh.half_gap"]
         line = path.read_text().splitlines().index('half_gap = "10 kg"') + 1
         assert (unit.kind, unit.line, unit.source) == ("wrong-unit", line, str(path))
-        assert by_key["mesh.stifness"].nearest == "`stiffness`"
+        assert by_key["mesh.half_gpa"].nearest == "`half_gap`"
 
 
 def test_faults_of_a_dictionary_show_its_text():
