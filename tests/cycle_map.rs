@@ -121,7 +121,7 @@ fn states_may_be_dealt_out() {
     let job = job();
     let (map, states) = rattling(&job);
     let load = job.between.parameter(map.point(), "load").unwrap();
-    let by = [map.derivative(&job, load).unwrap()];
+    let by = [map.derivative(&job, load, &[]).unwrap()];
     let question = |threads| MapQuestion {
         states: &states,
         first_cycle: 0,

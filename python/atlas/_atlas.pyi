@@ -10,6 +10,22 @@ import numpy.typing as npt
 _Floats = npt.NDArray[np.float64]
 _PathLike = str | os.PathLike[str]
 
+__all__ = [
+    "COMMIT",
+    "CycleMap",
+    "Manifest",
+    "Point",
+    "Table",
+    "__version__",
+    "follow",
+    "present_tables",
+    "read_runs",
+    "read_table",
+    "run",
+    "structure",
+    "trace",
+]
+
 __version__: str
 COMMIT: str | None
 
@@ -91,7 +107,7 @@ class CycleMap:
     @property
     def weights(self) -> _Floats: ...
     def start(self) -> _Floats: ...
-    def from_modal(self, displacement: _Floats, velocity: _Floats) -> _Floats: ...
+    def state_of_modal(self, displacement: _Floats, velocity: _Floats) -> _Floats: ...
     def to_modal(self, states: _Floats) -> list[_Floats]: ...
     def deflection(self, states: _Floats) -> list[_Floats]: ...
     def image(

@@ -121,7 +121,7 @@ class CycleMap:
     def from_modal(self, displacement: npt.ArrayLike, velocity: npt.ArrayLike) -> Floats:
         """The state of modal displacements and velocities of the structure, as `trace` and manifests
         have them, (2N,)."""
-        return self._inner.from_modal(_floats(displacement), _floats(velocity))
+        return self._inner.state_of_modal(_floats(displacement), _floats(velocity))
 
     def to_modal(self, states: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Modal displacements and velocities of states, (n, N) each."""

@@ -54,8 +54,7 @@ class _Bar:
         said = {name: count for name, count in troubles.items() if count}
         if said:
             bar.set_postfix(said, refresh=False)
-        bar.n = progress.done
-        bar.refresh()
+        bar.update(progress.done - bar.n)
 
     def close(self) -> None:
         self._bar.close()

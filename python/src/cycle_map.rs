@@ -130,7 +130,7 @@ impl CycleMap {
     }
 
     /// The state of modal displacements \[m √kg\] and velocities \[m √kg/s\].
-    fn from_modal<'py>(
+    fn state_of_modal<'py>(
         &self,
         py: Python<'py>,
         displacement: PyReadonlyArray1<'py, f64>,
@@ -276,7 +276,7 @@ impl CycleMap {
         let point = self.point.get();
         let derivative = |key: &String| {
             let parameter = point.parameter(py, key)?;
-            let found = py.detach(|| self.map.derivative(&point.job, parameter));
+            let found = py.detach(|| (self.map).derivative(&point.job, parameter, &point.changes));
             found.map_err(|error| failed(py, &error))
         };
         keys.iter().map(derivative).collect()

@@ -11,11 +11,17 @@ use std::sync::Arc;
 pub struct Point {
     pub job: Arc<Job>,
     pub spec: PointSpec,
+    /// Keys that have other values than on the grid.
+    pub changes: Vec<(Parameter, f64)>,
 }
 
 impl Point {
     pub fn new(job: Arc<Job>, spec: PointSpec) -> Self {
-        Self { job, spec }
+        Self {
+            job,
+            spec,
+            changes: Vec::new(),
+        }
     }
 
     /// The parameter of a name.
@@ -57,7 +63,11 @@ impl Point {
     /// The value of a key that a drive depends on continuously, in SI.
     fn value(&self, py: Python<'_>, key: &str) -> PyResult<f64> {
         let parameter = self.parameter(py, key)?;
-        let value = self.job.between.value(&self.spec, &parameter);
+        let own = self.changes.iter().find(|(own, _)| *own == parameter);
+        let value = match own {
+            Some((_, value)) => Some(*value),
+            None => self.job.between.value(&self.spec, &parameter),
+        };
         value.ok_or_else(|| refused(py, &format!("`{key}` has no value in the manifest")))
     }
 
@@ -68,7 +78,7 @@ impl Point {
 
     /// The same point where some keys have other values: numbers in SI, or texts with units.
     pub fn changed(&self, py: Python<'_>, values: &Bound<'_, PyDict>) -> PyResult<Self> {
-        let mut wanted = Vec::with_capacity(values.len());
+        let mut changes = self.changes.clone();
         for (key, value) in values {
             let key: String = key.extract()?;
             let parameter = self.parameter(py, &key)?;
@@ -79,21 +89,29 @@ impl Point {
                 }
                 Err(_) => value.extract()?,
             };
-            wanted.push((parameter, value));
+            // Load and torque are two names of one thing.
+            let same = |own: &Parameter| match key.as_str() {
+                "load" | "torque" => ["load", "torque"].contains(&own.name()),
+                _ => *own == parameter,
+            };
+            changes.retain(|(own, _)| !same(own));
+            changes.push((parameter, value));
         }
-        let values: Vec<(&Parameter, f64)> =
-            (wanted.iter()).map(|(key, value)| (key, *value)).collect();
-        let changed = self.job.between.changed(&self.spec, &values);
+        let all: Vec<(&Parameter, f64)> =
+            (changes.iter()).map(|(key, value)| (key, *value)).collect();
+        let changed = self.job.between.changed(&self.spec, &all);
         let mut spec = changed.map_err(|reason| refused(py, &reason))?;
-        for (parameter, value) in values {
+        for (parameter, value) in all {
             let axes = self.job.axes.iter();
-            if let Some(axis) = axes
-                .map(|axis| axis.name())
-                .position(|name| name == parameter.name())
-            {
+            let mut names = axes.map(|axis| axis.name());
+            if let Some(axis) = names.position(|name| name == parameter.name()) {
                 spec.axis_values[axis] = value;
             }
         }
-        Ok(Self::new(self.job.clone(), spec))
+        Ok(Self {
+            job: self.job.clone(),
+            spec,
+            changes,
+        })
     }
 }

@@ -34,8 +34,8 @@ pub struct CycleMap {
 /// The structured kernel is kept from call to call; others, which borrow their model, are built anew.
 #[derive(Debug)]
 enum MapKernel {
-    Kept(Volterra<'static>),
-    Built(Model),
+    Kept(Box<Volterra<'static>>),
+    Built(Box<Model>),
 }
 
 /// Why there is no map, or no derivative of it.
@@ -119,10 +119,12 @@ impl CycleMap {
         let model = parts.model(&point)?;
         affordable(&model, &point.run.kernel)?;
         let kernel = match point.run.kernel {
-            KernelChoice::Volterra { tolerance } => {
-                MapKernel::Kept(Volterra::of(model, tolerance, point.run.event_limit))
-            }
-            _ => MapKernel::Built(model),
+            KernelChoice::Volterra { tolerance } => MapKernel::Kept(Box::new(Volterra::of(
+                model,
+                tolerance,
+                point.run.event_limit,
+            ))),
+            _ => MapKernel::Built(Box::new(model)),
         };
         Ok(Self {
             point,
@@ -169,13 +171,20 @@ impl CycleMap {
         self.model().start(initial).state
     }
 
-    /// The derivative of the model by a key of the manifest, per SI unit.
+    /// The derivative of the model by a key of the manifest, per SI unit; `held` are keys to which the
+    /// point gives other values than the manifest.
     ///
     /// # Errors
     /// [`MapError::NoDerivative`] where the model does not depend on it smoothly.
-    pub fn derivative(&self, job: &Job, parameter: Parameter) -> Result<Model, MapError> {
+    pub fn derivative(
+        &self,
+        job: &Job,
+        parameter: Parameter,
+        held: &[(Parameter, f64)],
+    ) -> Result<Model, MapError> {
         let parameters = vec![parameter];
-        let family = PointFamily::new(self.point.clone(), parameters, &job.between, &self.parts);
+        let family = PointFamily::new(self.point.clone(), parameters, &job.between, &self.parts)
+            .holding(held);
         family
             .derivative(family.values(), 0)
             .map_err(MapError::NoDerivative)
@@ -196,7 +205,7 @@ impl CycleMap {
             called_off,
         };
         match &self.kernel {
-            MapKernel::Kept(kernel) => Ok(work.with(kernel)),
+            MapKernel::Kept(kernel) => Ok(work.with(&**kernel)),
             MapKernel::Built(model) => {
                 let run = &self.point.run;
                 let kept = |table| self.parts.kernels().get(table, model);

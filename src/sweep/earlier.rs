@@ -23,18 +23,14 @@ pub enum EarlierError {
     Store(#[from] StoreError),
     /// The results of another manifest.
     #[error(
-        "{} holds results of another manifest (job {job}, hash {found}…; this one is {wanted}…); {remedy}\n{difference}",
+        "{} holds results of another manifest ({hashes}); {remedy}\n{difference}",
         folder.display()
     )]
     OtherManifest {
         /// The folder.
         folder: PathBuf,
-        /// Name of the job there, and which shard of it.
-        job: String,
-        /// Begin of the hash of the manifest there.
-        found: String,
-        /// Begin of the hash of this one.
-        wanted: String,
+        /// Name of the job there, which shard of it, and the beginnings of both hashes.
+        hashes: String,
         /// What to do.
         remedy: &'static str,
         /// Lines that only one of the two has.
@@ -92,9 +88,12 @@ pub fn look(
             let of_shard = record.shard.map_or_else(String::new, |s| format!(", {s}"));
             return Err(EarlierError::OtherManifest {
                 folder: folder.to_path_buf(),
-                job: format!("{}{of_shard}", record.job),
-                found: prefix(&record.manifest_hash),
-                wanted: prefix(&job.hash),
+                hashes: format!(
+                    "job {}{of_shard}, hash {}…; this one is {}…",
+                    record.job,
+                    prefix(&record.manifest_hash),
+                    prefix(&job.hash)
+                ),
                 remedy: match replaceable {
                     true => "choose a folder with --out, or replace them with --fresh",
                     false => "choose a folder with --out, or remove that one",
@@ -122,8 +121,8 @@ fn part(shard: Option<Shard>) -> String {
 }
 
 /// Enough of a hash to tell two apart.
-fn prefix(hash: &str) -> String {
-    hash.get(..8).unwrap_or(hash).to_owned()
+fn prefix(hash: &str) -> &str {
+    hash.get(..8).unwrap_or(hash)
 }
 
 /// Most lines of a difference that are shown.

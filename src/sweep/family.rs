@@ -29,6 +29,8 @@ pub struct PointFamily<'a> {
     pub point: PointSpec,
     /// The parameters.
     pub parameters: Vec<Parameter>,
+    /// Keys that have other values than the manifest gives them.
+    held: Vec<(Parameter, f64)>,
     between: &'a Between,
     parts: &'a Parts,
 }
@@ -44,18 +46,30 @@ impl<'a> PointFamily<'a> {
         Self {
             point,
             parameters,
+            held: Vec::new(),
             between,
             parts,
         }
     }
 
+    /// The same of a point whose drive has other values of some keys than the manifest gives.
+    pub fn holding(mut self, held: &[(Parameter, f64)]) -> Self {
+        self.held = held.to_vec();
+        self
+    }
+
+    /// The value of a parameter at the point.
+    fn own_value(&self, parameter: &Parameter) -> Option<f64> {
+        let held = self.held.iter().find(|(own, _)| own == parameter);
+        match held {
+            Some((_, value)) => Some(*value),
+            None => self.between.value(&self.point, parameter),
+        }
+    }
+
     /// The values of the parameters at the point; of a second one that there is not, 0.
     pub fn values(&self) -> At {
-        let value = |i: usize| {
-            self.parameters
-                .get(i)
-                .and_then(|p| self.between.value(&self.point, p))
-        };
+        let value = |i: usize| self.parameters.get(i).and_then(|p| self.own_value(p));
         [0, 1].map(|i| value(i).unwrap_or(0.0))
     }
 
@@ -64,7 +78,9 @@ impl<'a> PointFamily<'a> {
     /// # Errors
     /// A sentence where there is no such drive.
     pub fn at(&self, at: At) -> Result<PointSpec, String> {
-        let values: Vec<(&Parameter, f64)> = self.parameters.iter().zip(at).collect();
+        let held = self.held.iter().map(|(own, value)| (own, *value));
+        let held = held.filter(|(own, _)| !self.parameters.contains(own));
+        let values: Vec<(&Parameter, f64)> = held.chain(self.parameters.iter().zip(at)).collect();
         self.between.changed(&self.point, &values)
     }
 

@@ -108,6 +108,21 @@ def test_derivatives_by_keys_are_those_of_maps_at_other_values(rattling, states,
         np.testing.assert_allclose(theirs, mine, rtol=0, atol=2e-5 * np.abs(mine).max())
 
 
+def test_maps_at_other_values_know_them(rattling, states):
+    """What was changed before stays when another key is changed, or differentiated by."""
+    elsewhere = rattling.at({"mesh.half_gap": "14 um"}).at(load=0.12)
+    assert (elsewhere.point["mesh.half_gap"], elsewhere.point.load) == (pytest.approx(14e-6), 0.12)
+    assert elsewhere.half_gap == pytest.approx(14e-6)
+    by = elsewhere.image(states[:2], by=["mesh.half_gap", "load"]).by
+    for key, derivative in by.items():
+        value = elsewhere.point[key]
+        step = 1e-6 * value
+        ends = [elsewhere.at({key: value + sign * step})(states[:2]) for sign in (1, -1)]
+        found = (ends[0] - ends[1]) / (2 * step)
+        scale = np.abs(elsewhere.weights * derivative).max()
+        np.testing.assert_allclose(elsewhere.weights * found, elsewhere.weights * derivative, rtol=0, atol=2e-5 * scale)
+
+
 def test_what_cannot_be_integrated_says_so(rattling, states):
     bad = states[:3].copy()
     bad[1] = 1e9
