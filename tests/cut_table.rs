@@ -63,6 +63,7 @@ fn tables(place: &Place, folder: &str) -> Vec<PathBuf> {
 }
 
 #[test]
+#[ignore = "minutes without optimisation, and not yet seen to pass: cargo test --release --test cut_table -- --ignored"]
 fn a_run_whose_table_is_cut_down_says_so_and_goes_on_when_repeated() {
     let place = large();
     place.whole("whole", &["--threads", "2", "--tables", "kept"]);
