@@ -126,7 +126,7 @@ fn a_run_leaves_nothing_to_a_power_cut() {
     assert!(calls[made..].contains(&Call::Sync(own)));
     let journal = first(&Call::Write(".journal".into()));
     let synced = first(&Call::Sync(".journal".into()));
-    let points = calls[synced..].iter();
+    let mut points = calls[synced..].iter();
     let points = points.position(|call| *call == Call::Write(".journal".into()));
     let until = synced + points.unwrap();
     assert!(journal < synced && calls[synced..until].contains(&Call::Sync("results".into())));
