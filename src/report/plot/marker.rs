@@ -9,7 +9,7 @@ const WHITE: Colour = Colour(255, 255, 255);
 
 /// A symbol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::report) enum Marker {
+pub(super) enum Marker {
     Disc,
     Square,
     Diamond,

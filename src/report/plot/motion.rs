@@ -63,7 +63,7 @@ impl Motion {
     }
 
     /// Its symbol on a curve: one a family of periods.
-    pub fn marker(self) -> Marker {
+    pub(super) fn marker(self) -> Marker {
         match self {
             Self::Periodic(period) => match family(period).0 {
                 1 => Marker::Disc,

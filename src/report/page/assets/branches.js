@@ -155,7 +155,7 @@ function drawBranches() {
 
 /** A symbol of the plot as text, for its legend. */
 function symbol(shape, colour) {
-  const texts = { disc: "●", square: "■", triangle: "▲", diamond: "◆", plus: "＋", cross: "×", bar: "|" };
+  const texts = { disc: "●", square: "■", triangle: "▲", diamond: "◆", plus: "+", cross: "×", bar: "|" };
   const mark = make("span", { class: "symbol", "aria-hidden": "true" }, texts[shape]);
   if (!["plus", "cross", "bar"].includes(shape)) mark.style.color = colour;
   return mark;

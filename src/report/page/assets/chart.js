@@ -8,6 +8,22 @@ function themed(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 }
 
+/** Ticks of a logarithmic axis: 1, 2 and 5 times powers of ten, or so many of the powers as have room. */
+function decades(low, high, room) {
+  const [first, last] = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))];
+  const wide = Math.log10(high / low);
+  const mantissas = wide < 2.2 ? [1, 2, 5] : [1];
+  const step = Math.max(1, Math.ceil(wide / room));
+  const ticks = [];
+  for (let exponent = first; exponent <= last; exponent += 1) {
+    for (const mantissa of exponent % step === 0 ? mantissas : []) {
+      const value = Number(`${mantissa}e${exponent}`);
+      if (value >= low && value <= high) ticks.push(value);
+    }
+  }
+  return ticks;
+}
+
 class Chart {
   /**
    * `spec.x`, `spec.y`: `label`, `range` and, where they have them, `log`, `ticks(low, high, room)` and `text(value)`;
@@ -41,7 +57,12 @@ class Chart {
       stroke: themed("ink"),
       grid: { stroke: themed("faint"), width: 1, show: own.ticks === undefined },
       ticks: { stroke: themed("faint"), width: 1 },
-      splits: own.ticks && ((u, index, low, high, step, room) => own.ticks(low, high, u.bbox[side === 2 ? "width" : "height"] / devicePixelRatio)),
+      // The library's own logarithmic ticks take it for granted that an axis begins at a power of ten.
+      splits: (own.ticks ?? own.log) && ((u, index, low, high) => {
+        const length = u.bbox[side === 2 ? "width" : "height"] / devicePixelRatio;
+        return own.ticks ? own.ticks(low, high, length) : decades(low, high, length / (side === 2 ? 70 : 34));
+      }),
+      filter: (u, ticks) => ticks,
       values: (u, ticks) => ticks.map((value) => (value === null ? "" : own.text ? own.text(value) : digits(value))),
     });
     const scale = (own) => ({

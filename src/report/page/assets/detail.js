@@ -39,10 +39,13 @@ async function showPoint(row) {
   // Another point may have been selected meanwhile.
   if (asked !== detail.asked) return;
   const motion = HEAD.motions[grid.motion[row]];
+  const shown = map.chart ? await shownColumn(map.column) : null;
+  const value = shown === null || shown.isText ? "" : withError(shown.number(row), shown.error(row), shown.unit);
   document.getElementById("point").replaceChildren(
     make("h2", {}, `Point ${grid.ids[row]}`),
     make("p", {}, placeWords(row)),
     make("p", { class: "motion" }, swatch(motion.colour), motion.name, ` · ${POINTS.column("status").text(row)}`),
+    value === "" ? "" : make("p", {}, `${shown.title}: ${value}`),
     make("p", { class: "reason" }, POINTS.column("reason").text(row) ?? ""),
   );
   document.getElementById("statistics").replaceChildren(statistics(row));

@@ -44,11 +44,18 @@ function scaledUnit(unit, largest) {
   return [10 ** -exponent, name === "–" ? power : `${power} ${name}`];
 }
 
+/** A number with its unit, which may begin with a power of ten. */
+function joined(number, unit) {
+  if (unit === "–") return number;
+  if (!unit.startsWith("10")) return `${number} ${unit}`;
+  return number.includes("±") ? `(${number})·${unit}` : `${number}·${unit}`;
+}
+
 /** `12.5 µm`. */
 function withUnit(value, unit) {
   if (Number.isNaN(value)) return "";
   const [factor, name] = scaledUnit(unit, Math.abs(value));
-  return name === "–" ? digits(value * factor) : `${digits(value * factor)} ${name}`;
+  return joined(digits(value * factor), name);
 }
 
 /** `12.5 ± 0.3 µm`: value and standard error in one unit. */
@@ -56,8 +63,7 @@ function withError(value, error, unit) {
   if (Number.isNaN(value)) return "";
   if (Number.isNaN(error)) return withUnit(value, unit);
   const [factor, name] = scaledUnit(unit, Math.max(Math.abs(value), Math.abs(error)));
-  const text = `${digits(value * factor)} ± ${digits(error * factor, 2)}`;
-  return name === "–" ? text : `${text} ${name}`;
+  return joined(`${digits(value * factor)} ± ${digits(error * factor, 2)}`, name);
 }
 
 /** A whole number with its thousands set apart. */
