@@ -21,39 +21,123 @@ pub fn active(mutant: u32) -> bool {
 }
 """
 
-# What cargo-mutants calls the kinds that can be switched. Deleted fields of structs are left out: the value
-# in their place is that of another expression.
-KINDS = {"FnValue", "BinaryOperator", "UnaryOperator", "MatchArm", "MatchArmGuard"}
+# What operators become, as cargo-mutants has it.
+OPERATORS = {
+    "==": ["!="],
+    "!=": ["=="],
+    "&&": ["||"],
+    "||": ["&&"],
+    "<": ["==", ">", "<="],
+    ">": ["==", "<", ">="],
+    "<=": [">"],
+    ">=": ["<"],
+    "+": ["-", "*"],
+    "-": ["+", "/"],
+    "*": ["+", "/"],
+    "/": ["%", "*"],
+    "%": ["/", "+"],
+    "<<": [">>"],
+    ">>": ["<<"],
+    "&": ["|", "^"],
+    "|": ["&", "^"],
+    "^": ["|", "&"],
+    "+=": ["-=", "*="],
+    "-=": ["+=", "/="],
+    "*=": ["+=", "/="],
+    "/=": ["%=", "*="],
+}
+
+# What functions give instead of a value of a type; of other types their default, where there is one.
+VALUES = {
+    "": ["()"],
+    "bool": ["true", "false"],
+    "f64": ["0.0", "1.0", "-1.0"],
+    "String": ["String::new()", "String::from(\"xyzzy\")"],
+    "&str": ["\"\"", "\"xyzzy\""],
+    "&'static str": ["\"\"", "\"xyzzy\""],
+    **{whole: ["0", "1"] for whole in ["usize", "u8", "u32", "u64"]},
+    **{whole: ["0", "1", "-1"] for whole in ["i8", "i32", "i64"]},
+}
 EXPRESSIONS = {"binary_expression", "compound_assignment_expr", "unary_expression"}
 
 _parser = Parser(Language(tree_sitter_rust.language()))
 
 
-class Unfit(Exception):
-    """A mutant that cannot be switched."""
+def _values(returned):
+    """What a function of a type may give instead."""
+    if returned in VALUES:
+        return VALUES[returned]
+    if returned.startswith("Option<"):
+        return ["None"]
+    if returned.startswith("Result<"):
+        return ["Ok(Default::default())"]
+    return ["Default::default()"]
 
 
-def _ancestor(node, kinds):
-    while node is not None and node.type not in kinds:
-        node = node.parent
-    if node is None:
-        raise Unfit("not found in the source")
-    return node
+def _is_test(node, source):
+    """Whether an attribute in front of an item keeps it for tests."""
+    before = node.prev_named_sibling
+    while before is not None and before.type in {"attribute_item", "line_comment"}:
+        if b"cfg(test)" in before.text or before.text == b"#[test]":
+            return True
+        before = before.prev_named_sibling
+    return False
 
 
-def _place(node, mutant):
-    """The node that a mutant changes."""
-    match mutant["genre"]:
-        case "FnValue":
-            function = _ancestor(node, {"function_item"})
-            modifiers = [c for c in function.children if c.type == "function_modifiers"]
-            if any(b"const" in c.text for c in modifiers):
-                raise Unfit("a constant function")
-            return function.child_by_field_name("body")
-        case "BinaryOperator" | "UnaryOperator":
-            return _ancestor(node, EXPRESSIONS)
-        case _:
-            return _ancestor(node, {"match_arm"})
+def listed(source, name):
+    """The mutants of a source file: places and what stands there instead."""
+    mutants = []
+
+    def add(node, kind, at, replacement, what):
+        row, column = at.start_point
+        mutants.append(
+            {
+                "place": (node.start_byte, node.end_byte, node.type),
+                "rows": (node.start_point[0] + 1, node.end_point[0] + 1),
+                "kind": kind,
+                "file": name,
+                "replacement": replacement,
+                "name": f"{name}:{row + 1}:{column + 1}: {what}",
+            }
+        )
+
+    def visit(node, function):
+        if node.type in {"function_item", "mod_item"} and _is_test(node, source):
+            return
+        if node.type == "function_item":
+            body, returned = node.child_by_field_name("body"), node.child_by_field_name("return_type")
+            function = node.child_by_field_name("name").text.decode()
+            returned = returned.text.decode() if returned is not None else ""
+            modifiers = b" ".join(c.text for c in node.children if c.type == "function_modifiers")
+            if b"const" not in modifiers and b"unsafe" not in modifiers and body.named_child_count:
+                for value in _values(returned):
+                    add(body, "value", node, value, f"{function} gives {value}")
+                    # An error of the value is told at the opening brace.
+                    mutants[-1]["rows"] = (body.start_point[0] + 1,) * 2
+        if node.type in {"binary_expression", "compound_assignment_expr"}:
+            operator = node.child_by_field_name("operator")
+            for other in OPERATORS.get(operator.text.decode(), []):
+                what = f"{operator.text.decode()} becomes {other} in {function}"
+                add(node, "operator", operator, other, what)
+        if node.type == "unary_expression" and node.children[0].text in {b"-", b"!"}:
+            what = f"{node.children[0].text.decode()} is left out in {function}"
+            add(node, "operator", node, "", what)
+        if node.type == "match_block":
+            arms = [child for child in node.children if child.type == "match_arm"]
+            patterns = [arm.child_by_field_name("pattern") for arm in arms]
+            for arm, pattern in zip(arms, patterns):
+                guard = pattern.child_by_field_name("condition")
+                if guard is not None:
+                    for value in ["true", "false"]:
+                        add(arm, "guard", guard, value, f"a guard is {value} in {function}")
+                elif any(other.text == b"_" for other in patterns) and pattern.text != b"_":
+                    what = f"the arm {pattern.text.decode()[:40]} is left out in {function}"
+                    add(arm, "arm", arm, "", " ".join(what.split()))
+        for child in node.children:
+            visit(child, function)
+
+    visit(_parser.parse(source).root_node, "the file")
+    return mutants
 
 
 class Switched:
@@ -61,49 +145,27 @@ class Switched:
 
     def __init__(self, source, mutants):
         self.source = source
-        self.tree = _parser.parse(source)
         self.places = {}
-        self.unfit = {}
-        lines = source.decode().split("\n")
         for mutant in mutants:
-            line, column = mutant["span"]["start"]["line"], mutant["span"]["start"]["column"]
-            byte = len(lines[line - 1][: column - 1].encode())
-            leaf = self.tree.root_node.descendant_for_point_range((line - 1, byte), (line - 1, byte + 1))
-            try:
-                node = _place(leaf, mutant)
-                self._changed(node, mutant)
-            except Unfit as why:
-                self.unfit[mutant["number"]] = str(why)
-                continue
-            rows = (node.start_point[0] + 1, node.end_point[0] + 1)
-            if mutant["genre"] == "FnValue":
-                # An error of a replacement is told at the opening brace.
-                rows = (rows[0], rows[0])
-            mutant["rows"] = rows
-            self.places.setdefault((node.start_byte, node.end_byte, node.type), []).append(mutant)
+            self.places.setdefault(mutant["place"], []).append(mutant)
 
     def text(self):
         """The file with the switches."""
-        return self._render(self.tree.root_node)
+        return self._render(_parser.parse(self.source).root_node)
 
     def _slice(self, node):
         return self.source[node.start_byte : node.end_byte].decode()
 
     def _changed(self, node, mutant):
         """What stands in the place of an expression where its mutant is active, on one line."""
-        if node.type not in EXPRESSIONS:
-            return None
         if node.type == "unary_expression":
             operand = node.children[-1]
             text = self._slice(operand)
         else:
             left, operator, right = (node.child_by_field_name(f) for f in ("left", "operator", "right"))
-            if operator is None:
-                raise Unfit("no operator")
             text = f"{self._slice(left)} {mutant['replacement']} {self._slice(right)}"
-        if "//" in text:
-            raise Unfit("a comment inside")
-        return " ".join(text.split("\n"))
+        # Neither a comment nor a line end inside, so that no line moves.
+        return " ".join(line.split("//")[0] for line in text.split("\n"))
 
     def _render(self, node):
         mutants = self.places.get((node.start_byte, node.end_byte, node.type), [])
@@ -134,7 +196,7 @@ class Switched:
         guard = pattern.child_by_field_name("condition")
         for mutant in mutants:
             switch = f"crate::mutants::active({mutant['number']})"
-            if mutant["genre"] == "MatchArm":
+            if mutant["kind"] == "arm":
                 if guard is None and " if " not in rendered:
                     rendered = f"{rendered} if !{switch}"
                 else:

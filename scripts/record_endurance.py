@@ -172,7 +172,7 @@ def part_clocks(work, note):
     library = next(iter(pathlib.Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1")), None)
     if library is None:
         return note("clocks that jump", "left out: faketime is not installed", True)
-    place = Place(work / "clocks", grid(20, 100, 400))
+    place = Place(work / "clocks", grid(10, 40, 400))
     place.run("whole", "--threads", "1")
     for name, jumps, monotonic in [
         ("wall clock back a day", ["+0", "-1d"], "1"),
