@@ -265,11 +265,12 @@ impl Uniform {
 }
 
 /// Drawings at random: relief of a tenth of a micrometre to fifty, short and long, loads and
-/// misalignments over decades. Every table is within its tolerance of the law at places of its own.
+/// misalignments over decades. Every table is within its tolerance of the law at places of its own, which is wider where
+/// slices of a face that bears unevenly support each other.
 #[test]
 fn relieved_drawings_follow_their_law() {
     let mut random = Uniform(0x9E37_79B9_7F4A_7C15);
-    let (mut built, mut worst) = (0, 0.0f64);
+    let (mut built, mut worst) = (0, [0.0f64; 2]);
     while built < 60 {
         let mut gears = gears();
         gears.teeth = [17.0, 20.0].map(|least| (least + random.between([0.0, 40.0])) as u32);
@@ -322,10 +323,11 @@ fn relieved_drawings_follow_their_law() {
                 centre / gears.face_width,
                 share,
             ] {
-                worst = worst.max(off.abs());
+                let worst = &mut worst[usize::from(misalignment != 0.0)];
+                *worst = worst.max(off.abs());
             }
         }
     }
-    println!("{built} drawings, largest error {worst:.1e}");
-    assert!(worst < 2e-9, "{worst:e}");
+    println!("{built} drawings, largest errors {worst:?}");
+    assert!(worst[0] < 2e-9 && worst[1] < 1e-6, "{worst:?}");
 }
