@@ -204,7 +204,7 @@ fn askew_flanks_bear_where_elements_in_three_dimensions_say() {
             *worst = worst.max(off);
         }
         // Slices that stand alone bear too near mid-face, and where they bear on a part only on too much of it.
-        assert!(alone[0].abs() < 0.9 * centre.abs());
+        assert!(alone[0].abs() < 0.95 * centre.abs());
         assert!(length > 0.95 * face_width || alone[1] > 1.15 * length);
     }
     println!("largest errors {worst:.4?}");

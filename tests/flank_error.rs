@@ -116,6 +116,8 @@ fn static_deflection_is_that_of_shared_load() {
             let bound = match name {
                 "segments" => 0.03,
                 "misaligned segments" => 0.25,
+                // Pieces of faces whose slices support each other are held to less.
+                "misaligned course" => 1e-6,
                 _ => 1e-9,
             };
             assert!(

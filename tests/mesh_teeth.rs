@@ -6,8 +6,8 @@
 mod default_drive;
 
 use atlas::gear::{
-    BasicRack, Contact, Face, FlankLaw, Flanks, GearPair, LoadSharing, MeshTable, MeshTableCycle,
-    MeshTableInputs, Relief, pairs_at,
+    BasicRack, Contact, Face, FaceLaw, FlankLaw, Flanks, GearPair, LoadSharing, MeshTable,
+    MeshTableCycle, MeshTableInputs, Relief, pairs_at,
 };
 
 /// The default drive's gears on its shafts.
@@ -115,13 +115,19 @@ fn levels_are_near_the_standard_s() {
     assert!((double / alone - 1.333).abs() < 0.1);
 }
 
-/// The wedge's loaded length goes with the root of the compliance: the loss is smaller than the
-/// calibrated drive's, whose mesh is stiffer.
+/// The wedge's loaded length on independent slices goes with the root of the compliance: the loss is smaller than the
+/// calibrated drive's, whose mesh is stiffer. Where slices support each other less of the face bears.
 #[test]
 fn misalignment_costs_what_a_wedge_costs() {
     let gears = gears();
-    let table = table(&gears, |inputs| inputs.misalignment = vec![0.0, 1e-3]);
-    let [aligned, tilted] = [0, 1].map(|i| table.cycle(i, 0));
+    let on = |face: FaceLaw| {
+        let table = table(&gears, |inputs| {
+            inputs.misalignment = vec![0.0, 1e-3];
+            inputs.face = face;
+        });
+        [0, 1].map(|i| table.cycle(i, 0))
+    };
+    let [aligned, tilted] = on(FaceLaw::Independent);
     let length = |phase: f64| {
         let line_stiffness = aligned.value(&aligned.stiffness, phase) / gears.face_width;
         (2.0 * tilted.force / (line_stiffness * 1e-3)).sqrt() / gears.face_width
@@ -136,6 +142,11 @@ fn misalignment_costs_what_a_wedge_costs() {
     }
     let drop = 1.0 - tilted.mean_stiffness() / aligned.mean_stiffness();
     assert!(drop > 0.2 && drop < 0.42, "{drop}");
+    let [level, supported] = on(FaceLaw::Coupled);
+    assert!((level.mean_stiffness() / aligned.mean_stiffness() - 1.0).abs() < 1e-9);
+    let coupled = 1.0 - supported.mean_stiffness() / level.mean_stiffness();
+    assert!(coupled > 1.2 * drop && coupled < 0.6, "{coupled} {drop}");
+    assert!(supported.mean_centre() < 1.1 * tilted.mean_centre());
 }
 
 /// A contact that stiffens makes the mesh softer at small loads, stiffer at large ones.
@@ -254,11 +265,12 @@ impl Uniform {
 }
 
 /// Drawings at random: relief of a tenth of a micrometre to fifty, short and long, loads and
-/// misalignments over decades. Every table is within its tolerance of the law at places of its own.
+/// misalignments over decades. Every table is within its tolerance of the law at places of its own, which is wider where
+/// slices of a face that bears unevenly support each other.
 #[test]
 fn relieved_drawings_follow_their_law() {
     let mut random = Uniform(0x9E37_79B9_7F4A_7C15);
-    let (mut built, mut worst) = (0, 0.0f64);
+    let (mut built, mut worst) = (0, [0.0f64; 2]);
     while built < 60 {
         let mut gears = gears();
         gears.teeth = [17.0, 20.0].map(|least| (least + random.between([0.0, 40.0])) as u32);
@@ -311,10 +323,11 @@ fn relieved_drawings_follow_their_law() {
                 centre / gears.face_width,
                 share,
             ] {
-                worst = worst.max(off.abs());
+                let worst = &mut worst[usize::from(misalignment != 0.0)];
+                *worst = worst.max(off.abs());
             }
         }
     }
-    println!("{built} drawings, largest error {worst:.1e}");
-    assert!(worst < 2e-9, "{worst:e}");
+    println!("{built} drawings, largest errors {worst:?}");
+    assert!(worst[0] < 2e-9 && worst[1] < 1e-6, "{worst:?}");
 }

@@ -5,7 +5,8 @@ use super::flank::EvenFlank;
 use super::report::worse;
 use super::{Line, Subjects, Trouble};
 use crate::gear::{
-    Contact, Face, Flanks, GearPair, LoadSharing, MeshTable, MeshTableInputs, ToothForm, pairs_at,
+    Contact, Face, FaceLaw, Flanks, GearPair, IndependentSlices, LoadSharing, MeshTable,
+    MeshTableInputs, ToothForm, pairs_at,
 };
 use crate::store::{Origin, TableStore};
 
@@ -118,6 +119,7 @@ pub fn mesh_table(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         misalignment: vec![0.0, 1e-4],
         torque: vec![25.0, 50.0],
         slices: 8,
+        face: FaceLaw::Independent,
         contact: Contact::Linear,
         ..MeshTableInputs::of_gears(&gears)
     };
@@ -134,7 +136,7 @@ pub fn mesh_table(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             let cycle = table.cycle(i, j);
             for place in 0..places {
                 let phase = (f64::from(place) + 0.37) / f64::from(places);
-                let pairs = pairs_at(&flanks, phase, face)?;
+                let pairs = pairs_at(&IndependentSlices(&flanks), phase, face)?;
                 let load = LoadSharing::new(&pairs, face, misalignment)?.bear(cycle.force);
                 let found = cycle.value(&cycle.stiffness, phase);
                 worst = worse(worst, (found / load.stiffness - 1.0).abs());

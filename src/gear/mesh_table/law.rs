@@ -100,6 +100,20 @@ pub(super) struct Quantity {
 }
 
 impl<L: FlankLaw> MeshLaw<'_, L> {
+    /// Whether slices of the face support each other and do not all bear alike.
+    pub fn is_coupled(&self) -> bool {
+        let Self { flanks, inputs } = self;
+        let half = 0.5 * inputs.face_width;
+        let slices = inputs.slices as f64;
+        let lack = |border: usize| {
+            let place = (2.0 * border as f64 / slices - 1.0) * half;
+            flanks.deviation(flanks.path().pitch_point, place)
+        };
+        let askew = inputs.misalignment.iter().any(|angle| *angle != 0.0);
+        let uneven = || (1..=inputs.slices).any(|border| lack(border) != lack(0));
+        flanks.along_face().is_some() && (askew || uneven())
+    }
+
     /// The law at a phase.
     pub fn column(&self, phase: f64) -> Result<Column, MeshTableError> {
         let cells =

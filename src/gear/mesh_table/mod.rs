@@ -50,7 +50,8 @@ pub struct MeshTableInputs {
     /// Largest error of a piece's polynomials: of the stiffness relative to itself, of deflections
     /// to what the load deflects the mesh by, of lengths along the face to its width, of the
     /// friction lever to the base pitch. Helical gears are held to 1e-5 at most, their
-    /// shortest pieces, which are under 1/128 of the cycle, to 1e-2.
+    /// shortest pieces, which are under 1/128 of the cycle, to 1e-2; spur gears that bear unevenly on slices that
+    /// support each other to 1e-9 over the length of the piece in cycles, at most 1e-2.
     pub tolerance: f64,
     /// Slices of the face. One is enough for flanks without deviation across the face; more
     /// resolve crowning and the contact pattern. A helical face is divided into about as many.

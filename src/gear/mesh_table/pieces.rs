@@ -3,14 +3,16 @@
 //! A relieved pair takes up load where the approach of the gears reaches its gap, at a phase that
 //! depends on load and misalignment; a wedge of contact reaches the end of the face at another.
 //! Stiffness steps or bends there, and a margin of the load sharing changes its sign
-//! ([`LoadSharing::margins`](crate::gear::LoadSharing::margins)): between two samples of a piece, or
+//! ([`LoadSharing::bear_with_margins`](crate::gear::LoadSharing::bear_with_margins)): between two samples of a piece, or
 //! where the margin's own polynomial says so though no sample lies there. Such a phase is bisected
 //! to round-off and ends a piece. A piece without one is halved until its polynomials are within the
 //! tolerance of the law at places that took no part in the fit. No other piece leaves this file.
 //!
 //! Of helical gears pairs come into contact little by little all along the face, with many small bends:
 //! their pieces are only halved, until they are within what the division of the face is worth, and
-//! no further than a shortest length, on which polynomials of low degree are as good as others.
+//! no further than a shortest length, on which polynomials of low degree are as good as others. Where slices of
+//! a spur face support each other a pair may touch inside the face first, its stiffness beginning with a
+//! root: the shorter a piece, the less it is held to.
 
 use super::breaks::SAME;
 use super::law::{Column, MeshLaw, Quantity};
@@ -46,7 +48,12 @@ const SHORTEST: f64 = 1.0 / 256.0;
 /// Their largest error: a single bend inside of them, or a border of contact that reaches its end.
 const SHORT: f64 = 1e-2;
 
-/// Terms of their polynomials.
+/// Largest error, times the length of the piece in cycles, of faces whose slices support each other and bear
+/// unevenly, where no larger one is asked for and up to [`SHORT`]: a pair may touch inside the face first, and
+/// stiffness then begins with a root of the phase, on a piece however short.
+const COUPLED: f64 = 1e-9;
+
+/// Terms of the polynomials of short pieces of helical gears.
 const SHORT_TERMS: usize = 3;
 
 /// A piece that is within the tolerance of its law.
@@ -157,10 +164,12 @@ fn is_short<L: FlankLaw>(law: &MeshLaw<'_, L>, [from, to]: [f64; 2]) -> bool {
 /// Largest error of a piece.
 fn tolerance<L: FlankLaw>(law: &MeshLaw<'_, L>, piece: [f64; 2]) -> f64 {
     let asked = law.inputs.tolerance;
-    if law.flanks.helix() == 0.0 {
-        return asked;
+    let [from, to] = piece;
+    match (law.flanks.helix() == 0.0, law.is_coupled()) {
+        (true, false) => asked,
+        (true, true) => asked.max((COUPLED / (to - from)).min(SHORT)),
+        (false, _) => asked.max(if is_short(law, piece) { SHORT } else { HELICAL }),
     }
-    asked.max(if is_short(law, piece) { SHORT } else { HELICAL })
 }
 
 /// Replaces the values at the nodes by those of polynomials of low degree: bends between the nodes

@@ -211,8 +211,8 @@ fn surroundings(path: &str) -> String {
             let law = "friction_law = \"schlenk\"\nroughness = 5e-7\noil_viscosity = 0.02";
             put("[mesh]", &format!("[mesh]\n{law}"));
         }
-        "mesh.misalignment" | "mesh.shaft_tilt" | "mesh.contact" | "mesh.resolution"
-        | "mesh.slices" => {
+        "mesh.misalignment" | "mesh.shaft_tilt" | "mesh.contact" | "mesh.face"
+        | "mesh.resolution" | "mesh.slices" => {
             if path == "mesh.slices" {
                 put("[mesh]", "[mesh]\nresolution = \"pairs\"");
             }
