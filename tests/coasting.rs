@@ -85,7 +85,8 @@ fn results(text: &str) -> (Place, ResultTable) {
     (place, table)
 }
 
-/// What the mean load makes of the mesh, with its sign in the mirror: as exact as the structure is solved.
+/// What the mean load makes of the mesh, with its sign in the mirror: as exact as a table of a face that is unevenly
+/// loaded follows its law (2e-7 at worst).
 const MESH: [(&str, f64); 5] = [
     ("misalignment_loaded", -1.0),
     ("load_centre", 1.0),
@@ -127,7 +128,7 @@ fn mirrored(one: &ResultTable, other: &ResultTable) {
         }
     };
     for (name, sign) in MESH {
-        same([name; 2], sign, 1e-9);
+        same([name; 2], sign, 1e-6);
     }
     for (name, sign) in MOTION {
         same([name; 2], sign, 3e-3);

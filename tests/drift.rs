@@ -6,7 +6,7 @@
 mod common;
 
 use atlas::analysis::Nvh;
-use atlas::gear::{Contact, Flanks, MeshTable, MeshTableInputs};
+use atlas::gear::{Contact, FaceLaw, Flanks, MeshTable, MeshTableInputs};
 use atlas::manifest::{self, PointSpec};
 use atlas::model::{InitialState, TrajectoryState};
 use atlas::store::{ResultTable, TableKind};
@@ -87,6 +87,8 @@ fn meshes(table: &ResultTable, point: impl Fn(usize) -> PointSpec) {
         inputs.misalignment = vec![angle[slice]];
         inputs.torque = vec![0.3 * gears.rated_torque];
         inputs.contact = Contact::Secant;
+        // As the manifest has it.
+        inputs.face = FaceLaw::Independent;
         let cycle = MeshTable::build(&flanks, &inputs, &|_, _| ())
             .unwrap()
             .cycle(0, 0);

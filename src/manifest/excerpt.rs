@@ -123,7 +123,7 @@ mod tests {
         assert_eq!(of("a\n", 2, 2), wanted("", ""));
         assert_eq!(
             of("x \u{1b}[2J y", 2, 3),
-            wanted("x \\u{1b}[2J y", "\\u{1b}")
+            wanted("x \\u001b[2J y", "\\u001b")
         );
     }
 
