@@ -13,15 +13,14 @@ use super::{FAILED_POINTS, INTERRUPTED, fail, with_causes};
 use crate::manifest::Job;
 use crate::propagate::instructions;
 use crate::store::{
-    Exchange, IoFault, Journal, ProgramRecord, Purpose, Refusal, RetryRecord, RunRecord,
-    StoreError, TableRecord, Totals, mixed, remove_stale, replace, statuses, timestamp, write_run,
+    Exchange, IoFault, Journal, ProgramRecord, Purpose, Refusal, RetryRecord, RunRecord, Stopwatch,
+    StoreError, TableRecord, Totals, mixed, remove_stale, replace, statuses, write_run,
 };
 use crate::sweep::Parts;
 use crate::sweep::{self, Options, Share, SweepError, Watcher};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::{Instant, SystemTime};
 
 /// Statuses that are computed again.
 const FAILURES: [&str; 4] = ["failed", "diverged", "event_storm", "inaccurate"];
@@ -90,7 +89,7 @@ fn retry(
         for warning in &process.warnings {
             voice.warning(warning);
         }
-        let (started, clock) = (SystemTime::now(), Instant::now());
+        let watch = Stopwatch::start();
         let swept = sweep::run(
             job,
             &anew,
@@ -146,13 +145,13 @@ fn retry(
         let mixed = mixed(used).filter(|warning| !record.warnings.contains(warning));
         record.warnings.extend(mixed);
         let retry = RetryRecord {
-            started: timestamp(started),
-            finished: timestamp(SystemTime::now()),
+            started: watch.started(),
+            finished: watch.now(),
             program: ProgramRecord::current(),
             points: points.len() as u64,
             failed: finished.progress.failed,
             cycles: finished.progress.cycles,
-            wall_time: clock.elapsed().as_secs_f64(),
+            wall_time: watch.elapsed().as_secs_f64(),
         };
         text = format!(
             "{} points computed again in {:.1} s, {} failed\nresults in {}\n",

@@ -1,17 +1,59 @@
 //! Points in time as text: RFC 3339, UTC, whole seconds.
 
 use jiff::Timestamp;
-use std::time::SystemTime;
+use std::time::{Duration, Instant, SystemTime};
 
 /// `2026-03-01T12:00:00Z`; a time behind the year 9999 is shown as 1970.
 pub fn timestamp(time: SystemTime) -> String {
     format!("{:.0}", Timestamp::try_from(time).unwrap_or_default())
 }
 
+/// When something began, and how long ago that is.
+#[derive(Clone, Copy, Debug)]
+pub struct Stopwatch {
+    began: SystemTime,
+    clock: Instant,
+}
+
+impl Stopwatch {
+    /// Begins now.
+    pub fn start() -> Self {
+        Self {
+            began: SystemTime::now(),
+            clock: Instant::now(),
+        }
+    }
+
+    /// The time since then, whatever is done to the wall clock.
+    pub fn elapsed(&self) -> Duration {
+        self.clock.elapsed()
+    }
+
+    /// When it began, as text.
+    pub fn started(&self) -> String {
+        timestamp(self.began)
+    }
+
+    /// Now as text: a wall clock that was set back is not believed.
+    pub fn now(&self) -> String {
+        timestamp(SystemTime::now().max(self.began + self.elapsed()))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::time::{Duration, UNIX_EPOCH};
+    use std::time::UNIX_EPOCH;
+
+    #[test]
+    fn a_clock_that_was_set_back_is_not_believed() {
+        let ahead = Duration::from_secs(86_400);
+        let watch = Stopwatch {
+            began: SystemTime::now() + ahead,
+            clock: Instant::now(),
+        };
+        assert!(watch.now() >= watch.started(), "{watch:?}");
+    }
 
     #[test]
     fn known_instants() {

@@ -64,7 +64,7 @@ pub use characteristics::{
     LatencyKey, LoadedKey, Measurement, MountainKey, NodeRecord, Noise, OperatorKey, ParallelKey,
     PercentileKey, RoofRow, SolverKey, TransferKey,
 };
-pub use clock::timestamp;
+pub use clock::{Stopwatch, timestamp};
 pub use columns::{PoincareRow, SpectrumRow, poincare_table, points_table, spectra_table};
 pub use contents::Contents;
 pub use continuation::{

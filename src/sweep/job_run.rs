@@ -7,12 +7,11 @@ use super::run::{Finished, Options, SweepError, run};
 use crate::manifest::Job;
 use crate::store::{
     ForecastRecord, Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState,
-    StoreError, TableStore, Totals, mixed, timestamp, write_run,
+    Stopwatch, StoreError, TableStore, Totals, mixed, write_run,
 };
 use crate::topology::Topology;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
-use std::time::{Instant, SystemTime};
 
 /// A run of a job into a folder of results that [`super::look_for_earlier`] found fit for it.
 #[derive(Debug)]
@@ -93,7 +92,7 @@ impl JobRun<'_> {
         for warning in &warnings {
             watcher.warning(warning);
         }
-        let (started, clock) = (SystemTime::now(), Instant::now());
+        let watch = Stopwatch::start();
         let swept = run(
             job,
             folder,
@@ -119,8 +118,8 @@ impl JobRun<'_> {
                 _ => RunState::Interrupted,
             },
             shard: options.shard,
-            started: timestamp(started),
-            finished: timestamp(SystemTime::now()),
+            started: watch.started(),
+            finished: watch.now(),
             program: ProgramRecord::current(),
             machine: MachineRecord {
                 instructions,
@@ -141,7 +140,7 @@ impl JobRun<'_> {
                 wall_time_low: forecast.wall_time.low,
                 wall_time_high: forecast.wall_time.high,
             }),
-            totals: totals(&finished, clock.elapsed().as_secs_f64()),
+            totals: totals(&finished, watch.elapsed().as_secs_f64()),
             shards: Vec::new(),
             tables: finished.written.tables.clone(),
             retries: Vec::new(),
