@@ -201,12 +201,15 @@ struct SourceReader<'a> {
 impl<'a> SourceReader<'a> {
     fn open(source: &'a Source<'a>) -> Result<Self, StoreError> {
         let reader = TableReader::open(&source.path, Some(source.seals), None)?;
-        Ok(Self {
+        let mut opened = Self {
             source,
             batch: RecordBatch::new_empty(reader.schema().clone()),
             reader,
             row: 0,
-        })
+        };
+        // A small file is read to its end, and closed, before the next one is opened.
+        opened.load()?;
+        Ok(opened)
     }
 
     /// The point of the batch's next row that is taken; none behind its end.

@@ -29,9 +29,12 @@ pub(super) struct TableReader {
     path: PathBuf,
     schema: SchemaRef,
     metadata: Vec<(String, String)>,
-    batches: ParquetRecordBatchReader,
+    /// None behind the last batch: decoders take megabytes, and a merge has a thousand files open.
+    batches: Option<ParquetRecordBatchReader>,
     /// Rows of the batches before the next.
     rows: u64,
+    /// Rows of the file.
+    rows_in_all: u64,
 }
 
 impl TableReader {
@@ -69,6 +72,8 @@ impl TableReader {
             None => return Err(foreign("it names no format".into())),
         }
         let schema = builder.schema().clone();
+        let groups = builder.metadata().row_groups().iter();
+        let rows_in_all = groups.map(|group| group.num_rows().unsigned_abs()).sum();
         let batches = decoding(path, || match columns {
             None => builder.build(),
             Some(names) => {
@@ -85,8 +90,9 @@ impl TableReader {
             path: path.to_path_buf(),
             schema,
             metadata,
-            batches: batches.map_err(refused)?,
+            batches: Some(batches.map_err(refused)?),
             rows: 0,
+            rows_in_all,
         })
     }
 
@@ -102,12 +108,18 @@ impl TableReader {
 
     /// The next rows; none behind the last.
     pub(super) fn next(&mut self) -> Result<Option<RecordBatch>, StoreError> {
-        let Some(batch) = decoding(&self.path, || self.batches.next())? else {
+        let Some(batches) = &mut self.batches else {
+            return Ok(None);
+        };
+        let Some(batch) = decoding(&self.path, || batches.next())? else {
             return Ok(None);
         };
         let batch = batch.map_err(|error| StoreError::parquet(&self.path, "read", error.into()))?;
         self.refuse_what_is_not_finite(&batch)?;
         self.rows += batch.num_rows() as u64;
+        if self.rows >= self.rows_in_all {
+            self.batches = None;
+        }
         Ok(Some(batch))
     }
 
