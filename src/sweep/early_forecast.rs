@@ -4,7 +4,7 @@
 //! nothing: they are points of the run. Where the state is carried, the first tenth of the points
 //! has to do: the beginnings of chains, which are forecast as if all of each went on like that.
 
-use super::estimate::{Interval, Load, drawn};
+use super::estimate::{Interval, Load, Sampled, drawn};
 use super::queue::work;
 use super::turns::{Share, TakenOver};
 use crate::manifest::Job;
@@ -42,8 +42,8 @@ pub(super) struct EarlySample<'a> {
     wanted: Option<BTreeSet<u64>>,
     /// How many.
     needed: usize,
-    /// Their times per work.
-    ratios: Vec<f64>,
+    /// What they took.
+    sampled: Vec<Sampled>,
     /// Time before the first point was begun \[s\].
     prepared: f64,
     forecast: Option<EarlyForecast>,
@@ -78,7 +78,7 @@ impl<'a> EarlySample<'a> {
                 false if length > 1 => sample(points, threads).max(points / 10),
                 false => sample(points, threads),
             },
-            ratios: Vec::new(),
+            sampled: Vec::new(),
             prepared: 0.0,
             forecast: None,
         }
@@ -113,13 +113,15 @@ impl<'a> EarlySample<'a> {
             Some(wanted) => wanted.remove(&row.point_id),
             None => true,
         };
-        if !wanted || self.ratios.len() >= self.needed {
+        if !wanted || self.sampled.len() >= self.needed {
             return;
         }
-        let work = work(&self.job.points.variant(row.point_id as usize));
-        self.ratios.push(row.placement.wall_time / work);
-        if self.ratios.len() == self.needed {
-            let wall_time = self.load.wall_time(&self.ratios);
+        self.sampled.push(Sampled {
+            time: row.placement.wall_time,
+            work: work(&self.job.points.variant(row.point_id as usize)),
+        });
+        if self.sampled.len() == self.needed {
+            let wall_time = self.load.wall_time(&self.sampled);
             self.forecast = Some(EarlyForecast {
                 points: self.needed as u64,
                 after: self.prepared + elapsed.as_secs_f64(),

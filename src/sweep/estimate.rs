@@ -1,11 +1,10 @@
 //! The time of all points from the time of some.
 //!
-//! The time a point takes, over the work that the manifest asks of it, is averaged over a sample;
-//! the interval is Student's at 95 % for a sample from so many points, so few points or very
-//! different ones make it wide. Samples are drawn over the grid by the golden ratio, which meets
+//! The time of a sample over the work that the manifest asks of it is what all work takes (a ratio
+//! estimate); the interval is Student's at 95 % for a sample from so many points, so few points or very
+//! different ones make it wide. Where every point was computed nothing is open but their order. Samples are drawn over the grid by the golden ratio, which meets
 //! no period of the grid.
 
-use crate::numerics::statistics::mean;
 use crate::numerics::statistics::student;
 use serde::Serialize;
 use std::collections::HashSet;
@@ -19,6 +18,22 @@ pub struct Interval {
     pub expected: f64,
     /// Upper end.
     pub high: f64,
+}
+
+/// A point that was computed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Sampled {
+    /// What it took \[s\].
+    pub time: f64,
+    /// Its work, in cycles times modes.
+    pub work: f64,
+}
+
+impl Sampled {
+    /// Time per work \[s\].
+    pub fn ratio(&self) -> f64 {
+        self.time / self.work
+    }
 }
 
 /// What is to be computed.
@@ -53,49 +68,56 @@ pub(super) fn drawn(of: usize, count: usize) -> Vec<usize> {
 }
 
 impl Load {
-    /// Computing time over all points and threads \[s\], from the time per work of some of them;
-    /// zero from none.
-    pub fn computing(&self, ratios: &[f64]) -> Interval {
-        let n = ratios.len() as f64;
-        if ratios.is_empty() {
+    /// Computing time over all points and threads \[s\], from some of them; zero from none.
+    pub fn computing(&self, sample: &[Sampled]) -> Interval {
+        let n = sample.len() as f64;
+        if sample.is_empty() {
             return Interval {
                 low: 0.0,
                 expected: 0.0,
                 high: 0.0,
             };
         }
-        let (middle, points) = (mean(ratios), self.points as f64);
-        let spread = ratios.iter().map(|r| (r - middle).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+        let (time, work) = totals(sample);
+        let (rate, mean_work) = (time / work, work / n);
+        let rest = |point: &Sampled| (point.time - rate * point.work).powi(2);
+        let spread = sample.iter().map(rest).sum::<f64>() / (n - 1.0).max(1.0);
         // Of points drawn without putting them back, the last ones leave nothing open.
-        let left = (1.0 - n / points).max(0.0);
-        let half = student(ratios.len() - 1) * (spread / n * left).sqrt();
-        // What was computed takes its time again.
-        let least = ratios.iter().sum::<f64>() / points;
+        let left = (1.0 - n / self.points as f64).max(0.0);
+        let half = student(sample.len() - 1) * (spread / n * left).sqrt() / mean_work;
         Interval {
-            low: self.work * (middle - half).max(least),
-            expected: self.work * middle,
-            high: self.work * (middle + half),
+            // What was computed takes its time again.
+            low: (self.work * (rate - half)).max(time),
+            expected: self.work * rate,
+            high: self.work * (rate + half),
         }
     }
 
     /// Wall time on all threads \[s\]. At best the work is evenly shared; at worst the longest
     /// chain is begun last. Chains that do not divide by the threads leave some without work at
     /// the end.
-    pub fn wall_time(&self, ratios: &[f64]) -> Interval {
-        let computing = self.computing(ratios);
+    pub fn wall_time(&self, sample: &[Sampled]) -> Interval {
+        let computing = self.computing(sample);
         let threads = self.threads as f64;
+        if self.shared {
+            return computing.over(threads);
+        }
+        let longest = sample.iter().map(Sampled::ratio).fold(0.0, f64::max) * self.work;
+        if self.length == 1 && sample.len() == self.points {
+            let longest = sample.iter().map(|point| point.time).fold(0.0, f64::max);
+            let even = computing.expected / threads;
+            return Interval {
+                low: even.max(longest),
+                expected: schedule(sample, self.threads),
+                // Graham's bound, in whatever order points are begun.
+                high: even + longest * (1.0 - 1.0 / threads),
+            };
+        }
         let chains = (self.points / self.length).max(1) as f64;
-        let uneven = match self.shared {
-            true => 1.0,
-            false => (chains / threads).ceil() * threads / chains,
-        };
+        let uneven = (chains / threads).ceil() * threads / chains;
         // A long chain has long points and short ones.
-        let longest = ratios.iter().copied().fold(0.0, f64::max) * self.work;
         let beyond = (longest - computing.expected).max(0.0) / chains / (self.length as f64).sqrt();
-        let tail = match self.shared {
-            true => 0.0,
-            false => beyond * (1.0 - 1.0 / threads),
-        };
+        let tail = beyond * (1.0 - 1.0 / threads);
         Interval {
             low: computing.low / threads,
             expected: computing.expected / threads * uneven + 0.5 * tail,
@@ -104,7 +126,36 @@ impl Load {
     }
 }
 
+/// Time and work of a sample.
+fn totals(sample: &[Sampled]) -> (f64, f64) {
+    sample.iter().fold((0.0, 0.0), |(time, work), point| {
+        (time + point.time, work + point.work)
+    })
+}
+
+/// When the last thread is done \[s\], if the points with the most work are begun first and those of
+/// equal work in their order, as a queue does that knows no times yet.
+fn schedule(points: &[Sampled], threads: usize) -> f64 {
+    let mut order = points.to_vec();
+    order.sort_by(|a, b| b.work.total_cmp(&a.work));
+    let mut free = vec![0.0; threads.max(1)];
+    for point in order {
+        free.sort_by(f64::total_cmp);
+        free[0] += point.time;
+    }
+    free.into_iter().fold(0.0, f64::max)
+}
+
 impl Interval {
+    /// The same, evenly shared by so many threads.
+    fn over(self, threads: f64) -> Self {
+        Self {
+            low: self.low / threads,
+            expected: self.expected / threads,
+            high: self.high / threads,
+        }
+    }
+
     /// The same, so much later.
     pub fn after(self, time: f64) -> Self {
         Self {
@@ -151,24 +202,59 @@ mod tests {
         }
     }
 
+    /// Points of work 1 that took so long.
+    fn took(times: &[f64]) -> Vec<Sampled> {
+        let of = |&time: &f64| Sampled { time, work: 1.0 };
+        times.iter().map(of).collect()
+    }
+
     #[test]
     fn a_whole_sample_leaves_nothing_open() {
-        let found = load(2, 1, 4.0, 1).computing(&[1.0, 3.0]);
-        assert_eq!(ends(found), [8.0; 3]);
-        // Two threads: at best 4 each, at worst the long one, 6, is begun after the short one.
-        let found = load(2, 1, 4.0, 2).wall_time(&[1.0, 3.0]);
-        assert_eq!(ends(found), [4.0, 4.5, 5.0]);
-        assert_eq!(ends(found.after(0.5)), [4.5, 5.0, 5.5]);
+        // The time goes with the work for one point and not for the other.
+        let sample = [
+            Sampled {
+                time: 1.0,
+                work: 1.0,
+            },
+            Sampled {
+                time: 7.0,
+                work: 3.0,
+            },
+        ];
+        assert_eq!(ends(load(2, 1, 4.0, 1).computing(&sample)), [8.0; 3]);
+        // The longer one is begun first; at worst behind the other one.
+        let found = load(2, 1, 4.0, 2).wall_time(&sample);
+        assert_eq!(ends(found), [7.0, 7.0, 7.5]);
+        assert_eq!(ends(found.after(0.5)), [7.5, 7.5, 8.0]);
+        // Nobody knows that the last of three is long: it waits for the first two.
+        let found = load(3, 1, 3.0, 2).wall_time(&took(&[1.0, 1.0, 4.0]));
+        assert_eq!(ends(found), [4.0, 5.0, 5.0]);
         // Three chains on two threads take as long as four would.
-        assert_eq!(load(3, 1, 3.0, 2).wall_time(&[1.0; 3]).expected, 2.0);
-        assert_eq!(load(12, 6, 12.0, 2).wall_time(&[1.0; 12]).expected, 6.0);
+        assert_eq!(load(3, 1, 3.0, 2).wall_time(&took(&[1.0; 3])).expected, 2.0);
+        assert_eq!(
+            load(12, 6, 12.0, 2).wall_time(&took(&[1.0; 12])).expected,
+            6.0
+        );
         // Threads that share a point have no one to wait for.
         let shared = Load {
             shared: true,
             ..load(3, 1, 3.0, 2)
         };
-        assert_eq!(shared.wall_time(&[1.0; 3]).expected, 1.5);
+        assert_eq!(shared.wall_time(&took(&[1.0; 3])).expected, 1.5);
         assert_eq!(ends(load(9, 1, 1.0, 2).wall_time(&[])), [0.0; 3]);
+    }
+
+    /// Where points take their work's time, some of them tell of all, whatever their work.
+    #[test]
+    fn time_that_goes_with_work_is_known_from_any_points() {
+        let sample: Vec<Sampled> = (1..=4)
+            .map(|k| Sampled {
+                time: 0.5 * f64::from(k),
+                work: f64::from(k),
+            })
+            .collect();
+        let found = load(40, 1, 1000.0, 1).computing(&sample);
+        assert_eq!(ends(found), [500.0; 3]);
     }
 
     /// The 95 % interval holds the sum in about 95 % of draws from a known set.
@@ -182,7 +268,7 @@ mod tests {
         for first in 0..200 {
             // Strides prime to 400: a sample without repetition.
             let sample: Vec<f64> = (0..12).map(|k| costs[(first * 7 + k * 33) % 400]).collect();
-            let found = load(400, 1, 400.0, 1).computing(&sample);
+            let found = load(400, 1, 400.0, 1).computing(&took(&sample));
             covered += usize::from(found.low <= truth && truth <= found.high);
         }
         assert!((180..=200).contains(&covered), "{covered} of 200");

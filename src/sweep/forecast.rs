@@ -9,7 +9,7 @@
 
 use super::chain::{Link, compute, verdict};
 use super::early_forecast::{sample, shared};
-use super::estimate::{Interval, Load, drawn};
+use super::estimate::{Interval, Load, Sampled, drawn};
 use super::layout::layout;
 use super::memory::{Memory, Rows};
 use super::parts::{Parts, tables_wanted};
@@ -164,12 +164,11 @@ pub fn forecast(
     }
     let calibration_time = clock.elapsed().as_secs_f64();
     let refining = calibration.refining();
-    let (ratios, cut_short, mut rows) = calibration.found();
+    let (sampled, cut_short, rows) = calibration.found();
     let calibrated = rows.len() as u64 + cut_short;
-    rows.sort_by_key(|row| row.point_id);
 
     let known = tables_wanted(job, sample()).max(1);
-    let mut time = load.wall_time(&ratios);
+    let mut time = load.wall_time(&sampled);
     time.expected += refining / threads as f64;
     // A change may come and go between two neighbours.
     time.high += 2.0 * refining / threads as f64;
@@ -218,8 +217,7 @@ struct Calibration<'a> {
 /// A point that was tried out.
 struct Tried {
     id: usize,
-    /// Its time per work \[s\].
-    ratio: f64,
+    sampled: Sampled,
     /// None where it was given up.
     row: Option<PointRow>,
 }
@@ -231,8 +229,8 @@ impl Calibration<'_> {
         if tried.len() < self.least {
             return false;
         }
-        let ratios: Vec<f64> = tried.iter().map(|tried| tried.ratio).collect();
-        let Interval { expected, high, .. } = self.load.computing(&ratios);
+        let sampled: Vec<Sampled> = tried.iter().map(|tried| tried.sampled).collect();
+        let Interval { expected, high, .. } = self.load.computing(&sampled);
         high - expected <= CLOSE * expected
     }
 
@@ -253,10 +251,13 @@ impl Calibration<'_> {
         }
         let clock = Instant::now();
         let row = compute(job, &point, &link, self.parts, worker, over);
-        let ratio = clock.elapsed().as_secs_f64() / work(&job.points.variant(id));
+        let sampled = Sampled {
+            time: clock.elapsed().as_secs_f64(),
+            work: work(&job.points.variant(id)),
+        };
         let mut tried = self.tried.lock().unwrap_or_else(PoisonError::into_inner);
         let row = row.ok();
-        tried.push(Tried { id, ratio, row });
+        tried.push(Tried { id, sampled, row });
     }
 
     /// Computing time that narrowing down changes of motion takes \[s\], by those between
@@ -278,30 +279,37 @@ impl Calibration<'_> {
                 return 0.0;
             };
             match a.id / length == b.id / length && from != to {
-                true => f64::from(halvings) * 0.5 * (a.ratio + b.ratio) * work(&variant),
+                true => {
+                    f64::from(halvings)
+                        * 0.5
+                        * (a.sampled.ratio() + b.sampled.ratio())
+                        * b.sampled.work
+                }
                 false => 0.0,
             }
         };
         tried.windows(2).map(between).sum()
     }
 
-    /// Times per work, how many points were given up, rows of the others. One that was given up
-    /// sooner than the others took on average does not count: it says nothing.
-    fn found(self) -> (Vec<f64>, u64, Vec<PointRow>) {
-        let tried = self
+    /// What points took, in their order, how many were given up, rows of the others. One that was given
+    /// up sooner than the others took on average does not count: it says nothing.
+    fn found(self) -> (Vec<Sampled>, u64, Vec<PointRow>) {
+        let mut tried = self
             .tried
             .into_inner()
             .unwrap_or_else(PoisonError::into_inner);
+        tried.sort_by_key(|tried| tried.id);
+        let ratio = |tried: &Tried| tried.sampled.ratio();
         let whole: Vec<f64> = (tried.iter().filter(|tried| tried.row.is_some()))
-            .map(|tried| tried.ratio)
+            .map(ratio)
             .collect();
         let middle = if whole.is_empty() { 0.0 } else { mean(&whole) };
-        let telling = |tried: &Tried| tried.row.is_some() || tried.ratio > middle;
+        let telling = |tried: &Tried| tried.row.is_some() || ratio(tried) > middle;
         let tried: Vec<_> = tried.into_iter().filter(telling).collect();
         let cut_short = tried.iter().filter(|tried| tried.row.is_none()).count() as u64;
-        let ratios = tried.iter().map(|tried| tried.ratio).collect();
+        let sampled = tried.iter().map(|tried| tried.sampled).collect();
         let rows = tried.into_iter().filter_map(|tried| tried.row).collect();
-        (ratios, cut_short, rows)
+        (sampled, cut_short, rows)
     }
 }
 
