@@ -3,6 +3,7 @@
     .venv/bin/python scripts/record_endurance.py benches/runs/NAME [PART…]
 """
 
+import contextlib
 import json
 import os
 import pathlib
@@ -47,10 +48,9 @@ class Place:
     def run(self, out, *arguments, **options):
         """Exit status, errors, peak memory [MB]."""
         process = self.start(out, "--quiet", *arguments, **options)
-        said = process.stderr.read()
-        _, status, usage = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-        return process.returncode, said, usage.ru_maxrss / 1024
+        peak = peak_of(process)
+        _, said = process.communicate()
+        return process.returncode, said, peak
 
     def record(self, out):
         return json.loads((self.folder / out / "run.json").read_text())
@@ -61,6 +61,18 @@ class Place:
             table = pl.read_parquet(path)
             found[path.name] = table.drop([c for c in PLACEMENT if c in table.columns])
         return found
+
+
+def peak_of(process):
+    """Most memory that a process had [MB] when it was last looked at, every hundredth of a second. What the system
+    tells of a process that has ended holds that of its parent, too."""
+    status, peak = pathlib.Path(f"/proc/{process.pid}/status"), 0.0
+    while process.poll() is None:
+        with contextlib.suppress(OSError):
+            lines = dict(line.split(":", 1) for line in status.read_text().splitlines())
+            peak = max(peak, float(lines.get("VmHWM", "0 kB").split()[0]) / 1024)
+        time.sleep(0.01)
+    return peak
 
 
 def same(a, b):
@@ -215,7 +227,7 @@ def part_clocks(work, note):
             name,
             f"wall time {total:.2f} s, of a point {walls.min():.1e} to {walls.max():.1e} s, "
             f"started {record['started']}, finished {record['finished']}, same tables: {equal}",
-            equal and all(number >= 0 for number in numbers),
+            equal and all(number >= 0 for number in numbers) and record["started"] <= record["finished"],
         )
 
 
@@ -229,11 +241,15 @@ def part_shards(work, note):
         faults += status not in (0, 3)
     took = time.monotonic() - begun
     parts = [f"parts/{shard}" for shard in range(1, 1001)]
-    merged = subprocess.run([ATLAS, "merge", *parts, "--out", "merged"], cwd=place.folder, capture_output=True, text=True)
+    merged = subprocess.Popen(
+        [ATLAS, "merge", *parts, "--out", "merged"], cwd=place.folder, text=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+    )
+    peak = peak_of(merged)
+    errors = merged.stderr.read().strip()
     equal = merged.returncode == 0 and same(place.tables("whole"), place.tables("merged"))
     note(
         "1000 shards of 2000 points",
-        f"{took:.0f} s, {faults} failed, merged with status {merged.returncode} {merged.stderr.strip()[:200]}, same tables: {equal}",
+        f"{took:.0f} s, {faults} failed, merged with status {merged.returncode} {errors[:200]} in {peak:.0f} MB, same tables: {equal}",
         equal and not faults,
     )
 
