@@ -1,15 +1,16 @@
 """What a call of the Python package's cycle map costs above the kernel, and what a batch gets through.
 
-    scripts/wheel && .venv/bin/python scripts/measure_cycle_map.py [manifest]
+    scripts/wheel && .venv/bin/python scripts/measure_cycle_map.py [benches/runs/NAME]
 
 States along a trajectory are mapped, a thousand at once, over one cycle and over many: what a state
 takes over many cycles, divided by the cycles, is the kernel's; what one cycle takes beyond that is the
 call's. On one thread; medians of repetitions that alternate, the fastest as well.
 """
 
+import pathlib
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -34,7 +35,8 @@ def attractor(mapped: atlas.CycleMap) -> np.ndarray:
     return np.array(states)
 
 
-def measure(mapped: atlas.CycleMap) -> None:
+def measure(mapped: atlas.CycleMap) -> Iterator[str]:
+    """Lines of a table."""
     states = attractor(mapped)
     works = {
         "one cycle": lambda: mapped(states),
@@ -50,23 +52,32 @@ def measure(mapped: atlas.CycleMap) -> None:
     each = {name: np.median(times) / (100 if "a call" in name else BATCH) for name, times in taken.items()}
     least = {name: min(times) / (100 if "a call" in name else BATCH) for name, times in taken.items()}
     for name in works:
-        print(f"  {name:32} {1e6 * each[name]:9.2f} µs a state (fastest {1e6 * least[name]:.2f})")
+        yield f"| {name} | {1e6 * each[name]:.2f} | {1e6 * least[name]:.2f} |"
     for words, found in (("median", each), ("fastest", least)):
         kernel = found[f"{MANY} cycles"] / MANY
         over = found["one cycle"] - kernel
-        print(
-            f"  {words}: kernel {1e6 * kernel:.2f} µs a cycle, {1e6 * over:.2f} µs a state on top; "
-            f"throughput {100 * kernel / found['one cycle']:.0f} % of the kernel's"
+        yield (
+            f"| {words}: kernel {1e6 * kernel:.2f} µs a cycle, {1e6 * over:.2f} µs a state on top, "
+            f"throughput {100 * kernel / found['one cycle']:.0f} % of the kernel's | | |"
         )
 
 
 def main() -> None:
-    manifest = atlas.load(sys.argv[1] if len(sys.argv) > 1 else "manifests/quickstart.toml")
+    text = pathlib.Path("manifests/quickstart.toml").read_text()
+    lines = [
+        "# The cycle map from Python\n",
+        f"`scripts/measure_cycle_map.py`, one thread, package {atlas.__version__} ({atlas.COMMIT[:12]}), batches of {BATCH} states along a "
+        f"trajectory of `manifests/quickstart.toml` (load 0.1, 6000 rpm), {REPETITIONS} repetitions in turn.",
+    ]
     for modes in (6, 12, 40):
         changed = {"model.modes": modes, "model.retained": modes}
-        point = atlas.load(manifest.text, set=changed).point(load=0.1, speed="6000 rpm")
-        print(f"{modes} modes, one thread")
-        measure(atlas.CycleMap(point, threads=1))
+        point = atlas.load(text, set=changed).point(load=0.1, speed="6000 rpm")
+        lines += [f"\n{modes} modes:\n", "| call | median [µs a state] | fastest |", "|---|---|---|"]
+        lines += measure(atlas.CycleMap(point, threads=1))
+    print("\n".join(lines))
+    for folder in map(pathlib.Path, sys.argv[1:]):
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "summary.md").write_text("\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":
