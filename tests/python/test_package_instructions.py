@@ -1,0 +1,54 @@
+"""One wheel for every x86-64 processor: it chooses its instructions when it is loaded, and computes with each
+set of them the bits that the program computes.
+
+Processors without AVX-512, and without AVX2, are emulated (qemu-user)."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+ATLAS = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release" / "atlas"
+PLACEMENT = {"wall_time", "worker", "numa_node"}
+EMULATOR = shutil.which("qemu-x86_64")
+
+RUN = 'import atlas; atlas.run("m.toml", "package", progress=False)'
+
+
+def emulated(processor):
+    if not EMULATOR:
+        pytest.skip("qemu-x86_64 is not installed")
+    return [EMULATOR, "-cpu", processor]
+
+
+@pytest.fixture
+def folder(tmp_path):
+    text = (ROOT / "manifests/quickstart.toml").read_text()
+    for known, small in [("cycles = 5000", "cycles = 600"), ("transient = 500", "transient = 100")]:
+        assert known in text
+        text = text.replace(known, small)
+    (tmp_path / "m.toml").write_text(text)
+    return tmp_path
+
+
+@pytest.mark.parametrize("instructions, processor", [("avx512", None), ("avx2", "Haswell"), ("baseline", "Nehalem")])
+def test_the_wheel_gives_the_programs_bits(folder, instructions, processor):
+    prefix = emulated(processor) if processor else []
+    program = [*prefix, ATLAS, "run", "m.toml", "--out", "program", "--quiet"]
+    assert subprocess.run(program, cwd=folder).returncode in (0, 3)
+    subprocess.run([*prefix, sys.executable, "-c", RUN], cwd=folder, check=True)
+    used = {json.loads((folder / out / "run.json").read_text())["machine"]["instructions"][0] for out in ("program", "package")}
+    if processor is None and used == {"avx2"}:
+        pytest.skip("this processor has no AVX-512")
+    assert used == {instructions}
+    for name in ("points", "poincare"):
+        one, other = [pq.read_table(folder / out / f"{name}.parquet") for out in ("program", "package")]
+        assert one.num_rows > 0 and one.schema.names == other.schema.names
+        for column in set(one.schema.names) - PLACEMENT:
+            assert one[column].equals(other[column]), (instructions, column)
