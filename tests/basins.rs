@@ -3,10 +3,13 @@
 
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/program.rs"]
+mod program;
+
 use atlas::report::{Summary, render_branches};
 use atlas::store::{ResultTable, TableKind};
+use program::{atlas, said};
 use std::path::Path;
-use std::process::Command;
 
 const STRUCTURE: &str = include_str!("../manifests/basins.modal.toml");
 const MANIFEST: &str = include_str!("../manifests/basins.toml");
@@ -24,28 +27,17 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-fn atlas(folder: &Path, arguments: &[&str]) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_atlas"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap();
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{message}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
 fn run(folder: &Path, out: &str, more: &[&str]) {
     let mut arguments = vec!["run", "m.toml", "--out", out, "--quiet"];
     arguments.extend(more);
-    atlas(folder, &arguments);
+    said(folder, &arguments);
 }
 
 #[test]
 fn slices_do_not_depend_on_threads_or_shards() {
     let folder = folder();
     let path = folder.path();
-    let checked = atlas(path, &["check", "m.toml"]);
+    let checked = said(path, &["check", "m.toml"]);
     assert!(
         checked.contains("a slice of 10 x 10 along modes 1 and 2"),
         "{checked}"
@@ -75,7 +67,7 @@ fn slices_do_not_depend_on_threads_or_shards() {
         whole.branches
     );
     assert_eq!(
-        atlas(path, &["show", "1", "--branches"]),
+        said(path, &["show", "1", "--branches"]),
         render_branches(&whole)
     );
 
@@ -98,7 +90,7 @@ fn slices_and_shares_are_drawn() {
     let folder = folder();
     let path = folder.path();
     run(path, "r", &[]);
-    let files = atlas(
+    let files = said(
         path,
         &["plot", "r", "--what", "shares,basins", "--format", "svg"],
     );
@@ -122,7 +114,7 @@ fn slices_and_shares_are_drawn() {
         assert!(shares.contains(label), "{label}");
     }
     // One point alone.
-    let one = atlas(
+    let one = said(
         path,
         &[
             "plot", "r", "--what", "basins", "--point", "1", "--format", "svg",
@@ -140,11 +132,7 @@ fn a_slice_along_a_mode_that_is_not_felt_is_explained() {
     let unfelt = STRUCTURE.replace("[1.0, 0.5]          # 1/sqrt(kg)", "[1.0, 0.0]");
     assert_ne!(unfelt, STRUCTURE);
     std::fs::write(path.join("basins.modal.toml"), unfelt).unwrap();
-    let output = Command::new(env!("CARGO_BIN_EXE_atlas"))
-        .args(["run", "m.toml", "--out", "r", "--quiet"])
-        .current_dir(path)
-        .output()
-        .unwrap();
+    let output = atlas(path, &["run", "m.toml", "--out", "r", "--quiet"]);
     assert_eq!(output.status.code(), Some(3));
     let points = ResultTable::read(&path.join("r"), TableKind::Points).unwrap();
     for reason in points.text("reason").unwrap() {
@@ -188,7 +176,7 @@ fn the_phase_plane_of_one_mode_has_its_own_units() {
         multistability = { initial_conditions = 4, slice = { mode = 1, extent = "30 um", speed = "0.4 m/s", count = 12 } }
     "#;
     std::fs::write(path.join("m.toml"), manifest).unwrap();
-    let checked = atlas(path, &["check", "m.toml"]);
+    let checked = said(path, &["check", "m.toml"]);
     let told = "a slice of 12 x 12 in the phase plane of mode 1";
     assert!(checked.contains(told), "{checked}");
     run(path, "1", &["--threads", "1"]);
@@ -204,7 +192,7 @@ fn the_phase_plane_of_one_mode_has_its_own_units() {
     ends.sort();
     ends.dedup();
     assert_eq!(ends, [Some(0), Some(1)]);
-    atlas(path, &["plot", "1", "--what", "basins", "--format", "svg"]);
+    said(path, &["plot", "1", "--what", "basins", "--format", "svg"]);
     let picture = std::fs::read_to_string(path.join("1/pictures/basins.svg")).unwrap();
     for label in [
         "mesh deflection by mode 1 [",

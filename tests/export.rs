@@ -3,21 +3,17 @@
 
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/program.rs"]
+mod program;
+
+use program::{atlas, said};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 use std::sync::LazyLock;
 
 /// Where the folders are left.
 const WRITTEN: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/exported");
-
-fn atlas(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_atlas"))
-        .args(arguments)
-        .current_dir(WRITTEN)
-        .output()
-        .unwrap()
-}
 
 /// A trace of the quickstart drive with modal states, made once.
 static TRACE: LazyLock<PathBuf> = LazyLock::new(|| {
@@ -37,20 +33,14 @@ static TRACE: LazyLock<PathBuf> = LazyLock::new(|| {
         "--skip",
         "50",
     ];
-    let traced = atlas(
-        &[
-            &["trace", manifest, "--modal", "--out", "trace"],
-            &point[..],
-        ]
-        .concat(),
-    );
-    assert_eq!(traced.status.code(), Some(0), "{traced:?}");
+    let trace = ["trace", manifest, "--modal", "--out", "trace"];
+    said(WRITTEN, &[&trace, &point[..]].concat());
     Path::new(WRITTEN).join("trace")
 });
 
 fn export(arguments: &[&str]) -> Output {
     let folder = TRACE.to_str().unwrap();
-    atlas(&[&["export", folder], arguments].concat())
+    atlas(WRITTEN, &[&["export", folder], arguments].concat())
 }
 
 /// What a call that is refused with status 2 says, in one line.
@@ -163,7 +153,7 @@ fn what_is_not_there_is_said() {
     assert!(said.contains("keeps lists as matrices"), "{said}");
     let empty = tempfile::tempdir().unwrap();
     for folder in [empty.path(), Path::new("nowhere")] {
-        let output = atlas(&["export", folder.to_str().unwrap()]);
+        let output = atlas(WRITTEN, &["export", folder.to_str().unwrap()]);
         assert_eq!(output.status.code(), Some(2));
         let said = String::from_utf8(output.stderr).unwrap();
         assert!(said.contains("no result tables in"), "{said}");

@@ -3,9 +3,12 @@
 
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/program.rs"]
+mod program;
+
+use program::{atlas, said};
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
 use atlas::store::{ResultTable, TableKind};
 use serde_json::Value;
@@ -53,22 +56,6 @@ over = "speed"
 starts = 5
 longest_period = 4
 "#;
-
-fn atlas(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_atlas"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap()
-}
-
-/// What a command that must succeed says; a run in which a point did not converge does.
-fn said(folder: &Path, arguments: &[&str]) -> String {
-    let output = atlas(folder, arguments);
-    let (status, errors) = (output.status.code(), String::from_utf8(output.stderr));
-    assert!(matches!(status, Some(0 | 3)), "{status:?} {errors:?}");
-    String::from_utf8(output.stdout).unwrap()
-}
 
 fn write(folder: &Path, name: &str, parts: &[&str]) {
     fs::write(folder.join(name), [&[HEAD], parts].concat().join("\n")).unwrap();

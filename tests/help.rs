@@ -2,24 +2,18 @@
 
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/program.rs"]
+mod program;
+
 #[path = "common/skipped.rs"]
 mod skipped;
 
-use std::process::{Command, Output};
-
-fn atlas(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_atlas"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
+use program::atlas;
+use std::process::Command;
 
 /// Standard output of a call that succeeds.
 fn text(arguments: &[&str]) -> String {
-    let output = atlas(arguments);
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}");
-    assert!(output.stderr.is_empty(), "{arguments:?}");
-    String::from_utf8(output.stdout).unwrap()
+    program::printed(".", arguments)
 }
 
 #[test]
@@ -31,7 +25,7 @@ fn subcommands_are_explained_as_before() {
         text(&["table", "build", "--help"])
     );
     assert_eq!(text(&["help", "help"]), text(&["help", "--help"]));
-    let output = atlas(&["help", "table", "bild"]);
+    let output = atlas(".", &["help", "table", "bild"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(output.stdout.is_empty());
 }
@@ -48,14 +42,14 @@ fn keys_are_explained() {
 
 #[test]
 fn an_unknown_key_is_an_error_with_the_nearest() {
-    let output = atlas(&["help", "mesh.half_gpa"]);
+    let output = atlas(".", &["help", "mesh.half_gpa"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(output.stdout.is_empty());
     assert_eq!(
         String::from_utf8(output.stderr).unwrap(),
         "error: there is no table or key `mesh.half_gpa` in a manifest or a modal file; is `mesh.half_gap` meant?\n"
     );
-    assert_eq!(atlas(&["help", "mesh", "gear"]).status.code(), Some(2));
+    assert_eq!(atlas(".", &["help", "mesh", "gear"]).status.code(), Some(2));
 }
 
 #[test]

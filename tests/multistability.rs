@@ -3,6 +3,9 @@
 
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/program.rs"]
+mod program;
+
 mod common;
 
 use atlas::analysis::{
@@ -16,9 +19,8 @@ use atlas::numerics::random::PointSeed;
 use atlas::propagate::Volterra;
 use atlas::store::{ResultTable, TableKind};
 use common::advance::volterra;
+use program::said;
 use std::f64::consts::{SQRT_2, TAU};
-use std::path::Path;
-use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
 const SEEDS: u64 = 20;
@@ -466,17 +468,6 @@ cycles = 1000
 multistability = { initial_conditions = 12 }
 "#;
 
-fn atlas(folder: &Path, arguments: &[&str]) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_atlas"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap();
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{message}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
 #[test]
 fn probes_do_not_depend_on_threads_and_are_shown() {
     let folder = tempfile::tempdir().unwrap();
@@ -485,9 +476,9 @@ fn probes_do_not_depend_on_threads_and_are_shown() {
     std::fs::write(path.join("m.toml"), MANIFEST).unwrap();
     let line =
         "multistability (12 initial conditions over 4 decades of energy, 100 + 1000 cycles each)";
-    assert!(atlas(path, &["check", "m.toml"]).contains(line));
+    assert!(said(path, &["check", "m.toml"]).contains(line));
     for threads in ["1", "2"] {
-        atlas(
+        said(
             path,
             &[
                 "run",
@@ -525,7 +516,7 @@ fn probes_do_not_depend_on_threads_and_are_shown() {
     let all: u64 = points.u64("cycles").unwrap().into_iter().flatten().sum();
     assert!(cycles < all && all < cycles + 5 * 2000);
 
-    let shown = atlas(path, &["show", "1"]);
+    let shown = said(path, &["show", "1"]);
     let heading = "more than one attractor, shares of the probes with 95 % intervals";
     assert!(shown.contains(heading), "{shown}");
     let lines = shown

@@ -3,11 +3,14 @@
 
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/program.rs"]
+mod program;
+
+use program::atlas;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 use std::sync::LazyLock;
 
 use atlas::analysis::{
@@ -79,24 +82,14 @@ starts = 3
 longest_period = 2
 "#;
 
-fn atlas(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_atlas"))
-        .args(arguments)
-        .current_dir(WRITTEN)
-        .output()
-        .unwrap()
-}
-
-/// What a command that must succeed says; a run in which a point did not converge does.
+/// What a command says in the folder of all folders.
 fn said(arguments: &[&str]) -> String {
-    let output = atlas(arguments);
-    assert!(matches!(output.status.code(), Some(0 | 3)), "{output:?}");
-    String::from_utf8(output.stdout).unwrap()
+    program::said(WRITTEN, arguments)
 }
 
 /// What a call that is refused says, in one line.
 fn refusal(arguments: &[&str]) -> String {
-    let output = atlas(arguments);
+    let output = atlas(WRITTEN, arguments);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
     assert!(output.stdout.is_empty());
     let text = String::from_utf8(output.stderr).unwrap();
@@ -487,7 +480,7 @@ fn files_are_not_replaced_unasked_and_other_folders_are_refused() {
     let text = refusal(&["report", "nowhere"]);
     assert!(text.contains("there is no such folder"), "{text}");
     let text = {
-        let output = atlas(&["report", "grid", "--most-bytes", "3 apples"]);
+        let output = atlas(WRITTEN, &["report", "grid", "--most-bytes", "3 apples"]);
         assert_eq!(output.status.code(), Some(2));
         String::from_utf8(output.stderr).unwrap()
     };

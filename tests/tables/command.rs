@@ -6,7 +6,8 @@ use std::path::Path;
 use atlas::store::{Arrays, CacheKind};
 use serde_json::{Value, json};
 
-use crate::made::{atlas, inputs, keep, mesh, refused, said};
+use crate::made::{inputs, keep, mesh};
+use crate::program::{atlas, printed, refused};
 
 /// A folder with a mesh table and a bases one; gives their keys.
 fn two() -> (tempfile::TempDir, String, String) {
@@ -41,7 +42,7 @@ fn damage(path: &Path) {
 #[test]
 fn tables_are_listed() {
     let (folder, mesh, bases) = two();
-    let text = said(folder.path(), &["table", "list"]);
+    let text = printed(folder.path(), &["table", "list"]);
     assert!(
         text.contains(&mesh[..12]) && text.contains(&bases[..12]),
         "{text}"
@@ -52,7 +53,7 @@ fn tables_are_listed() {
         "{text}"
     );
     let json: Value =
-        serde_json::from_str(&said(folder.path(), &["table", "list", "--json"])).unwrap();
+        serde_json::from_str(&printed(folder.path(), &["table", "list", "--json"])).unwrap();
     assert_eq!(json[1]["key"], mesh);
     assert_eq!(json[1]["arrays"][4]["shape"], json!([4, 3, 8, 8]));
     assert_eq!(json[0]["kind"], "bases");
@@ -61,10 +62,10 @@ fn tables_are_listed() {
         .len();
     assert_eq!(json[0]["bytes"], length);
     // A folder that is not there has no tables.
-    let empty = said(folder.path(), &["table", "list", "--tables", "none"]);
+    let empty = printed(folder.path(), &["table", "list", "--tables", "none"]);
     assert_eq!(empty, "0 tables, 0 B, in none\n");
     assert_eq!(
-        said(
+        printed(
             folder.path(),
             &["table", "list", "--json", "--tables", "none"]
         ),
@@ -75,7 +76,7 @@ fn tables_are_listed() {
 #[test]
 fn a_table_is_shown_by_key_and_by_file() {
     let (folder, mesh, bases) = two();
-    let text = said(folder.path(), &["table", "show", &mesh[..8]]);
+    let text = printed(folder.path(), &["table", "show", &mesh[..8]]);
     for wanted in [
         "kind         mesh",
         &mesh,
@@ -86,13 +87,13 @@ fn a_table_is_shown_by_key_and_by_file() {
     }
     let path = file(folder.path(), "bases", &bases);
     let path = path.to_str().unwrap();
-    let text = said(folder.path(), &["table", "show", path]);
+    let text = printed(folder.path(), &["table", "show", path]);
     assert!(
         text.contains("3 (1 not finite)") && text.contains("-3"),
         "{text}"
     );
     let json: Value =
-        serde_json::from_str(&said(folder.path(), &["table", "show", path, "--json"])).unwrap();
+        serde_json::from_str(&printed(folder.path(), &["table", "show", path, "--json"])).unwrap();
     assert_eq!(json["inputs"], json!({ "modes": 80 }));
     assert_eq!(json["arrays"][0]["least"], -3.0);
     assert_eq!(json["arrays"][0]["not_finite"], 1);
@@ -111,12 +112,12 @@ fn a_table_is_shown_by_key_and_by_file() {
 fn damage_is_found_and_cleaned_away() {
     let (folder, mesh, bases) = two();
     let folder = folder.path();
-    let text = said(folder, &["table", "verify", "--all"]);
+    let text = printed(folder, &["table", "verify", "--all"]);
     assert!(text.ends_with("2 tables, all whole\n"), "{text}");
     damage(&file(folder, "mesh", &mesh));
     // The header is whole: a list does not read the data.
-    assert!(!said(folder, &["table", "list"]).contains("unusable"));
-    assert!(said(folder, &["table", "verify", &bases[..6]]).contains("1 table, all whole"));
+    assert!(!printed(folder, &["table", "list"]).contains("unusable"));
+    assert!(printed(folder, &["table", "verify", &bases[..6]]).contains("1 table, all whole"));
     for arguments in [
         &["table", "verify", "--all"][..],
         &["table", "verify", &mesh[..6]],
@@ -129,23 +130,23 @@ fn damage_is_found_and_cleaned_away() {
             "{text}"
         );
     }
-    let text = said(folder, &["table", "clean"]);
+    let text = printed(folder, &["table", "clean"]);
     assert!(
         text.contains("1 table removed") && text.contains(&mesh[..32]),
         "{text}"
     );
     assert!(
-        said(folder, &["table", "clean", "--older-than", "1h"]).starts_with("0 tables removed")
+        printed(folder, &["table", "clean", "--older-than", "1h"]).starts_with("0 tables removed")
     );
-    assert!(said(folder, &["table", "clean", "--older-than", "0s"]).contains("1 table removed"));
-    assert!(said(folder, &["table", "list"]).starts_with("0 tables"));
+    assert!(printed(folder, &["table", "clean", "--older-than", "0s"]).contains("1 table removed"));
+    assert!(printed(folder, &["table", "list"]).starts_with("0 tables"));
 }
 
 #[test]
 fn clean_all_leaves_other_files_alone() {
     let (folder, ..) = two();
     fs::write(folder.path().join("tables/README.md"), "kept").unwrap();
-    let text = said(folder.path(), &["table", "clean", "--all"]);
+    let text = printed(folder.path(), &["table", "clean", "--all"]);
     assert!(text.contains("2 tables removed"), "{text}");
     assert_eq!(
         fs::read_dir(folder.path().join("tables")).unwrap().count(),
@@ -185,26 +186,26 @@ fn the_gears_of_a_manifest_have_a_table() {
         "0 mrad,0.2 mrad",
         "--pattern",
     ];
-    let text = said(folder, &build);
+    let text = printed(folder, &build);
     assert!(text.starts_with("computed  tables/mesh-"), "{text}");
-    let again = said(folder, &build);
+    let again = printed(folder, &build);
     assert_eq!(again, text.replace("computed ", "found    "));
     let file = text.split_whitespace().nth(1).unwrap();
     let shown: Value =
-        serde_json::from_str(&said(folder, &["table", "show", file, "--json"])).unwrap();
+        serde_json::from_str(&printed(folder, &["table", "show", file, "--json"])).unwrap();
     assert_eq!(shown["inputs"]["table"]["misalignment"], json!([0.0, 2e-4]));
     assert_eq!(shown["arrays"][4]["name"], "stiffness");
     // A steel spur pair: 10 to 20 N/(mm µm) (ISO 6336-1).
     let width = shown["inputs"]["gears"]["face_width"].as_f64().unwrap();
     let most = shown["arrays"][4]["greatest"].as_f64().unwrap() / width;
     assert!((1e10..2.5e10).contains(&most), "{most:e}");
-    let pictures = said(folder, &["plot", file, "--format", "svg"]);
+    let pictures = printed(folder, &["plot", file, "--format", "svg"]);
     assert_eq!(pictures.lines().count(), 3, "{pictures}");
     // Three torques are another table.
     let other = [&build[..], &["--torque", "20 N*m,50 N*m,100 N*m", "--json"]].concat();
-    let other: Value = serde_json::from_str(&said(folder, &other)).unwrap();
+    let other: Value = serde_json::from_str(&printed(folder, &other)).unwrap();
     assert_eq!(other[0]["origin"], "computed");
-    assert!(said(folder, &["table", "list"]).contains("\n2 tables"));
+    assert!(printed(folder, &["table", "list"]).contains("\n2 tables"));
 
     for (arguments, words) in [
         (["--torque", "50 N"], "a unit of force, not a torque"),

@@ -2,7 +2,6 @@
 
 use std::convert::Infallible;
 use std::path::Path;
-use std::process::{Command, Output};
 
 use atlas::store::{Arrays, CacheKind, TableStore};
 use serde_json::{Value, json};
@@ -148,30 +147,4 @@ pub fn keep(folder: &Path, kind: CacheKind, inputs: &Value, arrays: Arrays) -> S
         .unwrap();
     assert!(fetched.warnings.is_empty());
     fetched.table.header().key.clone()
-}
-
-/// The real program in a folder.
-pub fn atlas(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_atlas"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap()
-}
-
-/// What a command printed that must have gone well.
-#[track_caller]
-pub fn said(folder: &Path, arguments: &[&str]) -> String {
-    let output = atlas(folder, arguments);
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert_eq!((output.status.code(), &stderr[..]), (Some(0), ""));
-    String::from_utf8(output.stdout).unwrap()
-}
-
-/// The error line of a command, which ends with a status.
-#[track_caller]
-pub fn refused(folder: &Path, arguments: &[&str], status: i32) -> String {
-    let output = atlas(folder, arguments);
-    assert_eq!(output.status.code(), Some(status), "{arguments:?}");
-    String::from_utf8(output.stderr).unwrap()
 }

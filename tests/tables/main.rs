@@ -7,6 +7,8 @@ mod command;
 mod made;
 mod pictures;
 mod processes;
+#[path = "../common/program.rs"]
+mod program;
 mod refusals;
 #[path = "../common/skipped.rs"]
 mod skipped;

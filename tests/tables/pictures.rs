@@ -6,7 +6,8 @@ use std::path::Path;
 use atlas::store::{Arrays, CacheKind};
 use serde_json::json;
 
-use crate::made::{inputs, keep, mesh, refused, said};
+use crate::made::{inputs, keep, mesh};
+use crate::program::{printed, refused};
 
 /// Keeps a table and gives its file, relative to the folder, and the start of its pictures'
 /// names.
@@ -45,7 +46,7 @@ fn holds(texts: &[(String, f64, f64)], wanted: &[&str]) {
 fn a_mesh_table_is_drawn_with_units_and_direct_labels() {
     let folder = tempfile::tempdir().unwrap();
     let (file, name) = table(folder.path(), CacheKind::Mesh, mesh(true));
-    let text = said(folder.path(), &["plot", &file]);
+    let text = printed(folder.path(), &["plot", &file]);
     let pictures = ["mesh", "mesh-misalignment", "sharing", "contact"];
     for picture in pictures {
         for format in ["svg", "png"] {
@@ -123,7 +124,7 @@ fn a_mesh_table_is_drawn_with_units_and_direct_labels() {
         .path()
         .join(format!("tables/pictures/{name}-contact.svg"));
     let first = fs::read(&svg).unwrap();
-    said(
+    printed(
         folder.path(),
         &["plot", &file, "--format", "svg", "--quiet"],
     );
@@ -147,7 +148,7 @@ fn what_a_table_does_not_have_is_not_drawn() {
         .push("stiffness", "N/m", &[1, 1, 1, 2], values)
         .unwrap();
     let (file, name) = table(folder.path(), CacheKind::Mesh, arrays);
-    let text = said(folder.path(), &["plot", &file, "--format", "svg"]);
+    let text = printed(folder.path(), &["plot", &file, "--format", "svg"]);
     assert!(
         text.starts_with(&format!("tables/pictures/{name}-mesh.svg\n")),
         "{text}"

@@ -1,0 +1,46 @@
+//! `atlas` as a process in a folder.
+
+// Every test binary uses a part of it.
+#![allow(dead_code, clippy::unwrap_used)]
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// What becomes of a command.
+pub fn atlas(folder: impl AsRef<Path>, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_atlas"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+/// What a command that must succeed says; a run in which a point did not converge does.
+#[track_caller]
+pub fn said(folder: impl AsRef<Path>, arguments: &[&str]) -> String {
+    let output = atlas(folder, arguments);
+    let (status, errors) = (output.status.code(), String::from_utf8(output.stderr));
+    assert!(matches!(status, Some(0 | 3)), "{status:?} {errors:?}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// What a command prints that has nothing else to say.
+#[track_caller]
+pub fn printed(folder: impl AsRef<Path>, arguments: &[&str]) -> String {
+    let output = atlas(folder, arguments);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(
+        (output.status.code(), &errors[..]),
+        (Some(0), ""),
+        "{arguments:?}"
+    );
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Why a command is refused, with a status.
+#[track_caller]
+pub fn refused(folder: impl AsRef<Path>, arguments: &[&str], status: i32) -> String {
+    let output = atlas(folder, arguments);
+    assert_eq!(output.status.code(), Some(status), "{arguments:?}");
+    String::from_utf8(output.stderr).unwrap()
+}
