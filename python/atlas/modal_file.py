@@ -20,9 +20,11 @@ from .matrices import Contact, Matrices, Matrix, StructureError, Vector
 DENSE = 1500
 
 # A mode is a rigid motion where its elastic energy is a difference of terms so much larger.
-RIGID = 1e-10
+RIGID = 1e-12
 
-# Round-off of a matrix over the modes, by the geometric mean of the diagonal entries it stands between.
+# Round-off of a direction and of a matrix over the modes, by the terms that they are sums of; of a matrix also by
+# the geometric mean of the diagonal entries that an entry stands between.
+CANCELLED = 1e-12
 COUPLED = 1e-10
 
 
@@ -124,9 +126,7 @@ def _settled(structure: Matrices, shapes: Vector) -> tuple[Vector, Vector]:
     return frequency, shapes * np.sign(shapes[largest, np.arange(len(frequency))])
 
 
-def tables(
-    structure: Matrices, modes: int | None = None, damping: float = 0.0
-) -> dict[str, Any]:
+def tables(structure: Matrices, modes: int | None = None, damping: float = 0.0) -> dict[str, Any]:
     """The modal file as a dictionary of tables.
 
     `modes` are the lowest ones, by default all; `damping` is a ratio of every elastic mode on top of C. C becomes
@@ -152,7 +152,7 @@ def tables(
     coupled = {}
     if structure.C is not None:
         projected = over_modes(structure.C)
-        own = _ratios(found.frequency, projected)
+        own = _ratios(found.frequency, projected, abs(shapes).T @ (abs(structure.C) @ abs(shapes)))
         if own is None or (ratios + own >= 1.0).any():
             coupled["damping_matrix"] = projected.tolist()
         else:
@@ -179,15 +179,16 @@ def tables(
 
 def _clean(values: Vector, terms: Vector) -> Vector:
     """What is a sum of terms that cancel to round-off is 0: symmetries of a drive stay symmetries."""
-    return np.where(abs(values) <= 1e-13 * terms, 0.0, values)
+    return np.where(abs(values) <= CANCELLED * terms, 0.0, values)
 
 
-def _ratios(frequency: Vector, damping: Vector) -> Vector | None:
+def _ratios(frequency: Vector, damping: Vector, terms: Vector) -> Vector | None:
     """The damping ratios that a matrix over the modes is, where it is diagonal."""
-    own = np.diag(damping)
-    apart = abs(damping - np.diag(own))
-    scale = np.sqrt(np.outer(abs(own), abs(own)))
-    if (apart > COUPLED * scale).any() or (own < 0.0).any() or (own[frequency == 0.0] > 0.0).any():
+    own = np.where(np.diag(damping) > COUPLED * np.diag(terms), np.diag(damping), 0.0)
+    apart = abs(damping - np.diag(np.diag(damping)))
+    coupled = apart > COUPLED * np.sqrt(np.outer(own, own)) + CANCELLED * terms
+    negative = np.diag(damping) < -COUPLED * np.diag(terms)
+    if coupled.any() or negative.any() or (own[frequency == 0.0] > 0.0).any():
         return None
     elastic = np.where(frequency > 0.0, frequency, 1.0)
     return np.where(frequency > 0.0, own / (2.0 * elastic), 0.0)

@@ -52,7 +52,7 @@ def geared(
     Raises `StructureError`.
     """
     ratio = teeth[0] / teeth[1]
-    if not np.isclose(base_radii[0] / base_radii[1], ratio, rtol=1e-6):
+    if not np.isclose(base_radii[0] / base_radii[1], ratio, rtol=1e-3):
         raise StructureError(f"base radii {base_radii} do not go with the teeth {teeth}; their ratio is {ratio:g}")
     for rotor in rotors:
         if rotor.number_dof != FREEDOMS:
