@@ -184,10 +184,10 @@ def _clean(values: Vector, terms: Vector) -> Vector:
 
 def _ratios(frequency: Vector, damping: Vector, terms: Vector) -> Vector | None:
     """The damping ratios that a matrix over the modes is, where it is diagonal."""
-    own = np.where(np.diag(damping) > COUPLED * np.diag(terms), np.diag(damping), 0.0)
+    own = np.where(np.diag(damping) > CANCELLED * np.diag(terms), np.diag(damping), 0.0)
     apart = abs(damping - np.diag(np.diag(damping)))
     coupled = apart > COUPLED * np.sqrt(np.outer(own, own)) + CANCELLED * terms
-    negative = np.diag(damping) < -COUPLED * np.diag(terms)
+    negative = np.diag(damping) < -CANCELLED * np.diag(terms)
     if coupled.any() or negative.any() or (own[frequency == 0.0] > 0.0).any():
         return None
     elastic = np.where(frequency > 0.0, frequency, 1.0)
