@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Two rotors of ROSS with a spur mesh between them, their rattle over speed.
 
-    pip install ross-rotordynamics
+    pip install ross-rotordynamics "plotly<6"
     python examples/ross_rotors.py [FOLDER]
 
 The rotors are those of Rao, Shiau and Chang, Theoretical analysis of lateral response due to torsional

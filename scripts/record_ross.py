@@ -2,7 +2,7 @@
 """Records what ROSS says of the rotors of examples/ross_rotors.py: their matrices, elements of bearings and
 eigenvalues, for tests/python/test_package_ross.py where ROSS is not installed.
 
-    pip install ross-rotordynamics==2.3.0
+    pip install ross-rotordynamics==2.3.0 "plotly<6"
     python scripts/record_ross.py                # writes tests/data/ross.npz
 """
 

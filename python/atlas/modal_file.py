@@ -22,6 +22,9 @@ DENSE = 1500
 # A mode is a rigid motion where its elastic energy is a difference of terms so much larger.
 RIGID = 1e-12
 
+# A freedom that a rigid motion moves by no more than this, by the largest and by root masses, is at rest in it.
+AT_REST = 1e-9
+
 # Round-off of a direction and of a matrix over the modes, by the terms that they are sums of; of a matrix also by
 # the geometric mean of the diagonal entries that an entry stands between.
 CANCELLED = 1e-12
@@ -121,6 +124,9 @@ def _settled(structure: Matrices, shapes: Vector) -> tuple[Vector, Vector]:
     frequency = np.where(rigid, 0.0, np.sqrt(abs(energy)))
     order = np.argsort(frequency, kind="stable")
     frequency, shapes = frequency[order], shapes[:, order]
+    # What a rigid motion leaves at rest is at rest: a bearing that damps by round-off would make two motions of one.
+    moved = np.sqrt(np.asarray(M.diagonal()))[:, np.newaxis] * abs(shapes)
+    shapes = np.where((frequency == 0.0) & (moved <= AT_REST * moved.max(axis=0)), 0.0, shapes)
     # The sign of a mode is anybody's; its largest entry is positive here.
     largest = abs(shapes).argmax(axis=0)
     return frequency, shapes * np.sign(shapes[largest, np.arange(len(frequency))])
@@ -139,7 +145,8 @@ def tables(structure: Matrices, modes: int | None = None, damping: float = 0.0) 
     shapes = found.shapes
 
     def column(direction: Vector) -> list[float]:
-        return _clean(shapes.T @ direction, abs(shapes).T @ abs(np.asarray(direction))).tolist()
+        column = _clean(shapes.T @ direction, abs(shapes).T @ abs(np.asarray(direction)))
+        return [float(entry) for entry in column]
 
     def over_modes(matrix: Matrix) -> Vector:
         return _clean(shapes.T @ (matrix @ shapes), abs(shapes).T @ (abs(matrix) @ abs(shapes)))

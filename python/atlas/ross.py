@@ -72,7 +72,7 @@ def geared(
                 kept[start + places[Z]] = False
 
     def place(which: int, node: int, freedom: int) -> int:
-        return at[which] + FREEDOMS * _index(rotors[which], node) + freedom
+        return int(at[which]) + FREEDOMS * _index(rotors[which], node) + freedom
 
     def over(entries: Sequence[tuple[int, float]]) -> Vector:
         direction = np.zeros(sum(sizes))
@@ -99,7 +99,7 @@ def geared(
                 bearings[f"{name} {axis}"] = Contact(over(list(zip(places, spring))), over(list(zip(places, damper))))
 
     def cut(matrix: Vector) -> Vector:
-        return matrix[np.ix_(kept, kept)]
+        return np.asarray(matrix[np.ix_(kept, kept)])
 
     mass = _joined([rotor.M(frequency) for rotor, frequency in zip(rotors, frequencies)])
     return Matrices(

@@ -122,7 +122,7 @@ def test_a_manifest_runs_on_it(tmp_path):
         "mesh": {"half_gap": "50 um", "stiffness": "constant", "mean_stiffness": "1e8 N/m", "contact_damping": 0.05},
         "excitation": {"transmission_error": [{"harmonic": 1, "amplitude": "10 um"}]},
         "grid": {"load": 0.5, "speed": {"values": [2.0, 4.0]}},
-        "run": {"transient": 50, "cycles": 200},
+        "run": {"transient": 200, "cycles": 2000},
         "analyses": {"lyapunov": {"exponents": 1}, "nvh": {"harmonics": 3}},
     }
     loaded = atlas.Manifest.from_dict(manifest, folder=tmp_path)
