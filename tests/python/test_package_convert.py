@@ -215,7 +215,7 @@ BAD = {
     "no teeth": (pair(teeth=None), "`teeth` is missing"),
     "half a tooth": (pair(teeth=20.5), "`teeth` is 20.5"),
     "a direction is short": (pair(torque=np.ones(1)), "`torque` has the shape (1,)"),
-    "a name is misspelt": (pair(tork=np.ones(2)), "`tork` is none of the names"),
+    "a name is misspelt": (pair(torq=np.ones(2)), "`torq` is none of the names"),
     "texts": (pair(K=np.array([["a", "b"], ["c", "d"]])), "`K` holds <U1"),
     "complex": (pair(K=np.eye(2) * 1j), "`K` is complex"),
 }
