@@ -70,6 +70,7 @@ fn every_format_has_its_files() {
         ("npz", vec!["events.npz", "trace.npz"]),
         ("mat", vec!["trace.mat"]),
         ("xlsx", vec!["trace.xlsx"]),
+        ("arrow", vec!["events.arrow", "trace.arrow"]),
     ] {
         let out = tempfile::tempdir().unwrap();
         let output = export(&["--format", format, "--out", out.path().to_str().unwrap()]);
@@ -150,7 +151,7 @@ fn what_is_not_there_is_said() {
         "{said}"
     );
     let said = refusal(&["--format", "mat", "--lists", "long"]);
-    assert!(said.contains("keeps lists as matrices"), "{said}");
+    assert!(said.contains("keeps lists as they are"), "{said}");
     let empty = tempfile::tempdir().unwrap();
     for folder in [empty.path(), Path::new("nowhere")] {
         let output = atlas(WRITTEN, &["export", folder.to_str().unwrap()]);

@@ -48,8 +48,8 @@ pub enum ExportError {
         path: PathBuf,
     },
     /// A format that has no place for lists in a table of their own.
-    #[error("{format} keeps lists as matrices: leave out --lists long, or choose csv or xlsx")]
-    ListsAreMatrices {
+    #[error("{format} keeps lists as they are: leave out --lists long, or choose csv or xlsx")]
+    ListsAreKept {
         /// The format.
         format: &'static str,
     },
@@ -97,6 +97,14 @@ pub enum ExportError {
         value: u64,
         /// The format.
         format: &'static str,
+    },
+    /// The library of Arrow files refused, or the system did.
+    #[error("cannot write the Arrow file `{}`", path.display())]
+    Arrow {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: arrow_schema::ArrowError,
     },
     /// The library of worksheets refused.
     #[error("cannot write the workbook `{}`", path.display())]

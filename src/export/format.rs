@@ -13,6 +13,8 @@ pub enum Format {
     Mat,
     /// Excel: one workbook, a worksheet a table.
     Xlsx,
+    /// Arrow IPC (Feather, version 2): a file a table, for Julia, R and others.
+    Arrow,
 }
 
 impl Format {
@@ -23,6 +25,7 @@ impl Format {
             Self::Npz => "npz",
             Self::Mat => "mat",
             Self::Xlsx => "xlsx",
+            Self::Arrow => "arrow",
         }
     }
 

@@ -1,9 +1,10 @@
-//! Result tables for other programs: CSV, NumPy, MATLAB, Excel.
+//! Result tables for other programs: CSV, NumPy, MATLAB, Excel, Arrow.
 //!
 //! A table is read twice, some thousand rows at a time: once to learn how many rows, how long lists and
 //! how long texts it has (`survey`), then to be written. Memory holds a row group of the table and
 //! 8192 rows, whatever its length; every format takes rows as they come. A file has its name when it is whole.
 
+mod arrow;
 mod cells;
 mod csv;
 mod error;

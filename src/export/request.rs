@@ -3,7 +3,7 @@
 use super::error::ExportError;
 use super::format::{Format, Lists};
 use super::survey::{Surveyed, survey};
-use super::{csv, mat, npz, xlsx};
+use super::{arrow, csv, mat, npz, xlsx};
 use crate::store::{ResultTable, TableKind, create_folder, present_tables, remove_stale};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -39,13 +39,14 @@ pub struct Exported {
 /// cannot be read or written.
 pub fn export(folder: &Path, request: &ExportRequest, out: &Path) -> Result<Exported, ExportError> {
     if request.lists == Lists::Long {
-        let matrices = match request.format {
+        let kept = match request.format {
             Format::Npz => Some("npz"),
             Format::Mat => Some("mat"),
+            Format::Arrow => Some("arrow"),
             Format::Csv | Format::Xlsx => None,
         };
-        if let Some(format) = matrices {
-            return Err(ExportError::ListsAreMatrices { format });
+        if let Some(format) = kept {
+            return Err(ExportError::ListsAreKept { format });
         }
     }
     let tables = survey_folder(folder, request)?;
@@ -53,7 +54,7 @@ pub fn export(folder: &Path, request: &ExportRequest, out: &Path) -> Result<Expo
         match request.format {
             Format::Mat => mat::admit(table)?,
             Format::Xlsx => xlsx::admit(table, request.lists)?,
-            Format::Csv | Format::Npz => {}
+            Format::Csv | Format::Npz | Format::Arrow => {}
         }
     }
     let files = files(folder, &tables, request, out);
@@ -70,6 +71,11 @@ pub fn export(folder: &Path, request: &ExportRequest, out: &Path) -> Result<Expo
         Format::Npz => {
             for (table, path) in tables.iter().zip(&files) {
                 npz::write(folder, table, path)?;
+            }
+        }
+        Format::Arrow => {
+            for (table, path) in tables.iter().zip(&files) {
+                arrow::write(folder, table, path)?;
             }
         }
         Format::Csv => {

@@ -3,19 +3,26 @@
 use std::sync::Arc;
 
 use arrow_array::RecordBatch;
-use arrow_schema::{ArrowError, Schema, SchemaRef};
+use arrow_schema::{ArrowError, Fields, Schema, SchemaRef};
 use arrow_select::interleave::interleave_record_batch;
 
 use super::{ResultTable, StoreError};
 
 impl ResultTable {
-    /// What was read, as it lies in memory: batches of one schema, which has the metadata of the
-    /// files. Rows are copied only where shards have to be brought into the order of their points.
+    /// What was read, as it lies in memory: batches of one schema, of the columns that were read, which has the
+    /// metadata of the files. Rows are copied only where shards have to be brought into the order of their points.
     ///
     /// # Errors
     /// The files of the shards do not fit together.
     pub fn batches(&self) -> Result<(SchemaRef, Vec<RecordBatch>), StoreError> {
-        let fields = self.fields.clone();
+        let known = |name: &str| {
+            let mut batches = self.batches.iter();
+            batches.all(|batch| batch.schema_ref().column_with_name(name).is_some())
+        };
+        let fields: Fields = (self.fields.iter())
+            .filter(|field| known(field.name()))
+            .cloned()
+            .collect();
         let schema = Arc::new(Schema::new_with_metadata(fields, self.metadata.clone()));
         let unfit = |error: ArrowError| self.foreign(error.to_string());
         let batches = self.batches.iter();

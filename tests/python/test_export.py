@@ -201,3 +201,23 @@ def test_xlsx(source, tmp_path):
     told = list(book["columns"].iter_rows(values_only=True))[1:]
     assert len(told) == sum(len(table.schema) for table in found.values())
     assert ("deflection", "m") in {(column, of) for _, column, of, _ in told}
+
+
+def test_arrow_files_are_the_tables(source, tmp_path):
+    export(source, tmp_path, "--format", "arrow")
+    expected = tables(source)
+    assert {path.stem for path in tmp_path.iterdir()} == set(expected)
+    for name, table in expected.items():
+        with pa.memory_map(str(tmp_path / f"{name}.arrow")) as file:
+            read = pa.ipc.open_file(file).read_all()
+        assert read.schema.names == table.schema.names and read.schema.metadata == table.schema.metadata
+        for field in table.schema:
+            assert read[field.name].combine_chunks().equals(table[field.name].combine_chunks()), field.name
+            assert unit(read.schema.field(field.name)) == unit(field)
+
+
+def test_arrow_files_have_the_columns_chosen(tmp_path):
+    export(WRITTEN / "sample", tmp_path, "--format", "arrow", "--tables", "points", "--columns", "speed,lambda_max")
+    read = pa.ipc.open_file(tmp_path / "points.arrow").read_all()
+    assert read.schema.names == ["speed", "lambda_max"]
+    assert json.loads(read.schema.metadata[b"units"])["speed"] == "rad/s"

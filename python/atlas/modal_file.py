@@ -1,0 +1,246 @@
+"""Which modal file does a structure of matrices become?
+
+Mass-normalised modes of K φ = ω² M φ, everything else projected on them (docs/modal-files.md). Needs SciPy.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .matrices import Contact, Matrices, Matrix, StructureError, Vector
+
+# Up to so many freedoms all modes are found at once; beyond, the lowest of a sparse structure.
+DENSE = 1500
+
+# A mode is a rigid motion where its elastic energy is a difference of terms so much larger.
+RIGID = 1e-12
+
+# A freedom that a rigid motion moves by no more than this, by the largest and by root masses, is at rest in it.
+AT_REST = 1e-9
+
+# Round-off of a direction and of a matrix over the modes, by the terms that they are sums of; of a matrix also by
+# the geometric mean of the diagonal entries that an entry stands between.
+CANCELLED = 1e-12
+COUPLED = 1e-10
+
+
+def scipy_part(name: str) -> Any:
+    """A module of SciPy, or what to install."""
+    from importlib import import_module
+
+    try:
+        return import_module(f"scipy.{name}")
+    except ImportError as error:
+        raise ImportError("modes of matrices are found by SciPy: pip install scipy") from error
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Mass-normalised modes."""
+
+    frequency: Vector
+    """Natural angular frequencies [rad/s], ascending; exactly 0 for rigid motions."""
+    shapes: Vector
+    """The modes, a column each over the freedoms [1/√kg]."""
+
+    @classmethod
+    def of(cls, structure: Matrices, count: int | None = None) -> Modes:
+        """The lowest modes, `count` of them, or all.
+
+        Small structures are solved at once, large sparse ones by shift-invert (ARPACK) with a shift below zero, at
+        which the matrix is positive definite whatever moves rigidly. Raises `StructureError` where K is not
+        positive semidefinite, or M not positive definite.
+        """
+        size = structure.size
+        wanted = size if count is None else count
+        if not 1 <= wanted <= size:
+            raise StructureError(f"{structure.source}: {wanted} modes of {size} freedoms; give 1 to {size}")
+        sparse = hasattr(structure.K, "tocsc") or hasattr(structure.M, "tocsc")
+        if sparse and size > DENSE and wanted < size - 1:
+            shapes = _sparse(structure, wanted)
+        else:
+            shapes = _dense(structure, wanted)
+        return cls(*_settled(structure, shapes))
+
+
+def _dense(structure: Matrices, count: int) -> Vector:
+    linalg = scipy_part("linalg")
+    M, K = (_array(matrix) for matrix in (structure.M, structure.K))
+    try:
+        _, shapes = linalg.eigh((K + K.T) / 2, (M + M.T) / 2, subset_by_index=(0, count - 1))
+    except np.linalg.LinAlgError as error:
+        raise _indefinite(structure) from error
+    return np.asarray(shapes)
+
+
+def _sparse(structure: Matrices, count: int) -> Vector:
+    linalg, sparse = scipy_part("sparse.linalg"), scipy_part("sparse")
+    M, K = sparse.csc_matrix(structure.M), sparse.csc_matrix(structure.K)
+    # Far below the elastic modes, and large enough that the shifted matrix is well conditioned.
+    shift = -1e-8 * float(np.median(K.diagonal() / M.diagonal()))
+    # A start of its own in place of a random one: the same matrices give the same file.
+    start = np.cos(np.arange(structure.size) ** 2)
+    try:
+        _, shapes = linalg.eigsh(K, k=count, M=M, sigma=shift, v0=start)
+    except (linalg.ArpackError, RuntimeError) as error:
+        raise StructureError(
+            f"{structure.source}: no {count} modes found ({error}); ask for fewer, and see that M is positive definite"
+        ) from error
+    return np.asarray(shapes)
+
+
+def _array(matrix: Matrix) -> Vector:
+    return np.asarray(matrix.toarray() if hasattr(matrix, "toarray") else matrix, dtype=float)
+
+
+def _indefinite(structure: Matrices) -> StructureError:
+    return StructureError(
+        f"{structure.source}: `M` is not positive definite; condense freedoms without mass before the export"
+    )
+
+
+def _settled(structure: Matrices, shapes: Vector) -> tuple[Vector, Vector]:
+    """Frequencies from the energies of modes, rigid ones at 0, signs and norms settled."""
+    M, K = structure.M, structure.K
+    masses = np.einsum("im,im->m", shapes, M @ shapes)
+    if not (np.isfinite(masses).all() and (masses > 0.0).all()):
+        raise _indefinite(structure)
+    shapes = shapes / np.sqrt(masses)
+    energy = np.einsum("im,im->m", shapes, K @ shapes)
+    terms = np.einsum("im,im->m", abs(shapes), abs(K) @ abs(shapes))
+    rigid = abs(energy) <= RIGID * terms
+    if (energy[~rigid] < 0.0).any():
+        raise StructureError(
+            f"{structure.source}: `K` is not positive semidefinite: a mode has ω² = {energy.min():.4g} 1/s²; "
+            "leave preloads that soften out, or put them into `Kc`"
+        )
+    frequency = np.where(rigid, 0.0, np.sqrt(abs(energy)))
+    order = np.argsort(frequency, kind="stable")
+    frequency, shapes = frequency[order], shapes[:, order]
+    # What a rigid motion leaves at rest is at rest: a bearing that damps by round-off would make two motions of one.
+    moved = np.sqrt(np.asarray(M.diagonal()))[:, np.newaxis] * abs(shapes)
+    shapes = np.where((frequency == 0.0) & (moved <= AT_REST * moved.max(axis=0)), 0.0, shapes)
+    # The sign of a mode is anybody's; its largest entry is positive here.
+    largest = abs(shapes).argmax(axis=0)
+    return frequency, shapes * np.sign(shapes[largest, np.arange(len(frequency))])
+
+
+def tables(structure: Matrices, modes: int | None = None, damping: float = 0.0) -> dict[str, Any]:
+    """The modal file as a dictionary of tables.
+
+    `modes` are the lowest ones, by default all; `damping` is a ratio of every elastic mode on top of C. C becomes
+    `damping` where it leaves the modes uncoupled and damps no rigid motion, which every kernel takes, and
+    `damping_matrix` else.
+    """
+    if not 0.0 <= damping < 1.0:
+        raise StructureError(f"damping ratio {damping:g}; give one from 0 to below 1")
+    found = Modes.of(structure, modes)
+    shapes = found.shapes
+
+    def column(direction: Vector) -> list[float]:
+        column = _clean(shapes.T @ direction, abs(shapes).T @ abs(np.asarray(direction)))
+        return [float(entry) for entry in column]
+
+    def over_modes(matrix: Matrix) -> Vector:
+        return _clean(shapes.T @ (matrix @ shapes), abs(shapes).T @ (abs(matrix) @ abs(shapes)))
+
+    ratios = np.where(found.frequency > 0.0, damping, 0.0)
+    file: dict[str, Any] = {"teeth": structure.teeth}
+    if structure.teeth_wheel is not None:
+        file["teeth_wheel"] = structure.teeth_wheel
+    file |= {"rated_force": structure.rated_force, "frequency": found.frequency.tolist()}
+    coupled = {}
+    if structure.C is not None:
+        projected = over_modes(structure.C)
+        own = _ratios(found.frequency, projected, abs(shapes).T @ (abs(structure.C) @ abs(shapes)))
+        if own is None or (ratios + own >= 1.0).any():
+            coupled["damping_matrix"] = projected.tolist()
+        else:
+            ratios = ratios + own
+    if structure.G is not None:
+        projected = over_modes(structure.G)
+        coupled["gyroscopic_matrix"] = ((projected - projected.T) / 2).tolist()
+    if structure.Kc is not None:
+        coupled["stiffness_matrix"] = over_modes(structure.Kc).tolist()
+    file["damping"] = ratios.tolist()
+    file |= {name: column(direction) for name, direction in structure.directions.items()}
+    file |= coupled
+    kinds = {"contact": ("participation", "force"), "bearing": ("gain", "rate_gain")}
+    for kind, (first, second) in kinds.items():
+        parts: Mapping[str, Contact] = getattr(structure, f"{kind}s")
+        file[kind] = [
+            {"name": name, first: column(part.direction)}
+            | ({second: column(part.second)} if part.second is not None else {})
+            | dict(part.values)
+            for name, part in parts.items()
+        ]
+    return file
+
+
+def _clean(values: Vector, terms: Vector) -> Vector:
+    """What is a sum of terms that cancel to round-off is 0: symmetries of a drive stay symmetries."""
+    return np.where(abs(values) <= CANCELLED * terms, 0.0, values)
+
+
+def _ratios(frequency: Vector, damping: Vector, terms: Vector) -> Vector | None:
+    """The damping ratios that a matrix over the modes is, where it is diagonal."""
+    own = np.where(np.diag(damping) > CANCELLED * np.diag(terms), np.diag(damping), 0.0)
+    apart = abs(damping - np.diag(np.diag(damping)))
+    coupled = apart > COUPLED * np.sqrt(np.outer(own, own)) + CANCELLED * terms
+    negative = np.diag(damping) < -CANCELLED * np.diag(terms)
+    if coupled.any() or negative.any() or (own[frequency == 0.0] > 0.0).any():
+        return None
+    elastic = np.where(frequency > 0.0, frequency, 1.0)
+    return np.where(frequency > 0.0, own / (2.0 * elastic), 0.0)
+
+
+def write(
+    structure: Matrices,
+    path: str | os.PathLike[str],
+    modes: int | None = None,
+    damping: float = 0.0,
+) -> dict[str, Any]:
+    """Writes the modal file; arguments and what is returned are those of `tables`."""
+    file = tables(structure, modes, damping)
+    count = len(file["frequency"])
+    head = [
+        f"# {count} modes of {structure.size} freedoms, from {' '.join(structure.source.split())}, by atlas.modal_file.",
+        "# SI: rad/s, 1/sqrt(kg). docs/modal-files.md describes the keys.",
+    ]
+    Path(path).write_text("\n".join(head + _lines(file)) + "\n", encoding="utf-8")
+    return file
+
+
+def _lines(file: Mapping[str, Any]) -> list[str]:
+    """TOML: single values and lists first, tables behind them."""
+    lines, behind = [], []
+    for key, value in file.items():
+        if key in ("contact", "bearing"):
+            for table in value:
+                behind += ["", f"[[{key}]]", *_lines(table)]
+        else:
+            lines.append(f"{key} = {_value(value)}")
+    return lines + behind
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{key} = {_value(entry)}" for key, entry in value.items()) + " }"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, np.ndarray | list | tuple):
+        entries = [_value(entry) for entry in value]
+        rows = bool(entries) and entries[0].startswith("[")
+        return "[\n  " + ",\n  ".join(entries) + ",\n]" if rows else "[" + ", ".join(entries) + "]"
+    if isinstance(value, bool | np.bool_):
+        return str(bool(value)).lower()
+    if isinstance(value, int | np.integer):
+        return str(int(value))
+    return repr(float(value))
