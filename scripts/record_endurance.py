@@ -82,7 +82,7 @@ def same(a, b):
 def one_point(cycles):
     """A chaotic point that is integrated to the end."""
     text = OSCILLATOR.replace("load = { from = 0.05, to = 0.3, count = 2 }", "load = 0.05")
-    text = text.replace("speed = { from = 600, to = 1500, count = 3 }", "speed = 1500")
+    text = text.replace("speed = { from = 600, to = 1500, count = 3 }", "speed = 900")
     text = text.replace("cycles = 300", f"cycles = {cycles}\nsettle = false")
     return text.replace("damping = 0.05", "damping = 0.02")
 
