@@ -95,7 +95,8 @@ def viable(scratch, tree, mutants):
     for turn in range(12):
         left = [mutant for mutant in mutants if mutant["number"] not in dropped]
         switch_on(tree, left, sorted({mutant["file"] for mutant in mutants}))
-        code, messages, said = cargo(scratch, tree, ["check", "--lib"])
+        # No `check`: it would have dependencies compiled once more.
+        code, messages, said = cargo(scratch, tree, ["test", "--no-run", "--lib"])
         errors = [m["message"] for m in messages if m["reason"] == "compiler-message" and m["message"]["level"] == "error"]
         if code == 0:
             return [mutant for mutant in mutants if mutant["number"] not in dropped], dropped
@@ -106,7 +107,7 @@ def viable(scratch, tree, mutants):
                     first, last = mutant["rows"]
                     if mutant["file"] == span["file_name"] and first <= span["line_end"] and span["line_start"] <= last:
                         dropped.setdefault(mutant["number"], error["message"])
-        print(f"check {turn}: {len(errors)} errors, {len(dropped)} mutants dropped", flush=True)
+        print(f"compiled {turn}: {len(errors)} errors, {len(dropped)} mutants dropped", flush=True)
         if len(dropped) == before:
             sys.exit(said[-4000:])
     sys.exit("the mutants do not compile")
@@ -137,7 +138,7 @@ class Test:
         environment = os.environ | {"ATLAS_MUTANT": str(mutant), "RUST_BACKTRACE": "0", "CARGO_MANIFEST_DIR": str(tree)}
         if reached:
             environment["ATLAS_MUTANTS_REACHED"] = str(reached)
-        command = ["timeout", f"{limit:.0f}", self.program, "--exact", self.name, "--test-threads=1"]
+        command = ["nice", "-n", "19", "timeout", f"{limit:.0f}", self.program, "--exact", self.name, "--test-threads=1"]
         code = subprocess.run(command, cwd=tree, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode
         return "timeout" if code == 124 else "killed" if code else None
 
@@ -222,10 +223,13 @@ def main():
     parser.add_argument("modules", nargs="*", default=list(TESTS))
     parser.add_argument("--sample", type=int, default=40)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--unit", action="store_true", help="unit tests alone")
     parser.add_argument("--only", type=Path, help="mutants.json whose survivors are tried again")
     parser.add_argument("--scratch", dest="again")
     asked = parser.parse_intermixed_args()
     scratch = asked.scratch
+    if asked.unit:
+        TESTS.update(dict.fromkeys(TESTS, []))
     if asked.only:
         record = json.loads(asked.only.read_text())
         judged = asked.only.parent / "judged.json"
@@ -235,6 +239,7 @@ def main():
     else:
         drawn, counts = sampled(asked, asked.modules or list(TESTS))
         record = {"sample": asked.sample, "seed": asked.seed, "modules": counts, "mutants": [], "judged": {}}
+        record["tests"] = {module: TESTS[module] for module in counts}
         out = asked.out
     if drawn:
         tree = copy_tree(scratch)
@@ -273,8 +278,8 @@ def write(out, record):
         "# Mutants",
         "",
         f"`scripts/mutants --sample {record['sample']} --seed {record['seed']}`: of the mutants of each module a sample, each put to the",
-        "tests that reach it, of the unit tests of its module and of "
-        + ", ".join(f"{module} ({', '.join(TESTS[module])})" for module in record["modules"])
+        "tests that reach it, of the unit tests of its module"
+        + "".join(f", {module}: {', '.join(tests)}" for module, tests in record["tests"].items() if tests)
         + ". The other programs of `tests/` may find more. Killed by time: a test took more than ten seconds and six times",
         "as long as without the mutant. Intervals are Wilson's at 95 %. Afterwards: survivors were put to the tests again",
         "(`--only`) once tests had been written; of what then survives, the judged ones change nothing that could be seen.",
