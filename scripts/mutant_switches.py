@@ -8,17 +8,40 @@ error of the compiler at a line tells which mutants do not compile.
 import tree_sitter_rust
 from tree_sitter import Language, Parser
 
-SWITCH = """\
-//! Which mutant is switched on: ATLAS_MUTANT.
+# Numbers are less than these.
+MOST = 8192
+
+SWITCH = f"""\
+//! Which mutant is switched on: ATLAS_MUTANT. Where that is `trace`, none is, and the numbers of those that
+//! are reached are added to the file ATLAS_MUTANTS_REACHED, a line each.
+use std::fs::OpenOptions;
+use std::io::Write;
 use std::sync::LazyLock;
-static ACTIVE: LazyLock<u32> = LazyLock::new(|| {
-    std::env::var("ATLAS_MUTANT").ok().and_then(|text| text.parse().ok()).unwrap_or(0)
-});
+use std::sync::atomic::{{AtomicBool, Ordering}};
+const TRACE: u32 = u32::MAX;
+static ACTIVE: LazyLock<u32> = LazyLock::new(|| match std::env::var("ATLAS_MUTANT") {{
+    Ok(text) if text == "trace" => TRACE,
+    Ok(text) => text.parse().unwrap_or(0),
+    Err(_) => 0,
+}});
+static SEEN: [AtomicBool; {MOST}] = [const {{ AtomicBool::new(false) }}; {MOST}];
 /// Whether it is this one.
 #[inline(always)]
-pub fn active(mutant: u32) -> bool {
-    *ACTIVE == mutant
-}
+pub fn active(mutant: u32) -> bool {{
+    let active = *ACTIVE;
+    if active == TRACE && !SEEN[mutant as usize].load(Ordering::Relaxed) {{
+        reached(mutant);
+    }}
+    active == mutant
+}}
+#[cold]
+fn reached(mutant: u32) {{
+    if !SEEN[mutant as usize].swap(true, Ordering::Relaxed) {{
+        let Ok(path) = std::env::var("ATLAS_MUTANTS_REACHED") else {{ return }};
+        let mut file = OpenOptions::new().create(true).append(true).open(path).expect("a file");
+        file.write_all(format!("{{mutant}}\\n").as_bytes()).expect("a file");
+    }}
+}}
 """
 
 # What operators become, as cargo-mutants has it.

@@ -1,4 +1,9 @@
-"""Samples the mutants of some modules, puts each to the tests of its module, and records what survived."""
+"""Samples the mutants of some modules, puts each to the tests of its module that reach it, and records what survived.
+
+Every test is first run by itself without a mutant, noting which switches it passes. With `--only FILE` the survivors
+of an earlier record are tried again, and the record is written anew; `judged.json` beside it says, by the name of a
+mutant, why it changes nothing: those are not tried.
+"""
 
 import argparse
 import json
@@ -8,7 +13,9 @@ import random
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from mutant_switches import SWITCH, Switched, listed
@@ -22,6 +29,10 @@ TESTS = {
     "gear": ["gear_geometry", "gear_published", "gear_compliance", "sharing"],
     "shaft": ["structure_published", "repeated_modes", "helical_shafts", "trains"],
 }
+
+
+# Mutants that are put to tests at once.
+AT_ONCE = max(1, len(os.sched_getaffinity(0)))
 
 
 def run(command, **options):
@@ -69,7 +80,7 @@ def switch_on(tree, mutants, files):
 
 
 def cargo(scratch, tree, arguments):
-    environment = os.environ | {"CARGO_TARGET_DIR": str(scratch / "target"), "CARGO_INCREMENTAL": "0"}
+    environment = os.environ | {"CARGO_TARGET_DIR": str(scratch / "target"), "CARGO_INCREMENTAL": "1"}
     # A third of the time to compile; tests take little longer.
     quick = ["--config", "profile.release.package.atlas.opt-level=1"]
     command = ["cargo", *quick, *arguments, "--release", "--message-format=json"]
@@ -84,7 +95,8 @@ def viable(scratch, tree, mutants):
     for turn in range(12):
         left = [mutant for mutant in mutants if mutant["number"] not in dropped]
         switch_on(tree, left, sorted({mutant["file"] for mutant in mutants}))
-        code, messages, said = cargo(scratch, tree, ["check", "--lib"])
+        # No `check`: it would have dependencies compiled once more.
+        code, messages, said = cargo(scratch, tree, ["test", "--no-run", "--lib"])
         errors = [m["message"] for m in messages if m["reason"] == "compiler-message" and m["message"]["level"] == "error"]
         if code == 0:
             return [mutant for mutant in mutants if mutant["number"] not in dropped], dropped
@@ -95,7 +107,7 @@ def viable(scratch, tree, mutants):
                     first, last = mutant["rows"]
                     if mutant["file"] == span["file_name"] and first <= span["line_end"] and span["line_start"] <= last:
                         dropped.setdefault(mutant["number"], error["message"])
-        print(f"check {turn}: {len(errors)} errors, {len(dropped)} mutants dropped", flush=True)
+        print(f"compiled {turn}: {len(errors)} errors, {len(dropped)} mutants dropped", flush=True)
         if len(dropped) == before:
             sys.exit(said[-4000:])
     sys.exit("the mutants do not compile")
@@ -114,19 +126,54 @@ def built(scratch, tree, tests):
     return programs
 
 
-def put(program, arguments, tree, mutant, limit):
-    """`killed` by the first test that fails, `timeout`, or nothing."""
-    environment = os.environ | {"ATLAS_MUTANT": str(mutant), "RUST_BACKTRACE": "0", "CARGO_MANIFEST_DIR": str(tree)}
-    command = ["timeout", str(limit), program, *arguments]
-    with subprocess.Popen(command, cwd=tree, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
-        for line in process.stdout:
-            if line.startswith("test ") and line.rstrip().endswith("FAILED"):
-                process.terminate()
-                return "killed", line.split()[1]
-        code = process.wait()
-    if code == 124:
-        return "timeout", ""
-    return ("killed", f"status {code}") if code else (None, "")
+class Test:
+    """A test by its name in one of the programs."""
+
+    def __init__(self, suite, program, name):
+        self.suite, self.program, self.name = suite, program, name
+        self.reaches, self.seconds = set(), 0.0
+
+    def run(self, tree, mutant, limit, reached=None):
+        """`killed`, `timeout`, or nothing."""
+        environment = os.environ | {"ATLAS_MUTANT": str(mutant), "RUST_BACKTRACE": "0", "CARGO_MANIFEST_DIR": str(tree)}
+        if reached:
+            environment["ATLAS_MUTANTS_REACHED"] = str(reached)
+        command = ["nice", "-n", "19", "timeout", f"{limit:.0f}", self.program, "--exact", self.name, "--test-threads=1"]
+        code = subprocess.run(command, cwd=tree, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode
+        return "timeout" if code == 124 else "killed" if code else None
+
+    def trace(self, tree, scratch):
+        """Notes which mutants it reaches, and how long it takes."""
+        with tempfile.TemporaryDirectory(dir=scratch) as folder:
+            reached, begun = Path(folder) / "reached", time.monotonic()
+            ended = self.run(tree, "trace", 900, reached)
+            self.seconds = time.monotonic() - begun
+            if ended:
+                sys.exit(f"{self.suite} {self.name}: {ended} without a mutant")
+            if reached.exists():
+                self.reaches = {int(line) for line in reached.read_text().split()}
+
+
+def tests_of(module, programs):
+    """The tests that hold a module."""
+    suites = [("lib", [f"{module}::"])] + [(test, []) for test in TESTS[module]]
+    found = []
+    for suite, filters in suites:
+        listing = run([programs[suite], *filters, "--list", "--format", "terse"], stderr=subprocess.DEVNULL)
+        ignored = run([programs[suite], *filters, "--list", "--format", "terse", "--ignored"], stderr=subprocess.DEVNULL)
+        names = [line.removesuffix(": test") for line in listing.splitlines() if line.endswith(": test")]
+        found += [Test(suite, programs[suite], name) for name in names if f"{name}: test" not in ignored.splitlines()]
+    return found
+
+
+def fate(mutant, tests, tree):
+    """What becomes of a mutant: put to the tests that reach it, quick ones first, until one fails."""
+    reaching = sorted((test for test in tests if mutant["number"] in test.reaches), key=lambda test: test.seconds)
+    for test in reaching:
+        ended = test.run(tree, mutant["number"], 10 + 6 * test.seconds)
+        if ended:
+            return ended, f"{test.suite} {test.name}"
+    return "survived", f"{len(reaching)} tests reach it" if reaching else "no test reaches it"
 
 
 def wilson(killed, tried):
@@ -137,6 +184,38 @@ def wilson(killed, tried):
     return middle - half, middle + half
 
 
+def sampled(asked, modules):
+    """A seeded sample of the mutants of some modules, and the counts of all."""
+    found, counts = [], {}
+    for module in modules:
+        mutants = mutants_of(module)
+        drawn = random.Random(f"{asked.seed} {module}").sample(mutants, min(asked.sample, len(mutants)))
+        counts[module] = {"mutants": len(mutants), "sampled": len(drawn)}
+        for mutant in drawn:
+            mutant |= {"module": module, "number": len(found) + 1}
+            found.append(mutant)
+    return found, counts
+
+
+def survivors(record):
+    """The mutants of a record that survived and are not judged to change nothing."""
+    names = {m["name"]: m["module"] for m in record["mutants"] if lives(m) and m["name"] not in record["judged"]}
+    found = []
+    for module in sorted(set(names.values())):
+        for mutant in mutants_of(module):
+            if mutant["name"] in names:
+                mutant |= {"module": module, "number": len(found) + 1}
+                found.append(mutant)
+    if len(found) < len(names):
+        gone = set(names) - {mutant["name"] for mutant in found}
+        sys.exit("not in the sources any more: " + ", ".join(sorted(gone)))
+    return found
+
+
+def lives(mutant):
+    return mutant.get("again", mutant["ended"]) == "survived"
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("scratch", type=Path)
@@ -145,81 +224,97 @@ def main():
     parser.add_argument("--sample", type=int, default=40)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--unit", action="store_true", help="unit tests alone")
+    parser.add_argument("--only", type=Path, help="mutants.json whose survivors are tried again")
     parser.add_argument("--scratch", dest="again")
-    asked = parser.parse_args()
-    scratch, modules = asked.scratch, asked.modules or list(TESTS)
-    tree = copy_tree(scratch)
+    asked = parser.parse_intermixed_args()
+    scratch = asked.scratch
     if asked.unit:
         TESTS.update(dict.fromkeys(TESTS, []))
-    sampled, all_of = [], {}
-    for module in modules:
-        mutants = mutants_of(module)
-        all_of[module] = len(mutants)
-        drawn = random.Random(f"{asked.seed} {module}").sample(mutants, min(asked.sample, len(mutants)))
-        for mutant in drawn:
-            mutant |= {"module": module, "number": len(sampled) + 1}
-            sampled.append(mutant)
-    left, dropped = viable(scratch, tree, sampled)
-    programs = built(scratch, tree, sorted({test for module in modules for test in TESTS[module]}))
-
-    def suites(module):
-        unit = [("lib", programs["lib"], [f"{module}::", "--test-threads=2"])]
-        return unit + [(test, programs[test], ["--test-threads=2"]) for test in TESTS[module]]
-
-    limits = {}
-    for module in modules:
-        for name, program, arguments in suites(module):
+    if asked.only:
+        record = json.loads(asked.only.read_text())
+        judged = asked.only.parent / "judged.json"
+        record["judged"] = json.loads(judged.read_text()) if judged.exists() else {}
+        out, drawn = asked.only.parent, survivors(record)
+        known = {mutant["name"]: mutant for mutant in record["mutants"]}
+    else:
+        drawn, counts = sampled(asked, asked.modules or list(TESTS))
+        record = {"sample": asked.sample, "seed": asked.seed, "modules": counts, "mutants": [], "judged": {}}
+        record["tests"] = {module: TESTS[module] for module in counts}
+        out = asked.out
+    if drawn:
+        tree = copy_tree(scratch)
+        left, dropped = viable(scratch, tree, drawn)
+        modules = sorted({mutant["module"] for mutant in drawn})
+        for module in record["modules"] if not asked.only else []:
+            record["modules"][module]["lost"] = sum(m["module"] == module and m["number"] in dropped for m in drawn)
+        programs = built(scratch, tree, sorted({test for module in modules for test in TESTS[module]}))
+        tests = {module: tests_of(module, programs) for module in modules}
+        # Modules take turns, so that a run that is ended early has tried as many of each.
+        turns = {module: iter(range(len(left))) for module in modules}
+        left.sort(key=lambda mutant: next(turns[mutant["module"]]))
+        with ThreadPoolExecutor(AT_ONCE) as pool:
             begun = time.monotonic()
-            ended, test = put(program, arguments, tree, 0, 900)
-            if ended:
-                sys.exit(f"{module}, {name}: {ended} by {test} without a mutant")
-            limits[module, name] = 20 + 6 * (time.monotonic() - begun)
-            print(f"{module} {name}: {time.monotonic() - begun:.1f} s", flush=True)
-    asked.out.mkdir(parents=True, exist_ok=True)
-    # Modules take turns, so that a run that is ended early has tried as many of each.
-    left.sort(key=lambda mutant: (int(mutant["number"] - 1) % asked.sample, mutant["module"]))
-    for mutant in left:
-        module = mutant["module"]
-        for name, program, arguments in suites(module):
-            ended, test = put(program, arguments, tree, mutant["number"], limits[module, name])
-            if ended:
-                break
-        mutant |= {"ended": ended or "survived", "by": f"{name} {test}".strip() if ended else ""}
-        print(f"{mutant['ended']}: {mutant['name']} {mutant['by']}", flush=True)
-        record(asked, all_of, sampled, dropped)
+            list(pool.map(lambda test: test.trace(tree, scratch), [test for own in tests.values() for test in own]))
+            print(f"{sum(map(len, tests.values()))} tests traced in {time.monotonic() - begun:.0f} s", flush=True)
+            fates = pool.map(lambda mutant: fate(mutant, tests[mutant["module"]], tree), left)
+            for mutant, (ended, by) in zip(left, fates):
+                print(f"{ended}: {mutant['name']}: {by}", flush=True)
+                if asked.only:
+                    known[mutant["name"]] |= {"again": ended, "again_by": by}
+                else:
+                    keys = ["name", "module", "kind"]
+                    record["mutants"].append({key: mutant[key] for key in keys} | {"ended": ended, "by": by})
+                write(out, record)
+    write(out, record)
 
 
-def record(asked, all_of, sampled, dropped):
-    tried = [mutant for mutant in sampled if "ended" in mutant]
-    keys = ["name", "module", "kind", "ended", "by"]
-    (asked.out / "mutants.json").write_text(json.dumps([{key: m[key] for key in keys} for m in tried], indent=1) + "\n")
+def write(out, record):
+    """mutants.json and summary.md."""
+    out.mkdir(parents=True, exist_ok=True)
+    judged = record["judged"]
+    kept = {key: value for key, value in record.items() if key != "judged"}
+    (out / "mutants.json").write_text(json.dumps(kept, indent=1) + "\n")
     lines = [
         "# Mutants",
         "",
-        f"`scripts/mutants --sample {asked.sample} --seed {asked.seed}{' --unit' * asked.unit}`: of the mutants of each module a",
-        "sample, each put to the unit tests of its module"
-        + ("." if asked.unit else ", then to " + ", ".join(f"{m} ({', '.join(TESTS[m])})" for m in all_of) + "."),
-        "An interval is Wilson's at 95 %. The other programs of `tests/` may find more.",
+        f"`scripts/mutants --sample {record['sample']} --seed {record['seed']}`: of the mutants of each module a sample, each put to the",
+        "tests that reach it, of the unit tests of its module"
+        + "".join(f", {module}: {', '.join(tests)}" for module, tests in record["tests"].items() if tests)
+        + ". The other programs of `tests/` may find more. Killed by time: a test took more than ten seconds and six times",
+        "as long as without the mutant. Intervals are Wilson's at 95 %. Afterwards: survivors were put to the tests again",
+        "(`--only`) once tests had been written; of what then survives, the judged ones change nothing that could be seen.",
         "",
-        "| module | mutants | sampled | do not compile | tried | killed | of these by time | survived | score | interval |",
-        "|---|---|---|---|---|---|---|---|---|---|",
+        "| module | mutants | sampled | do not compile | tried | killed | of these by time | score | interval | killed afterwards | score | judged to change nothing | score without these |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
-    for module, count in all_of.items():
-        own = [mutant for mutant in tried if mutant["module"] == module]
-        if not own:
-            continue
-        killed = [mutant for mutant in own if mutant["ended"] != "survived"]
-        late = sum(mutant["ended"] == "timeout" for mutant in killed)
-        low, high = wilson(len(killed), len(own))
-        of = [mutant for mutant in sampled if mutant["module"] == module]
-        lost = sum(mutant["number"] in dropped for mutant in of)
+
+    def row(name, own, counts):
+        first = [mutant for mutant in own if mutant["ended"] != "survived"]
+        late = sum(mutant["ended"] == "timeout" for mutant in first)
+        last = [mutant for mutant in own if not lives(mutant)]
+        same = sum(lives(mutant) and mutant["name"] in judged for mutant in own)
+        low, high = wilson(len(first), len(own))
         lines.append(
-            f"| {module} | {count} | {len(of)} | {lost} | {len(own)} | {len(killed)} | {late} | {len(own) - len(killed)} "
-            f"| {len(killed) / len(own):.0%} | {low:.0%} to {high:.0%} |"
+            f"| {name} | {counts['mutants']} | {counts['sampled']} | {counts['lost']} | {len(own)} | {len(first)} | {late} "
+            f"| {len(first) / len(own):.1%} | {low:.0%} to {high:.0%} | {len(last)} | {len(last) / len(own):.1%} "
+            f"| {same} | {len(last) / max(1, len(own) - same):.1%} |"
         )
-    lines += ["", "Survivors:", ""]
-    lines += [f"* `{mutant['name']}`" for mutant in tried if mutant["ended"] == "survived"]
-    (asked.out / "summary.md").write_text("\n".join(lines) + "\n")
+
+    for module, counts in record["modules"].items():
+        own = [mutant for mutant in record["mutants"] if mutant["module"] == module]
+        if own:
+            row(module, own, counts)
+    total = {key: sum(counts[key] for counts in record["modules"].values()) for key in ["mutants", "sampled", "lost"]}
+    row("all", record["mutants"], total)
+    caught = [m for m in record["mutants"] if m["ended"] == "survived" and not lives(m)]
+    left = [m for m in record["mutants"] if lives(m)]
+    lines += ["", "Survivors that a test kills now:", ""]
+    lines += [f"* `{m['name']}`: {m['again_by']}" for m in caught]
+    lines += ["", "Survivors, and why each is no fault:", "", "| mutant | reached | why |", "|---|---|---|"]
+    for m in left:
+        name = m["name"].replace("|", "\\|")
+        lines.append(f"| `{name}` | {m.get('again_by', m['by'])} | {judged.get(m['name'], '**not judged: a fault that no test finds**')} |")
+    (out / "summary.md").write_text("\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":

@@ -36,12 +36,8 @@ mod drawn;
 #[path = "../fuzz/targets/row.rs"]
 mod row;
 
-use atlas::analysis::{
-    Class, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, SEPARATION, Section, Signals,
-    Status, investigate_onward,
-};
+use atlas::analysis::{Class, PointOutcome, Status, investigate_onward};
 use atlas::model::{Model, TrajectoryState};
-use atlas::numerics::random::PointSeed;
 use atlas::propagate::{
     Conditioning, Counters, Fused, Kernel, Spectral, TableSize, Tangents, Volterra,
 };
@@ -49,7 +45,7 @@ use atlas::reference::Reference;
 use common::advance::{Events, volterra};
 use common::state_difference;
 use drawn::Drawn;
-use row::{broken, differs};
+use row::{broken, differs, questions};
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -86,37 +82,6 @@ struct Tally {
     faults: Vec<(u64, Fault)>,
 }
 
-fn questions() -> Questions {
-    Questions {
-        point: PointSeed {
-            seed: 1,
-            point_id: 0,
-        },
-        transient: TRANSIENT,
-        cycles: CYCLES,
-        settle: true,
-        audit_cycles: 20,
-        lyapunov: Some(LyapunovQuestion {
-            exponents: 1,
-            stop_at_stderr: None,
-            align: 50,
-            twin: false,
-            separation: SEPARATION,
-            course: 0,
-            norm: Default::default(),
-        }),
-        poincare_samples: 0,
-        section: Section::default(),
-        nvh: Some(NvhQuestion {
-            harmonics: 3,
-            outputs: Signals::NONE,
-            spectrum: None,
-            orders: None,
-            stop_at_stderr: None,
-        }),
-    }
-}
-
 fn investigate<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -127,7 +92,7 @@ fn investigate<K: Kernel>(
         model,
         kernel,
         &mut trajectory,
-        &questions(),
+        &questions(TRANSIENT, CYCLES),
         &AtomicBool::new(false),
     );
     (found.unwrap(), trajectory)

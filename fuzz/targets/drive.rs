@@ -2,16 +2,12 @@
 //! bounded time, and no row that calls itself `ok` is wrong.
 
 use super::manifest::judged;
-use super::row::{broken, differs};
+use super::row::{broken, differs, questions};
 use super::scratch::folder;
 use super::{WRONG, right};
-use atlas::analysis::{
-    Class, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, SEPARATION, Section, Signals,
-    Status, investigate_onward,
-};
+use atlas::analysis::{Class, PointOutcome, Status, investigate_onward};
 use atlas::manifest::{ManifestText, PointSpec, StiffnessSpec};
 use atlas::model::{Model, TrajectoryState};
-use atlas::numerics::random::PointSeed;
 use atlas::propagate::{Kernel, Spectral, Volterra};
 use atlas::store::TableStore;
 use atlas::sweep::Parts;
@@ -113,39 +109,8 @@ fn investigated<K: Kernel>(
         model,
         kernel,
         trajectory,
-        &questions(),
+        &questions(TRANSIENT, CYCLES),
         &AtomicBool::new(false),
     );
     found.expect("nobody calls it off")
-}
-
-fn questions() -> Questions {
-    Questions {
-        point: PointSeed {
-            seed: 1,
-            point_id: 0,
-        },
-        transient: TRANSIENT,
-        cycles: CYCLES,
-        settle: true,
-        audit_cycles: 20,
-        lyapunov: Some(LyapunovQuestion {
-            exponents: 1,
-            stop_at_stderr: None,
-            align: 50,
-            twin: false,
-            separation: SEPARATION,
-            course: 0,
-            norm: Default::default(),
-        }),
-        poincare_samples: 0,
-        section: Section::default(),
-        nvh: Some(NvhQuestion {
-            harmonics: 3,
-            outputs: Signals::NONE,
-            spectrum: None,
-            orders: None,
-            stop_at_stderr: None,
-        }),
-    }
 }

@@ -1,4 +1,4 @@
-//! What must hold of any row that calls itself `ok`, whatever the drive.
+//! What random drives are asked, and what must hold of any row that calls itself `ok`, whatever the drive.
 //!
 //! | rule | what is checked |
 //! |---|---|
@@ -7,7 +7,43 @@
 //! | `energy` | the energy balance closes to 1e-9, where forces act |
 //! | `kind` | steady contact has no event and touches; chaos and flights have events |
 
-use atlas::analysis::{Class, PointOutcome};
+use atlas::analysis::{
+    Class, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, SEPARATION, Section, Signals,
+};
+use atlas::numerics::random::PointSeed;
+
+/// What a row is asked for, over so many mesh cycles behind so many that are passed over: all that
+/// [`broken`] and [`differs`] look at.
+pub fn questions(transient: u64, cycles: u64) -> Questions {
+    Questions {
+        point: PointSeed {
+            seed: 1,
+            point_id: 0,
+        },
+        transient,
+        cycles,
+        settle: true,
+        audit_cycles: 20,
+        lyapunov: Some(LyapunovQuestion {
+            exponents: 1,
+            stop_at_stderr: None,
+            align: 50,
+            twin: false,
+            separation: SEPARATION,
+            course: 0,
+            norm: Default::default(),
+        }),
+        poincare_samples: 0,
+        section: Section::default(),
+        nvh: Some(NvhQuestion {
+            harmonics: 3,
+            outputs: Signals::NONE,
+            spectrum: None,
+            orders: None,
+            stop_at_stderr: None,
+        }),
+    }
+}
 
 /// The rules that a row breaks, each with how.
 pub fn broken(row: &PointOutcome, half_gap: f64) -> Vec<(&'static str, String)> {

@@ -1,0 +1,102 @@
+"""Which `unsafe` did instrumented programs execute? Appends a table of all of them to a summary.
+
+    python3 scripts/record_unsafe.py SUMMARY PROFILES
+
+PROFILES holds a folder for each row of the summary: counts that programs built with `-Cinstrument-coverage` left
+(`*.profraw`), the programs' paths one a line (`programs`), and what was run (`about`). An `unsafe` has been
+executed as often as the smallest region of the coverage map that holds it, summed over copies of its function.
+"""
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+SETS = ["avx512", "avx2", "baseline"]
+
+
+def tool(name):
+    """A program of the version of LLVM that the compiler has: the format of counts changes between them."""
+    about = subprocess.run(["rustc", "-vV"], check=True, capture_output=True, text=True).stdout
+    major = re.search(r"^LLVM version: (\d+)", about, re.M)[1]
+    found = shutil.which(f"{name}-{major}")
+    return found or sys.exit(f"{name}-{major} is missing: apt-get install llvm-{major}")
+
+
+def places():
+    """Every `unsafe` in front of a block in the code of `src`: file, line, column, and the line's text."""
+    found = []
+    for path in sorted(Path("src").rglob("*.rs")):
+        for number, line in enumerate(path.read_text().splitlines(), 1):
+            code = line.split("//")[0]
+            found += [(str(path), number, at.start() + 1, code.strip()) for at in re.finditer(r"\bunsafe \{", code)]
+    return found
+
+
+def counted(folder, files):
+    """Functions of the programs of a folder with their regions, of some source files."""
+    profile = folder / "merged.profdata"
+    raw = [str(path) for path in folder.glob("*.profraw")]
+    if not raw:
+        return []
+    subprocess.run([tool("llvm-profdata"), "merge", "-sparse", "-o", profile, *raw], check=True)
+    programs = (folder / "programs").read_text().split()
+    objects = [part for program in programs[1:] for part in ("-object", program)]
+    command = [tool("llvm-cov"), "export", programs[0], *objects, f"-instr-profile={profile}", "-skip-expansions"]
+    command += ["-sources", *(str(Path(file).resolve()) for file in files)]
+    said = subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout
+    return json.loads(said)["data"][0]["functions"]
+
+
+def times(functions, file, line, column):
+    """How often a place was executed, and in the copies of which instruction sets."""
+    total, sets = 0, set()
+    for function in functions:
+        around = [
+            region
+            for region in function["regions"]
+            if region[7] == 0
+            and function["filenames"][region[5]].endswith(file)
+            and (region[0], region[1]) <= (line, column) < (region[2], region[3])
+        ]
+        if around:
+            smallest = min(around, key=lambda r: (r[2] - r[0], r[3] - r[1]))
+            total += smallest[4]
+            if smallest[4]:
+                sets |= {name for name in SETS if name in function["name"]}
+    return total, sets
+
+
+def main(summary, profiles):
+    asked = places()
+    files = sorted({file for file, *_ in asked})
+    runs = {}
+    for folder in sorted(Path(profiles).iterdir()):
+        runs[(folder / "about").read_text().strip()] = counted(folder, files)
+    lines = [
+        "",
+        "Every `unsafe`, and how often which of these tests executed it:",
+        "",
+        "| file | line | code | executed by | copies for |",
+        "|---|---|---|---|---|",
+    ]
+    never = 0
+    for file, line, column, code in asked:
+        by, sets = [], set()
+        for about, functions in runs.items():
+            count, copies = times(functions, file, line, column)
+            sets |= copies
+            by += [f"{about} ({count})"] * (count > 0)
+        never += not by
+        code = code.replace("|", "\\|")
+        copies = ", ".join(name for name in SETS if name in sets)
+        lines.append(f"| `{file}` | {line} | `{code}` | {', '.join(by) or '**never**'} | {copies} |")
+    lines += ["", f"{len(asked)} places, {never} never executed."]
+    with open(summary, "a") as out:
+        out.write("\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
