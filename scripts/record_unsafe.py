@@ -4,7 +4,9 @@
 
 PROFILES holds a folder for each row of the summary: counts that programs built with `-Cinstrument-coverage` left
 (`*.profraw`), the programs' paths one a line (`programs`), and what was run (`about`). An `unsafe` has been
-executed as often as the smallest region of the coverage map that holds it, summed over copies of its function.
+executed as often as the regions of the coverage map that begin in its block, or where none does the smallest that
+holds it; the count is summed over copies of its function. Where a macro stands for the code, its caller may have the
+region: such a place is told as not seen, which is not the same as never executed.
 """
 
 import json
@@ -26,13 +28,25 @@ def tool(name):
 
 
 def places():
-    """Every `unsafe` in front of a block in the code of `src`: file, line, column, and the line's text."""
+    """Every `unsafe` in front of a block in the code of `src`: file, where the block begins and ends, text of its line."""
     found = []
     for path in sorted(Path("src").rglob("*.rs")):
-        for number, line in enumerate(path.read_text().splitlines(), 1):
-            code = line.split("//")[0]
-            found += [(str(path), number, at.start() + 1, code.strip()) for at in re.finditer(r"\bunsafe \{", code)]
+        lines = [line.split("//")[0] for line in path.read_text().splitlines()]
+        for number, code in enumerate(lines, 1):
+            for at in re.finditer(r"\bunsafe \{", code):
+                found.append((str(path), (number, at.start() + 1), block_end(lines, number, at.end()), code.strip()))
     return found
+
+
+def block_end(lines, number, column):
+    """Where a block ends whose brace stands before a column."""
+    depth = 1
+    while True:
+        for at, character in enumerate(lines[number - 1][column:], column + 1):
+            depth += (character == "{") - (character == "}")
+            if depth == 0:
+                return number, at
+        number, column = number + 1, 0
 
 
 def counted(folder, files):
@@ -50,22 +64,18 @@ def counted(folder, files):
     return json.loads(said)["data"][0]["functions"]
 
 
-def times(functions, file, line, column):
-    """How often a place was executed, and in the copies of which instruction sets."""
+def times(functions, file, begin, end):
+    """How often a block was executed, and in the copies of which instruction sets."""
     total, sets = 0, set()
     for function in functions:
-        around = [
-            region
-            for region in function["regions"]
-            if region[7] == 0
-            and function["filenames"][region[5]].endswith(file)
-            and (region[0], region[1]) <= (line, column) < (region[2], region[3])
-        ]
-        if around:
-            smallest = min(around, key=lambda r: (r[2] - r[0], r[3] - r[1]))
-            total += smallest[4]
-            if smallest[4]:
-                sets |= {name for name in SETS if name in function["name"]}
+        own = [r for r in function["regions"] if r[7] == 0 and function["filenames"][r[5]].endswith(file)]
+        inside = [r for r in own if begin <= (r[0], r[1]) < end]
+        around = [r for r in own if (r[0], r[1]) <= begin < (r[2], r[3])]
+        smallest = sorted(around, key=lambda r: (r[2] - r[0], r[3] - r[1]))[:1]
+        count = max((r[4] for r in inside or smallest), default=0)
+        total += count
+        if count:
+            sets |= {name for name in SETS if name in function["name"]}
     return total, sets
 
 
@@ -83,17 +93,17 @@ def main(summary, profiles):
         "|---|---|---|---|---|",
     ]
     never = 0
-    for file, line, column, code in asked:
+    for file, begin, end, code in asked:
         by, sets = [], set()
         for about, functions in runs.items():
-            count, copies = times(functions, file, line, column)
+            count, copies = times(functions, file, begin, end)
             sets |= copies
             by += [f"{about} ({count})"] * (count > 0)
         never += not by
         code = code.replace("|", "\\|")
         copies = ", ".join(name for name in SETS if name in sets)
-        lines.append(f"| `{file}` | {line} | `{code}` | {', '.join(by) or '**never**'} | {copies} |")
-    lines += ["", f"{len(asked)} places, {never} never executed."]
+        lines.append(f"| `{file}` | {begin[0]} | `{code}` | {', '.join(by) or '**not seen**'} | {copies} |")
+    lines += ["", f"{len(asked)} places, {never} of them not seen."]
     with open(summary, "a") as out:
         out.write("\n".join(lines) + "\n")
 
