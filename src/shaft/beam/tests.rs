@@ -46,6 +46,16 @@ fn section_properties_of_a_tube() {
 }
 
 #[test]
+fn poissons_ratio() {
+    let material = Material {
+        young_modulus: 5.2,
+        shear_modulus: 2.0,
+        density: 0.0,
+    };
+    assert!((material.poisson() - 0.3).abs() < 1e-15);
+}
+
+#[test]
 fn shear_coefficient_of_cowper() {
     // Cowper's table: 0.886 solid and 0.530 thin-walled at ν = 0.3; 6/7 and 1/2 at ν = 0.
     let solid = Section::solid(0.05).unwrap();
