@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _atlas
+from ._optional import optional
 
 if TYPE_CHECKING:
     import pandas
@@ -88,13 +89,13 @@ class Table:
 
     def to_pyarrow(self) -> pyarrow.Table:
         """As a table of pyarrow; nothing is copied."""
-        import pyarrow
-
-        return pyarrow.table(self)
+        table: pyarrow.Table = optional("pyarrow", "pyarrow").table(self)
+        return table
 
     def to_pandas(self) -> pandas.DataFrame:
         """As a data frame of pandas (by pyarrow); `frame.attrs["units"]` and `["descriptions"]` say
         what its columns are."""
+        optional("pandas", "pandas pyarrow")
         frame = self.to_pyarrow().to_pandas()
         frame.attrs["units"] = self.units
         frame.attrs["descriptions"] = self.descriptions
@@ -102,14 +103,12 @@ class Table:
 
     def to_polars(self) -> polars.DataFrame:
         """As a data frame of polars; nothing is copied."""
-        import polars
-
-        return polars.DataFrame(self)
+        frame: polars.DataFrame = optional("polars", "polars").DataFrame(self)
+        return frame
 
     def quantity(self, name: str) -> Any:
         """A column as a quantity of pint."""
-        import pint
-
+        pint = optional("pint", "pint")
         unit = self.units[name]
         unit = _AS_PINT.get(unit, unit.replace("sqrt(kg)", "kg**0.5").replace(" ", " * "))
         return pint.Quantity(self[name], unit)

@@ -19,8 +19,9 @@ from typing import Any
 
 import numpy as np
 
+from ._optional import optional
 from .matrices import DIRECTIONS, MATRICES, NUMBERS, Contact, Matrices, Matrix, StructureError, Vector
-from .modal_file import scipy_part, write
+from .modal_file import write
 
 # What a contact and a bearing have beside their direction.
 SECOND = {"contact": "force", "bearing": "rate"}
@@ -87,7 +88,7 @@ def _market(path: Path, name: str, file: Any) -> Matrix:
         raise StructureError(f'{path}: `{name}` must name a file, such as {name} = "{name}.mtx"')
     matrix = path.parent / file
     try:
-        return scipy_part("io").mmread(matrix)
+        return optional("scipy.io", "scipy").mmread(matrix)
     except OSError as error:
         raise StructureError(f"{path}: `{name}`: {matrix} cannot be read: {error.strerror or error}") from error
     except ValueError as error:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ._optional import optional
 from .matrices import Contact, Matrices, Matrix, StructureError, Vector
 
 # Up to so many freedoms all modes are found at once; beyond, the lowest of a sparse structure.
@@ -29,16 +30,6 @@ AT_REST = 1e-9
 # the geometric mean of the diagonal entries that an entry stands between.
 CANCELLED = 1e-12
 COUPLED = 1e-10
-
-
-def scipy_part(name: str) -> Any:
-    """A module of SciPy, or what to install."""
-    from importlib import import_module
-
-    try:
-        return import_module(f"scipy.{name}")
-    except ImportError as error:
-        raise ImportError("modes of matrices are found by SciPy: pip install scipy") from error
 
 
 @dataclass(frozen=True)
@@ -71,7 +62,7 @@ class Modes:
 
 
 def _dense(structure: Matrices, count: int) -> Vector:
-    linalg = scipy_part("linalg")
+    linalg = optional("scipy.linalg", "scipy")
     M, K = (_array(matrix) for matrix in (structure.M, structure.K))
     try:
         _, shapes = linalg.eigh((K + K.T) / 2, (M + M.T) / 2, subset_by_index=(0, count - 1))
@@ -81,7 +72,7 @@ def _dense(structure: Matrices, count: int) -> Vector:
 
 
 def _sparse(structure: Matrices, count: int) -> Vector:
-    linalg, sparse = scipy_part("sparse.linalg"), scipy_part("sparse")
+    linalg, sparse = optional("scipy.sparse.linalg", "scipy"), optional("scipy.sparse", "scipy")
     M, K = sparse.csc_matrix(structure.M), sparse.csc_matrix(structure.K)
     # Far below the elastic modes, and large enough that the shifted matrix is well conditioned.
     shift = -1e-8 * float(np.median(K.diagonal() / M.diagonal()))

@@ -16,6 +16,11 @@ import atlas
 results = atlas.run({manifest!r})
 for row in results.points.on_grid("lambda_max"):
     print(*(f"{{value:8.4f}}" for value in row))
+for convert in [results.points.to_pandas, results.points.to_polars, lambda: results.points.quantity("speed")]:
+    try:
+        convert()
+    except ImportError as error:
+        print(error)
 """
 
 
@@ -30,6 +35,10 @@ def test_a_fresh_environment_shows_a_map(tmp_path):
     program = FIRST_STEPS.format(manifest=str(ROOT / "manifests/quickstart.toml"))
     shown = subprocess.run([python, "-c", program], check=True, capture_output=True, text=True, cwd=tmp_path)
     print(f"{time.monotonic() - began:.1f} s from the wheel to\n{shown.stdout}")
-    rows = [[float(value) for value in line.split()] for line in shown.stdout.splitlines()]
+    *grid, pandas, polars, pint = shown.stdout.splitlines()
+    rows = [[float(value) for value in line.split()] for line in grid]
     assert [len(row) for row in rows] == [4, 4, 4]
     assert max(max(row) for row in rows) > 0
+    assert pandas == "pandas is not installed: pip install pandas pyarrow"
+    assert polars == "polars is not installed: pip install polars"
+    assert pint == "pint is not installed: pip install pint"

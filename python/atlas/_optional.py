@@ -1,0 +1,15 @@
+"""Packages that only some methods need."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+
+def optional(module: str, packages: str) -> Any:
+    """A module, or what to install so that it is there."""
+    try:
+        return import_module(module)
+    except ImportError as error:
+        wanted = module.partition(".")[0]
+        raise ImportError(f"{wanted} is not installed: pip install {packages}", name=wanted) from error
