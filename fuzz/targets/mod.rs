@@ -8,7 +8,7 @@
 //! `tests/fuzz_targets.rs` to a seeded generator and to all inputs that were ever found to break them.
 
 // Each of the two programs uses a part of it.
-#![allow(dead_code)]
+#![allow(dead_code, unused_imports)]
 
 mod command;
 mod drive;

@@ -102,7 +102,6 @@ impl Load {
         if self.shared {
             return computing.over(threads);
         }
-        let longest = sample.iter().map(Sampled::ratio).fold(0.0, f64::max) * self.work;
         if self.length == 1 && sample.len() == self.points {
             let longest = sample.iter().map(|point| point.time).fold(0.0, f64::max);
             let even = computing.expected / threads;
@@ -115,6 +114,7 @@ impl Load {
         }
         let chains = (self.points / self.length).max(1) as f64;
         let uneven = (chains / threads).ceil() * threads / chains;
+        let longest = sample.iter().map(Sampled::ratio).fold(0.0, f64::max) * self.work;
         // A long chain has long points and short ones.
         let beyond = (longest - computing.expected).max(0.0) / chains / (self.length as f64).sqrt();
         let tail = beyond * (1.0 - 1.0 / threads);
