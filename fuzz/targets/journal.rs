@@ -30,9 +30,12 @@ static TRUTH: LazyLock<Truth> = LazyLock::new(|| {
         .map(|id| {
             let point = job.points.at(id);
             let go_on = AtomicBool::new(false);
-            compute(&job, &point, &Link::default(), &parts, worker, &go_on)
+            let mut row = compute(&job, &point, &Link::default(), &parts, worker, &go_on)
                 .expect("nobody calls it off")
-                .without_tables()
+                .without_tables();
+            // A journal of another process is as true.
+            row.placement.wall_time = 0.0;
+            row
         })
         .collect();
     let here = empty("journal-of-truth");
