@@ -22,12 +22,9 @@ import polars as pl
 import pytest
 
 import slurm_daemons
+from program import ATLAS, PLACEMENT, ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
-ATLAS = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release" / "atlas"
 DASK, SLURM = ROOT / "scripts" / "cluster" / "dask", ROOT / "scripts" / "cluster" / "slurm"
-# Where and how long, not what.
-PLACEMENT = ["wall_time", "worker", "numa_node"]
 SHARDS = 3
 
 

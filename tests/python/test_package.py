@@ -17,19 +17,10 @@ import pyarrow as pa
 import pytest
 
 import atlas
+from program import ATLAS, ROOT, same_bits
 
-ROOT = Path(__file__).resolve().parents[2]
-ATLAS = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release" / "atlas"
 QUICKSTART = ROOT / "manifests/quickstart.toml"
 OSCILLATOR = ROOT / "tests/data/oscillator.toml"
-# Where and how long, not what.
-PLACEMENT = {"wall_time", "worker", "numa_node"}
-
-
-def same_bits(one: pa.Table, other: pa.Table) -> None:
-    assert one.schema.names == other.schema.names
-    for name in set(one.schema.names) - PLACEMENT:
-        assert one[name].equals(other[name]), name
 
 
 @pytest.fixture(scope="module")

@@ -1,17 +1,13 @@
 """Followed orbits in Python: `atlas.follow` on an oscillator against a gap, and beside it the command line."""
 
-import os
 import subprocess
-from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
 import pytest
 
 import atlas
-
-ROOT = Path(__file__).resolve().parents[2]
-ATLAS = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release" / "atlas"
+from program import ATLAS, ROOT, same_bits
 
 MANIFEST = f"""
 [job]
@@ -62,7 +58,7 @@ def test_the_tables_have_the_bits_of_the_command_line(followed, tmp_path):
     theirs = atlas.open(tmp_path / "out")
     assert followed.tables == theirs.tables == TABLES
     for name in TABLES:
-        assert followed.table(name).to_pyarrow().equals(theirs.table(name).to_pyarrow()), name
+        same_bits(followed.table(name).to_pyarrow(), theirs.table(name).to_pyarrow())
 
 
 def test_branches_meet_their_special_points(followed, told):
