@@ -27,8 +27,8 @@ MAPPING = """
 import sys, time, numpy, atlas
 map = atlas.CycleMap(atlas.load(sys.argv[1]).point())
 states = numpy.tile(map.start(), (1000, 1))
-print("ready", flush=True)
 try:
+    print("ready", flush=True)
     map(states, 10_000_000)
 except KeyboardInterrupt:
     print(time.monotonic())
