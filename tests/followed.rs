@@ -16,29 +16,18 @@ use serde_json::Value;
 /// A one-degree oscillator against a gap: orbits are followed in less than a second.
 const STRUCTURE: &str = include_str!("manifests/oscillator.modal.toml");
 
-const HEAD: &str = r#"
-[job]
-name = "case"
-[model]
-kind = "modal"
-file = "oscillator.modal.toml"
-[mesh]
-half_gap = "15 um"
-stiffness = "constant"
-mean_stiffness = "4e8 N/m"
-contact_damping = 0.05
-[excitation]
-transmission_error = [{ harmonic = 1, amplitude = "5 um" }]
-[run]
+const HEAD: &str = concat!(
+    include_str!("manifests/oscillator.head.toml"),
+    r#"
 transient = 300
-cycles = 1200
 [analyses]
 lyapunov = { exponents = 1 }
 nvh = { harmonics = 3 }
 poincare = { samples = 20 }
 [grid]
 speed = { from = 600, to = 1500, count = 10 }
-"#;
+"#
+);
 
 const TWO_LOADS: &str = "load = { values = [0.05, 0.1] }";
 

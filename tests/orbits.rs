@@ -300,22 +300,10 @@ fn orbits_are_a_table_that_threads_do_not_change() {
     assert!(bytes[0].len() > 1000);
 }
 
-const OSCILLATOR: &str = r#"
-[job]
-name = "case"
-[model]
-kind = "modal"
-file = "oscillator.modal.toml"
-[mesh]
-half_gap = "15 um"
-stiffness = "constant"
-mean_stiffness = "4e8 N/m"
-contact_damping = 0.05
-[excitation]
-transmission_error = [{ harmonic = 1, amplitude = "5 um" }]
-[run]
+const OSCILLATOR: &str = concat!(
+    include_str!("manifests/oscillator.head.toml"),
+    r#"
 transient = 50
-cycles = 1200
 [grid]
 load = { values = [0.05, 0.1] }
 speed = 1200
@@ -325,7 +313,8 @@ guesses = 4
 cycles = 100
 returns = 7
 states = [{ displacement = [0, 0, 1e9], velocity = [0, 0, 0] }]
-"#;
+"#
+);
 
 /// What users see of orbits: `show`, its JSON, and pictures.
 #[test]

@@ -17,23 +17,10 @@ use std::process::{Command, Output};
 /// A one-degree oscillator against a gap: a point takes milliseconds.
 const STRUCTURE: &str = include_str!("manifests/oscillator.modal.toml");
 
-const HEAD: &str = r#"
-[job]
-name = "case"
-[model]
-kind = "modal"
-file = "oscillator.modal.toml"
-[mesh]
-half_gap = "15 um"
-stiffness = "constant"
-mean_stiffness = "4e8 N/m"
-contact_damping = 0.05
-[excitation]
-transmission_error = [{ harmonic = 1, amplitude = "5 um" }]
-[run]
-transient = 50
-cycles = 1200
-"#;
+const HEAD: &str = concat!(
+    include_str!("manifests/oscillator.head.toml"),
+    "transient = 50\n"
+);
 
 const ANALYSES: &str = r#"
 [analyses]

@@ -35,23 +35,10 @@ const MARKUP: &str = "</script><img src=x onerror=alert(1)>";
 /// A one-degree oscillator against a gap.
 const STRUCTURE: &str = include_str!("manifests/oscillator.modal.toml");
 
-const HEAD: &str = r#"
-[job]
-name = "case"
-[model]
-kind = "modal"
-file = "oscillator.modal.toml"
-[mesh]
-half_gap = "15 um"
-stiffness = "constant"
-mean_stiffness = "4e8 N/m"
-contact_damping = 0.05
-[excitation]
-transmission_error = [{ harmonic = 1, amplitude = "5 um" }]
-[run]
-transient = 300
-cycles = 1200
-"#;
+const HEAD: &str = concat!(
+    include_str!("manifests/oscillator.head.toml"),
+    "transient = 300\n"
+);
 
 const ANALYSES: &str = r#"
 [analyses]

@@ -9,28 +9,15 @@ import pytest
 import atlas
 from program import ATLAS, ROOT, same_bits
 
-MANIFEST = f"""
-[job]
-name = "case"
-[model]
-kind = "modal"
-file = "{ROOT}/tests/manifests/oscillator.modal.toml"
-[mesh]
-half_gap = "15 um"
-stiffness = "constant"
-mean_stiffness = "4e8 N/m"
-contact_damping = 0.05
-[excitation]
-transmission_error = [{{ harmonic = 1, amplitude = "5 um" }}]
-[run]
+HEAD = (ROOT / "tests/manifests/oscillator.head.toml").read_text()
+MANIFEST = HEAD.replace('file = "', f'file = "{ROOT}/tests/manifests/') + """
 transient = 300
-cycles = 1200
 [analyses]
-lyapunov = {{ exponents = 1 }}
-nvh = {{ harmonics = 3 }}
+lyapunov = { exponents = 1 }
+nvh = { harmonics = 3 }
 [grid]
-speed = {{ from = 600, to = 1500, count = 10 }}
-load = {{ values = [0.05, 0.1] }}
+speed = { from = 600, to = 1500, count = 10 }
+load = { values = [0.05, 0.1] }
 [continuation]
 over = "speed"
 second = "load"
