@@ -429,33 +429,17 @@ fn troubled_probes_are_counted() {
     );
 }
 
-const STRUCTURE: &str = "
-teeth = 20
-rated_force = 1330.0
-frequency = [0.0]
-damping = [0.0]
-mesh = [1.3]
-torque = [1.3]
-";
+const STRUCTURE: &str = include_str!("manifests/one.modal.toml");
 
-const MANIFEST: &str = r#"
+const MANIFEST: &str = concat!(
+    r#"
 [job]
 name = "planted"
 seed = 5
 
-[model]
-kind = "modal"
-file = "one.modal.toml"
-
-[mesh]
-half_gap = "10 um"
-stiffness = "constant"
-mean_stiffness = 4e8
-contact_damping = "1483 N*s/m"
-
-[excitation]
-transmission_error = [{ harmonic = 1, amplitude = "1 um" }]
-
+"#,
+    include_str!("manifests/one.head.toml"),
+    r#"
 [grid]
 load = 1.0
 speed = { from = 900, to = 1100, count = 5 }
@@ -466,7 +450,8 @@ cycles = 1000
 
 [analyses]
 multistability = { initial_conditions = 12 }
-"#;
+"#
+);
 
 #[test]
 fn probes_do_not_depend_on_threads_and_are_shown() {

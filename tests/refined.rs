@@ -18,32 +18,16 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// A rigid relative rotation under load: stiff in contact, free in the gap.
-const STRUCTURE: &str = "
-teeth = 20
-rated_force = 1330.0
-frequency = [0.0]
-damping = [0.0]
-mesh = [1.3]
-torque = [1.3]
-";
+const STRUCTURE: &str = include_str!("manifests/one.modal.toml");
 
-const MANIFEST: &str = r#"
+const MANIFEST: &str = concat!(
+    r#"
 [job]
 name = "plane"
 
-[model]
-kind = "modal"
-file = "one.modal.toml"
-
-[mesh]
-half_gap = "10 um"
-stiffness = "constant"
-mean_stiffness = 4e8
-contact_damping = "1483 N*s/m"
-
-[excitation]
-transmission_error = [{ harmonic = 1, amplitude = "1 um" }]
-
+"#,
+    include_str!("manifests/one.head.toml"),
+    r#"
 [grid]
 load = { from = 0.6, to = 1.0, count = 3 }
 speed = { from = 1400, to = 2200, count = 4 }
@@ -59,7 +43,8 @@ audit_cycles = 0
 [analyses]
 poincare = { samples = 4 }
 lyapunov = { twin = false }
-"#;
+"#
+);
 
 const NESTED: NestedGrid = NestedGrid {
     coarse: [3, 4],

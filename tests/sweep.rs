@@ -28,32 +28,16 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// A rigid relative rotation under load: stiff in contact, free in the gap.
-const STRUCTURE: &str = "
-teeth = 20
-rated_force = 1330.0
-frequency = [0.0]
-damping = [0.0]
-mesh = [1.3]
-torque = [1.3]
-";
+const STRUCTURE: &str = include_str!("manifests/one.modal.toml");
 
-const MANIFEST: &str = r#"
+const MANIFEST: &str = concat!(
+    r#"
 [job]
 name = "hysteresis"
 
-[model]
-kind = "modal"
-file = "one.modal.toml"
-
-[mesh]
-half_gap = "10 um"
-stiffness = "constant"
-mean_stiffness = 4e8
-contact_damping = "1483 N*s/m"
-
-[excitation]
-transmission_error = [{ harmonic = 1, amplitude = "1 um" }]
-
+"#,
+    include_str!("manifests/one.head.toml"),
+    r#"
 [grid]
 load = { values = [0.5, 1.0] }
 speed = { from = 800, to = 2400, count = 41 }
@@ -67,7 +51,8 @@ audit_cycles = 0
 [analyses]
 poincare = { samples = 4, refine = 8 }
 lyapunov = { twin = false }
-"#;
+"#
+);
 
 /// Spacing of the speeds \[rad/s\].
 const STEP: f64 = 40.0;
