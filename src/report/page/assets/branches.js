@@ -16,9 +16,9 @@ function numberColumns(table) {
 
 /** Values of a column in the unit in which it is shown, and its label. */
 function shownValues(column, rows) {
-  const axis = HEAD.axes?.find((own) => own.name === column.name && own.shown);
+  const axis = HEAD.axes?.find((own) => own.name === column.name) ?? column;
   const values = rows.map((row) => column.values[row]);
-  const [factor, unit] = axis ? [axis.factor, readable(axis.shown)] : scaledUnit(column.unit, Math.max(...(extent(values) ?? [1]).map(Math.abs)));
+  const [factor, unit] = plotted(axis, values);
   return { values: values.map((value) => value * factor), label: `${column.name} [${unit}]` };
 }
 

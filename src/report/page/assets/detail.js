@@ -84,8 +84,8 @@ function valueText(table, column, row) {
   if (column.kind === "text") return column.text(row) ?? "";
   const errors = errorsOf(table, column.name);
   if (column.kind === "whole") return Number.isNaN(column.values[row]) ? "" : count(column.values[row]);
-  const axis = HEAD.axes?.find((own) => own.name === column.name && own.shown);
-  if (axis) return `${digits(column.values[row] * axis.factor)} ${readable(axis.shown)}`;
+  const axis = HEAD.axes?.find((own) => own.name === column.name);
+  if (axis) return axisText(axis, column.values[row]);
   if (column.kind === "number") return withError(column.values[row], errors?.number(row) ?? NaN, unitOf(table, column, row));
   const list = column.list(row);
   if (list === null) return "";
