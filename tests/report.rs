@@ -78,6 +78,7 @@ load = { values = [0.05, 0.1] }
 speed = { from = 600, to = 1500, count = 6 }
 [continuation]
 over = "speed"
+second = "load"
 starts = 3
 longest_period = 2
 "#;

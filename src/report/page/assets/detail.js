@@ -99,7 +99,8 @@ function valueText(table, column, row) {
 
 /** Whether a column only holds the standard errors of another. */
 function isError(table, name) {
-  const own = name === "lambda_stderr" ? "lambda_max" : name.replace(/_stderr$/, "");
+  if (name === "lambda_stderr" && table.column("lambda_max") !== null) return true;
+  const own = name.replace(/_stderr$/, "");
   return own !== name && table.column(own) !== null;
 }
 
