@@ -65,8 +65,29 @@ load = { values = [0.05, 0.1] }
 speed = { from = 600, to = 1500, count = 6 }
 [continuation]
 over = "speed"
+second = "load"
 starts = 3
 longest_period = 2
+"#;
+
+const SWEEP: &str = r#"
+[grid]
+load = { values = [0.05, 0.1] }
+speed = { from = 600, to = 1500, count = 6 }
+order = "both"
+along = "speed"
+"#;
+
+/// Two points that differ in their load alone, one that differs in its gap alone, and one in both.
+const LIST: &str = r#"
+[grid]
+speed = 900
+points = [
+    { load = 0.05, "mesh.half_gap" = "15 um" },
+    { load = 0.1, "mesh.half_gap" = "15 um" },
+    { load = 0.1, "mesh.half_gap" = "20 um" },
+    { load = 0.15, "mesh.half_gap" = "25 um" },
+]
 "#;
 
 /// What a command says in the folder of all folders.
@@ -84,7 +105,8 @@ fn refusal(arguments: &[&str]) -> String {
     text
 }
 
-/// The folders: `grid` of 80 points, `<img …>` of one, `followed` orbits beside their run, a `trace`.
+/// The folders: `grid` of 80 points, `<img …>` of one, `followed` orbits beside their run, a `sweep` up and
+/// down, a `list` of points, a `trace`.
 static FOLDERS: LazyLock<PathBuf> = LazyLock::new(|| {
     _ = fs::remove_dir_all(WRITTEN);
     fs::create_dir_all(WRITTEN).unwrap();
@@ -96,12 +118,16 @@ static FOLDERS: LazyLock<PathBuf> = LazyLock::new(|| {
         ("grid", [&comment, HEAD, ANALYSES, GRID]),
         ("point", ["", HEAD, "", POINT]),
         ("line", ["", HEAD, ANALYSES, LINE]),
+        ("sweep", ["", HEAD, "", SWEEP]),
+        ("list", ["", HEAD, "", LIST]),
     ] {
         fs::write(root.join(format!("{name}.toml")), parts.concat()).unwrap();
     }
     said(&["run", "grid.toml", "--out", "grid", "--quiet"]);
     said(&["run", "point.toml", "--out", "<img src=x>", "--quiet"]);
     said(&["run", "line.toml", "--out", "followed", "--quiet"]);
+    said(&["run", "sweep.toml", "--out", "sweep", "--quiet"]);
+    said(&["run", "list.toml", "--out", "list", "--quiet"]);
     said(&["follow", "line.toml", "--out", "followed", "--quiet"]);
     let point = ["--point", "load=0.05,speed=900", "--cycles", "20"];
     said(&[&["trace", "grid.toml", "--out", "trace"], &point[..]].concat());

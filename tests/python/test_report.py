@@ -190,6 +190,86 @@ def test_every_column_can_be_shown(opened):
     assert opened.colours("#map") > 8
 
 
+# Notes how lines are drawn from here on: whether each is broken, how many places it joins. One drawn again counts once.
+NOTE_LINES = """() => {
+    window.lines = new Map();
+    const line = Pen.prototype.line;
+    Pen.prototype.line = function (xs, ys, colour, look) {
+        window.lines.set(JSON.stringify([xs, ys, look]), [look.dash.length > 0, xs.length]);
+        return line.call(this, xs, ys, colour, look);
+    };
+}"""
+LINES = "[...window.lines.values()]"
+
+
+def test_the_way_down_of_a_sweep_is_told_from_the_way_up(browser, tmp_path):
+    opened = Opened(browser, report(REPORTED / "sweep", tmp_path / "sweep.html"))
+    page = opened.page
+    page.evaluate(NOTE_LINES)
+    legend = """() => [...document.querySelectorAll("#map .legend .stroke")].map((stroke) =>
+        [stroke.parentElement.textContent, stroke.style.borderTopStyle, stroke.style.borderTopColor])"""
+    page.select_option("#kind", "curves")
+    page.wait_for_function("window.lines.size === 4")
+    words = {text: look for text, look, _ in page.evaluate(legend)}
+    both = {"sweep up": "solid", "sweep down": "dashed"}
+    assert words == {f"load {load}, {way}": look for load in ("0.05", "0.1") for way, look in both.items()}
+    assert sorted(broken for broken, _ in page.evaluate(LINES)) == [False, False, True, True]
+    # Of one load each way has a colour of its own.
+    page.evaluate("window.lines.clear()")
+    page.select_option("#up", "-1")
+    page.wait_for_function("window.lines.size === 2")
+    (up, solid, above), (down, dashed, below) = page.evaluate(legend)
+    assert (up, solid, down, dashed) == ("sweep up", "solid", "sweep down", "dashed")
+    assert above != below
+    assert [broken for broken, _ in page.evaluate(LINES)] == [False, True]
+    opened.close()
+
+
+def test_points_of_a_list_are_joined_only_where_nothing_else_differs(browser, tmp_path):
+    opened = Opened(browser, report(REPORTED / "list", tmp_path / "list.html"))
+    page = opened.page
+    page.evaluate(NOTE_LINES)
+    axes = page.evaluate("HEAD.axes.map((axis) => axis.name)")
+    for over, same in (("load", "mesh.half_gap"), ("mesh.half_gap", "load")):
+        page.evaluate("window.lines.clear()")
+        page.select_option("#across", str(axes.index(over)))
+        page.wait_for_function("(over) => map.chart.spec.x.label.startsWith(over) && window.lines.size > 0", arg=over)
+        # Two of the four points differ in this axis alone.
+        assert [places for _, places in page.evaluate(LINES)] == [2]
+        assert page.inner_text("#map .legend .joins") == f"lines join points of the same {same}"
+    opened.close()
+
+
+def test_places_are_written_alike_wherever_they_are_told(browser, tmp_path):
+    opened = Opened(browser, report(REPORTED / "list", tmp_path / "list.html"))
+    page = opened.page
+    page.evaluate("selectPoint(2)")
+    page.wait_for_function("document.querySelector('#point h2').textContent === 'Point 2'")
+    page.wait_for_selector("#statistics td")
+    assert opened.cell("mesh.half_gap") == "20 µm"
+    assert "mesh.half_gap 20 µm" in page.inner_text("#point")
+    page.select_option("#across", str(page.evaluate("HEAD.axes.findIndex((axis) => axis.name === 'mesh.half_gap')")))
+    page.wait_for_function("map.chart.spec.x.label === 'mesh.half_gap [µm]'")
+    opened.close()
+
+
+def test_both_axes_of_a_slice_have_their_units(browser, tmp_path):
+    folder = WRITTEN / "sample"
+    opened = Opened(browser, report(folder, tmp_path / "sample.html"))
+    point = pq.read_table(folder / "basins.parquet")["point_id"][0].as_py()
+    opened.page.evaluate("(point) => selectPoint(rowOfPoint(point))", point)
+    opened.page.wait_for_function("(point) => document.querySelector('#point h2')?.textContent === `Point ${point}`", arg=point)
+    opened.page.wait_for_function("detail.charts.some((chart) => chart.spec.x.label.startsWith('mode 1'))")
+    labels = opened.page.evaluate("detail.charts.flatMap((chart) => [chart.spec.x.label, chart.spec.y.label])")
+    for mode in ("mode 1", "mode 2"):
+        (label,) = [label for label in labels if label.startswith(mode)]
+        assert label.removeprefix(mode) in (" [m]", " [mm]", " [µm]", " [nm]")
+    # Errors stand beside their values, not in columns of their own.
+    heads = opened.page.eval_on_selector_all("#rows .scroll[aria-label=attractors] th", "heads => heads.map((head) => head.textContent)")
+    assert "lambda" in heads and "lambda_stderr" not in heads
+    opened.close()
+
+
 def test_tables_sort_and_filter(opened, points):
     opened.go("tables")
     page = opened.page
@@ -249,6 +329,14 @@ def test_branches_are_drawn(browser, tmp_path):
     kinds = set(pq.read_table(REPORTED / "followed" / "bifurcations.parquet")["kind"].to_pylist())
     for kind in kinds:
         assert kind.replace("_", " ") in legend
+    # Which load a branch is of, and the plane that was asked for, far beyond which the onset of rattle leads.
+    assert "load 0.05, period" in legend and "load 0.1, period" in legend
+    onsets = [row for row in pq.read_table(REPORTED / "followed" / "curves.parquet").to_pylist() if row["kind"] == "onset"]
+    opened.page.select_option("#branch-what", "curves")
+    opened.page.wait_for_function("branches.chart.spec.y.label.startsWith('load')")
+    low, high = opened.page.evaluate("branches.chart.spec.y.range")
+    assert low < 0.05 < 0.1 < high < max(row["load"] for row in onsets)
+    assert "onset of rattle" in opened.page.inner_text("#branches .legend")
     opened.close()
 
 
@@ -256,6 +344,8 @@ def test_a_trace_and_a_single_point_have_pages(browser, tmp_path):
     opened = Opened(browser, report(REPORTED / "trace", tmp_path / "trace.html"))
     assert opened.page.inner_text("#views").split() == ["Trajectory", "Tables", "Run"]
     assert opened.colours("#trajectory") > 3
+    caption = opened.page.inner_text("#trajectory .caption")
+    assert "load 0.05, speed 900 rad/s · mesh period " in caption and "half gap 15 µm" in caption
     opened.close()
     opened = Opened(browser, report(REPORTED / "<img src=x>", tmp_path / "point.html"))
     opened.page.wait_for_selector("#statistics td")

@@ -16,8 +16,11 @@ use serde_json::{Value, json};
 use strum::VariantArray;
 
 use super::error::ReportError;
+use super::plot::slice_axes;
 use super::summary::Summary;
-use crate::store::{StoreError, TableKind, present_tables, read_runs, table_path, verify};
+use crate::store::{
+    ResultTable, StoreError, TableKind, present_tables, read_runs, table_path, verify,
+};
 use block::Blocks;
 use table::{Embedded, embed, embed_points};
 
@@ -107,6 +110,10 @@ pub fn results_page(folder: &Path, request: PageRequest) -> Result<ResultsPage, 
         .into());
     };
     head::complete(&mut told, &runs, folder, holds(TableKind::Trace))?;
+    if holds(TableKind::Basins) {
+        let table = ResultTable::head(folder, TableKind::Basins)?;
+        told["slice"] = json!(slice_axes(&table));
+    }
     told["folder"] = json!(name(folder).to_string_lossy());
     let (mut tables, mut left_out) = (Vec::new(), Vec::new());
     let mut take = |embedded: Embedded| {

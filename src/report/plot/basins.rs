@@ -17,7 +17,7 @@ use crate::store::{ResultTable, TableKind};
 const LEFT: f64 = 92.0;
 const TOP: f64 = 72.0;
 /// Side of the slice \[px\].
-const SIDE: f64 = 520.0;
+const SIDE: f64 = 600.0;
 const MARGIN: f64 = LEFT + SIDE + 28.0;
 /// Most entries of the key.
 const MOST_ENTRIES: usize = 10;
@@ -43,10 +43,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     let table = results.table(TableKind::Basins)?.ok_or_else(|| {
         unfit("there is no basins.parquet; ask for `multistability.slice` in the manifest's [analyses]".into())
     })?;
-    let axes: [[String; 2]; 2] = table
-        .metadata("slice")
-        .and_then(|text| serde_json::from_str(text).ok())
-        .unwrap_or_else(|| ["x", "y"].map(|name| [name, "m"].map(str::to_owned)));
+    let axes = slice_axes(&table);
     let mut slices = cells(&table)?;
     if let Some(id) = request.point {
         results.point(id)?;
@@ -83,6 +80,14 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
         drawn.pictures.push(Picture::new(name, canvas));
     }
     Ok(drawn)
+}
+
+/// Name and unit of both axes of the slices of a table of cells.
+pub(in crate::report) fn slice_axes(table: &ResultTable) -> [[String; 2]; 2] {
+    table
+        .metadata("slice")
+        .and_then(|text| serde_json::from_str(text).ok())
+        .unwrap_or_else(|| ["x", "y"].map(|name| [name, "m"].map(str::to_owned)))
 }
 
 /// The cells of each point.

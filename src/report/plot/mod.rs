@@ -59,6 +59,7 @@ use recording::Recording;
 use results::Results;
 
 pub(super) use axis::PREFIXABLE;
+pub(super) use basins::slice_axes;
 pub use campbell::{Campbell, Contacts, ModeLine, NEAR_GRID, Ray, Resonance};
 pub(super) use categories::colour as category_colour;
 pub use column::{Asked, ColumnName, NoColumn};

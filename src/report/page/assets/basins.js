@@ -4,11 +4,12 @@ function showBasins(table, from, to, place) {
   const [i, j, x, y, attractors, statuses] = ["i", "j", "x", "y", "attractor_id", "status"].map((name) => table.column(name));
   const rows = Array.from({ length: to - from }, (_, row) => from + row);
   const host = picture(place, `Basins of attraction: ${plural(rows.length, "cell")}`, []);
-  const [across, up] = [x, y].map((column) => {
+  const [across, up] = [x, y].map((column, side) => {
+    const [name, unit] = HEAD.slice[side];
     const values = rows.map((row) => column.values[row]);
     const range = extent(values) ?? [0, 1];
-    const [factor, unit] = scaledUnit(column === x ? x.unit : "", Math.max(...range.map(Math.abs)));
-    return { range: range.map((end) => end * factor), values: values.map((value) => value * factor), label: `${column.name} [${unit}]` };
+    const [factor, shown] = scaledUnit(unit, Math.max(...range.map(Math.abs)));
+    return { range: range.map((end) => end * factor), label: `${name} [${shown}]`, told: (row) => `${name}: ${withUnit(column.values[row], unit)}` };
   });
   const cells = new Map(rows.map((row) => [`${i.values[row]} ${j.values[row]}`, row]));
   const sides = [i, j].map((column) => 1 + (extent(rows.map((row) => column.values[row]))?.[1] ?? 0));
@@ -19,12 +20,13 @@ function showBasins(table, from, to, place) {
     height: 300,
     x: { label: across.label, range: [across.range[0] - half[0], across.range[1] + half[0]] },
     y: { label: up.label, range: [up.range[0] - half[1], up.range[1] + half[1]] },
-    draw: (pen) => rows.forEach((row, cell) => {
+    draw: (pen) => rows.forEach((row) => {
       pen.ctx.fillStyle = colour(row);
-      const [left, top] = [pen.x(across.values[cell] - half[0]), pen.y(up.values[cell] + half[1])];
-      const [right, bottom] = [pen.x(across.values[cell] + half[0]), pen.y(up.values[cell] - half[1])];
-      // A little too large: abutting edges show as seams.
-      pen.ctx.fillRect(left, top, right - left + 0.5, bottom - top + 0.5);
+      const edge = (cell, side) => [across, up][side].range[0] + (2 * cell - 1) * half[side];
+      // Whole pixels: abutting edges between two of them show as seams.
+      const [left, right] = [0, 1].map((more) => Math.round(pen.x(edge(i.values[row] + more, 0))));
+      const [bottom, top] = [0, 1].map((more) => Math.round(pen.y(edge(j.values[row] + more, 1))));
+      pen.ctx.fillRect(left, top, right - left, bottom - top);
     }),
     pick: (left, top, pen) => {
       const at = [pen.plot.posToVal(left, "x"), pen.plot.posToVal(top, "y")];
@@ -33,7 +35,7 @@ function showBasins(table, from, to, place) {
     },
     tip: (row) => [
       Number.isNaN(id(row)) ? `no attractor: ${statuses.text(row)}` : `attractor ${id(row)}`,
-      `x: ${withUnit(x.values[row], x.unit)}`, `y: ${digits(y.values[row])}`,
+      across.told(row), up.told(row),
     ],
   });
   detail.charts.push(chart);

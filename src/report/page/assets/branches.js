@@ -14,12 +14,12 @@ function numberColumns(table) {
   return table.columns.filter((column) => column.kind === "number" || column.kind === "whole").map(({ name }) => [name, name]);
 }
 
-/** Values of a column in the unit in which it is shown, and its label. */
+/** Values of a column in the unit in which it is shown, the factor to it from SI, and its label. */
 function shownValues(column, rows) {
-  const axis = HEAD.axes?.find((own) => own.name === column.name && own.shown);
+  const axis = HEAD.axes?.find((own) => own.name === column.name) ?? column;
   const values = rows.map((row) => column.values[row]);
-  const [factor, unit] = axis ? [axis.factor, readable(axis.shown)] : scaledUnit(column.unit, Math.max(...(extent(values) ?? [1]).map(Math.abs)));
-  return { values: values.map((value) => value * factor), label: `${column.name} [${unit}]` };
+  const [factor, unit] = plotted(axis, values);
+  return { values: values.map((value) => value * factor), factor, label: `${column.name} [${unit}]` };
 }
 
 /** All columns of a row in lines, for the box beside the pointer or the side. */
@@ -30,6 +30,7 @@ function rowLines(table, row) {
 async function startBranches() {
   const table = TABLES.get("branches");
   branches.x = HEAD.axes[HEAD.over].name;
+  branches.grid = await Promise.all(HEAD.axes.map((axis) => numbers(axis.values)));
   await Promise.all(["branches", "bifurcations", "curves"].map((name) => TABLES.get(name)?.load()));
   const hasCurves = HEAD.second !== null && (TABLES.get("curves")?.rows ?? 0) > 0;
   const again = (key) => (value) => {
@@ -76,6 +77,29 @@ function parts(rows, key) {
   return found;
 }
 
+/** The colour of a kind of bifurcation; what has none of its own is drawn in ink. */
+function kindColour(name) {
+  return name === "onset" ? themed("ink") : HEAD.kinds[name]?.colour ?? themed("ink");
+}
+
+/** Rows of a curve in stretches: an onset of rattle, which is computed at even values of the axis that is no load, is broken where it has none. */
+function stretches(rows, values) {
+  const steps = rows.slice(1).map((row, i) => Math.abs(values[row] - values[rows[i]]));
+  const most = 1.5 * Math.min(...steps);
+  const found = [[]];
+  rows.forEach((row, i) => {
+    if (i > 0 && steps[i - 1] > most) found.push([]);
+    found.at(-1).push(row);
+  });
+  return found;
+}
+
+/** What axes that orbits are not followed over have at a row of a table, where they vary within it. */
+function otherPlaces(table, row) {
+  const others = HEAD.axes.filter((axis, index) => index !== HEAD.over && new Set(table.column(axis.name)?.values).size > 1);
+  return others.map((axis) => `${axis.name} ${axisText(axis, table.column(axis.name).values[row])}, `).join("");
+}
+
 function drawBranches() {
   const curves = branches.what === "curves";
   const lines = TABLES.get(curves ? "curves" : "branches");
@@ -87,33 +111,40 @@ function drawBranches() {
   const [xs, ys] = [shownValues(own, all), shownValues(up, all)];
   const marked = marks?.column(x) && marks.column(y) ? Array.from({ length: marks.rows }, (_, row) => row) : [];
   // Marks are shown in the unit of the lines, whatever their own values are.
-  const ratio = (column, shown) => {
-    const row = all.find((place) => column.values[place] !== 0 && !Number.isNaN(column.values[place]));
-    return row === undefined ? 1 : shown.values[row] / column.values[row];
-  };
-  const [mx, my] = [[x, own, xs], [y, up, ys]].map(([name, column, shown]) => marked.map((row) => marks.column(name).values[row] * ratio(column, shown)));
+  const [mx, my] = [[x, xs], [y, ys]].map(([name, shown]) => marked.map((row) => marks.column(name).values[row] * shown.factor));
   const kind = (curves ? lines : marks)?.column("kind");
   const stable = lines.column("stable");
   const period = lines.column("period");
   const groups = [...grouped(lines, curves ? "curve" : "branch")];
-  const colour = (row, index) => (curves ? HEAD.kinds[kind.text(row)]?.colour ?? themed("ink") : HEAD.palette[index % HEAD.palette.length]);
+  const colour = (row, index) => (curves ? kindColour(kind.text(row)) : HEAD.palette[index % HEAD.palette.length]);
+  const isOnset = (row) => curves && kind.text(row) === "onset";
+  const [note, steady] = [lines.column("note"), ["load", "torque"].includes(x) ? ys : xs];
+  // An onset leads far beyond the plane that was asked for, in which all else lies.
+  const range = (shown, axis) => {
+    const within = curves ? [...branches.grid[axis]].map((value) => value * shown.factor) : [];
+    return padded(extent([...shown.values.filter((value, row) => !isOnset(row)), ...within]));
+  };
+  const [across, upwards] = [range(xs, HEAD.over), range(ys, HEAD.second)];
+  const isWithin = (row) => [[xs, across], [ys, upwards]].every(([shown, [low, high]]) => shown.values[row] >= low && shown.values[row] <= high);
   branches.chart?.remove();
   const host = document.querySelector("#branches .plot");
   host.setAttribute("aria-label", `${lines.name}: ${y} over ${x}`);
   branches.chart = new Chart(host, {
     height: Math.min(560, Math.max(300, innerHeight - 320)),
-    x: { label: xs.label, range: padded(extent(xs.values)) },
-    y: { label: ys.label, range: padded(extent(ys.values)) },
+    x: { label: xs.label, range: across },
+    y: { label: ys.label, range: upwards },
     draw: (pen) => {
       groups.forEach(([, rows], index) => {
-        for (const part of parts(rows, (row) => (curves ? "yes" : stable.text(row)))) {
+        const look = (row) => (curves ? (isOnset(row) && note?.text(row) ? "no" : "yes") : stable.text(row));
+        const pieces = isOnset(rows[0]) ? stretches(rows, steady.values) : [rows];
+        for (const part of pieces.flatMap((piece) => parts(piece, look))) {
           const [a, b] = [xs, ys].map((shown) => part.rows.map((row) => shown.values[row]));
           pen.line(a, b, colour(part.rows[0], index), part.key === "yes" ? { width: 2.2 } : { width: 1.2, dash: [4, 3] });
           if (rows.length === 1) pen.dots(a, b, colour(rows[0], index), 5);
         }
       });
       marked.forEach((row, i) => {
-        const { colour: fill } = HEAD.kinds[kind.text(row)] ?? { colour: themed("ink") };
+        const fill = kindColour(kind.text(row));
         const own = ["end", "sequence", "jump"].includes(kind.text(row));
         pen.mark(mx[i], my[i], SHAPES[kind.text(row)] ?? "bar", fill, own ? themed("soft") : themed("ink"), own ? 4 : 5);
       });
@@ -139,7 +170,7 @@ function drawBranches() {
   if (!curves) {
     groups.slice(0, MOST_CURVES).forEach(([number, rows], index) => {
       const periods = [...new Set(rows.map((row) => period.values[row]))];
-      entries.push(make("li", {}, swatch(colour(rows[0], index)), `branch ${number}: period ${periods.join(", ")} (${plural(rows.length, "orbit")})`));
+      entries.push(make("li", {}, swatch(colour(rows[0], index)), `branch ${number}: ${otherPlaces(lines, rows[0])}period ${periods.join(", ")} (${plural(rows.length, "orbit")})`));
     });
     if (groups.length > MOST_CURVES) entries.push(make("li", {}, `and ${count(groups.length - MOST_CURVES)} more`));
     entries.push(make("li", {}, "full lines stable, broken lines unstable"));
@@ -147,8 +178,9 @@ function drawBranches() {
   const kinds = new Map();
   for (const row of curves ? groups.map(([, rows]) => rows[0]) : marked) kinds.set(kind.text(row), (kinds.get(kind.text(row)) ?? 0) + 1);
   for (const [name, number] of kinds) {
-    const { name: words, colour: own } = HEAD.kinds[name] ?? { name, colour: themed("ink") };
-    entries.push(make("li", {}, curves ? swatch(own) : symbol(SHAPES[name] ?? "bar", own), `${words} (${number})`));
+    const own = kindColour(name);
+    const isBeyond = name === "onset" && curves && !all.some((row) => isOnset(row) && isWithin(row));
+    entries.push(make("li", {}, curves ? swatch(own) : symbol(SHAPES[name] ?? "bar", own), `${HEAD.kinds[name]?.name ?? name} (${isBeyond ? "beyond" : number})`));
   }
   document.querySelector("#branches .legend").replaceChildren(...entries);
 }
@@ -161,6 +193,17 @@ function symbol(shape, colour) {
   return mark;
 }
 
+/** What the metadata of a trace say of it: `load 0.1, speed 1047 rad/s · mesh period 300.1 µs · …`. */
+function traceWords({ point = "{}", point_units: units = "{}", manifest_hash: hash, ...amounts }) {
+  const names = JSON.parse(units);
+  const places = Object.entries(JSON.parse(point)).map(([axis, value]) => `${axis} ${joined(digits(value), readable(names[axis] ?? ""))}`);
+  const told = ["mesh_period", "half_gap"].filter((key) => amounts[key]).map((key) => {
+    const { value, unit } = JSON.parse(amounts[key]);
+    return `${key.replace("_", " ")} ${withUnit(value, unit)}`;
+  });
+  return [places.join(", "), ...told, hash ? `manifest ${hash}` : ""].filter((words) => words).join(" · ");
+}
+
 async function startTrajectory() {
   const table = TABLES.get("trace");
   await table.load();
@@ -171,8 +214,7 @@ async function startTrajectory() {
   document.querySelector("#trajectory .controls").replaceChildren(
     choice("Signal", numberColumns(table), trajectory.y, again("y"), "trace-signal"),
     choice("Over", numberColumns(table), trajectory.x, again("x"), "trace-over"));
-  const about = Object.entries(HEAD.trace ?? {}).map(([key, value]) => `${key.replaceAll("_", " ")}: ${value}`);
-  document.querySelector("#trajectory .caption").textContent = about.join(" · ");
+  document.querySelector("#trajectory .caption").textContent = traceWords(HEAD.trace ?? {});
   drawTrajectory(table);
 }
 

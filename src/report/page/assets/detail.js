@@ -84,8 +84,8 @@ function valueText(table, column, row) {
   if (column.kind === "text") return column.text(row) ?? "";
   const errors = errorsOf(table, column.name);
   if (column.kind === "whole") return Number.isNaN(column.values[row]) ? "" : count(column.values[row]);
-  const axis = HEAD.axes?.find((own) => own.name === column.name && own.shown);
-  if (axis) return `${digits(column.values[row] * axis.factor)} ${readable(axis.shown)}`;
+  const axis = HEAD.axes?.find((own) => own.name === column.name);
+  if (axis) return axisText(axis, column.values[row]);
   if (column.kind === "number") return withError(column.values[row], errors?.number(row) ?? NaN, unitOf(table, column, row));
   const list = column.list(row);
   if (list === null) return "";
@@ -99,7 +99,8 @@ function valueText(table, column, row) {
 
 /** Whether a column only holds the standard errors of another. */
 function isError(table, name) {
-  const own = name === "lambda_stderr" ? "lambda_max" : name.replace(/_stderr$/, "");
+  if (name === "lambda_stderr" && table.column("lambda_max") !== null) return true;
+  const own = name.replace(/_stderr$/, "");
   return own !== name && table.column(own) !== null;
 }
 

@@ -35,6 +35,13 @@ function swatch(colour) {
   return square;
 }
 
+/** A piece of a line as it is drawn, full or broken. */
+function stroke(colour, broken) {
+  const line = make("span", { class: "stroke", "aria-hidden": "true" });
+  line.style.borderTop = `3px ${broken ? "dashed" : "solid"} ${colour}`;
+  return line;
+}
+
 /** A table of texts below heads; cells of numbers are `numeric`. */
 function plainTable(caption, heads, rows, numeric = () => false) {
   const cell = (text, column) => make("td", { class: numeric(column) ? "number" : null }, text);

@@ -66,6 +66,17 @@ function withError(value, error, unit) {
   return joined(`${digits(value * factor)} ± ${digits(error * factor, 2)}`, name);
 }
 
+/** Factor from SI to the unit in which plots show an axis, and that unit: the manifest's, or one in which its values read well. */
+function plotted(axis, values) {
+  return axis.shown ? [axis.factor, readable(axis.shown)] : scaledUnit(axis.unit, Math.max(...(extent(values) ?? [1]).map(Math.abs)));
+}
+
+/** `6000 rpm`: a value of an axis in the unit of the manifest, else as other values are written. */
+function axisText(axis, value) {
+  if (!axis.shown) return withUnit(value, axis.unit);
+  return Number.isNaN(value) ? "" : joined(digits(value * axis.factor), readable(axis.shown));
+}
+
 /** A whole number with its thousands set apart. */
 function count(value) {
   return String(value).replace(/\B(?=(\d{3})+$)/g, "\u202f");

@@ -3,7 +3,7 @@
 const POINTS = TABLES.get("points") ?? null;
 
 const grid = {
-  /** Name, unit, shown unit and its factor, values (ascending, SI) of every axis; `rank`: the place of each point. */
+  /** Of every axis what the head of the page says, its values (ascending, SI), the unit of plots and the factor to it; `rank`: the place of each point. */
   axes: [],
   /** Places in HEAD.motions, by point. */
   motion: null,
@@ -21,27 +21,15 @@ async function loadGrid() {
     const values = await numbers(axis.values);
     const places = new Map(Array.from(values, (value, place) => [value, place]));
     const column = columns[index + 1].values;
-    return {
-      ...axis,
-      values,
-      column,
-      rank: Int32Array.from(column, (value) => places.get(value) ?? -1),
-      factor: axis.factor ?? 1,
-      unit: axis.shown ?? axis.unit,
-    };
+    const [factor, plotUnit] = plotted(axis, values);
+    return { ...axis, values, column, rank: Int32Array.from(column, (value) => places.get(value) ?? -1), factor, plotUnit };
   }));
   if (HEAD.plane) grid.stands = await numbers(HEAD.plane.stands, Uint32Array);
 }
 
 /** `speed [rpm]`. */
 function axisLabel(axis) {
-  return `${axis.name} [${readable(axis.unit)}]`;
-}
-
-/** `6000 rpm`. */
-function axisText(axis, value) {
-  const unit = readable(axis.unit);
-  return unit === "–" ? digits(value * axis.factor) : `${digits(value * axis.factor)} ${unit}`;
+  return `${axis.name} [${axis.plotUnit}]`;
 }
 
 /** Axes with several values, by place. */

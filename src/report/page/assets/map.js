@@ -28,6 +28,12 @@ function heldAxes() {
   return HEAD.held[map.x]?.[second]?.filter((axis) => grid.axes[axis].values.length > 1) ?? [];
 }
 
+/** Axes along which points of a picture differ beside those that it goes along: the others of a list. */
+function accompanying() {
+  const told = [map.x, map.y, ...heldAxes()];
+  return variedAxes().filter((axis) => !told.includes(axis));
+}
+
 function controls() {
   const varied = variedAxes();
   const section = document.getElementById("map");
@@ -293,6 +299,18 @@ function curvesOf(rows) {
   return all;
 }
 
+/** Places in a curve of points that a line joins: those that differ in nothing but the axis that the curve goes over. */
+function joinedPlaces(rows) {
+  const others = accompanying();
+  const parts = new Map();
+  rows.forEach((row, place) => {
+    const key = others.map((axis) => grid.axes[axis].rank[row]).join();
+    if (!parts.has(key)) parts.set(key, []);
+    parts.get(key).push(place);
+  });
+  return [...parts.values()].filter((places) => places.length > 1);
+}
+
 function curves(shown, rows) {
   const [x, by] = [grid.axes[map.x], grid.axes[map.y]];
   const groups = curvesOf(rows);
@@ -312,7 +330,8 @@ function curves(shown, rows) {
   const [factor, unit] = shown.isText ? [1, ""] : scaledUnit(shown.unit, Math.max(...(range ?? [1]).map(Math.abs)));
   const scaled = (range ?? [0, 1]).map((end) => end * factor);
   for (const group of drawn) {
-    const index = places.indexOf(group.place);
+    // Where the way down is all that parts curves it has a colour of its own.
+    const index = places.length > 1 ? places.indexOf(group.place) : drawn.indexOf(group);
     const ordered = places.length > HEAD.palette.length;
     // The end of the ramp that is like the ground is not used.
     const part = index / (places.length - 1);
@@ -320,6 +339,7 @@ function curves(shown, rows) {
     group.colour = ordered ? `rgb(${rampColour(seen).join()})` : HEAD.palette[index];
     group.xs = group.rows.map((row) => x.column[row] * x.factor);
     group.ys = group.rows.map((row) => value(row) * factor);
+    group.joined = shown.isText ? [] : joinedPlaces(group.rows);
     const end = (sign) => group.rows.map((row) => (value(row) + sign * shown.error(row)) * factor);
     [group.lows, group.highs] = [end(-1).map((low) => (map.log && low <= 0 ? scaled[0] : low)), end(1)];
     group.name = [by && by !== x ? `${by.name} ${axisText(by, by.values[group.place])}` : "", group.direction && `sweep ${group.direction}`]
@@ -340,8 +360,8 @@ function curves(shown, rows) {
     y: { label: shown.isText ? shown.title : `${shown.title} [${unit}]`, log, range: log ? paddedLog(scaled) : padded(scaled), ...steps },
     draw: (pen) => {
       for (const group of drawn) {
-        const dash = group.direction === "down" ? [6, 4] : [];
-        if (!shown.isText) pen.line(group.xs, group.ys, group.colour, { dash });
+        const dash = isBroken(group) ? [6, 4] : [];
+        for (const places of group.joined) pen.line(places.map((at) => group.xs[at]), places.map((at) => group.ys[at]), group.colour, { dash });
         pen.bars(group.xs, group.lows, group.highs, group.colour);
         if (group.rows.length > 2000) pen.dots(group.xs, group.ys, group.colour, 2);
         else group.rows.forEach((row, i) => pen.mark(group.xs[i], group.ys[i], "disc", HEAD.motions[grid.motion[row]].colour, group.colour, 4));
@@ -363,14 +383,24 @@ function curves(shown, rows) {
   };
 }
 
-/** What colours mean, below the picture. */
+/** Whether the line of a curve is broken: that of a way down is. */
+function isBroken(group) {
+  return group.direction === "down";
+}
+
+/** What colours and lines mean, below the picture. */
 function legend(shown, colours, rows) {
   const entries = [];
   const entry = (colour, text) => entries.push(make("li", {}, swatch(colour), text));
   const asCurves = map.curves || map.y < 0;
   if (asCurves) {
     const { drawn, left } = map.groups;
-    if (drawn.length > 1) drawn.forEach((group) => entry(group.colour, group.name));
+    if (drawn.length > 1) drawn.forEach((group) => entries.push(make("li", {}, shown.isText ? swatch(group.colour) : stroke(group.colour, isBroken(group)), group.name)));
+    const others = accompanying().map((axis) => grid.axes[axis].name);
+    if (others.length > 0) {
+      const joins = drawn.some((group) => group.joined.length > 0);
+      entries.push(make("li", { class: "joins" }, joins ? `lines join points of the same ${others.join(", ")}` : `points differ in ${others.join(", ")} too`));
+    }
     if (left > 0) entries.push(make("li", {}, `and ${plural(left, "curve")} between them, not drawn`));
     entries.push(make("li", { class: "break", "aria-hidden": "true" }));
   }
