@@ -83,7 +83,7 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
     let wheel_torque = optional(root, issues, "torque_wheel", modes);
     let bearings = bearings(root, issues, modes);
     let contacts = contacts::read(root, issues, modes);
-    let coupling = coupling::read(root, issues, modes);
+    let coupling = coupling::read(root, issues, frequency.as_deref());
     let coast = coast::read(root, issues, mesh.as_deref(), frequency.as_deref());
     let constant_load = optional(root, issues, "constant_load", modes);
     let load_by_speed = optional(root, issues, "load_by_speed", modes);

@@ -9,13 +9,19 @@ use crate::shaft::Coupling;
 /// entry: what a file of six digits leaves.
 const SKEW_BOUND: f64 = 1e-5;
 
+/// Part of the highest frequency below which the damping of a rigid motion is what a projection has left
+/// of 0: it would take years to be felt, and the round-off of a load divided by it is a speed beyond any.
+const NO_DAMPING: f64 = 1e-12;
+
 /// The coupling; the outer `None` is a fault. Matrices that are 0 everywhere couple nothing.
 pub(super) fn read(
     root: &Section,
     issues: &mut Issues,
-    modes: Option<usize>,
+    frequency: Option<&[f64]>,
 ) -> Option<Option<Coupling>> {
-    let damping = matrix(root, issues, "damping_matrix", modes);
+    let modes = frequency.map(<[f64]>::len);
+    let damping = matrix(root, issues, "damping_matrix", modes)
+        .and_then(|matrix| Some(without_round_off(matrix, frequency?)));
     let gyroscopic = matrix(root, issues, "gyroscopic_matrix", modes)
         .and_then(|matrix| skew(root, issues, matrix, modes?));
     let stiffness = matrix(root, issues, "stiffness_matrix", modes);
@@ -63,6 +69,19 @@ fn matrix(
     None
 }
 
+/// A damping matrix, 0 where rigid motions have less than [`NO_DAMPING`].
+fn without_round_off(mut matrix: Vec<f64>, frequency: &[f64]) -> Vec<f64> {
+    let least = NO_DAMPING * frequency.iter().copied().fold(0.0, f64::max);
+    let modes = frequency.len();
+    for (place, entry) in matrix.iter_mut().enumerate() {
+        let rigid = [place / modes, place % modes].map(|mode| frequency[mode] == 0.0);
+        if rigid.contains(&true) && entry.abs() < least {
+            *entry = 0.0;
+        }
+    }
+    matrix
+}
+
 /// The gyroscopic matrix, skew in every bit.
 fn skew(root: &Section, issues: &mut Issues, matrix: Vec<f64>, modes: usize) -> Option<Vec<f64>> {
     let largest = matrix.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
@@ -103,4 +122,21 @@ fn skew(root: &Section, issues: &mut Issues, matrix: Vec<f64>, modes: usize) -> 
         exact[j * modes + i] = -exact[i * modes + j];
     }
     Some(exact)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn round_off_damps_no_rigid_motion() {
+        // Rigid, elastic: below 1e-12 of 4000 rad/s only where a rigid motion takes part.
+        let given = vec![1e-24, -3.9e-9, 3.9e-9, 1e-10];
+        let read = without_round_off(given, &[0.0, 4000.0]);
+        assert_eq!(read, [0.0, 0.0, 0.0, 1e-10]);
+        let drag = vec![1e-8, 4.1e-9, -4.1e-9, 0.0];
+        assert_eq!(without_round_off(drag.clone(), &[0.0, 4000.0]), drag);
+        // Without an elastic mode there is no scale, and every drag counts.
+        assert_eq!(without_round_off(vec![1e-24], &[0.0]), [1e-24]);
+    }
 }

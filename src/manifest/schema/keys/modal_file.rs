@@ -65,7 +65,8 @@ pub(super) const KEYS: &[Key] = &[
         .about("Modal force of a unit torque on the wheel's shaft."),
     quantity("torque_wheel.*", ParticipationByLength, ANY, "-9.2"),
     key("damping_matrix", Kind::List("rows, one a mode, of numbers in 1/s"), ANY, "[[0.0, 0.0], [0.0, 12.0]]").otherwise("0")
-        .about("What damps and couples the modes beside their damping ratios: it adds to 2 zeta omega on the diagonal."),
+        .about("What damps and couples the modes beside their damping ratios: it adds to 2 zeta omega on the diagonal. \
+                Of rigid motions less than 1e-12 of the highest frequency is round-off and counts as 0."),
     key("damping_matrix.*", Kind::List("numbers in 1/s, one a mode"), ANY, "[0.0, 12.0]"),
     quantity("damping_matrix.*.*", ModalDamping, ANY, "12.0"),
     key("gyroscopic_matrix", Kind::List("rows, one a mode, of numbers"), ANY, "[[0.0, 0.3], [-0.3, 0.0]]").otherwise("0")
