@@ -304,4 +304,21 @@ golden! {
         "mesh.misalignment=2e-4", "run.transient=2", "run.cycles=4", "run.settle=false",
         "analyses.lyapunov={align=1}",
     ];
+    averages: "run manifests/tiers/translational.toml" [
+        "grid.load=0.3", "grid.speed=950", "run.instructions=portable", "run.transient=20", "run.cycles=400",
+        "analyses={lyapunov={align=10},nvh={harmonics=2,bearings=true,accelerations=true,orders={mesh=2,shafts=1},spectrum={highest_order=1,resolution=8}}}",
+    ];
+    sensitivity_continuous: "sensitivity manifests/tiers/torsional.toml --point load=1,speed=400" [
+        "mesh.stiffness=continuous", "mesh.segments=", "analyses.lyapunov={}",
+    ];
+    dyadic_continuous: "run manifests/tiers/torsional.toml" [
+        "run.kernel=dyadic", "run.tolerance=", "mesh.stiffness=continuous", "mesh.segments=",
+        "mesh.coast_flank=same_line", "grid.load=0.3", "grid.speed=1200", "run.transient=2", "run.cycles=8",
+        "run.settle=false", "analyses.lyapunov={align=2}", "analyses.poincare.samples=3",
+    ];
+    hermite_continuous: "run manifests/tiers/torsional.toml" [
+        "run.kernel=hermite", "run.tolerance=", "mesh.stiffness=continuous", "mesh.segments=",
+        "mesh.coast_flank=same_line", "grid.load=0.3", "grid.speed=1200", "run.transient=2", "run.cycles=8",
+        "run.settle=false", "analyses.lyapunov={align=2}", "analyses.poincare.samples=3",
+    ];
 }
