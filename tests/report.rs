@@ -12,6 +12,7 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use atlas::analysis::{
     Class, LyapunovMethod, LyapunovOutcome, NvhOutcome, PoincareSample, PointOutcome, SampleKind,
@@ -118,8 +119,8 @@ static FOLDERS: LazyLock<PathBuf> = LazyLock::new(|| {
         ("grid", [&comment, HEAD, ANALYSES, GRID]),
         ("point", ["", HEAD, "", POINT]),
         ("line", ["", HEAD, ANALYSES, LINE]),
-        ("sweep", ["", HEAD, "", SWEEP]),
-        ("list", ["", HEAD, "", LIST]),
+        ("sweep", ["", HEAD, ANALYSES, SWEEP]),
+        ("list", ["", HEAD, ANALYSES, LIST]),
     ] {
         fs::write(root.join(format!("{name}.toml")), parts.concat()).unwrap();
     }
@@ -150,8 +151,10 @@ impl Page {
 
     /// The page that the program writes of a folder.
     fn written(name: &str, options: &[&str]) -> Self {
-        let root = &*FOLDERS;
-        let out = root.join(format!("{}.html", name.trim_matches(['<', '>'])));
+        // Tests at the same time write pages of the same folder with different options.
+        static WRITTEN_PAGES: AtomicUsize = AtomicUsize::new(0);
+        let number = WRITTEN_PAGES.fetch_add(1, Ordering::Relaxed);
+        let out = FOLDERS.join(format!("page-{number}.html"));
         let fixed = [
             "report",
             name,
