@@ -267,6 +267,7 @@ def test_both_axes_of_a_slice_have_their_units(browser, tmp_path):
         (label,) = [label for label in labels if label.startswith(mode)]
         assert label.removeprefix(mode) in (" [m]", " [mm]", " [µm]", " [nm]")
     # Errors stand beside their values, not in columns of their own.
+    opened.page.wait_for_selector("#rows .scroll[aria-label=attractors] th", state="attached")
     heads = opened.page.eval_on_selector_all("#rows .scroll[aria-label=attractors] th", "heads => heads.map((head) => head.textContent)")
     assert "lambda" in heads and "lambda_stderr" not in heads
     opened.close()
