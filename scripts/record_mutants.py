@@ -62,13 +62,8 @@ def copy_tree(scratch):
             continue
         (tree / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(name, tree / name)
-    target = scratch / "target"
-    if not target.exists():
-        # Dependencies are the same, whatever the folder.
-        (target / "release").mkdir(parents=True)
-        for part in ["deps", "build", ".fingerprint"]:
-            if (Path("target/release") / part).exists():
-                run(["cp", "-a", "--reflink=auto", f"target/release/{part}", f"{target}/release/"])
+    # Dependencies are the same, whatever the folder.
+    run(["scripts/instrumented-target", str(scratch / "target")])
     return tree
 
 
