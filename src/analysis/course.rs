@@ -1,14 +1,13 @@
 //! How did the estimates of the exponents settle while they were measured?
 
-use super::lyapunov::CYCLES_PER_AVERAGE;
 use super::outcome::CourseOutcome;
 use crate::numerics::statistics::{FEWEST_BLOCKS, mean, standard_error};
 
 /// Running means and standard errors of each exponent after at most `places` counts of cycles, evenly
 /// spread from the fewest that have an error bar to all. None where there are fewer.
 ///
-/// * `series`: averages of each exponent over successive stretches of ten cycles.
-pub fn course(series: &[&[f64]], places: usize) -> Option<CourseOutcome> {
+/// * `series`: averages of each exponent over successive stretches of so many cycles.
+pub fn course(series: &[&[f64]], stretch: u32, places: usize) -> Option<CourseOutcome> {
     let all = series.first()?.len();
     let spans = all.checked_sub(FEWEST_BLOCKS)?;
     if places == 0 {
@@ -27,7 +26,7 @@ pub fn course(series: &[&[f64]], places: usize) -> Option<CourseOutcome> {
     };
     Some(CourseOutcome {
         cycles: (counts.iter())
-            .map(|n| (*n * CYCLES_PER_AVERAGE as usize) as f64)
+            .map(|n| (*n * stretch as usize) as f64)
             .collect(),
         exponents: over(mean),
         errors: over(standard_error),
@@ -42,7 +41,7 @@ mod tests {
     fn a_course_ends_with_the_estimate_itself() {
         let first: Vec<f64> = (0..100).map(|i| 0.5 + 0.1 * f64::from(i % 7)).collect();
         let second: Vec<f64> = first.iter().map(|a| -2.0 * a).collect();
-        let found = course(&[&first, &second], 4).unwrap();
+        let found = course(&[&first, &second], 10, 4).unwrap();
         assert_eq!(found.cycles, [490.0, 660.0, 830.0, 1000.0]);
         assert_eq!(found.exponents.len(), 8);
         for (series, last) in [(&first, 3), (&second, 7)] {
@@ -55,9 +54,9 @@ mod tests {
     #[test]
     fn a_short_record_has_as_many_places_as_stretches() {
         let series = vec![1.0; 34];
-        let found = course(&[&series], 50).unwrap();
+        let found = course(&[&series], 10, 50).unwrap();
         assert_eq!(found.cycles, [320.0, 330.0, 340.0]);
-        assert!(course(&[&series[..31]], 50).is_none());
-        assert!(course(&[&series], 0).is_none());
+        assert!(course(&[&series[..31]], 10, 50).is_none());
+        assert!(course(&[&series], 10, 0).is_none());
     }
 }

@@ -7,20 +7,73 @@
 
 use super::norm::EnergyNorm;
 use crate::numerics::random::Stream;
-use crate::numerics::statistics::{mean, standard_error};
+use crate::numerics::statistics::mean;
 use crate::propagate::Tangents;
 
 /// Mesh cycles in one stored average of tangents and twin; short against the blocks of an
 /// error bar.
 pub const CYCLES_PER_AVERAGE: u32 = 10;
 
+/// Most averages that are kept of one rate, even: memory does not grow with the cycles beyond.
+const MOST_AVERAGES: usize = 1 << 16;
+
+/// Averages of a rate of growth \[1/cycle\] over successive stretches of as many cycles.
+///
+/// Where they grow too many neighbours are joined in pairs, and stretches are twice as long from then on. Error
+/// bars take blocks that are longer by far.
+#[derive(Debug, Clone)]
+pub struct GrowthAverages {
+    stretch: u32,
+    sum: f64,
+    pending: u32,
+    values: Vec<f64>,
+}
+
+impl Default for GrowthAverages {
+    fn default() -> Self {
+        Self {
+            stretch: CYCLES_PER_AVERAGE,
+            sum: 0.0,
+            pending: 0,
+            values: Vec::new(),
+        }
+    }
+}
+
+impl GrowthAverages {
+    /// Adds the growth of a cycle.
+    pub fn push(&mut self, growth: f64) {
+        self.sum += growth;
+        self.pending += 1;
+        if self.pending == self.stretch {
+            self.values.push(self.sum / f64::from(self.stretch));
+            self.sum = 0.0;
+            self.pending = 0;
+        }
+        if self.values.len() == MOST_AVERAGES {
+            self.values = (self.values.chunks_exact(2))
+                .map(|pair| 0.5 * (pair[0] + pair[1]))
+                .collect();
+            self.stretch *= 2;
+        }
+    }
+
+    /// The averages, in order.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// Mesh cycles of one.
+    pub fn stretch(&self) -> u32 {
+        self.stretch
+    }
+}
+
 /// Growth of tangent vectors.
 #[derive(Debug, Clone)]
 pub struct TangentGrowth {
     tangents: Tangents,
-    sums: Vec<f64>,
-    pending: u32,
-    averages: Vec<Vec<f64>>,
+    averages: Vec<GrowthAverages>,
 }
 
 impl TangentGrowth {
@@ -32,9 +85,7 @@ impl TangentGrowth {
         }
         let mut growth = Self {
             tangents,
-            sums: vec![0.0; count],
-            pending: 0,
-            averages: vec![Vec::new(); count],
+            averages: vec![GrowthAverages::default(); count],
         };
         growth.orthonormalise(norm, |_| {});
         growth.restart();
@@ -53,22 +104,12 @@ impl TangentGrowth {
 
     /// Forgets all growth so far, keeps the directions.
     pub fn restart(&mut self) {
-        self.sums.fill(0.0);
-        self.pending = 0;
-        self.averages.iter_mut().for_each(Vec::clear);
+        self.averages.fill_with(GrowthAverages::default);
     }
 
-    /// To be called after every integrated cycle.
-    pub fn cycle(&mut self, norm: &EnergyNorm) {
-        self.orthonormalise(norm, |_| {});
-        self.pending += 1;
-        if self.pending == CYCLES_PER_AVERAGE {
-            for (sum, averages) in self.sums.iter_mut().zip(&mut self.averages) {
-                averages.push(*sum / f64::from(CYCLES_PER_AVERAGE));
-                *sum = 0.0;
-            }
-            self.pending = 0;
-        }
+    /// To be called after every integrated cycle; the growth of the first tangent in it.
+    pub fn cycle(&mut self, norm: &EnergyNorm) -> f64 {
+        self.orthonormalise(norm, |_| {})
     }
 
     /// As [`Self::cycle`]; appends what orthonormalising took, the upper triangle of the factor R that
@@ -77,28 +118,28 @@ impl TangentGrowth {
         self.orthonormalise(norm, |entry| triangle.push(entry));
     }
 
-    /// Averages of the largest exponent over successive stretches of ten cycles.
-    pub fn averages(&self) -> &[f64] {
+    /// Averages of the largest exponent.
+    pub fn averages(&self) -> &GrowthAverages {
         &self.averages[0]
     }
 
     /// The exponents per mesh cycle, largest first; none before ten cycles.
     pub fn exponents(&self) -> Option<Vec<f64>> {
         let series = self.series();
-        (!self.averages[0].is_empty()).then(|| series.iter().map(|a| mean(a)).collect())
+        (!series[0].is_empty()).then(|| series.iter().map(|a| mean(a)).collect())
     }
 
-    /// Averages of every exponent over successive stretches of ten cycles, that of the largest
-    /// first.
+    /// Averages of every exponent over the same stretches, that of the largest first.
     pub fn series(&self) -> Vec<&[f64]> {
-        let mut series: Vec<&[f64]> = self.averages.iter().map(Vec::as_slice).collect();
+        let mut series: Vec<&[f64]> = self.averages.iter().map(GrowthAverages::values).collect();
         series.sort_by(|a, b| mean(b).total_cmp(&mean(a)));
         series
     }
 
-    /// Modified Gram–Schmidt; adds the logarithms of the lengths to the sums and tells every entry of
-    /// the triangular factor.
-    fn orthonormalise(&mut self, norm: &EnergyNorm, mut tell: impl FnMut(f64)) {
+    /// Modified Gram–Schmidt; adds the logarithms of the lengths to the averages and tells every entry of
+    /// the triangular factor. That of the first length is returned.
+    fn orthonormalise(&mut self, norm: &EnergyNorm, mut tell: impl FnMut(f64)) -> f64 {
+        let mut first = 0.0;
         for i in 0..self.tangents.count() {
             norm.project(self.tangents.vector_mut(i));
             for j in 0..i {
@@ -111,11 +152,16 @@ impl TangentGrowth {
             }
             let length = norm.length(self.tangents.vector(i));
             tell(length);
-            self.sums[i] += length.ln();
+            let growth = length.ln();
+            self.averages[i].push(growth);
+            if i == 0 {
+                first = growth;
+            }
             for x in self.tangents.vector_mut(i) {
                 *x /= length;
             }
         }
+        first
     }
 }
 
@@ -127,26 +173,26 @@ pub fn random_direction(norm: &EnergyNorm, stream: &mut Stream, x: &mut [f64]) {
     }
 }
 
-/// Distance of a twin unless asked otherwise, in half gaps: far above round-off, far below the gap.
-pub const SEPARATION: f64 = 1e-7;
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// What a finite distance of [`SEPARATION`] may do to a twin's exponent \[1/cycle\]. Next to
-/// grazing contacts 2.9e-4 was seen, in proportion to the distance: 2.5e-3 at 1e-6, 3e-5 at 1e-8. At
-/// 3e-9 round-off moves the exponent of integrable motion by 2.4e-3. Half the exponent that counts
-/// as none, so that no verdict hangs on it.
-const FINITE_DISTANCE: f64 = 5e-4;
-
-/// Whether two estimates of one exponent agree: the mean difference of their averages over
-/// the same stretches lies within three standard errors of itself.
-///
-/// Differences below [`FINITE_DISTANCE`] are agreement whatever their error, of larger separations
-/// in proportion. So are those of the twin's `round_off`, which do not average out where the state
-/// is large.
-pub fn agree(tangent: &[f64], twin: &[f64], separation: f64, round_off: f64) -> Option<bool> {
-    let allowed = FINITE_DISTANCE * (separation / SEPARATION).max(1.0) + round_off;
-    let differences: Vec<f64> = tangent.iter().zip(twin).map(|(a, b)| a - b).collect();
-    let error = standard_error(&differences);
-    error
-        .is_finite()
-        .then(|| mean(&differences).abs() <= 3.0 * error + allowed)
+    /// Long records are kept in as many averages as short ones, over longer stretches, and have the same mean.
+    #[test]
+    fn averages_are_joined_before_they_fill_the_memory() {
+        let mut averages = GrowthAverages::default();
+        let growth = |cycle: u32| f64::from(cycle % 7) - 2.0;
+        let cycles = 10 * (1 << 16) + 80;
+        for cycle in 0..cycles {
+            averages.push(growth(cycle));
+            assert!(averages.values().len() < MOST_AVERAGES);
+        }
+        assert_eq!(averages.stretch(), 20);
+        assert_eq!(averages.values().len(), (1 << 15) + 4);
+        for (stretch, value) in averages.values().iter().enumerate() {
+            let first = 20 * stretch as u32;
+            let exact = (first..first + 20).map(growth).sum::<f64>() / 20.0;
+            assert!((value - exact).abs() < 1e-14, "{stretch}: {value} {exact}");
+        }
+    }
 }

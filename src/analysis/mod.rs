@@ -54,7 +54,7 @@ pub use frequencies::{ClosedMode, Frequencies, NaturalMode};
 pub use horizon::{
     HorizonError, HorizonMeasure, HorizonOutcome, HorizonQuantity, HorizonQuestion, predictability,
 };
-pub use lyapunov::{SEPARATION, TangentGrowth};
+pub use lyapunov::TangentGrowth;
 pub use multistability::{
     AttractorOutcome, BasinShare, CellOutcome, MultistabilityOutcome, MultistabilityQuestion,
     Plane, ProbeOutcome, Probes, SliceError, SliceOf, SliceQuestion, probe_basins,
@@ -77,3 +77,4 @@ pub use recurrence::excitation_period;
 pub use spectrum::{Lines, Welch};
 pub use surface::Surface;
 pub use trace::{ModalState, TraceOutcome, TraceQuestion, TraceSample, TraceSink, trace};
+pub use twin::SEPARATION;

@@ -76,11 +76,34 @@ struct Column {
 }
 
 impl Column {
-    fn same_order(&self, other: &Self) -> bool {
-        let order = |column: &Self| -> Vec<usize> {
-            column.springs.iter().map(|spring| spring.pair).collect()
-        };
-        order(self) == order(other)
+    /// The pairs in the order in which they join, slice by slice.
+    fn order(&self) -> impl Iterator<Item = usize> {
+        self.springs.iter().map(|spring| spring.pair)
+    }
+
+    /// Whether pairs join in the same order on every one of so many slices, but for those that join together
+    /// here or there: rounding alone puts one of them first.
+    fn same_order(&self, other: &Self, slices: usize) -> bool {
+        let on_slice = self.springs.len() / slices;
+        if self.springs.len() != other.springs.len() {
+            return false;
+        }
+        let [own, others] = [self, other].map(|column| column.springs.chunks(on_slice));
+        own.zip(others).all(|(own, other)| {
+            let apart = |springs: &[JoiningSpring], [one, later]: [usize; 2]| {
+                let gap = |pair| springs.iter().find(|s| s.pair == pair).map(|s| s.gap);
+                gap(later).zip(gap(one)).map(|(b, a)| b - a)
+            };
+            let mut pairs = (own.iter().enumerate())
+                .flat_map(|(i, one)| own[i + 1..].iter().map(|later| [one.pair, later.pair]));
+            pairs.all(|pair| {
+                let [here, there] = [own, other].map(|springs| apart(springs, pair));
+                match (here, there) {
+                    (Some(here), Some(there)) => here.min(there.abs()) <= TOGETHER || there > 0.0,
+                    _ => false,
+                }
+            })
+        })
     }
 }
 
@@ -175,23 +198,28 @@ fn examine(
         .nodes()
         .windows(2)
         .map(|pair| phase(0.5 * (pair[0] + pair[1])));
-    let checks: Vec<Column> = ([from + inset].into_iter().chain(between))
+    let mut checks: Vec<Column> = ([from + inset].into_iter().chain(between))
         .chain([to - inset])
         .map(column)
         .collect::<Result<_, _>>()?;
     let mut seen: Vec<&Column> = nodes.iter().chain(&checks).collect();
     seen.sort_by(|a, b| a.phase.total_cmp(&b.phase));
-    if let Some(pair) = seen.windows(2).find(|pair| !pair[0].same_order(pair[1])) {
+    if let Some(pair) = seen
+        .windows(2)
+        .find(|pair| !pair[0].same_order(pair[1], slices))
+    {
         let [mut low, mut high] = [pair[0].phase, pair[1].phase];
         while high - low > 4.0 * f64::EPSILON {
             let middle = 0.5 * (low + high);
-            match column(middle)?.same_order(pair[0]) {
+            match column(middle)?.same_order(pair[0], slices) {
                 true => low = middle,
                 false => high = middle,
             }
         }
         return Ok(Examined::Cut(0.5 * (low + high), f64::INFINITY));
     }
+    // Where pairs join together their springs have one sum in any order.
+    checks.retain(|check| check.order().eq(nodes[0].order()));
     let count = nodes[0].springs.len();
     let through = |value: &dyn Fn(&Column) -> f64| -> [f64; NODES] {
         transforms.interpolate(&std::array::from_fn(|node| value(&nodes[node])))

@@ -135,7 +135,9 @@ pub fn covariant_vectors<K: Kernel>(
             &mut counters,
         )?;
         match cycle < question.align {
-            true => growth.cycle(&norm),
+            true => {
+                growth.cycle(&norm);
+            }
             false => record.push(&mut growth, &norm),
         }
     }

@@ -288,13 +288,13 @@ impl TimeAverages {
                 &mut watch,
                 &mut counters,
             )?;
-            growth.cycle(norm);
-            Ok(watch.close())
+            let mut sums = watch.close();
+            sums[GROWTH] = growth.cycle(norm);
+            Ok(sums)
         };
         for _ in 0..ALIGN {
             advance(&mut growth)?;
         }
-        growth.restart();
         let length = u64::from(CYCLES_PER_AVERAGE);
         let count = cycles.div_ceil(length).max(FEWEST_BLOCKS as u64);
         let mut stretches = Vec::with_capacity(count as usize);
@@ -306,9 +306,6 @@ impl TimeAverages {
                 }
             }
             stretches.push(average);
-        }
-        for (average, exponent) in stretches.iter_mut().zip(growth.averages()) {
-            average[GROWTH] = *exponent;
         }
         Ok(Self { stretches })
     }

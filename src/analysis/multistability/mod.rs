@@ -124,7 +124,7 @@ impl Probes {
                 stop_at_stderr: None,
                 align: ALIGN,
                 twin: false,
-                separation: super::lyapunov::SEPARATION,
+                separation: super::twin::SEPARATION,
                 course: 0,
                 norm: GrowthNorm::Energy,
             }),

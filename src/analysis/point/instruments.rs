@@ -1,7 +1,7 @@
 //! What is measured beside a trajectory.
 
 use crate::analysis::known::{Loosest, Size, loosest};
-use crate::analysis::lyapunov::TangentGrowth;
+use crate::analysis::lyapunov::{GrowthAverages, TangentGrowth};
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::nvh::Nvh;
 use crate::analysis::orders::Orders;
@@ -252,8 +252,8 @@ impl Instruments {
         self.goal.map(|_| self.watch.enough)
     }
 
-    /// Averages of the largest exponent, empty where none was asked for.
-    pub(super) fn averages(&self) -> &[f64] {
-        self.growth.as_ref().map_or(&[], |g| g.averages())
+    /// Averages of the largest exponent; none where none was asked for.
+    pub(super) fn averages(&self) -> Option<&GrowthAverages> {
+        self.growth.as_ref().map(TangentGrowth::averages)
     }
 }

@@ -22,12 +22,13 @@ use super::called_off::CalledOff;
 use super::classify::{Evidence, classify, parts_exponentially};
 use super::course::course;
 use super::dimension::kaplan_yorke;
-use super::lyapunov::{CYCLES_PER_AVERAGE, agree};
+use super::lyapunov::GrowthAverages;
 use super::norm::EnergyNorm;
 use super::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
 use super::questions::{GrowthNorm, LyapunovQuestion, Questions};
 use super::recurrence::Recurrence;
 use super::runaway::Bounds;
+use super::twin::Twin;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::statistics::{FEWEST_BLOCKS, mean, standard_error};
 use crate::propagate::{Counters, Kernel};
@@ -185,14 +186,17 @@ impl<K: Kernel> PointRun<'_, K> {
         let Some(target) = asked.stop_at_stderr else {
             return false;
         };
-        let averages = instruments.averages();
+        let Some(growth) = instruments.averages() else {
+            return false;
+        };
+        let averages = growth.values();
         if averages.len() < 4 * FEWEST_BLOCKS {
             return false;
         }
         let error = standard_error(averages);
         error <= target
             && mean(averages) > 5.0 * error
-            && parts_exponentially(averages, CYCLES_PER_AVERAGE)
+            && parts_exponentially(averages, growth.stretch())
     }
 
     /// The slowest mode that turns at all, counted from 1, and the mesh cycles of one of its
@@ -210,11 +214,11 @@ impl<K: Kernel> PointRun<'_, K> {
 
     /// The outcome of a motion that did not repeat.
     fn aperiodic(&mut self, mut instruments: Instruments) -> PointOutcome {
-        let averages = instruments.averages().to_vec();
+        let growth = instruments.averages();
         let events = self.counters.events - instruments.events_before;
         let evidence = Evidence {
-            averages: &averages,
-            stretch: CYCLES_PER_AVERAGE,
+            averages: growth.map_or(&[], GrowthAverages::values),
+            stretch: growth.map_or(1, GrowthAverages::stretch),
             aligned: self.questions.lyapunov.map_or(0, |l| l.align),
             closest_return: instruments.recurrence.closest_return(&self.norm),
             longest_period: instruments.recurrence.longest(),
@@ -254,11 +258,10 @@ impl<K: Kernel> PointRun<'_, K> {
                 dimension: filled,
                 twin: twin.map(|t| mean(t.averages())),
                 twin_stderr: twin.map(|t| standard_error(t.averages())),
-                twin_agrees: twin.zip(self.questions.lyapunov).and_then(|(t, asked)| {
-                    agree(&averages, t.averages(), asked.separation, t.round_off())
-                }),
+                twin_agrees: twin.and_then(Twin::agrees),
                 method: LyapunovMethod::Tangent,
-                course: (self.questions.lyapunov).and_then(|asked| course(&series, asked.course)),
+                course: (self.questions.lyapunov)
+                    .and_then(|asked| course(&series, growth.averages().stretch(), asked.course)),
             })
         });
         self.outcome(

@@ -127,9 +127,10 @@ impl<K: Kernel> PointRun<'_, K> {
             observer,
             &mut self.counters,
         )?;
-        if let Some(growth) = &mut instruments.growth {
-            growth.cycle(&self.growth_norm);
-        }
+        let Some(growth) = &mut instruments.growth else {
+            return Ok(());
+        };
+        let tangent = growth.cycle(&self.growth_norm);
         if let Some(twin) = &mut instruments.twin
             && twin.averages().len() < TWIN_AVERAGES
         {
@@ -142,7 +143,7 @@ impl<K: Kernel> PointRun<'_, K> {
                 &mut (),
                 &mut uncounted,
             )?;
-            twin.cycle(self.model, &self.growth_norm, &self.trajectory);
+            twin.cycle(self.model, &self.growth_norm, &self.trajectory, tangent);
         }
         Ok(())
     }

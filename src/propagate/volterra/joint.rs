@@ -22,9 +22,10 @@
 
 use super::closure::Closure;
 use super::feedback::Closed;
+use super::joint_stretch::JointStretch;
 use super::lanes::{self, InstructionSet, Solution};
 use super::shapes::{Lack, Row, Series, TERMS};
-use super::tables::{JointStretch, VolterraTables, lack};
+use super::tables::{VolterraTables, lack};
 use super::varying::Factors;
 use super::window_table::{Response, WindowTable};
 use crate::model::{ActiveSet, MOST_CONTACTS, Model, Segment};

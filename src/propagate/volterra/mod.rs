@@ -54,6 +54,7 @@ mod cycle;
 mod feedback;
 mod grid;
 mod joint;
+mod joint_stretch;
 mod lanes;
 mod length;
 mod partial;

@@ -1,6 +1,7 @@
 //! Where does a window start, and what is it laid on?
 
-use super::tables::{Course, JointStretch, Sight};
+use super::joint_stretch::JointStretch;
+use super::tables::{Course, Sight};
 use crate::model::ActiveSet;
 
 /// Times closer than this part of a mesh period are one.

@@ -2,10 +2,11 @@
 
 use super::closure::Closure;
 use super::grid::{Grid, distinct};
+use super::joint_stretch::{JointStretch, can_join, joint_stretches};
 use super::lanes::InstructionSet;
 use super::shapes::{BlockChunk, LANES, Lack, Lanes, Layout};
 use super::window_table::{BlockExponential, WindowTable};
-use crate::model::{Block, Contact, MeshGain, Model, Segment, turned};
+use crate::model::{Block, MeshGain, Model, Segment, turned};
 use crate::numerics::legendre::transforms8;
 
 /// Tables of the structured kernel.
@@ -62,22 +63,6 @@ pub struct Sight {
     pub contacts: Vec<usize>,
 }
 
-/// A part of a mesh cycle on which no contact changes its segment.
-#[derive(Debug)]
-pub struct JointStretch {
-    /// Its end \[s\].
-    pub end: f64,
-    /// Segment of every contact.
-    pub segments: Vec<usize>,
-    /// Window table of every contact.
-    pub windows: Vec<usize>,
-    /// Solution operator of every contact, among those of its window table; none where its
-    /// stiffness varies.
-    pub feedback: Vec<Option<usize>>,
-    /// The lines of all contacts.
-    pub sights: Vec<Sight>,
-}
-
 /// What loaded flanks lack over a window of length `delta` \[s\] that starts at `time` \[s\] in a
 /// segment.
 pub fn lack(model: &Model, segment: &Segment, time: f64, delta: f64) -> Lack {
@@ -89,7 +74,7 @@ pub fn lack(model: &Model, segment: &Segment, time: f64, delta: f64) -> Lack {
 /// Window tables while it is found out which are needed: one a length and direction, with the
 /// lines on which its force is felt besides.
 #[derive(Default)]
-struct Needs {
+pub(super) struct Needs {
     kinds: Vec<(usize, usize)>,
     closures: Vec<Vec<Closure>>,
     /// Whether the stiffness varies on some window that no table has.
@@ -99,7 +84,7 @@ struct Needs {
 
 impl Needs {
     /// The window table of a length and direction.
-    fn window(&mut self, length: usize, direction: usize) -> usize {
+    pub fn window(&mut self, length: usize, direction: usize) -> usize {
         let window = place(&mut self.kinds, (length, direction));
         self.closures.resize(self.kinds.len(), Vec::new());
         self.varying.resize(self.kinds.len(), false);
@@ -109,7 +94,7 @@ impl Needs {
 
     /// The lines of contacts in their directions, for windows of a length.
     /// That of the contact `first` comes first.
-    fn sights(
+    pub fn sights(
         &mut self,
         model: &Model,
         length: usize,
@@ -146,7 +131,7 @@ impl Needs {
     }
 
     /// What closes a contact on windows that start anywhere in its segment.
-    fn close(&mut self, window: usize, closure: Closure) -> Option<usize> {
+    pub fn close(&mut self, window: usize, closure: Closure) -> Option<usize> {
         if closure.varies() {
             self.varying[window] = true;
             return None;
@@ -154,7 +139,7 @@ impl Needs {
         Some(place(&mut self.closures[window], closure))
     }
 
-    fn feel(&mut self, window: usize, line: usize) {
+    pub fn feel(&mut self, window: usize, line: usize) {
         place(&mut self.felt[window], line);
     }
 }
@@ -197,7 +182,7 @@ impl VolterraTables {
             .collect();
         let joint = match can_join(model) {
             true => (0..base)
-                .map(|cycle| joint_stretches(model, cycle, lengths[0], &mut needs))
+                .map(|cycle| joint_stretches(model, cycle, &lengths, &mut needs))
                 .collect(),
             false => Vec::new(),
         };
@@ -344,71 +329,8 @@ pub fn phases([angular, turns]: [f64; 2], cycle: u64, time: f64) -> [f64; 2] {
     [cos, sin]
 }
 
-/// Whether some two contacts of a model can be closed at once: not those on opposite sides of one
-/// line.
-fn can_join(model: &Model) -> bool {
-    let lines = |contact: &Contact| {
-        let mut lines: Vec<usize> = Vec::new();
-        for segment in contact.cycles.iter().flat_map(|cycle| &cycle.segments) {
-            place(&mut lines, model.line(segment));
-        }
-        lines
-    };
-    let contacts = &model.contacts;
-    (contacts.iter().enumerate()).any(|(i, contact)| {
-        contacts[..i].iter().any(|other| {
-            let [own, others] = [contact, other].map(lines);
-            let one_line = contact.cycles == other.cycles || (own.len() == 1 && own == others);
-            contact.side == other.side || !one_line
-        })
-    })
-}
-
-/// The joint stretches of a mesh cycle, whose windows have a length \[s\].
-fn joint_stretches(model: &Model, cycle: u64, delta: f64, needs: &mut Needs) -> Vec<JointStretch> {
-    let mut start = 0.0;
-    (model.segment_ends(cycle).into_iter())
-        .map(|end| {
-            let inside = 0.5 * (start + end);
-            start = end;
-            let segments: Vec<usize> = (model.contacts.iter())
-                .map(|contact| {
-                    let segments = &contact.cycle(cycle).segments;
-                    segments.partition_point(|segment| segment.end <= inside)
-                })
-                .collect();
-            let directions: Vec<usize> = (model.contacts.iter().zip(&segments))
-                .map(|(contact, &segment)| contact.cycle(cycle).segments[segment].direction)
-                .collect();
-            let sights = needs.sights(model, 0, &directions, 0);
-            let windows: Vec<usize> = (directions.iter())
-                .map(|&direction| needs.window(0, direction))
-                .collect();
-            for &window in &windows {
-                for sight in &sights {
-                    needs.feel(window, sight.line);
-                }
-            }
-            let own = (model.contacts.iter().zip(&segments)).map(|(contact, &segment)| {
-                let segment = &contact.cycle(cycle).segments[segment];
-                Closure::new(model, segment, model.period() * inside, delta)
-            });
-            let feedback = (own.zip(&windows))
-                .map(|(closure, &window)| needs.close(window, closure))
-                .collect();
-            JointStretch {
-                end: model.period() * end,
-                segments,
-                windows,
-                feedback,
-                sights,
-            }
-        })
-        .collect()
-}
-
 /// Place of a value in a list, appended where it is new.
-fn place<T: PartialEq>(known: &mut Vec<T>, value: T) -> usize {
+pub(super) fn place<T: PartialEq>(known: &mut Vec<T>, value: T) -> usize {
     known.iter().position(|k| *k == value).unwrap_or_else(|| {
         known.push(value);
         known.len() - 1

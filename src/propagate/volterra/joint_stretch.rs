@@ -1,0 +1,111 @@
+//! What are windows with several contacts closed laid on?
+
+use super::closure::Closure;
+use super::tables::{Needs, Sight, place};
+use crate::model::{Contact, Model, Segment};
+
+/// Lengths closer than this, relative, are one.
+const SAME_LENGTH: f64 = 1e-9;
+
+/// A part of a mesh cycle on which no contact changes its segment.
+#[derive(Debug)]
+pub struct JointStretch {
+    /// Its end \[s\].
+    pub end: f64,
+    /// Segment of every contact.
+    pub segments: Vec<usize>,
+    /// Window table of every contact.
+    pub windows: Vec<usize>,
+    /// Solution operator of every contact, among those of its window table; none where its
+    /// stiffness varies.
+    pub feedback: Vec<Option<usize>>,
+    /// The lines of all contacts.
+    pub sights: Vec<Sight>,
+}
+
+/// Whether some two contacts of a model can be closed at once: not those on opposite sides of one
+/// line.
+pub fn can_join(model: &Model) -> bool {
+    let lines = |contact: &Contact| {
+        let mut lines: Vec<usize> = Vec::new();
+        for segment in contact.cycles.iter().flat_map(|cycle| &cycle.segments) {
+            place(&mut lines, model.line(segment));
+        }
+        lines
+    };
+    let contacts = &model.contacts;
+    (contacts.iter().enumerate()).any(|(i, contact)| {
+        contacts[..i].iter().any(|other| {
+            let [own, others] = [contact, other].map(lines);
+            let one_line = contact.cycles == other.cycles || (own.len() == 1 && own == others);
+            contact.side == other.side || !one_line
+        })
+    })
+}
+
+/// Which of the lengths of windows \[s\] those have that start in some segments, each of a contact. They are solved as a
+/// whole, and run on behind a segment, by less than it is long where its course bends: the longest such
+/// length. The grid of every segment has one.
+fn joint_length(model: &Model, segments: &[&Segment], lengths: &[f64]) -> usize {
+    let constant = |segment: &Segment| {
+        let [_, bends @ ..] = segment.error.coefficients();
+        segment.stiffness.is_constant() && bends.iter().all(|a| *a == 0.0)
+    };
+    let bent = segments.iter().filter(|segment| !constant(segment));
+    let shortest = bent.fold(f64::INFINITY, |least, s| least.min(s.end - s.start));
+    let limit = shortest * model.period() * (1.0 + SAME_LENGTH);
+    let by_length = |a: &usize, b: &usize| lengths[*a].total_cmp(&lengths[*b]);
+    let fitting = (0..lengths.len()).filter(|&own| lengths[own] <= limit);
+    (fitting.max_by(by_length))
+        .or_else(|| (0..lengths.len()).min_by(by_length))
+        .unwrap_or(0)
+}
+
+/// The joint stretches of a mesh cycle, whose windows have some of the lengths \[s\].
+pub fn joint_stretches(
+    model: &Model,
+    cycle: u64,
+    lengths: &[f64],
+    needs: &mut Needs,
+) -> Vec<JointStretch> {
+    let mut start = 0.0;
+    (model.segment_ends(cycle).into_iter())
+        .map(|end| {
+            let inside = 0.5 * (start + end);
+            start = end;
+            let segments: Vec<usize> = (model.contacts.iter())
+                .map(|contact| {
+                    let segments = &contact.cycle(cycle).segments;
+                    segments.partition_point(|segment| segment.end <= inside)
+                })
+                .collect();
+            let own: Vec<&Segment> = (model.contacts.iter().zip(&segments))
+                .map(|(contact, &segment)| &contact.cycle(cycle).segments[segment])
+                .collect();
+            let directions: Vec<usize> = own.iter().map(|segment| segment.direction).collect();
+            let length = joint_length(model, &own, lengths);
+            let sights = needs.sights(model, length, &directions, 0);
+            let windows: Vec<usize> = (directions.iter())
+                .map(|&direction| needs.window(length, direction))
+                .collect();
+            for &window in &windows {
+                for sight in &sights {
+                    needs.feel(window, sight.line);
+                }
+            }
+            let feedback = (own.iter().zip(&windows))
+                .map(|(segment, &window)| {
+                    let time = model.period() * inside;
+                    needs.close(window, Closure::new(model, segment, time, lengths[length]))
+                })
+                .collect();
+            JointStretch {
+                end: model.period() * end,
+                segments,
+                windows,
+                feedback,
+                sights,
+            }
+        })
+        .collect()
+}
