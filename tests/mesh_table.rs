@@ -603,6 +603,28 @@ fn stiffening_and_crowned_flanks_follow_their_law() {
     }
 }
 
+/// Where a relief begins as a parabola pairs lack the same but for rounding, on a face on which slices of both are partly
+/// in contact: the border between the two is no kink.
+#[test]
+fn pairs_that_part_without_a_kink_are_one_formula() {
+    let begins = 0.3 * path(1.6).base_pitch;
+    let law = FunctionFlank {
+        relief: Box::new(move |s| 8e-6 * ((s - begins).max(0.0) / 2.5e-3).powi(2)),
+        deviation: Box::new(|_, z| 5e-6 * ((z.abs() - 0.4 * FACE_WIDTH).max(0.0) / 2e-3)),
+        kinks: vec![begins],
+        ..FunctionFlank::constant(path(1.6), STIFFNESS)
+    };
+    let inputs = MeshTableInputs {
+        misalignment: vec![5e-4],
+        slices: 32,
+        face: FaceLaw::Independent,
+        tolerance: 1e-6,
+        ..inputs()
+    };
+    let worst = off_its_law(&law, &inputs, 499);
+    assert!(worst < 1e-6, "{worst:e}");
+}
+
 /// A pair that touches for a thousandth of the cycle between two samples of a piece.
 #[test]
 fn a_short_contact_between_the_samples_is_found() {

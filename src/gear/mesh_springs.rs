@@ -292,7 +292,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::gear::fixtures::pair;
-    use crate::gear::{Flanks, Modification, Relief, ToothForm};
+    use crate::gear::{Flanks, Modification, Relief, ReliefCourse, ToothForm};
 
     fn relieved() -> Flanks {
         let relief = Relief {
@@ -400,6 +400,29 @@ mod tests {
         let worst = |around: usize| (around..around + 4).map(off).fold(0.0, f64::max);
         let [coarse, fine] = [worst(8), worst(32)];
         assert!(fine < coarse / 8.0, "{coarse} {fine}");
+    }
+
+    /// Where a parabolic relief begins two pairs lack the same but for rounding: no stretch of its own lies there.
+    #[test]
+    fn rounding_cuts_no_stretches() {
+        let mut pair = relieved().pair.clone();
+        for relief in &mut pair.form.tip_relief {
+            relief.course = ReliefCourse::Parabolic;
+        }
+        for slope in [0.0, 0.4e-6, 3e-6] {
+            pair.form.lead[0].slope = slope;
+            let flanks = Flanks::new(&pair).unwrap();
+            let face = Face {
+                width: 20e-3,
+                slices: 2,
+            };
+            let springs = MeshSprings::new(&flanks, face, 0.0).unwrap();
+            let ends = springs.stretches.iter().map(|own| own.end);
+            let starts = [0.0].into_iter().chain(ends.clone());
+            let shortest = ends.zip(starts).map(|(end, start)| end - start);
+            let shortest = shortest.fold(f64::INFINITY, f64::min);
+            assert!(shortest > 1e-4, "{slope}: {shortest:e}");
+        }
     }
 
     /// Crowned leads on slices: pairs that lack the same join together on each.

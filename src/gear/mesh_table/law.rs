@@ -52,8 +52,28 @@ impl Lines {
 pub(super) struct Column {
     pub phase: f64,
     pub cells: Vec<Cell>,
-    /// Which formula bears each load: the law is smooth while this stays.
-    pub regime: Vec<bool>,
+}
+
+/// A margin below this \[m\] (or \[N/m\]) has no sign: either formula bears the load, and which of them it is may be a matter of
+/// rounding on a whole stretch, where two pairs lack the same.
+const NO_MARGIN: f64 = 1e-15;
+
+impl Column {
+    /// Distances from the kinks of the law, of all loads: while no sign of them changes the law is smooth.
+    pub fn margins(&self) -> impl Iterator<Item = f64> {
+        self.cells
+            .iter()
+            .flat_map(|cell| cell.margins.iter().copied())
+    }
+
+    /// The numbers of the margins by whose signs two columns have different formulas.
+    pub fn kinks_before(&self, other: &Self) -> Vec<usize> {
+        let signs = self.margins().zip(other.margins()).enumerate();
+        signs
+            .filter(|(_, (a, b))| a.abs().min(b.abs()) > NO_MARGIN && (*a > 0.0) != (*b > 0.0))
+            .map(|(number, _)| number)
+            .collect()
+    }
 }
 
 /// What the mesh does at one phase under one load.
@@ -118,14 +138,7 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
     pub fn column(&self, phase: f64) -> Result<Column, MeshTableError> {
         let cells =
             (self.cells(phase)).map_err(|source| MeshTableError::Sharing { phase, source })?;
-        let regime = (cells.iter())
-            .flat_map(|cell| cell.margins.iter().map(|margin| *margin >= 0.0))
-            .collect();
-        Ok(Column {
-            phase,
-            cells,
-            regime,
-        })
+        Ok(Column { phase, cells })
     }
 
     fn cells(&self, phase: f64) -> Result<Vec<Cell>, SharingError> {

@@ -139,14 +139,16 @@ fn examine<L: FlankLaw>(
     }
     let mut seen: Vec<&Column> = checks.iter().chain(&columns).collect();
     seen.sort_by(|a, b| a.phase.total_cmp(&b.phase));
-    if let Some(pair) = seen.windows(2).find(|c| c[0].regime != c[1].regime) {
-        return Ok(Verdict::Kink(kink(law, pair[0], pair[1].phase)?));
+    for (number, after) in seen.iter().enumerate() {
+        if let Some(at) = kink(law, &seen[..number], after)? {
+            return Ok(Verdict::Kink(at));
+        }
     }
     for x in unseen(&columns) {
-        let at = phase(x).clamp(first, last);
-        if law.column(at)?.regime != seen[0].regime {
-            let before = seen.partition_point(|column| column.phase < at) - 1;
-            return Ok(Verdict::Kink(kink(law, seen[before], at)?));
+        let found = law.column(phase(x).clamp(first, last))?;
+        let before = seen.partition_point(|column| column.phase < found.phase);
+        if let Some(at) = kink(law, &seen[..before], &found)? {
+            return Ok(Verdict::Kink(at));
         }
     }
     let misfit = worst(law, &columns, &checks, [from, to]);
@@ -188,21 +190,30 @@ fn smooth(columns: &mut [Column]) {
     }
 }
 
-/// Where the law leaves the regime of a column, between it and a phase of another.
+/// Where the law changes its formula between the last of some columns that has another than the one `after` them, and
+/// that one; none where none has.
 fn kink<L: FlankLaw>(
     law: &MeshLaw<'_, L>,
-    before: &Column,
-    after: f64,
-) -> Result<f64, MeshTableError> {
-    let (mut low, mut high) = (before.phase, after);
+    columns: &[&Column],
+    after: &Column,
+) -> Result<Option<f64>, MeshTableError> {
+    let mut kinks = (columns.iter().rev()).map(|before| (before, before.kinks_before(after)));
+    let Some((before, kinks)) = kinks.find(|(_, kinks)| !kinks.is_empty()) else {
+        return Ok(None);
+    };
+    let signs = |column: &Column| -> Vec<bool> {
+        let margins: Vec<f64> = column.margins().collect();
+        kinks.iter().map(|&kink| margins[kink] >= 0.0).collect()
+    };
+    let (mut low, mut high) = (before.phase, after.phase);
     while high - low > ROUND_OFF {
         let middle = 0.5 * (low + high);
-        match law.column(middle)?.regime == before.regime {
+        match signs(&law.column(middle)?) == signs(before) {
             true => low = middle,
             false => high = middle,
         }
     }
-    Ok(0.5 * (low + high))
+    Ok(Some(0.5 * (low + high)))
 }
 
 /// Places of a piece where a margin has another sign than at the nodes by the polynomial through

@@ -395,6 +395,35 @@ mod tests {
         }
     }
 
+    /// Polynomials are not carried on behind a segment by more than it is long.
+    #[test]
+    fn windows_are_no_longer_than_the_segments_that_bend() {
+        let bent = Stiffness::series([4e8, 3e7, -1e7, 2e6, 1e3, 0.0, 0.0, 0.0]);
+        let piece = |end| Division {
+            stiffness: bent,
+            ..Division::level(end, 4e8)
+        };
+        let model = model(vec![piece(0.7), piece(0.7001), piece(1.0)]);
+        let set = InstructionSet::best();
+        let tables = VolterraTables::new(&model, f64::EPSILON, set);
+        let mut shortest = f64::INFINITY;
+        for stretch in &tables.joint[0] {
+            for (contact, window) in stretch.windows.iter().enumerate() {
+                let segment = model.contacts[contact].cycles[0].segments[stretch.segments[contact]];
+                let length = (segment.end - segment.start) * model.period();
+                let delta = tables.windows[*window].delta;
+                assert!(delta <= length * (1.0 + 1e-9), "{delta:e} {length:e}");
+                shortest = shortest.min(delta);
+            }
+        }
+        // Long ones keep windows of their own length.
+        assert!(shortest < 2e-4 * model.period());
+        let longest = tables.joint[0]
+            .iter()
+            .map(|own| tables.windows[own.windows[0]].delta);
+        assert!(longest.fold(0.0, f64::max) > 1e-2 * model.period());
+    }
+
     #[test]
     fn elimination_exchanges_rows_and_solves_all_columns() {
         // x = (1, 2, 3) and (−1, 0, 2), the first pivot being zero.
