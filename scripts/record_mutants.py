@@ -23,9 +23,9 @@ from mutant_switches import SWITCH, Switched, listed
 
 # Integration tests that hold a module, beside the unit tests in it, quick ones first.
 TESTS = {
-    "numerics": ["golden", "repeated_modes", "volterra", "exponents"],
-    "model": ["golden", "dynamics", "events", "coast_flank", "bearing_forces"],
-    "propagate": ["golden", "volterra", "stepping", "events", "kernel_tables"],
+    "numerics": ["golden", "repeated_modes", "volterra", "exponents", "events", "ladder_fused"],
+    "model": ["golden", "dynamics", "events", "coast_flank", "bearing_forces", "reference", "mesh_pairs", "trains", "release"],
+    "propagate": ["golden", "volterra", "stepping", "events", "kernel_tables", "ladder_fused", "ladder", "grazing", "release", "mesh_pairs"],
     "analysis": ["golden", "analysis", "nvh", "orbits", "exponents"],
     "gear": ["golden", "gear_geometry", "gear_published", "gear_compliance", "sharing"],
     "shaft": ["golden", "structure_published", "repeated_modes", "helical_shafts", "trains"],

@@ -65,3 +65,96 @@ impl Model {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{COAST_FLANK, Division, Drive, FlankError, MeshCycle, fixtures};
+
+    /// Two flanks on one line that lack something from 0.3 to 0.7 of the mesh cycle.
+    fn model() -> Model {
+        let structure = fixtures::structure(&[0.0, 3000.0], 0.01, &[1.0, 0.3], &[1.0, 0.3]);
+        let mut drive = fixtures::constant_mesh(1e-5, 4e8);
+        drive.mesh = Division::levels(&[4e8, 3e8, 4e8], &[0.3, 0.7]);
+        drive.mesh[1].error = FlankError::series([2e-6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap()
+    }
+
+    #[test]
+    fn the_flank_behind_is_out_of_reach() {
+        let model = model();
+        let segments = model.segments_at(0, 0.0);
+        let both = ActiveSet::DRIVE.toggled(COAST_FLANK);
+        for (active, out) in [
+            (ActiveSet::FREE, [false, false]),
+            (ActiveSet::DRIVE, [false, true]),
+            (ActiveSet::COAST, [true, false]),
+            (both, [false, false]),
+        ] {
+            let found = [0, 1].map(|flank| model.is_out_of_reach(flank, &segments, active));
+            assert_eq!(found, out, "{active:?}");
+        }
+    }
+
+    #[test]
+    fn contacts_turn_where_their_gap_changes() {
+        let model = model();
+        assert_eq!(model.segment_ends(0), [0.3, 0.7, 1.0]);
+        let flank = &model.contacts[0];
+        let turns = [0, 1, 2].map(|segment| model.turns(flank, 5, segment));
+        assert_eq!(turns, [false, true, true]);
+        for (phase, turning) in [
+            (0.0, vec![]),
+            (0.3, vec![0, 1]),
+            (0.5, vec![]),
+            (0.7, vec![0, 1]),
+        ] {
+            assert_eq!(
+                model.turning(0, phase).collect::<Vec<_>>(),
+                turning,
+                "{phase}"
+            );
+        }
+        assert!(model.ever_turns(flank));
+        let phases = [0.1, 0.3, 0.69, 0.7].map(|phase| {
+            let segments = model.segments_at(0, phase * model.period());
+            assert_eq!(segments[0], segments[1]);
+            segments[0].start
+        });
+        assert_eq!(phases, [0.0, 0.3, 0.3, 0.7]);
+        let level = Drive {
+            mesh: Division::levels(&[4e8, 3e8], &[]),
+            ..fixtures::constant_mesh(1e-5, 4e8)
+        };
+        let structure = fixtures::one_mode(3000.0);
+        let level = Model::new(&structure, &level, fixtures::strong_rattle()).unwrap();
+        assert!(!level.ever_turns(&level.contacts[0]));
+    }
+
+    /// The segment before the first is the last of the cycle before, of cycles that recur in turn.
+    #[test]
+    fn what_was_before_is_of_the_cycle_before() {
+        let mut model = model();
+        let lacking = Segment {
+            start: 0.0,
+            ..model.first_cycle().segments[1]
+        };
+        let plain = Segment {
+            error: FlankError::NONE,
+            ..lacking
+        };
+        let period = model.period();
+        let whole = |segment: Segment| MeshCycle {
+            period,
+            segments: vec![Segment {
+                end: 1.0,
+                ..segment
+            }],
+        };
+        // Only the second of three cycles lacks something.
+        model.contacts[0].cycles = [plain, lacking, plain].map(whole).to_vec();
+        let turns = [0, 1, 2, 3, 4, 5].map(|cycle| model.turns(&model.contacts[0], cycle, 0));
+        assert_eq!(turns, [false, true, true, false, true, true]);
+        assert!(model.ever_turns(&model.contacts[0]));
+    }
+}

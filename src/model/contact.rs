@@ -182,3 +182,86 @@ impl Contact {
             + segment.damping * (rate - self.side * opening)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Division, FlankError, Stiffness};
+
+    /// A contact whose gap grows from 11 to 13 µm within a millisecond, while its stiffness does from 3e8
+    /// to 5e8 N/m.
+    fn contact(side: f64, release: Release) -> Contact {
+        let division = Division {
+            stiffness: Stiffness::series([4e8, 1e8, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+            error: FlankError::series([2e-6, 1e-6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+            ..Division::level(1.0, 4e8)
+        };
+        Contact {
+            side,
+            half_gap: 10e-6,
+            cycles: vec![MeshCycle::new(1e-3, &[division], &[0], 1000.0)],
+            release,
+        }
+    }
+
+    #[test]
+    fn forces_are_those_of_spring_and_damper() {
+        for side in [1.0, -1.0] {
+            let contact = contact(side, Release::Deflection);
+            let segment = &contact.cycle(3).segments[0];
+            // A quarter through the cycle: gap 11.5 µm, opening at 2 mm/s, 3.5e8 N/m.
+            let [gap, opening] = contact.gap(segment, 0.25e-3);
+            assert!((gap - 11.5e-6).abs() < 1e-20 && (opening - 2e-3).abs() < 1e-16);
+            let force = contact.force(segment, 0.25e-3, side * 13.5e-6, side * 0.012);
+            assert!((force - side * (3.5e8 * 2e-6 + 1000.0 * 0.01)).abs() < 1e-9);
+            let margins = [true, false].map(|closed| contact.margin(closed, side * 13.5e-6, gap));
+            assert!((margins[0] - 2e-6).abs() < 1e-20 && (margins[1] + 2e-6).abs() < 1e-20);
+        }
+    }
+
+    /// By deflection what is compressed is closed, and on the surface what approaches it; by force
+    /// only what pushes besides.
+    #[test]
+    fn contacts_close_by_their_law() {
+        for side in [1.0, -1.0] {
+            let laws = [Release::Deflection, Release::Force].map(|law| contact(side, law));
+            let [gap, opening] = laws[0].gap(&laws[0].cycles[0].segments[0], 0.5e-3);
+            let closes = |depth: f64, approach: f64| {
+                [0, 1].map(|law| {
+                    let (own, deflection): (&Contact, _) = (&laws[law], side * (gap + depth));
+                    let segment = &own.cycles[0].segments[0];
+                    own.closes(segment, 0.5e-3, deflection, side * (opening + approach))
+                })
+            };
+            // 1 µm of 4e8 N/m is 400 N, which 1000 N s/m take off at 0.4 m/s.
+            assert_eq!(closes(1e-6, -0.3), [true, true]);
+            assert_eq!(closes(1e-6, -0.5), [true, false]);
+            assert_eq!(closes(-1e-6, 0.5), [false, false]);
+            assert_eq!(closes(0.0, 0.1), [true, true]);
+            assert_eq!(closes(0.0, 0.0), [false, false]);
+            assert_eq!(closes(0.0, -0.1), [false, false]);
+        }
+    }
+
+    #[test]
+    fn sets_hold_what_is_toggled() {
+        let set = [1, 4, 15]
+            .into_iter()
+            .fold(ActiveSet::FREE, ActiveSet::toggled);
+        assert_eq!(set.iter().collect::<Vec<_>>(), [1, 4, 15]);
+        assert_eq!((set.count(), set.only(), set.bits()), (3, None, 0x8012));
+        let one = set.toggled(1).toggled(15);
+        assert_eq!((one.only(), one.touching()), (Some(4), true));
+        assert_eq!(
+            (one.toggled(4), ActiveSet::FREE.touching()),
+            (ActiveSet::FREE, false)
+        );
+        let both = ActiveSet::DRIVE.toggled(COAST_FLANK);
+        let all = [ActiveSet::DRIVE, ActiveSet::FREE, ActiveSet::COAST, both];
+        assert_eq!(all.map(ActiveSet::sign), [1.0, 0.0, -1.0, 0.0]);
+        assert_eq!(all.map(ActiveSet::name), ["drive", "free", "coast", "both"]);
+        assert_eq!(all.map(|set| set.flanks().index()), [0, 1, 2, 3]);
+        // Further contacts are no flanks.
+        assert_eq!(one.flanks(), Flanks::Free);
+    }
+}

@@ -175,3 +175,180 @@ impl Segment {
         ]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Division, Drive, FlankError, MeshHarmonic, OperatingPoint, Stiffness};
+    use crate::model::{fixtures, initial::InitialState};
+
+    fn drive() -> Drive {
+        fixtures::two_level_mesh(1e-5)
+    }
+
+    fn build(drive: &Drive, point: OperatingPoint) -> Model {
+        let structure = fixtures::structure(&[0.0, 3000.0], 0.01, &[1.0, 0.3], &[1.0, 0.3]);
+        Model::new(&structure, drive, point).unwrap()
+    }
+
+    /// Every number of a segment changes with the parameter, its ends too.
+    fn segment(by: f64) -> Segment {
+        Segment {
+            start: 0.2 + 0.05 * by,
+            end: 0.7 - 0.11 * by,
+            stiffness: Stiffness::series([
+                4e8 + 1e7 * by,
+                5e7 - 3e6 * by,
+                2e7,
+                -1e7 + 2e6 * by,
+                0.0,
+                3e6,
+                0.0,
+                1e6,
+            ]),
+            error: FlankError::series([
+                2e-6 - 4e-7 * by,
+                1e-6,
+                -5e-7,
+                3e-7 * by,
+                0.0,
+                1e-7,
+                0.0,
+                0.0,
+            ]),
+            damping: 1000.0,
+            direction: 0,
+        }
+    }
+
+    #[test]
+    fn segments_change_at_fixed_phase() {
+        // Of what is linear in the parameter a difference is the derivative.
+        let (zero, one) = (segment(0.0), segment(1.0));
+        let mut by = one;
+        (by.start, by.end) = (one.start - zero.start, one.end - zero.end);
+        for (by, zero) in [
+            (
+                by.stiffness.coefficients_mut(),
+                zero.stiffness.coefficients(),
+            ),
+            (by.error.coefficients_mut(), zero.error.coefficients()),
+        ] {
+            by.iter_mut().zip(zero).for_each(|(by, zero)| *by -= zero);
+        }
+        let h = 1e-5;
+        for phase in [0.21, 0.3, 0.45, 0.6, 0.69] {
+            let [more, less] = [h, -h].map(|by| {
+                let own = segment(by);
+                [own.stiffness_at(phase), own.error_at(phase)[0]]
+            });
+            for (which, found) in zero.change_at(&by, phase).into_iter().enumerate() {
+                let quotient = (more[which] - less[which]) / (2.0 * h);
+                assert!(
+                    (found / quotient - 1.0).abs() < 1e-6,
+                    "{phase}: {found} {quotient}"
+                );
+            }
+        }
+    }
+
+    /// A load changes what the torques give, a gap the gaps, a damper the dampers, and nothing else.
+    #[test]
+    fn a_difference_of_models_is_their_derivative() {
+        let point = fixtures::strong_rattle();
+        let base = build(&drive(), point);
+        let still = base.unchanged();
+        let by = |step: f64, other: &Model| {
+            Model::combined(&[(-1.0 / step, &base), (1.0 / step, other)]).unwrap()
+        };
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-9 * b.abs().max(1e-3);
+
+        let load = point.load + 0.125;
+        let mut found = by(0.125, &build(&drive(), OperatingPoint { load, ..point }));
+        for (block, rated) in found.blocks.iter_mut().zip(&base.rated_input) {
+            for (input, rated) in block.static_input.iter_mut().zip(rated) {
+                assert!(near(*input, *rated), "{input} {rated}");
+                *input = 0.0;
+            }
+        }
+        assert_eq!(found, still);
+
+        let mut found = by(
+            1e-6,
+            &build(
+                &Drive {
+                    half_gap: 11e-6,
+                    ..drive()
+                },
+                point,
+            ),
+        );
+        let gaps = found
+            .contacts
+            .iter_mut()
+            .map(|contact| &mut contact.half_gap);
+        for gap in gaps.chain([&mut found.half_gap]) {
+            assert!(near(*gap, 1.0), "{gap}");
+            *gap = 0.0;
+        }
+        assert_eq!(found, still);
+
+        let damping = drive().damping + 8.0;
+        let mut found = by(8.0, &build(&Drive { damping, ..drive() }, point));
+        for contact in &mut found.contacts {
+            for segment in &mut contact.cycles[0].segments {
+                assert!(near(segment.damping, 1.0), "{}", segment.damping);
+                segment.damping = 0.0;
+            }
+        }
+        assert_eq!(found, still);
+
+        let transmission_error = vec![MeshHarmonic::new(1, 6e-6, 0.5)];
+        let mut found = by(
+            0.5,
+            &build(
+                &Drive {
+                    transmission_error,
+                    ..drive()
+                },
+                point,
+            ),
+        );
+        let harmonic = &mut found.lines[0].transmission_error[0];
+        assert!(near(harmonic.amplitude, 2e-6) && near(harmonic.phase, 1.0));
+        (harmonic.amplitude, harmonic.phase) = (0.0, 0.0);
+        assert_eq!(found, still);
+        assert_eq!(still.start(&InitialState::Rest).state, [0.0; 4]);
+    }
+
+    #[test]
+    fn models_of_another_shape_are_told() {
+        let point = fixtures::strong_rattle();
+        let base = build(&drive(), point);
+        let what = |other: &Model| {
+            Model::combined(&[(1.0, &base), (1.0, other)])
+                .unwrap_err()
+                .what
+        };
+        let rigid = fixtures::structure(&[0.0], 0.0, &[1.0], &[1.0]);
+        assert_eq!(what(&Model::new(&rigid, &drive(), point).unwrap()), "modes");
+        let transmission_error = vec![MeshHarmonic::new(2, 5e-6, 0.0)];
+        let order = Drive {
+            transmission_error,
+            ..drive()
+        };
+        assert_eq!(what(&build(&order, point)), "orders of the excitation");
+        let mesh = Division::levels(&[4e8, 3e8, 4e8], &[]);
+        let segments = Drive { mesh, ..drive() };
+        assert_eq!(what(&build(&segments, point)), "segments of the mesh cycle");
+        let mut turned = base.clone();
+        turned.contacts[0].side = -1.0;
+        assert_eq!(what(&turned), "contacts");
+        let mut apart = base.clone();
+        apart.directions[0].line = 1;
+        assert_eq!(what(&apart), "lines of action");
+        let mut free = base.clone();
+        free.neutral.push(0);
+        assert_eq!(what(&free), "modes");
+    }
+}

@@ -129,6 +129,8 @@ fn stretch(divisions: &[Division], start: f64, ratio: f64) -> Vec<Division> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::{Model, fixtures};
+    use crate::shaft::ContactLaw;
 
     #[test]
     fn a_slower_cycle_is_cut_into_those_of_the_mesh() {
@@ -170,6 +172,59 @@ mod tests {
                 assert!((division.stiffness.at(x) - exact).abs() < 1e-13, "{phase}");
             }
             before = division.end;
+        }
+    }
+
+    #[test]
+    fn cycles_of_a_contact_are_bounded() {
+        let mut structure = fixtures::structure(&[0.0, 3000.0], 0.01, &[1.0, 0.3], &[1.0, 0.3]);
+        let drive = fixtures::two_level_mesh(1e-5);
+        let mut build = |cycles: [u32; 2], law: ContactLaw| {
+            structure.contacts = vec![StructureContact {
+                name: "stop".to_owned(),
+                participation: vec![0.2, 0.5],
+                force: vec![0.2, 0.5],
+                cycles,
+                law,
+            }];
+            Model::new(&structure, &drive, fixtures::strong_rattle())
+        };
+        let law = ContactLaw {
+            gap: 1e-5,
+            stiffness: vec![(1.0, [1e8, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])],
+            damping: 0.0,
+            phase: 0.0,
+            error: Vec::new(),
+        };
+        for cycles in [[1, 1], [1000, 1], [1, 1000]] {
+            let model = build(cycles, law.clone()).unwrap();
+            // One level of stiffness is the same in every cycle.
+            assert_eq!(model.contacts[2].cycles.len(), 1);
+        }
+        for cycles in [[0, 1], [1, 0], [1001, 1], [1, 1001]] {
+            let refused = build(cycles, law.clone()).unwrap_err();
+            let about = "cycles of a contact";
+            assert!(matches!(refused, ModelError::OutOfRange { name, .. } if name == about));
+        }
+        let soft = vec![(1.0, [0.0; 8])];
+        let bad = [
+            ContactLaw {
+                gap: f64::NAN,
+                ..law.clone()
+            },
+            ContactLaw {
+                damping: -1.0,
+                ..law.clone()
+            },
+            ContactLaw {
+                stiffness: soft,
+                ..law
+            },
+        ];
+        for (law, about) in bad.into_iter().zip(["gap", "damping", "stiffness"]) {
+            let refused = build([1, 1], law).unwrap_err();
+            let about = format!("contact {about}");
+            assert!(matches!(refused, ModelError::OutOfRange { name, .. } if name == about));
         }
     }
 }

@@ -405,4 +405,52 @@ mod tests {
         let sum: f64 = a.iter().zip(&p).map(|(a, p)| a * p).sum();
         assert!((sum - evaluate(&a, 0.37)).abs() < 1e-14);
     }
+
+    /// Sums of whole numbers are exact, however many terms there are.
+    #[test]
+    fn ends_and_variation_are_sums() {
+        for count in 1..=24 {
+            let value = |n: usize| [3.0, -5.0, 7.0][n % 3] * (n + 1) as f64;
+            let a: Vec<f64> = (0..count).map(value).collect();
+            let sizes: f64 = a[1..].iter().map(|a| a.abs()).sum();
+            assert_eq!(variation(&a), sizes);
+            let turned = |(n, a): (usize, &f64)| if n % 2 == 0 { *a } else { -a };
+            let start: f64 = a.iter().enumerate().map(turned).sum();
+            assert_eq!([at_start(&a), at_end(&a)], [start, a.iter().sum()]);
+        }
+    }
+
+    /// The columns of the constant maps are what each polynomial becomes.
+    #[test]
+    fn maps_are_those_of_the_polynomials() {
+        let t = transforms8();
+        for n in 0..8 {
+            let mut unit = [0.0; 8];
+            unit[n] = 1.0;
+            for m in 0..SAMPLES {
+                let place = -1.0 + 2.0 * m as f64 / 23.0;
+                assert!((sample_place(m) - place).abs() < 1e-15);
+                let value = evaluate(&unit, place);
+                assert!((t.to_samples().0[n][m] - value).abs() < 1e-14, "{n} {m}");
+            }
+            let at = |columns: &Columns<8>, x: f64| evaluate(&columns.0[n], x);
+            for x in [-0.7, 0.2, 1.0] {
+                let slope = evaluate(&derivative(&unit), x);
+                assert!((at(t.to_derivative(), x) - slope).abs() < 1e-13);
+                let start = evaluate(&unit, -1.0);
+                let rest = (1.0 + x) * at(t.to_quotient(), x) - evaluate(&unit, x) + start;
+                assert!(rest.abs() < 1e-13, "{n}: {rest}");
+                for (side, half) in [(0, 0.5 * (x - 1.0)), (1, 0.5 * (x + 1.0))] {
+                    assert!((at(t.to_half(side), x) - evaluate(&unit, half)).abs() < 1e-14);
+                }
+            }
+            // Of degree 7 through as many values, and integrated by the weights.
+            let values = t.nodes().map(|x| evaluate(&unit, x));
+            for (found, exact) in t.interpolate(&values).iter().zip(unit) {
+                assert!((found - exact).abs() < 1e-14);
+            }
+            let integral: f64 = t.weights().iter().zip(values).map(|(w, v)| w * v).sum();
+            assert!((integral - 2.0 * unit[0]).abs() < 1e-15);
+        }
+    }
 }

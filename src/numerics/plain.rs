@@ -253,7 +253,9 @@ mod tests {
     #[test]
     fn the_transform_is_its_sum() {
         let values: Vec<f64> = (0..16).map(|i| (0.3 * i as f64).sin() + 0.1).collect();
-        for (k, term) in transform(&values).into_iter().enumerate() {
+        let terms = transform(&values);
+        assert_eq!(terms.len(), 9);
+        for (k, term) in terms.into_iter().enumerate() {
             let mut sum = Complex64::ZERO;
             for (i, value) in values.iter().enumerate() {
                 sum += value * Complex64::cis(-std::f64::consts::TAU * (k * i) as f64 / 16.0);

@@ -1,6 +1,7 @@
 use super::*;
 use crate::model::{DriveShaft, FlankError, TorqueRipple};
 use crate::model::{InitialState, MeshHarmonic, fixtures};
+use crate::shaft::Coupling;
 
 fn structure(frequency: &[f64], mesh: &[f64]) -> ModalStructure {
     ModalStructure {
@@ -154,4 +155,80 @@ fn ripple_needs_a_known_shaft_and_modes_may_be_overdamped() {
             .spread()
             .is_some()
     );
+}
+
+#[test]
+fn tilts_of_rotations_are_kept_beyond_round_off() {
+    let kept = untilted(vec![1e-12, 0.5, -1.0, 1e-12], &[0, 1]);
+    assert_eq!(kept, [0.0, 0.5, -1.0, 1e-12]);
+    assert_eq!(unfelt(vec![0.5, 0.1, 1e-17], &[2]), [0.5, 0.1, 0.0]);
+}
+
+/// Under drag the rotation of the whole drive is no neutral pair: it rests wherever it is put, unless a
+/// spring holds it.
+#[test]
+fn a_rotation_under_drag_rests_anywhere() {
+    let mesh = [0.52, -0.43, 0.31];
+    let plain = structure(&[0.0, 0.0, 5000.0], &mesh);
+    let coupled = |drag: [f64; 2], spring: f64| {
+        let mut s = plain.clone();
+        let mut damping = vec![0.0; 9];
+        (damping[0], damping[4], damping[1], damping[3]) = (drag[0], drag[0], drag[1], drag[1]);
+        let mut stiffness = vec![0.0; 9];
+        (stiffness[0], stiffness[4]) = (spring, spring);
+        s.coupling = Some(Coupling {
+            damping,
+            gyroscopic: vec![0.0; 9],
+            stiffness,
+        });
+        Model::new(&s, &drive(), POINT).unwrap()
+    };
+    let model = Model::new(&plain, &drive(), POINT).unwrap();
+    assert_eq!(
+        (model.neutral.len(), model.unfelt_displacements().len()),
+        (1, 0)
+    );
+    for drag in [[3.0, 0.0], [3.0, 1.0]] {
+        let model = coupled(drag, 0.0);
+        let [state] = &model.unfelt_displacements()[..] else {
+            panic!("one displacement expected under {drag:?}");
+        };
+        // Along the line that the mesh does not feel, and at rest there.
+        let [place, speed] = model.basis.modes(state);
+        let along: f64 = place.iter().zip(mesh).map(|(q, w)| q * w).sum();
+        let size = place[0].hypot(place[1]);
+        assert!(along.abs() < 1e-14 * size && place[2].abs() < 1e-14 * size);
+        assert!(speed.iter().all(|v| v.abs() < 1e-12 * size), "{speed:?}");
+        assert_eq!(coupled(drag, 100.0).unfelt_displacements().len(), 0);
+    }
+}
+
+#[test]
+fn contacts_recur_together_after_their_base_period() {
+    let s = structure(&[0.0, 4000.0], &[0.5, 0.3]);
+    let mut model = Model::new(&s, &drive(), POINT).unwrap();
+    assert_eq!(model.base_cycles(), 1);
+    for (contact, cycles) in [(0, 4), (1, 6)] {
+        let one = model.contacts[contact].cycles[0].clone();
+        model.contacts[contact].cycles = vec![one; cycles];
+    }
+    assert_eq!(model.base_cycles(), 12);
+}
+
+/// Critical damping of the mass that two rigid bodies make along the line of action; of all modes
+/// where none is rigid.
+#[test]
+fn damping_ratios_are_those_of_the_mass_in_the_mesh() {
+    let mesh: [f64; 3] = [0.52, -0.43, 0.31];
+    let [a, b, c] = mesh.map(|w| w * w);
+    for (frequency, inverse_mass) in [
+        ([0.0, 0.0, 5000.0], a + b),
+        ([100.0, 200.0, 5000.0], a + b + c),
+    ] {
+        let s = structure(&frequency, &mesh);
+        let critical = Model::damping_from_ratio(&s, 1.0, 4e8);
+        assert!((critical - 2.0 * (4e8 / inverse_mass).sqrt()).abs() < 1e-9 * critical);
+        let mass = Model::new(&s, &drive(), POINT).unwrap().effective_mass;
+        assert!((mass * inverse_mass - 1.0).abs() < 1e-14);
+    }
 }

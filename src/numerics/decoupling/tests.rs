@@ -393,3 +393,35 @@ fn axisymmetric_structures_with_repeated_eigenvalues() {
         assert_eq!(zeros, if rigid == 2 { 6 } else { 2 }, "trial {trial}");
     }
 }
+
+/// The pushed rigid mode is a free direction at whatever place it stands.
+#[test]
+fn a_free_direction_stands_anywhere() {
+    let w = [0.0, 20.0, 31.0];
+    let d = [[0.0, 0.0, 0.5], [0.0, 1.0, 0.0], [0.0, 0.0, 2.0]];
+    let s = [[0.0, 40.0, -30.0], [0.0, 0.0, 5.0], [0.0, 9.0, 0.0]];
+    for order in [[0, 1, 2], [1, 0, 2], [1, 2, 0], [2, 1, 0]] {
+        let moved = |m: &[[f64; 3]; 3]| -> Vec<f64> {
+            (0..9).map(|k| m[order[k / 3]][order[k % 3]]).collect()
+        };
+        let result = checked(&order.map(|i| w[i]), &moved(&d), &moved(&s), "moved");
+        let free = |b: &&[[f64; 2]; 2]| **b == [[0.0, 1.0], [0.0, 0.0]];
+        assert_eq!(
+            result.generators.iter().filter(free).count(),
+            1,
+            "{order:?}"
+        );
+    }
+}
+
+/// Of three real eigenvectors that are nearly parallel each two, the closest share a block.
+#[test]
+fn three_nearly_parallel_eigenvectors_are_paired_once() {
+    for coupling in [5.0, 8.0] {
+        let mut d = [0.0; 9];
+        (d[0], d[4], d[8]) = (10.0, 11.0, 12.0);
+        (d[1], d[2], d[5]) = (coupling, coupling, coupling);
+        let result = checked(&[1.0, 1.2, 1.5], &d, &[0.0; 9], "three parallel");
+        assert!(result.generators.iter().all(|b| determinant(b) > 0.0));
+    }
+}

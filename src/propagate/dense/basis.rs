@@ -410,3 +410,35 @@ fn unfelt(a: &Mat<f64>, n: usize, i: usize) -> bool {
     let own = |row: usize| row == i || row == n + i;
     (0..2 * n).all(|row| own(row) || (a[(row, i)] == 0.0 && a[(row, n + i)] == 0.0))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three blocks, the second felt by no other one.
+    #[test]
+    fn blocks_are_unfelt_where_no_other_has_them() {
+        let n = 3;
+        let mut a = Mat::<f64>::zeros(2 * n, 2 * n);
+        for (block, frequency) in [3.0, 0.5, 4.0].into_iter().enumerate() {
+            a[(block, n + block)] = 1.0;
+            a[(n + block, block)] = -frequency * frequency;
+            a[(n + block, n + block)] = -0.2 * frequency;
+            let bound = own_rate(&a, n, block);
+            assert!(bound >= frequency && bound < 1.3 * frequency, "{bound}");
+        }
+        // It feels the others, which feel one another.
+        for (row, column) in [(1, 0), (4, 2), (1, 5), (3, 2), (5, 0), (0, 2), (2, 3)] {
+            a[(row, column)] = 0.3;
+        }
+        assert_eq!(
+            [0, 1, 2].map(|block| unfelt(&a, n, block)),
+            [false, true, false]
+        );
+        for (row, column) in [(0, 1), (5, 1), (2, 4), (3, 4)] {
+            let mut felt = a.clone();
+            felt[(row, column)] = 1e-300;
+            assert!(!unfelt(&felt, n, 1), "{row} {column}");
+        }
+    }
+}

@@ -239,3 +239,171 @@ pub fn follow(a: &Mat<f64>, apart: &[usize], waves: &[Complex64], columns: &mut 
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::random::Stream;
+
+    /// Two damped waves, a decay, and a displacement with its constant speed.
+    const WAVES: [[f64; 2]; 3] = [[-10.0, 300.0], [-20.0, 1000.0], [-500.0, 0.0]];
+
+    const SIZE: usize = 7;
+
+    /// A matrix with these eigenvalues and the slow pair, in coordinates somewhat askew.
+    fn matrix(number: u64) -> Mat<f64> {
+        let mut stream = Stream::new(5, number, 0);
+        let mut own = Mat::<f64>::zeros(SIZE, SIZE);
+        for (j, [alpha, nu]) in WAVES[..2].iter().enumerate() {
+            for i in 0..2 {
+                own[(2 * j + i, 2 * j + i)] = *alpha;
+            }
+            own[(2 * j, 2 * j + 1)] = -nu;
+            own[(2 * j + 1, 2 * j)] = *nu;
+        }
+        own[(4, 4)] = WAVES[2][0];
+        own[(5, 6)] = 1.0;
+        let askew = Mat::from_fn(SIZE, SIZE, |i, j| {
+            f64::from(u8::from(i == j)) + 0.2 * stream.normal()
+        });
+        let back = PartialPivLu::new(askew.as_ref()).solve(Mat::<f64>::identity(SIZE, SIZE));
+        askew * own * back
+    }
+
+    /// The largest entry of `W⁻¹ A W` that waves and slow subspace should not have, of its norm.
+    fn coupling(a: &Mat<f64>, found: &Eigen) -> f64 {
+        let index: Vec<usize> = (0..SIZE).collect();
+        let (inverse, condition) = invert(&index, &found.columns, &found.slow).unwrap();
+        assert!(condition.is_finite());
+        let all: Vec<&Vec<f64>> = found.columns.iter().flatten().chain(&found.slow).collect();
+        let forward = Mat::from_fn(SIZE, all.len(), |i, j| all[j][i]);
+        let mut rest = &inverse * (a * &forward);
+        for (j, wave) in found.waves.iter().enumerate() {
+            for (p, q, value) in [
+                (0, 0, wave.re),
+                (1, 1, wave.re),
+                (1, 0, wave.im),
+                (0, 1, -wave.im),
+            ] {
+                // A decay has no second column.
+                if wave.im > 0.0 || p + q == 0 {
+                    rest[(2 * j + p, 2 * j + q)] -= value;
+                }
+            }
+        }
+        let slow = 2 * found.waves.len();
+        for i in slow..slow + found.slow.len() {
+            for j in slow..slow + found.slow.len() {
+                rest[(i, j)] = 0.0;
+            }
+        }
+        rest.norm_max() / a.norm_l2()
+    }
+
+    fn sorted(waves: &[Complex64]) -> Vec<Complex64> {
+        let mut waves = waves.to_vec();
+        waves.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+        waves
+    }
+
+    #[test]
+    fn waves_and_the_slow_subspace_are_invariant() {
+        for number in 0..8 {
+            let a = matrix(number);
+            let found = eigen(&a, 1.0).unwrap();
+            assert_eq!((found.waves.len(), found.slow.len()), (3, 2));
+            for (wave, [alpha, nu]) in sorted(&found.waves)
+                .into_iter()
+                .zip([WAVES[0], WAVES[2], WAVES[1]])
+            {
+                assert!((wave - c64(alpha, nu)).norm() < 1e-9, "{wave}");
+            }
+            let off = coupling(&a, &found);
+            assert!(off < 1e-12, "{off:e}");
+        }
+        // All slow, and nothing slow.
+        let a = matrix(9);
+        let still = eigen(&a, 1e4).unwrap();
+        assert_eq!((still.waves.len(), still.slow.len()), (0, SIZE));
+        let turning = Mat::from_fn(2, 2, |i, j| [[0.0, -3.0], [3.0, 0.0]][i][j]);
+        let alone = eigen(&turning, 1.0).unwrap();
+        assert_eq!((alone.waves.len(), alone.slow.len()), (1, 0));
+        assert!((alone.waves[0] - c64(0.0, 3.0)).norm() < 1e-14);
+    }
+
+    /// Eigenvectors that are off by a millionth part are put right to round-off.
+    #[test]
+    fn refinement_squares_the_error() {
+        for number in 0..8 {
+            let a = matrix(number);
+            let mut found = eigen(&a, 1.0).unwrap();
+            let mut stream = Stream::new(6, number, 0);
+            for (pair, wave) in found.columns.iter_mut().zip(&found.waves) {
+                let parts = if wave.im > 0.0 { 2 } else { 1 };
+                for x in pair[..parts].iter_mut().flatten() {
+                    *x += 1e-6 * stream.normal();
+                }
+            }
+            for x in found.slow.iter_mut().flatten() {
+                *x += 1e-6 * stream.normal();
+            }
+            let before = coupling(&a, &found);
+            refine(&a, &mut found);
+            let after = coupling(&a, &found);
+            assert!(before > 1e-8 && after < 1e-13, "{before:e} {after:e}");
+            assert!(
+                found
+                    .columns
+                    .iter()
+                    .zip(&found.waves)
+                    .all(|(pair, wave)| { wave.im > 0.0 || pair[1].iter().all(|x| *x == 0.0) })
+            );
+        }
+    }
+
+    /// What waves bring to a block that nothing feels completes them to eigenvectors of the whole.
+    #[test]
+    fn blocks_apart_follow_the_waves() {
+        let mut stream = Stream::new(7, 0, 0);
+        // Three blocks, first components before second ones; the first feels the others alone.
+        let mut a = Mat::<f64>::zeros(6, 6);
+        for (block, (frequency, damping)) in [(0.0, 0.3), (40.0, 1.0), (90.0, 2.0)]
+            .into_iter()
+            .enumerate()
+        {
+            a[(block, 3 + block)] = 1.0;
+            a[(3 + block, block)] = -frequency * frequency;
+            a[(3 + block, 3 + block)] = -damping;
+        }
+        for row in 3..6 {
+            for column in [1, 2, 4, 5] {
+                a[(row, column)] += 5.0 * stream.normal();
+            }
+        }
+        (a[(0, 1)], a[(0, 5)]) = (0.7, -0.4);
+        let rest = [1, 2, 4, 5];
+        let part = Mat::from_fn(4, 4, |i, j| a[(rest[i], rest[j])]);
+        let found = eigen(&part, 1.0).unwrap();
+        assert_eq!(found.waves.len(), 2);
+        let mut columns: Vec<[Vec<f64>; 2]> = (found.columns.iter())
+            .map(|pair| {
+                pair.each_ref().map(|part| {
+                    let mut whole = vec![0.0; 6];
+                    rest.iter().zip(part).for_each(|(&i, x)| whole[i] = *x);
+                    whole
+                })
+            })
+            .collect();
+        follow(&a, &[0], &found.waves, &mut columns);
+        for (wave, [u, v]) in found.waves.iter().zip(&columns) {
+            for i in 0..6 {
+                let image = |x: &[f64]| (0..6).map(|k| a[(i, k)] * x[k]).sum::<f64>();
+                let off = [
+                    image(u) - (wave.re * u[i] + wave.im * v[i]),
+                    image(v) - (wave.re * v[i] - wave.im * u[i]),
+                ];
+                assert!(off.iter().all(|x| x.abs() < 1e-10), "{i}: {off:?}");
+            }
+        }
+    }
+}

@@ -246,6 +246,7 @@ pub fn hermite_root(a: &MarginAt, b: &MarginAt) -> f64 {
 mod tests {
     use super::*;
     use crate::model::COAST_FLANK;
+    use crate::numerics::random::Stream;
 
     fn exit(f: impl Fn(f64) -> [f64; 3], bounds: [f64; 3], root: bool) -> (Option<f64>, Counters) {
         let mut counters = Counters::default();
@@ -321,5 +322,96 @@ mod tests {
         assert_eq!(exit(f, [2.0, 0.0, 1e-16], true).0, None);
         let f = |t: f64| [-t, -1.0, 0.0];
         assert_eq!(exit(f, [0.0, 0.0, 1e-16], true).0, Some(0.0));
+    }
+
+    /// A cubic margin with its bounds on \[0, 1\].
+    fn cubic([value, slope, bend, jerk]: [f64; 4]) -> (impl Fn(f64) -> MarginAt, Bounds) {
+        let at = move |t: f64| MarginAt {
+            time: t,
+            value: value + t * (slope + t * (bend / 2.0 + t * jerk / 6.0)),
+            slope: slope + t * (bend + t * jerk / 2.0),
+            curvature: bend + t * jerk,
+        };
+        let bounds = Bounds {
+            second: bend.abs().max((bend + jerk).abs()),
+            third: jerk.abs(),
+            noise: 1e-12,
+        };
+        (at, bounds)
+    }
+
+    /// What is said of cubics, whose courses are known, is so.
+    #[test]
+    fn verdicts_on_cubics_are_true() {
+        let mut stream = Stream::new(3, 0, 0);
+        let mut told = [0; 5];
+        for turn in 0..6000 {
+            let root = turn % 3 == 0;
+            let mut margin = [0; 4].map(|_| stream.normal());
+            margin[0] = if root { 0.0 } else { margin[0] + 1.0 };
+            // Some nearly straight, some nearly parabolas.
+            margin[2] *= [4.0, 1.0, 0.1][turn / 3 % 3];
+            margin[3] *= [4.0, 0.1][turn / 9 % 2];
+            let (at, bounds) = cubic(margin);
+            let verdict = judge(&at(0.0), &at(1.0), &bounds, root);
+            // After a root the slope says what comes first.
+            let first = if root { margin[1] } else { margin[0] };
+            let later = (1..=500).map(|i| at(f64::from(i) / 500.0).value);
+            let course: Vec<f64> = std::iter::once(first).chain(later).collect();
+            let exits = (course.windows(2))
+                .filter(|w| w[0] > 0.0 && w[1] < 0.0)
+                .count();
+            let entries = (course.windows(2))
+                .filter(|w| w[0] < 0.0 && w[1] > 0.0)
+                .count();
+            match verdict {
+                Verdict::Clear => assert!(course.iter().all(|m| *m > -1e-9), "{margin:?}"),
+                Verdict::AtStart => {
+                    let falls = course.iter().all(|m| *m < 0.0);
+                    assert!(margin[0] < 0.0 || (root && falls), "{margin:?}");
+                }
+                Verdict::Single => {
+                    assert_eq!((exits, entries), (1, 0), "{margin:?}");
+                    assert!(margin[0] > 0.0 || root && margin[1] > 0.0, "{margin:?}");
+                }
+                Verdict::Tangency => assert!(course.iter().all(|m| m.abs() < 1e-11), "{margin:?}"),
+                Verdict::Split => {}
+            }
+            told[verdict as usize] += 1;
+        }
+        // Most are decided at once.
+        assert!(told[Verdict::Split as usize] < 3000, "{told:?}");
+    }
+
+    /// What straight lines and parabolas show at a glance needs no halving.
+    #[test]
+    fn plain_courses_are_decided_at_once() {
+        for (margin, root, expected) in [
+            ([0.5, 1.0, 0.0, 0.0], false, Verdict::Clear),
+            ([0.5, -0.4, 0.0, 0.0], false, Verdict::Clear),
+            ([0.5, -1.0, 0.0, 0.0], false, Verdict::Single),
+            ([-0.5, 1.0, 0.0, 0.0], false, Verdict::AtStart),
+            ([0.0, 1.0, 0.0, 0.0], true, Verdict::Clear),
+            ([0.0, -1.0, 0.0, 0.0], true, Verdict::AtStart),
+            // Within round-off of zero it is a root, whatever is said.
+            ([1e-13, 1.0, 0.0, 0.0], false, Verdict::Clear),
+            // Arches: high enough, back through zero, from a root and past it, from a root down.
+            ([1.0, 2.0, -4.0, 0.0], false, Verdict::Clear),
+            ([1.0, 2.0, -8.0, 0.0], false, Verdict::Single),
+            ([0.0, 2.0, -3.0, 0.0], true, Verdict::Clear),
+            ([0.0, 2.0, -8.0, 0.0], true, Verdict::Single),
+            ([0.0, -1.0, -2.0, 0.0], true, Verdict::AtStart),
+            // A valley whose floor lies above zero, one that falls all the way, one that must be looked into.
+            ([2.0, -2.0, 4.0, 0.0], false, Verdict::Clear),
+            ([1.0, -6.0, 4.0, 0.0], false, Verdict::Single),
+            ([0.2, -2.0, 4.0, 0.0], false, Verdict::Split),
+            ([0.0, -2.0, 4.0, 0.0], true, Verdict::Split),
+            ([0.0, 1e-15, 1e-14, 0.0], true, Verdict::Tangency),
+            ([1e-13, 0.0, 0.0, 0.0], false, Verdict::Tangency),
+        ] {
+            let (at, bounds) = cubic(margin);
+            let found = judge(&at(0.0), &at(1.0), &bounds, root);
+            assert_eq!(found, expected, "{margin:?}");
+        }
     }
 }

@@ -166,3 +166,125 @@ impl Grid {
         self.classes[self.cells[cell].class].duration
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{
+        CoastFlank, Division, Drive, FlankError, OperatingPoint, Stiffness, fixtures,
+    };
+
+    fn model(drive: &Drive) -> Model {
+        let structure = fixtures::structure(&[0.0, 3000.0], 0.01, &[1.0, 0.3], &[1.0, 0.3]);
+        Model::new(&structure, drive, fixtures::strong_rattle()).unwrap()
+    }
+
+    fn levels(stiffness: &[f64], transitions: &[f64]) -> Drive {
+        Drive {
+            mesh: Division::levels(stiffness, transitions),
+            ..fixtures::two_level_mesh(1e-5)
+        }
+    }
+
+    /// Cells cover their segments one after the other, and classes tell them apart by stiffness and length.
+    #[test]
+    fn cells_of_one_kind_share_a_class() {
+        let (a, b) = (4e8, 3e8);
+        for (drive, cells, counts, classes, flights) in [
+            (levels(&[a, b], &[0.6]), 10, vec![6, 4], 2, 1),
+            (levels(&[a, b], &[0.6]), 7, vec![5, 3], 2, 2),
+            (levels(&[a, b, a, b], &[]), 8, vec![2, 2, 2, 2], 2, 1),
+            (
+                levels(&[a, b, a, b], &[0.2, 0.5, 0.8]),
+                10,
+                vec![2, 3, 3, 2],
+                2,
+                1,
+            ),
+            (levels(&[a, b, a], &[0.26, 0.5]), 4, vec![2, 1, 2], 3, 3),
+        ] {
+            let model = model(&drive);
+            let grid = Grid::new(&model, cells, f64::INFINITY).unwrap();
+            let of = |segment| grid.cells.iter().filter(|c| c.segment == segment).count();
+            assert_eq!((0..counts.len()).map(of).collect::<Vec<_>>(), counts);
+            assert_eq!(
+                (grid.classes.len(), grid.flights.len()),
+                (classes, flights),
+                "{counts:?}"
+            );
+            let segments = &model.first_cycle().segments;
+            for (i, cell) in grid.cells.iter().enumerate() {
+                let length = grid.time(i + 1) - grid.time(i);
+                assert!((grid.duration(i) / length - 1.0).abs() < 1e-12);
+                let class = &grid.classes[cell.class];
+                let [own, known] = [cell.segment, class.segment].map(|s| segments[s].stiffness);
+                assert_eq!(own, known);
+                let flight = &grid.classes[grid.flights[class.flight]];
+                assert!((flight.duration / length - 1.0).abs() < 1e-12);
+            }
+            assert_eq!(
+                (grid.time(0), grid.time(grid.cells.len())),
+                (0.0, model.period())
+            );
+        }
+    }
+
+    #[test]
+    fn no_cell_is_longer_than_its_reach() {
+        let model = model(&levels(&[4e8, 3e8], &[0.6]));
+        for reach in [0.1, 2.0] {
+            let grid = Grid::new(&model, 1, reach).unwrap();
+            let longest = (0..grid.cells.len())
+                .map(|i| grid.duration(i))
+                .fold(0.0, f64::max);
+            assert!(grid.rate * longest <= reach * (1.0 + 1e-9), "{longest}");
+            // One cell a segment would be left over at most.
+            assert!(grid.cells.len() as f64 <= grid.rate * grid.period / reach + 2.0);
+        }
+        let most = Grid::new(&model, 20_000, f64::INFINITY);
+        assert_eq!(most.map(|grid| grid.cells.len()), Ok(20_000));
+        let refused = Grid::new(&model, 20_001, f64::INFINITY).map(|_| ());
+        assert_eq!(refused, Err(DenseError::TooManyCells { cells: 20_001.0 }));
+    }
+
+    #[test]
+    fn what_tables_do_not_follow_is_named() {
+        let plain = levels(&[4e8, 3e8], &[]);
+        assert_eq!(fits(&model(&plain)), Ok(()));
+        let mut varying = plain.clone();
+        varying.mesh[1].stiffness = Stiffness::series([3e8, 1e7, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(fits(&model(&varying)), Err(DenseError::VaryingStiffness));
+        let mut lacking = plain.clone();
+        lacking.mesh[1].error = FlankError::series([1e-6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(fits(&model(&lacking)), Err(DenseError::FlankError));
+        let by_force = Drive {
+            release: Release::Force,
+            ..plain.clone()
+        };
+        assert_eq!(fits(&model(&by_force)), Err(DenseError::Release));
+        let coast = Some(CoastFlank {
+            mesh: Division::levels(&[3e8, 4e8], &[]),
+            further: Vec::new(),
+            transmission_error: Vec::new(),
+        });
+        let of_its_own = Drive {
+            coast,
+            ..plain.clone()
+        };
+        assert_eq!(fits(&model(&of_its_own)), Err(DenseError::Contacts));
+        let mut alone = model(&plain);
+        alone.contacts.truncate(1);
+        assert_eq!(fits(&alone), Err(DenseError::Contacts));
+        let point = OperatingPoint {
+            load: 0.1,
+            speed: 100.0,
+        };
+        let mut structure = fixtures::structure(&[0.0, 3000.0], 1.5, &[1.0, 0.3], &[1.0, 0.3]);
+        let overdamped = Model::new(&structure, &plain, point).unwrap();
+        assert_eq!(fits(&overdamped), Err(DenseError::Overdamped));
+        structure.damping = vec![0.0, 0.01];
+        structure.constant_load = vec![3.0, 0.0];
+        let loaded = Model::new(&structure, &plain, point).unwrap();
+        assert_eq!(fits(&loaded), Err(DenseError::Coupled));
+    }
+}

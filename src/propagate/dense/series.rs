@@ -129,6 +129,8 @@ pub fn locate(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::{ActiveSet, Release};
+    use std::f64::consts::TAU;
 
     #[test]
     fn a_polynomial_has_its_derivatives() {
@@ -144,5 +146,74 @@ mod tests {
         for (found, exact) in series.at(t).iter().zip(exact) {
             assert!((found - exact).abs() < 1e-15);
         }
+    }
+
+    /// Of two open contacts the one reached first counts, in whatever order they are looked at.
+    #[test]
+    fn the_first_of_two_surfaces_is_met() {
+        let contacts = [1.0, -1.0].map(|side| Contact {
+            side,
+            half_gap: 1.0,
+            cycles: Vec::new(),
+            release: Release::Deflection,
+        });
+        let stretch = Stretch {
+            cell: 0,
+            contact: ActiveSet::FREE,
+            duration: 1.0,
+            whole: true,
+            crossed: None,
+            noise: 1e-15,
+        };
+        let found = |size: f64, start: f64, stretch: &Stretch| {
+            let mut guard = |t: f64| {
+                let (sin, cos) = (TAU * t).sin_cos();
+                [
+                    start + size * sin,
+                    TAU * size * cos,
+                    -TAU * TAU * size * sin,
+                ]
+            };
+            let ends = [0.0, 1.0].map(|time| DeflectionAt {
+                time,
+                deflection: guard(time),
+            });
+            let bounds = Bounds {
+                second: TAU.powi(2) * size.abs(),
+                third: TAU.powi(3) * size.abs(),
+                noise: 1e-15,
+            };
+            let mut counters = Counters::default();
+            let [first, last] = [&ends[0], &ends[1]];
+            let met = locate(
+                stretch,
+                &contacts,
+                [first, last],
+                &bounds,
+                true,
+                &mut guard,
+                &mut counters,
+            );
+            met.map(|exit| (exit.time, exit.contact))
+        };
+        let first = (2.0f64 / 3.0).asin() / TAU;
+        for (size, contact) in [(1.5, 0), (-1.5, 1)] {
+            let (time, met) = found(size, 0.0, &stretch).unwrap();
+            assert!(
+                (time - first).abs() < 1e-13 && met == contact,
+                "{time} {met}"
+            );
+        }
+        assert_eq!(found(0.9, 0.0, &stretch), None);
+        // Beyond a surface from the start.
+        assert_eq!(found(0.1, 1.5, &stretch), Some((0.0, 0)));
+        assert_eq!(found(0.1, -1.5, &stretch), Some((0.0, 1)));
+        // From the surface that was just left the next one is met.
+        let crossed = Stretch {
+            crossed: Some(0),
+            ..stretch
+        };
+        let (time, met) = found(-1.2, 1.0, &crossed).unwrap();
+        assert!((time - 0.5).abs() < 1e-13 && met == 0, "{time} {met}");
     }
 }

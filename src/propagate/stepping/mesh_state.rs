@@ -80,3 +80,92 @@ impl Change {
 
 /// All contacts at one instant, in order.
 pub(super) type MeshStates = [MeshState; MOST_CONTACTS];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAW: [f64; 2] = [4e8, 1000.0];
+
+    fn contact(side: f64, release: Release) -> Contact {
+        Contact {
+            side,
+            half_gap: 1e-5,
+            cycles: Vec::new(),
+            release,
+        }
+    }
+
+    /// An instant by the deflection and the gap as a contact on a side sees them \[µm\], at constant rates
+    /// \[m/s\].
+    fn seen(side: f64, [deflection, gap]: [f64; 2], [rate, opening]: [f64; 2]) -> MeshState {
+        MeshState {
+            time: 0.0,
+            deflection: side * 1e-6 * deflection,
+            rate: side * rate,
+            gap: [1e-6 * gap, opening],
+        }
+    }
+
+    #[test]
+    fn pushes_are_those_of_spring_and_damper() {
+        for side in [1.0, -1.0] {
+            // 2 µm beyond a gap that opens 10 mm/s slower than it is followed.
+            let state = seen(side, [12.0, 10.0], [0.03, 0.02]);
+            assert!((state.push(side, LAW) - 810.0).abs() < 1e-9);
+            assert!((state.force(side, LAW) - side * 810.0).abs() < 1e-9);
+        }
+    }
+
+    /// Where deflection and gap go along straight lines, they meet where these cross.
+    #[test]
+    fn a_surface_that_moves_is_met_where_the_lines_cross() {
+        for side in [1.0, -1.0] {
+            let contact = contact(side, Release::Deflection);
+            for (deflection, gap, closes, fraction) in [
+                ([8.0, 12.0], [10.0, 10.0], true, 0.5),
+                ([8.0, 12.0], [9.0, 11.0], true, 0.5),
+                ([8.0, 12.0], [11.0, 10.0], true, 0.6),
+                ([12.0, 11.0], [10.0, 12.0], false, 2.0 / 3.0),
+                ([12.0, 6.0], [10.0, 8.0], false, 0.5),
+            ] {
+                let [old, new] = [0, 1].map(|i| seen(side, [deflection[i], gap[i]], [0.0, 0.0]));
+                let change = Change::between([&old, &new], &contact, !closes, LAW).unwrap();
+                assert!(change.closes == closes && change.on_surface);
+                assert!(
+                    (change.fraction - fraction).abs() < 1e-12,
+                    "{}",
+                    change.fraction
+                );
+                assert!(Change::between([&old, &new], &contact, closes, LAW).is_none());
+            }
+            // Beyond the surface from the start: at once.
+            let [old, new] =
+                [[11.0, 10.0], [14.0, 10.0]].map(|places| seen(side, places, [0.0; 2]));
+            let change = Change::between([&old, &new], &contact, false, LAW).unwrap();
+            assert_eq!((change.closes, change.fraction), (true, 0.0));
+        }
+    }
+
+    /// What never pulls lets go where its push passes zero, and what is compressed takes hold there.
+    #[test]
+    fn a_contact_that_never_pulls_changes_with_its_push() {
+        for side in [1.0, -1.0] {
+            let contact = contact(side, Release::Force);
+            // 2 µm deep, moving away: pushes of 800 N - 600 N and of 800 N - 1000 N.
+            let [pushing, pulling] = [-0.6, -1.0].map(|rate| seen(side, [12.0, 10.0], [rate, 0.0]));
+            let gone = Change::between([&pushing, &pulling], &contact, true, LAW).unwrap();
+            assert!(!gone.closes && !gone.on_surface);
+            assert!((gone.fraction - 0.5).abs() < 1e-12, "{}", gone.fraction);
+            let back = Change::between([&pulling, &pushing], &contact, false, LAW).unwrap();
+            assert!(back.closes && !back.on_surface);
+            assert!((back.fraction - 0.5).abs() < 1e-12, "{}", back.fraction);
+            assert!(Change::between([&pulling, &pulling], &contact, false, LAW).is_none());
+            // From outside it is met on its surface.
+            let outside = seen(side, [9.0, 10.0], [0.3, 0.0]);
+            let inside = seen(side, [12.0, 10.0], [0.3, 0.0]);
+            let met = Change::between([&outside, &inside], &contact, false, LAW).unwrap();
+            assert!(met.closes && met.on_surface && (met.fraction - 1.0 / 3.0).abs() < 1e-12);
+        }
+    }
+}

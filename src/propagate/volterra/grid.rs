@@ -181,3 +181,84 @@ pub fn distinct(lengths: impl Iterator<Item = f64>) -> (Vec<f64>, Vec<usize>) {
         .collect();
     (seen, which)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Division, Drive, FlankError, OperatingPoint, fixtures};
+
+    fn model(mesh: Vec<Division>, speed: f64) -> Model {
+        let structure = fixtures::structure(&[0.0, 9000.0], 0.01, &[1.0, 0.3], &[1.0, 0.3]);
+        let drive = Drive {
+            mesh,
+            ..fixtures::two_level_mesh(1e-5)
+        };
+        Model::new(&structure, &drive, OperatingPoint { load: 0.1, speed }).unwrap()
+    }
+
+    /// Whole numbers of equal cells on every stretch, as many as are told beforehand.
+    #[test]
+    fn cells_fill_their_stretches() {
+        let uneven = 0.5f64.sqrt();
+        let sixty: Vec<f64> = (0..60).map(|i| 3e8 + 1e6 * f64::from(i)).collect();
+        for (levels, transitions) in [
+            (&[4e8][..], &[][..]),
+            (&[4e8, 3e8], &[0.6]),
+            (&[4e8, 3e8, 3.5e8], &[0.2, uneven]),
+            (&sixty, &[]),
+        ] {
+            for speed in [40.0, 300.0, 1200.0, 20_000.0] {
+                let model = model(Division::levels(levels, transitions), speed);
+                let grid = Grid::new(&model, f64::EPSILON, 0, 0);
+                let count = grid.cells();
+                assert_eq!(cells_needed(&model, f64::EPSILON), count as f64);
+                assert_eq!((grid.time.len(), grid.time[0]), (count + 1, 0.0));
+                assert_eq!(grid.time[count], model.period());
+                // No fewer than the tolerance asks for, and four; no more than a quarter beside.
+                let fewest = fewest_windows(&model, f64::EPSILON).max(FEWEST);
+                let most = 1.25 * (fewest + levels.len() as f64) + 1.0;
+                assert!(
+                    count as f64 >= fewest && count as f64 <= most,
+                    "{count} {fewest}"
+                );
+                for (cell, &stretch) in grid.stretch_of_cell.iter().enumerate() {
+                    let length = grid.time[cell + 1] - grid.time[cell];
+                    assert!((length / grid.lengths[stretch] - 1.0).abs() < 1e-9);
+                }
+                for (stretch, &end) in grid.stretch_end_cell.iter().enumerate() {
+                    let phase = model.first_cycle().segments[stretch].end;
+                    assert!((grid.time[end] / model.period() - phase).abs() < 1e-15);
+                    assert_eq!(grid.segment_of_stretch[stretch], stretch);
+                    assert_eq!(grid.flight_end_cell[stretch], count);
+                }
+                assert_eq!(
+                    (grid.stretch_from(0), grid.stretch_from(count)),
+                    (Some(0), None)
+                );
+            }
+        }
+        let [slow, fast] = [1e-3, 10.0].map(|speed| {
+            let model = model(Division::levels(&[4e8], &[]), speed);
+            cells_needed(&model, f64::EPSILON)
+        });
+        assert!((slow / fast / 1e4 - 1.0).abs() < 0.2, "{slow} {fast}");
+    }
+
+    /// Flight feels where the gap steps, and nothing of steps of the stiffness.
+    #[test]
+    fn flight_ends_where_the_gap_changes() {
+        let mut mesh = Division::levels(&[4e8, 3e8, 4e8, 3e8], &[]);
+        mesh[2].error = FlankError::series([1e-6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let grid = Grid::new(&model(mesh, 1200.0), f64::EPSILON, 0, 0);
+        assert_eq!(grid.turned, [false, false, true, true]);
+        let ends = &grid.stretch_end_cell;
+        assert_eq!(grid.flight_end_cell, [ends[1], ends[1], ends[2], ends[3]]);
+    }
+
+    #[test]
+    fn lengths_are_told_apart_beyond_rounding() {
+        let lengths = [0.3, 0.1 + 0.2, 0.2, 0.2 * (1.0 + 1e-11), 0.3];
+        let (seen, which) = distinct(lengths.into_iter());
+        assert_eq!((seen.len(), which), (3, vec![0, 0, 1, 2, 0]));
+    }
+}

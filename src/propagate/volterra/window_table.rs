@@ -379,3 +379,54 @@ impl Kernels {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::model::{Division, Drive, Model, fixtures};
+    use crate::propagate::Volterra;
+    use std::sync::Arc;
+
+    /// Friction turns round within the cycle: two directions along one line, on windows of one length.
+    fn model() -> Model {
+        let mut structure = fixtures::structure(
+            &[
+                0.0, 0.0, 4288.0, 4864.0, 8171.0, 19757.0, 400.0, 900.0, 7000.0,
+            ],
+            0.01,
+            &[0.61, -0.49, 0.72, 0.64, -0.48, 0.21, 0.1, 0.2, -0.3],
+            &[0.61, -0.49, 0.33, -0.21, 0.05, 0.0, 0.1, 0.1, 0.0],
+        );
+        structure.friction = vec![0.1, 0.2, -0.17, 0.56, 0.3, -0.1, 0.0, 0.2, 0.1];
+        let mut drive = Drive {
+            friction: 0.1,
+            ..fixtures::two_level_mesh(1e-5)
+        };
+        drive.mesh = Division::levels(&[4e8, 3e8, 3e8, 4e8], &[]);
+        for division in &mut drive.mesh[2..] {
+            division.friction = [-1.0, 0.0];
+        }
+        Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap()
+    }
+
+    /// Bytes of arrays, each counted once whoever shares it.
+    #[test]
+    fn numbers_are_those_of_the_arrays() {
+        let model = model();
+        let kernel = Volterra::new(&model, f64::EPSILON, 100);
+        let windows = &kernel.tables.windows;
+        assert_eq!(windows.len(), 2);
+        let own = |table: &super::WindowTable| 8 * table.moves.numbers();
+        for table in windows {
+            assert_eq!(table.feedback.len(), 2);
+            let read = size_of_val(&table.rows[..]) + size_of_val(&table.feedback[0]) + own(table);
+            assert_eq!(8 * table.numbers_read(), read);
+        }
+        assert_eq!(kernel.numbers_per_window(), windows[0].numbers_read());
+        let [first, second] = [&windows[0], &windows[1]];
+        assert!(Arc::ptr_eq(&first.rows, &second.rows));
+        assert!(Arc::ptr_eq(&first.exponentials, &second.exponentials));
+        let shared = size_of_val(&first.rows[..]) + size_of_val(&first.exponentials[..]);
+        let each = |table| own(table) + size_of_val(&table.feedback[..]);
+        assert_eq!(kernel.bytes(), shared + each(first) + each(second));
+    }
+}
