@@ -63,8 +63,10 @@ async function startPoints() {
   const section = document.getElementById("map");
   if (variedAxes().length > 0) await startMap();
   else section.classList.add("alone");
-  // What the picture is of comes first; a point among a hundred thousand can wait.
-  requestAnimationFrame(() => selectPoint(Math.max(0, grid.motion.findIndex((motion) => HEAD.motions[motion].name === "chaotic"))));
+  // What the picture is of comes first; a point among a hundred thousand can wait until it is seen.
+  const chaotic = HEAD.motions.findIndex((motion) => motion.name === "chaotic");
+  const first = () => selectPoint(grid.selected >= 0 ? grid.selected : Math.max(0, grid.motion.indexOf(chaotic)));
+  requestAnimationFrame(() => setTimeout(first));
 }
 
 function moveOnMap(event) {

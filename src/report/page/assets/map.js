@@ -6,7 +6,7 @@ const FILLED = 0.2;
 const MOST_CELLS = 1 << 23;
 const MOST_CURVES = 24;
 
-const map = { column: "lambda_max", x: 0, y: -1, log: false, curves: false, direction: "", held: new Map(), chart: null };
+const map = { column: "lambda_max", x: 0, y: -1, log: false, curves: false, direction: "", held: new Map(), chart: null, asked: 0 };
 
 /** Chooses what is shown first: a map over the two axes that span most, else curves over the longest. */
 async function startMap() {
@@ -94,7 +94,12 @@ function slice() {
 }
 
 async function drawMap() {
+  map.asked += 1;
+  const asked = map.asked;
   const shown = await shownColumn(map.column);
+  if (map.curves || map.y < 0) await shown.loadErrors();
+  // Another picture may have been asked for meanwhile.
+  if (asked !== map.asked) return;
   const rows = slice();
   const host = document.querySelector("#map .plot");
   map.chart?.remove();
