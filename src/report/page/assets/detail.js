@@ -112,18 +112,17 @@ function isError(table, name) {
 function statistics(row) {
   const columns = POINTS.columns.filter((column) => column.has(row) && !isError(POINTS, column.name));
   const told = columns.map((column) => [column.name, valueText(POINTS, column, row), column.description]);
-  const body = make("tbody", {}, told.map(([name, value, description]) =>
-    make("tr", {}, make("th", { scope: "row" }, name, make("small", {}, description)), make("td", { "data-column": name }, value))));
+  const table = describedTable(told);
   const filter = make("input", {
     type: "search", id: "statistics-filter", placeholder: "filter", "aria-label": "Filter of the statistics", oninput: () => {
       const wanted = filter.value.toLowerCase();
-      [...body.rows].forEach((line, i) => { line.hidden = !told[i].join(" ").toLowerCase().includes(wanted); });
+      [...table.rows].forEach((line, i) => { line.hidden = !told[i].join(" ").toLowerCase().includes(wanted); });
     },
   });
   const absent = POINTS.columns.length - columns.length - POINTS.columns.filter((c) => c.has(row) && isError(POINTS, c.name)).length;
   return make("div", {},
     make("h3", {}, "Statistics"), filter,
-    make("table", { class: "statistics" }, body),
+    table,
     absent > 0 ? make("p", { class: "soft" }, `${plural(absent, "more column")} without a value at this point.`) : null);
 }
 

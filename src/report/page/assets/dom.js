@@ -57,6 +57,12 @@ function plainTable(caption, heads, rows, numeric = () => false) {
   );
 }
 
+/** A table of names, values and descriptions below the names. */
+function describedTable(rows) {
+  return make("table", { class: "statistics" }, make("tbody", {}, rows.map(([name, value, description]) =>
+    make("tr", {}, make("th", { scope: "row" }, name, make("small", {}, description)), make("td", { "data-column": name }, value)))));
+}
+
 /** The box beside the pointer. */
 const tip = {
   show(event, lines) {

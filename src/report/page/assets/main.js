@@ -10,6 +10,7 @@ const VIEWS = [
 
 const KEYS = [
   ["arrow keys, on the map", "move the selected point"],
+  ["arrow keys, on a row of points", "go to other rows"],
   ["Enter, on a row of points", "select the point and show it on the map"],
   ["drag, in a plot", "zoom"],
   ["double click, in a plot", "show all of it again"],
@@ -30,7 +31,7 @@ function layOut() {
     make("aside", { id: "orbit", "aria-label": "The selected orbit", "aria-live": "polite" }, make("p", { class: "soft" }, "Click at an orbit or a bifurcation to see all its columns.")));
   document.getElementById("trajectory").append(controls(), plot("Trajectory"), make("p", { class: "caption" }));
   document.getElementById("tables").append(
-    controls(), make("p", { class: "caption", "aria-live": "polite" }),
+    controls(), make("p", { class: "caption", "aria-live": "polite" }), make("div", { class: "empty" }),
     make("div", { class: "rows scroll", tabindex: "0", role: "region", "aria-label": "Rows of the table" }));
   document.getElementById("help").append(
     make("h2", {}, "Keys"),

@@ -28,8 +28,9 @@ function heldAxes() {
   return HEAD.held[map.x]?.[second]?.filter((axis) => grid.axes[axis].values.length > 1) ?? [];
 }
 
-/** Axes along which points of a picture differ beside those that it goes along: the others of a list. */
+/** Axes along which points of a picture differ beside those that it goes along: the others of a list. The points of a chain are one course, whatever is tied to the axis that it was carried along. */
 function accompanying() {
+  if (grid.axes[map.x].name === HEAD.along) return [];
   const told = [map.x, map.y, ...heldAxes()];
   return variedAxes().filter((axis) => !told.includes(axis));
 }
