@@ -51,7 +51,7 @@ function plainTable(caption, heads, rows, numeric = () => false) {
     make(
       "table",
       {},
-      make("thead", {}, make("tr", {}, heads.map((head) => make("th", { scope: "col" }, head)))),
+      make("thead", {}, make("tr", {}, heads.map((head, column) => make("th", { scope: "col", class: numeric(column) ? "number" : null }, head)))),
       make("tbody", {}, rows.map((row) => make("tr", {}, row.map(cell)))),
     ),
   );
