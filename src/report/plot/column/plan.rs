@@ -75,7 +75,7 @@ impl Plan {
         // A point that was not computed breaks the line; of a refined grid most are not, and a list has no places for
         // points that it does not name.
         let is_product =
-            results.summary.refined.is_none() && results.accompanying(&free).is_empty();
+            results.summary.refined.is_none() && results.accompanying(&[over]).is_empty();
         let nowhere = |x: f64| Dot {
             x,
             low: f64::NAN,
