@@ -83,6 +83,8 @@ const started = new Set();
 async function show() {
   const view = VIEWS.find(({ id }) => `#${id}` === location.hash) ?? VIEWS[0];
   for (const { id } of VIEWS) document.getElementById(id).hidden = id !== view.id;
+  // Browsers do not scroll to what was hidden when its link was followed, and keep the place of the view before.
+  scrollTo(0, 0);
   document.querySelectorAll("#views a").forEach((link) => {
     if (link.hash === `#${view.id}`) link.setAttribute("aria-current", "page");
     else link.removeAttribute("aria-current");
