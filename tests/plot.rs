@@ -963,3 +963,91 @@ fn patient(folder: &Path, arguments: &[&str], what: &str) -> Output {
     assert_ne!(output.status.code(), Some(124), "{what} hangs");
     output
 }
+
+/// How many places each line of a picture joins, from left to right; lines that are straight across or up (axes, ticks,
+/// bars) and outlines are passed over.
+fn slanted(folder: &Path, name: &str) -> Vec<usize> {
+    let source = fs::read_to_string(folder.join("out").join(name)).unwrap();
+    let document = roxmltree::Document::parse(&source).unwrap();
+    let lines = document
+        .descendants()
+        .filter(|node| node.has_tag_name("polyline"));
+    let places = lines.map(|line| -> Vec<[f64; 2]> {
+        let numbers = line.attribute("points").unwrap().split([' ', ',']);
+        let numbers: Vec<f64> = numbers.filter_map(|number| number.parse().ok()).collect();
+        numbers
+            .chunks(2)
+            .map(|place| [place[0], place[1]])
+            .collect()
+    });
+    let slanted = places.filter(|line| {
+        let differs = |side: usize| line.iter().any(|place| place[side] != line[0][side]);
+        differs(0) && differs(1) && line.first() != line.last()
+    });
+    let counts = slanted.map(|line| {
+        assert!(line.is_sorted_by(|a, b| a[0] <= b[0]), "{name}: {line:?}");
+        line.len()
+    });
+    counts.collect()
+}
+
+/// Points in no order: three of one half gap, two of another, one alone.
+const LIST: &str = "speed = 900\npoints = [
+    { load = 0.3, \"mesh.half_gap\" = \"15 um\" },
+    { load = 0.05, \"mesh.half_gap\" = \"15 um\" },
+    { load = 0.2, \"mesh.half_gap\" = \"20 um\" },
+    { load = 0.1, \"mesh.half_gap\" = \"15 um\" },
+    { load = 0.1, \"mesh.half_gap\" = \"20 um\" },
+    { load = 0.15, \"mesh.half_gap\" = \"25 um\" },
+]";
+
+/// As in the page of `atlas report`: a line joins points that differ in nothing but the axis that it goes over.
+#[test]
+fn points_of_a_list_are_joined_only_where_nothing_else_differs() {
+    let folder = finished(LIST, ANALYSES);
+    let path = folder.path();
+    let draw = |arguments: &[&str]| {
+        let (files, _) = plotted(path, "results/case", &[&SVG, arguments].concat());
+        let lines = slanted(path, &files[0]);
+        (lines, labels(path, &files[0]))
+    };
+    for what in ["lambda", "lambda_max", "deflection_pp"] {
+        let (mut lines, words) = draw(&["--what", what, "--over", "load"]);
+        lines.sort_unstable();
+        assert_eq!(lines, [2, 3], "{what}");
+        holds(&words, &["lines join points of the same mesh.half_gap"]);
+    }
+    let (lines, words) = draw(&["--what", "deflection_pp", "--over", "mesh.half_gap"]);
+    assert_eq!(lines, [2]);
+    holds(&words, &["lines join points of the same load"]);
+    // Curves of one value of the other axis each need no such words.
+    let by = [
+        "--what",
+        "deflection_pp",
+        "--over",
+        "load",
+        "--by",
+        "mesh.half_gap",
+    ];
+    let (mut lines, words) = draw(&by);
+    lines.retain(|&places| places > 2);
+    assert_eq!(lines, [3]);
+    assert!(
+        !words.iter().any(|word| word.contains("lines join")),
+        "{words:?}"
+    );
+}
+
+/// Where the state is carried along a list its points are a course, whatever else changes along it.
+#[test]
+fn a_chain_over_a_list_is_one_line() {
+    let grid = format!("{LIST}\norder = \"sweep-up\"\nalong = \"load\"")
+        .replace("{ load = 0.1, \"mesh.half_gap\" = \"20 um\" },", "");
+    let folder = finished(&grid, ANALYSES);
+    let (files, _) = plotted(
+        folder.path(),
+        "results/case",
+        &[&SVG[..], &["--what", "deflection_pp"]].concat(),
+    );
+    assert_eq!(slanted(folder.path(), &files[0]), [5]);
+}

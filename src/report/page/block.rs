@@ -14,6 +14,8 @@ use flate2::write::ZlibEncoder;
 #[derive(Debug, Default)]
 pub(super) struct Blocks {
     texts: Vec<String>,
+    /// Whether the first picture needs them.
+    is_first: Vec<bool>,
     bytes: u64,
 }
 
@@ -22,7 +24,13 @@ impl Blocks {
     pub fn push(&mut self, packed: String) -> usize {
         self.bytes += packed.len() as u64;
         self.texts.push(packed);
+        self.is_first.push(false);
         self.texts.len() - 1
+    }
+
+    /// Says that the first picture needs the arrays from a number on.
+    pub fn come_first(&mut self, from: usize) {
+        self.is_first[from..].fill(true);
     }
 
     /// Characters of all of them.
@@ -30,9 +38,19 @@ impl Blocks {
         self.bytes
     }
 
-    /// All of them, in the order of their numbers.
-    pub fn texts(&self) -> &[String] {
-        &self.texts
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.texts.len()
+    }
+
+    /// Elements with those that the first picture needs, or with the others, in the order of their numbers.
+    pub fn elements(&self, first: bool) -> String {
+        let all = self.texts.iter().zip(&self.is_first).enumerate();
+        let own = all.filter(|(_, (_, is_first))| **is_first == first);
+        let elements = own.map(|(number, (text, _))| {
+            format!("<script type=\"text/plain\" id=\"block-{number}\">{text}</script>\n")
+        });
+        elements.collect()
     }
 }
 

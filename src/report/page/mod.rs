@@ -109,6 +109,8 @@ pub fn results_page(folder: &Path, request: PageRequest) -> Result<ResultsPage, 
         }
         .into());
     };
+    // Axes and motions, which the map begins with.
+    blocks.come_first(0);
     head::complete(&mut told, &runs, folder, holds(TableKind::Trace))?;
     if holds(TableKind::Basins) {
         let table = ResultTable::head(folder, TableKind::Basins)?;
@@ -174,18 +176,14 @@ fn name(folder: &Path) -> PathBuf {
 /// The skeleton with its parts in their places. What the folder says comes last and is not looked at again.
 fn written(told: &Value, blocks: &Blocks) -> String {
     let title = told["job"].as_str().or(told["folder"].as_str());
-    let arrays: Vec<String> = (blocks.texts().iter().enumerate())
-        .map(|(number, text)| {
-            format!("<script type=\"text/plain\" id=\"block-{number}\">{text}</script>")
-        })
-        .collect();
     let parts = [
         ("{{licence}}", LICENCE.to_owned()),
         ("{{styles}}", STYLES.join("\n")),
         ("{{title}}", in_html(title.unwrap_or_default())),
         ("{{head}}", in_script(told)),
-        ("{{blocks}}", arrays.join("\n")),
+        ("{{first}}", blocks.elements(true)),
         ("{{programs}}", PROGRAMS.join("\n")),
+        ("{{blocks}}", blocks.elements(false)),
     ];
     let mut html = String::new();
     let mut rest = PAGE;

@@ -17,6 +17,9 @@ use crate::store::{ResultTable, StoreError, TableKind};
 /// Columns of a table of points that a page cannot do without.
 const NEEDED: [&str; 5] = ["point_id", "status", "reason", "class", "period"];
 
+/// Columns beside axes that the first picture of points shows.
+const SHOWN_FIRST: [&str; 2] = ["lambda_max", "direction"];
+
 /// What is gathered may be this much larger than its room: it is packed after.
 const SHRINKS: u64 = 4;
 
@@ -150,7 +153,11 @@ pub(super) fn embed_points(
         match needed || packed.bytes() <= room {
             true => {
                 room = room.saturating_sub(packed.bytes());
+                let from = blocks.count();
                 told.push(packed.embed(blocks));
+                if SHOWN_FIRST.contains(&name.as_str()) || axes.contains(&name) {
+                    blocks.come_first(from);
+                }
             }
             false => left.push(name),
         }

@@ -92,7 +92,9 @@ fn a_folder_without_results_is_refused() {
 #[test]
 fn every_part_has_its_place_in_the_skeleton() {
     let mut from = 0;
-    for part in ["licence", "styles", "title", "head", "blocks", "programs"] {
+    for part in [
+        "licence", "styles", "title", "head", "first", "programs", "blocks",
+    ] {
         let place = format!("{{{{{part}}}}}");
         assert_eq!(PAGE.matches(&place).count(), 1, "{part}");
         let at = PAGE.find(&place).unwrap();

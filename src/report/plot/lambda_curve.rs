@@ -22,7 +22,8 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
     let mut drawn = Drawn::of_slices(What::Lambda, slices.len(), all);
     for slice in slices {
         let title = format!("{}: largest Lyapunov exponent λ over {name}", results.job);
-        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
+        let joins = results.lines_words(&[along], &slice.points);
+        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words, &joins]));
         let area = [72.0, 526.0];
         let y = panel(&mut canvas, area, results, along, &slice.points);
         if sweeps(results, &slice.points).len() < 2 {
@@ -75,7 +76,14 @@ pub(super) fn panel(
     let sweeps = sweeps(results, points);
     for sweep in &sweeps {
         let own = (sweeps.len() > 1).then_some(sweep.colour);
-        curve(canvas, &panel, along, sweep, own);
+        for line in results.lines(&[along], &sweep.points) {
+            let points = line.into_iter().map(|place| sweep.points[place]);
+            let known =
+                points.filter_map(|point| Some(panel.at(point.axis_values[along], point.lambda?)));
+            let line: Vec<Place> = known.collect();
+            canvas.line(&line, own.unwrap_or(PALE), 1.0);
+        }
+        symbols(canvas, &panel, along, sweep, own);
     }
     legend(canvas, &sweeps, points, top + 12.0)
 }
@@ -114,15 +122,17 @@ fn bar(canvas: &mut Canvas, x: f64, ends: [f64; 2], colour: Colour, whiskers: bo
 }
 
 /// The points of one sweep; `own` colour where it is not the only one.
-fn curve(canvas: &mut Canvas, panel: &Panel, along: usize, sweep: &Sweep<'_>, own: Option<Colour>) {
+fn symbols(
+    canvas: &mut Canvas,
+    panel: &Panel,
+    along: usize,
+    sweep: &Sweep<'_>,
+    own: Option<Colour>,
+) {
     let known = || {
         let points = sweep.points.iter();
         points.filter_map(|point| Some((*point, point.lambda?)))
     };
-    let line: Vec<_> = known()
-        .map(|(point, lambda)| panel.at(point.axis_values[along], lambda))
-        .collect();
-    canvas.line(&line, own.unwrap_or(PALE), 1.0);
     // Symbols of a dense sweep would hide its line, and each other.
     let room = 0.4 * (RIGHT - LEFT) / sweep.points.len().max(1) as f64;
     let symbol = |canvas: &mut Canvas, at: Place, point: &PointSummary| match own {

@@ -243,6 +243,55 @@ impl Results {
         (slices.collect(), count)
     }
 
+    /// Axes along which points of a slice differ beside those that it goes along: the others of a list. The points of
+    /// a chain are one course, whatever is tied to the axis that it was carried along.
+    pub fn accompanying(&self, free: &[usize]) -> Vec<usize> {
+        let Summary {
+            axes,
+            tied,
+            carried_along,
+            ..
+        } = &self.summary;
+        let is_chain = |&axis: &usize| Some(&axes[axis].name) == carried_along.as_ref();
+        if free.first().is_some_and(is_chain) {
+            return Vec::new();
+        }
+        let held = tied.held(axes.len(), free);
+        let mut varied = self.varied();
+        varied.retain(|axis| !free.contains(axis) && !held.contains(axis));
+        varied
+    }
+
+    /// Places of points in lines over the first of the axes that a slice goes along: points that differ in other axes
+    /// than these are on no line together.
+    pub fn lines(&self, free: &[usize], points: &[&PointSummary]) -> Vec<Vec<usize>> {
+        let others = self.accompanying(free);
+        let mut lines: BTreeMap<Vec<u64>, Vec<usize>> = BTreeMap::new();
+        for (place, point) in points.iter().enumerate() {
+            let key = others.iter().map(|&axis| point.axis_values[axis].to_bits());
+            lines.entry(key.collect()).or_default().push(place);
+        }
+        let along = |place: &usize| points[*place].axis_values[free[0]];
+        for line in lines.values_mut() {
+            line.sort_by(|a, b| along(a).total_cmp(&along(b)));
+        }
+        lines.into_values().collect()
+    }
+
+    /// What lines join where points of a slice differ in other axes than those that it goes along, in words.
+    pub fn lines_words(&self, free: &[usize], points: &[&PointSummary]) -> String {
+        let others = self.accompanying(free);
+        let names: Vec<&str> = (others.iter())
+            .map(|&axis| self.summary.axes[axis].name.as_str())
+            .collect();
+        let names = names.join(", ");
+        match self.lines(free, points).iter().any(|line| line.len() > 1) {
+            _ if others.is_empty() => String::new(),
+            true => format!("lines join points of the same {names}"),
+            false => format!("points differ in {names} too"),
+        }
+    }
+
     /// The directions of the sweeps, `up` before `down`; empty where points are independent.
     pub fn directions(&self) -> Vec<&str> {
         let met = |word: &&str| {

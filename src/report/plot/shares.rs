@@ -70,7 +70,11 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
             intervals(&mut canvas, &panel, along, place, line);
         }
         for (place, line) in own.values().enumerate() {
-            draw_branch(&mut canvas, &panel, along, place, line);
+            let points: Vec<&PointSummary> = line.iter().map(|(point, _)| *point).collect();
+            for part in results.lines(&[along], &points) {
+                let part: Vec<_> = part.into_iter().map(|own| line[own]).collect();
+                draw_branch(&mut canvas, &panel, along, place, &part);
+            }
         }
         key(&mut canvas, along, &own);
         let name = format!("shares{}", slice.suffix);

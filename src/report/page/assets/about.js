@@ -29,10 +29,21 @@ function checksums() {
   return `${plural(HEAD.checked, "table")} ${HEAD.checked === 1 ? "was" : "were"} what run.json says when this page was written.${orbits}`;
 }
 
+/** Units of numbers of the record, which run.json states in SI, by the last word of their names. */
+const RECORD_UNITS = {
+  memory: "B", bytes: "B", after: "s", wall_time: "s", wall_time_low: "s", wall_time_high: "s", wall_time_per_cycle: "s", cycles_per_second: "1/s",
+};
+
+/** A value of the record with its unit. */
+function recorded(name, value) {
+  const unit = typeof value === "number" ? RECORD_UNITS[name.split(".").at(-1)] : undefined;
+  return unit ? `${value} ${unit}` : String(value);
+}
+
 /** A record as lines of names with dots and values. */
 function flat(value, name = "") {
   if (value === null) return [];
   if (Array.isArray(value) && value.every((entry) => typeof entry !== "object")) return value.length > 0 ? [[name, value.join(", ")]] : [];
-  if (typeof value !== "object") return [[name, String(value)]];
+  if (typeof value !== "object") return [[name, recorded(name, value)]];
   return Object.entries(value).flatMap(([key, own]) => flat(own, name === "" ? key : `${name}.${key}`));
 }

@@ -161,9 +161,9 @@ function drawBranches() {
       return [head, ...[x, y].map((name) => `${name}: ${valueText(table, table.column(name), row)}`), table.column("detail")?.text(row)].filter((line) => line);
     },
     choose: ({ table, row }) => {
+      const columns = table.columns.filter((column) => column.has(row));
       document.getElementById("orbit").replaceChildren(make("h3", {}, `${table.name}, row ${row + 1}`),
-        plainTable("The selected orbit", ["column", "value", "description"], table.columns.filter((column) => column.has(row))
-          .map((column) => [column.name, valueText(table, column, row), column.description])));
+        describedTable(columns.map((column) => [column.name, valueText(table, column, row), column.description])));
     },
   });
   const entries = [];
@@ -173,7 +173,7 @@ function drawBranches() {
       entries.push(make("li", {}, swatch(colour(rows[0], index)), `branch ${number}: ${otherPlaces(lines, rows[0])}period ${periods.join(", ")} (${plural(rows.length, "orbit")})`));
     });
     if (groups.length > MOST_CURVES) entries.push(make("li", {}, `and ${count(groups.length - MOST_CURVES)} more`));
-    entries.push(make("li", {}, "full lines stable, broken lines unstable"));
+    entries.push(make("li", {}, "full lines stable, broken lines unstable"), make("li", { class: "break", "aria-hidden": "true" }));
   }
   const kinds = new Map();
   for (const row of curves ? groups.map(([, rows]) => rows[0]) : marked) kinds.set(kind.text(row), (kinds.get(kind.text(row)) ?? 0) + 1);

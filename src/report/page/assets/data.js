@@ -1,18 +1,42 @@
 "use strict";
 // The tables of the folder. Each column is an array of the page that is inflated when it is first asked for, so that
-// a page of a hundred thousand points opens as fast as its first picture needs.
+// a page of a hundred thousand points opens as fast as its first picture needs. The arrays of that picture come before
+// these programs, the others behind them: they run while the rest of the file is still being read.
 
 const HEAD = JSON.parse(document.getElementById("head").textContent);
 
+/** The element with an array of the page, once all of it has been read: then another element follows, or nothing does. */
+async function arrived(number) {
+  for (;;) {
+    const element = document.getElementById(`block-${number}`);
+    if (element?.nextElementSibling || document.readyState !== "loading") return element;
+    await more();
+  }
+}
+
+/** When more elements of the page have been read, or all. */
+function more() {
+  return new Promise((resolve) => {
+    const seen = new MutationObserver(() => {
+      seen.disconnect();
+      resolve();
+    });
+    seen.observe(document.body, { childList: true });
+    document.addEventListener("DOMContentLoaded", resolve, { once: true });
+  });
+}
+
 /** Bytes of an array of the page, inflated. */
 async function inflated(number) {
-  const element = document.getElementById(`block-${number}`);
-  const text = element.textContent;
+  const text = (await arrived(number)).textContent;
   const bytes = Uint8Array.fromBase64
     ? Uint8Array.fromBase64(text)
     : Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
+  const stream = new DecompressionStream("deflate");
+  const writer = stream.writable.getWriter();
+  writer.write(bytes);
+  writer.close();
+  return new Uint8Array(await new Response(stream.readable).arrayBuffer());
 }
 
 /** Numbers from their byte planes: all first bytes, then all second bytes, and so on. */
@@ -34,10 +58,13 @@ class Column {
   constructor(told) {
     Object.assign(this, told);
     this.loading = null;
+    this.isLoaded = false;
   }
 
   load() {
-    this.loading ??= this.read();
+    this.loading ??= this.read().then(() => {
+      this.isLoaded = true;
+    });
     return this.loading;
   }
 

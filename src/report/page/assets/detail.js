@@ -11,7 +11,8 @@ function startDetail() {
   const box = document.getElementById("detail");
   const step = (by) => () => selectPoint(Math.min(Math.max(grid.selected + by, 0), POINTS.rows - 1));
   const number = make("input", {
-    id: "point-number", type: "number", min: "0", "aria-label": "Number of the point", onchange: () => {
+    id: "point-number", type: "number", min: "0", "aria-label": "Number of the point", onchange: async () => {
+      await loadWords();
       const row = rowOfPoint(Number(number.value));
       number.setCustomValidity(row < 0 ? "There is no point of this number." : "");
       number.reportValidity();
@@ -34,12 +35,13 @@ function startDetail() {
 async function showPoint(row) {
   detail.asked += 1;
   const asked = detail.asked;
-  document.getElementById("point-number").value = grid.ids[row];
-  await POINTS.load();
+  await loadWords();
+  const shown = map.chart ? await shownColumn(map.column) : null;
+  await shown?.loadErrors();
   // Another point may have been selected meanwhile.
   if (asked !== detail.asked) return;
+  document.getElementById("point-number").value = grid.ids[row];
   const motion = HEAD.motions[grid.motion[row]];
-  const shown = map.chart ? await shownColumn(map.column) : null;
   const value = shown === null || shown.isText ? "" : withError(shown.number(row), shown.error(row), shown.unit);
   document.getElementById("point").replaceChildren(
     make("h2", {}, `Point ${grid.ids[row]}`),
@@ -48,6 +50,8 @@ async function showPoint(row) {
     value === "" ? "" : make("p", {}, `${shown.title}: ${value}`),
     make("p", { class: "reason" }, POINTS.column("reason").text(row) ?? ""),
   );
+  await POINTS.load();
+  if (asked !== detail.asked) return;
   document.getElementById("statistics").replaceChildren(statistics(row));
   detail.charts.forEach((chart) => chart.remove());
   detail.charts = [];
@@ -108,18 +112,17 @@ function isError(table, name) {
 function statistics(row) {
   const columns = POINTS.columns.filter((column) => column.has(row) && !isError(POINTS, column.name));
   const told = columns.map((column) => [column.name, valueText(POINTS, column, row), column.description]);
-  const body = make("tbody", {}, told.map(([name, value, description]) =>
-    make("tr", {}, make("th", { scope: "row" }, name, make("small", {}, description)), make("td", { "data-column": name }, value))));
+  const table = describedTable(told);
   const filter = make("input", {
     type: "search", id: "statistics-filter", placeholder: "filter", "aria-label": "Filter of the statistics", oninput: () => {
       const wanted = filter.value.toLowerCase();
-      [...body.rows].forEach((line, i) => { line.hidden = !told[i].join(" ").toLowerCase().includes(wanted); });
+      [...table.rows].forEach((line, i) => { line.hidden = !told[i].join(" ").toLowerCase().includes(wanted); });
     },
   });
   const absent = POINTS.columns.length - columns.length - POINTS.columns.filter((c) => c.has(row) && isError(POINTS, c.name)).length;
   return make("div", {},
     make("h3", {}, "Statistics"), filter,
-    make("table", { class: "statistics" }, body),
+    table,
     absent > 0 ? make("p", { class: "soft" }, `${plural(absent, "more column")} without a value at this point.`) : null);
 }
 

@@ -51,10 +51,16 @@ function plainTable(caption, heads, rows, numeric = () => false) {
     make(
       "table",
       {},
-      make("thead", {}, make("tr", {}, heads.map((head) => make("th", { scope: "col" }, head)))),
+      make("thead", {}, make("tr", {}, heads.map((head, column) => make("th", { scope: "col", class: numeric(column) ? "number" : null }, head)))),
       make("tbody", {}, rows.map((row) => make("tr", {}, row.map(cell)))),
     ),
   );
+}
+
+/** A table of names, values and descriptions below the names. */
+function describedTable(rows) {
+  return make("table", { class: "statistics" }, make("tbody", {}, rows.map(([name, value, description]) =>
+    make("tr", {}, make("th", { scope: "row" }, name, make("small", {}, description)), make("td", { "data-column": name }, value)))));
 }
 
 /** The box beside the pointer. */

@@ -27,7 +27,8 @@ function digits(value, count = 4) {
 
 /** A unit as people write it; a dash where there is none. */
 function readable(unit) {
-  return unit === "" || unit === "1" ? "–" : unit.replaceAll("*", "·");
+  if (unit === "" || unit === "1") return "–";
+  return unit.replaceAll("*", "·").replace(/\^(-?\d)/g, (power, exponent) => powerOfTen(exponent).slice(2));
 }
 
 /** Factor from SI to a unit in which `largest` reads well, and that unit. */

@@ -7,24 +7,31 @@ const grid = {
   axes: [],
   /** Places in HEAD.motions, by point. */
   motion: null,
+  /** Numbers of the points; they are there with all else that is told of points. */
+  ids: null,
   /** Row of the selected point, −1 where none is. */
   selected: -1,
   listeners: [],
 };
 
 async function loadGrid() {
-  const columns = await POINTS.load("point_id", ...HEAD.axes.map((axis) => axis.name), "direction");
-  grid.ids = columns[0].values;
+  const columns = await POINTS.load(...HEAD.axes.map((axis) => axis.name), "direction");
   grid.directions = POINTS.column("direction");
   grid.motion = await numbers(HEAD.motion, Uint32Array);
   grid.axes = await Promise.all(HEAD.axes.map(async (axis, index) => {
     const values = await numbers(axis.values);
     const places = new Map(Array.from(values, (value, place) => [value, place]));
-    const column = columns[index + 1].values;
+    const column = columns[index].values;
     const [factor, plotUnit] = plotted(axis, values);
     return { ...axis, values, column, rank: Int32Array.from(column, (value) => places.get(value) ?? -1), factor, plotUnit };
   }));
   if (HEAD.plane) grid.stands = await numbers(HEAD.plane.stands, Uint32Array);
+}
+
+/** Loads what is told of points beside their place and what the picture shows, which no first picture needs. */
+async function loadWords() {
+  const [ids] = await POINTS.load("point_id", "status", "reason", "class", "period");
+  grid.ids = ids.values;
 }
 
 /** `speed [rpm]`. */
@@ -79,13 +86,12 @@ function shownColumns() {
   return Object.fromEntries(Object.entries(groups).filter(([, options]) => options.length > 0));
 }
 
-/** A column, or an element of one, with its values by row once it is loaded. */
+/** A column, or an element of one, with its values by row; its errors are NaN before `loadErrors`. */
 async function shownColumn(name) {
   const [columnName, element] = name.split("#");
   const column = POINTS.column(columnName);
   const errors = errorsOf(POINTS, columnName);
-  const wanted = ["class", "period", "status", "reason", columnName, ...(errors ? [errors.name] : [])];
-  await POINTS.load(...wanted);
+  await column.load();
   const index = Number(element ?? 0);
   return {
     name,
@@ -94,14 +100,16 @@ async function shownColumn(name) {
     description: column.description,
     isMotion: name === "class",
     isText: column.kind === "text",
+    loadErrors: () => errors?.load(),
     number: (row) => column.number(row, index),
-    error: (row) => errors?.number(row, index) ?? NaN,
+    error: (row) => (errors?.isLoaded ? errors.number(row, index) : NaN),
     text: (row) => column.text(row) ?? "none",
   };
 }
 
 /** What the box beside the pointer says of a point. */
 function pointLines(row, shown) {
+  if (grid.ids === null) return [placeWords(row)];
   const motion = HEAD.motions[grid.motion[row]].name;
   const lines = [`point ${grid.ids[row]}`, placeWords(row)];
   if (!shown.isText) {

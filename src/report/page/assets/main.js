@@ -10,6 +10,7 @@ const VIEWS = [
 
 const KEYS = [
   ["arrow keys, on the map", "move the selected point"],
+  ["arrow keys, on a row of points", "go to other rows"],
   ["Enter, on a row of points", "select the point and show it on the map"],
   ["drag, in a plot", "zoom"],
   ["double click, in a plot", "show all of it again"],
@@ -30,7 +31,7 @@ function layOut() {
     make("aside", { id: "orbit", "aria-label": "The selected orbit", "aria-live": "polite" }, make("p", { class: "soft" }, "Click at an orbit or a bifurcation to see all its columns.")));
   document.getElementById("trajectory").append(controls(), plot("Trajectory"), make("p", { class: "caption" }));
   document.getElementById("tables").append(
-    controls(), make("p", { class: "caption", "aria-live": "polite" }),
+    controls(), make("p", { class: "caption", "aria-live": "polite" }), make("div", { class: "empty" }),
     make("div", { class: "rows scroll", tabindex: "0", role: "region", "aria-label": "Rows of the table" }));
   document.getElementById("help").append(
     make("h2", {}, "Keys"),
@@ -63,8 +64,10 @@ async function startPoints() {
   const section = document.getElementById("map");
   if (variedAxes().length > 0) await startMap();
   else section.classList.add("alone");
-  // What the picture is of comes first; a point among a hundred thousand can wait.
-  requestAnimationFrame(() => selectPoint(Math.max(0, grid.motion.findIndex((motion) => HEAD.motions[motion].name === "chaotic"))));
+  // What the picture is of comes first; a point among a hundred thousand can wait until it is seen.
+  const chaotic = HEAD.motions.findIndex((motion) => motion.name === "chaotic");
+  const first = () => selectPoint(grid.selected >= 0 ? grid.selected : Math.max(0, grid.motion.indexOf(chaotic)));
+  requestAnimationFrame(() => setTimeout(first));
 }
 
 function moveOnMap(event) {
@@ -80,6 +83,8 @@ const started = new Set();
 async function show() {
   const view = VIEWS.find(({ id }) => `#${id}` === location.hash) ?? VIEWS[0];
   for (const { id } of VIEWS) document.getElementById(id).hidden = id !== view.id;
+  // Browsers do not scroll to what was hidden when its link was followed, and keep the place of the view before.
+  scrollTo(0, 0);
   document.querySelectorAll("#views a").forEach((link) => {
     if (link.hash === `#${view.id}`) link.setAttribute("aria-current", "page");
     else link.removeAttribute("aria-current");

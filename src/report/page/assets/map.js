@@ -6,7 +6,7 @@ const FILLED = 0.2;
 const MOST_CELLS = 1 << 23;
 const MOST_CURVES = 24;
 
-const map = { column: "lambda_max", x: 0, y: -1, log: false, curves: false, direction: "", held: new Map(), chart: null };
+const map = { column: "lambda_max", x: 0, y: -1, log: false, curves: false, direction: "", held: new Map(), chart: null, asked: 0 };
 
 /** Chooses what is shown first: a map over the two axes that span most, else curves over the longest. */
 async function startMap() {
@@ -28,8 +28,9 @@ function heldAxes() {
   return HEAD.held[map.x]?.[second]?.filter((axis) => grid.axes[axis].values.length > 1) ?? [];
 }
 
-/** Axes along which points of a picture differ beside those that it goes along: the others of a list. */
+/** Axes along which points of a picture differ beside those that it goes along: the others of a list. The points of a chain are one course, whatever is tied to the axis that it was carried along. */
 function accompanying() {
+  if (grid.axes[map.x].name === HEAD.along) return [];
   const told = [map.x, map.y, ...heldAxes()];
   return variedAxes().filter((axis) => !told.includes(axis));
 }
@@ -94,7 +95,12 @@ function slice() {
 }
 
 async function drawMap() {
+  map.asked += 1;
+  const asked = map.asked;
   const shown = await shownColumn(map.column);
+  if (map.curves || map.y < 0) await shown.loadErrors();
+  // Another picture may have been asked for meanwhile.
+  if (asked !== map.asked) return;
   const rows = slice();
   const host = document.querySelector("#map .plot");
   map.chart?.remove();

@@ -45,8 +45,10 @@ async function showTable() {
   const left = table.rows < table.all ? ` of ${count(table.all)} in the folder` : "";
   const fault = words.faults.length > 0 ? ` No such column: ${words.faults.join(", ")}.` : "";
   document.querySelector("#tables .caption").textContent =
-    `${count(tables.rows.length)} of ${plural(table.rows, "row")} here${left}.${fault}` +
-    (table.empty.length > 0 ? ` Columns without a value: ${table.empty.join(", ")}.` : "");
+    `${count(tables.rows.length)} of ${plural(table.rows, "row")} here${left}.${fault}`;
+  const empty = make("details", { class: "soft", hidden: table.empty.length === 0 },
+    make("summary", {}, `${plural(table.empty.length, "column")} without a value`), table.empty.join(", "));
+  document.querySelector("#tables .empty").replaceChildren(empty);
   drawTable(table);
 }
 
@@ -126,9 +128,11 @@ function drawTable(table) {
   const body = make("tbody");
   scroll.replaceChildren(make("table", { "aria-rowcount": tables.rows.length + 1 }, make("thead", {}, make("tr", {}, heads)), body));
   const canSelect = table === POINTS;
+  // Of all rows Tab goes to one, and arrow keys go on from there.
+  let active = Math.max(0, canSelect ? tables.rows.indexOf(grid.selected) : 0);
   const line = (row, place) => make("tr", {
     class: canSelect ? "selectable" : null, "aria-rowindex": place + 2, "aria-selected": canSelect && row === grid.selected ? "true" : null,
-    tabindex: canSelect ? "0" : null,
+    tabindex: canSelect ? (place === active ? "0" : "-1") : null,
     onclick: () => canSelect && chooseRow(row),
     onkeydown: (event) => canSelect && event.key === "Enter" && chooseRow(row),
   }, tables.chosen.map((column) => make("td", { class: column.kind === "text" ? null : "number" }, cellText(column, row))));
@@ -138,14 +142,31 @@ function drawTable(table) {
     return empty;
   };
   let shown = "";
+  const focusActive = () => body.querySelector(`tr[aria-rowindex="${active + 2}"]`)?.focus({ preventScroll: true });
   const fill = () => {
     const first = Math.max(0, Math.floor(scroll.scrollTop / ROW_HEIGHT) - 10);
     const last = Math.min(tables.rows.length, first + Math.ceil(scroll.clientHeight / ROW_HEIGHT) + 20);
     if (shown === `${first} ${last}`) return;
     shown = `${first} ${last}`;
     const lines = tables.rows.slice(first, last).map((row, place) => line(row, first + place));
+    const hadFocus = body.contains(document.activeElement);
     body.replaceChildren(...(first > 0 ? [gap(first)] : []), ...lines, ...(last < tables.rows.length ? [gap(tables.rows.length - last)] : []));
+    if (!hadFocus) return;
+    if (active >= first && active < last) focusActive();
+    else scroll.focus({ preventScroll: true });
   };
+  body.addEventListener("keydown", (event) => {
+    const step = { ArrowDown: 1, ArrowUp: -1, PageDown: 10, PageUp: -10, Home: -tables.rows.length, End: tables.rows.length }[event.key];
+    if (step === undefined || !canSelect) return;
+    event.preventDefault();
+    active = Math.min(Math.max(active + step, 0), tables.rows.length - 1);
+    // The head of the table covers what is above.
+    const [top, head] = [active * ROW_HEIGHT, body.previousSibling.offsetHeight];
+    scroll.scrollTop = Math.min(Math.max(scroll.scrollTop, top + head + ROW_HEIGHT - scroll.clientHeight), top);
+    shown = "";
+    fill();
+    focusActive();
+  });
   scroll.onscroll = fill;
   fill();
 }

@@ -135,7 +135,10 @@ pub(super) fn draw(
             0 => String::new(),
             count => format!("{} of round-off below the axis", plural(count, "value")),
         };
-        let mut canvas = Canvas::titled(&title, &first.subtitle(&[&held, &points, &below]));
+        let mut canvas = Canvas::titled(
+            &title,
+            &first.subtitle(&[&held, &points, &plan.joins, &below]),
+        );
         let picture = Labelled {
             sources,
             group,

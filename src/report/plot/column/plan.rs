@@ -1,6 +1,7 @@
 //! The curves of a picture before it is drawn: which there are, and their points.
 
 use std::collections::BTreeMap;
+use std::iter;
 
 use super::Source;
 use super::series::Series;
@@ -34,6 +35,8 @@ pub(super) struct Curve {
 pub(super) struct Plan {
     pub words: Vec<Vec<String>>,
     pub points: usize,
+    /// What lines join where points are those of a list, in words.
+    pub joins: String,
     pub curves: BTreeMap<Key, Curve>,
 }
 
@@ -66,54 +69,62 @@ impl Plan {
         self.points += slice.points.len();
         let over = axes.over[place];
         let ranks = &results.summary.axes[over].values;
+        let free: Vec<usize> = iter::once(over).chain(axes.by[place]).collect();
+        let lines = results.lines(&free, &slice.points);
+        self.joins = results.lines_words(&free, &slice.points);
+        // A point that was not computed breaks the line; of a refined grid most are not, and a list has no places for
+        // points that it does not name.
+        let is_product =
+            results.summary.refined.is_none() && results.accompanying(&[over]).is_empty();
+        let nowhere = |x: f64| Dot {
+            x,
+            low: f64::NAN,
+            value: f64::NAN,
+            high: f64::NAN,
+        };
         for (which, series) in series.iter().enumerate() {
-            let mut last: BTreeMap<Key, usize> = BTreeMap::new();
-            let mut points = slice.points.clone();
-            points.sort_by(|a, b| a.axis_values[over].total_cmp(&b.axis_values[over]));
-            for point in points {
-                let by = axes.by[place].map_or(0, |by| {
-                    axes.values
-                        .partition_point(|value| *value < point.axis_values[by])
-                });
-                let direction = usize::from(point.direction.as_deref() == Some("down"));
-                let key = [which, by, place, direction];
-                let curve = self.curves.entry(key).or_default();
-                curve.scattered = series.scattered;
-                let x = point.axis_values[over];
-                let rank = ranks.partition_point(|value| *value < x);
-                // A point that was not computed breaks the line; of a refined grid most are not.
-                let whole = results.summary.refined.is_some();
-                let gap = last.insert(key, rank).is_some_and(|last| rank > last + 1) && !whole;
-                let nowhere = Dot {
-                    x,
-                    low: f64::NAN,
-                    value: f64::NAN,
-                    high: f64::NAN,
-                };
-                if gap {
-                    curve.dots.push(nowhere);
-                }
-                let samples = results
-                    .place(point.point_id)
-                    .map(|place| &series.samples[place]);
-                let before = curve.dots.len();
-                for sample in samples.into_iter().flatten() {
-                    let Some(value) = scale.shown(sample.value) else {
-                        continue;
-                    };
-                    let end = |end: f64| scale.shown(end).unwrap_or(f64::NAN);
-                    let [low, high] =
-                        [sample.value - sample.error, sample.value + sample.error].map(end);
-                    curve.barred |= sample.error > 0.0;
-                    curve.dots.push(Dot {
-                        x,
-                        low,
-                        value,
-                        high,
+            for line in &lines {
+                let mut last: BTreeMap<Key, usize> = BTreeMap::new();
+                for point in line.iter().map(|&place| slice.points[place]) {
+                    let by = axes.by[place].map_or(0, |by| {
+                        axes.values
+                            .partition_point(|value| *value < point.axis_values[by])
                     });
-                }
-                if curve.dots.len() == before {
-                    curve.dots.push(nowhere);
+                    let direction = usize::from(point.direction.as_deref() == Some("down"));
+                    let key = [which, by, place, direction];
+                    let curve = self.curves.entry(key).or_default();
+                    curve.scattered = series.scattered;
+                    let x = point.axis_values[over];
+                    let rank = ranks.partition_point(|value| *value < x);
+                    let is_apart = match last.insert(key, rank) {
+                        Some(last) => is_product && rank > last + 1,
+                        None => !curve.dots.is_empty(),
+                    };
+                    if is_apart {
+                        curve.dots.push(nowhere(x));
+                    }
+                    let samples = results
+                        .place(point.point_id)
+                        .map(|place| &series.samples[place]);
+                    let before = curve.dots.len();
+                    for sample in samples.into_iter().flatten() {
+                        let Some(value) = scale.shown(sample.value) else {
+                            continue;
+                        };
+                        let end = |end: f64| scale.shown(end).unwrap_or(f64::NAN);
+                        let [low, high] =
+                            [sample.value - sample.error, sample.value + sample.error].map(end);
+                        curve.barred |= sample.error > 0.0;
+                        curve.dots.push(Dot {
+                            x,
+                            low,
+                            value,
+                            high,
+                        });
+                    }
+                    if curve.dots.len() == before {
+                        curve.dots.push(nowhere(x));
+                    }
                 }
             }
         }
