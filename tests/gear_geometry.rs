@@ -288,7 +288,7 @@ fn drawings_that_do_not_run_say_why() {
         panic!("not pointed")
     };
     // The addendum as the rack has it: the shifts sum to nothing.
-    close(tip_diameter, 4e-3 * (12.0 + 2.0 + 1.8), 1e-12);
+    close(tip_diameter, 3e-3 * (12.0 + 2.0 + 1.8), 1e-12);
     assert!(limit < tip_diameter);
     let tooth = {
         let mut cut = shifted([12, 40], [0.9, -0.9]);
