@@ -261,13 +261,17 @@ def main():
             record["modules"][module]["lost"] = sum(m["module"] == module and m["number"] in dropped for m in drawn)
         programs = built(scratch, tree, sorted({test for module in modules for test in TESTS[module]}))
         tests = {module: tests_of(module, programs) for module in modules}
+        # Programs that hold several modules have their tests traced once.
+        known_tests = {}
+        for own in tests.values():
+            own[:] = [known_tests.setdefault((test.suite, test.name), test) for test in own]
         # Modules take turns, so that a run that is ended early has tried as many of each.
         turns = {module: iter(range(len(left))) for module in modules}
         left.sort(key=lambda mutant: next(turns[mutant["module"]]))
         with ThreadPoolExecutor(AT_ONCE) as pool:
             begun = time.monotonic()
-            list(pool.map(lambda test: test.trace(tree, scratch), [test for own in tests.values() for test in own]))
-            print(f"{sum(map(len, tests.values()))} tests traced in {time.monotonic() - begun:.0f} s", flush=True)
+            list(pool.map(lambda test: test.trace(tree, scratch), known_tests.values()))
+            print(f"{len(known_tests)} tests traced in {time.monotonic() - begun:.0f} s", flush=True)
             fates = pool.map(lambda mutant: fate(mutant, tests[mutant["module"]], tree), left)
             for mutant, (ended, by) in zip(left, fates):
                 print(f"{ended}: {mutant['name']}: {by}", flush=True)
