@@ -287,6 +287,8 @@ fn drawings_that_do_not_run_say_why() {
     else {
         panic!("not pointed")
     };
+    // The addendum as the rack has it: the shifts sum to nothing.
+    close(tip_diameter, 3e-3 * (12.0 + 2.0 + 1.8), 1e-12);
     assert!(limit < tip_diameter);
     let tooth = {
         let mut cut = shifted([12, 40], [0.9, -0.9]);
@@ -328,13 +330,29 @@ fn drawings_that_do_not_run_say_why() {
 
     let mut rack = pair([20, 30], 4e-3);
     rack.form.rack.tip_radius = 0.5;
-    assert!(matches!(refuse(&rack), GearError::RackTip { .. }));
+    let GearError::RackTip { tip_radius, limit } = refuse(&rack) else {
+        panic!("a tip that is too round")
+    };
+    close(tip_radius, 0.5, 0.0);
+    for (part, runs) in [(1.0 - 1e-9, true), (1.0 + 1e-9, false)] {
+        rack.form.rack.tip_radius = limit * part;
+        assert_eq!(Tooth::new(&rack, 0).is_ok(), runs);
+    }
     let mut tip = pair([20, 30], 4e-3);
     tip.form.tip_diameter[0] = Some(75e-3);
-    assert!(matches!(
-        refuse(&tip),
-        GearError::TipBelowForm { gear: 1, .. }
-    ));
+    let GearError::TipBelowForm {
+        gear: 1,
+        tip_diameter,
+        form_diameter,
+    } = refuse(&tip)
+    else {
+        panic!("above the form circle")
+    };
+    close(tip_diameter, 75e-3, 1e-15);
+    for (part, runs) in [(1.0 + 1e-9, true), (1.0 - 1e-9, false)] {
+        tip.form.tip_diameter[0] = Some(form_diameter * part);
+        assert_eq!(Tooth::new(&tip, 0).is_ok(), runs);
+    }
     let mut solid = pair([20, 30], 4e-3);
     solid.form.bore = [Some(30e-3), None];
     assert_eq!(refuse(&solid), GearError::NoBore { gear: 2 });

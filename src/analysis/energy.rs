@@ -323,3 +323,6 @@ impl Observer for EnergyAudit<'_> {
 
     fn event(&mut self, _: &Event) {}
 }
+
+#[cfg(test)]
+mod tests;

@@ -354,7 +354,7 @@ mod tests {
     }
 
     /// Compares outputs with the kernel's own states, their rates by the model's vector field, and
-    /// adds up their squares by a Gauss rule about no mean.
+    /// adds up their squares by a Gauss rule about no mean, stretch of ten cycles by stretch.
     struct Check {
         model: Model,
         outputs: Outputs,
@@ -362,6 +362,7 @@ mod tests {
         worst: Vec<f64>,
         time: f64,
         sums: Vec<[f64; 2]>,
+        stretches: Vec<Vec<[f64; 2]>>,
     }
 
     impl Observer for Check {
@@ -370,6 +371,8 @@ mod tests {
         fn window(&mut self, window: &Window<'_>) {
             self.outputs.window(window);
             self.time += window.duration;
+            let stretch = (window.cycle / CYCLES_PER_STRETCH) as usize;
+            self.stretches.resize(stretch + 1, vec![[0.0; 2]; 3]);
             let state = [window.first, window.second].concat();
             let mut slope = vec![0.0; state.len()];
             let (segments, active) = (window.segments, window.contact);
@@ -386,8 +389,10 @@ mod tests {
                 self.worst[i] = self.worst[i].max((at_start(series) - exact).abs());
                 for (x, w) in self.gauss.nodes.iter().zip(&self.gauss.weights) {
                     let (value, weight) = (evaluate(series, *x), 0.5 * w * window.duration);
-                    self.sums[i][0] += weight * value;
-                    self.sums[i][1] += weight * value * value;
+                    for sums in [&mut self.sums[i], &mut self.stretches[stretch][i]] {
+                        sums[0] += weight * value;
+                        sums[1] += weight * value * value;
+                    }
                 }
             }
         }
@@ -407,6 +412,7 @@ mod tests {
             worst: vec![0.0; 3],
             time: 0.0,
             sums: vec![[0.0; 2]; 3],
+            stretches: Vec::new(),
         };
         let mut workspace = kernel.workspace();
         kernel
@@ -431,6 +437,19 @@ mod tests {
             assert!((values.mean[own] - mean).abs() < 1e-9 * rms);
             assert!((values.rms[own] / rms - 1.0).abs() < 1e-9);
             assert!(errors.rms[own] > 0.0 && errors.rms[own] < 0.5 * rms);
+            // By the series of what stretches add about the mean: σ = √(mean square), dσ = d(σ²)/(2σ).
+            let time = 10.0 * check.model.period();
+            let stretches = check.stretches.iter().map(|sums| sums[i]);
+            let [means, squares]: [Vec<f64>; 2] = [
+                stretches.clone().map(|[first, _]| first / time).collect(),
+                stretches
+                    .map(|[first, second]| (second - 2.0 * mean * first) / time / (2.0 * rms))
+                    .collect(),
+            ];
+            for (found, series) in [(errors.mean[own], &means), (errors.rms[own], &squares)] {
+                let exact = standard_error(series);
+                assert!((found / exact - 1.0).abs() < 1e-6, "{i}: {found} {exact}");
+            }
         }
     }
 }

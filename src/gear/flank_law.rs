@@ -288,3 +288,6 @@ impl Flanks {
         reliefs.chain(points).collect()
     }
 }
+
+#[cfg(test)]
+mod tests;

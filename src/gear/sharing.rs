@@ -311,3 +311,6 @@ impl LoadSharing {
         knot + 2.0 * rest / (slope + (slope * slope + 2.0 * curvature * rest).max(0.0).sqrt())
     }
 }
+
+#[cfg(test)]
+mod bearing_tests;

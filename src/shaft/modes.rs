@@ -348,3 +348,6 @@ pub(super) fn orientation(mesh: &[f64], rigid: usize, solution: &Modes) -> Vec<f
 
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+mod rounding_tests;

@@ -470,3 +470,6 @@ pub fn is_known(plane: &Plane, curves: &[Curve], own: &Bifurcation) -> bool {
             })
         })
 }
+
+#[cfg(test)]
+mod tests;

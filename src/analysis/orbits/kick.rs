@@ -139,4 +139,13 @@ mod tests {
         assert!((norm(&direction) - 1.0).abs() < 1e-14);
         assert!((growth - expected).abs() < 1e-14, "{growth} {expected}");
     }
+
+    /// A matrix that forgets everything stretches nothing most: any direction does, of unit norm.
+    #[test]
+    fn a_matrix_of_zeros_has_a_direction_of_unit_norm() {
+        for size in [1, 2, 5] {
+            let direction = strongest(&Mat::zeros(size, size));
+            assert!((norm(&direction) - 1.0).abs() < 1e-14);
+        }
+    }
 }

@@ -138,3 +138,36 @@ fn check(inputs: &MeshTableInputs) -> Result<(), MeshTableError> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gear::{Flanks, ToothForm, fixtures};
+    use std::sync::Mutex;
+
+    /// Progress is told after each stretch, all of them counted, whichever thread was first.
+    #[test]
+    fn progress_counts_to_the_end() {
+        let form = ToothForm {
+            bore: [Some(30e-3), Some(40e-3)],
+            ..ToothForm::default()
+        };
+        let pair = fixtures::pair([20, 30], form);
+        let flanks = Flanks::new(&pair).unwrap();
+        let inputs = MeshTableInputs {
+            slices: 1,
+            ..MeshTableInputs::of_gears(&pair)
+        };
+        let told = Mutex::new(Vec::new());
+        let table = MeshTable::build(&flanks, &inputs, &|done, all| {
+            told.lock().unwrap().push((done, all));
+        });
+        let stretches = breaks(&flanks, inputs.face_width, inputs.longest_piece).unwrap();
+        let all = stretches.windows(2).count();
+        let mut told = told.into_inner().unwrap();
+        told.sort_unstable();
+        assert_eq!(told, (1..=all).map(|done| (done, all)).collect::<Vec<_>>());
+        // A stretch is a piece or more.
+        assert!(table.unwrap().breaks.len() > all);
+    }
+}

@@ -220,3 +220,92 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
         .map(|(name, value, scale)| Quantity { name, value, scale })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gear::{Flanks, GearPair, IndependentSlices, Modification, ToothForm, fixtures};
+
+    fn flanks(crowning: f64) -> (GearPair, Flanks) {
+        let crowned = Modification {
+            crowning,
+            ..Modification::default()
+        };
+        let form = ToothForm {
+            bore: [Some(30e-3), Some(40e-3)],
+            lead: [crowned, Modification::default()],
+            ..ToothForm::default()
+        };
+        let pair = fixtures::pair([20, 30], form);
+        let flanks = Flanks::new(&pair).unwrap();
+        (pair, flanks)
+    }
+
+    /// Slices that support each other matter where they do not bear alike: askew or crowned.
+    #[test]
+    fn a_face_is_coupled_where_it_bears_unevenly() {
+        for (crowning, angle, coupled) in [
+            (0.0, 0.0, false),
+            (0.0, 2e-4, true),
+            (3e-6, 0.0, true),
+            (3e-6, 2e-4, true),
+        ] {
+            let (pair, flanks) = flanks(crowning);
+            let inputs = MeshTableInputs {
+                misalignment: vec![angle],
+                ..MeshTableInputs::of_gears(&pair)
+            };
+            let law = MeshLaw {
+                flanks: &flanks,
+                inputs: &inputs,
+            };
+            assert_eq!(law.is_coupled(), coupled, "{crowning} {angle}");
+            let alone = MeshLaw {
+                flanks: &IndependentSlices(&flanks),
+                inputs: &inputs,
+            };
+            assert!(!alone.is_coupled());
+        }
+    }
+
+    /// A column is the load of the pairs there, shared out: stiffness, error and pattern.
+    #[test]
+    fn a_column_is_what_the_pairs_bear() {
+        let (pair, flanks) = flanks(3e-6);
+        let inputs = MeshTableInputs {
+            misalignment: vec![-1e-4, 2e-4],
+            torque: vec![20.0, 60.0],
+            slices: 8,
+            pattern: true,
+            ..MeshTableInputs::of_gears(&pair)
+        };
+        let law = MeshLaw {
+            flanks: &flanks,
+            inputs: &inputs,
+        };
+        let face = Face {
+            width: inputs.face_width,
+            slices: 8,
+        };
+        let phase = 0.2;
+        let column = law.column(phase).unwrap();
+        let pairs = pairs_at(&flanks, phase, face).unwrap();
+        for (row, angle) in inputs.misalignment.iter().enumerate() {
+            let sharing = LoadSharing::new(&pairs, face, *angle).unwrap();
+            for (place, torque) in inputs.torque.iter().enumerate() {
+                let cell = &column.cells[row * 2 + place];
+                let force = torque / inputs.base_radius;
+                let load = sharing.bear(force);
+                assert_eq!(cell.stiffness, load.stiffness);
+                assert_eq!(cell.transmission_error, load.deflection);
+                assert_eq!((cell.centre, cell.share), (load.centre, load.share));
+                let borne: f64 = cell
+                    .pattern
+                    .iter()
+                    .map(|line| line * face.width / 8.0)
+                    .sum();
+                assert!((borne / force - 1.0).abs() < 1e-9, "{borne} {force}");
+            }
+        }
+    }
+}

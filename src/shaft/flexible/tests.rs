@@ -161,15 +161,36 @@ fn hub_ends_become_stations() {
     put_between(&mut stations, 0, 0.0);
     put_between(&mut stations, 0, 3.0);
     assert_eq!(stations.len(), 7);
-    let mut drive = drive();
-    drive.gears.form.body[0].hub = Some(Hub {
-        diameter: 30e-3,
-        length: 0.13,
-    });
-    assert!(matches!(
-        drive.modes(12, 12, false),
-        Err(ShaftError::HubBeyondBearings { shaft: 1, .. })
-    ));
+}
+
+/// A hub that reaches beyond a bearing is refused, and told how long it may be: twice the way to the nearer one.
+#[test]
+fn hubs_end_at_the_bearings() {
+    for (position, room) in [(0.4, 0.12), (0.7, 0.09)] {
+        for gear in 0..2 {
+            let of_length = |length: f64| {
+                let mut drive = drive();
+                drive.shafts[gear].gear_position = position;
+                drive.gears.form.body[gear].hub = Some(Hub {
+                    diameter: 30e-3,
+                    length,
+                });
+                drive.modes(12, 12, false)
+            };
+            let Err(ShaftError::HubBeyondBearings {
+                shaft,
+                length,
+                room: told,
+            }) = of_length(0.13)
+            else {
+                panic!("no end")
+            };
+            assert_eq!((shaft, length), (gear + 1, 0.13));
+            assert!((told - room).abs() < 1e-15, "{told} {room}");
+            assert!(of_length(told).is_ok());
+            assert!(of_length(told * (1.0 + 1e-6)).is_err());
+        }
+    }
 }
 
 /// Shafts too stiff to bend or twist on springs that cannot hold a tilt: the whole modal

@@ -277,6 +277,8 @@ fn two_stages_turn_as_their_teeth_say() {
     let train = row([20, 30, 18, 27]);
     let layout = train.layout().unwrap();
     assert_eq!(layout.speeds, [1.0, -2.0 / 3.0, 4.0 / 9.0]);
+    // What stands still is counted as what turns ahead.
+    assert_eq!([-0.5, 0.0, 2.0].map(speeds::sense), [-1.0, 1.0, 1.0]);
     // 18/30 of the first mesh's cycles.
     assert_eq!(layout.cycles, [[1, 1], [3, 5]]);
     let structure = train.modes(3, 3, false).unwrap();
@@ -390,6 +392,26 @@ fn trains_that_cannot_run_are_told() {
     loose.shafts[1].bearings[0].1.tilt = 0.0;
     let message = loose.modes(MODES, MODES, false).unwrap_err().to_string();
     assert!(message.contains("shaft `wheel` is not held"), "{message}");
+    // Which shaft, and how: along its axis, across it, tilting.
+    for shaft in 0..2 {
+        let without = |loosen: &dyn Fn(&mut Bearing)| {
+            let mut loose = train(&flexible());
+            loose.shafts[shaft]
+                .bearings
+                .iter_mut()
+                .for_each(|(_, bearing)| loosen(bearing));
+            loose.modes(MODES, MODES, false).unwrap_err().to_string()
+        };
+        let name = ["pinion", "wheel"][shaft];
+        for (message, way) in [
+            (without(&|bearing| bearing.axial = 0.0), "axially"),
+            (without(&|bearing| bearing.x = 0.0), "along its x axis"),
+            (without(&|bearing| bearing.y = 0.0), "along its y axis"),
+        ] {
+            let told = format!("shaft `{name}` is not held {way}");
+            assert!(message.contains(&told), "{message}");
+        }
+    }
     let mut light = row([20, 30, 18, 27]);
     light.shafts[0].gears[0].body.polar_inertia = 0.0;
     assert!(told(light).contains("carries no inertia"));

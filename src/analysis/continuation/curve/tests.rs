@@ -1,0 +1,139 @@
+//! What of codimension two lies between two orbits, from their multipliers and touches alone.
+
+use super::*;
+use crate::analysis::continuation::map::Details;
+use crate::analysis::continuation::touches::Touches;
+use faer::Mat;
+
+/// An orbit with some multipliers, given by modulus and angle \[rad\]; an angle between 0 and π is of a pair.
+fn orbit(polar: &[[f64; 2]], changes: usize) -> Orbit {
+    let mut multipliers = Vec::new();
+    for &[modulus, angle] in polar {
+        if angle == 0.0 || angle == PI {
+            let sign = if angle == 0.0 { 1.0 } else { -1.0 };
+            multipliers.push(Complex64::new(sign * modulus, 0.0));
+        } else {
+            let one = Complex64::from_polar(modulus, angle);
+            multipliers.extend([one, one.conj()]);
+        }
+    }
+    Orbit {
+        u: vec![0.0; multipliers.len()],
+        at: [0.0; 2],
+        period: 1,
+        residual: 0.0,
+        steps: 0,
+        monodromy: Mat::zeros(0, 0),
+        multipliers,
+        details: Details {
+            touches: Touches {
+                sequence: vec![(0, true); changes],
+                ..Touches::default()
+            },
+            ..Details::default()
+        },
+    }
+}
+
+/// What is found between two orbits, the same both ways.
+fn found(kind: Kind, a: &[[f64; 2]], b: &[[f64; 2]]) -> Option<&'static str> {
+    let [a, b] = [a, b].map(|polar| orbit(polar, 0));
+    let note = codimension_two(&kind, &a, &b);
+    assert_eq!(note, codimension_two(&kind, &b, &a));
+    note
+}
+
+/// A torus whose pair passes a third or a quarter of a turn is resonant there, and nowhere else.
+#[test]
+fn a_torus_is_resonant_at_a_third_and_a_quarter_of_a_turn() {
+    for (from, to, note) in [
+        (119.0, 121.0, Some("resonance 1:3")),
+        (89.0, 91.0, Some("resonance 1:4")),
+        (60.0, 70.0, None),
+        (95.0, 115.0, None),
+        (130.0, 170.0, None),
+        (1.0, 80.0, None),
+    ] {
+        let at = |degrees: f64| [[1.0, f64::to_radians(degrees)], [0.3, 0.0]];
+        assert_eq!(found(Kind::Torus, &at(from), &at(to)), note, "{from} {to}");
+    }
+    // Of two pairs the one on the circle counts; without a pair nothing is told.
+    let two = |degrees: f64| {
+        [
+            [0.4, f64::to_radians(120.0)],
+            [1.0, f64::to_radians(degrees)],
+        ]
+    };
+    assert_eq!(
+        found(Kind::Torus, &two(88.0), &two(92.0)),
+        Some("resonance 1:4")
+    );
+    assert_eq!(found(Kind::Torus, &[[0.5, 0.0]], &[[0.6, 0.0]]), None);
+}
+
+/// A multiplier that passes the circle beside the one that is on it.
+#[test]
+fn a_second_multiplier_that_passes_the_circle_is_told() {
+    let inside = [[1.0, 0.0], [0.5, 1.0], [0.9, PI]];
+    let doubled = [[1.0, 0.0], [0.5, 1.0], [1.1, PI]];
+    let turning = [[1.0, 0.0], [1.1, 1.0], [0.9, PI]];
+    for (other, note) in [
+        (doubled, Some("fold and period doubling")),
+        (turning, Some("fold and torus")),
+        (inside, None),
+    ] {
+        assert_eq!(found(Kind::Fold, &inside, &other), note);
+    }
+    let inside = [[1.0, PI], [0.5, 1.0], [0.9, 0.0]];
+    let folded = [[1.0, PI], [0.5, 1.0], [1.1, 0.0]];
+    let turning = [[1.0, PI], [1.1, 1.0], [0.9, 0.0]];
+    for (other, note) in [
+        (folded, Some("fold and period doubling")),
+        (turning, Some("period doubling and torus")),
+        (inside, None),
+    ] {
+        assert_eq!(found(Kind::PeriodDoubling, &inside, &other), note);
+    }
+}
+
+/// Along a graze a multiplier of ±1, or another contact change.
+#[test]
+fn what_happens_on_a_graze_besides_is_told() {
+    let kind = Kind::Graze {
+        extreme: Extreme {
+            contact: 0,
+            minimum: true,
+            time: 0.5,
+            depth: 0.0,
+        },
+    };
+    let inside = [[0.9, 0.0], [0.8, PI]];
+    assert_eq!(found(kind, &inside, &inside), None);
+    let folded = [[1.1, 0.0], [0.8, PI]];
+    assert_eq!(found(kind, &inside, &folded), Some("graze and fold"));
+    let doubled = [[0.9, 0.0], [1.2, PI]];
+    assert_eq!(
+        found(kind, &inside, &doubled),
+        Some("graze and period doubling")
+    );
+    let [a, b] = [2, 4].map(|changes| orbit(&inside, changes));
+    assert_eq!(codimension_two(&kind, &a, &b), Some("another graze"));
+    for kind in [Kind::BranchPoint, Kind::Jump, Kind::Merging { period: 1 }] {
+        assert_eq!(found(kind, &inside, &doubled), None);
+    }
+}
+
+/// The plane holds its borders, and lengths in it are parts of its sides.
+#[test]
+fn places_in_a_plane_are_parts_of_its_sides() {
+    let plane = Plane {
+        from: [1.0, 100.0],
+        to: [3.0, 500.0],
+        longest: 0.1,
+        most: 10,
+    };
+    assert!(plane.holds([1.0, 500.0]) && plane.holds([2.0, 300.0]));
+    assert!(!plane.holds([0.999, 300.0]) && !plane.holds([2.0, 500.1]));
+    let apart = plane.apart([1.2, 220.0], [1.8, 380.0]);
+    assert!((apart - 0.5).abs() < 1e-14, "{apart}");
+}

@@ -1,0 +1,146 @@
+//! What all ways of asking a face about its load have in common, whether its slices support each other or not.
+
+#![allow(clippy::unwrap_used)]
+use super::*;
+use crate::gear::{Flanks, ToothForm, fixtures};
+
+const WIDTH: f64 = 20e-3;
+
+fn face(slices: usize) -> Face {
+    Face {
+        width: WIDTH,
+        slices,
+    }
+}
+
+fn flanks(helix_angle: f64) -> Flanks {
+    let form = ToothForm {
+        bore: [Some(30e-3), Some(40e-3)],
+        ..ToothForm::default()
+    };
+    let pair = fixtures::pair([20, 30], form);
+    let pair = crate::gear::GearPair {
+        helix_angle,
+        ..pair
+    };
+    Flanks::new(&pair).unwrap()
+}
+
+/// Spur pairs whose slices support each other, the same whose slices do not, and a helical face, all askew.
+fn askew(angle: f64) -> [LoadSharing; 3] {
+    let spur = flanks(0.0);
+    let pairs = pairs_at(&spur, 0.1, face(16)).unwrap();
+    assert_eq!(pairs.len(), 2);
+    let helical = HelicalFace::new(&flanks(0.25), 0.1, face(16)).unwrap();
+    let all = [
+        LoadSharing::new(&pairs, face(16), angle).unwrap(),
+        LoadSharing::of_slices(&pairs, face(16), angle).unwrap(),
+        helical.sharing(angle).unwrap(),
+    ];
+    // Where all bear alike there is nothing to couple.
+    assert_eq!(all[0].coupled.is_some(), angle != 0.0);
+    assert!(all[1].coupled.is_none());
+    all
+}
+
+/// The pattern is in balance with the force, pair by pair and about mid-face; the stiffness is the slope of the
+/// force, and a load asked for with its margins is the same load.
+#[test]
+fn a_load_is_the_sum_of_its_pattern() {
+    for (number, sharing) in askew(4e-4).iter().enumerate() {
+        let helical = number == 2;
+        for force in [300.0, 2e3, 9e3] {
+            let load = sharing.bear(force);
+            assert_eq!(load, sharing.bear_with_margins(force).0);
+            let pattern = sharing.pattern(force);
+            let slice = WIDTH / 16.0;
+            let (mut sum, mut moment) = (0.0, 0.0);
+            for (pair, lines) in pattern.chunks(16).enumerate() {
+                let own: f64 = lines.iter().map(|line| line * slice).sum();
+                if !helical {
+                    let share = load.share[pair];
+                    assert!((own / force - share).abs() < 1e-9, "{number} {own} {share}");
+                }
+                sum += own;
+                moment += (lines.iter().enumerate())
+                    .map(|(i, line)| line * slice * (i as f64 + 0.5) * slice)
+                    .sum::<f64>();
+            }
+            assert!((sum / force - 1.0).abs() < 1e-9, "{number} {sum} {force}");
+            assert!((load.share.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+            // What a slice bears acts within it.
+            let centre = moment / force - 0.5 * WIDTH;
+            assert!(
+                (load.centre - centre).abs() < 0.5 * slice,
+                "{number} {centre}"
+            );
+            assert!(load.centre < 0.0, "{number}: {}", load.centre);
+            let step = 1e-4 * force;
+            let approach = |force: f64| sharing.bear(force).deflection;
+            let slope = 2.0 * step / (approach(force + step) - approach(force - step));
+            assert!(
+                (load.stiffness / slope - 1.0).abs() < 1e-3,
+                "{number} {slope}"
+            );
+        }
+    }
+}
+
+/// Loaded lengths are those of the parts of the face on which the pattern is not zero: all of the face under a high
+/// load, half of it and less where flanks are far askew.
+#[test]
+fn loaded_lengths_are_those_of_the_pattern() {
+    for (angle, force, full) in [(1e-5, 5e3, true), (3e-3, 5e2, false)] {
+        for (number, sharing) in askew(angle).iter().take(2).enumerate() {
+            let (load, lengths) = sharing.bear_with_lengths(force);
+            let pattern = sharing.pattern(force);
+            let all: f64 = lengths.iter().sum();
+            assert!((load.contact_fraction - all / (2.0 * WIDTH)).abs() < 1e-12);
+            for (lines, length) in pattern.chunks(16).zip(lengths) {
+                let touched = lines.iter().filter(|line| **line > 0.0).count() as f64;
+                let most = touched * WIDTH / 16.0;
+                assert!(length <= most + 1e-9, "{number} {length} {most}");
+                assert!(
+                    length > most - 0.999 * WIDTH / 16.0 - 1e-9,
+                    "{number} {length} {most}"
+                );
+                assert_eq!(full, (length - WIDTH).abs() < 1e-12, "{number} {length}");
+            }
+        }
+    }
+}
+
+/// Without a force flanks touch where the least is missing, however slices are coupled.
+#[test]
+fn without_a_force_flanks_touch_at_an_end_of_the_face() {
+    for sharing in &askew(4e-4)[..2] {
+        let load = sharing.bear(0.0);
+        assert!((load.deflection + 4e-4 * 0.5 * WIDTH).abs() < 1e-15);
+        assert_eq!(load.share, [0.0; MOST_PAIRS]);
+        assert!(sharing.pattern(0.0).iter().all(|line| *line == 0.0));
+    }
+}
+
+/// Teeth that are held by the unloaded rest of the face are stiffer at its loaded end and draw load there; borne all along
+/// the face, a load approaches the gears by the same, and evenly it is borne as by slices alone.
+#[test]
+fn support_between_slices_draws_load_to_the_end() {
+    for angle in [1e-4, 3e-3] {
+        let [coupled, slices, _] = askew(angle);
+        let [with, without] = [&coupled, &slices].map(|sharing| sharing.bear(3e3));
+        assert!(
+            with.centre < without.centre && without.centre < 0.0,
+            "{angle}"
+        );
+        if angle == 1e-4 {
+            assert!((with.deflection / without.deflection - 1.0).abs() < 1e-6);
+        }
+    }
+    let [coupled, slices, _] = askew(0.0);
+    let [with, without] = [&coupled, &slices].map(|sharing| sharing.bear(2e3));
+    assert!((with.deflection / without.deflection - 1.0).abs() < 1e-9);
+    assert!((with.stiffness / without.stiffness - 1.0).abs() < 1e-9);
+    for (a, b) in with.share.iter().zip(without.share) {
+        assert!((a - b).abs() < 1e-9);
+    }
+}
