@@ -63,7 +63,11 @@ fn springs_of_pairs_keep_to_thirty_digits() {
         (manifest(&askew, ""), 1200.0, 0.1),
         (manifest(&same_line, ""), 1200.0, 0.05),
         (lead("lead_slope = \"0.4 um\""), 1000.0, 0.2),
-        (lead("lead_slope = \"1 um\"\nlead_crowning = \"2 um\""), 1200.0, 0.1),
+        (
+            lead("lead_slope = \"1 um\"\nlead_crowning = \"2 um\""),
+            1200.0,
+            0.1,
+        ),
     ] {
         let model = model(&text, speed, load);
         assert_eq!(model.flank_springs, model.contacts.len());
