@@ -208,10 +208,20 @@ def sampled(asked, modules):
     return found, counts
 
 
-def survivors(record, modules):
-    """The mutants of a record in some modules that survived and are not judged to change nothing."""
-    left = [m for m in record["mutants"] if lives(m) and m["module"] in modules and m["name"] not in record["judged"]]
-    names = {m["name"]: m["module"] for m in left}
+def earlier(path):
+    """A record, with what is judged beside it."""
+    judged = path.parent / "judged.json"
+    return json.loads(path.read_text()) | {"judged": json.loads(judged.read_text()) if judged.exists() else {}}
+
+
+def survivors(records, modules):
+    """The mutants of some modules of records that survived and are not judged to change nothing."""
+    names = {
+        m["name"]: m["module"]
+        for record in records
+        for m in record["mutants"]
+        if lives(m) and m["name"] not in record["judged"] and m["module"] in modules
+    }
     found = []
     for module in sorted(set(names.values())):
         for mutant in mutants_of(module):
@@ -236,29 +246,27 @@ def main():
     parser.add_argument("--sample", type=int, default=40)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--unit", action="store_true", help="unit tests alone")
-    parser.add_argument("--only", type=Path, help="mutants.json whose survivors are tried again")
+    parser.add_argument("--only", type=Path, action="append", help="mutants.json whose survivors are tried again; may be repeated")
     parser.add_argument("--scratch", dest="again")
     asked = parser.parse_intermixed_args()
     scratch = asked.scratch
     if asked.unit:
         TESTS.update(dict.fromkeys(TESTS, []))
+    modules = asked.modules or list(TESTS)
     if asked.only:
-        record = json.loads(asked.only.read_text())
-        judged = asked.only.parent / "judged.json"
-        record["judged"] = json.loads(judged.read_text()) if judged.exists() else {}
-        out, drawn = asked.only.parent, survivors(record, asked.modules or list(TESTS))
-        known = {mutant["name"]: mutant for mutant in record["mutants"]}
+        records = {path.parent: earlier(path) for path in asked.only}
+        drawn = survivors(records.values(), modules)
     else:
-        drawn, counts = sampled(asked, asked.modules or list(TESTS))
+        drawn, counts = sampled(asked, modules)
         record = {"sample": asked.sample, "seed": asked.seed, "modules": counts, "mutants": [], "judged": {}}
         record["tests"] = {module: TESTS[module] for module in counts}
-        out = asked.out
+        records = {asked.out: record}
     if drawn:
         tree = copy_tree(scratch)
         left, dropped = viable(scratch, tree, drawn)
         modules = sorted({mutant["module"] for mutant in drawn})
-        for module in record["modules"] if not asked.only else []:
-            record["modules"][module]["lost"] = sum(m["module"] == module and m["number"] in dropped for m in drawn)
+        for module in counts if not asked.only else []:
+            counts[module]["lost"] = sum(m["module"] == module and m["number"] in dropped for m in drawn)
         programs = built(scratch, tree, sorted({test for module in modules for test in TESTS[module]}))
         tests = {module: tests_of(module, programs) for module in modules}
         # Programs that hold several modules have their tests traced once.
@@ -276,12 +284,15 @@ def main():
             for mutant, (ended, by) in zip(left, fates):
                 print(f"{ended}: {mutant['name']}: {by}", flush=True)
                 if asked.only:
-                    known[mutant["name"]] |= {"again": ended, "again_by": by}
+                    for known in (m for record in records.values() for m in record["mutants"] if m["name"] == mutant["name"]):
+                        known |= {"again": ended, "again_by": by}
                 else:
                     keys = ["name", "module", "kind"]
                     record["mutants"].append({key: mutant[key] for key in keys} | {"ended": ended, "by": by})
-                write(out, record)
-    write(out, record)
+                for out, record in records.items():
+                    write(out, record)
+    for out, record in records.items():
+        write(out, record)
 
 
 def write(out, record):
