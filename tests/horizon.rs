@@ -59,7 +59,7 @@ fn exponent(model: &Model, start: &TrajectoryState) -> f64 {
             .unwrap();
         growth.cycle(&norm);
     }
-    mean(growth.averages())
+    mean(growth.averages().values())
 }
 
 /// A chaotic drive, so told by its exponent.
