@@ -328,3 +328,40 @@ fn root(ends: [f64; 2], at_low: f64, function: &dyn Fn(f64) -> [f64; 2]) -> f64 
     }
     place
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pair may press most anywhere inside a cell, and be in contact nowhere else: both are what fine steps find.
+    #[test]
+    fn what_presses_most_lies_inside_a_cell_as_well() {
+        let profile = Profile::new(vec![vec![0.0, 0.4e-6, 0.1e-6]], 3);
+        for (first, second) in [(0.3e-6, -0.2e-6), (-0.5e-6, 0.1e-6), (0.05e-6, 0.4e-6)] {
+            let depth = |approach: f64, t: f64| {
+                let gap = match t < 0.5 {
+                    true => 0.8e-6 * t,
+                    false => 0.4e-6 - 0.6e-6 * (t - 0.5),
+                };
+                let waves = first * (PI * t).cos() + second * (2.0 * PI * t).cos();
+                approach - gap - SQRT_2 * waves
+            };
+            let places = (0..=200_000).map(|i| f64::from(i) / 2e5);
+            let most = places
+                .map(|t| depth(0.0, t))
+                .fold(f64::NEG_INFINITY, f64::max);
+            let press = |approach| Press::new(approach, &[0.0, first, second]);
+            let found = profile.deepest(0, &press(0.0));
+            assert!((found - most).abs() < 1e-15, "{found:e} {most:e}");
+            // In contact by a thousandth of a micrometre only around that place.
+            let touching = profile.touching(0, &press(1e-9 - most));
+            let length: f64 = touching.iter().map(Interval::length).sum();
+            let places = (0..200_000).map(|i| (f64::from(i) + 0.5) / 2e5);
+            let exact = places.filter(|t| depth(1e-9 - most, *t) > 0.0).count() as f64 / 2e5;
+            assert!(
+                exact > 0.0 && (length - exact).abs() < 2e-5,
+                "{length} {exact}"
+            );
+        }
+    }
+}
