@@ -1,7 +1,7 @@
 //! What are windows with several contacts closed laid on?
 
 use super::closure::Closure;
-use super::tables::{Needs, Sight, place};
+use super::needs::{Needs, Sight, place};
 use crate::model::{Contact, Model, Segment};
 
 /// Lengths closer than this, relative, are one.

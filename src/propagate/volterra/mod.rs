@@ -57,6 +57,7 @@ mod joint;
 mod joint_stretch;
 mod lanes;
 mod length;
+mod needs;
 mod partial;
 mod position;
 mod release;

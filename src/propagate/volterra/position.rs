@@ -1,7 +1,8 @@
 //! Where does a window start, and what is it laid on?
 
 use super::joint_stretch::JointStretch;
-use super::tables::{Course, Sight};
+use super::needs::Sight;
+use super::tables::Course;
 use crate::model::ActiveSet;
 
 /// Times closer than this part of a mesh period are one.

@@ -4,6 +4,7 @@ use super::closure::Closure;
 use super::grid::{Grid, distinct};
 use super::joint_stretch::{JointStretch, can_join, joint_stretches};
 use super::lanes::InstructionSet;
+use super::needs::{Needs, Sight, place};
 use super::shapes::{BlockChunk, LANES, Lack, Lanes, Layout};
 use super::window_table::{BlockExponential, WindowTable};
 use crate::model::{Block, MeshGain, Model, Segment, turned};
@@ -52,96 +53,12 @@ pub struct Course {
     pub cell_phases: Vec<f64>,
 }
 
-/// The contacts that see the same deflection.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Sight {
-    /// Their line.
-    pub line: usize,
-    /// Window table whose rows are those of the line.
-    pub window: usize,
-    /// The contacts.
-    pub contacts: Vec<usize>,
-}
-
 /// What loaded flanks lack over a window of length `delta` \[s\] that starts at `time` \[s\] in a
 /// segment.
 pub fn lack(model: &Model, segment: &Segment, time: f64, delta: f64) -> Lack {
     let place = |time: f64| segment.place(time / model.period());
     let series = segment.error.coefficients();
     transforms8().restrict(series, place(time), place(time + delta))
-}
-
-/// Window tables while it is found out which are needed: one a length and direction, with the
-/// lines on which its force is felt besides.
-#[derive(Default)]
-pub(super) struct Needs {
-    kinds: Vec<(usize, usize)>,
-    closures: Vec<Vec<Closure>>,
-    /// Whether the stiffness varies on some window that no table has.
-    varying: Vec<bool>,
-    felt: Vec<Vec<usize>>,
-}
-
-impl Needs {
-    /// The window table of a length and direction.
-    pub fn window(&mut self, length: usize, direction: usize) -> usize {
-        let window = place(&mut self.kinds, (length, direction));
-        self.closures.resize(self.kinds.len(), Vec::new());
-        self.varying.resize(self.kinds.len(), false);
-        self.felt.resize(self.kinds.len(), Vec::new());
-        window
-    }
-
-    /// The lines of contacts in their directions, for windows of a length.
-    /// That of the contact `first` comes first.
-    pub fn sights(
-        &mut self,
-        model: &Model,
-        length: usize,
-        directions: &[usize],
-        first: usize,
-    ) -> Vec<Sight> {
-        let mut sights: Vec<Sight> = Vec::new();
-        let others = (0..directions.len()).filter(|&contact| contact != first);
-        for contact in std::iter::once(first).chain(others) {
-            let direction = directions[contact];
-            let line = model.directions[direction].line;
-            match sights.iter_mut().find(|sight| sight.line == line) {
-                Some(sight) => sight.contacts.push(contact),
-                None => {
-                    // Beside the own direction only the line matters: one table serves it.
-                    let known = (self.kinds.iter())
-                        .position(|kind| kind.0 == length && model.directions[kind.1].line == line);
-                    let window = match known.filter(|_| contact != first) {
-                        Some(known) => known,
-                        None => self.window(length, direction),
-                    };
-                    sights.push(Sight {
-                        line,
-                        window,
-                        contacts: vec![contact],
-                    });
-                }
-            }
-        }
-        for sight in &mut sights {
-            sight.contacts.sort_unstable();
-        }
-        sights
-    }
-
-    /// What closes a contact on windows that start anywhere in its segment.
-    pub fn close(&mut self, window: usize, closure: Closure) -> Option<usize> {
-        if closure.varies() {
-            self.varying[window] = true;
-            return None;
-        }
-        Some(place(&mut self.closures[window], closure))
-    }
-
-    pub fn feel(&mut self, window: usize, line: usize) {
-        place(&mut self.felt[window], line);
-    }
 }
 
 impl VolterraTables {
@@ -327,14 +244,6 @@ impl Course {
 pub fn phases([angular, turns]: [f64; 2], cycle: u64, time: f64) -> [f64; 2] {
     let (sin, cos) = turned(angular, turns, cycle, time).sin_cos();
     [cos, sin]
-}
-
-/// Place of a value in a list, appended where it is new.
-pub(super) fn place<T: PartialEq>(known: &mut Vec<T>, value: T) -> usize {
-    known.iter().position(|k| *k == value).unwrap_or_else(|| {
-        known.push(value);
-        known.len() - 1
-    })
 }
 
 /// Pairs of numbers, one a block, by chunks.
