@@ -305,10 +305,11 @@ fn agree(case: &Case) -> Result<usize, TestCaseError> {
 /// cycle to sixteen times as many; a single error depends on where events fall between two steps,
 /// a mean over neighbours does not. None where there is no error to speak of.
 fn order(coarse: u32, error: impl Fn(u32) -> f64) -> Option<f64> {
-    const NEIGHBOURS: u32 = 12;
+    // The logarithm of a delay that is anything up to a step scatters by one: the order by √2 / ln 16 / √32 = 0.09.
+    const NEIGHBOURS: u32 = 32;
     let mean = |parts: u32| {
         let sum = (0..NEIGHBOURS)
-            .map(|i| error(parts + parts * i / 96).max(1e-15).ln())
+            .map(|i| error(parts + parts * i / 256).max(1e-15).ln())
             .sum::<f64>();
         sum / f64::from(NEIGHBOURS)
     };
@@ -352,7 +353,7 @@ fn converge(case: &Case) -> Result<usize, TestCaseError> {
             });
             for (name, order) in [("stepping", stepping), ("event_grid", gridded)] {
                 let Some(order) = order else { continue };
-                prop_assert!((0.6..2.4).contains(&order), "{}: order {}", name, order);
+                prop_assert!((0.5..2.5).contains(&order), "{}: order {}", name, order);
                 seen += 1;
             }
             break;
