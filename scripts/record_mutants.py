@@ -2,7 +2,8 @@
 
 Every test is first run by itself without a mutant, noting which switches it passes. With `--only FILE` the survivors
 of an earlier record are tried again, and the record is written anew; `judged.json` beside it says, by the name of a
-mutant, why it changes nothing: those are not tried.
+mutant, why it changes nothing: those are not tried. How a record came about, where the summary would not say so, stands
+as `words` in mutants.json.
 """
 
 import argparse
@@ -304,6 +305,7 @@ def write(out, record):
     lines = [
         "# Mutants",
         "",
+        *([record["words"], ""] if "words" in record else []),
         f"`scripts/mutants --sample {record['sample']} --seed {record['seed']}`: of the mutants of each module a sample, each put to the",
         "tests that reach it, of the unit tests of its module"
         + "".join(f", {module}: {', '.join(tests)}" for module, tests in record["tests"].items() if tests)
