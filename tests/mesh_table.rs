@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, dead_code)]
 
+#[path = "../src/gear/fixtures.rs"]
+mod fixtures;
 #[path = "common/flank.rs"]
 mod flank;
 
@@ -619,14 +621,8 @@ fn pairs_that_part_without_a_kink_are_one_formula() {
         ..ToothForm::default()
     };
     let gears = GearPair {
-        teeth: [20, 30],
-        module: 4e-3,
-        pressure_angle: 20f64.to_radians(),
-        helix_angle: 0.0,
-        face_width: FACE_WIDTH,
         body_length: [70e-3, 40e-3],
-        rated_torque: 50.0,
-        form,
+        ..fixtures::pair([20, 30], form)
     };
     let flanks = Flanks::new(&gears).unwrap();
     for misalignment in [2.5e-4, 5e-4, 7.5e-4] {
