@@ -285,9 +285,9 @@ impl<K: Kernel> PointRun<'_, K> {
                 format!("repeats after {period} cycles and never leaves contact; {how}")
             }
             _ => format!(
-                "repeats after {period} {} with {events} events in {} cycles; {how}",
-                if period == 1 { "cycle" } else { "cycles" },
-                instruments.measured
+                "repeats after {} with {events} events in {}; {how}",
+                cycles(period.into()),
+                cycles(instruments.measured)
             ),
         };
         Ok(Some(self.outcome(
@@ -333,4 +333,9 @@ impl<K: Kernel> PointRun<'_, K> {
         )?;
         Ok(())
     }
+}
+
+/// A number of cycles in words.
+fn cycles(number: u64) -> String {
+    format!("{number} {}", if number == 1 { "cycle" } else { "cycles" })
 }

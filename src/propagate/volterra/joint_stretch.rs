@@ -4,8 +4,8 @@ use super::closure::Closure;
 use super::needs::{Needs, Sight, place};
 use crate::model::{Contact, Model, Segment};
 
-/// Lengths closer than this, relative, are one.
-const SAME_LENGTH: f64 = 1e-9;
+/// How much longer, relative, than a segment a window may be that fits it: both come from ends that are rounded apart.
+const ROUNDED_APART: f64 = 1e-9;
 
 /// A part of a mesh cycle on which no contact changes its segment.
 #[derive(Debug)]
@@ -53,7 +53,7 @@ fn joint_length(model: &Model, segments: &[&Segment], lengths: &[f64]) -> usize 
     };
     let bent = segments.iter().filter(|segment| !constant(segment));
     let shortest = bent.fold(f64::INFINITY, |least, s| least.min(s.end - s.start));
-    let limit = shortest * model.period() * (1.0 + SAME_LENGTH);
+    let limit = shortest * model.period() * (1.0 + ROUNDED_APART);
     let by_length = |a: &usize, b: &usize| lengths[*a].total_cmp(&lengths[*b]);
     let fitting = (0..lengths.len()).filter(|&own| lengths[own] <= limit);
     (fitting.max_by(by_length))
