@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+use std::collections::BTreeSet;
 use std::env;
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -98,4 +99,42 @@ fn contents_name_every_page() {
     named.sort();
     there.sort();
     assert_eq!(named, there);
+}
+
+/// The names of the direct dependencies in a manifest of Cargo, those of targets and tests too.
+fn dependencies(cargo: &toml::Table) -> BTreeSet<String> {
+    let kinds = |table: &toml::Table| -> BTreeSet<String> {
+        (table.iter())
+            .filter(|(key, _)| key.ends_with("dependencies"))
+            .flat_map(|(_, listed)| listed.as_table().unwrap().keys().cloned())
+            .collect()
+    };
+    let targets = cargo.get("target").and_then(toml::Value::as_table);
+    let of_targets = targets.into_iter().flat_map(toml::Table::values);
+    (of_targets.map(|target| kinds(target.as_table().unwrap())))
+        .chain([kinds(cargo)])
+        .flatten()
+        .collect()
+}
+
+#[test]
+fn every_direct_dependency_has_a_reason_and_no_reason_outlives_it() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut used = BTreeSet::new();
+    for file in ["Cargo.toml", "python/Cargo.toml"] {
+        let text = fs::read_to_string(root.join(file)).unwrap();
+        used.extend(dependencies(&text.parse().unwrap()));
+    }
+    // The Python package depends on the program.
+    assert!(used.remove("atlas"));
+    let page = fs::read_to_string(root.join("docs/dependencies.md")).unwrap();
+    let rows = page.lines().filter_map(|line| line.strip_prefix("| `"));
+    let told: BTreeSet<String> = rows
+        .map(|row| row.split('`').next().unwrap().to_owned())
+        .collect();
+    assert_eq!(
+        told, used,
+        "docs/dependencies.md (left) and Cargo.toml (right)"
+    );
+    assert!(used.contains("raw-cpuid") && used.contains("insta") && used.contains("pyo3"));
 }
