@@ -179,7 +179,10 @@ fn grazing_is_where_the_closed_form_says() {
 
 /// A mass on a spring of the mesh under load L and force A: contact is lost under the load at which the
 /// linear answer reaches back to the flank.
-struct Pressed;
+struct Pressed {
+    /// Turns of the force a mesh cycle.
+    turns: f64,
+}
 
 const PRESSED: f64 = 0.03;
 
@@ -189,7 +192,7 @@ impl Family for Pressed {
         structure.harmonic_loads = vec![HarmonicLoad {
             name: "force".to_owned(),
             force: vec![0.2],
-            turns_per_cycle: 1.0,
+            turns_per_cycle: self.turns,
             phase: 0.0,
         }];
         let drive = Drive {
@@ -220,12 +223,21 @@ impl Family for Pressed {
     }
 }
 
+/// A force that turns twice in five mesh cycles has the map repeat after five.
+#[test]
+fn the_unit_of_a_map_is_the_period_of_what_drives_it() {
+    for (turns, unit) in [(1.0, 1), (0.4, 5), (1.25, 4)] {
+        let map = DriveMap::new(&Pressed { turns }, [0.9, 3.0]);
+        assert_eq!(map.unwrap().unit(), unit);
+    }
+}
+
 /// `x'' + (2ζω + c) x' + (ω² + k) x = L + k b + 0.2 cos Ωt`: the smallest x is b under
 /// `L = ω² b + |H| 0.2 (ω² + k)`.
 #[test]
 fn onset_of_rattle_is_where_the_closed_form_says() {
     let map_at = [0.9, 3.0];
-    let mut map = DriveMap::new(&Pressed, map_at).unwrap();
+    let mut map = DriveMap::new(&Pressed { turns: 1.0 }, map_at).unwrap();
     for omega in [0.4, 0.9, 1.5, 1.6, 2.7] {
         let found = onset(&mut map, [omega, 0.0], 1).unwrap().unwrap();
         let (spring, rate) = (0.25 + 2.0, 2.0 * PRESSED * 0.5 + 0.1);

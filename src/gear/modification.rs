@@ -203,6 +203,33 @@ mod tests {
         }
     }
 
+    /// Slopes of the cubics at their points, by hand: the parabola through three points at an end, no more than three
+    /// rises where the course turns behind it, none where that would run the other way, and the weighted harmonic mean inside.
+    #[test]
+    fn slopes_of_the_cubics_are_those_of_the_rises() {
+        let slopes = |points: &[[f64; 2]]| -> Vec<f64> {
+            let course = PointCourse {
+                points: points.to_vec(),
+                between: BetweenPoints::Monotone,
+            };
+            (0..points.len()).map(|point| course.slope(point)).collect()
+        };
+        let rising = slopes(&[[0.0, 0.0], [1.0, 1.0], [3.0, 2.0]]);
+        for (found, exact) in rising.iter().zip([3.5 / 3.0, 9.0 / 13.0, 0.5 / 3.0]) {
+            assert!((found - exact).abs() < 1e-15, "{rising:?}");
+        }
+        assert_eq!(
+            slopes(&[[0.0, 0.0], [1.0, 1.0], [2.0, -9.0]]),
+            [3.0, 0.0, -15.5]
+        );
+        assert_eq!(
+            slopes(&[[0.0, -9.0], [1.0, 1.0], [2.0, 0.0]]),
+            [15.5, 0.0, -3.0]
+        );
+        assert_eq!(slopes(&[[0.0, 0.0], [1.0, 1.0], [2.0, 11.0]])[0], 0.0);
+        assert_eq!(slopes(&[[0.0, 1.0], [2.0, 5.0]]), [2.0, 2.0]);
+    }
+
     #[test]
     fn points_out_of_order_are_found() {
         let course = |points: &[[f64; 2]]| PointCourse {

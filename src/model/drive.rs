@@ -268,3 +268,20 @@ pub(super) fn ends_are_in_order(mesh: &[Division]) -> Result<(), ModelError> {
     }
     positive("end of the mesh cycle", before, before == 1.0, "1")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn divisions_end_one_after_the_other_and_the_last_at_1() {
+        let refused = |ends: &[f64]| {
+            let mesh: Vec<Division> = ends.iter().map(|&end| Division::level(end, 4e8)).collect();
+            ends_are_in_order(&mesh).is_err()
+        };
+        assert!(!refused(&[1.0]) && !refused(&[0.2, 0.6, 1.0]));
+        assert!(refused(&[0.6, 0.2, 1.0]) && refused(&[0.5, 0.5, 1.0]));
+        assert!(refused(&[0.5]) && refused(&[0.5, 1.2]) && refused(&[0.0, 1.0]));
+        assert!(refused(&[]) && refused(&[f64::NAN, 1.0]));
+    }
+}

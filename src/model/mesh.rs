@@ -206,4 +206,24 @@ mod tests {
         assert_eq!(sloping.segments[2].stiffness_at(0.5), 1.5);
         assert_eq!(sloping.mean_stiffness(), 2.0);
     }
+
+    /// On a segment of any place and length: what `stiffness_at` and `error_at` have as differences.
+    #[test]
+    fn bends_are_differences_of_the_courses() {
+        let mut divisions = Division::levels(&[4e8; 3], &[0.3, 0.7]);
+        divisions[1].stiffness = Stiffness::series([4e8, 3e7, -1e7, 4e6, 0.0, 0.0, 0.0, 0.0]);
+        let mut cycle = MeshCycle::new(1.0, &divisions, &[0; 3], 0.1);
+        let error = FlankError::series([1e-6, 2e-6, -3e-6, 1e-6, 0.0, 0.0, 0.0, 0.0]);
+        let segment = &mut cycle.segments[1];
+        segment.error = error;
+        let step = 1e-4;
+        for phase in [0.35, 0.5, 0.68] {
+            let stiffness = |at: f64| segment.stiffness_at(at);
+            let difference = (stiffness(phase + step) - stiffness(phase - step)) / (2.0 * step);
+            let [before, after] = [-step, step].map(|s| segment.error_at(phase + s)[1]);
+            let [stiffening, curvature] = segment.bends_at(phase);
+            assert!((stiffening / difference - 1.0).abs() < 1e-5);
+            assert!((curvature * 2.0 * step / (after - before) - 1.0).abs() < 1e-5);
+        }
+    }
 }

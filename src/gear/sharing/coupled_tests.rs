@@ -164,3 +164,33 @@ fn contact_may_be_in_two_places() {
     assert!(pair.moment.abs() < 1e-12 * 500.0 * WIDTH);
     assert!(pair.loaded < 0.9);
 }
+
+/// The slope is that of one function of y and x: while the same is in contact its second derivatives are
+/// symmetric, and it vanishes where the load is borne.
+#[test]
+fn slopes_are_those_of_one_function() {
+    let mean = 1e5;
+    let strip = |n: usize| EVEN / (1.0 + n as f64).powi(2);
+    let coupled = one(strip, 4, 1, 2e-5);
+    let patch = coupled.patch(vec![vec![Interval::WHOLE]]);
+    let (least, _) = coupled.settle(&patch, mean);
+    let step = |y: f64, approach: f64| Point {
+        y: Mat::from_fn(4, 1, |row, _| y * (1.0 + row as f64)),
+        approach,
+    };
+    let [one, other] = [step(1e-3, 0.0), step(0.0, 1e-6)];
+    let after = |by: &Point| Point {
+        y: &least.y + &by.y,
+        approach: least.approach + by.approach,
+    };
+    let [mixed, turned] = [[&one, &other], [&other, &one]]
+        .map(|[by, along]| coupled.slope(&after(by), &patch, along, mean));
+    let own = coupled.slope(&after(&one), &patch, &one, mean);
+    assert!(coupled.slope(&least, &patch, &one, mean).abs() < 1e-12 * own);
+    assert!(coupled.slope(&least, &patch, &other, mean).abs() < 1e-12 * own);
+    assert!(own > 0.0 && coupled.slope(&after(&other), &patch, &other, mean) > 0.0);
+    assert!(
+        (mixed - turned).abs() < 1e-9 * mixed.abs(),
+        "{mixed} {turned}"
+    );
+}

@@ -500,3 +500,39 @@ proptest! {
         }
     }
 }
+
+/// Round-off of large entries is no asymmetry, whatever their unit; a part in a thousand is one.
+#[test]
+fn asymmetry_is_told_against_the_diagonal() {
+    let mass = Mat::<f64>::identity(2, 2);
+    for unit in [1e-6, 1.0, 1e8] {
+        let stiffness = |off: f64| {
+            Mat::from_fn(2, 2, |i, j| match i.cmp(&j) {
+                std::cmp::Ordering::Equal => 2.0 * unit,
+                std::cmp::Ordering::Less => unit,
+                std::cmp::Ordering::Greater => unit * (1.0 + off),
+            })
+        };
+        assert!(check(&mass, &stiffness(1e-11)).is_ok());
+        assert!(matches!(
+            check(&mass, &stiffness(1e-9)),
+            Err(ShaftError::Asymmetric {
+                row: 1,
+                column: 0,
+                ..
+            })
+        ));
+    }
+}
+
+/// A mode that no flank feels is told by the largest entry of its shape.
+#[test]
+fn modes_that_the_mesh_does_not_feel_have_a_sign_too() {
+    let solution = Modes {
+        squared_frequency: vec![0.0, 1.0, 2.0],
+        shape: faer::mat![[1.0, 0.1, 0.6], [1.0, -0.9, -0.6]],
+    };
+    assert_eq!(orientation(&[0.5, 0.0, 0.0], 1, &solution), [-1.0, 1.0]);
+    assert_eq!(orientation(&[0.5, 2.0, -1e-3], 1, &solution), [1.0, -1.0]);
+    assert_eq!(orientation(&[0.5, 2.0, -1e-9], 1, &solution), [1.0, 1.0]);
+}
