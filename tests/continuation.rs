@@ -227,7 +227,8 @@ impl Family for Pressed {
 #[test]
 fn the_unit_of_a_map_is_the_period_of_what_drives_it() {
     for (turns, unit) in [(1.0, 1), (0.4, 5), (1.25, 4)] {
-        let map = DriveMap::new(&Pressed { turns }, [0.9, 3.0]);
+        let pressed = Pressed { turns };
+        let map = DriveMap::new(&pressed, [0.9, 3.0]);
         assert_eq!(map.unwrap().unit(), unit);
     }
 }
