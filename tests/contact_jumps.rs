@@ -137,6 +137,29 @@ fn contact_that_is_lost_later_is_not_jumped() {
     assert_eq!(found, marched);
 }
 
+/// One oscillator about its equilibrium: a bound on how far it swings is at most √2 too large, so that a swing of
+/// 0.65 of what keeps contact is jumped at the first attempt, and one of 0.8 is not before it has decayed.
+#[test]
+fn how_far_an_oscillator_swings_is_bounded_closely() {
+    let mut case = common::one_degree();
+    case.1.mesh = Division::levels(&[4e8], &[]);
+    (case.1.damping, case.2.load) = (0.5, 1.0);
+    case.1.transmission_error.clear();
+    let model = common::model(&case);
+    let kernel = volterra(&model);
+    let still = model.start(&InitialState::Static);
+    let pressed = model.deflection(&still.state, 0.0).0 - model.half_gap;
+    for (part, expected) in [(0.65, 1000 - 64), (0.8, 0)] {
+        let mut start = still.clone();
+        start.state[0] += part * pressed / model.first_gains()[0].deflection[0];
+        let (found, jumped) = skip(&model, &kernel, &start, 1000);
+        assert_eq!(jumped, expected, "{part}");
+        let marched = advance(&kernel, &start, 1000);
+        let off = state_difference(&model, &found.state, &marched.state);
+        assert!(off < 1e-11, "{off:e}");
+    }
+}
+
 /// Drives that rattle are integrated as ever.
 #[test]
 fn rattle_is_not_jumped() {

@@ -434,6 +434,61 @@ mod tests {
         }
     }
 
+    /// A stop that the others put in their way by less than a thousandth of what they yield bears as well.
+    #[test]
+    fn a_contact_hardly_in_the_way_bears() {
+        let mut structure = elastic();
+        structure.contacts = vec![
+            contact(&[0.5, -0.4, 0.1], 5e-6, 2e8),
+            contact(&[0.4, 0.2, -0.1], 1e-3, 1e8),
+        ];
+        let point = OperatingPoint {
+            load: 1.0,
+            speed: 100.0,
+        };
+        let model = Model::new(&structure, &fixtures::constant_mesh(10e-6, 4e8), point).unwrap();
+        let start = model.start(&InitialState::Static);
+        let contact = 3;
+        let segment = model.segments_at(0, 0.0)[contact];
+        let (deflection, _) = model.deflection_on(&segment, 0, &start.state, 0.0);
+        for (short, bears) in [(2e-9, true), (-2e-9, false)] {
+            structure.contacts[1].law.gap = deflection - short;
+            assert_eq!(closed(&structure, 1.0).contains(&contact), bears, "{short}");
+        }
+    }
+
+    /// Without a load the gears stand on the drive flank.
+    #[test]
+    fn an_unloaded_drive_stands_on_its_drive_flank() {
+        let structure = fixtures::structure(&[0.0], 0.0, &[1.3], &[1.3]);
+        let point = OperatingPoint {
+            load: 0.0,
+            speed: 100.0,
+        };
+        let model = Model::new(&structure, &fixtures::constant_mesh(10e-6, 4e8), point).unwrap();
+        let state = model.static_equilibrium();
+        assert!(
+            (model.deflection(&state, 0.0).0 - 10e-6).abs() < 1e-20,
+            "{state:?}"
+        );
+    }
+
+    /// What a stretch is a difference of: every term, and where the contact closes.
+    #[test]
+    fn room_is_the_size_of_all_terms() {
+        let standing = Standing {
+            side: 1.0,
+            deflection: vec![2.0, -3.0],
+            force: Vec::new(),
+            yielding: Vec::new(),
+            stiffness: 1.0,
+            shut: -4.0,
+            shut_rate: 0.0,
+        };
+        assert_eq!(standing.room(&[1.0, 5.0]), 21.0);
+        assert_eq!(standing.stretch(&[1.0, 5.0]), -9.0);
+    }
+
     /// One stop so near that the drive flank is not reached.
     #[test]
     fn a_contact_that_takes_all_the_load_opens_the_flank() {

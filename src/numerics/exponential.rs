@@ -150,6 +150,45 @@ mod tests {
         }
     }
 
+    /// Whether its two exponentials lie close together or far apart.
+    #[test]
+    fn a_real_pair_is_hyperbolic() {
+        for (mu, sigma, tau) in [
+            (-1.5, 1.2, 2.0),
+            (-3.0, 2.9, 1.0),
+            (0.2, 0.3, 1.0),
+            (-0.7, 0.0, 1.5),
+        ] {
+            let mut out = [c64(f64::NAN, f64::NAN); 32];
+            let end = real_pair_series(mu, sigma, tau, &mut out);
+            let parts = [0, 1].map(|part| {
+                let own = |c: &Complex64| if part == 0 { c.re } else { c.im };
+                out.iter().map(own).collect::<Vec<f64>>()
+            });
+            for x in [-1.0, -0.9, -0.3, 0.1, 0.8, 1.0] {
+                let t = 0.5 * tau * (x + 1.0);
+                let grown = f64::exp(mu * t);
+                let odd = match sigma == 0.0 {
+                    true => t,
+                    false => (sigma * t).sinh() / sigma,
+                };
+                let exact = [grown * (sigma * t).cosh(), grown * odd];
+                for (part, exact) in parts.iter().zip(exact) {
+                    assert!(
+                        (legendre::evaluate(part, x) - exact).abs() < 3e-14,
+                        "{mu} {sigma} {x}"
+                    );
+                }
+                if x == 1.0 {
+                    assert!(
+                        end.iter().zip(exact).all(|(a, b)| (a - b).abs() < 1e-15),
+                        "{end:?}"
+                    );
+                }
+            }
+        }
+    }
+
     #[test]
     fn a_rigid_rotation_gives_one_and_t() {
         let (tau, mut out) = (3.0, [Complex64::ZERO; 16]);

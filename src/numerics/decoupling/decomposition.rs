@@ -86,7 +86,7 @@ pub(super) fn decompose(
     };
     blocks.sort_by(|x, y| key(x).total_cmp(&key(y)));
     let t = columns(&blocks);
-    if t.norm_max().is_nan() || t.norm_max().is_infinite() {
+    if !t.norm_max().is_finite() {
         return Err(DecouplingError::NearlyDefective {
             modes: named(part),
             condition: f64::INFINITY,

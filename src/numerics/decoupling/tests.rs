@@ -259,6 +259,21 @@ fn friction_may_push_a_free_direction() {
     assert_eq!(result.generators[0], [[0.0, 1.0], [0.0, 0.0]]);
 }
 
+/// A mode is measured by its frequency, or by the slowest motion that a coupling k to another gives it: `√k`, or `k/ω`
+/// where the other is faster than that.
+#[test]
+fn a_mode_has_the_scale_of_what_couples_it() {
+    let zero = square(&[0.0; 4], 2);
+    let coupled = square(&[0.0, 404.0, 404.0, 0.0], 2);
+    for (frequency, expected) in [
+        ([1.0, 100.0], [4.04, 100.0]),
+        ([1.0, 3.0], [404_f64.sqrt(); 2]),
+    ] {
+        let found = scales(&[0, 1], &frequency, &[zero.clone(), coupled.clone()]);
+        assert_eq!(found, expected);
+    }
+}
+
 #[test]
 fn clusters_of_more_than_two_are_refused() {
     // q1'' + q1' = 0 drives q2'' + q2' = q1'' through drag, so -1 is a defective double value,
@@ -287,6 +302,13 @@ fn clusters_of_more_than_two_are_refused() {
         );
         checked(&w, &[0.0; 9], &s, "near flutter");
     }
+    // A third mode that has almost no part in the flutter is not named.
+    let s = [0.0, 0.05, 1e-7, -0.05, 0.0, 0.0, 1e-7, 0.0, 0.0];
+    let flutter = decouple(&[1.0, 1.1_f64.sqrt(), 3.0], &[0.0; 9], &s);
+    let Err(DecouplingError::NearlyDefective { modes, .. }) = &flutter else {
+        panic!("{flutter:?}")
+    };
+    assert!(!modes.contains(&3), "{modes:?}");
     assert!(refused.to_string().contains("modes"), "{refused}");
     assert_eq!(
         decouple(&[1.0], &[0.0; 2], &[0.0]),

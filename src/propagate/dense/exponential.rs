@@ -123,7 +123,8 @@ mod tests {
     use super::*;
     use crate::model::{Model, OperatingPoint, fixtures};
 
-    /// Over thirteen stretches of a strongly damped mode no entry leaves its bound, nor is a bound far from the largest entry.
+    /// Over a hundred stretches of a strongly damped mode no entry leaves its bound, nor is a bound far from the largest
+    /// entry, that of the transmission error among them, which turns seven times as fast.
     #[test]
     fn a_bound_lies_close_above_the_row() {
         let (frequency, damping) = (3000.0, 0.3);
@@ -140,7 +141,14 @@ mod tests {
             .map(|(own, bent)| own + 0.3 * bent / (frequency * frequency))
             .collect();
         let mut bound = vec![0.0; row.len()];
-        bound_row(&generator, frequency, duration, &row, None, &mut bound);
+        bound_row(
+            &generator,
+            8.0 * frequency,
+            duration,
+            &row,
+            None,
+            &mut bound,
+        );
         let size = generator.layout().dimension();
         let mut largest = vec![0.0_f64; size];
         for step in 0..=130 {
@@ -154,7 +162,7 @@ mod tests {
         }
         for (bound, largest) in bound.iter().zip(&largest) {
             assert!(
-                largest <= bound && *bound <= 1.7 * largest,
+                largest <= bound && *bound <= 1.4 * largest,
                 "{bound} {largest}"
             );
         }

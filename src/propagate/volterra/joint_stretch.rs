@@ -109,3 +109,23 @@ pub fn joint_stretches(
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::fixtures;
+
+    /// A stretch ends where any contact changes its segment, and has the segments that hold there.
+    #[test]
+    fn a_stretch_has_the_segments_about_its_middle() {
+        let structure = fixtures::structure(&[0.0], 0.0, &[1.3], &[1.3]);
+        let point = fixtures::strong_rattle();
+        let model = Model::new(&structure, &fixtures::two_level_mesh(1e-5), point).unwrap();
+        let lengths = [0.05 * model.period()];
+        let found = joint_stretches(&model, 0, &lengths, &mut Needs::default());
+        let ends: Vec<f64> = found.iter().map(|own| own.end / model.period()).collect();
+        assert_eq!(ends, [0.6, 1.0]);
+        assert_eq!(found[0].segments, [0, 0]);
+        assert_eq!(found[1].segments, [1, 1]);
+    }
+}

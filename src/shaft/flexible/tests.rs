@@ -161,6 +161,9 @@ fn hub_ends_become_stations() {
     put_between(&mut stations, 0, 0.0);
     put_between(&mut stations, 0, 3.0);
     assert_eq!(stations.len(), 7);
+    let mut behind = vec![0.0, 1.0, 2.0, 3.0];
+    put_between(&mut behind, 0, 1.9);
+    assert_eq!(behind, [0.0, 1.0, 1.9, 3.0]);
 }
 
 /// A hub that reaches beyond a bearing is refused, and told how long it may be: twice the way to the nearer one.

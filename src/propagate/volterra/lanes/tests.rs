@@ -102,6 +102,55 @@ fn a_window_in_free_flight_is_a_sum_of_rows() {
     }
 }
 
+/// The first terms, and the sizes of the others by their tails, of the deflection in free flight and under a force.
+#[test]
+fn a_truncated_deflection_bounds_what_it_leaves_out() {
+    let mut stream = Stream::new(11, 0, 0);
+    for set in InstructionSet::available() {
+        for (length, inputs) in [(16, 4), (80, 12)] {
+            let count = length + inputs;
+            let (rows, x) = (rows(count, &mut stream), deviates(count, &mut stream));
+            let tails: Vec<f64> = rows.iter().map(tail).collect();
+            let response: [Row; TERMS] = std::array::from_fn(|_| Row(series(&mut stream)));
+            let beyond = Row(response.each_ref().map(tail));
+            let force = Row(series(&mut stream));
+            for felt in [None, Some((&response, &beyond, &force))] {
+                let mut found = Solution::ZERO;
+                found.deflection = [f64::NAN; TERMS];
+                truncated(
+                    set,
+                    &rows,
+                    &tails,
+                    &x[length..],
+                    &x[..length],
+                    felt,
+                    &mut found,
+                );
+                let free = combined(&rows, &x);
+                let yielded = combined(&response, &force.0);
+                let part = f64::from(u8::from(felt.is_some()));
+                let head: Vec<f64> = (0..LANES)
+                    .map(|j| free[j].0 - part * yielded[j].0)
+                    .collect();
+                let size = |weights: &[f64], tails: &[f64]| -> f64 {
+                    weights.iter().zip(tails).map(|(w, t)| w.abs() * t).sum()
+                };
+                let rest = size(&x, &tails);
+                let left = rest + part * size(&force.0, &beyond.0);
+                let sizes = |values: &[f64]| values.iter().map(|a| a.abs()).sum::<f64>();
+                let terms: f64 = free.iter().chain(&yielded).map(|e| e.1).sum::<f64>() + left;
+                for j in 0..TERMS {
+                    let exact = head.get(j).copied().unwrap_or(0.0);
+                    close(found.deflection[j], exact, terms, set.name());
+                }
+                let free: f64 = free[..LANES].iter().map(|e| e.0.abs()).sum();
+                close(found.size, free + rest, terms, set.name());
+                close(found.variation, sizes(&head[1..]) + left, terms, set.name());
+            }
+        }
+    }
+}
+
 #[test]
 fn a_window_in_contact_feeds_the_mesh_back() {
     let mut stream = Stream::new(2, 0, 0);
