@@ -182,7 +182,7 @@ mod tests {
                     let error = (out[n][i] - exact).abs();
                     let lost: f64 = (1..=n).map(|k| 0.5 * x[i] / k as f64).product();
                     assert!(
-                        error < 4e-16 * (1.0 + lost),
+                        error < 8e-16 * (1.0 + lost),
                         "j_{n}({}): {} not {exact}",
                         x[i],
                         out[n][i]
