@@ -128,14 +128,6 @@ impl MeshCycle {
             .map(|s| s.stiffness.mean() * (s.end - s.start))
             .sum()
     }
-
-    /// A bound of the stiffness \[N/m\]; the largest where it is constant on segments.
-    pub fn largest_stiffness(&self) -> f64 {
-        self.segments
-            .iter()
-            .map(|s| s.stiffness.bound())
-            .fold(0.0, f64::max)
-    }
 }
 
 /// The fewest equal parts of a cycle on whose boundaries all `ends` lie, phases in cycles; none
@@ -171,7 +163,6 @@ mod tests {
         assert_eq!(cycle.start(1), 0.6);
         assert_eq!(cycle.end(1), 1.0);
         assert!((cycle.mean_stiffness() - 1.6).abs() < 1e-15);
-        assert_eq!(cycle.largest_stiffness(), 2.0);
         assert_eq!(parts(&cycle, 4), None);
         assert_eq!(parts(&cycle, 10), Some(5));
         assert_eq!(cycle.segment_at(0.59).stiffness_at(0.59), 2.0);

@@ -3,7 +3,7 @@
 use super::crossing::{Margin, Sample, first_crossing};
 use super::gauss::{Compensated, GaussRule, StageWork};
 use super::push::push;
-use crate::model::{ActiveSet, MeshCycle, MeshGain, Model, Release, Segment, TrajectoryState};
+use crate::model::{ActiveSet, MeshGain, Model, Release, Segment, TrajectoryState};
 
 /// Stages of the rule: order 16.
 const STAGES: usize = 8;
@@ -124,32 +124,31 @@ impl<'m> Reference<'m> {
 pub(super) fn fastest_rate(model: &Model) -> f64 {
     let mut natural = 0.0f64;
     let mut decay = 0.0f64;
-    // Σ |w·g| and Σ |w A·g|: what force does to the deflection's rate and acceleration.
-    let (mut direct, mut inertial) = (0.0f64, 0.0f64);
     for block in &model.blocks {
         natural = natural.max(block.fastest());
         decay = decay.max(block.growth().abs());
     }
-    for direction in &model.directions {
-        let gains = &direction.gains;
-        let dot = |a: [f64; 2], b: [f64; 2]| (a[0] * b[0] + a[1] * b[1]).abs();
-        let sum = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
-            gains
-                .iter()
-                .map(|gain| dot(row(gain), gain.mesh_input))
-                .sum()
-        };
-        direct = direct.max(sum(|gain| gain.deflection));
-        inertial = inertial.max(sum(|gain| gain.rate));
-    }
-    let cycles = || model.contacts.iter().flat_map(|contact| &contact.cycles);
-    let stiffness = cycles()
-        .map(MeshCycle::largest_stiffness)
-        .fold(0.0, f64::max);
-    let segments = cycles().flat_map(|cycle| &cycle.segments);
-    let damping = segments.map(|s| s.damping).fold(0.0, f64::max);
-    let structure =
-        (natural * natural + stiffness * inertial).sqrt() + damping * inertial + stiffness * direct;
+    let segments = (model.contacts.iter())
+        .flat_map(|contact| &contact.cycles)
+        .flat_map(|cycle| &cycle.segments);
+    let structure = segments
+        .map(|segment| {
+            let gains = &model.directions[segment.direction].gains;
+            let dot = |a: [f64; 2], b: [f64; 2]| (a[0] * b[0] + a[1] * b[1]).abs();
+            let sum = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
+                gains
+                    .iter()
+                    .map(|gain| dot(row(gain), gain.mesh_input))
+                    .sum()
+            };
+            // Σ |w·g| and Σ |w A·g|: what force does to the deflection's rate and acceleration.
+            let (direct, inertial) = (sum(|gain| gain.deflection), sum(|gain| gain.rate));
+            let stiffness = segment.stiffness.bound();
+            (natural * natural + stiffness * inertial).sqrt()
+                + segment.damping * inertial
+                + stiffness * direct
+        })
+        .fold(natural, f64::max);
     let error = model.transmission_errors().map(|h| h.angular_frequency);
     let ripple = model.ripple.iter().map(|r| r.angular_frequency);
     error

@@ -1,7 +1,7 @@
 //! How long is a window?
 
 use super::shapes::TERMS;
-use crate::model::{Block, MeshCycle, MeshGain, Model};
+use crate::model::{Block, MeshGain, Model};
 use crate::numerics::exponential::LARGEST_HALF_ARGUMENT;
 
 /// Windows a mesh cycle, not rounded, that are just short enough for the tolerance.
@@ -18,32 +18,35 @@ pub fn fastest_rate(model: &Model) -> f64 {
     excitation.fold(fastest_own_rate(model), f64::max)
 }
 
-/// Upper bound of the rates \[1/s\] of structure and mesh in any contact state, excitation left
-/// out: with the spring closed an eigenvalue moves by at most the norm of what is added.
+/// Upper bound of the rates \[1/s\] of the structure with any one contact closed, excitation left
+/// out: with the spring closed an eigenvalue moves by at most the norm of what is added. Each
+/// contact has its own units, N/m or N m/rad, and meets its own direction only.
 pub fn fastest_own_rate(model: &Model) -> f64 {
     let frequencies = model.blocks.iter().map(Block::fastest);
     let open = frequencies.fold(0.0, f64::max);
-    let (mut stiffening, mut damping) = (0.0_f64, 0.0_f64);
-    for direction in &model.directions {
-        let felt = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
-            (direction.gains.iter())
-                .map(|gain| {
-                    let ([r1, r2], [g1, g2]) = (row(gain), gain.mesh_input);
-                    (r1 * g1 + r2 * g2).abs()
-                })
-                .sum()
-        };
-        let by_rate = felt(|gain| gain.rate);
-        stiffening = stiffening.max(by_rate);
-        damping = damping.max(by_rate + felt(|gain| gain.deflection));
-    }
-    let cycles = || model.contacts.iter().flat_map(|contact| &contact.cycles);
-    let k = cycles()
-        .map(MeshCycle::largest_stiffness)
-        .fold(0.0, f64::max);
-    let segments = cycles().flat_map(|cycle| &cycle.segments);
-    let c = segments.map(|s| s.damping).fold(0.0, f64::max);
-    (open * open + k * stiffening).sqrt() + c * damping
+    let directions: Vec<[f64; 2]> = (model.directions.iter())
+        .map(|direction| {
+            let felt = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
+                (direction.gains.iter())
+                    .map(|gain| {
+                        let ([r1, r2], [g1, g2]) = (row(gain), gain.mesh_input);
+                        (r1 * g1 + r2 * g2).abs()
+                    })
+                    .sum()
+            };
+            let by_rate = felt(|gain| gain.rate);
+            [by_rate, by_rate + felt(|gain| gain.deflection)]
+        })
+        .collect();
+    let cycles = model.contacts.iter().flat_map(|contact| &contact.cycles);
+    cycles
+        .flat_map(|cycle| &cycle.segments)
+        .map(|segment| {
+            let [stiffening, damping] = directions[segment.direction];
+            (open * open + segment.stiffness.bound() * stiffening).sqrt()
+                + segment.damping * damping
+        })
+        .fold(open, f64::max)
 }
 
 /// Tolerances below mean this one: windows some hundred times shorter than round-off asks
@@ -57,4 +60,48 @@ fn largest_half_argument(tolerance: f64) -> f64 {
     let double_factorial: f64 = (1..=TERMS).map(|n| (2 * n + 1) as f64).product();
     let power = tolerance * double_factorial / (2 * TERMS + 1) as f64;
     power.powf(1.0 / TERMS as f64).min(LARGEST_HALF_ARGUMENT)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::fixtures;
+    use crate::shaft::{ContactLaw, StructureContact};
+
+    /// A stop told in millimetres or in radians is the stop that it is.
+    #[test]
+    fn rates_do_not_depend_on_the_units_of_a_contact() {
+        let rate = |unit: f64| {
+            let own = [0.9, 0.4];
+            let mut structure = fixtures::structure(&[0.0, 900.0], 0.01, &own, &own);
+            let participation = [0.5 * unit, -0.7 * unit];
+            let mut stiffness = [0.0; 8];
+            stiffness[0] = 3e8 / (unit * unit);
+            structure.contacts = vec![StructureContact {
+                name: "stop".to_owned(),
+                participation: participation.to_vec(),
+                force: participation.to_vec(),
+                cycles: [1, 1],
+                law: ContactLaw {
+                    gap: 5e-6 * unit,
+                    stiffness: vec![(1.0, stiffness)],
+                    damping: 80.0 / (unit * unit),
+                    phase: 0.0,
+                    error: Vec::new(),
+                },
+            }];
+            let mesh = fixtures::constant_mesh(1e-5, 4e8);
+            let point = fixtures::strong_rattle();
+            fastest_own_rate(&Model::new(&structure, &mesh, point).unwrap())
+        };
+        // The mesh is the stiffer one: ω² + k w².
+        let known = (900.0_f64.powi(2) + 4e8 * (0.9 * 0.9 + 0.4 * 0.4)).sqrt();
+        for unit in [1.0, 1e-3, 1e3, 30.0] {
+            assert!(
+                (rate(unit) / known - 1.0).abs() < 1e-12,
+                "{unit}: {}",
+                rate(unit)
+            );
+        }
+    }
 }
