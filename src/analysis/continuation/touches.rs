@@ -239,3 +239,87 @@ impl Observer for Watch<'_> {
         self.touches.sequence.push((event.contact, event.closes()));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Division, InitialState, fixtures};
+    use crate::propagate::{Counters, Kernel, Volterra};
+    use crate::shaft::{ContactLaw, StructureContact};
+
+    /// The depth of a contact at both ends of every window.
+    struct Ends<'m> {
+        watch: Watch<'m>,
+        contact: usize,
+        seen: Vec<[f64; 2]>,
+    }
+
+    impl Observer for Ends<'_> {
+        const WINDOWS: bool = true;
+
+        fn window(&mut self, window: &Window<'_>) {
+            let depth = self.watch.depth(self.contact, window);
+            self.seen.push([-1.0, 1.0].map(|x| evaluate(&depth, x)));
+        }
+
+        fn event(&mut self, _: &Event) {}
+    }
+
+    /// A stop far off, on a line that no window shows, with an error of its own: its depth is that of the states.
+    #[test]
+    fn an_open_contact_is_as_deep_as_the_states_say() {
+        let own = [0.9, 0.4, 0.2];
+        let mut structure = fixtures::structure(&[0.0, 900.0, 4000.0], 0.01, &own, &own);
+        let participation = vec![0.5, -0.7, 0.3];
+        let mut stiffness = [0.0; 8];
+        stiffness[0] = 3e8;
+        structure.contacts = vec![StructureContact {
+            name: "stop".to_owned(),
+            force: participation.clone(),
+            participation,
+            cycles: [1, 1],
+            law: ContactLaw {
+                gap: 1e-3,
+                stiffness: vec![(1.0, stiffness)],
+                damping: 80.0,
+                phase: 0.0,
+                error: vec![(1, 2e-6, 0.4)],
+            },
+        }];
+        let mut drive = fixtures::two_level_mesh(1e-5);
+        drive.mesh = Division::levels(&[4e8, 3e8], &[0.6]);
+        let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+        let contact = model.contacts.len() - 1;
+        let kernel = Volterra::new(&model, f64::EPSILON, 1000);
+        let mut workspace = kernel.workspace();
+        let mut trajectory = model.start(&InitialState::Static);
+        let mut depths = Vec::new();
+        for _ in 0..5 {
+            let depth = |state: &[f64], cycle: u64| {
+                let segment = &model.segments_at(cycle, 0.0)[contact];
+                let own = &model.contacts[contact];
+                own.side * model.deflection_on(segment, cycle, state, 0.0).0 - own.half_gap
+            };
+            let before = depth(&trajectory.state, trajectory.cycle);
+            let mut ends = Ends {
+                watch: Watch::new(&model),
+                contact,
+                seen: Vec::new(),
+            };
+            let mut counters = Counters::default();
+            (kernel.advance(1, &mut trajectory, &mut workspace, &mut ends, &mut counters)).unwrap();
+            let after = depth(&trajectory.state, trajectory.cycle);
+            let (first, last) = (ends.seen[0][0], ends.seen[ends.seen.len() - 1][1]);
+            assert!((first - before).abs() < 1e-17, "{first} {before}");
+            assert!((last - after).abs() < 1e-17, "{last} {after}");
+            for pair in ends.seen.windows(2) {
+                assert!((pair[0][1] - pair[1][0]).abs() < 1e-17, "{pair:?}");
+            }
+            depths.push(after);
+        }
+        assert!(
+            depths.iter().any(|depth| (depth - depths[0]).abs() > 1e-7),
+            "{depths:?}"
+        );
+    }
+}
