@@ -151,7 +151,7 @@ impl Model {
     pub(super) fn static_equilibrium(&self) -> Vec<f64> {
         let (mut state, force) = self.equilibrium_on(DRIVE_FLANK);
         let mut flank = DRIVE_FLANK;
-        if force < 0.0 && COAST_FLANK < self.contacts.len() {
+        if force < 0.0 {
             (state, _) = self.equilibrium_on(COAST_FLANK);
             flank = COAST_FLANK;
         }
