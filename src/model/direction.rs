@@ -25,6 +25,22 @@ pub struct Direction {
     pub on_bearings: Vec<f64>,
 }
 
+impl Direction {
+    /// `Σ |w·g|` and `Σ |w A·g|` over the blocks: bounds of what a unit force does to the rate
+    /// of the deflection and to its acceleration \[1/kg\].
+    pub fn felt_at_most(&self) -> [f64; 2] {
+        let sum = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
+            (self.gains.iter())
+                .map(|gain| {
+                    let ([r1, r2], [g1, g2]) = (row(gain), gain.mesh_input);
+                    (r1 * g1 + r2 * g2).abs()
+                })
+                .sum()
+        };
+        [sum(|gain| gain.deflection), sum(|gain| gain.rate)]
+    }
+}
+
 /// What a deflection is measured along: `δ = Σ w·x − e(t)`, the w being those of every direction
 /// of this line.
 #[derive(Debug, Clone, PartialEq)]

@@ -357,25 +357,7 @@ impl Model {
 mod tests {
     use super::*;
     use crate::model::{Drive, InitialState, OperatingPoint, fixtures};
-    use crate::shaft::{ContactLaw, ModalStructure, StructureContact};
-
-    fn contact(participation: &[f64], gap: f64, stiffness: f64) -> StructureContact {
-        let mut series = [0.0; 8];
-        series[0] = stiffness;
-        StructureContact {
-            name: "stop".to_owned(),
-            participation: participation.to_vec(),
-            force: participation.to_vec(),
-            cycles: [1, 1],
-            law: ContactLaw {
-                gap,
-                stiffness: vec![(1.0, series)],
-                damping: 50.0,
-                phase: 0.0,
-                error: Vec::new(),
-            },
-        }
-    }
+    use crate::shaft::{ModalStructure, StructureContact};
 
     /// The contacts that the start closes; nothing is accelerated there, nothing moves, and none
     /// pulls.
@@ -422,9 +404,9 @@ mod tests {
         let mut structure = elastic();
         assert_eq!(closed(&structure, 1.0), [0]);
         structure.contacts = vec![
-            contact(&[0.5, -0.4, 0.1], 5e-6, 2e8),
-            contact(&[0.4, 0.2, -0.1], 2e-6, 1e8),
-            contact(&[-0.5, 0.1, 0.1], 30e-6, 1e8),
+            StructureContact::stop(&[0.5, -0.4, 0.1], 5e-6, 2e8),
+            StructureContact::stop(&[0.4, 0.2, -0.1], 2e-6, 1e8),
+            StructureContact::stop(&[-0.5, 0.1, 0.1], 30e-6, 1e8),
         ];
         assert_eq!(closed(&structure, 1.0), [0, 2, 3]);
         // A preloaded one is closed at any load.
@@ -439,8 +421,8 @@ mod tests {
     fn a_contact_hardly_in_the_way_bears() {
         let mut structure = elastic();
         structure.contacts = vec![
-            contact(&[0.5, -0.4, 0.1], 5e-6, 2e8),
-            contact(&[0.4, 0.2, -0.1], 1e-3, 1e8),
+            StructureContact::stop(&[0.5, -0.4, 0.1], 5e-6, 2e8),
+            StructureContact::stop(&[0.4, 0.2, -0.1], 1e-3, 1e8),
         ];
         let point = OperatingPoint {
             load: 1.0,
@@ -493,7 +475,7 @@ mod tests {
     #[test]
     fn a_contact_that_takes_all_the_load_opens_the_flank() {
         let mut structure = elastic();
-        structure.contacts = vec![contact(&[0.6, 0.5, -0.3], 1e-6, 1e10)];
+        structure.contacts = vec![StructureContact::stop(&[0.6, 0.5, -0.3], 1e-6, 1e10)];
         assert_eq!(closed(&structure, 1.0), [2]);
     }
 
@@ -511,7 +493,7 @@ mod tests {
             )
         };
         let stop = [-0.2 * 0.61, 0.2 * 0.49, -0.3];
-        structure.contacts = vec![contact(&stop, 40e-6, 1e8)];
+        structure.contacts = vec![StructureContact::stop(&stop, 40e-6, 1e8)];
         let drive = Drive {
             friction: 0.1,
             ..fixtures::constant_mesh(10e-6, 4e8)
@@ -544,8 +526,8 @@ mod tests {
             )
         };
         structure.contacts = vec![
-            contact(&[0.5, -0.2, 0.3], 8e-6, 3e8),
-            contact(&[-0.5, 0.2, 0.3], 8e-6, 3e8),
+            StructureContact::stop(&[0.5, -0.2, 0.3], 8e-6, 3e8),
+            StructureContact::stop(&[-0.5, 0.2, 0.3], 8e-6, 3e8),
         ];
         assert_eq!(closed(&structure, 1.0), [0, 2]);
         structure.constant_load[0] = -150.0;

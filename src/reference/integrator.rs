@@ -3,7 +3,7 @@
 use super::crossing::{Margin, Sample, first_crossing};
 use super::gauss::{Compensated, GaussRule, StageWork};
 use super::push::push;
-use crate::model::{ActiveSet, MeshGain, Model, Release, Segment, TrajectoryState};
+use crate::model::{ActiveSet, Model, Release, Segment, TrajectoryState};
 
 /// Stages of the rule: order 16.
 const STAGES: usize = 8;
@@ -133,16 +133,7 @@ pub(super) fn fastest_rate(model: &Model) -> f64 {
         .flat_map(|cycle| &cycle.segments);
     let structure = segments
         .map(|segment| {
-            let gains = &model.directions[segment.direction].gains;
-            let dot = |a: [f64; 2], b: [f64; 2]| (a[0] * b[0] + a[1] * b[1]).abs();
-            let sum = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
-                gains
-                    .iter()
-                    .map(|gain| dot(row(gain), gain.mesh_input))
-                    .sum()
-            };
-            // Σ |w·g| and Σ |w A·g|: what force does to the deflection's rate and acceleration.
-            let (direct, inertial) = (sum(|gain| gain.deflection), sum(|gain| gain.rate));
+            let [direct, inertial] = model.directions[segment.direction].felt_at_most();
             let stiffness = segment.stiffness.bound();
             (natural * natural + stiffness * inertial).sqrt()
                 + segment.damping * inertial

@@ -129,6 +129,28 @@ pub struct StructureContact {
     pub law: ContactLaw,
 }
 
+#[cfg(test)]
+impl StructureContact {
+    /// A stop without friction, of a gap \[m\] and a constant stiffness \[N/m\], for tests.
+    pub fn stop(participation: &[f64], gap: f64, stiffness: f64) -> Self {
+        let mut series = [0.0; 8];
+        series[0] = stiffness;
+        Self {
+            name: "stop".to_owned(),
+            participation: participation.to_vec(),
+            force: participation.to_vec(),
+            cycles: [1, 1],
+            law: ContactLaw {
+                gap,
+                stiffness: vec![(1.0, series)],
+                damping: 50.0,
+                phase: 0.0,
+                error: Vec::new(),
+            },
+        }
+    }
+}
+
 /// What a one-sided contact bears of its deflection.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct ContactLaw {

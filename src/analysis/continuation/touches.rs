@@ -245,7 +245,7 @@ mod tests {
     use super::*;
     use crate::model::{Division, InitialState, fixtures};
     use crate::propagate::{Counters, Kernel, Volterra};
-    use crate::shaft::{ContactLaw, StructureContact};
+    use crate::shaft::StructureContact;
 
     /// The depth of a contact at both ends of every window.
     struct Ends<'m> {
@@ -270,22 +270,9 @@ mod tests {
     fn an_open_contact_is_as_deep_as_the_states_say() {
         let own = [0.9, 0.4, 0.2];
         let mut structure = fixtures::structure(&[0.0, 900.0, 4000.0], 0.01, &own, &own);
-        let participation = vec![0.5, -0.7, 0.3];
-        let mut stiffness = [0.0; 8];
-        stiffness[0] = 3e8;
-        structure.contacts = vec![StructureContact {
-            name: "stop".to_owned(),
-            force: participation.clone(),
-            participation,
-            cycles: [1, 1],
-            law: ContactLaw {
-                gap: 1e-3,
-                stiffness: vec![(1.0, stiffness)],
-                damping: 80.0,
-                phase: 0.0,
-                error: vec![(1, 2e-6, 0.4)],
-            },
-        }];
+        let mut stop = StructureContact::stop(&[0.5, -0.7, 0.3], 1e-3, 3e8);
+        stop.law.error = vec![(1, 2e-6, 0.4)];
+        structure.contacts = vec![stop];
         let mut drive = fixtures::two_level_mesh(1e-5);
         drive.mesh = Division::levels(&[4e8, 3e8], &[0.6]);
         let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();

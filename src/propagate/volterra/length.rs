@@ -1,7 +1,7 @@
 //! How long is a window?
 
 use super::shapes::TERMS;
-use crate::model::{Block, MeshGain, Model};
+use crate::model::{Block, Direction, Model};
 use crate::numerics::exponential::LARGEST_HALF_ARGUMENT;
 
 /// Windows a mesh cycle, not rounded, that are just short enough for the tolerance.
@@ -9,7 +9,7 @@ pub fn fewest_windows(model: &Model, tolerance: f64) -> f64 {
     0.5 * fastest_rate(model) * model.period() / largest_half_argument(tolerance)
 }
 
-/// Upper bound of the rates \[1/s\] in any contact state and of the excitation.
+/// Upper bound of the rates \[1/s\] with any one contact closed, and of the excitation.
 pub fn fastest_rate(model: &Model) -> f64 {
     let excitation = model
         .transmission_errors()
@@ -24,27 +24,16 @@ pub fn fastest_rate(model: &Model) -> f64 {
 pub fn fastest_own_rate(model: &Model) -> f64 {
     let frequencies = model.blocks.iter().map(Block::fastest);
     let open = frequencies.fold(0.0, f64::max);
-    let directions: Vec<[f64; 2]> = (model.directions.iter())
-        .map(|direction| {
-            let felt = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
-                (direction.gains.iter())
-                    .map(|gain| {
-                        let ([r1, r2], [g1, g2]) = (row(gain), gain.mesh_input);
-                        (r1 * g1 + r2 * g2).abs()
-                    })
-                    .sum()
-            };
-            let by_rate = felt(|gain| gain.rate);
-            [by_rate, by_rate + felt(|gain| gain.deflection)]
-        })
+    let felt: Vec<[f64; 2]> = (model.directions.iter())
+        .map(Direction::felt_at_most)
         .collect();
     let cycles = model.contacts.iter().flat_map(|contact| &contact.cycles);
     cycles
         .flat_map(|cycle| &cycle.segments)
         .map(|segment| {
-            let [stiffening, damping] = directions[segment.direction];
-            (open * open + segment.stiffness.bound() * stiffening).sqrt()
-                + segment.damping * damping
+            let [direct, inertial] = felt[segment.direction];
+            (open * open + segment.stiffness.bound() * inertial).sqrt()
+                + segment.damping * (inertial + direct)
         })
         .fold(open, f64::max)
 }
@@ -66,7 +55,7 @@ fn largest_half_argument(tolerance: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::model::fixtures;
-    use crate::shaft::{ContactLaw, StructureContact};
+    use crate::shaft::StructureContact;
 
     /// A stop told in millimetres or in radians is the stop that it is.
     #[test]
@@ -75,21 +64,10 @@ mod tests {
             let own = [0.9, 0.4];
             let mut structure = fixtures::structure(&[0.0, 900.0], 0.01, &own, &own);
             let participation = [0.5 * unit, -0.7 * unit];
-            let mut stiffness = [0.0; 8];
-            stiffness[0] = 3e8 / (unit * unit);
-            structure.contacts = vec![StructureContact {
-                name: "stop".to_owned(),
-                participation: participation.to_vec(),
-                force: participation.to_vec(),
-                cycles: [1, 1],
-                law: ContactLaw {
-                    gap: 5e-6 * unit,
-                    stiffness: vec![(1.0, stiffness)],
-                    damping: 80.0 / (unit * unit),
-                    phase: 0.0,
-                    error: Vec::new(),
-                },
-            }];
+            let stiffness = 3e8 / (unit * unit);
+            let mut stop = StructureContact::stop(&participation, 5e-6 * unit, stiffness);
+            stop.law.damping /= unit * unit;
+            structure.contacts = vec![stop];
             let mesh = fixtures::constant_mesh(1e-5, 4e8);
             let point = fixtures::strong_rattle();
             fastest_own_rate(&Model::new(&structure, &mesh, point).unwrap())

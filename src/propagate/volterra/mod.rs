@@ -146,7 +146,7 @@ impl<'m> Volterra<'m> {
         }
     }
 
-    /// Upper bound of the rates \[rad/s\] of a model in any contact state, excitation
+    /// Upper bound of the rates \[rad/s\] of a model with any one contact closed, excitation
     /// included; windows are chosen by it.
     pub fn fastest_rate(model: &Model) -> f64 {
         length::fastest_rate(model)
