@@ -374,3 +374,45 @@ impl Observer for Poincare {
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{ActiveSet, fixtures};
+    use crate::propagate::ClosedContact;
+
+    /// Round-off of a force is a part of what the mesh bears on its way through the gap: maxima of ten
+    /// newtons, ten micronewtons high, are seen, and those of a series that is only rounded are not.
+    #[test]
+    fn maxima_of_a_light_force_are_seen() {
+        let structure = fixtures::structure(&[0.0, 900.0], 0.01, &[1.0, 0.5], &[1.0, 0.5]);
+        let drive = fixtures::two_level_mesh(1e-5);
+        let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+        for (height, seen) in [(1e-5, 1), (1e-11, 0)] {
+            let mut section = Poincare::new(&model, Section::ForceMaximum, 10);
+            let force = [10.0, 0.0, -height];
+            section.window(&Window {
+                cycle: 4,
+                start: 0.0,
+                duration: 0.1 * model.period(),
+                segments: &model.segments_at(4, 0.0),
+                contact: ActiveSet::DRIVE,
+                deflection: &[1e-5],
+                force: &force,
+                closed: &[ClosedContact {
+                    contact: DRIVE_FLANK,
+                    deflection: &[1e-5],
+                    force: &force,
+                }],
+                first: &[],
+                second: &[],
+            });
+            let samples = section.take();
+            assert_eq!(samples.len(), seen, "{height}: {samples:?}");
+            assert!(
+                samples.iter().all(|own| (own.phase - 0.05).abs() < 1e-9),
+                "{samples:?}"
+            );
+        }
+    }
+}

@@ -110,3 +110,31 @@ impl Ripple {
         self.phase + TAU * turns + self.angular_frequency * time
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::model::{Model, ModelError, fixtures};
+    use crate::shaft::HarmonicLoad;
+
+    /// A load that never turns is no harmonic: its phase would be lost.
+    #[test]
+    fn a_harmonic_load_turns_forwards() {
+        let mut structure = fixtures::structure(&[0.0, 900.0], 0.01, &[1.0, 0.5], &[1.0, 0.5]);
+        for (turns, legal) in [(1e-3, true), (0.0, false), (-1.0, false), (f64::NAN, false)] {
+            structure.harmonic_loads = vec![HarmonicLoad {
+                name: "shaker".to_owned(),
+                force: vec![1.0, 0.2],
+                turns_per_cycle: turns,
+                phase: 0.3,
+            }];
+            let drive = fixtures::two_level_mesh(1e-5);
+            match Model::new(&structure, &drive, fixtures::strong_rattle()) {
+                Ok(model) => assert!(legal && model.ripple[0].turns_per_cycle == turns),
+                Err(ModelError::OutOfRange { name, .. }) => {
+                    assert!(!legal && name.contains("harmonic load"), "{name}");
+                }
+                Err(other) => panic!("{other}"),
+            }
+        }
+    }
+}

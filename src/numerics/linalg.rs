@@ -161,19 +161,21 @@ pub fn eigenpair(matrix: MatRef<'_, f64>, near: Complex64) -> Option<EigenPair> 
     if n == 0 || !size.is_finite() {
         return None;
     }
-    // An exact eigenvalue would make the shifted matrix singular.
-    let shift = near + f64::EPSILON * size;
-    let shifted = Mat::from_fn(n, n, |i, j| {
-        let diagonal = if i == j { shift } else { Complex64::ZERO };
-        c64(matrix[(i, j)], 0.0) - diagonal
-    });
-    let factors = Shifted::new(&shifted);
     // A start that no structure of the matrix is likely to be orthogonal to.
-    let mut vector = Mat::from_fn(n, 1, |i, _| {
+    let start = Mat::from_fn(n, 1, |i, _| {
         c64((1.0 + i as f64).sin(), (0.5 + i as f64).cos())
     });
+    // An exact eigenvalue would make the shifted matrix singular; a shift beside it may be one too.
+    let (factors, mut vector) = [1.0, 4.0].into_iter().find_map(|beside| {
+        let shift = near + beside * f64::EPSILON * size;
+        let factors = Shifted::new(&Mat::from_fn(n, n, |i, j| {
+            let diagonal = if i == j { shift } else { Complex64::ZERO };
+            c64(matrix[(i, j)], 0.0) - diagonal
+        }));
+        let vector = factors.solve(&start);
+        norm(&vector).is_finite().then_some((factors, vector))
+    })?;
     for _ in 0..MOST_INVERSE_STEPS {
-        vector = factors.solve(&vector);
         let length = norm(&vector);
         if !(length.is_finite() && length > 0.0) {
             return None;
@@ -190,6 +192,7 @@ pub fn eigenpair(matrix: MatRef<'_, f64>, near: Complex64) -> Option<EigenPair> 
         if residual <= EIGENVECTOR_RESIDUAL * size * (n as f64).sqrt() {
             return Some(polished(value, &vector, near.im == 0.0));
         }
+        vector = factors.solve(&vector);
     }
     None
 }
@@ -349,6 +352,19 @@ mod tests {
                     let off = c64(dot(&row, re), dot(&row, im)) - value * c64(re[i], im[i]);
                     assert!(off.norm() < 1e-12);
                 }
+            }
+        }
+    }
+
+    /// Whichever neighbour of the given number is an eigenvalue: no shift makes a singular matrix that counts.
+    #[test]
+    fn eigenvalues_beside_the_given_one_are_found() {
+        for n in [1, 2] {
+            for units in -8..=8 {
+                let own = 1.0 + f64::from(units) * f64::EPSILON;
+                let a = Mat::from_fn(n, n, |i, j| [[own, 0.0], [0.3, 0.5]][i][j]);
+                let found = eigenpair(a.as_ref(), Complex64::ONE).unwrap();
+                assert!((found.value.re - own).abs() < 1e-15, "{n} {units}");
             }
         }
     }

@@ -198,6 +198,7 @@ mod tests {
             let indefinite = Mat::from_fn(n, n, |i, j| -definite[(i, j)]);
             assert!(cholesky(&indefinite).is_none());
         }
+        assert!(cholesky(&Mat::from_fn(2, 2, |_, _| 1.0)).is_none());
     }
 
     #[test]
@@ -248,6 +249,24 @@ mod tests {
             }
         }
         assert!(eigenvalues(Mat::from_fn(2, 2, |_, _| f64::NAN).as_ref()).is_none());
+    }
+
+    /// Shifts are zero where each coordinate goes to the next, and a step gives the matrix back: only
+    /// the shifts of every tenth step move it.
+    #[test]
+    fn roots_of_unity_are_found_where_ordinary_steps_stand_still() {
+        for n in 3..=12 {
+            let cycle = Mat::from_fn(n, n, |i, j| f64::from(u8::from(i == (j + 1) % n)));
+            let mut found = eigenvalues(cycle.as_ref()).unwrap();
+            for k in 0..n {
+                let root = Complex64::cis(std::f64::consts::TAU * k as f64 / n as f64);
+                let far = |v: &Complex64| (v - root).norm();
+                let nearest =
+                    (0..found.len()).min_by(|&a, &b| far(&found[a]).total_cmp(&far(&found[b])));
+                let apart = far(&found.swap_remove(nearest.unwrap()));
+                assert!(apart < 1e-14, "{n} {k}: {apart:e}");
+            }
+        }
     }
 
     #[test]

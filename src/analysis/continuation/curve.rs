@@ -129,8 +129,9 @@ fn one_way(
     plane: &Plane,
     kind: &Kind,
     start: &CurvePoint,
-    mut direction: [f64; 2],
+    towards: [f64; 2],
 ) -> (Vec<CurvePoint>, &'static str) {
+    let mut direction = towards;
     let mut points = vec![start.clone()];
     let mut kind = *kind;
     let mut step = FIRST;
@@ -153,8 +154,18 @@ fn one_way(
                 let turn = turned(plane, direction, last.at, orbit.at);
                 let far = plane.apart(last.at, orbit.at) > 3.0 * step;
                 let cusp = kind == Kind::Fold && turn > 0.7 * PI && points.len() > 2;
-                if (turn > LARGEST_TURN && points.len() > 1 && !cusp) || far {
+                let sharp = turn > LARGEST_TURN && points.len() > 1 && !cusp;
+                if sharp || far {
                     step *= 0.4;
+                    // The last step passed a bend unseen where the way on from it, however short, leaves its chord:
+                    // it is taken anew, shorter.
+                    let taken = chord(plane, &points).map_or(0.0, |(length, _)| length);
+                    if sharp && step < 0.1 * taken && 0.25 * taken > SHORTEST {
+                        points.pop();
+                        step = 0.25 * taken;
+                        direction = chord(plane, &points).map_or(towards, |(_, own)| own);
+                        continue;
+                    }
                     if step < SHORTEST {
                         break "the curve turns sharply";
                     }
@@ -168,12 +179,6 @@ fn one_way(
                     true => Some("cusp"),
                     false => codimension_two(&kind, last, &orbit),
                 };
-                let apart = plane.apart(last.at, orbit.at);
-                if apart > 0.0 {
-                    direction = std::array::from_fn(|i| {
-                        (orbit.at[i] - last.at[i]) / plane.scale(i) / apart
-                    });
-                }
                 if let Kind::Graze { extreme } = &mut kind
                     && let Some(now) = orbit
                         .details
@@ -182,10 +187,12 @@ fn one_way(
                 {
                     *extreme = *now;
                 }
+                let again = plane.apart(orbit.at, start.orbit.at);
                 let closed = points.len() > 10
-                    && plane.apart(orbit.at, start.orbit.at) < apart
+                    && again < plane.apart(last.at, orbit.at)
                     && distance(&orbit.u, &start.orbit.u) < 0.2;
                 points.push(CurvePoint { orbit, note });
+                direction = chord(plane, &points).map_or(direction, |(_, own)| own);
                 if closed {
                     break "closed";
                 }
@@ -203,6 +210,18 @@ fn one_way(
     };
     points.remove(0);
     (points, end)
+}
+
+/// Length and direction of the last step, as parts of the intervals; none before one is made or where its
+/// ends are one.
+fn chord(plane: &Plane, points: &[CurvePoint]) -> Option<(f64, [f64; 2])> {
+    let [.., before, last] = points else {
+        return None;
+    };
+    let (from, to) = (before.orbit.at, last.orbit.at);
+    let apart = plane.apart(from, to);
+    let direction = std::array::from_fn(|i| (to[i] - from[i]) / plane.scale(i) / apart);
+    (apart > 0.0).then_some((apart, direction))
 }
 
 /// The angle by which a curve turns.

@@ -243,7 +243,9 @@ impl Observer for Watch<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Division, InitialState, fixtures};
+    use crate::model::{
+        DRIVE_FLANK, Division, FlankError, InitialState, STIFFNESS_TERMS, fixtures,
+    };
     use crate::propagate::{Counters, Kernel, Volterra};
     use crate::shaft::StructureContact;
 
@@ -265,9 +267,10 @@ mod tests {
         fn event(&mut self, _: &Event) {}
     }
 
-    /// A stop far off, on a line that no window shows, with an error of its own: its depth is that of the states.
+    /// A stop far off, on a line that no window shows, with an error of its own, and the drive flank,
+    /// whose teeth are relieved: their depths are those of the states.
     #[test]
-    fn an_open_contact_is_as_deep_as_the_states_say() {
+    fn a_contact_is_as_deep_as_the_states_say() {
         let own = [0.9, 0.4, 0.2];
         let mut structure = fixtures::structure(&[0.0, 900.0, 4000.0], 0.01, &own, &own);
         let mut stop = StructureContact::stop(&[0.5, -0.7, 0.3], 1e-3, 3e8);
@@ -275,9 +278,20 @@ mod tests {
         structure.contacts = vec![stop];
         let mut drive = fixtures::two_level_mesh(1e-5);
         drive.mesh = Division::levels(&[4e8, 3e8], &[0.6]);
+        // Three micrometres where the divisions meet.
+        for (division, bend) in drive.mesh.iter_mut().zip([1e-6, 2e-6]) {
+            let mut series = [0.0; STIFFNESS_TERMS];
+            (series[0], series[2]) = (3e-6 - bend, bend);
+            division.error = FlankError::series(series);
+        }
         let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
-        let contact = model.contacts.len() - 1;
-        let kernel = Volterra::new(&model, f64::EPSILON, 1000);
+        for contact in [DRIVE_FLANK, model.contacts.len() - 1] {
+            depths_are_those_of_states(&model, contact);
+        }
+    }
+
+    fn depths_are_those_of_states(model: &Model, contact: usize) {
+        let kernel = Volterra::new(model, f64::EPSILON, 1000);
         let mut workspace = kernel.workspace();
         let mut trajectory = model.start(&InitialState::Static);
         let mut depths = Vec::new();
@@ -285,11 +299,12 @@ mod tests {
             let depth = |state: &[f64], cycle: u64| {
                 let segment = &model.segments_at(cycle, 0.0)[contact];
                 let own = &model.contacts[contact];
-                own.side * model.deflection_on(segment, cycle, state, 0.0).0 - own.half_gap
+                own.side * model.deflection_on(segment, cycle, state, 0.0).0
+                    - own.gap(segment, 0.0)[0]
             };
             let before = depth(&trajectory.state, trajectory.cycle);
             let mut ends = Ends {
-                watch: Watch::new(&model),
+                watch: Watch::new(model),
                 contact,
                 seen: Vec::new(),
             };

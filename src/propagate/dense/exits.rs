@@ -400,6 +400,7 @@ mod tests {
             ([1.0, 2.0, -8.0, 0.0], false, Verdict::Single),
             ([0.0, 2.0, -3.0, 0.0], true, Verdict::Clear),
             ([0.0, 2.0, -8.0, 0.0], true, Verdict::Single),
+            ([0.0, 0.1, -0.3, 0.0], true, Verdict::Single),
             ([0.0, -1.0, -2.0, 0.0], true, Verdict::AtStart),
             // A valley whose floor lies above zero, one that falls all the way, one that must be looked into.
             ([2.0, -2.0, 4.0, 0.0], false, Verdict::Clear),

@@ -276,3 +276,32 @@ impl Method for SpectralTables<'_> {
         self.back(cell_model, stretch, time, x, scratch, counters);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{InitialState, OperatingPoint, fixtures};
+    use crate::propagate::Kernel;
+
+    /// Deep in contact the swing that a stretch could show leaves the margin alone: none is searched.
+    #[test]
+    fn stretches_far_from_a_surface_are_not_searched() {
+        let structure = fixtures::structure(&[0.0, 900.0], 0.01, &[1.0, 0.1], &[1.0, 0.1]);
+        let drive = fixtures::constant_mesh(1e-5, 4e8);
+        let point = OperatingPoint {
+            load: 1.0,
+            speed: 1200.0,
+        };
+        let model = Model::new(&structure, &drive, point).unwrap();
+        let kernel = Spectral::new(&model, 60, 100, None).unwrap();
+        let mut trajectory = model.start(&InitialState::Static);
+        let mut counters = Counters::default();
+        let mut workspace = kernel.workspace();
+        (kernel.advance(3, &mut trajectory, &mut workspace, &mut (), &mut counters)).unwrap();
+        assert_eq!(counters.events, 0);
+        assert_eq!(
+            (counters.certified, counters.guard_evaluations),
+            (counters.windows, 0)
+        );
+    }
+}

@@ -304,6 +304,33 @@ fn block_chunks(model: &Model, gains: &[MeshGain]) -> Vec<BlockChunk> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::{Division, fixtures};
+
+    /// The end of a cycle, and what rounding puts behind it, belongs to its last stretch.
+    #[test]
+    fn every_time_of_a_cycle_has_a_stretch() {
+        let structure = fixtures::structure(&[0.0, 900.0], 0.01, &[1.0, 0.5], &[1.0, 0.5]);
+        let mut drive = fixtures::two_level_mesh(1e-5);
+        drive.mesh = Division::levels(&[4e8, 3e8, 2e8], &[0.25, 0.6]);
+        let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+        let tables = VolterraTables::new(&model, f64::EPSILON, InstructionSet::best());
+        let course = tables.first_course();
+        for (phase, stretch) in [
+            (0.0, 0),
+            (0.2, 0),
+            (0.3, 1),
+            (0.59, 1),
+            (0.7, 2),
+            (1.0, 2),
+            (1.0 + f64::EPSILON, 2),
+        ] {
+            assert_eq!(
+                course.stretch(None, phase * model.period()),
+                stretch,
+                "{phase}"
+            );
+        }
+    }
 
     #[test]
     fn at_rest_nothing_moves() {

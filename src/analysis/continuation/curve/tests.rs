@@ -1,7 +1,7 @@
 //! What of codimension two lies between two orbits, from their multipliers and touches alone.
 
 use super::*;
-use crate::analysis::continuation::map::Details;
+use crate::analysis::continuation::map::{Details, Image, MapError};
 use crate::analysis::continuation::touches::Touches;
 use faer::Mat;
 
@@ -136,4 +136,88 @@ fn places_in_a_plane_are_parts_of_its_sides() {
     assert!(!plane.holds([0.999, 300.0]) && !plane.holds([2.0, 500.1]));
     let apart = plane.apart([1.2, 220.0], [1.8, 380.0]);
     assert!((apart - 0.5).abs() < 1e-14, "{apart}");
+}
+
+/// `x' = x + p₀ − g(p₁) − x²`, whose folds lie on the hyperbola `p₀ = g(p₁) = √(p₁² + w²)`.
+struct Hyperbola {
+    width: f64,
+}
+
+impl CycleMap for Hyperbola {
+    fn dimension(&self) -> usize {
+        1
+    }
+
+    fn image(&mut self, u: &[f64], at: At, _: u32) -> Result<Image, MapError> {
+        let x = u[0];
+        Ok(Image {
+            end: vec![x + at[0] - at[1].hypot(self.width) - x * x],
+            monodromy: Mat::from_fn(1, 1, |_, _| 1.0 - 2.0 * x),
+        })
+    }
+
+    fn by_parameter(
+        &mut self,
+        _: &[f64],
+        at: At,
+        _: u32,
+        axis: usize,
+    ) -> Result<Vec<f64>, MapError> {
+        Ok(vec![[1.0, -at[1] / at[1].hypot(self.width)][axis]])
+    }
+
+    fn details(&mut self, _: &[f64], _: At, _: u32) -> Result<Details, MapError> {
+        Ok(Details::default())
+    }
+}
+
+/// A curve is followed round a bend far sharper than its steps, which shorten there and grow again, and up to a
+/// corner, which has no way round.
+#[test]
+fn a_sharp_bend_is_followed_in_shorter_steps() {
+    let plane = Plane {
+        from: [-1.0, -1.0],
+        to: [1.5, 1.0],
+        longest: 0.1,
+        most: 500,
+    };
+    for (width, end) in [
+        (1e-2, "the interval ends"),
+        (1e-4, "the interval ends"),
+        (0.0, "the curve turns sharply"),
+    ] {
+        let mut map = Hyperbola { width };
+        let at = [f64::hypot(-0.5, width), -0.5];
+        let orbit = (correct(&mut map, &[0.0], at, 1, &Border::Parameters).unwrap())
+            .with_multipliers(1)
+            .unwrap();
+        let start = Bifurcation {
+            kind: Kind::Fold,
+            orbit,
+            after: 0,
+            length: 0.0,
+            bracket: [at[0]; 2],
+        };
+        let curve = follow(&mut map, &plane, &start).unwrap();
+        assert_eq!(curve.ends, ["the interval ends", end], "{width}");
+        let places: Vec<At> = curve.points.iter().map(|point| point.orbit.at).collect();
+        for at in &places {
+            assert!((at[0] - at[1].hypot(width)).abs() < 1e-9, "{width}: {at:?}");
+        }
+        let steps: Vec<f64> = places
+            .windows(2)
+            .map(|pair| plane.apart(pair[0], pair[1]))
+            .collect();
+        let shortest = steps.iter().copied().fold(f64::INFINITY, f64::min);
+        let longest = steps.iter().copied().fold(0.0, f64::max);
+        assert!(
+            shortest < 2.0 * width.max(1e-5) && longest > 0.03,
+            "{width}: {steps:?}"
+        );
+        let nearest = places
+            .iter()
+            .map(|at| at[1].abs())
+            .fold(f64::INFINITY, f64::min);
+        assert!(nearest < width.max(1e-4), "{width}: {nearest:e}");
+    }
 }

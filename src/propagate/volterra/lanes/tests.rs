@@ -583,3 +583,18 @@ fn every_set_finds_the_same_crossing() {
         assert!((x - exact).abs() < 1e-14, "{}: {x} {exact}", set.name());
     }
 }
+
+/// A chunk that few terms of the force move keeps what it has where a further one is set.
+#[test]
+fn a_term_that_a_chunk_has_no_room_for_is_left_out() {
+    let mut windows = Windows::new(&[2, 4], 1);
+    for block in [0, LANES] {
+        windows.set_input(block, 0, [5.0, 6.0]);
+    }
+    let before = format!("{windows:?}");
+    windows.set_response(0, 2, [7.0, 8.0]);
+    windows.set_response(LANES, 4, [7.0, 8.0]);
+    assert_eq!(format!("{windows:?}"), before);
+    windows.set_response(LANES, 2, [7.0, 8.0]);
+    assert_ne!(format!("{windows:?}"), before);
+}
