@@ -25,15 +25,15 @@ from mutant_switches import SWITCH, Switched, listed
 # Integration tests that hold a module, beside the unit tests in it, quick ones first.
 TESTS = {
     "numerics": ["golden", "repeated_modes", "volterra", "exponents", "events", "ladder_fused"],
-    "model": ["golden", "dynamics", "events", "coast_flank", "bearing_forces", "reference", "mesh_pairs", "trains", "release"],
-    "propagate": ["golden", "volterra", "stepping", "events", "kernel_tables", "ladder_fused", "ladder", "grazing", "release", "mesh_pairs"],
+    "model": ["golden", "dynamics", "events", "coast_flank", "bearing_forces", "reference", "mesh_pairs", "trains", "release", "mesh_course"],
+    "propagate": ["golden", "volterra", "stepping", "events", "kernel_tables", "ladder_fused", "ladder", "grazing", "release", "mesh_pairs", "mesh_course"],
     "analysis": [
         *["golden", "analysis", "nvh", "orbits", "exponents", "settling", "nvh_stop", "horizon", "trace", "contact_jumps"],
         *["continuation", "followed", "multistability", "cycle_expansion", "sensitivity"],
     ],
     "gear": [
         *["golden", "gear_geometry", "gear_published", "gear_compliance", "sharing", "mesh_table", "mesh_pairs"],
-        *["flank_points", "tooth_errors", "losses"],
+        *["flank_points", "tooth_errors", "losses", "helical"],
     ],
     "shaft": [
         *["golden", "structure_published", "repeated_modes", "helical_shafts", "trains", "structure_reference"],
@@ -225,14 +225,24 @@ def survivors(records, modules):
     }
     found = []
     for module in sorted(set(names.values())):
-        for mutant in mutants_of(module):
-            if mutant["name"] in names:
-                mutant |= {"module": module, "number": len(found) + 1}
-                found.append(mutant)
-    # Their lines have changed or moved: they stay survivors of the record.
-    for name in sorted(set(names) - {mutant["name"] for mutant in found}):
-        print(f"not in the sources any more, not tried again: {name}", flush=True)
+        mutants = mutants_of(module)
+        for name in (name for name, own in names.items() if own == module):
+            what, line = placed(name)
+            alike = [mutant for mutant in mutants if placed(mutant["name"])[0] == what]
+            if alike:
+                # Its line may have moved; it keeps its name in the record.
+                nearest = min(alike, key=lambda mutant: abs(placed(mutant["name"])[1] - line))
+                found.append(nearest | {"name": name, "module": module, "number": len(found) + 1})
+            else:
+                # What it changes is no more: it stays a survivor of the record.
+                print(f"not in the sources any more, not tried again: {name}", flush=True)
     return found
+
+
+def placed(name):
+    """A mutant but for its line, and that."""
+    path, line, what = name.split(":", 2)
+    return (path, what), int(line)
 
 
 def lives(mutant):

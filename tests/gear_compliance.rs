@@ -55,6 +55,25 @@ fn size_does_not_matter_and_stiffness_does() {
     }
 }
 
+/// Bodies couple the pairs that are in contact at once, no others.
+#[test]
+fn only_pairs_in_contact_at_once_are_coupled() {
+    let flanks = flanks(&pair([20, 30], 2e-3));
+    let path = flanks.path();
+    let (pitch, last) = (path.base_pitch, path.end - path.base_pitch);
+    for s in [path.start, 0.5 * (path.start + last), last] {
+        assert!(flanks.body_coupling(s, 1).is_some(), "{s}");
+    }
+    for (s, ahead) in [
+        (path.start, 0),
+        (path.start - 0.01 * pitch, 1),
+        (last + 0.01 * pitch, 1),
+        (path.start, 2),
+    ] {
+        assert!(flanks.body_coupling(s, ahead).is_none(), "{s} {ahead}");
+    }
+}
+
 /// Run backwards the wheel drives: gears change places and positions their sign.
 #[test]
 fn either_gear_may_be_called_the_pinion() {

@@ -175,6 +175,26 @@ fn contact_ratios_in_closed_form() {
     close(path.position(path.phase(0.0)), path.pitch_point, 1e-17);
 }
 
+/// Tips are followed beyond both ends of the path, as far as at most three pairs are in contact at once.
+#[test]
+fn fewer_than_three_pairs_are_within_reach() {
+    for addendum in [1.0, 1.2, 1.35] {
+        let mut pair = pair([80, 80], 2e-3);
+        pair.form.rack.addendum = addendum;
+        (pair.form.rack.dedendum, pair.form.rack.tip_radius) = (addendum + 0.25, 0.2);
+        let flanks = flanks(&pair);
+        let (path, reach) = (flanks.path(), flanks.reach());
+        let [before, after] = [path.start - reach[0], reach[1] - path.end];
+        close(before, after, 1e-9 * path.base_pitch);
+        assert!(before > 0.01 * path.base_pitch, "{addendum}: {before}");
+        let pairs = (reach[1] - reach[0]) / path.base_pitch;
+        assert!(
+            pairs < 2.99 + 1e-9 && pairs > flanks.contact_ratio(),
+            "{addendum}: {pairs}"
+        );
+    }
+}
+
 /// Both flanks pass through the point on the line of action, wherever it is.
 #[test]
 fn flanks_touch_on_the_line_of_action() {

@@ -7,8 +7,8 @@ mod common;
 
 use atlas::analysis::EnergyAudit;
 use atlas::model::{
-    ActiveSet, Division, Drive, FlankError, InitialState, Model, OperatingPoint, Stiffness,
-    TrajectoryState,
+    ActiveSet, COAST_FLANK, CoastFlank, Division, Drive, FlankError, InitialState, Model,
+    OperatingPoint, Stiffness, TrajectoryState,
 };
 use atlas::propagate::{Counters, InstructionSet, Kernel, Stepping, Tangents, Volterra};
 use atlas::reference::{Extended, Reference};
@@ -361,6 +361,40 @@ fn a_step_of_the_half_gap_opens_the_contact() {
     let first = seen.0.first().unwrap();
     assert_eq!((first.from, first.to), (ActiveSet::DRIVE, ActiveSet::FREE));
     assert_eq!(first.time, model.first_cycle().start(1));
+}
+
+/// A step of the error of the coast flank may close it out of free flight: its windows lie on breakpoints of
+/// their own from there on.
+#[test]
+fn a_step_of_the_half_gap_closes_the_coast_flank() {
+    let (structure, drive, point) = common::one_degree();
+    let mut coast = Division::levels(&[4e8, 3e8, 2e8], &[0.37, 0.63]);
+    coast[0].error = FlankError::series([0.3 * drive.half_gap, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let drive = Drive {
+        mesh: Division::levels(&[4.4e8, 3.3e8], &[0.55]),
+        coast: Some(CoastFlank {
+            mesh: coast,
+            transmission_error: Vec::new(),
+            further: Vec::new(),
+        }),
+        transmission_error: Vec::new(),
+        ..drive
+    };
+    let model = Model::new(&structure, &drive, point).unwrap();
+    let (reference, kernel) = (Reference::new(&model), volterra(&model));
+    let place = -1.15 * drive.half_gap / model.deflection(&[1.0, 0.0], 0.0).0;
+    let mut start = TrajectoryState::new(&model, vec![place, 0.0], 0);
+    let mut seen = Events::default();
+    for _ in 0..3 {
+        let exact = reference.advance(&start, 1).unwrap();
+        let (end, _) = advance_with(&kernel, &start, 1, &mut seen);
+        let off = state_difference(&model, &end.state, &exact.end.state);
+        assert!(off < 1e-12, "{off:e}");
+        start = end;
+    }
+    let first = seen.0.first().unwrap();
+    assert_eq!((first.from, first.to), (ActiveSet::FREE, ActiveSet::COAST));
+    assert_eq!(first.time, model.contacts[COAST_FLANK].cycle(0).start(1));
 }
 
 /// The static start balances to round-off whatever the mesh does at phase 0, and stays in balance

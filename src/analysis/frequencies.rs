@@ -211,6 +211,12 @@ mod tests {
         let closed = found.closed[0];
         assert!((closed.mode.frequency - 4.0).abs() < 1e-14);
         assert!((closed.mesh_share - 0.75).abs() < 1e-15);
+        assert!(found.on_drive_flanks());
+        let coasting = Frequencies {
+            contacts: ActiveSet::COAST,
+            ..found.clone()
+        };
+        assert!(!coasting.on_drive_flanks());
         assert!((closed.mode.decay - 0.2).abs() < 1e-15);
     }
 

@@ -284,4 +284,19 @@ mod tests {
         assert!(refused(&[0.5]) && refused(&[0.5, 1.2]) && refused(&[0.0, 1.0]));
         assert!(refused(&[]) && refused(&[f64::NAN, 1.0]));
     }
+
+    /// A division whose mirror image starts where the cycle does, but for rounding, is not cut there.
+    #[test]
+    fn rounding_cuts_no_mirror_image() {
+        let drive = [(0.3, 4e8), (0.7, 3e8), (1.0, 2e8)].map(|(end, k)| Division::level(end, k));
+        for off in [-1e-14, 0.0, 1e-14] {
+            let coast = Division::mirrored(&drive, 0.5 * (0.7 + off));
+            let found: Vec<f64> = coast.iter().map(|own| own.stiffness.mean()).collect();
+            assert_eq!(found, [3e8, 4e8, 2e8], "{off}");
+            for (own, end) in coast.iter().zip([0.4, 0.7, 1.0]) {
+                assert!((own.end - end).abs() < 1e-13, "{off}: {}", own.end);
+            }
+            assert!(ends_are_in_order(&coast).is_ok());
+        }
+    }
 }

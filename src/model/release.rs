@@ -23,3 +23,22 @@ impl Release {
         self == Self::Deflection || approach > 0.0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Under the law of the force a contact may take hold while its surfaces part: nothing is struck then.
+    #[test]
+    fn what_takes_hold_while_it_parts_is_not_struck() {
+        for (law, approach, struck) in [
+            (Release::Force, 1e-3, true),
+            (Release::Force, 0.0, false),
+            (Release::Force, -1e-3, false),
+            (Release::Deflection, 1e-3, true),
+            (Release::Deflection, -1e-3, true),
+        ] {
+            assert_eq!(law.is_struck(approach), struck, "{law:?} {approach}");
+        }
+    }
+}

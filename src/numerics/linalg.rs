@@ -168,10 +168,11 @@ pub fn eigenpair(matrix: MatRef<'_, f64>, near: Complex64) -> Option<EigenPair> 
     // An exact eigenvalue would make the shifted matrix singular; a shift beside it may be one too.
     let (factors, mut vector) = [1.0, 4.0].into_iter().find_map(|beside| {
         let shift = near + beside * f64::EPSILON * size;
-        let factors = Shifted::new(&Mat::from_fn(n, n, |i, j| {
+        let shifted = Mat::from_fn(n, n, |i, j| {
             let diagonal = if i == j { shift } else { Complex64::ZERO };
             c64(matrix[(i, j)], 0.0) - diagonal
-        }));
+        });
+        let factors = Shifted::new(&shifted, portable());
         let vector = factors.solve(&start);
         norm(&vector).is_finite().then_some((factors, vector))
     })?;
@@ -205,8 +206,8 @@ enum Shifted {
 }
 
 impl Shifted {
-    fn new(matrix: &Mat<Complex64>) -> Self {
-        if !portable() {
+    fn new(matrix: &Mat<Complex64>, plain: bool) -> Self {
+        if !plain {
             return Self::Library(PartialPivLu::new(matrix.as_ref()));
         }
         let n = matrix.nrows();
@@ -290,6 +291,7 @@ pub fn transform(values: &[f64]) -> Vec<Complex64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numerics::random::Stream;
 
     #[test]
     fn inverse_and_solve_undo_the_matrix() {
@@ -352,6 +354,19 @@ mod tests {
                     let off = c64(dot(&row, re), dot(&row, im)) - value * c64(re[i], im[i]);
                     assert!(off.norm() < 1e-12);
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn both_factors_solve_complex_systems() {
+        for n in [1, 2, 3, 5] {
+            let mut stream = Stream::new(3, n as u64, 0);
+            let matrix = Mat::from_fn(n, n, |_, _| c64(stream.normal(), stream.normal()));
+            let vector = Mat::from_fn(n, 1, |i, _| c64(1.0, i as f64));
+            let [a, b] = [false, true].map(|plain| Shifted::new(&matrix, plain).solve(&vector));
+            for i in 0..n {
+                assert!((a[(i, 0)] - b[(i, 0)]).norm() < 1e-12, "{n} {i}");
             }
         }
     }

@@ -45,3 +45,29 @@ impl std::ops::AddAssign for Counters {
         self.guard_evaluations += other.guard_evaluations;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_count_adds_to_its_own() {
+        let counted = |times: u64| Counters {
+            cycles: times,
+            windows: 2 * times,
+            partial_windows: 3 * times,
+            certified: 4 * times,
+            bisections: 5 * times,
+            newton_steps: 6 * times,
+            events: 7 * times,
+            grazings: 8 * times,
+            tangent_windows: 9 * times,
+            factorised: 10 * times,
+            matvecs: 11 * times,
+            guard_evaluations: 12 * times,
+        };
+        let mut sum = counted(3);
+        sum += counted(4);
+        assert_eq!(sum, counted(7));
+    }
+}

@@ -314,6 +314,24 @@ mod tests {
         assert_eq!(spectra[0].bandwidth, Some(1.5 / 64.0));
     }
 
+    /// What came before a restart leaves no trace, a started segment included.
+    #[test]
+    fn a_restart_forgets_everything() {
+        let model = Model::new(&one_mode(1.0), &constant_mesh(1.0, 1.0), point()).unwrap();
+        let [mut fresh, mut again] =
+            [(), ()].map(|()| Welch::new(&model, &asked(16), Signals::NONE));
+        show(&mut again, 1.3, 5.0, 0.4, [3, 44]);
+        again.restart();
+        for welch in [&mut fresh, &mut again] {
+            show(welch, 2.0, 0.3, 0.1, [50, 130]);
+        }
+        let (fresh, again) = (fresh.spectra(), again.spectra());
+        assert_eq!(fresh.len(), again.len());
+        for (a, b) in fresh.iter().zip(&again) {
+            assert_eq!(a.lines, b.lines);
+        }
+    }
+
     /// Half-way between two lines the window shows 8/(3π) of a sine, 1.42 dB less; an order of the
     /// excitation stands on a line.
     #[test]

@@ -188,7 +188,7 @@ fn a_rotation_under_drag_rests_anywhere() {
         (model.neutral.len(), model.unfelt_displacements().len()),
         (1, 0)
     );
-    for drag in [[3.0, 0.0], [3.0, 1.0]] {
+    for drag in [[3.0, 0.0], [3.0, 1.0], [4e4, 0.0], [4e4, 1e4]] {
         let model = coupled(drag, 0.0);
         let [state] = &model.unfelt_displacements()[..] else {
             panic!("one displacement expected under {drag:?}");

@@ -268,8 +268,15 @@ fn a_mode_has_the_scale_of_what_couples_it() {
     for (frequency, expected) in [
         ([1.0, 100.0], [4.04, 100.0]),
         ([1.0, 3.0], [404_f64.sqrt(); 2]),
+        ([0.0, 100.0], [4.04, 100.0]),
     ] {
         let found = scales(&[0, 1], &frequency, &[zero.clone(), coupled.clone()]);
+        assert_eq!(found, expected);
+    }
+    // What drags it measures a mode that has no frequency, and no other.
+    let dragged = square(&[0.0, 500.0, 500.0, 0.0], 2);
+    for (frequency, expected) in [([1.0, 100.0], [1.0, 100.0]), ([0.0, 100.0], [500.0, 100.0])] {
+        let found = scales(&[0, 1], &frequency, &[dragged.clone(), zero.clone()]);
         assert_eq!(found, expected);
     }
 }

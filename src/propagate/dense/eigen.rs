@@ -326,7 +326,28 @@ mod tests {
         let still = eigen(&a, 1e4).unwrap();
         assert_eq!((still.waves.len(), still.slow.len()), (0, SIZE));
         let turning = Mat::from_fn(2, 2, |i, j| [[0.0, -3.0], [3.0, 0.0]][i][j]);
-        let alone = eigen(&turning, 1.0).unwrap();
+        let mut alone = eigen(&turning, 1.0).unwrap();
+        // Where waves are equal and do not couple there is nothing to undo.
+        let twice = Mat::from_fn(4, 4, |i, j| {
+            if i / 2 == j / 2 {
+                turning[(i % 2, j % 2)]
+            } else {
+                0.0
+            }
+        });
+        let column = |one: usize| [0, 1, 2, 3].map(|i| f64::from(u8::from(i == one))).to_vec();
+        let mut pair = Eigen {
+            waves: vec![c64(0.0, 3.0); 2],
+            columns: vec![[column(0), column(1)], [column(2), column(3)]],
+            slow: Vec::new(),
+        };
+        refine(&twice, &mut pair);
+        assert_eq!(pair.waves, [c64(0.0, 3.0); 2]);
+        assert_eq!(
+            pair.columns,
+            [[column(0), column(1)], [column(2), column(3)]]
+        );
+        refine(&turning, &mut alone);
         assert_eq!((alone.waves.len(), alone.slow.len()), (1, 0));
         assert!((alone.waves[0] - c64(0.0, 3.0)).norm() < 1e-14);
     }

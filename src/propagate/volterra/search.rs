@@ -247,3 +247,39 @@ fn padded(lack: &Lack) -> Series {
     out[..lack.len()].copy_from_slice(lack);
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{COAST_FLANK, DRIVE_FLANK, Model, fixtures};
+
+    /// By half gaps: the drive flank is at one, the coast flank at minus one.
+    #[test]
+    fn a_contact_stays_where_the_deflection_cannot_reach_it() {
+        let half_gap = 1e-5;
+        let structure = fixtures::structure(&[0.0, 900.0], 0.01, &[1.0, 0.5], &[1.0, 0.5]);
+        let drive = fixtures::two_level_mesh(half_gap);
+        let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+        let kernel = Volterra::new(&model, f64::EPSILON, 100);
+        for (contact, closed, middle, variation, stays) in [
+            (DRIVE_FLANK, false, 0.5, 0.4, true),
+            (DRIVE_FLANK, false, 0.5, 0.6, false),
+            (DRIVE_FLANK, false, -3.0, 2.0, true),
+            (DRIVE_FLANK, false, 1.2, 0.1, false),
+            (DRIVE_FLANK, true, 1.2, 0.1, true),
+            (DRIVE_FLANK, true, 1.2, 0.3, false),
+            (COAST_FLANK, false, -0.5, 0.4, true),
+            (COAST_FLANK, false, 0.5, 1.6, false),
+            (COAST_FLANK, true, -1.2, 0.1, true),
+        ] {
+            let mut solution = Solution::ZERO;
+            solution.deflection[0] = middle * half_gap;
+            (solution.variation, solution.size) = (variation * half_gap, half_gap);
+            assert_eq!(
+                kernel.stays(contact, closed, &solution),
+                stays,
+                "{contact} {closed} {middle}"
+            );
+        }
+    }
+}

@@ -237,3 +237,25 @@ fn beside(left: &Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
         }
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Modes are counted where the distance of neighbours is widest, not between two that are one.
+    #[test]
+    fn a_missing_mode_is_noticed_and_an_equal_pair_is_not_parted() {
+        let own = [1.0, 2.0, 2.0, 5.0, 9.0];
+        let diagonal = |entry: &dyn Fn(usize) -> f64| {
+            let matrix = Mat::from_fn(5, 5, |i, j| if i == j { entry(i) } else { 0.0 });
+            Banded::of(&matrix, 0)
+        };
+        let (mass, stiffness) = (diagonal(&|_| 1.0), diagonal(&|i| own[i]));
+        // As they are found, to rounding.
+        let found = [1.0, 2.0 - 1e-13, 2.0 + 1e-13, 5.0];
+        assert!(all_there(&mass, &stiffness, &found, 2));
+        assert!(all_there(&mass, &stiffness, &found, 1));
+        assert!(!all_there(&mass, &stiffness, &[1.0, 2.0, 5.0, 9.0], 2));
+        assert!(!all_there(&mass, &stiffness, &found, 4));
+    }
+}

@@ -416,3 +416,74 @@ fn trains_that_cannot_run_are_told() {
     light.shafts[0].gears[0].body.polar_inertia = 0.0;
     assert!(told(light).contains("carries no inertia"));
 }
+
+/// The section there, the thicker one where two meet; ends are met to rounding.
+#[test]
+fn a_place_has_the_thicker_of_the_sections_that_meet_there() {
+    let section = |length: f64, outer: f64| ShaftSection {
+        length,
+        outer,
+        inner: 0.0,
+    };
+    let sections = [section(0.1, 0.03), section(0.2, 0.05), section(0.1, 0.04)];
+    for (at, outer) in [
+        (-1e-12, Some(0.03)),
+        (0.05, Some(0.03)),
+        (0.1, Some(0.05)),
+        (0.2, Some(0.05)),
+        (0.3, Some(0.05)),
+        (0.35, Some(0.04)),
+        (0.4 + 1e-12, Some(0.04)),
+        (-0.01, None),
+        (0.41, None),
+    ] {
+        let found = ShaftSection::at(&sections, at).map(|own| own.outer);
+        assert_eq!(found, outer, "{at}");
+    }
+}
+
+/// A stop beside a bearing is approached as the bearing is displaced, whatever the length of its direction.
+#[test]
+fn a_stop_is_approached_as_its_place_moves() {
+    let mut train = train(&drive());
+    let (at, bearing) = train.shafts[1].bearings[0];
+    let stop = |direction: [f64; 3]| Stop {
+        shaft: 1,
+        at,
+        direction,
+        law: ContactLaw { gap: 5e-6, ..law() },
+    };
+    train.stops = [[0.0, 0.0, -2.0], [5.0, 0.0, 0.0], [1.0, -2.0, 2.0]]
+        .map(stop)
+        .to_vec();
+    let structure = train.modes(MODES, MODES, false).unwrap();
+    let moved = |axis: &str, stiffness: f64| -> Vec<f64> {
+        let name = format!("wheel 1 {axis}");
+        let own = structure.bearings.iter().find(|own| own.name == name);
+        own.unwrap()
+            .gain
+            .iter()
+            .map(|force| force / stiffness)
+            .collect()
+    };
+    let [x, y] = [moved("x", bearing.x), moved("y", bearing.y)];
+    let z = moved("axial", bearing.axial);
+    let towards = |i: usize| [-z[i], x[i], (x[i] - 2.0 * y[i] + 2.0 * z[i]) / 3.0];
+    assert_eq!(structure.contacts.len(), 3);
+    for (number, contact) in structure.contacts.iter().enumerate() {
+        assert_eq!(
+            (contact.name.as_str(), contact.law.gap),
+            ("stop of wheel", 5e-6)
+        );
+        assert_eq!(contact.force, contact.participation);
+        let size = contact
+            .participation
+            .iter()
+            .fold(0.0_f64, |size, w| size.max(w.abs()));
+        assert!(size > 0.1, "{number}: {size}");
+        for (i, found) in contact.participation.iter().enumerate() {
+            let off = found - towards(i)[number];
+            assert!(off.abs() < 1e-9 * size, "{number}, mode {i}: {off:e}");
+        }
+    }
+}
