@@ -5,8 +5,8 @@ use crate::manifest::CycleDivision;
 use crate::model::{Division, FlankError, STIFFNESS_TERMS, Stiffness};
 use crate::numerics::legendre::transforms8;
 
-/// Phases closer than this, in cycles, are one: only rounding keeps them apart.
-const SAME_PHASE: f64 = 1e-9;
+/// A break of a table closer than this to an end of equal segments \[cycles\] cuts none of them.
+const SAME_END: f64 = 1e-9;
 
 // A piece of a table becomes the stiffness of a segment term by term.
 const _: () = assert!(NODES == STIFFNESS_TERMS);
@@ -99,7 +99,7 @@ fn segment_ends(cycle: &MeshTableCycle, count: u32, cut: bool) -> Vec<f64> {
         .collect();
     if cut {
         let equal = ends.clone();
-        let apart = |end: &&f64| equal.iter().all(|other| (*end - other).abs() > SAME_PHASE);
+        let apart = |end: &&f64| equal.iter().all(|other| (*end - other).abs() > SAME_END);
         ends.extend(cycle.breaks.iter().filter(apart));
         ends.sort_by(f64::total_cmp);
     }

@@ -26,6 +26,57 @@ pub(super) fn quarter_turns(mode: usize, count: usize) -> usize {
     }
 }
 
+/// A wave k of 0 … z/2 that a harmonic falls on, the transforms of the foot's polynomials there, and the sense
+/// in which it runs round.
+pub(super) type Fall = (usize, Vec<f64>, f64);
+
+/// Hands over the harmonics up to `most` over the half angle \[rad\] of z feet, each of `foot` polynomials, with the
+/// waves that they fall on, until one has no answer.
+pub(super) fn harmonics(
+    teeth: u32,
+    half_angle: f64,
+    foot: usize,
+    most: f64,
+    mut each: impl FnMut(u64, &[Fall]) -> Option<()>,
+) -> Option<()> {
+    let teeth = u64::from(teeth);
+    let share = teeth as f64 / (2.0 * PI);
+    // The transform of the polynomial m of the foot is a spherical Bessel function.
+    let scales: Vec<f64> = (0..foot)
+        .map(|m| ((2.0 * m as f64 + 1.0) * 2.0 * half_angle * share).sqrt())
+        .collect();
+    let mut uniform = vec![0.0; foot];
+    uniform[0] = scales[0];
+    each(0, &[(0, uniform, 1.0)])?;
+    let last = (most / half_angle).ceil() as u64;
+    let mut bessel = [[0.0; LANES]; ORDERS];
+    for first in (1..=last).step_by(LANES) {
+        let place: [f64; LANES] =
+            std::array::from_fn(|lane| (first + lane as u64) as f64 * half_angle);
+        let (sin, cos) = (place.map(f64::sin), place.map(f64::cos));
+        spherical_bessel(&place, &sin, &cos, &mut bessel);
+        for lane in 0..LANES {
+            let order = first + lane as u64;
+            let transform = |m: usize, sense: f64| {
+                let sign = if m.is_multiple_of(2) { 1.0 } else { sense };
+                sign * (scales[m] * bessel[m][lane])
+            };
+            // Also the harmonic that runs the other way round.
+            let wave = order % teeth;
+            let falls: Vec<Fall> = [(wave, 1.0), ((teeth - wave) % teeth, -1.0)]
+                .into_iter()
+                .filter(|(wave, _)| *wave <= teeth / 2)
+                .map(|(wave, sense)| {
+                    let transforms = (0..foot).map(|m| transform(m, sense)).collect();
+                    (wave as usize, transforms, sense)
+                })
+                .collect();
+            each(order, &falls)?;
+        }
+    }
+    Some(())
+}
+
 /// Displacements of a foot in its modes by tractions in them, for the waves k = 0 … z/2 round z
 /// feet of a half angle \[rad\], each `foot` polynomials in either direction; with harmonics up
 /// to `most` over the half angle.
@@ -36,59 +87,29 @@ pub(super) fn waves(
     foot: usize,
     most: f64,
 ) -> Vec<Mat<f64>> {
-    let teeth = u64::from(teeth);
     let mut waves = vec![Mat::zeros(2 * foot, 2 * foot); (teeth / 2) as usize + 1];
-    let share = teeth as f64 / (2.0 * PI);
-    // The transform of the polynomial m of the foot is a spherical Bessel function.
-    let scales: Vec<f64> = (0..foot)
-        .map(|m| ((2.0 * m as f64 + 1.0) * 2.0 * half_angle * share).sqrt())
-        .collect();
-    let mut add = |order: u64, transforms: &[f64], [rr, rt, tt]: [f64; 3]| {
-        let wave = &mut waves[order as usize];
-        for (j, one) in transforms.iter().enumerate() {
-            for (i, other) in transforms.iter().enumerate() {
-                let product = one * other;
-                wave[(i, j)] += rr * product;
-                wave[(foot + i, j)] += rt * product;
-                wave[(i, foot + j)] += rt * product;
-                wave[(foot + i, foot + j)] += tt * product;
+    harmonics(teeth, half_angle, foot, most, |order, falls| {
+        let [rr, rt, tt] = match order {
+            0 => [ring.breathing(), 0.0, ring.twist()],
+            _ => {
+                let [[rr, rt], [_, tt]] = ring.harmonic(order);
+                [rr, rt, tt]
+            }
+        };
+        for (wave, transforms, sense) in falls {
+            let wave = &mut waves[*wave];
+            for (j, one) in transforms.iter().enumerate() {
+                for (i, other) in transforms.iter().enumerate() {
+                    let product = one * other;
+                    wave[(i, j)] += rr * product;
+                    wave[(foot + i, j)] += sense * rt * product;
+                    wave[(i, foot + j)] += sense * rt * product;
+                    wave[(foot + i, foot + j)] += tt * product;
+                }
             }
         }
-    };
-    let mut uniform = vec![0.0; foot];
-    uniform[0] = scales[0];
-    add(0, &uniform, [ring.breathing(), 0.0, ring.twist()]);
-    let harmonics = (most / half_angle).ceil() as u64;
-    let mut bessel = [[0.0; LANES]; ORDERS];
-    for first in (1..=harmonics).step_by(LANES) {
-        let place: [f64; LANES] =
-            std::array::from_fn(|lane| (first + lane as u64) as f64 * half_angle);
-        spherical_bessel(
-            &place,
-            &place.map(f64::sin),
-            &place.map(f64::cos),
-            &mut bessel,
-        );
-        for lane in 0..LANES {
-            let order = first + lane as u64;
-            let [[rr, rt], [_, tt]] = ring.harmonic(order);
-            let transforms: Vec<f64> = (scales.iter().zip(&bessel))
-                .map(|(s, j)| s * j[lane])
-                .collect();
-            let wave = order % teeth;
-            if wave <= teeth / 2 {
-                add(wave, &transforms, [rr, rt, tt]);
-            }
-            // The harmonic that runs the other way round.
-            let wave = (teeth - wave) % teeth;
-            if wave <= teeth / 2 {
-                let turned: Vec<f64> = (transforms.iter().enumerate())
-                    .map(|(m, value)| if m % 2 == 0 { *value } else { -value })
-                    .collect();
-                add(wave, &turned, [rr, -rt, tt]);
-            }
-        }
-    }
+        Some(())
+    });
     waves
 }
 

@@ -8,11 +8,10 @@
 use super::axial::{Axial, add_product, mirror};
 use super::tooth::{FOOT, modes, moduli};
 use crate::gear::compliance::plate::legendre;
-use crate::numerics::bessel::{LANES, ORDERS, spherical_bessel};
+use crate::gear::compliance::ring::harmonics;
 use crate::numerics::linalg;
 use crate::numerics::quadrature::GaussLegendre;
 use faer::Mat;
-use std::f64::consts::PI;
 
 /// The last harmonic that is solved in radius and along the face.
 const EXACT: u64 = 30;
@@ -33,44 +32,15 @@ pub(super) fn waves(
     axial: &Axial,
 ) -> Option<Vec<Mat<f64>>> {
     let ring = SolidRing::new(ratio, poisson_ratio, axial);
-    let teeth = u64::from(teeth);
     let modes = modes(axial);
     let mut waves = vec![Mat::zeros(modes, modes); (teeth / 2) as usize + 1];
-    let share = teeth as f64 / (2.0 * PI);
-    // The transform of the polynomial m of the foot is a spherical Bessel function.
-    let scales: [f64; FOOT] =
-        std::array::from_fn(|m| ((2.0 * m as f64 + 1.0) * 2.0 * half_angle * share).sqrt());
-    let mut uniform = [0.0; FOOT];
-    uniform[0] = scales[0];
-    ring.add(&mut waves[0], &ring.harmonic(0)?, &uniform, 1.0);
-    let last = (HARMONICS / half_angle).ceil() as u64;
-    let mut bessel = [[0.0; LANES]; ORDERS];
-    for first in (1..=last).step_by(LANES) {
-        let place: [f64; LANES] =
-            std::array::from_fn(|lane| (first + lane as u64) as f64 * half_angle);
-        spherical_bessel(
-            &place,
-            &place.map(f64::sin),
-            &place.map(f64::cos),
-            &mut bessel,
-        );
-        for lane in 0..LANES {
-            let order = first + lane as u64;
-            let harmonic = ring.harmonic(order)?;
-            let transforms: [f64; FOOT] = std::array::from_fn(|m| scales[m] * bessel[m][lane]);
-            let wave = order % teeth;
-            if wave <= teeth / 2 {
-                ring.add(&mut waves[wave as usize], &harmonic, &transforms, 1.0);
-            }
-            // The harmonic that runs the other way round.
-            let wave = (teeth - wave) % teeth;
-            if wave <= teeth / 2 {
-                let turned =
-                    std::array::from_fn(|m| transforms[m] * if m % 2 == 0 { 1.0 } else { -1.0 });
-                ring.add(&mut waves[wave as usize], &harmonic, &turned, -1.0);
-            }
+    harmonics(teeth, half_angle, FOOT, HARMONICS, |order, falls| {
+        let harmonic = ring.harmonic(order)?;
+        for (wave, transforms, sense) in falls {
+            ring.add(&mut waves[*wave], &harmonic, transforms, *sense);
         }
-    }
+        Some(())
+    })?;
     Some(waves)
 }
 
@@ -262,7 +232,7 @@ impl<'a> SolidRing<'a> {
 
     /// Adds a harmonic to the wave of feet that it belongs to; `sense` is −1 where it runs the other way
     /// round, which turns the sign of what tangential and other directions share.
-    fn add(&self, wave: &mut Mat<f64>, harmonic: &Mat<f64>, transforms: &[f64; FOOT], sense: f64) {
+    fn add(&self, wave: &mut Mat<f64>, harmonic: &Mat<f64>, transforms: &[f64], sense: f64) {
         let (waves, axial_waves) = (self.axial.numbers.len(), self.axial.axial_numbers.len());
         // Where a direction begins in the harmonic and in the modes, its waves, whether tangential.
         let directions = [
