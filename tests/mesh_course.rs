@@ -371,7 +371,7 @@ fn a_step_of_the_half_gap_closes_the_coast_flank() {
     let mut coast = Division::levels(&[4e8, 3e8, 2e8], &[0.37, 0.63]);
     coast[0].error = FlankError::series([0.3 * drive.half_gap, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let drive = Drive {
-        mesh: Division::levels(&[4.4e8, 3.3e8], &[0.55]),
+        mesh: Division::levels(&[4.4e8, 4.2e8, 4e8, 3.6e8, 3.3e8], &[0.1, 0.2, 0.3, 0.55]),
         coast: Some(CoastFlank {
             mesh: coast,
             transmission_error: Vec::new(),

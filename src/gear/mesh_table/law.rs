@@ -224,16 +224,28 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gear::{Flanks, GearPair, IndependentSlices, Modification, ToothForm, fixtures};
+    use crate::gear::{
+        Flanks, GearPair, IndependentSlices, Modification, PointCourse, ToothForm, fixtures,
+    };
 
     fn flanks(crowning: f64) -> (GearPair, Flanks) {
+        flanks_with(crowning, &[])
+    }
+
+    /// Its pinion's lead is crowned, and goes through points.
+    fn flanks_with(crowning: f64, points: &[[f64; 2]]) -> (GearPair, Flanks) {
         let crowned = Modification {
             crowning,
             ..Modification::default()
         };
+        let through = PointCourse {
+            points: points.to_vec(),
+            ..PointCourse::default()
+        };
         let form = ToothForm {
             bore: [Some(30e-3), Some(40e-3)],
             lead: [crowned, Modification::default()],
+            lead_points: [through, PointCourse::default()],
             ..ToothForm::default()
         };
         let pair = fixtures::pair([20, 30], form);
@@ -244,13 +256,23 @@ mod tests {
     /// Slices that support each other matter where they do not bear alike: askew or crowned.
     #[test]
     fn a_face_is_coupled_where_it_bears_unevenly() {
-        for (crowning, angle, coupled) in [
-            (0.0, 0.0, false),
-            (0.0, 2e-4, true),
-            (3e-6, 0.0, true),
-            (3e-6, 2e-4, true),
+        // Missing on one half of the face alone, and everywhere the same.
+        let [one_end, other_end] = [[2e-6, 0.0, 0.0], [0.0, 0.0, 2e-6]].map(|missing| {
+            let places = [-10e-3, 0.0, 10e-3].into_iter().zip(missing);
+            places
+                .map(|(place, lack)| [place, lack])
+                .collect::<Vec<_>>()
+        });
+        for (crowning, points, angle, coupled) in [
+            (0.0, &[][..], 0.0, false),
+            (0.0, &[], 2e-4, true),
+            (3e-6, &[], 0.0, true),
+            (3e-6, &[], 2e-4, true),
+            (0.0, &one_end[..], 0.0, true),
+            (0.0, &other_end[..], 0.0, true),
+            (0.0, &[[0.0, 2e-6]], 0.0, false),
         ] {
-            let (pair, flanks) = flanks(crowning);
+            let (pair, flanks) = flanks_with(crowning, points);
             let inputs = MeshTableInputs {
                 misalignment: vec![angle],
                 ..MeshTableInputs::of_gears(&pair)

@@ -203,6 +203,25 @@ fn a_rotation_under_drag_rests_anywhere() {
     }
 }
 
+/// What a mode has beside what is displaced a billion times as far is rounding, however fast it would be.
+#[test]
+fn rounding_does_not_move_what_is_at_rest() {
+    let model = Model::new(
+        &structure(&[0.0, 0.0, 5000.0], &[0.52, -0.43, 0.31]),
+        &drive(),
+        POINT,
+    );
+    let model = model.unwrap();
+    let elastic = |own: &Block| own.natural_frequency() > 1.0;
+    let fast = model.blocks.iter().position(elastic).unwrap();
+    let rigid = (0..3).find(|i| *i != fast).unwrap();
+    for (part, rests) in [(0.0, true), (1e-10, true), (1e-8, false)] {
+        let mut state = vec![0.0; 6];
+        (state[rigid], state[fast]) = (2.0, 2.0 * part);
+        assert_eq!(model.is_at_rest(&state), rests, "{part}");
+    }
+}
+
 #[test]
 fn contacts_recur_together_after_their_base_period() {
     let s = structure(&[0.0, 4000.0], &[0.5, 0.3]);
