@@ -1,0 +1,123 @@
+"""Which functions of the library does no test reach? Called by `scripts/coverage`.
+
+    python3 scripts/record_coverage.py TARGET OUT
+
+A function counts as reached where any copy of it was entered, in a test or in a process that a test has started.
+Closures and derived functions are not counted, nor what is compiled for tests alone.
+"""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+from record_unsafe import tool
+
+LONGEST = 1800
+
+
+def programs(target):
+    """The programs of all tests, the library's unit tests first, by name."""
+    environment = os.environ | {
+        "ATLAS_RUSTFLAGS": "-C instrument-coverage -C debuginfo=0",
+        "RUSTC_WRAPPER": str(Path("scripts/rustc-own").resolve()),
+        "CARGO_TARGET_DIR": str(target),
+        "LLVM_PROFILE_FILE": "/dev/null",
+    }
+    # A third of the time to compile.
+    quick = ["--config", "profile.release.package.atlas.opt-level=1"]
+    command = ["cargo", *quick, "test", "--release", "--no-run", "--message-format", "json"]
+    said = subprocess.run(command, env=environment, check=True, stdout=subprocess.PIPE, text=True).stdout
+    found = {}
+    for message in map(json.loads, said.splitlines()):
+        if message["reason"] == "compiler-artifact" and message.get("executable"):
+            name = "lib" if "lib" in message["target"]["kind"] else message["target"]["name"]
+            found[name] = message["executable"]
+    return {"lib": found.pop("lib"), **found}
+
+
+def entered(folder, objects):
+    """File, first and last line of every function of the library, and whether it was entered."""
+    merged = folder / "merged.profdata"
+    raw = [str(path) for path in folder.glob("*.profraw")]
+    subprocess.run([tool("llvm-profdata"), "merge", "-sparse", "-o", merged, *raw], check=True)
+    root, found = f"{Path('src').resolve()}/", {}
+    for program in objects:
+        command = [tool("llvm-cov"), "export", program, f"-instr-profile={merged}", "-skip-expansions", "-sources", root]
+        said = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL).stdout
+        for function in json.loads(said)["data"][0]["functions"] if said else []:
+            file = function["filenames"][0]
+            if file.startswith(root):
+                place = (file.removeprefix(root), function["regions"][0][0])
+                found[place] = max(found.get(place, 0), function["count"])
+    return found
+
+
+def named(place, sources={}):
+    """The name of a function that stands there; none where it is no function or one for tests."""
+    file, line = place
+    if file not in sources:
+        lines = (Path("src") / file).read_text().splitlines()
+        tests = next((n for n, text in enumerate(lines, 1) if text.startswith("#[cfg(test)]") and "mod " in lines[n]), len(lines) + 1)
+        sources[file] = (lines, tests)
+    lines, tests = sources[file]
+    if line >= tests or re.search(r"(^|_|/)(tests?|fixtures)(/|\.rs$)", file):
+        return None
+    found = re.match(r"\s*(?:pub(?:\([^)]*\))? )?(?:const |unsafe |extern \"C\" )*fn (\w+)", lines[line - 1])
+    return found and found[1]
+
+
+def main(target, out):
+    target, out = Path(target), Path(out)
+    counts = target / "counts"
+    counts.mkdir(exist_ok=True)
+    for old in counts.glob("*"):
+        old.unlink()
+    all_programs = programs(target)
+    environment = os.environ | {"LLVM_PROFILE_FILE": f"{counts}/%2m.profraw", "CARGO_MANIFEST_DIR": str(Path.cwd())}
+    failed, begun, by_units = [], time.monotonic(), {}
+    for name, program in all_programs.items():
+        log = counts / f"{name}.txt"
+        with open(log, "w") as said:
+            ended = subprocess.run(["timeout", str(LONGEST), program], env=environment, stdout=said, stderr=said)
+        print(f"{name}: {'passed' if ended.returncode == 0 else ended.returncode}", flush=True)
+        failed += [name] * (ended.returncode != 0)
+        if name == "lib":
+            by_units = entered(counts, [program])
+    by_all = entered(counts, all_programs.values())
+    write(out, by_units, by_all, failed, time.monotonic() - begun)
+
+
+def write(out, by_units, by_all, failed, seconds):
+    """summary.md."""
+    functions = {place: name for place in by_all if (name := named(place))}
+    module = lambda place: place[0].split("/")[0].removesuffix(".rs")
+    total = Counter(map(module, functions))
+    units = Counter(module(place) for place in functions if by_units.get(place))
+    every = Counter(module(place) for place in functions if by_all[place] or by_units.get(place))
+    lines = [
+        "# Functions that tests reach",
+        "",
+        f"`scripts/coverage`: every program of `cargo test`, {seconds / 60:.0f} minutes. Closures, derived functions and those of tests are not counted.",
+        *([f"These programs did not pass, so that more may be reached: {', '.join(failed)}."] if failed else []),
+        "",
+        "| module | functions | reached by unit tests | by all tests | by none |",
+        "|---|---|---|---|---|",
+    ]
+    for name, count in [*sorted(total.items()), ("all", total.total())]:
+        own, both = (units[name], every[name]) if name != "all" else (units.total(), every.total())
+        lines.append(f"| {name} | {count} | {own} ({own / count:.0%}) | {both} ({both / count:.1%}) | {count - both} |")
+    lines += ["", "Reached by none:", ""]
+    for place in sorted(functions):
+        if not (by_all[place] or by_units.get(place)):
+            lines.append(f"* `src/{place[0]}:{place[1]}` `{functions[place]}`")
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "summary.md").write_text("\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
