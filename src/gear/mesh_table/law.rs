@@ -270,7 +270,7 @@ mod tests {
             (3e-6, &[], 2e-4, true),
             (0.0, &one_end[..], 0.0, true),
             (0.0, &other_end[..], 0.0, true),
-            (0.0, &[[0.0, 2e-6]], 0.0, false),
+            (0.0, &[[-10e-3, 2e-6], [10e-3, 2e-6]], 0.0, false),
         ] {
             let (pair, flanks) = flanks_with(crowning, points);
             let inputs = MeshTableInputs {
