@@ -197,3 +197,35 @@ fn subtract(from: &mut [f64], factor: f64, vector: &[f64]) {
         *a -= factor * b;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Reduced vectors span the same: a vector of the span is their sum, weighed by its own components at their indices.
+    #[test]
+    fn reduced_vectors_span_what_they_came_from() {
+        let vectors = vec![
+            vec![3.0, 1.0, 0.0, 2.0, -1.0],
+            vec![1.0, 4.0, 1.0, 0.0, 0.5],
+            vec![2.0, -1.0, 0.5, 1.0, 6.0],
+        ];
+        let found = reduced(vectors.clone());
+        assert_eq!(found.len(), 3);
+        for (number, (index, own)) in found.iter().enumerate() {
+            assert!((own[*index] - 1.0).abs() < 1e-15);
+            for (other, _) in found.iter().filter(|(other, _)| other != index) {
+                assert!(own[*other].abs() < 1e-15, "{number}: {own:?}");
+            }
+        }
+        for vector in vectors {
+            for (i, value) in vector.iter().enumerate() {
+                let sum: f64 = found
+                    .iter()
+                    .map(|(index, own)| vector[*index] * own[i])
+                    .sum();
+                assert!((sum - value).abs() < 1e-14, "{i}: {sum} {value}");
+            }
+        }
+    }
+}

@@ -426,6 +426,9 @@ mod tests {
             .unwrap();
         let forces = check.outputs.statistics(Quantity::BearingForce);
         let accelerations = check.outputs.statistics(Quantity::Acceleration);
+        let sizes = check.outputs.sizes();
+        let names: Vec<&str> = sizes.iter().map(|(name, _)| *name).collect();
+        assert_eq!(names.len(), 3, "{names:?}");
         for (i, ([values, errors], own)) in [(&forces, 0), (&forces, 1), (&accelerations, 0)]
             .into_iter()
             .enumerate()
@@ -436,6 +439,8 @@ mod tests {
             assert!(rms > 1.0 && worst < 1e-9 * rms, "{i}: {rms} {worst:e}");
             assert!((values.mean[own] - mean).abs() < 1e-9 * rms);
             assert!((values.rms[own] / rms - 1.0).abs() < 1e-9);
+            let size = &sizes[i].1;
+            assert!((size.mean - mean).abs() < 1e-9 * rms && (size.rms / rms - 1.0).abs() < 1e-9);
             assert!(errors.rms[own] > 0.0 && errors.rms[own] < 0.5 * rms);
             // By the series of what stretches add about the mean: σ = √(mean square), dσ = d(σ²)/(2σ).
             let time = 10.0 * check.model.period();

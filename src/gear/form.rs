@@ -186,11 +186,6 @@ impl Default for Material {
 }
 
 impl Material {
-    /// Shear modulus `G = E / (2 (1 + ν))` \[Pa\].
-    pub fn shear_modulus(&self) -> f64 {
-        self.young_modulus / (2.0 * (1.0 + self.poisson_ratio))
-    }
-
     /// Modulus in plane strain, `E / (1 − ν²)` \[Pa\].
     pub fn plane_strain_modulus(&self) -> f64 {
         self.young_modulus / (1.0 - self.poisson_ratio.powi(2))

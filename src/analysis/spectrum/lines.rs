@@ -151,7 +151,12 @@ mod tests {
             [(5.0 / 3.0, 6.0, 1.1), (4.0 / 3.0, 0.5, 0.3)],
         ];
         let places = [0.0, 0.13, 0.2, 0.21, 0.45, 0.68, 0.9, 1.0];
-        for cycle in 1..7 {
+        // What comes before a restart is forgotten.
+        for cycle in [20, 21, 1, 2, 3, 4, 5, 6] {
+            if cycle == 1 {
+                lines.restart();
+                assert!(lines.spectra().is_empty());
+            }
             for ends in places.windows(2) {
                 let tau = ends[1] - ends[0];
                 let series = signals.map(|sines| {
