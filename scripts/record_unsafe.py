@@ -49,14 +49,14 @@ def block_end(lines, number, column):
         number, column = number + 1, 0
 
 
-def counted(folder, files):
-    """Functions of the programs of a folder with their regions, of some source files."""
+def counted(folder, programs, files):
+    """Functions of some programs with their regions and the counts that a folder holds, of some source files or folders."""
     profile = folder / "merged.profdata"
     raw = [str(path) for path in folder.glob("*.profraw")]
     if not raw:
         return []
-    subprocess.run([tool("llvm-profdata"), "merge", "-sparse", "-o", profile, *raw], check=True)
-    programs = (folder / "programs").read_text().split()
+    # A process that was killed may have left a file that is cut short.
+    subprocess.run([tool("llvm-profdata"), "merge", "-sparse", "-failure-mode=all", "-o", profile, *raw], check=True)
     objects = [part for program in programs[1:] for part in ("-object", program)]
     command = [tool("llvm-cov"), "export", programs[0], *objects, f"-instr-profile={profile}", "-skip-expansions"]
     command += ["-sources", *(str(Path(file).resolve()) for file in files)]
@@ -84,7 +84,7 @@ def main(summary, profiles):
     files = sorted({file for file, *_ in asked})
     runs = {}
     for folder in sorted(Path(profiles).iterdir()):
-        runs[(folder / "about").read_text().strip()] = counted(folder, files)
+        runs[(folder / "about").read_text().strip()] = counted(folder, (folder / "programs").read_text().split(), files)
     lines = [
         "",
         "Every `unsafe`, and how often which of these tests executed it:",

@@ -131,7 +131,6 @@ fn one_way(
     start: &CurvePoint,
     towards: [f64; 2],
 ) -> (Vec<CurvePoint>, &'static str) {
-    let mut direction = towards;
     let mut points = vec![start.clone()];
     let mut kind = *kind;
     let mut step = FIRST;
@@ -140,6 +139,7 @@ fn one_way(
         if points.len() > plane.most {
             break "as many points as asked for";
         }
+        let (taken, direction) = chord(plane, &points).unwrap_or((0.0, towards));
         let last = &points[points.len() - 1].orbit;
         let target: At = std::array::from_fn(|i| last.at[i] + step * direction[i] * plane.scale(i));
         let held = if direction[1].abs() >= direction[0].abs() {
@@ -159,11 +159,9 @@ fn one_way(
                     step *= 0.4;
                     // The last step passed a bend unseen where the way on from it, however short, leaves its chord:
                     // it is taken anew, shorter.
-                    let taken = chord(plane, &points).map_or(0.0, |(length, _)| length);
                     if sharp && step < 0.1 * taken && 0.25 * taken > SHORTEST {
                         points.pop();
                         step = 0.25 * taken;
-                        direction = chord(plane, &points).map_or(towards, |(_, own)| own);
                         continue;
                     }
                     if step < SHORTEST {
@@ -192,7 +190,6 @@ fn one_way(
                     && again < plane.apart(last.at, orbit.at)
                     && distance(&orbit.u, &start.orbit.u) < 0.2;
                 points.push(CurvePoint { orbit, note });
-                direction = chord(plane, &points).map_or(direction, |(_, own)| own);
                 if closed {
                     break "closed";
                 }
@@ -212,8 +209,8 @@ fn one_way(
     (points, end)
 }
 
-/// Length and direction of the last step, as parts of the intervals; none before one is made or where its
-/// ends are one.
+/// Length and direction of the last step, as parts of the intervals; none before one is made. Its ends differ in
+/// the parameter that was held.
 fn chord(plane: &Plane, points: &[CurvePoint]) -> Option<(f64, [f64; 2])> {
     let [.., before, last] = points else {
         return None;
@@ -221,7 +218,7 @@ fn chord(plane: &Plane, points: &[CurvePoint]) -> Option<(f64, [f64; 2])> {
     let (from, to) = (before.orbit.at, last.orbit.at);
     let apart = plane.apart(from, to);
     let direction = std::array::from_fn(|i| (to[i] - from[i]) / plane.scale(i) / apart);
-    (apart > 0.0).then_some((apart, direction))
+    Some((apart, direction))
 }
 
 /// The angle by which a curve turns.

@@ -26,18 +26,18 @@ pub(super) fn quarter_turns(mode: usize, count: usize) -> usize {
     }
 }
 
-/// A wave k of 0 … z/2 that a harmonic falls on, the transforms of the foot's polynomials there, and the sense
+/// A wave k of 0 … z/2 that a harmonic is an alias of, the transforms of the foot's polynomials there, and the sense
 /// in which it runs round.
-pub(super) type Fall = (usize, Vec<f64>, f64);
+pub(super) type Alias = (usize, Vec<f64>, f64);
 
 /// Hands over the harmonics up to `most` over the half angle \[rad\] of z feet, each of `foot` polynomials, with the
-/// waves that they fall on, until one has no answer.
+/// waves that they are aliases of, until one has no answer.
 pub(super) fn harmonics(
     teeth: u32,
     half_angle: f64,
     foot: usize,
     most: f64,
-    mut each: impl FnMut(u64, &[Fall]) -> Option<()>,
+    mut each: impl FnMut(u64, &[Alias]) -> Option<()>,
 ) -> Option<()> {
     let teeth = u64::from(teeth);
     let share = teeth as f64 / (2.0 * PI);
@@ -63,7 +63,7 @@ pub(super) fn harmonics(
             };
             // Also the harmonic that runs the other way round.
             let wave = order % teeth;
-            let falls: Vec<Fall> = [(wave, 1.0), ((teeth - wave) % teeth, -1.0)]
+            let aliases: Vec<Alias> = [(wave, 1.0), ((teeth - wave) % teeth, -1.0)]
                 .into_iter()
                 .filter(|(wave, _)| *wave <= teeth / 2)
                 .map(|(wave, sense)| {
@@ -71,7 +71,7 @@ pub(super) fn harmonics(
                     (wave as usize, transforms, sense)
                 })
                 .collect();
-            each(order, &falls)?;
+            each(order, &aliases)?;
         }
     }
     Some(())
@@ -88,7 +88,7 @@ pub(super) fn waves(
     most: f64,
 ) -> Vec<Mat<f64>> {
     let mut waves = vec![Mat::zeros(2 * foot, 2 * foot); (teeth / 2) as usize + 1];
-    harmonics(teeth, half_angle, foot, most, |order, falls| {
+    harmonics(teeth, half_angle, foot, most, |order, aliases| {
         let [rr, rt, tt] = match order {
             0 => [ring.breathing(), 0.0, ring.twist()],
             _ => {
@@ -96,7 +96,7 @@ pub(super) fn waves(
                 [rr, rt, tt]
             }
         };
-        for (wave, transforms, sense) in falls {
+        for (wave, transforms, sense) in aliases {
             let wave = &mut waves[*wave];
             for (j, one) in transforms.iter().enumerate() {
                 for (i, other) in transforms.iter().enumerate() {

@@ -34,9 +34,9 @@ pub(super) fn waves(
     let ring = SolidRing::new(ratio, poisson_ratio, axial);
     let modes = modes(axial);
     let mut waves = vec![Mat::zeros(modes, modes); (teeth / 2) as usize + 1];
-    harmonics(teeth, half_angle, FOOT, HARMONICS, |order, falls| {
+    harmonics(teeth, half_angle, FOOT, HARMONICS, |order, aliases| {
         let harmonic = ring.harmonic(order)?;
-        for (wave, transforms, sense) in falls {
+        for (wave, transforms, sense) in aliases {
             ring.add(&mut waves[*wave], &harmonic, transforms, *sense);
         }
         Some(())

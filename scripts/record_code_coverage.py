@@ -1,6 +1,6 @@
-"""Which functions of the library does no test reach? Called by `scripts/coverage`.
+"""Which functions of the library does no test reach? Called by `scripts/code-coverage`.
 
-    python3 scripts/record_coverage.py TARGET OUT [WITHOUT…]
+    python3 scripts/record_code_coverage.py TARGET OUT [WITHOUT…]
 
 A function counts as reached where any copy of it was entered, in a test or in a process that a test has started.
 Closures and derived functions are not counted, nor what is compiled for tests alone. Programs that are named are left out.
@@ -14,16 +14,17 @@ import sys
 import time
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from pathlib import Path
 
-from record_unsafe import tool
+from record_unsafe import counted
 
 # A program may take so long [s]; counts are written at its end.
 LONGEST = 1800
 
 
 def programs(target):
-    """The programs of all tests, the library's unit tests first, by name."""
+    """The programs of all tests by name, and those that they start."""
     environment = os.environ | {
         "ATLAS_RUSTFLAGS": "-C instrument-coverage -C debuginfo=0",
         "RUSTC_WRAPPER": str(Path("scripts/rustc-own").resolve()),
@@ -34,40 +35,40 @@ def programs(target):
     quick = ["--config", "profile.release.package.atlas.opt-level=1"]
     command = ["cargo", *quick, "test", "--release", "--no-run", "--message-format", "json"]
     said = subprocess.run(command, env=environment, check=True, stdout=subprocess.PIPE, text=True).stdout
-    found = {}
+    tests, started = {}, []
     for message in map(json.loads, said.splitlines()):
         if message["reason"] == "compiler-artifact" and message.get("executable"):
             name = "lib" if "lib" in message["target"]["kind"] else message["target"]["name"]
-            found[name] = message["executable"]
-    return {"lib": found.pop("lib"), **found}
+            if message["profile"]["test"]:
+                tests[name] = message["executable"]
+            else:
+                started.append(message["executable"])
+    return tests, started
 
 
 def entered(folder, objects):
-    """File, first and last line of every function of the library, and whether it was entered."""
-    merged = folder / "merged.profdata"
-    # A process that was killed may have left a file that is cut short.
-    raw = [str(path) for path in folder.glob("*.profraw")]
-    subprocess.run([tool("llvm-profdata"), "merge", "-sparse", "-failure-mode=all", "-o", merged, *raw], check=True)
+    """How often every function of the library was entered, by file and line."""
     root, found = f"{Path('src').resolve()}/", {}
-    for program in objects:
-        command = [tool("llvm-cov"), "export", program, f"-instr-profile={merged}", "-skip-expansions", "-sources", root]
-        said = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL).stdout
-        for function in json.loads(said)["data"][0]["functions"] if said else []:
-            file = function["filenames"][0]
-            if file.startswith(root):
-                place = (file.removeprefix(root), function["regions"][0][0])
-                found[place] = max(found.get(place, 0), function["count"])
+    for function in counted(folder, objects, [root]):
+        file = function["filenames"][0]
+        if file.startswith(root):
+            place = (file.removeprefix(root), function["regions"][0][0])
+            found[place] = max(found.get(place, 0), function["count"])
     return found
 
 
-def named(place, sources={}):
+@cache
+def source(file):
+    """The lines of a file, and the first of its tests."""
+    lines = (Path("src") / file).read_text().splitlines()
+    tests = (n for n, text in enumerate(lines, 1) if text.startswith("#[cfg(test)]") and "mod " in lines[n])
+    return lines, next(tests, len(lines) + 1)
+
+
+def named(place):
     """The name of a function that stands there; none where it is no function or one for tests."""
     file, line = place
-    if file not in sources:
-        lines = (Path("src") / file).read_text().splitlines()
-        tests = next((n for n, text in enumerate(lines, 1) if text.startswith("#[cfg(test)]") and "mod " in lines[n]), len(lines) + 1)
-        sources[file] = (lines, tests)
-    lines, tests = sources[file]
+    lines, tests = source(file)
     if line >= tests or re.search(r"(^|_|/)(tests?|fixtures)(/|\.rs$)", file):
         return None
     found = re.match(r"\s*(?:pub(?:\([^)]*\))? )?(?:const |unsafe |extern \"C\" )*fn (\w+)", lines[line - 1])
@@ -80,26 +81,23 @@ def main(target, out, *without):
     counts.mkdir(exist_ok=True)
     for old in counts.glob("*"):
         old.unlink()
-    record(counts, out, {name: program for name, program in programs(target).items() if name not in without}, without)
-
-
-def record(counts, out, all_programs, without):
-    """Runs the programs, two at once, and writes what they reach."""
+    tests, started = programs(target)
+    tests = {name: program for name, program in tests.items() if name not in without}
     environment = os.environ | {"LLVM_PROFILE_FILE": f"{counts}/%2m.profraw", "CARGO_MANIFEST_DIR": str(Path.cwd())}
     begun, failed = time.monotonic(), []
 
     def run(name):
         with open(counts / f"{name}.txt", "w") as said:
-            command = ["timeout", str(LONGEST), all_programs[name]]
+            command = ["timeout", str(LONGEST), tests[name]]
             ended = subprocess.run(command, env=environment, stdout=said, stderr=said).returncode
         print(f"{name}: {'passed' if ended == 0 else ended}", flush=True)
         failed.extend([name] * (ended != 0))
 
     run("lib")
-    by_units = entered(counts, [all_programs["lib"]])
+    by_units = entered(counts, [tests["lib"]])
     with ThreadPoolExecutor(2) as pool:
-        list(pool.map(run, [name for name in all_programs if name != "lib"]))
-    by_all = entered(counts, all_programs.values())
+        list(pool.map(run, [name for name in tests if name != "lib"]))
+    by_all = entered(counts, [*tests.values(), *started])
     write(out, by_units, by_all, (sorted(failed), without), time.monotonic() - begun)
 
 
@@ -114,7 +112,7 @@ def write(out, by_units, by_all, left, seconds):
     lines = [
         "# Functions that tests reach",
         "",
-        f"`scripts/coverage`: the programs of `cargo test`, {seconds / 60:.0f} minutes. Closures, derived functions and those of tests are not counted.",
+        f"`scripts/code-coverage`: the programs of `cargo test`, {seconds / 60:.0f} minutes. Closures, derived functions and those of tests are not counted.",
         *([f"These programs were left out: {', '.join(without)}."] if without else []),
         *([f"These programs did not pass, so that more may be reached: {', '.join(failed)}."] if failed else []),
         "",
