@@ -82,7 +82,7 @@ class Table:
         return {name: self[name] for name in self.columns}
 
     def to_dicts(self) -> list[dict[str, Any]]:
-        """The rows as dictionaries; None where there is no value."""
+        """The rows as dictionaries; None where there is no value, lists as `table[name]` has them."""
         columns = {name: self[name].tolist() for name in self.columns}
         rows = (dict(zip(columns, row)) for row in zip(*columns.values()))
         return [{name: None if value != value else value for name, value in row.items()} for row in rows]
@@ -113,15 +113,23 @@ class Table:
         unit = _AS_PINT.get(unit, unit.replace("sqrt(kg)", "kg**0.5").replace(" ", " * "))
         return pint.Quantity(self[name], unit)
 
-    def on_grid(self, name: str) -> npt.NDArray[Any]:
+    def on_grid(self, name: str, direction: str | None = None) -> npt.NDArray[Any]:
         """A column over the axes of the grid, one dimension an axis, in the order of
-        `metadata["axes"]`, values ascending; NaN (None) where there is no point."""
+        `metadata["axes"]`, values ascending; NaN (None) where there is no point. Of a sweep that
+        went up and down (`grid.order = "both"`) the one of `direction`, `"up"` or `"down"`."""
         axes: list[str] = json.loads(self.metadata["axes"])
         values = self[name]
         if values.ndim != 1:
             raise ValueError(f"{name} holds lists; choose a column of single values")
+        ways = self["direction"] if "direction" in self.columns else np.full(self.rows, None)
+        known = sorted({way for way in ways if way is not None})
+        if direction is None and len(known) > 1:
+            raise ValueError("the sweep went up and down; choose direction='up' or direction='down'")
+        if direction is not None and direction not in known:
+            raise ValueError(f"no point was reached by a sweep {direction!r}, but by {known or 'none'}")
+        kept = (ways == direction) if direction is not None else np.full(self.rows, True)
         places = [np.unique(self[axis], return_inverse=True) for axis in axes]
         kind: Any = float if values.dtype.kind in "fiu" else object
         out = np.full([len(found) for found, _ in places], np.nan if kind is float else None, kind)
-        out[tuple(place for _, place in places)] = values
+        out[tuple(place[kept] for _, place in places)] = values[kept]
         return out

@@ -299,7 +299,7 @@ impl Shown {
 
 /// Every place of a window where δ' changes its sign, handed to `found` with whether δ has a
 /// minimum there. `rising` is whether δ' was last seen positive, kept from window to window.
-pub(super) fn extrema(
+fn extrema(
     window: &Window<'_>,
     half_gap: f64,
     rising: &mut Option<bool>,

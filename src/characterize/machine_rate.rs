@@ -14,7 +14,7 @@ pub struct MachineRate {
     pub threads: u64,
     /// Mesh cycles of the default drive a second, with the job's number of modes.
     pub rate: f64,
-    /// Rate over that of one thread times the threads.
+    /// Gain over one thread, measured in turn, over the threads.
     pub efficiency: f64,
     /// Threads beyond which the rate no longer grows by two per cent.
     pub worthwhile: u64,
@@ -25,30 +25,43 @@ pub struct MachineRate {
 /// Rates of the structured kernel with a number of modes on a number of threads, interpolated in
 /// logarithms between those measured; none where it was not measured.
 pub fn machine_rate(machine: &Characteristics, modes: usize, threads: u64) -> Option<MachineRate> {
-    let rate = |threads: u64| over_modes(&machine.solver, modes as f64, threads);
+    let over_modes =
+        |threads, value: Value| over_modes(&machine.solver, modes as f64, threads, value);
     let mut counts: Vec<u64> = volterra(&machine.solver)
         .map(|row| row.key.threads)
         .collect();
     counts.sort_unstable();
     counts.dedup();
-    let rates: Vec<[f64; 2]> = (counts.iter())
-        .filter_map(|&count| Some([count as f64, rate(count)?]))
-        .collect();
+    let curve = |value: Value| -> Vec<[f64; 2]> {
+        let places = counts
+            .iter()
+            .map(|&count| Some([count as f64, over_modes(count, value)?]));
+        places.flatten().collect()
+    };
+    let (rates, gains) = (curve(|row| Some(row.figure.value)), curve(gain));
     let most = counts.last().copied()?;
     let threads = threads.min(most);
-    let here = interpolated(&rates, threads as f64)?;
-    let alone = interpolated(&rates, 1.0)?;
-    let best = rates.iter().map(|[_, rate]| *rate).fold(0.0, f64::max);
-    let worthwhile = rates.iter().find(|[_, rate]| *rate >= 0.98 * best)?;
+    let best = gains.iter().map(|[_, gain]| *gain).fold(0.0, f64::max);
+    let worthwhile = gains.iter().find(|[_, gain]| *gain >= 0.98 * best)?;
     Some(MachineRate {
         host: machine.host.clone(),
         measured: machine.started.clone(),
         threads,
-        rate: here,
-        efficiency: here / (alone * threads as f64),
+        rate: interpolated(&rates, threads as f64)?,
+        efficiency: interpolated(&gains, threads as f64)? / threads as f64,
         worthwhile: worthwhile[0] as u64,
         quiet: machine.noise.quiet,
     })
+}
+
+/// What is looked up of a row.
+type Value = fn(&Measurement<SolverKey>) -> Option<f64>;
+
+/// What its threads gain over one.
+fn gain(row: &Measurement<SolverKey>) -> Option<f64> {
+    row.key
+        .efficiency
+        .map(|efficiency| efficiency * row.key.threads as f64)
 }
 
 fn volterra(rows: &[Measurement<SolverKey>]) -> impl Iterator<Item = &Measurement<SolverKey>> {
@@ -57,10 +70,15 @@ fn volterra(rows: &[Measurement<SolverKey>]) -> impl Iterator<Item = &Measuremen
     rows.iter().filter(wanted)
 }
 
-fn over_modes(rows: &[Measurement<SolverKey>], modes: f64, threads: u64) -> Option<f64> {
+fn over_modes(
+    rows: &[Measurement<SolverKey>],
+    modes: f64,
+    threads: u64,
+    value: Value,
+) -> Option<f64> {
     let mut places: Vec<[f64; 2]> = volterra(rows)
         .filter(|row| row.key.threads == threads)
-        .map(|row| [row.key.modes as f64, row.figure.value])
+        .filter_map(|row| Some([row.key.modes as f64, value(row)?]))
         .collect();
     places.sort_by(|a, b| a[0].total_cmp(&b[0]));
     interpolated(&places, modes)

@@ -160,7 +160,8 @@ impl Machines {
         let here = (self.here.as_ref()).and_then(|m| machine_rate(m, modes, found.threads));
         let there = self.there.as_ref().and_then(|machine| {
             let cores = machine.description.cores as u64;
-            let there = machine_rate(machine, modes, threads.map_or(cores, u64::from))?;
+            let threads = threads.map_or(cores, u64::from).min(found.pieces);
+            let there = machine_rate(machine, modes, threads)?;
             let slower = here.as_ref()?.rate / there.rate;
             let time = Interval {
                 low: slower * found.time.low,

@@ -32,6 +32,9 @@ pub use volterra::{InstructionSet, Volterra};
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::instructions::portable;
 
+/// Cells and windows whose lengths differ by less, relative, are of one length.
+const SAME_LENGTH: f64 = 1e-12;
+
 /// What this process computes with: the name of its instruction set, or `portable` where it keeps
 /// to what every processor has.
 pub fn instructions() -> &'static str {

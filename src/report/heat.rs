@@ -8,6 +8,7 @@ use super::point::{Axis, PointSummary, varied};
 use super::refined::Plane;
 use super::tied::Tied;
 use crate::store::RefinedColumns;
+use std::collections::BTreeSet;
 
 /// Most cells across and down.
 const MOST: [usize; 2] = [24, 64];
@@ -52,6 +53,8 @@ pub struct Map {
     pub(super) columns: Bins,
     /// Largest exponent met.
     pub(super) largest: f64,
+    /// Directions of the sweeps met: where there are two, so many points lie at one place.
+    pub(super) directions: BTreeSet<Option<String>>,
 }
 
 impl Map {
@@ -86,6 +89,7 @@ impl Map {
             rows,
             columns,
             largest: 0.0,
+            directions: BTreeSet::new(),
         })
     }
 
@@ -99,6 +103,9 @@ impl Map {
         let place = |index: usize| position(&axes[index], point.axis_values[index]);
         let column = self.columns.of(place(across));
         let row = self.down.map_or(0, |down| self.rows.of(place(down)));
+        if !self.directions.contains(&point.direction) {
+            self.directions.insert(point.direction.clone());
+        }
         self.show(row, column, Cell::of(point));
     }
 

@@ -203,7 +203,9 @@ impl Summary {
                 branches::branches(&attractors, &all, &axes, along, &held)
             },
         );
-        let per_cycle = |time: f64| (cycles > 0).then(|| time / cycles as f64);
+        let over = |time: f64, cycles: u64| (cycles > 0).then(|| time / cycles as f64);
+        // Of a job that went on later, what the last part integrated: its wall time is that part's.
+        let integrated: u64 = runs.iter().map(|run| run.totals.cycles).sum();
         let wall_time =
             (!runs.is_empty()).then(|| runs.iter().map(|run| run.totals.wall_time).sum());
         let recorded: u64 = runs.iter().map(|run| run.totals.points).sum();
@@ -232,8 +234,8 @@ impl Summary {
             classes: in_order(classes),
             cycles,
             wall_time,
-            wall_time_per_cycle: wall_time.and_then(per_cycle),
-            worker_time_per_cycle: per_cycle(worker_time),
+            wall_time_per_cycle: wall_time.and_then(|time| over(time, integrated)),
+            worker_time_per_cycle: over(worker_time, cycles),
             carried_along: head.metadata("carried_along").map(shown),
             transitions,
             transition_counts,

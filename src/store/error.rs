@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use parquet::errors::ParquetError;
 use thiserror::Error;
 
+use super::characteristics::RECORD as MACHINE;
 use super::io_fault::{IoFault, Purpose, Refusal};
 
 /// How a file differs from what was written.
@@ -50,6 +51,14 @@ pub enum Damage {
     },
 }
 
+/// The command that writes a file.
+fn writer(path: &Path) -> &'static str {
+    match path.file_name().is_some_and(|name| name == MACHINE) {
+        true => "atlas machine",
+        false => "atlas run",
+    }
+}
+
 /// A result file could not be written or read.
 #[derive(Debug, Error)]
 pub enum StoreError {
@@ -69,8 +78,8 @@ pub enum StoreError {
     },
     /// There is nothing at this path.
     #[error(
-        "no results in `{}`: {} does not exist; give the folder that `atlas run` wrote",
-        folder.display(), missing.display()
+        "no results in `{}`: {} does not exist; give the folder that `{}` wrote",
+        folder.display(), missing.display(), writer(missing)
     )]
     Missing {
         /// The folder given.
@@ -79,7 +88,7 @@ pub enum StoreError {
         missing: PathBuf,
     },
     /// The file is not what it should be.
-    #[error("`{}` is not a result file of this program ({detail}); write it anew with `atlas run`", path.display())]
+    #[error("`{}` is not a result file of this program ({detail}); write it anew with `{}`", path.display(), writer(path))]
     Foreign {
         /// The file.
         path: PathBuf,

@@ -101,7 +101,7 @@ pub fn orbits_table() -> Table<OrbitRow> {
         text "bifurcation", "", row.orbit()?.character.bifurcation.map(Bifurcation::name),
             "What the largest multiplier crosses the unit circle as: fold (+1), flip (-1), neimark_sacker (a pair); null where its modulus is below 0.9";
         f64 "grazing_margin", "half gaps", row.orbit()?.character.grazing_margin,
-            "Smallest distance of an extreme of the deflection from a contact surface; at 0 the event sequence changes";
+            "Smallest distance of an extreme of a contact's depth from its surface; at 0 the event sequence changes";
         f64 "kick_growth", "1", row.orbit()?.character.kick_growth,
             "Growth over one period of a kick of 1e-5 half gaps in the direction of strongest growth, integrated in full";
         f64 "kick_growth_linear", "1", row.orbit()?.character.kick_growth_linear,

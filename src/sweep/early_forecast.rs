@@ -53,17 +53,19 @@ impl<'a> EarlySample<'a> {
     /// Of what an earlier run has left of a share.
     pub fn new(job: &'a Job, share: &Share, taken_over: &TakenOver, threads: usize) -> Self {
         let length = job.chain_length();
-        let (mut points, mut total) = (0, 0.0);
+        let (mut points, mut chains, mut total) = (0, 0, 0.0);
         for place in (0..share.chains()).filter(|&place| !taken_over.has(share, place)) {
             let end = (place + 1) * length;
             let left = taken_over.left(share, place);
             points += left;
+            chains += usize::from(left > 0);
             total += (end - left..end)
                 .map(|n| work(&job.points.variant(share.id(n))))
                 .sum::<f64>();
         }
         let load = Load {
             points,
+            chains,
             length,
             work: total,
             threads,

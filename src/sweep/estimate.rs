@@ -41,7 +41,9 @@ impl Sampled {
 pub(super) struct Load {
     /// Points.
     pub points: usize,
-    /// Points of a chain.
+    /// Chains that they are of.
+    pub chains: usize,
+    /// Points of a whole chain.
     pub length: usize,
     /// Work of all points, in cycles times modes.
     pub work: f64,
@@ -112,7 +114,7 @@ impl Load {
                 high: even + longest * (1.0 - 1.0 / threads),
             };
         }
-        let chains = (self.points / self.length).max(1) as f64;
+        let chains = self.chains.max(1) as f64;
         let uneven = (chains / threads).ceil() * threads / chains;
         let longest = sample.iter().map(Sampled::ratio).fold(0.0, f64::max) * self.work;
         // A long chain has long points and short ones.
@@ -173,6 +175,7 @@ mod tests {
     fn load(points: usize, length: usize, work: f64, threads: usize) -> Load {
         Load {
             points,
+            chains: points / length,
             length,
             work,
             threads,

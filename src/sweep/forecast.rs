@@ -15,7 +15,7 @@ use super::memory::{Memory, Rows};
 use super::parts::{Parts, tables_wanted};
 use super::point::Worker;
 use super::queue::{ahead, work};
-use super::run::{Options, SweepError, start_workers};
+use super::run::{Options, SweepError, pieces, start_workers};
 use super::turns::Share;
 use crate::analysis::{Analyses, LyapunovQuestion};
 use crate::manifest::{Job, PointSpec};
@@ -53,6 +53,10 @@ pub struct Forecast {
     pub points: u64,
     /// Points of a chain; 1 where points are independent.
     pub chain_length: u64,
+    /// Pieces of work that may be done at the same time: more threads have nothing to do. A refined grid has any
+    /// number.
+    #[serde(skip)]
+    pub pieces: u64,
     /// Mesh tables needed, computed already or not.
     pub tables: u64,
     /// Worker threads.
@@ -102,6 +106,7 @@ pub fn forecast(
     let ids = || share.clone().ids().map(|id| id as usize);
     let load = Load {
         points: all,
+        chains: share.chains(),
         length,
         work: ids().map(|id| work(&job.points.variant(id))).sum(),
         threads,
@@ -188,6 +193,7 @@ pub fn forecast(
     Ok(Some(Forecast {
         points: all as u64,
         chain_length: length as u64,
+        pieces: pieces(job, &share, usize::MAX) as u64,
         tables: tables as u64,
         threads: threads as u64,
         placement: crew.places.to_string(),

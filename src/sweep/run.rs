@@ -341,12 +341,7 @@ pub(super) fn start_workers(
         .unwrap_or_else(|| default_workers(cores.len(), parallelism.map(usize::from)));
     let most = most_workers(parallelism.map_or(1, usize::from));
     let threads = threads.min(most);
-    let pieces = match job.refine {
-        // Later rounds may have more points than the first.
-        Some(_) => threads,
-        None => pieces(job, share, threads),
-    };
-    let threads = threads.clamp(1, pieces.max(1));
+    let threads = threads.clamp(1, pieces(job, share, threads).max(1));
     let places = plan(cores, threads, options.pinning);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -402,7 +397,11 @@ fn copies_obtained(of_nodes: &[Parts], copies: &Copies, topology: Option<&Topolo
 
 /// Pieces of work that may be done at the same time: chains, and probes where there are any.
 /// Beyond `enough` they are not counted.
-fn pieces(job: &Job, share: &Share, enough: usize) -> usize {
+pub(super) fn pieces(job: &Job, share: &Share, enough: usize) -> usize {
+    // Later rounds may have more points than the first.
+    if job.refine.is_some() {
+        return enough;
+    }
     let chains = share.chains().min(enough);
     let pieces = (0..chains).map(|place| {
         let first = job.points.variant(share.id(place * job.chain_length()));

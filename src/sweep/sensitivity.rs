@@ -33,6 +33,9 @@ const UNFELT: f64 = 1e-5;
 const KINK: &str =
     "differences do not agree: the model has a kink here, or the orbit changes within a step";
 
+/// What is said of a size that is zero.
+const AT_ZERO: &str = "it is zero but for round-off, and a size has a kink there";
+
 /// Cycles between the starts of an ensemble's members.
 const APART: u64 = 50;
 
@@ -282,7 +285,9 @@ fn of_orbit(
     Ok((names.chain(harmonics).chain(multiplier).enumerate())
         .map(|(i, (quantity, unit))| {
             let exact = exact.get(i).copied().filter(|_| fault.is_empty());
-            let check = difference(i);
+            let at_zero = exact.is_some_and(f64::is_nan);
+            let check = difference(i).filter(|_| !at_zero);
+            let by = exact.filter(|_| !at_zero).or(check);
             Sensitivity {
                 key: key.name().to_owned(),
                 key_unit: key.unit(),
@@ -293,10 +298,11 @@ fn of_orbit(
                     "difference"
                 },
                 value: values[i],
-                by: exact.or(check),
+                by,
                 check: exact.and(check),
                 error: None,
                 note: match exact.zip(check) {
+                    _ if at_zero => AT_ZERO.to_owned(),
                     Some((exact, check))
                         if (exact - check).abs()
                             > DISAGREE

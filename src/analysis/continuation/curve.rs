@@ -444,15 +444,15 @@ fn codimension_two(kind: &Kind, a: &Orbit, b: &Orbit) -> Option<&'static str> {
             }
             passes(TAU / 4.0).then_some("resonance 1:4")
         }
-        Kind::Graze { .. } => {
+        Kind::Graze { extreme } => {
             if Test::PlusOne.changes(a, b) {
                 return Some("graze and fold");
             }
             if Test::MinusOne.changes(a, b) {
                 return Some("graze and period doubling");
             }
-            (a.details.touches.sequence.len() != b.details.touches.sequence.len())
-                .then_some("another graze")
+            let [a, b] = [a, b].map(|orbit| orbit.details.touches.changes_beside(extreme));
+            (a != b).then_some("another graze")
         }
         Kind::BranchPoint | Kind::Jump | Kind::Sequence | Kind::Merging { .. } => None,
     }

@@ -98,15 +98,32 @@ pub fn onset<F: Family>(
     else {
         return Ok(None);
     };
-    let (mut low, mut up) = (place(i.saturating_sub(1)), place((i + 1).min(PLACES)));
-    for _ in 0..NARROWINGS {
-        let third = (up - low) / 3.0;
-        match needed(window, low + third) < needed(window, up - third) {
-            true => low += third,
-            false => up -= third,
-        }
+    // A place on the border of two windows has a neighbour in either.
+    let (count, ends) = (a.len(), [place(1), place(PLACES - 1)]);
+    let mut stretches = vec![(
+        window,
+        place(i.saturating_sub(1)),
+        place((i + 1).min(PLACES)),
+    )];
+    match i {
+        0 => stretches.push(((window + count - 1) % count, ends[1], 1.0)),
+        PLACES => stretches.push(((window + 1) % count, -1.0, ends[0])),
+        _ => {}
     }
-    let x = 0.5 * (low + up);
+    let highest = stretches.into_iter().map(|(window, mut low, mut up)| {
+        for _ in 0..NARROWINGS {
+            let third = (up - low) / 3.0;
+            match needed(window, low + third) < needed(window, up - third) {
+                true => low += third,
+                false => up -= third,
+            }
+        }
+        (window, 0.5 * (low + up))
+    });
+    let Some((window, x)) = highest.max_by(|a, b| needed(a.0, a.1).total_cmp(&needed(b.0, b.1)))
+    else {
+        return Ok(None);
+    };
     let mut found = at;
     found[load] = needed(window, x);
     let (start, length, _) = a[window];

@@ -9,6 +9,7 @@ use crate::model::Model;
 use crate::numerics::legendre::{derivative, evaluate, transforms24};
 use crate::numerics::roots::sign_changes;
 use crate::propagate::{Event, Observer, Window};
+use std::collections::BTreeMap;
 
 /// Round-off of the derivative of a series, in units of the sum of its terms' sizes.
 const SLOPE_NOISE: f64 = 1024.0 * f64::EPSILON;
@@ -50,6 +51,27 @@ impl Touches {
             .iter()
             .map(|e| e.depth.abs())
             .min_by(f64::total_cmp)
+    }
+
+    /// Contact changes over the period, by the signs of the depths at their extremes, but for those that the graze of a
+    /// contact makes, whose depth is round-off.
+    pub fn changes_beside(&self, graze: &Extreme) -> usize {
+        let same = |e: &&Extreme| e.contact == graze.contact && e.minimum == graze.minimum;
+        let grazing = (self.extremes.iter().filter(same))
+            .min_by(|a, b| a.depth.abs().total_cmp(&b.depth.abs()));
+        let mut closed: BTreeMap<usize, Vec<bool>> = BTreeMap::new();
+        for extreme in self.extremes.iter().filter(|e| Some(*e) != grazing) {
+            closed
+                .entry(extreme.contact)
+                .or_default()
+                .push(extreme.depth > 0.0);
+        }
+        let changes = |own: &Vec<bool>| {
+            (0..own.len())
+                .filter(|&i| own[i] != own[(i + 1) % own.len()])
+                .count()
+        };
+        closed.values().map(changes).sum()
     }
 
     /// The sequence in letters: contacts by their places from 1, capital where they close.

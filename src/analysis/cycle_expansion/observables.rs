@@ -92,22 +92,17 @@ impl ExpansionQuantity {
 }
 
 /// Adds up what is averaged, mesh cycle by mesh cycle.
-pub struct Cycles {
-    half_gap: f64,
-    period: f64,
-    /// Side of every contact.
-    sides: Vec<f64>,
+pub struct Cycles<'m> {
+    model: &'m Model,
     sums: Sums,
     peak: f64,
 }
 
-impl Cycles {
+impl<'m> Cycles<'m> {
     /// Nothing added yet.
-    pub fn new(model: &Model) -> Self {
+    pub fn new(model: &'m Model) -> Self {
         Self {
-            half_gap: model.half_gap,
-            period: model.period(),
-            sides: model.contacts.iter().map(|contact| contact.side).collect(),
+            model,
             sums: [0.0; SUMS],
             peak: 0.0,
         }
@@ -121,19 +116,21 @@ impl Cycles {
     }
 }
 
-impl Observer for Cycles {
+impl Observer for Cycles<'_> {
     const WINDOWS: bool = true;
 
     fn window(&mut self, window: &Window<'_>) {
-        let share = window.duration / self.period;
+        let share = window.duration / self.model.period();
+        let half_gap = self.model.half_gap;
         let deflection = padded(window.deflection);
-        self.sums[0] += share * deflection[0] / self.half_gap;
+        self.sums[0] += share * deflection[0] / half_gap;
         for (n, a) in deflection.iter().enumerate() {
-            let a = a / self.half_gap;
+            let a = a / half_gap;
             self.sums[1] += share * a * a / (2 * n + 1) as f64;
         }
-        for closed in window.closed {
-            let side = self.sides[closed.contact];
+        let closed = window.closed.iter();
+        for closed in closed.filter(|closed| self.model.of_mesh(closed.contact)) {
+            let side = self.model.contacts[closed.contact].side;
             let force = padded(closed.force).map(|f| side * f);
             self.sums[2] += share * force[0];
             if force[0] + variation(&force) > self.peak {

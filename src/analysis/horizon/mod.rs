@@ -17,7 +17,7 @@ mod tests;
 use super::called_off::CalledOff;
 use super::lyapunov::random_direction;
 use super::norm::EnergyNorm;
-use crate::model::{Contact, Model, TrajectoryState};
+use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 use measure::{Crossing, decay, ladder, mean_logarithms, spread};
@@ -276,7 +276,7 @@ impl<'a, K: Kernel> Record<'a, K> {
     fn cycle(&mut self) -> Result<(), HorizonError> {
         CalledOff::check(self.called_off)?;
         let mut means = CycleMeans {
-            contacts: &self.model.contacts,
+            model: self.model,
             sums: [0.0; 3],
         };
         self.kernel.advance_cycle(
@@ -339,7 +339,7 @@ impl<'a, K: Kernel> Record<'a, K> {
 
 /// Time integrals of deflection, force and contact force over a cycle: `∫ P_n = 0` for n > 0.
 struct CycleMeans<'a> {
-    contacts: &'a [Contact],
+    model: &'a Model,
     sums: [f64; 3],
 }
 
@@ -350,8 +350,9 @@ impl Observer for CycleMeans<'_> {
         let first = |series: &[f64]| series.first().copied().unwrap_or(0.0);
         self.sums[0] += window.duration * first(window.deflection);
         self.sums[1] += window.duration * first(window.force);
-        for closed in window.closed {
-            let side = self.contacts[closed.contact].side;
+        let closed = window.closed.iter();
+        for closed in closed.filter(|closed| self.model.of_mesh(closed.contact)) {
+            let side = self.model.contacts[closed.contact].side;
             self.sums[2] += window.duration * side * first(closed.force);
         }
     }

@@ -6,7 +6,7 @@
 //! the rule, each order takes the same few operations ([`crate::numerics::fourier`]).
 
 use super::rule::{LANES, LONG, Rule};
-use super::stretches::Stretches;
+use super::stretches::{Stretches, Summable};
 use crate::analysis::modal_series::TERMS;
 use crate::analysis::recurring::Recurring;
 use crate::numerics::exponential::{LARGEST_HALF_ARGUMENT, legendre_series};
@@ -336,7 +336,7 @@ impl Suborders {
         }
         let time = SUBORDER_WINDOW as f64 * period;
         let power = self.present.map(|sum| (2.0 * sum.norm() / time).powi(2));
-        self.powers.open().copy_from_slice(&power);
+        self.powers.open().add(&power);
         self.powers.advance();
         self.close();
     }

@@ -2,12 +2,10 @@
 
 use super::kick::{KICK, Kicked};
 use super::shooting::PeriodicOrbit;
-use crate::analysis::modal_series::padded;
+use crate::analysis::continuation::touches::Watch;
 use crate::analysis::norm::EnergyNorm;
-use crate::analysis::poincare::extrema;
 use crate::model::{Model, TrajectoryState};
-use crate::numerics::legendre::evaluate;
-use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Window};
+use crate::propagate::{Counters, Kernel, Stop};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
@@ -60,8 +58,8 @@ pub struct Character {
     pub events: u64,
     /// Largest minus smallest δ \[m\].
     pub deflection_pp: f64,
-    /// Smallest distance of an extreme of δ from a contact surface, in half gaps: 0 is
-    /// grazing, where the event sequence changes. None where δ has no extreme.
+    /// Smallest distance of an extreme of a contact's depth from its surface, in half gaps: 0 is
+    /// grazing, where the event sequence changes. None where no depth has an extreme.
     pub grazing_margin: Option<f64>,
     /// Growth, over one period of the full system, of a kick of [`KICK`] in the direction of
     /// strongest growth.
@@ -82,74 +80,27 @@ pub fn of<K: Kernel>(
     workspace: &mut K::Workspace,
 ) -> Result<(Vec<TrajectoryState>, Character), Stop> {
     let mut counters = Counters::default();
-    let mut extremes = Extremes::new(model);
+    let mut watch = Watch::new(model);
     let mut points = Vec::with_capacity(orbit.period as usize);
     let mut state = orbit.start.clone();
     for _ in 0..orbit.period {
         points.push(state.clone());
-        kernel.advance(1, &mut state, workspace, &mut extremes, &mut counters)?;
+        kernel.advance(1, &mut state, workspace, &mut watch, &mut counters)?;
     }
     let events = counters.events;
+    let motion = watch.motion();
     let [kicked, kicked_linear] =
         Kicked::new(model, norm, orbit).after_return(kernel, workspace)?;
     let character = Character {
         stable: orbit.spectral_radius() < 1.0,
         bifurcation: Bifurcation::of(orbit.multipliers.first().copied().unwrap_or_default()),
         events,
-        deflection_pp: extremes.largest - extremes.smallest,
-        grazing_margin: extremes.margin.is_finite().then_some(extremes.margin),
+        deflection_pp: motion.largest - motion.smallest,
+        grazing_margin: watch.touches.margin(),
         kick_growth: kicked / KICK,
         kick_growth_linear: kicked_linear / KICK,
     };
     Ok((points, character))
-}
-
-/// Extremes of δ along an orbit.
-struct Extremes<'m> {
-    model: &'m Model,
-    rising: Option<bool>,
-    smallest: f64,
-    largest: f64,
-    margin: f64,
-}
-
-impl<'m> Extremes<'m> {
-    fn new(model: &'m Model) -> Self {
-        Self {
-            model,
-            rising: None,
-            smallest: f64::INFINITY,
-            largest: f64::NEG_INFINITY,
-            margin: f64::INFINITY,
-        }
-    }
-}
-
-impl Observer for Extremes<'_> {
-    const WINDOWS: bool = true;
-
-    fn window(&mut self, window: &Window<'_>) {
-        let series = padded(window.deflection);
-        for end in [-1.0, 1.0] {
-            let value = evaluate(&series, end);
-            self.smallest = self.smallest.min(value);
-            self.largest = self.largest.max(value);
-        }
-        let mut rising = self.rising;
-        let half_gap = self.model.half_gap;
-        extrema(window, half_gap, &mut rising, |x, _| {
-            let value = evaluate(&series, x);
-            self.smallest = self.smallest.min(value);
-            self.largest = self.largest.max(value);
-            let time = window.start + 0.5 * window.duration * (1.0 + x);
-            let [gap, _] = self.model.contacts[0].gap(&window.segments[0], time);
-            let away = (value.abs() - gap).abs() / half_gap;
-            self.margin = self.margin.min(away);
-        });
-        self.rising = rising;
-    }
-
-    fn event(&mut self, _: &Event) {}
 }
 
 #[cfg(test)]

@@ -26,12 +26,18 @@ pub const QUANTITIES: [(&str, &str); 4] = [
     ("force_peak", "N"),
 ];
 
+/// Spread of the deflection, relative to its mean, below which it is the round-off of `⟨δ²⟩ − ⟨δ⟩²`.
+const NO_SPREAD: f64 = 1e-7;
+
+/// Amplitude of a harmonic, relative to the deflection, below which it is round-off.
+const NO_AMPLITUDE: f64 = 1e-13;
+
 /// A quantity of an orbit and its derivative by a parameter, per unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Derivative {
     /// Its value.
     pub value: f64,
-    /// Its derivative.
+    /// Its derivative; NaN of a size that is nothing but round-off, which has a kink there.
     pub by: f64,
 }
 
@@ -102,6 +108,8 @@ struct Sums {
     force: [f64; 2],
     /// Largest |F|, with the derivative of F there times its sign.
     peak: [f64; 2],
+    /// Where that is the end of a window: cycle, time, and the slope of F times its sign \[N/s\].
+    peak_end: Option<(u64, f64, f64)>,
     /// Where the force jumped last: cycle, time, and how that moves.
     jump: Option<(u64, f64, f64)>,
     harmonics: Vec<[Complex64; 2]>,
@@ -116,6 +124,7 @@ impl Sums {
             square: [0.0; 2],
             force: [0.0; 2],
             peak: [0.0; 2],
+            peak_end: None,
             jump: None,
             harmonics: vec![[Complex64::ZERO; 2]; harmonics],
         }
@@ -126,13 +135,19 @@ impl Sums {
         let [square, square_p] = self.square.map(|s| s / self.time);
         let [force, force_p] = self.force.map(|s| s / self.time);
         let rms = (square - mean * mean).max(0.0).sqrt();
-        let rms_p = (0.5 * square_p - mean * mean_p) / rms;
+        let rms_p = match rms > NO_SPREAD * mean.abs() {
+            true => (0.5 * square_p - mean * mean_p) / rms,
+            false => f64::NAN,
+        };
+        let least = NO_AMPLITUDE * square.sqrt();
         let amplitudes = self.harmonics.iter().map(|[c, c_p]| {
             let scale = 2.0 / self.time;
-            Derivative {
-                value: scale * c.norm(),
-                by: scale * (c.conj() * c_p).re / c.norm(),
-            }
+            let value = scale * c.norm();
+            let by = match value > least {
+                true => scale * (c.conj() * c_p).re / c.norm(),
+                false => f64::NAN,
+            };
+            Derivative { value, by }
         });
         [[mean, mean_p], [rms, rms_p], [force, force_p], self.peak]
             .into_iter()
@@ -142,16 +157,24 @@ impl Sums {
     }
 
     /// A place where |F| may be largest, on a window; `moved` is how the place moves where the window's
-    /// end is what makes it one \[s\].
-    fn highest(&mut self, force: &Series, change: &Series, x: f64, moved: f64, tau: f64) {
+    /// start is what makes it one \[s\]. How its end moves is told by the jump behind it.
+    fn highest(&mut self, shown: &WindowDerivative<'_>, force: &Series, x: f64, moved: f64) {
         let value = evaluate(force, x);
         if value.abs() > self.peak[0] {
-            let slope = 2.0 / tau * evaluate(&derivative(force), x);
+            let window = shown.window;
+            let slope = 2.0 / window.duration * evaluate(&derivative(force), x);
             self.peak = [
                 value.abs(),
-                value.signum() * (evaluate(change, x) + slope * moved),
+                value.signum() * (evaluate(shown.force, x) + slope * moved),
             ];
+            let end = window.start + window.duration;
+            self.peak_end = (x == 1.0).then_some((window.cycle, end, value.signum() * slope));
         }
+    }
+
+    /// Whether two times, each of a cycle, are one.
+    fn is_same_time(&self, a: (u64, f64), b: (u64, f64)) -> bool {
+        a.0 == b.0 && (a.1 - b.1).abs() < 1e-9 * self.period
     }
 }
 
@@ -183,17 +206,10 @@ impl Witness for Sums {
                 }
             }
         }
-        let just = self.jump.filter(|(cycle, time, _)| {
-            *cycle == window.cycle && (time - window.start).abs() < 1e-9 * self.period
-        });
+        let begin = (window.cycle, window.start);
+        let just = (self.jump).filter(|&(cycle, time, _)| self.is_same_time((cycle, time), begin));
         if at_start(&force) != 0.0 {
-            self.highest(
-                &force,
-                shown.force,
-                -1.0,
-                just.map_or(0.0, |(.., moved)| moved),
-                tau,
-            );
+            self.highest(shown, &force, -1.0, just.map_or(0.0, |(.., moved)| moved));
         }
         let slope = derivative(&force);
         let mut rising = Some(evaluate(&slope, -1.0) > 0.0);
@@ -203,15 +219,22 @@ impl Witness for Sums {
             places.push(x)
         });
         for x in places {
-            self.highest(&force, shown.force, x, 0.0, tau);
+            self.highest(shown, &force, x, 0.0);
         }
         if at_end(&force) != 0.0 {
-            self.highest(&force, shown.force, 1.0, 0.0, tau);
+            self.highest(shown, &force, 1.0, 0.0);
         }
     }
 
     fn jump(&mut self, cycle: u64, time: f64, moved: f64, jump: f64) {
         self.force[1] -= jump * moved;
+        // Once, however many contacts jump there.
+        let ends =
+            (self.peak_end).filter(|&(at, end, _)| self.is_same_time((at, end), (cycle, time)));
+        if let Some((.., slope)) = ends {
+            self.peak[1] += slope * moved;
+            self.peak_end = None;
+        }
         self.jump = Some((cycle, time, moved));
     }
 }

@@ -2,10 +2,7 @@
 
 use super::DenseError;
 use crate::model::{Contact, Model, Release};
-use crate::propagate::Volterra;
-
-/// Lengths closer than this, relative, are one.
-const SAME_LENGTH: f64 = 1e-12;
+use crate::propagate::{SAME_LENGTH, Volterra};
 
 /// A boundary this close to one of equal parts, in parts, lies on it.
 const ON_BOUNDARY: f64 = 1e-9;

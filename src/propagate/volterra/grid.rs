@@ -2,6 +2,7 @@
 
 use super::length::fewest_windows;
 use crate::model::{Model, SAME_PHASE, equal_parts};
+use crate::propagate::SAME_LENGTH;
 
 /// Most lengths of window, so that their tables stay small.
 const MOST_LENGTHS: usize = 4;
@@ -16,9 +17,6 @@ const FEWEST: f64 = 4.0;
 
 /// Most equal parts of the cycle on which segment boundaries are sought.
 const MOST_PARTS: usize = 10_000;
-
-/// Lengths closer than this, relative, are one.
-const SAME_LENGTH: f64 = 1e-12;
 
 /// A mesh cycle in cells, as a contact has it: whole numbers of them in every stretch, as long as
 /// one another within it. A cell is the window that nothing cuts.

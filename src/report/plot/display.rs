@@ -198,6 +198,16 @@ impl Scale {
         (shown.is_finite() && (!self.logarithmic || shown > 0.0)).then_some(shown)
     }
 
+    /// The ends of an error bar; NaN at one that is beyond the axis. A level is of a size: the lower end of one that
+    /// may be nothing is beyond any.
+    pub fn bar(&self, value: f64, error: f64) -> [f64; 2] {
+        let [low, high] = match self.reference {
+            Some(_) => [(value.abs() - error).max(0.0), value.abs() + error],
+            None => [value - error, value + error],
+        };
+        [low, high].map(|end| self.shown(end).unwrap_or(f64::NAN))
+    }
+
     /// Below which an axis of levels or decades does not reach for a value, by the largest shown of the same quantity: what is
     /// less than [`ROUND_OFF`] of it is round-off. None of a linear axis, which such a value does not stretch.
     pub fn floor(&self, largest: f64) -> Option<f64> {

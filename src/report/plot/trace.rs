@@ -153,6 +153,11 @@ fn triangle(canvas: &mut Canvas, at: Place, change: &Change) {
     canvas.line(&[corners[0], corners[1], corners[2], corners[0]], RED, 1.0);
 }
 
+/// Whether a state of the contacts counts as one of [`STATES`]: with both flanks closed each of them is.
+fn has(contact: &str, state: &str) -> bool {
+    contact == state || (contact == "both" && state != "free")
+}
+
 /// One bar for each state, in a row of its own.
 fn contact(canvas: &mut Canvas, panel: &Panel, recording: &Recording, rows: usize) {
     let height = (panel.bottom - panel.top) / STATES.len() as f64;
@@ -160,7 +165,7 @@ fn contact(canvas: &mut Canvas, panel: &Panel, recording: &Recording, rows: usiz
         let [high, low] = [panel.y(row as f64 + 1.0), panel.y(row as f64)];
         let mut start = None;
         for sample in 0..=rows {
-            let inside = sample < rows && recording.contact[sample] == *name;
+            let inside = sample < rows && has(&recording.contact[sample], name);
             match (inside, start) {
                 (true, None) => start = Some(sample),
                 (false, Some(from)) => {

@@ -28,6 +28,7 @@ pub(super) fn heat_map(summary: &Summary, style: Style) -> String {
         rows,
         columns,
         largest,
+        directions,
     }) = &summary.map
     else {
         return String::new();
@@ -66,8 +67,8 @@ pub(super) fn heat_map(summary: &Summary, style: Style) -> String {
     }
     push_ticks(&mut text, across, columns, width);
     push_legend(&mut text, cells, largest, style);
-    if rows.size > 1 || columns.size > 1 {
-        let size = rows.size * columns.size;
+    let size = rows.size * columns.size * directions.len().max(1);
+    if size > 1 {
         _ = writeln!(
             text,
             "  each mark stands for up to {size} points, the liveliest of them"

@@ -148,9 +148,7 @@ impl Characteristics {
             serde_json::from_str(&text).map_err(|error| foreign(error.to_string()))?;
         match format == FORMAT {
             true => serde_json::from_str(&text).map_err(|error| foreign(error.to_string())),
-            false => Err(foreign(format!(
-                "format `{format}`, not `{FORMAT}`; measure again with `atlas machine`"
-            ))),
+            false => Err(foreign(format!("format `{format}`, not `{FORMAT}`"))),
         }
     }
 

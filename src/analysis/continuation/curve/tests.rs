@@ -2,11 +2,12 @@
 
 use super::*;
 use crate::analysis::continuation::map::{Details, Image, MapError};
-use crate::analysis::continuation::touches::Touches;
+use crate::analysis::continuation::touches::{Extreme, Touches};
 use faer::Mat;
 
-/// An orbit with some multipliers, given by modulus and angle \[rad\]; an angle between 0 and π is of a pair.
-fn orbit(polar: &[[f64; 2]], changes: usize) -> Orbit {
+/// An orbit with some multipliers, given by modulus and angle \[rad\] (an angle between 0 and π is of a pair), and depths
+/// of a contact at its extremes, a minimum first.
+fn orbit(polar: &[[f64; 2]], depths: &[f64]) -> Orbit {
     let mut multipliers = Vec::new();
     for &[modulus, angle] in polar {
         if angle == 0.0 || angle == PI {
@@ -27,7 +28,14 @@ fn orbit(polar: &[[f64; 2]], changes: usize) -> Orbit {
         multipliers,
         details: Details {
             touches: Touches {
-                sequence: vec![(0, true); changes],
+                extremes: (depths.iter().enumerate())
+                    .map(|(i, &depth)| Extreme {
+                        contact: 0,
+                        minimum: i % 2 == 0,
+                        time: i as f64 / depths.len() as f64,
+                        depth,
+                    })
+                    .collect(),
                 ..Touches::default()
             },
             ..Details::default()
@@ -37,7 +45,7 @@ fn orbit(polar: &[[f64; 2]], changes: usize) -> Orbit {
 
 /// What is found between two orbits, the same both ways.
 fn found(kind: Kind, a: &[[f64; 2]], b: &[[f64; 2]]) -> Option<&'static str> {
-    let [a, b] = [a, b].map(|polar| orbit(polar, 0));
+    let [a, b] = [a, b].map(|polar| orbit(polar, &[]));
     let note = codimension_two(&kind, &a, &b);
     assert_eq!(note, codimension_two(&kind, &b, &a));
     note
@@ -116,8 +124,17 @@ fn what_happens_on_a_graze_besides_is_told() {
         found(kind, &inside, &doubled),
         Some("graze and period doubling")
     );
-    let [a, b] = [2, 4].map(|changes| orbit(&inside, changes));
-    assert_eq!(codimension_two(&kind, &a, &b), Some("another graze"));
+    // The graze itself, of round-off to either side, is no other one; nor is an undulation within contact.
+    let touching = |depths: &[f64]| orbit(&inside, depths);
+    let [inward, outward] = [1e-15, -1e-15].map(|depth| touching(&[depth, 0.5]));
+    assert_eq!(codimension_two(&kind, &inward, &outward), None);
+    let undulating = touching(&[1e-15, 0.5, 0.4, 0.5]);
+    assert_eq!(codimension_two(&kind, &inward, &undulating), None);
+    let leaving = touching(&[1e-15, 0.5, -0.1, 0.5]);
+    assert_eq!(
+        codimension_two(&kind, &undulating, &leaving),
+        Some("another graze")
+    );
     for kind in [Kind::BranchPoint, Kind::Jump, Kind::Merging { period: 1 }] {
         assert_eq!(found(kind, &inside, &doubled), None);
     }

@@ -28,7 +28,8 @@ pub(super) fn draw(
         part => format!("{}, {part}", series.name),
     };
     let scale = Scale::new(&name, &series.unit, &request.display)?;
-    let value = |point_id: u64| scale.shown(series.one(results.place(point_id)?)?.value);
+    let known = |point_id: u64| Some(series.one(results.place(point_id)?)?.value);
+    let value = |point_id: u64| scale.shown(known(point_id)?);
     let ids = || results.summary.all.iter().map(|point| point.point_id);
     let [_, largest] = range(ids().filter_map(value));
     let floor = scale.floor(largest).unwrap_or(f64::NEG_INFINITY);
@@ -51,11 +52,14 @@ pub(super) fn draw(
             Some(value) => (viridis(axis.fraction(value)), axis.briefly(value)),
             None => (NONE, "–".to_owned()),
         });
-        let empty = slice
-            .points
-            .iter()
-            .filter(|point| value(point.point_id).is_none());
-        let empty = empty.count();
+        let blank = || {
+            let ids = slice.points.iter().map(|point| point.point_id);
+            ids.filter(|&id| value(id).is_none())
+        };
+        let (empty, off) = (
+            blank().count(),
+            blank().filter(|&id| known(id).is_some()).count(),
+        );
         let mut y = HEIGHT[0];
         if empty < slice.points.len() {
             let bottom = HEIGHT[0] + 300.0;
@@ -64,7 +68,10 @@ pub(super) fn draw(
         }
         if empty > 0 {
             canvas.rectangle([MARGIN, y], [MARGIN + 14.0, y + 14.0], NONE);
-            let text = format!("– no value ({empty})");
+            let text = match off {
+                0 => format!("– no value ({empty})"),
+                _ => format!("– no value ({}), none on this scale ({off})", empty - off),
+            };
             canvas.text(
                 [MARGIN + 21.0, y + 12.0],
                 &text,

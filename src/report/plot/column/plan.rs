@@ -111,9 +111,7 @@ impl Plan {
                         let Some(value) = scale.shown(sample.value) else {
                             continue;
                         };
-                        let end = |end: f64| scale.shown(end).unwrap_or(f64::NAN);
-                        let [low, high] =
-                            [sample.value - sample.error, sample.value + sample.error].map(end);
+                        let [low, high] = scale.bar(sample.value, sample.error);
                         curve.barred |= sample.error > 0.0;
                         curve.dots.push(Dot {
                             x,

@@ -100,19 +100,13 @@ fn depth(canvas: &mut Canvas, machine: &Characteristics) {
 }
 
 fn breadth(canvas: &mut Canvas, machine: &Characteristics, modes: u64) {
-    let alone = |row: &Measurement<SolverKey>| {
-        let same = |other: &&Measurement<SolverKey>| {
-            other.key.kernel == row.key.kernel
-                && other.key.tables == row.key.tables
-                && other.key.modes == row.key.modes
-                && other.key.threads == 1
-        };
-        machine.solver.iter().find(same).map(|row| row.figure.value)
-    };
     let mut curves = curves(
         machine,
         |row| row.key.modes == modes,
-        |row| Some([row.key.threads as f64, row.figure.value / alone(row)?]),
+        |row| {
+            let threads = row.key.threads as f64;
+            Some([threads, row.key.efficiency? * threads])
+        },
     );
     let places = || curves.iter().flat_map(|curve| &curve.places);
     let most = range(places().map(|place| place[0]))[1];
