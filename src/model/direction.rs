@@ -39,6 +39,20 @@ impl Direction {
         };
         [sum(|gain| gain.deflection), sum(|gain| gain.rate)]
     }
+
+    /// `|Σ w·g|` and `|Σ w A·g|` with the g of another direction: what a unit force along that does to the rate of this one's
+    /// deflection and to its acceleration \[1/kg\].
+    pub fn felt_from(&self, other: &Self) -> [f64; 2] {
+        let sum = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
+            let pairs = self.gains.iter().zip(&other.gains);
+            let felt = pairs.map(|(own, other)| {
+                let ([r1, r2], [g1, g2]) = (row(own), other.mesh_input);
+                r1 * g1 + r2 * g2
+            });
+            felt.sum::<f64>().abs()
+        };
+        [sum(|gain| gain.deflection), sum(|gain| gain.rate)]
+    }
 }
 
 /// What a deflection is measured along: `δ = Σ w·x − e(t)`, the w being those of every direction

@@ -1,6 +1,7 @@
 //! What are windows with several contacts closed laid on?
 
 use super::closure::Closure;
+use super::length::longest_joint;
 use super::needs::{Needs, Sight, place};
 use crate::model::{Contact, Model, Segment};
 
@@ -45,15 +46,16 @@ pub fn can_join(model: &Model) -> bool {
 
 /// Which of the lengths of windows \[s\] those have that start in some segments, each of a contact. They are solved as a
 /// whole, and run on behind a segment, by less than it is long where its course bends: the longest such
-/// length. The grid of every segment has one.
-fn joint_length(model: &Model, segments: &[&Segment], lengths: &[f64]) -> usize {
+/// length. The grid of every segment has one, which several contacts closed at once may ask to be shorter.
+fn joint_length(model: &Model, segments: &[&Segment], lengths: &[f64], tolerance: f64) -> usize {
     let constant = |segment: &Segment| {
         let [_, bends @ ..] = segment.error.coefficients();
         segment.stiffness.is_constant() && bends.iter().all(|a| *a == 0.0)
     };
     let bent = segments.iter().filter(|segment| !constant(segment));
     let shortest = bent.fold(f64::INFINITY, |least, s| least.min(s.end - s.start));
-    let limit = shortest * model.period() * (1.0 + ROUNDED_APART);
+    let limit = (shortest * model.period()).min(longest_joint(model, segments, tolerance));
+    let limit = limit * (1.0 + ROUNDED_APART);
     let by_length = |a: &usize, b: &usize| lengths[*a].total_cmp(&lengths[*b]);
     let fitting = (0..lengths.len()).filter(|&own| lengths[own] <= limit);
     (fitting.max_by(by_length))
@@ -61,29 +63,54 @@ fn joint_length(model: &Model, segments: &[&Segment], lengths: &[f64]) -> usize 
         .unwrap_or(0)
 }
 
+/// Parts of a mesh cycle on which no contact changes its segment: start and end in mesh phase, segment of every contact.
+fn parts(model: &Model, cycle: u64) -> impl Iterator<Item = ([f64; 2], Vec<usize>)> {
+    let mut start = 0.0;
+    (model.segment_ends(cycle).into_iter()).map(move |end| {
+        let inside = 0.5 * (start + end);
+        let segments = (model.contacts.iter())
+            .map(|contact| {
+                let segments = &contact.cycle(cycle).segments;
+                segments.partition_point(|segment| segment.end <= inside)
+            })
+            .collect();
+        ([std::mem::replace(&mut start, end), end], segments)
+    })
+}
+
+/// The segments of all contacts, by their numbers.
+fn segments_of<'m>(model: &'m Model, cycle: u64, numbers: &[usize]) -> Vec<&'m Segment> {
+    (model.contacts.iter().zip(numbers))
+        .map(|(contact, &number)| &contact.cycle(cycle).segments[number])
+        .collect()
+}
+
+/// The length \[s\] of windows that is missing among `lengths`, where contacts closed at once ask for shorter ones.
+pub fn missing_length(model: &Model, cycles: u64, lengths: &[f64], tolerance: f64) -> Option<f64> {
+    let all = (0..cycles).flat_map(|cycle| {
+        parts(model, cycle).map(move |(_, numbers)| {
+            longest_joint(model, &segments_of(model, cycle, &numbers), tolerance)
+        })
+    });
+    let least = all.fold(f64::INFINITY, f64::min);
+    let fits = |length: &f64| *length <= least * (1.0 + ROUNDED_APART);
+    (!lengths.iter().any(fits)).then_some(least)
+}
+
 /// The joint stretches of a mesh cycle, whose windows have some of the lengths \[s\].
 pub fn joint_stretches(
     model: &Model,
     cycle: u64,
     lengths: &[f64],
+    tolerance: f64,
     needs: &mut Needs,
 ) -> Vec<JointStretch> {
-    let mut start = 0.0;
-    (model.segment_ends(cycle).into_iter())
-        .map(|end| {
+    parts(model, cycle)
+        .map(|([start, end], segments)| {
             let inside = 0.5 * (start + end);
-            start = end;
-            let segments: Vec<usize> = (model.contacts.iter())
-                .map(|contact| {
-                    let segments = &contact.cycle(cycle).segments;
-                    segments.partition_point(|segment| segment.end <= inside)
-                })
-                .collect();
-            let own: Vec<&Segment> = (model.contacts.iter().zip(&segments))
-                .map(|(contact, &segment)| &contact.cycle(cycle).segments[segment])
-                .collect();
+            let own = segments_of(model, cycle, &segments);
             let directions: Vec<usize> = own.iter().map(|segment| segment.direction).collect();
-            let length = joint_length(model, &own, lengths);
+            let length = joint_length(model, &own, lengths, tolerance);
             let sights = needs.sights(model, length, &directions, 0);
             let windows: Vec<usize> = (directions.iter())
                 .map(|&direction| needs.window(length, direction))
@@ -122,7 +149,7 @@ mod tests {
         let point = fixtures::strong_rattle();
         let model = Model::new(&structure, &fixtures::two_level_mesh(1e-5), point).unwrap();
         let lengths = [0.05 * model.period()];
-        let found = joint_stretches(&model, 0, &lengths, &mut Needs::default());
+        let found = joint_stretches(&model, 0, &lengths, f64::EPSILON, &mut Needs::default());
         let ends: Vec<f64> = found.iter().map(|own| own.end / model.period()).collect();
         assert_eq!(ends, [0.6, 1.0]);
         assert_eq!(found[0].segments, [0, 0]);

@@ -1,12 +1,48 @@
 //! How long is a window?
 
 use super::shapes::TERMS;
-use crate::model::{Block, Direction, Model};
+use crate::model::{Block, Direction, Model, Segment};
 use crate::numerics::exponential::LARGEST_HALF_ARGUMENT;
 
 /// Windows a mesh cycle, not rounded, that are just short enough for the tolerance.
 pub fn fewest_windows(model: &Model, tolerance: f64) -> f64 {
     0.5 * fastest_rate(model) * model.period() / largest_half_argument(tolerance)
+}
+
+/// The longest window \[s\] for the tolerance with all those contacts closed that can be at once, each on one of these
+/// segments.
+pub fn longest_joint(model: &Model, segments: &[&Segment], tolerance: f64) -> f64 {
+    2.0 * largest_half_argument(tolerance) / joint_rate(model, segments)
+}
+
+/// Upper bound of the rates \[1/s\] of the structure with several contacts closed at once, those on opposite sides of one line
+/// left out. What springs add along φᵢ has the norm of `√(kᵢ kⱼ) φᵢ·φⱼ`, which is at most its largest sum of a row.
+fn joint_rate(model: &Model, segments: &[&Segment]) -> f64 {
+    let open = (model.blocks.iter().map(Block::fastest)).fold(0.0, f64::max);
+    let count = segments.len();
+    let can_join = |i: usize, j: usize| {
+        model.contacts[i].side == model.contacts[j].side
+            || model.line(segments[i]) != model.line(segments[j])
+    };
+    let rows = (0..count).map(|i| {
+        let [mut square, mut linear] = [0.0; 2];
+        for j in (0..count).filter(|&j| can_join(i, j)) {
+            let [direction, other] =
+                [i, j].map(|contact| &model.directions[segments[contact].direction]);
+            let [direct, inertial] = match i == j {
+                true => direction.felt_at_most(),
+                false => direction.felt_from(other),
+            };
+            let (own, other) = (segments[i], segments[j]);
+            square += (own.stiffness.bound() * other.stiffness.bound()).sqrt() * inertial;
+            linear += (own.damping * other.damping).sqrt() * (inertial + direct);
+        }
+        [square, linear]
+    });
+    let [square, linear] = rows.fold([0.0; 2], |all: [f64; 2], row| {
+        [all[0].max(row[0]), all[1].max(row[1])]
+    });
+    (open * open + square).sqrt() + linear
 }
 
 /// Upper bound of the rates \[1/s\] with any one contact closed, and of the excitation.

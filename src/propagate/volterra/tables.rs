@@ -2,7 +2,7 @@
 
 use super::closure::Closure;
 use super::grid::{Grid, distinct};
-use super::joint_stretch::{JointStretch, can_join, joint_stretches};
+use super::joint_stretch::{JointStretch, can_join, joint_stretches, missing_length};
 use super::lanes::InstructionSet;
 use super::needs::{Needs, Sight, place};
 use super::shapes::{BlockChunk, LANES, Lack, Lanes, Layout};
@@ -86,7 +86,7 @@ impl VolterraTables {
             );
             courses_of_contact.push((first..grids.len()).collect());
         }
-        let (lengths, which) = distinct(grids.iter().flat_map(|g| g.2.lengths.iter().copied()));
+        let (mut lengths, which) = distinct(grids.iter().flat_map(|g| g.2.lengths.iter().copied()));
         let mut which = which.into_iter();
         let mut needs = Needs::default();
         let courses = (grids.into_iter())
@@ -97,12 +97,12 @@ impl VolterraTables {
                 Course::new(model, own, &lengths, &which, &frequencies, &mut needs)
             })
             .collect();
-        let joint = match can_join(model) {
-            true => (0..base)
-                .map(|cycle| joint_stretches(model, cycle, &lengths, &mut needs))
-                .collect(),
-            false => Vec::new(),
-        };
+        let mut joint = Vec::new();
+        if can_join(model) {
+            lengths.extend(missing_length(model, base, &lengths, tolerance));
+            let of_cycle = |cycle| joint_stretches(model, cycle, &lengths, tolerance, &mut needs);
+            joint.extend((0..base).map(of_cycle));
+        }
         let exponentials: Vec<Vec<_>> = (lengths.iter())
             .map(|&delta| {
                 let exponential = |block| BlockExponential::new(block, delta);
