@@ -4,7 +4,7 @@
 //! growing by it. Stiffness that varies, met by either flank at a phase of its own, pumps such a motion where damping takes less
 //! than it gives.
 
-use crate::model::{InitialState, Model};
+use crate::model::{InitialState, Model, Segment};
 
 /// Deflections up to this many half gaps, or static deflections, are those of a motion about the gap.
 const BEYOND: f64 = 1e3;
@@ -20,8 +20,19 @@ const LATEST: usize = 8;
 const FEWEST: usize = 40;
 
 /// Watches for motions that grow without bound.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Bounds {
+    /// Of every line of contact.
+    lines: Vec<Line>,
+}
+
+/// A line along which contacts are seen.
+#[derive(Debug, Clone)]
+struct Line {
+    /// A segment that is on it.
+    segment: Segment,
+    /// Largest gap of its contacts, or the half gap of the mesh where those have none \[m\].
+    gap: f64,
     /// What deflections of bounded motions are measured by \[m\].
     unit: f64,
 }
@@ -44,10 +55,34 @@ impl Bounds {
     /// Those of a model.
     pub fn new(model: &Model) -> Self {
         let rest = model.start(&InitialState::Static);
-        let deflection = model.deflection(&rest.state, 0.0).0.abs();
+        let lines = (0..model.lines.len()).filter_map(|line| {
+            let mut segment = None;
+            let mut gap = 0.0_f64;
+            for contact in &model.contacts {
+                let segments = contact.cycles.iter().flat_map(|cycle| &cycle.segments);
+                for own in segments.filter(|own| model.line(own) == line) {
+                    segment.get_or_insert(*own);
+                    gap = gap.max(contact.half_gap.abs());
+                }
+            }
+            let segment = segment?;
+            let gap = if gap > 0.0 { gap } else { model.half_gap };
+            let at_rest = model.deflection_on(&segment, 0, &rest.state, 0.0).0;
+            let unit = gap.max(at_rest.abs());
+            Some(Line { segment, gap, unit })
+        });
         Self {
-            unit: model.half_gap.max(deflection),
+            lines: lines.collect(),
         }
+    }
+
+    /// The largest deflection of a state, in the unit of its line, and that line.
+    fn farthest(&self, model: &Model, state: &[f64]) -> (f64, usize) {
+        let lines = self.lines.iter().enumerate().map(|(number, line)| {
+            let deflection = model.deflection_on(&line.segment, 0, state, 0.0).0;
+            (deflection.abs() / line.unit, number)
+        });
+        lines.fold((0.0, 0), |most, own| if own.0 > most.0 { own } else { most })
     }
 
     /// Whether the states at the starts of successive mesh cycles, the oldest first, grow beyond all bounds.
@@ -57,24 +92,30 @@ impl Bounds {
         states: impl ExactSizeIterator<Item = &'a [f64]> + Clone,
     ) -> Option<Runaway> {
         let count = states.len();
-        let far = |state: &[f64]| model.deflection(state, 0.0).0.abs() > BEYOND * self.unit;
+        let far = |state: &[f64]| self.farthest(model, state).0 > BEYOND;
         // Nearly every motion is told from its latest states.
         if count < FEWEST || !states.clone().skip(count - LATEST).any(far) {
             return None;
         }
         let quarter = count / 4;
-        let [mut first, mut last] = [0.0_f64; 2];
+        let [mut first, mut last] = [(0.0, 0); 2];
         for (cycle, state) in states.enumerate() {
-            let deflection = || model.deflection(state, 0.0).0.abs();
-            if cycle < quarter {
-                first = first.max(deflection());
+            let most = if cycle < quarter {
+                &mut first
             } else if cycle >= count - quarter {
-                last = last.max(deflection());
+                &mut last
+            } else {
+                continue;
+            };
+            let own = self.farthest(model, state);
+            if own.0 > most.0 {
+                *most = own;
             }
         }
-        let grown = last > BEYOND * self.unit && last > GROWN * first;
-        grown.then(|| Runaway {
-            half_gaps: last / model.half_gap,
+        let (first, (last, line)) = (first.0, last);
+        let line = &self.lines[line];
+        (last > BEYOND && last > GROWN * first).then(|| Runaway {
+            half_gaps: last * line.unit / line.gap,
             growth: (last / first).powf(1.0 / (count - quarter) as f64),
         })
     }

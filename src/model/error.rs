@@ -24,6 +24,15 @@ pub enum ModelError {
         /// Residual flexibility \[m/N\].
         flexibility: f64,
     },
+    /// Contacts that face each other on one line overlap: flanks that are thicker than the backlash, or stops.
+    #[error(
+        "contacts that face each other (the flanks of a tooth, or stops) overlap by up to {lack:.3e} m: both would \
+         touch at once; give the flanks less material, or raise mesh.half_gap or the gap of the stop"
+    )]
+    Jammed {
+        /// By how much; \[rad\] of stops against rotation \[m\].
+        lack: f64,
+    },
     /// A quantity outside its physical range.
     #[error("{name} is {value}, but must be {accepted}")]
     OutOfRange {

@@ -21,6 +21,7 @@ mod basis;
 mod bearing;
 mod block;
 mod breakpoints;
+mod clearance;
 mod contact;
 mod derivative;
 mod direction;

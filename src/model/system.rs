@@ -8,7 +8,7 @@ use super::{
     MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Output, Release, Ripple, Rolling, Segment,
     TransmissionErrorHarmonic,
 };
-use super::{bearing, drive as laws, further, parallel};
+use super::{bearing, clearance, drive as laws, further, parallel};
 use crate::numerics::whole::greatest_divisor;
 use crate::shaft::{FlankParticipation, ModalStructure};
 use std::f64::consts::TAU;
@@ -223,6 +223,7 @@ impl Model {
             "at most 16, both flanks included",
         )?;
         let Directions { directions, lines } = directions;
+        clearance::has_room(&contacts, &directions)?;
         let unfelt = |i: usize| (directions.iter()).all(|d| d.gains[i].deflection[0] == 0.0);
         let neutral = (basis.rigid().iter().copied())
             .filter(|&i| unfelt(i) && blocks[i].generator == Block::mode(0.0, 0.0, 0.0).generator)

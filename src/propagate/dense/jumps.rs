@@ -98,7 +98,11 @@ fn turn_exactly(cell_model: &CellModel<'_>, cycles: u64, map: &mut Mat<f64>) {
     for pair in 0..layout.harmonics() {
         let turns = match cell_model.model.ripple.get(pair) {
             Some(ripple) => (cycles as f64 * ripple.turns_per_cycle).fract(),
-            None => 0.0,
+            None => {
+                let error = &cell_model.model.lines[0].transmission_error;
+                let own = &error[pair - layout.ripples];
+                (cycles as f64 * own.turns_per_cycle).fract()
+            }
         };
         let (sin, cos) = (TAU * turns).sin_cos();
         let at = layout.pairs() + 2 * pair;

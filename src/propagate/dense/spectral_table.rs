@@ -25,6 +25,12 @@ use std::sync::Arc;
 /// Smallest relative distance of an eigenvalue from a carried harmonic.
 const RESONANCE: f64 = 1e-7;
 
+/// Whether an eigenvalue \[1/s\] is one of an undamped mode that turns with a harmonic \[rad/s\].
+fn in_resonance(lambda: Complex64, omega: f64) -> bool {
+    let apart = lambda * lambda + Complex64::from(omega * omega);
+    apart.norm() < RESONANCE * (lambda.norm_sqr() + omega * omega)
+}
+
 /// One basis, ready for use at one speed.
 #[derive(Debug)]
 pub struct SpectralTable<'t> {
@@ -144,8 +150,7 @@ impl Excitation {
             for (h, &omega) in generator.frequencies.iter().enumerate() {
                 let (c, s) = (force(2 + 2 * h), force(3 + 2 * h));
                 let apart = lambda * lambda + Complex64::from(omega * omega);
-                let size = lambda.norm_sqr() + omega * omega;
-                if apart.norm() < RESONANCE * size {
+                if in_resonance(lambda, omega) {
                     return Err(DenseError::Resonance { frequency: omega });
                 }
                 put(2 + 2 * h, -(lambda * c + s * omega) / apart);
@@ -153,9 +158,13 @@ impl Excitation {
             }
         }
         let g = |i: usize, j: usize| basis.slow_generator[i * m + j];
+        let slow = linalg::eigenvalues(Mat::from_fn(m, m, g).as_ref()).unwrap_or_default();
         for (h, &omega) in generator.frequencies.iter().enumerate() {
             if m == 0 {
                 break;
+            }
+            if slow.iter().any(|lambda| in_resonance(*lambda, omega)) {
+                return Err(DenseError::Resonance { frequency: omega });
             }
             let column =
                 |j: usize| -> Vec<f64> { (0..m).map(|i| felt[(2 * lanes + i, j)]).collect() };

@@ -464,9 +464,13 @@ impl Kernel for Stepping {
         }
         // The contacts that are closed in the next cycle are those of the state itself.
         let end = self.mesh_states(&trajectory.state, cycle, self.steps - 1, 2 * self.steps);
-        let reach = end[0].deflection.abs() + end[0].rate.abs() * self.step;
-        if reach.is_nan() || reach > Self::FARTHEST * self.half_gap {
-            return Err(Stop::Diverged { cycle });
+        for (at_end, own) in end.iter().zip(&self.contacts) {
+            let reach = at_end.deflection.abs() + at_end.rate.abs() * self.step;
+            let gap = own.contact.half_gap.abs();
+            let unit = if gap > 0.0 { gap } else { self.half_gap };
+            if reach.is_nan() || reach > Self::FARTHEST * unit {
+                return Err(Stop::Diverged { cycle });
+            }
         }
         self.follow(
             trajectory,

@@ -156,7 +156,7 @@ impl Volterra<'_> {
             Track::Joint(stretch) => self.solve_jointly(position, stretch, *active, workspace),
         }
         counters.windows += 1;
-        self.check_range(position, workspace)?;
+        self.check_range(position, track, workspace)?;
         let crossing = self.first_event(position, track, *active, limit, workspace, counters);
         let Some((found, place)) = crossing else {
             position.crossed = ActiveSet::FREE;
@@ -213,19 +213,25 @@ impl Volterra<'_> {
         Ok(())
     }
 
-    /// That a trajectory is a motion still.
-    fn check_range(&self, position: &Position, workspace: &Workspace) -> Result<(), Stop> {
-        let solution = &workspace.solutions[0];
-        let farthest = Self::FARTHEST * self.model.half_gap;
-        let bound = solution.deflection[0].abs() + solution.variation;
-        // The series may run far beyond an event that ends the window long before; where the
-        // window starts is where the trajectory is.
-        if bound.is_nan() || bound > farthest {
-            let start = legendre::at_start(&solution.deflection).abs();
-            if !bound.is_finite() || start > farthest {
-                return Err(Stop::Diverged {
-                    cycle: position.cycle,
-                });
+    /// That a trajectory is a motion still, along every line.
+    fn check_range(
+        &self,
+        position: &Position,
+        track: Track<'_>,
+        workspace: &Workspace,
+    ) -> Result<(), Stop> {
+        for (sight, solution) in track.sights().iter().zip(&workspace.solutions) {
+            let farthest = self.farthest[sight.line];
+            let bound = solution.deflection[0].abs() + solution.variation;
+            // The series may run far beyond an event that ends the window long before; where the
+            // window starts is where the trajectory is.
+            if bound.is_nan() || bound > farthest {
+                let start = legendre::at_start(&solution.deflection).abs();
+                if !bound.is_finite() || start > farthest {
+                    return Err(Stop::Diverged {
+                        cycle: position.cycle,
+                    });
+                }
             }
         }
         Ok(())

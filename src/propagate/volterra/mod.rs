@@ -89,6 +89,8 @@ pub struct Volterra<'m> {
     never_pull: ActiveSet,
     /// Times closer than this before a breakpoint are on it \[s\].
     on_breakpoint: f64,
+    /// Deflections beyond which a motion has diverged, of every line, in the units of its contacts.
+    farthest: Vec<f64>,
 }
 
 impl<'m> Volterra<'m> {
@@ -133,6 +135,7 @@ impl<'m> Volterra<'m> {
             .filter(|(_, contact)| contact.release == Release::Force)
             .fold(ActiveSet::FREE, |set, (index, _)| set.toggled(index));
         Self {
+            farthest: farthest(&model),
             tables: VolterraTables::new(&model, tolerance, instructions),
             event_limit,
             instructions,

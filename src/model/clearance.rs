@@ -1,0 +1,86 @@
+//! Is there room between flanks that face each other on one line?
+//!
+//! A contact of side +1 closes where δ rises to its gap b, one of side −1 where −δ rises to its own, so both are closed at
+//! once where the gaps add up to less than nothing. Flanks that are thicker than the backlash by so much jam; kernels take it
+//! that of two on one line only one touches.
+
+use super::contact::Contact;
+use super::direction::Direction;
+use super::error::ModelError;
+use super::mesh::MeshCycle;
+
+/// Places looked at on a segment: an error has eight terms there.
+const PLACES: usize = 32;
+
+/// That the gaps of any two opposite contacts on one line add up to no less than nothing at any time.
+///
+/// # Errors
+/// [`ModelError::Jammed`].
+pub(super) fn has_room(contacts: &[Contact], directions: &[Direction]) -> Result<(), ModelError> {
+    let least = |contact: &Contact| {
+        let segments = contact.cycles.iter().flat_map(|cycle| &cycle.segments);
+        let bounds = segments.map(|segment| -> f64 {
+            let [mean, others @ ..] = segment.error.coefficients();
+            mean - others.iter().map(|a| a.abs()).sum::<f64>()
+        });
+        contact.half_gap + bounds.fold(f64::INFINITY, f64::min)
+    };
+    let bounds: Vec<f64> = contacts.iter().map(least).collect();
+    for (i, one) in contacts.iter().enumerate() {
+        let facing = (contacts.iter().enumerate().skip(i + 1)).filter(|(_, c)| c.side != one.side);
+        for (_, other) in facing.filter(|(j, _)| bounds[i] + bounds[*j] < 0.0) {
+            let count = one.cycles.len().max(other.cycles.len());
+            for cycle in 0..count {
+                let [a, b] = [one, other].map(|c| &c.cycles[cycle % c.cycles.len()]);
+                let room = one.half_gap + other.half_gap + smallest_sum(a, b, directions);
+                if room < 0.0 {
+                    return Err(ModelError::Jammed { lack: -room });
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The smallest sum of what two contacts lack \[m\] while they are on one line.
+fn smallest_sum(a: &MeshCycle, b: &MeshCycle, directions: &[Direction]) -> f64 {
+    let line = |direction: usize| directions[direction].line;
+    let mut least = f64::INFINITY;
+    for segment in &a.segments {
+        for k in 0..=PLACES {
+            let part = k as f64 / PLACES as f64;
+            let phase = segment.start + part * (segment.end - segment.start);
+            let other = b.segment_at(phase * b.period);
+            if line(segment.direction) == line(other.direction) {
+                least = least.min(segment.error_at(phase)[0] + other.error_at(phase)[0]);
+            }
+        }
+    }
+    least
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{FlankError, Model, STIFFNESS_TERMS, fixtures};
+
+    /// Flanks that are too thick by less than the half gap, by more than it on part of a division, and on all of it.
+    #[test]
+    fn flanks_thicker_than_the_backlash_are_refused() {
+        let structure = fixtures::structure(&[0.0, 900.0], 0.01, &[0.9, 0.4], &[0.9, 0.4]);
+        let made = |mean: f64, slope: f64| {
+            let mut drive = fixtures::two_level_mesh(1e-5);
+            let mut series = [0.0; STIFFNESS_TERMS];
+            (series[0], series[1]) = (mean, slope);
+            drive.mesh[1].error = FlankError::series(series);
+            Model::new(&structure, &drive, fixtures::strong_rattle()).map(|_| ())
+        };
+        assert_eq!(made(-9e-6, 0.5e-6), Ok(()));
+        let lack = |made: Result<(), ModelError>| match made {
+            Err(ModelError::Jammed { lack }) => lack,
+            other => panic!("{other:?}"),
+        };
+        assert!((lack(made(-9e-6, 2e-6)) - 2e-6).abs() < 1e-12);
+        assert!((lack(made(-12e-6, 0.0)) - 4e-6).abs() < 1e-12);
+    }
+}
