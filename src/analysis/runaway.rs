@@ -82,7 +82,10 @@ impl Bounds {
             let deflection = model.deflection_on(&line.segment, 0, state, 0.0).0;
             (deflection.abs() / line.unit, number)
         });
-        lines.fold((0.0, 0), |most, own| if own.0 > most.0 { own } else { most })
+        lines.fold(
+            (0.0, 0),
+            |most, own| if own.0 > most.0 { own } else { most },
+        )
     }
 
     /// Whether the states at the starts of successive mesh cycles, the oldest first, grow beyond all bounds.

@@ -46,7 +46,12 @@ fn farthest(model: &Model) -> Vec<f64> {
             };
             let gaps = model.contacts.iter().filter(on_line);
             let largest = gaps.fold(0.0, |most: f64, contact| most.max(contact.half_gap.abs()));
-            FARTHEST * if largest > 0.0 { largest } else { model.half_gap }
+            FARTHEST
+                * if largest > 0.0 {
+                    largest
+                } else {
+                    model.half_gap
+                }
         })
         .collect()
 }

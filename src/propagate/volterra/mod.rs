@@ -135,7 +135,7 @@ impl<'m> Volterra<'m> {
             .filter(|(_, contact)| contact.release == Release::Force)
             .fold(ActiveSet::FREE, |set, (index, _)| set.toggled(index));
         Self {
-            farthest: farthest(&model),
+            farthest: super::farthest(&model),
             tables: VolterraTables::new(&model, tolerance, instructions),
             event_limit,
             instructions,
