@@ -176,6 +176,82 @@ fn sensitivities_of_an_orbit_agree_with_differences() {
     );
 }
 
+/// The largest force ends the stretch of two pairs, whose end moves with the contact ratio; what is nothing but round-off
+/// has no derivative.
+#[test]
+fn a_peak_moves_with_the_breakpoint_that_ends_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = manifest("load = 6\nspeed = 700\n", "");
+    let rows = |settings: &[&str]| {
+        let mut arguments = vec![
+            "sensitivity",
+            "m.toml",
+            "--json",
+            "--by",
+            "mesh.contact_ratio,load",
+        ];
+        let set = ["mesh.segments=", "mesh.friction=0"];
+        for setting in set.iter().chain(settings) {
+            arguments.extend(["--set", setting]);
+        }
+        let output = atlas(folder.path(), &text, &arguments);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{said}");
+        let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        found["sensitivities"].as_array().unwrap().clone()
+    };
+    let moving = rows(&[
+        "mesh.stiffness=continuous",
+        "mesh.contact_ratio=1.62",
+        "excitation.transmission_error=[{harmonic=1,amplitude='2 um',phase=3.5}]",
+    ]);
+    let peaks: Vec<_> = (moving.iter())
+        .filter(|row| row["quantity"] == "force_peak")
+        .collect();
+    assert_eq!(peaks.len(), 2);
+    for row in peaks {
+        let [by, check] = ["derivative", "check"].map(|name| row[name].as_f64().unwrap());
+        assert!((by / check - 1.0).abs() < 1e-6, "{row}");
+        assert_eq!(row["note"], "", "{row}");
+    }
+}
+
+/// Where nothing moves the mesh its spread is round-off, and round-off has no derivative.
+#[test]
+fn what_is_zero_has_no_derivative() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = manifest("load = 1\nspeed = 2000\n", "");
+    let mut arguments = vec!["sensitivity", "m.toml", "--json", "--by", "load"];
+    for setting in [
+        "mesh.stiffness=constant",
+        "mesh.segments=",
+        "mesh.contact_ratio=",
+        "mesh.single_pair_drop=",
+        "excitation.transmission_error=[]",
+    ] {
+        arguments.extend(["--set", setting]);
+    }
+    let output = atlas(folder.path(), &text, &arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    for row in found["sensitivities"].as_array().unwrap() {
+        let is_size = ["deflection_rms", "deflection_harmonic_1"]
+            .iter()
+            .any(|name| row["quantity"] == *name);
+        assert_eq!(
+            row["derivative"].is_null(),
+            is_size || row["quantity"].as_str().unwrap().contains("harmonic"),
+            "{row}"
+        );
+        assert_eq!(
+            row["note"].as_str().unwrap().contains("kink"),
+            row["derivative"].is_null(),
+            "{row}"
+        );
+    }
+}
+
 /// What is set and what comes from a pipe is followed as if a manifest said so; pictures have the axis in its unit.
 #[test]
 fn changed_manifests_are_followed_and_shown_in_their_units() {

@@ -287,6 +287,13 @@ fn a_signal_ends_a_run_and_the_same_command_goes_on() {
         assert!(stdout(&output).contains(&said), "{}", stdout(&output));
         assert_eq!(names(&place.path(name)), RESULTS);
         assert_same(&whole, &place.path(name));
+        // The wall time is that of the last part, and so are the cycles that it is told of.
+        let shown = stdout(&place.atlas(&["show", name, "--json"]));
+        let shown: serde_json::Value = serde_json::from_str(&shown).unwrap();
+        assert_eq!(
+            shown["wall_time_per_cycle"],
+            record["totals"]["wall_time_per_cycle"]
+        );
     }
 }
 

@@ -104,6 +104,38 @@ fn interpolated(places: &[[f64; 2]], x: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::store::Figure;
+
+    /// What threads gain is what was measured in turn, whatever the rates say that were measured apart.
+    #[test]
+    fn the_gain_of_threads_is_the_measured_one() {
+        let row = |modes: u64, rate: f64, efficiency: f64| Measurement {
+            key: SolverKey {
+                kernel: "volterra".to_owned(),
+                tables: "eight".to_owned(),
+                modes,
+                threads: 2,
+                table_bytes: 1000,
+                efficiency: Some(efficiency),
+            },
+            figure: Figure {
+                value: rate,
+                best: rate,
+                median: rate,
+                spread: None,
+                rounds: 1,
+                repetitions: 1,
+            },
+        };
+        let rows = [row(10, 800.0, 0.8), row(40, 100.0, 0.95)];
+        let rate: Value = |row| Some(row.figure.value);
+        for (modes, gained, known) in [(10.0, 1.6, 800.0), (40.0, 1.9, 100.0)] {
+            let found = over_modes(&rows, modes, 2, gain).unwrap();
+            assert!((found - gained).abs() < 1e-12, "{found}");
+            assert_eq!(over_modes(&rows, modes, 2, rate), Some(known));
+        }
+        assert_eq!(over_modes(&rows, 10.0, 4, gain), None);
+    }
 
     #[test]
     fn a_power_law_is_followed_between_and_beyond() {

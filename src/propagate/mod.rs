@@ -172,3 +172,45 @@ pub trait Kernel {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{InitialState, fixtures};
+    use crate::shaft::StructureContact;
+
+    /// A mode that the flanks do not feel and that grows: its stop sees it.
+    #[test]
+    fn a_motion_diverges_along_any_line() {
+        let mut structure = fixtures::structure(&[900.0, 700.0], 0.02, &[1.0, 0.0], &[1.0, 0.5]);
+        structure.damping[1] = -0.2;
+        structure.contacts = vec![StructureContact::stop(&[0.0, 1.0], 1e-5, 1e3)];
+        let drive = fixtures::constant_mesh(1e-5, 4e8);
+        let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+        fn stop<K: Kernel>(model: &Model, kernel: &K) -> Stop {
+            let mut trajectory = model.start(&InitialState::Static);
+            trajectory.state[1] = 1e-6;
+            let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
+            kernel
+                .advance(
+                    2000,
+                    &mut trajectory,
+                    &mut workspace,
+                    &mut (),
+                    &mut counters,
+                )
+                .unwrap_err()
+        }
+        let found = [
+            stop(&model, &Volterra::new(&model, f64::EPSILON, 1000)),
+            stop(&model, &Stepping::new(&model, 400, 1000)),
+        ];
+        for found in found {
+            // e^{140 t} takes a micrometre to ten kilometres in 0.16 s, 200 mesh cycles.
+            let Stop::Diverged { cycle } = found else {
+                panic!("{found:?}");
+            };
+            assert!((100..300).contains(&cycle), "{cycle}");
+        }
+    }
+}

@@ -259,3 +259,28 @@ impl StoreError {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_missing_is_what_its_own_command_writes() {
+        for (file, command) in [
+            ("machine.json", "`atlas machine`"),
+            ("run.json", "`atlas run`"),
+        ] {
+            let missing = StoreError::Missing {
+                folder: "there".into(),
+                missing: Path::new("there").join(file),
+            };
+            let foreign = StoreError::Foreign {
+                path: Path::new("there").join(file),
+                detail: "not JSON".to_owned(),
+            };
+            for error in [missing, foreign] {
+                assert!(error.to_string().contains(command), "{error}");
+            }
+        }
+    }
+}

@@ -238,6 +238,12 @@ mod tests {
             load(12, 6, 12.0, 2).wall_time(&took(&[1.0; 12])).expected,
             6.0
         );
+        // Of two chains of eighty a resumed run has half left: as many as there are threads.
+        let resumed = Load {
+            chains: 2,
+            ..load(42, 80, 42.0, 2)
+        };
+        assert_eq!(resumed.wall_time(&took(&[1.0; 10])).expected, 21.0);
         // Threads that share a point have no one to wait for.
         let shared = Load {
             shared: true,

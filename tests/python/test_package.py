@@ -216,6 +216,20 @@ def test_columns_are_arrays(results):
         points["lambda"]
 
 
+def test_a_sweep_up_and_down_has_two_columns_over_the_grid(tmp_path):
+    changes = {"grid.order": "both", "grid.load": 0.1, "run.transient": 20, "run.cycles": 60}
+    points = atlas.run(OSCILLATOR, tmp_path / "both", set=changes, progress=False).points
+    assert points.rows == 6
+    with pytest.raises(ValueError, match="direction='up'"):
+        points.on_grid("point_id")
+    with pytest.raises(ValueError, match="no point was reached"):
+        points.on_grid("point_id", direction="sideways")
+    for direction in ["up", "down"]:
+        own = [row for row in points.to_dicts() if row["direction"] == direction]
+        known = [row["point_id"] for row in sorted(own, key=lambda row: row["speed"])]
+        np.testing.assert_array_equal(points.on_grid("point_id", direction).ravel(), known)
+
+
 def test_units_are_read_by_pint(results):
     pint = pytest.importorskip("pint")
     quantities = {name: results.points.quantity(name) for name, unit in results.points.units.items() if unit}

@@ -147,3 +147,46 @@ impl Observer for Cycles<'_> {
         self.sums[5] += 1.0;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{InitialState, fixtures};
+    use crate::propagate::{Counters, Kernel, Volterra};
+    use crate::shaft::StructureContact;
+
+    /// A preloaded stop of a mode that the flanks do not feel bears a force that is not theirs.
+    #[test]
+    fn the_contact_force_is_that_of_the_flanks() {
+        let mean = |with_stop: bool| {
+            let mut structure =
+                fixtures::structure(&[900.0, 700.0], 0.02, &[1.0, 0.0], &[1.0, 0.0]);
+            if with_stop {
+                structure.contacts = vec![StructureContact::stop(&[0.0, 1.0], -1e-6, 1e8)];
+            }
+            let drive = fixtures::two_level_mesh(1e-5);
+            let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+            let kernel = Volterra::new(&model, f64::EPSILON, 1000);
+            let mut trajectory = model.start(&InitialState::Static);
+            let mut cycles = Cycles::new(&model);
+            kernel
+                .advance(
+                    3,
+                    &mut trajectory,
+                    &mut kernel.workspace(),
+                    &mut cycles,
+                    &mut Counters::default(),
+                )
+                .unwrap();
+            let sums = cycles.close();
+            [2, 3].map(|index| sums[index])
+        };
+        let (alone, beside) = (mean(false), mean(true));
+        for (alone, beside) in alone.into_iter().zip(beside) {
+            assert!(
+                alone > 1.0 && (beside / alone - 1.0).abs() < 1e-9,
+                "{beside} {alone}"
+            );
+        }
+    }
+}

@@ -434,3 +434,28 @@ fn window_integrals(omega: f64, tau: f64, out: &mut [Complex64; TERMS]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wave of half the mesh frequency keeps its amplitude where windows are joined to bound the memory.
+    #[test]
+    fn sub_orders_of_long_records_keep_their_amplitude() {
+        let period = 0.01;
+        let amplitude = 3e-6;
+        let mut suborders = Suborders::new();
+        // ∫ A cos(ωt) e^{−iωt} over a cycle, at its own frequency alone.
+        let one = Complex64::from(0.5 * amplitude * period);
+        let mut window = [Complex64::ZERO; SUBORDERS];
+        window[0] = one;
+        for cycles in [SUBORDER_WINDOW * 100, SUBORDER_WINDOW * 9000] {
+            for _ in 0..cycles {
+                suborders.add(&[Complex64::ONE; SUBORDERS], &window);
+                suborders.advance(period);
+            }
+            let [values, _] = suborders.of_windows(|_| 0.0);
+            assert!((values[0] / amplitude - 1.0).abs() < 1e-12, "{values:?}");
+        }
+    }
+}

@@ -106,7 +106,46 @@ pub fn of<K: Kernel>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::orbits::shooting::shoot;
+    use crate::model::{InitialState, OperatingPoint, fixtures};
+    use crate::propagate::Volterra;
+    use crate::shaft::StructureContact;
     use num_complex::c64;
+
+    /// A stop that the orbit nearly reaches is as near as it is, however far the flanks are.
+    #[test]
+    fn the_margin_is_that_of_any_contact() {
+        let drive = fixtures::two_level_mesh(1e-5);
+        let point = OperatingPoint {
+            load: 2.0,
+            speed: 300.0,
+        };
+        let of_stop = |gap: Option<f64>| {
+            let mut structure = fixtures::structure(&[900.0], 0.05, &[1.0], &[1.0]);
+            let stop = gap.map(|gap| StructureContact::stop(&[1.0], gap, 1e8));
+            structure.contacts = stop.into_iter().collect();
+            let model = Model::new(&structure, &drive, point).unwrap();
+            let kernel = Volterra::new(&model, f64::EPSILON, 1000);
+            let (norm, mut workspace) = (EnergyNorm::new(&model), kernel.workspace());
+            let mut start = model.start(&InitialState::Static);
+            let mut counters = Counters::default();
+            (kernel.advance(300, &mut start, &mut workspace, &mut (), &mut counters)).unwrap();
+            let orbit = shoot(&model, &kernel, &norm, &start, 1, &mut workspace)
+                .unwrap()
+                .unwrap();
+            let (_, character) = of(&model, &kernel, &norm, &orbit, &mut workspace).unwrap();
+            let mut watch = Watch::new(&model);
+            let mut state = orbit.start.clone();
+            (kernel.advance(1, &mut state, &mut workspace, &mut watch, &mut counters)).unwrap();
+            (character, watch.motion().largest)
+        };
+        let (alone, largest) = of_stop(None);
+        let (beside, _) = of_stop(Some(largest + 1e-8));
+        assert!(alone.grazing_margin.unwrap() > 0.1, "{alone:?}");
+        let margin = beside.grazing_margin.unwrap();
+        assert!((margin - 1e-3).abs() < 1e-9, "{margin}");
+        assert!((beside.deflection_pp / alone.deflection_pp - 1.0).abs() < 1e-9);
+    }
 
     #[test]
     fn only_a_multiplier_near_the_circle_or_outside_is_said_to_cross_it() {

@@ -140,7 +140,9 @@ pub fn joint_stretches(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::fixtures;
+    use crate::model::{TrajectoryState, fixtures};
+    use crate::propagate::{Counters, Kernel, Volterra};
+    use crate::shaft::StructureContact;
 
     /// A stretch ends where any contact changes its segment, and has the segments that hold there.
     #[test]
@@ -154,5 +156,37 @@ mod tests {
         assert_eq!(ends, [0.6, 1.0]);
         assert_eq!(found[0].segments, [0, 0]);
         assert_eq!(found[1].segments, [1, 1]);
+    }
+
+    /// Stops side by side turn as fast as one that is as stiff as all of them: windows of theirs agree with shorter ones.
+    #[test]
+    fn windows_are_as_short_as_all_closed_contacts_ask_for() {
+        let count = 12;
+        let mut structure = fixtures::structure(&[1000.0], 0.02, &[1.0], &[1.0]);
+        let stop = |i: usize| {
+            let gap = 1e-5 + 1e-8 * i as f64;
+            StructureContact::stop(&[1.0], gap, 1.4e9 / count as f64)
+        };
+        structure.contacts = (0..count).map(stop).collect();
+        // The flanks are never met.
+        let drive = fixtures::constant_mesh(5e-3, 1e4);
+        let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+        let end = |tolerance: f64| {
+            let kernel = Volterra::new(&model, tolerance, 1000);
+            let mut trajectory = TrajectoryState::new(&model, vec![1.05e-5, 0.0], 0);
+            let mut counters = Counters::default();
+            (kernel.advance(
+                1,
+                &mut trajectory,
+                &mut kernel.workspace(),
+                &mut (),
+                &mut counters,
+            ))
+            .unwrap();
+            trajectory.state
+        };
+        let (own, exact) = (end(f64::EPSILON), end(1e-24));
+        let off = (own[0] - exact[0]).abs() / 1e-5;
+        assert!(off < 1e-12, "{off:e}");
     }
 }

@@ -270,6 +270,20 @@ mod tests {
         assert_eq!(scale.shown(0.0), None);
         assert_eq!(scale.axis([0.0, 20.0]).label, "rms [dB re 1 µm]");
         assert_eq!(scale.floor(20.0), Some(20.0 - 180.0));
+        // A bar holds its value; that of one which may be nothing has no lower end.
+        let double = 20.0 * 2.0_f64.log10();
+        for value in [3e-5, -3e-5] {
+            let found = scale.bar(value, 1e-5);
+            assert!((found[0] - (20.0 + double)).abs() < 1e-12, "{found:?}");
+            assert!(
+                (found[1] - (20.0 + 2.0 * double)).abs() < 1e-12,
+                "{found:?}"
+            );
+        }
+        let [low, high] = scale.bar(1e-6, 9e-6);
+        assert!(low.is_nan() && (high - 20.0).abs() < 1e-12, "{low} {high}");
+        let plain = Scale::new("rms", "m", &Display::default()).unwrap();
+        assert_eq!(plain.bar(1.0, 2.0), [-1.0, 3.0]);
         let power = Display {
             decibels: Some("1e-3".parse().unwrap()),
             ..Display::default()

@@ -200,3 +200,17 @@ fn contact(canvas: &mut Canvas, panel: &Panel, recording: &Recording, rows: usiz
         1.0,
     );
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn with_both_flanks_closed_each_is() {
+        let rows = |contact: &str| STATES.map(|(state, _)| has(contact, state));
+        assert_eq!(rows("both"), [true, false, true]);
+        assert_eq!(rows("coast"), [true, false, false]);
+        assert_eq!(rows("free"), [false, true, false]);
+        assert_eq!(rows("drive"), [false, false, true]);
+    }
+}
