@@ -181,8 +181,9 @@ impl Flanks {
     }
 
     /// The spur pair that has the teeth and the curvature of the normal section. Its path of contact
-    /// is that of these flanks with all lengths over cos β_b, as radii of curvature are; its bodies have
-    /// their ratios of root to bore, and as many teeth as is nearest to the number of virtual teeth.
+    /// is that of these flanks with all lengths over cos β_b, as radii of curvature are: with the base radius
+    /// `r_b/(cos β_b cos β)` of the virtual teeth it has the operating pressure angle `tan α = tan α_w cos β`. Its bodies
+    /// have their ratios of root to bore, and as many teeth as is nearest to the number of virtual teeth.
     fn in_normal_section(&self) -> Result<Self, GearError> {
         let pair = &self.pair;
         let cos = self.base_helix_angle.cos();
@@ -200,7 +201,7 @@ impl Flanks {
             Tooth::cut(&section, index, counts[index], radius + addendum)
         };
         let teeth = [tooth(0)?, tooth(1)?];
-        let pressure_angle = (self.pressure_angle.sin() * cos).asin();
+        let pressure_angle = (self.pressure_angle.tan() * pair.helix_angle.cos()).atan();
         let radius = |index: usize| teeth[index].base_radius / pressure_angle.cos();
         let operating_pitch_radii = [radius(0), radius(1)];
         let bore = |index: usize| {
