@@ -175,6 +175,9 @@ fn what_pairs_do_not_take_is_said() {
         let said = format!("{:?}", error.unwrap_err());
         assert!(said.contains(key), "{key}: {said}");
     }
+    // A misalignment of 0 is none.
+    let straight = manifest(&format!("{pairs}\nmisalignment = 0"), "");
+    assert!(manifest::parse(&straight, "m.toml", Path::new("")).is_ok());
     let tables = manifest(&format!("{pairs}\ncoast_flank = \"same_line\""), "")
         .replace("kernel = \"volterra\"", "kernel = \"dyadic\"")
         .replace("tolerance = \"roundoff\"", "");

@@ -51,8 +51,9 @@ pub(super) fn read(
     let gears = drive.gears;
     let half_gap = backlash::read(section, issues, drive);
     let choice = section.choice(issues, "stiffness");
+    let misalignment = section.quantity_or_default(issues, "misalignment");
     let stiffness = if wants_gears(section) {
-        table(section, issues, gears)
+        table(section, issues, gears, misalignment)
     } else {
         section.without_effect(
             issues,
@@ -70,7 +71,6 @@ pub(super) fn read(
     };
     let friction = friction::read(section, issues, drive);
     let damping = contact_damping(section, issues);
-    let misalignment = section.quantity_or_default(issues, "misalignment");
     let coast = coast::read(section, issues, drive, stiffness.as_ref());
     let release = section.choice_or_default(issues, "release");
     let (half_gap, stiffness) = (half_gap?, stiffness?);
@@ -94,6 +94,7 @@ fn table(
     section: &Section,
     issues: &mut Issues,
     gears: Option<&GearPair>,
+    misalignment: Option<f64>,
 ) -> Option<StiffnessSpec> {
     section.without_effect(
         issues,
@@ -123,7 +124,7 @@ fn table(
         _ => Contact::Linear,
     };
     let face = face(section, issues, gears);
-    let pairs = pairs(section, issues, gears)?;
+    let pairs = pairs(section, issues, gears, misalignment)?;
     // A fault in the drawing itself has been reported there.
     let gears = gears?;
     if let Err(error) = Flanks::new(gears) {
@@ -177,7 +178,12 @@ fn face(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Opt
 
 /// Slices of the face where every pair is a spring of its own; an inner none where it is not, an outer one
 /// where a key has faults.
-fn pairs(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Option<Option<u32>> {
+fn pairs(
+    section: &Section,
+    issues: &mut Issues,
+    gears: Option<&GearPair>,
+    misalignment: Option<f64>,
+) -> Option<Option<u32>> {
     let resolution = section.choice_or_default(issues, "resolution");
     let slices = section.integer_or_default(issues, "slices");
     if resolution? != "pairs" {
@@ -209,9 +215,9 @@ fn pairs(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Op
         return None;
     }
     let slices = u32::try_from(slices?).ok()?;
-    let slope = |pair: &GearPair| pair.form.lead.iter().any(|lead| lead.slope != 0.0);
-    let across = gears.is_some_and(|pair| pair.form.has_curved_lead() || slope(pair));
-    if slices == 1 && (across || section.has("misalignment")) {
+    let across = gears.is_some_and(|pair| pair.form.has_modified_lead());
+    let askew = misalignment.is_some_and(|angle| angle != 0.0);
+    if slices == 1 && (across || askew) {
         let key = if across { "resolution" } else { "misalignment" };
         issues.push(
             Diagnostic::new(
