@@ -11,7 +11,7 @@ use crate::manifest::spec::{
     CycleDivision, DampingSpec, MeshSpec, MeshTableSpec, StiffnessSpec, TwoLevels,
 };
 use crate::manifest::tree::Value;
-use crate::model::Release;
+use crate::model::{MOST_CONTACTS, Release};
 use crate::units::{self, Dimension};
 use std::sync::Arc;
 
@@ -127,18 +127,24 @@ fn table(
     let pairs = pairs(section, issues, gears, misalignment)?;
     // A fault in the drawing itself has been reported there.
     let gears = gears?;
-    if let Err(error) = Flanks::new(gears) {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::OutOfRange,
-                section.span_of("stiffness"),
-                "gear",
-                format!("the gears of [gear] have no mesh table: {error}"),
-            )
-            .label("computed from [gear]")
-            .accepted("a pair of gears that meshes, or stiffness = \"piecewise\""),
-        );
-        return None;
+    let flanks = match Flanks::new(gears) {
+        Ok(flanks) => flanks,
+        Err(error) => {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::OutOfRange,
+                    section.span_of("stiffness"),
+                    "gear",
+                    format!("the gears of [gear] have no mesh table: {error}"),
+                )
+                .label("computed from [gear]")
+                .accepted("a pair of gears that meshes, or stiffness = \"piecewise\""),
+            );
+            return None;
+        }
+    };
+    if let Some(slices) = pairs {
+        check_springs(section, issues, &flanks, slices as usize)?;
     }
     Some(StiffnessSpec::Table(Arc::new(MeshTableSpec {
         gears: gears.clone(),
@@ -232,6 +238,36 @@ fn pairs(
         return None;
     }
     Some(Some(slices))
+}
+
+/// The springs of all slices, of both flanks of all pairs at once, have room beside each other.
+fn check_springs(
+    section: &Section,
+    issues: &mut Issues,
+    flanks: &Flanks,
+    slices: usize,
+) -> Option<()> {
+    let [first, last] = flanks.reach();
+    let pairs = ((last - first) / flanks.path().base_pitch) as usize + 1;
+    let room = MOST_CONTACTS / (2 * pairs);
+    if slices <= room {
+        return Some(());
+    }
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::OutOfRange,
+            section.span_of("slices"),
+            &section.path_of("slices"),
+            format!(
+                "{slices} slices of both flanks of {pairs} pairs in contact, tip edges included, are {} springs, \
+                 more than {MOST_CONTACTS}",
+                2 * pairs * slices
+            ),
+        )
+        .label(format!("at most {room} with these gears"))
+        .accepted(format!("a whole number from 1 to {room}")),
+    );
+    None
 }
 
 fn constant(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {

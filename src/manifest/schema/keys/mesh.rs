@@ -95,10 +95,11 @@ pub(super) const KEYS: &[Key] = &[
                 spring across a gap of its own, relief included, so that stiffness, load centroid and friction follow \
                 the force of every instant, from the first touch on. Takes loads of 0 too, and needs run.kernel = \
                 \"volterra\" or \"stepping\"."),
-    integer("mesh.slices", 1.0, 8.0, "4").or("1")
+    integer("mesh.slices", 1.0, 4.0, "4").or("1")
         .about("Slices of the face, each of which has springs of its own, with resolution = \"pairs\". More than one \
                 where the flanks are misaligned or the shafts tilt, which the slices follow at every instant. Of both \
-                flanks and all pairs there is room for 16 springs."),
+                flanks and all pairs there is room for 16 springs: of 4 slices where two pairs are in contact at most, \
+                tip edges included, and of 2 where three are."),
     key("mesh.contact_damping", Kind::ContactDamping, BELOW_ONE, "0.05")
         .about("Viscous damping in contact. A bare number or a percentage is the damping ratio `c / (2 sqrt(k m))` \
                 with the mean stiffness and the mass that the mesh feels of the rigid rotations; a text such as \
