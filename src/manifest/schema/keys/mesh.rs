@@ -61,7 +61,7 @@ pub(super) const KEYS: &[Key] = &[
     choice("mesh.friction_law", &["constant", "schlenk"], r#""schlenk""#).or(r#""constant""#)
         .about("Where the coefficient of friction comes from. `constant`: `friction`. `schlenk`: the mean coefficient \
                 of ISO/TR 14179-2, 0.048 (w/(v rho))^0.2 eta^-0.05 Ra^0.25 X_L, at the mean load and the speed of each \
-                point and constant over the mesh cycle; it needs the drawing of a spur pair. Line loads below 150 N/mm \
+                point and constant over the mesh cycle; it needs the drawing of a pair on parallel axes. Line loads below 150 N/mm \
                 count as that, speeds above 50 m/s as that. The column friction_coefficient has what it gives."),
     quantity("mesh.roughness", Length, bounds(1e-8, false, 2e-5, false), r#""0.5 um""#)
         .otherwise("none; required with friction_law = \"schlenk\"")
