@@ -21,7 +21,8 @@ pub(super) const KEYS: &[Key] = &[
                 within this distance of the middle of the gap. Must agree with the drawing where that states \
                 the backlash."),
     quantity("mesh.normal_backlash", Length, POSITIVE, r#""30 um""#).otherwise(BACKLASH)
-        .about("Backlash along the line of action: twice the half gap. Instead of `half_gap`."),
+        .about("Backlash normal to the flanks. Along the transverse line of action it is 1/cos beta_b as much, twice \
+                the half gap. Instead of `half_gap`."),
     quantity("mesh.circumferential_backlash", Length, POSITIVE, r#""32 um""#).otherwise(BACKLASH)
         .about("Backlash along the operating pitch circle, which needs [gear]. Instead of `half_gap`."),
     choice("mesh.stiffness", &["table", "piecewise", "continuous", "fourier", "constant"], r#""piecewise""#)
