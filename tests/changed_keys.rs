@@ -10,6 +10,7 @@ mod results;
 use place::{OSCILLATOR, Place, status, stderr, stdout};
 use results::assert_same;
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 
 const TABLES: [&str; 2] = ["points.parquet", "poincare.parquet"];
 
@@ -145,6 +146,15 @@ fn tables_are_built_of_what_was_set() {
     assert!(!set.is_empty());
     assert_eq!(set, files(&format!("- {wide} < m.toml")));
     assert_ne!(set, files("- < m.toml"));
+    // Tables of torques that are not the points' have the laws that the manifest has.
+    let tables = ["coupled", "independent"].map(|face| {
+        ["load_dependent", "linear"].map(|contact| {
+            let laws = format!("--set mesh.face={face} --set mesh.contact={contact}");
+            files(&format!("m.toml {laws} --torque \"40 N m\""))
+        })
+    });
+    let different: BTreeSet<_> = tables.as_flattened().iter().collect();
+    assert_eq!(different.len(), 4, "{tables:?}");
 }
 
 #[test]

@@ -187,6 +187,28 @@ fn undercut_begins_where_the_straight_flank_of_the_rack_says() {
     }
 }
 
+/// Teeth of a helix that the drawing leaves a narrow tip may stand where the virtual teeth of their normal section
+/// have come to a point: those end before, and the loads on them.
+#[test]
+fn virtual_teeth_may_come_to_a_point() {
+    let mut gears = pair(18.0);
+    gears.teeth = [12, 54];
+    gears.form.profile_shift = [0.96, -0.54];
+    gears.form.bore = [Some(20e-3), Some(100e-3)];
+    let law = Flanks::new(&gears).unwrap();
+    let end = law.path().end;
+    let [tip, before] = [end, end - 0.4e-3].map(|s| law.compliance(s).tooth[0]);
+    assert!(before < tip && tip < 1.3 * before, "{before:e} {tip:e}");
+    let [tip, before] = [end, end - 0.4e-3].map(|s| law.contact(s, 1e5)[0]);
+    assert!(tip > 0.5 * before && tip < before, "{before:e} {tip:e}");
+    let inputs = MeshTableInputs {
+        contact: Contact::Secant,
+        ..MeshTableInputs::of_gears(&gears)
+    };
+    let mean = table(&law, &inputs).mean_stiffness() / gears.face_width;
+    assert!((1e10..2e10).contains(&mean), "{mean:e}");
+}
+
 /// The law of the pair and what stands on it tend to those of spur gears with the square of β.
 #[test]
 fn gears_that_are_hardly_inclined_are_spur_gears() {

@@ -4,8 +4,8 @@
 
 use atlas::gear::{BasicRack, Material, Relief, ToothForm};
 use atlas::manifest::{
-    self, CoastSpec, DampingSpec, DiagnosticKind, Job, ManifestErrors, PointSpec, StiffnessSpec,
-    StructureSource,
+    self, CoastSpec, DampingSpec, DiagnosticKind, FrictionSpec, Job, ManifestErrors, PointSpec,
+    StiffnessSpec, StructureSource,
 };
 use atlas::model::{DriveShaft, InitialState, MeshHarmonic, Release};
 use atlas::propagate::KernelChoice;
@@ -138,6 +138,24 @@ fn a_modal_file_is_the_structure() {
         job.points.at(0).mesh.stiffness,
         StiffnessSpec::Constant(4e8)
     );
+}
+
+/// A modal file has no drawing; the law of friction brings it in, and nothing else does.
+#[test]
+fn the_law_of_friction_has_its_drawing_beside_a_modal_file() {
+    let quickstart = include_str!("../manifests/quickstart.toml");
+    let (_, gear) = quickstart.split_once("\n[gear]").unwrap();
+    let (gear, _) = gear.split_once("\n[shafts]").unwrap();
+    let law = "friction_law = \"schlenk\"\nroughness = \"0.5 um\"\noil_viscosity = \"20 mPa*s\"";
+    let rubbing = with(MODAL, "[mesh]", &format!("[mesh]\n{law}"));
+    let drawn = |text: &str| with(text, "[mesh]", &format!("[gear]{gear}\n[mesh]"));
+    let FrictionSpec::Mean { gears, .. } = &job(&drawn(&rubbing)).points.at(0).mesh.friction else {
+        panic!("a constant coefficient");
+    };
+    assert_eq!(gears.teeth, [20, 30]);
+    let said = parse(&rubbing).unwrap_err().to_string();
+    assert!(said.contains("pair on parallel axes"), "{said}");
+    assert!(parse(&drawn(MODAL)).is_err());
 }
 
 #[test]

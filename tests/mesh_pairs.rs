@@ -175,6 +175,9 @@ fn what_pairs_do_not_take_is_said() {
         let said = format!("{:?}", error.unwrap_err());
         assert!(said.contains(key), "{key}: {said}");
     }
+    // A misalignment of 0 is none.
+    let straight = manifest(&format!("{pairs}\nmisalignment = 0"), "");
+    assert!(manifest::parse(&straight, "m.toml", Path::new("")).is_ok());
     let tables = manifest(&format!("{pairs}\ncoast_flank = \"same_line\""), "")
         .replace("kernel = \"volterra\"", "kernel = \"dyadic\"")
         .replace("tolerance = \"roundoff\"", "");
@@ -183,6 +186,25 @@ fn what_pairs_do_not_take_is_said() {
         manifest::parse(&tables, "m.toml", Path::new("")).unwrap_err()
     );
     assert!(said.contains("springs of their own"), "{said}");
+}
+
+/// Sixteen springs are as many as there may be, and as many as there are with four slices of two pairs.
+#[test]
+fn slices_have_room_beside_each_other() {
+    let pairs = "stiffness = \"continuous\"\nresolution = \"pairs\"";
+    let text = |slices: u32| manifest(&format!("{pairs}\nslices = {slices}"), "");
+    // Of more and longer teeth three pairs touch at once.
+    let many = |slices: u32| {
+        (text(slices).replace("teeth = [20, 30]", "teeth = [62, 62]"))
+            .replace("module = \"4 mm\"", "module = \"2 mm\"")
+    };
+    let parse = |text: &str| manifest::parse(text, "m.toml", Path::new(""));
+    model(&text(4), 1200.0, 0.3);
+    model(&many(2), 1200.0, 0.3);
+    for (text, words) in [(text(5), "at most 4"), (many(3), "18 springs")] {
+        let said = format!("{}", parse(&text).unwrap_err());
+        assert!(said.contains(words), "{said}");
+    }
 }
 
 /// Springs on several lines cannot share a residual flexibility; on one slice they do.

@@ -113,6 +113,29 @@ fn segments_converge_to_the_course() {
     }
 }
 
+/// Pieces have the mean of the load centroid, and are short wherever that moves.
+#[test]
+fn pieces_are_short_where_the_load_wanders() {
+    let parts = common::parts();
+    let longest = |drawing: &str| {
+        let drawing = format!("{drawing}\nrated_torque = ");
+        let edits = [
+            COURSE[0],
+            COURSE[1],
+            FRICTIONLESS,
+            ("rated_torque = ", &drawing),
+        ];
+        let model = model(&parts, &job(&edits), 0.3, 1200.0);
+        let segments = &model.contacts[0].cycles[0].segments;
+        let lengths = segments.iter().map(|segment| segment.end - segment.start);
+        lengths.fold(0.0, f64::max)
+    };
+    assert!(longest("") > 1.0 / 24.0 + 1e-9);
+    for drawing in ["helix_angle = \"10 deg\"", "lead_slope = \"1 um\""] {
+        assert!(longest(drawing) < 1.0 / 24.0 + 1e-9, "{drawing}");
+    }
+}
+
 const RELIEVED: (&str, &str) = (
     "rated_torque = ",
     "tip_relief = { amount = \"10 um\", length = \"2 mm\" }\nrated_torque = ",

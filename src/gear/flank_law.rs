@@ -231,10 +231,17 @@ impl FlankLaw for Flanks {
         [approach, approach / line_load - slope]
     }
 
-    /// Where reliefs begin, and the ends of the path.
+    /// Where reliefs begin, the ends of the path, and where virtual teeth end before it.
     fn kinks(&self) -> Vec<f64> {
-        let path = self.path();
-        [self.relief_starts(), vec![path.start, path.end]].concat()
+        let (path, cos) = (self.path(), self.base_helix_angle.cos());
+        let mut kinks = [self.relief_starts(), vec![path.start, path.end]].concat();
+        if let Some(section) = &self.normal_section {
+            let own = section.path();
+            let ends = [(own.start, path.start), (own.end, path.end)].into_iter();
+            let early = ends.filter(|(own, end)| *own != end / cos);
+            kinks.extend(early.map(|(own, _)| own * cos));
+        }
+        kinks
     }
 }
 

@@ -21,6 +21,9 @@ const TIP_GAP: f64 = 0.03;
 /// Part of a flank by which points may lie beyond its ends: what rounding of a drawing's lengths makes.
 const ON_FLANK: f64 = 1e-3;
 
+/// Part of the roll angle at which the flanks of a virtual tooth meet up to which it has a thickness to bear with.
+const LAST_ROLL: f64 = 0.99;
+
 /// Most pairs in contact at once, those off the path included: a little less than three.
 const MOST_RATIO: f64 = 2.99;
 
@@ -181,8 +184,11 @@ impl Flanks {
     }
 
     /// The spur pair that has the teeth and the curvature of the normal section. Its path of contact
-    /// is that of these flanks with all lengths over cos β_b, as radii of curvature are; its bodies have
-    /// their ratios of root to bore, and as many teeth as is nearest to the number of virtual teeth.
+    /// is that of these flanks with all lengths over cos β_b, as radii of curvature are: with the base radius
+    /// `r_b/(cos β_b cos β)` of the virtual teeth it has the operating pressure angle `tan α = tan α_w cos β`. Its bodies
+    /// have their ratios of root to bore, and as many teeth as is nearest to the number of virtual teeth.
+    /// Virtual teeth come to a point a little below those of a helix, whose angle grows outwards: they end, and
+    /// with them the places of loads, before that.
     fn in_normal_section(&self) -> Result<Self, GearError> {
         let pair = &self.pair;
         let cos = self.base_helix_angle.cos();
@@ -193,14 +199,18 @@ impl Flanks {
         section.form.thinning = pair.form.thinning.map(|part| part * pair.helix_angle.cos());
         let counts = pair.virtual_teeth();
         section.teeth = counts.map(|count| count.round() as u32);
+        let last_roll =
+            [0, 1].map(|index| LAST_ROLL * Tooth::pointed_roll(&section, index, counts[index]));
         let tooth = |index: usize| {
             let own = &self.teeth[index];
             let radius = 0.5 * pair.module * counts[index];
             let addendum = own.tip_radius - own.reference_radius;
-            Tooth::cut(&section, index, counts[index], radius + addendum)
+            let last = radius * section.pressure_angle.cos() * last_roll[index].hypot(1.0);
+            Tooth::cut(&section, index, counts[index], last.min(radius + addendum))
         };
         let teeth = [tooth(0)?, tooth(1)?];
-        let pressure_angle = (self.pressure_angle.sin() * cos).asin();
+        let tangent = self.pressure_angle.tan() * pair.helix_angle.cos();
+        let pressure_angle = tangent.atan();
         let radius = |index: usize| teeth[index].base_radius / pressure_angle.cos();
         let operating_pitch_radii = [radius(0), radius(1)];
         let bore = |index: usize| {
@@ -217,8 +227,8 @@ impl Flanks {
             bores: [bore(0), bore(1)],
             path: PathOfContact {
                 base_pitch: self.path.base_pitch / cos,
-                start: self.path.start / cos,
-                end: self.path.end / cos,
+                start: (self.path.start / cos).max(teeth[1].base_radius * (tangent - last_roll[1])),
+                end: (self.path.end / cos).min(teeth[0].base_radius * (last_roll[0] - tangent)),
                 pitch_point: self.path.pitch_point / cos,
             },
             reach: self.reach.map(|end| end / cos),

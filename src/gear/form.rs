@@ -52,6 +52,11 @@ pub struct ToothForm {
 }
 
 impl ToothForm {
+    /// Whether the flanks lack anything along the lead.
+    pub fn has_modified_lead(&self) -> bool {
+        self.has_curved_lead() || self.lead.iter().any(|lead| lead.slope != 0.0)
+    }
+
     /// Whether what the flanks lack is no straight line along the lead.
     pub fn has_curved_lead(&self) -> bool {
         self.lead.iter().any(|lead| lead.crowning != 0.0)

@@ -14,7 +14,7 @@
 //!
 //! Litvin & Fuentes, Gear Geometry and Applied Theory, 2nd ed. 2004, chapter 6.
 
-use super::{BasicRack, GearError, GearPair, involute};
+use super::{BasicRack, GearError, GearPair, inverse_involute, involute};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// One tooth of one gear: radii \[m\], angles \[rad\].
@@ -111,9 +111,7 @@ impl Tooth {
         let (sin, cos) = angle.sin_cos();
         let reference_radius = 0.5 * module * teeth;
         let base_radius = reference_radius * cos;
-        let shift = pair.form.profile_shift[index]
-            - pair.form.thinning[index] / (2.0 * module * angle.tan());
-
+        let shift = generating_shift(pair, index);
         let fillet = Fillet {
             depth: module * (rack.dedendum - rack.tip_radius - shift),
             offset: module * (FRAC_PI_2 - land(rack, angle)),
@@ -145,14 +143,14 @@ impl Tooth {
             form_radius,
             form_roll,
             tip_roll: ((tip_radius / base_radius).powi(2) - 1.0).sqrt(),
-            base_half_angle: (FRAC_PI_2 + 2.0 * shift * sin / cos) / teeth + involute(angle),
+            base_half_angle: base_half_angle(pair, index, teeth),
             root_half_angle: fillet.offset / reference_radius,
             generating_shift: shift,
             fillet,
         };
         let tip_thickness = tooth.thickness(tip_radius);
         if tip_thickness <= 0.0 {
-            let roll = super::inverse_involute(tooth.base_half_angle).tan();
+            let roll = Self::pointed_roll(pair, index, teeth);
             return Err(GearError::PointedTip {
                 gear,
                 tip_diameter: 2.0 * tip_radius,
@@ -160,6 +158,11 @@ impl Tooth {
             });
         }
         Ok(tooth)
+    }
+
+    /// Roll angle at which the flanks of such a tooth meet.
+    pub(super) fn pointed_roll(pair: &GearPair, index: usize, teeth: f64) -> f64 {
+        inverse_involute(base_half_angle(pair, index, teeth)).tan()
     }
 
     /// Tip radius of gear `index` (0 = pinion) of a pair \[m\]: as given, else with the addendum
@@ -233,6 +236,19 @@ impl Tooth {
     pub fn fillet_range(&self) -> [f64; 2] {
         [self.fillet.start, FRAC_PI_2]
     }
+}
+
+/// Profile shift at which the rack cuts, thinning included, in modules.
+fn generating_shift(pair: &GearPair, index: usize) -> f64 {
+    let thinning = pair.form.thinning[index] / (2.0 * pair.module * pair.pressure_angle.tan());
+    pair.form.profile_shift[index] - thinning
+}
+
+/// Half the angle of a tooth on the base circle \[rad\], of so many teeth.
+fn base_half_angle(pair: &GearPair, index: usize, teeth: f64) -> f64 {
+    let (sin, cos) = pair.pressure_angle.sin_cos();
+    (FRAC_PI_2 + 2.0 * generating_shift(pair, index) * sin / cos) / teeth
+        + involute(pair.pressure_angle)
 }
 
 /// Half the land of a rack's tip, between the centres of its corners, in modules.

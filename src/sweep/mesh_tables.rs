@@ -3,9 +3,9 @@
 use super::mesh_divisions::{divisions, spring_divisions};
 use super::near::Near;
 use crate::gear::{
-    Contact, Face, Flanks, GearError, MeshSprings, MeshTable, MeshTableCycle, MeshTableError,
-    MeshTableInputs, MisalignmentEnding, MisalignmentReport, MisalignmentSearch, NODES,
-    SecantContact, TiltCompliance, loaded_misalignment,
+    Contact, Face, Flanks, GearError, GearPair, MeshSprings, MeshTable, MeshTableCycle,
+    MeshTableError, MeshTableInputs, MisalignmentEnding, MisalignmentReport, MisalignmentSearch,
+    NODES, SecantContact, TiltCompliance, loaded_misalignment,
 };
 use crate::manifest::{CoastSpec, CycleDivision, MeshTableSpec, PointSpec};
 use crate::model::{Division, MeshHarmonic};
@@ -183,7 +183,7 @@ impl MeshTables {
                 (report.misalignment().unwrap_or(unloaded), Some(report))
             }
         };
-        let turning = point.mesh.friction.acts() || misalignment != 0.0;
+        let turning = point.mesh.friction.acts() || wanders(&spec.gears, misalignment);
         let resolution = match spec.division {
             CycleDivision::Segments(_) | CycleDivision::Pairs { .. } => MEANS,
             CycleDivision::Continuous => Resolution {
@@ -297,6 +297,12 @@ impl MeshTables {
             Some(near) => near.get(key.clone(), far),
         }
     }
+}
+
+/// Whether the load centroid may leave mid-face, and be elsewhere at another phase: under misalignment, on leads
+/// that are no more what they were cut, and on helical gears, whose lines of contact cross the face.
+fn wanders(gears: &GearPair, misalignment: f64) -> bool {
+    misalignment != 0.0 || gears.helix_angle != 0.0 || gears.form.has_modified_lead()
 }
 
 /// Whether coast flanks that are the image of the drive flanks bear the mean load.

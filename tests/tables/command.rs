@@ -194,6 +194,8 @@ fn the_gears_of_a_manifest_have_a_table() {
     let shown: Value =
         serde_json::from_str(&printed(folder, &["table", "show", file, "--json"])).unwrap();
     assert_eq!(shown["inputs"]["table"]["misalignment"], json!([0.0, 2e-4]));
+    // What a manifest has that says nothing of it.
+    assert_eq!(shown["inputs"]["table"]["contact"], "Secant");
     assert_eq!(shown["arrays"][4]["name"], "stiffness");
     // A steel spur pair: 10 to 20 N/(mm µm) (ISO 6336-1).
     let width = shown["inputs"]["gears"]["face_width"].as_f64().unwrap();

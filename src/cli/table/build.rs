@@ -14,7 +14,7 @@ use super::{NO_ACCESS, TablesFolder};
 use crate::cli::manifest_args::ManifestArgs;
 use crate::cli::threads::Threads;
 use crate::cli::{BAD_INPUT, answer, fail, line, start_threads, warn, with_causes};
-use crate::gear::{GearPair, MeshTableInputs};
+use crate::gear::{Contact, FaceLaw, GearPair, MeshTableInputs};
 use crate::manifest::{Job, StiffnessSpec, Variant};
 use crate::store::{FetchedMesh, Origin};
 use crate::sweep::{Parts, Share};
@@ -80,8 +80,8 @@ pub fn run(args: &BuildArgs) -> ExitCode {
         return fail(NO_ACCESS, &with_causes(&error));
     }
     let mut tables = Vec::new();
-    for gears in &drawings {
-        let fetched = match fetch(args, gears) {
+    for drawing in &drawings {
+        let fetched = match fetch(args, drawing) {
             Ok(fetched) => fetched,
             Err(message) => return fail(BAD_INPUT, &message),
         };
@@ -96,18 +96,45 @@ pub fn run(args: &BuildArgs) -> ExitCode {
     report(args, &tables)
 }
 
-/// The different pairs of gears of a job, their bores those of the shafts.
-fn drawings(job: &Job) -> Vec<GearPair> {
+/// A pair of gears, how its flanks flatten and how its face bears.
+#[derive(Debug, PartialEq)]
+struct Drawing {
+    gears: GearPair,
+    contact: Contact,
+    face: FaceLaw,
+}
+
+impl Drawing {
+    /// The laws that a manifest has which says nothing of them.
+    fn by_default(gears: GearPair) -> Self {
+        let face = match gears.helix_angle == 0.0 {
+            true => FaceLaw::Coupled,
+            false => FaceLaw::Independent,
+        };
+        Self {
+            gears,
+            contact: Contact::Secant,
+            face,
+        }
+    }
+}
+
+/// The different drawings of a job, their bores those of the shafts.
+fn drawings(job: &Job) -> Vec<Drawing> {
     let mut drawings = Vec::new();
     for variant in job.points.variants() {
-        let gears = match &variant.mesh.stiffness {
-            StiffnessSpec::Table(table) => Some(table.gears.clone()),
-            _ => variant.model.source.gears(),
+        let drawing = match &variant.mesh.stiffness {
+            StiffnessSpec::Table(table) => Some(Drawing {
+                gears: table.gears.clone(),
+                contact: table.contact,
+                face: table.face,
+            }),
+            _ => variant.model.source.gears().map(Drawing::by_default),
         };
-        if let Some(gears) = gears
-            && !drawings.contains(&gears)
+        if let Some(drawing) = drawing
+            && !drawings.contains(&drawing)
         {
-            drawings.push(gears);
+            drawings.push(drawing);
         }
     }
     drawings
@@ -161,8 +188,11 @@ fn report(args: &BuildArgs, files: &[(PathBuf, Origin)]) -> ExitCode {
     answer(&text, ExitCode::SUCCESS)
 }
 
-fn fetch(args: &BuildArgs, gears: &GearPair) -> Result<FetchedMesh, String> {
+fn fetch(args: &BuildArgs, drawing: &Drawing) -> Result<FetchedMesh, String> {
+    let gears = &drawing.gears;
     let mut inputs = MeshTableInputs {
+        contact: drawing.contact,
+        face: drawing.face,
         pattern: args.pattern,
         ..MeshTableInputs::of_gears(gears)
     };

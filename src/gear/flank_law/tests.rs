@@ -145,3 +145,29 @@ fn helical_teeth_yield_as_those_of_their_normal_section() {
         assert!((approach / exact - 1.0).abs() < 1e-14);
     }
 }
+
+/// Radii of curvature in the normal section are those of the transverse one over cos β_b, at profile shifts and centre
+/// distances of any sum.
+#[test]
+fn flanks_are_curved_in_their_normal_section_as_euler_says() {
+    for shift in [[0.0, 0.0], [0.5, 0.5], [0.1, -0.3]] {
+        let form = ToothForm {
+            bore: [Some(30e-3), Some(40e-3)],
+            profile_shift: shift,
+            ..ToothForm::default()
+        };
+        let pair = crate::gear::GearPair {
+            helix_angle: 0.5,
+            ..fixtures::pair([20, 30], form)
+        };
+        let law = Flanks::new(&pair).unwrap();
+        let (section, cos) = (
+            law.normal_section.as_ref().unwrap(),
+            law.base_helix_angle.cos(),
+        );
+        for s in [-2e-3, 0.0, 3e-3] {
+            let found = section.relative_radius(s / cos) * cos / law.relative_radius(s);
+            assert!((found - 1.0).abs() < 1e-13, "{shift:?}, {s}: {found}");
+        }
+    }
+}

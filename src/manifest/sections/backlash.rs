@@ -91,7 +91,7 @@ fn along_line_of_action(
                 format!("`mesh.{key}` needs the operating pressure angle, and there is no [gear]"),
             )
             .label("on which circle?")
-            .remedy("give mesh.normal_backlash, along the line of action"),
+            .remedy("give mesh.normal_backlash, normal to the flanks"),
         );
     }
     None

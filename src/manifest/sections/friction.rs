@@ -4,11 +4,18 @@ use super::backlash::Surroundings;
 use crate::gear::MeanFriction;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
-use crate::manifest::spec::FrictionSpec;
+use crate::manifest::spec::{FrictionSpec, StructureSource};
+use crate::manifest::tree::Value;
 use std::sync::Arc;
 
 /// Keys of the law.
 const OF_LAW: [&str; 3] = ["roughness", "oil_viscosity", "oil_factor"];
+
+/// Whether the friction follows from the drawing of the gears.
+pub(super) fn wants_gears(section: &Section) -> bool {
+    let law = section.entry("friction_law").map(|entry| &entry.node.value);
+    matches!(law, Some(Value::Text(law)) if law == "schlenk")
+}
 
 /// The friction; none where something of it has faults, or the drawing has, which have been reported.
 pub(super) fn read(
@@ -37,15 +44,19 @@ pub(super) fn read(
     let oil_factor = section.quantity_or_default(issues, "oil_factor");
     let Some(gears) = drive.gears else {
         if !drive.faulty_drawing {
+            let remedy = match drive.source {
+                Some(StructureSource::Train(_)) => "give mesh.friction",
+                _ => "describe the gears in [gear], or give mesh.friction",
+            };
             issues.push(
                 Diagnostic::new(
                     DiagnosticKind::Inconsistent,
                     section.span_of("friction_law"),
                     "mesh.friction_law",
-                    "the law of friction needs the drawing of a spur pair".to_owned(),
+                    "the law of friction needs the drawing of a pair on parallel axes".to_owned(),
                 )
                 .label("no drawing")
-                .remedy("describe the gears in [gear], or give mesh.friction"),
+                .remedy(remedy),
             );
         }
         return None;

@@ -11,7 +11,7 @@ use crate::manifest::spec::{
     CycleDivision, DampingSpec, MeshSpec, MeshTableSpec, StiffnessSpec, TwoLevels,
 };
 use crate::manifest::tree::Value;
-use crate::model::Release;
+use crate::model::{MOST_CONTACTS, Release};
 use crate::units::{self, Dimension};
 use std::sync::Arc;
 
@@ -51,8 +51,9 @@ pub(super) fn read(
     let gears = drive.gears;
     let half_gap = backlash::read(section, issues, drive);
     let choice = section.choice(issues, "stiffness");
+    let misalignment = section.quantity_or_default(issues, "misalignment");
     let stiffness = if wants_gears(section) {
-        table(section, issues, gears)
+        table(section, issues, gears, misalignment)
     } else {
         section.without_effect(
             issues,
@@ -70,7 +71,6 @@ pub(super) fn read(
     };
     let friction = friction::read(section, issues, drive);
     let damping = contact_damping(section, issues);
-    let misalignment = section.quantity_or_default(issues, "misalignment");
     let coast = coast::read(section, issues, drive, stiffness.as_ref());
     let release = section.choice_or_default(issues, "release");
     let (half_gap, stiffness) = (half_gap?, stiffness?);
@@ -94,6 +94,7 @@ fn table(
     section: &Section,
     issues: &mut Issues,
     gears: Option<&GearPair>,
+    misalignment: Option<f64>,
 ) -> Option<StiffnessSpec> {
     section.without_effect(
         issues,
@@ -123,21 +124,27 @@ fn table(
         _ => Contact::Linear,
     };
     let face = face(section, issues, gears);
-    let pairs = pairs(section, issues, gears)?;
+    let pairs = pairs(section, issues, gears, misalignment)?;
     // A fault in the drawing itself has been reported there.
     let gears = gears?;
-    if let Err(error) = Flanks::new(gears) {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::OutOfRange,
-                section.span_of("stiffness"),
-                "gear",
-                format!("the gears of [gear] have no mesh table: {error}"),
-            )
-            .label("computed from [gear]")
-            .accepted("a pair of gears that meshes, or stiffness = \"piecewise\""),
-        );
-        return None;
+    let flanks = match Flanks::new(gears) {
+        Ok(flanks) => flanks,
+        Err(error) => {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::OutOfRange,
+                    section.span_of("stiffness"),
+                    "gear",
+                    format!("the gears of [gear] have no mesh table: {error}"),
+                )
+                .label("computed from [gear]")
+                .accepted("a pair of gears that meshes, or stiffness = \"piecewise\""),
+            );
+            return None;
+        }
+    };
+    if let Some(slices) = pairs {
+        check_springs(section, issues, &flanks, slices as usize)?;
     }
     Some(StiffnessSpec::Table(Arc::new(MeshTableSpec {
         gears: gears.clone(),
@@ -177,7 +184,12 @@ fn face(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Opt
 
 /// Slices of the face where every pair is a spring of its own; an inner none where it is not, an outer one
 /// where a key has faults.
-fn pairs(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Option<Option<u32>> {
+fn pairs(
+    section: &Section,
+    issues: &mut Issues,
+    gears: Option<&GearPair>,
+    misalignment: Option<f64>,
+) -> Option<Option<u32>> {
     let resolution = section.choice_or_default(issues, "resolution");
     let slices = section.integer_or_default(issues, "slices");
     if resolution? != "pairs" {
@@ -209,9 +221,9 @@ fn pairs(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Op
         return None;
     }
     let slices = u32::try_from(slices?).ok()?;
-    let slope = |pair: &GearPair| pair.form.lead.iter().any(|lead| lead.slope != 0.0);
-    let across = gears.is_some_and(|pair| pair.form.has_curved_lead() || slope(pair));
-    if slices == 1 && (across || section.has("misalignment")) {
+    let across = gears.is_some_and(|pair| pair.form.has_modified_lead());
+    let askew = misalignment.is_some_and(|angle| angle != 0.0);
+    if slices == 1 && (across || askew) {
         let key = if across { "resolution" } else { "misalignment" };
         issues.push(
             Diagnostic::new(
@@ -226,6 +238,36 @@ fn pairs(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Op
         return None;
     }
     Some(Some(slices))
+}
+
+/// The springs of all slices, of both flanks of all pairs at once, have room beside each other.
+fn check_springs(
+    section: &Section,
+    issues: &mut Issues,
+    flanks: &Flanks,
+    slices: usize,
+) -> Option<()> {
+    let [first, last] = flanks.reach();
+    let pairs = ((last - first) / flanks.path().base_pitch) as usize + 1;
+    let room = MOST_CONTACTS / (2 * pairs);
+    if slices <= room {
+        return Some(());
+    }
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::OutOfRange,
+            section.span_of("slices"),
+            &section.path_of("slices"),
+            format!(
+                "{slices} slices of both flanks of {pairs} pairs in contact, tip edges included, are {} springs, \
+                 more than {MOST_CONTACTS}",
+                2 * pairs * slices
+            ),
+        )
+        .label(format!("at most {room} with these gears"))
+        .accepted(format!("a whole number from 1 to {room}")),
+    );
+    None
 }
 
 fn constant(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {

@@ -2,7 +2,7 @@
 
 use super::drive_kind::DriveKind;
 use super::shafts::{Elastic, ShaftSet};
-use super::{Context, gear, mesh, shafts, train, unfelt};
+use super::{Context, friction, gear, mesh, shafts, train, unfelt};
 use crate::gear::GearPair;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::modal_file;
@@ -202,15 +202,15 @@ fn modal(
     })
 }
 
-/// Whether `[mesh]` takes its stiffness from the drawing of the gears.
+/// Whether `[mesh]` takes its stiffness or its friction from the drawing of the gears.
 fn mesh_wants_gears(root: &Section, issues: &mut Issues) -> bool {
     match root.child(issues, "mesh") {
-        Child::Present(section) => mesh::wants_gears(&section),
+        Child::Present(section) => mesh::wants_gears(&section) || friction::wants_gears(&section),
         _ => false,
     }
 }
 
-/// The drawing that a mesh table needs where the structure comes from a modal file.
+/// The drawing that a mesh table or the law of friction needs where the structure comes from a modal file.
 pub(super) fn gears_beside_modes(
     root: &Section,
     mesh: &Section,
@@ -221,7 +221,9 @@ pub(super) fn gears_beside_modes(
     };
     let kind = model.entry("kind").map(|entry| &entry.node.value);
     let modal = matches!(kind, Some(Value::Text(kind)) if kind == "modal");
-    if !(modal && mesh::wants_gears(mesh)) {
+    // That friction lacks its drawing is said where friction is read.
+    let needed = mesh::wants_gears(mesh) || friction::wants_gears(mesh) && root.has("gear");
+    if !(modal && needed) {
         return None;
     }
     root.required_child(issues, "gear")

@@ -21,7 +21,8 @@ pub(super) const KEYS: &[Key] = &[
                 within this distance of the middle of the gap. Must agree with the drawing where that states \
                 the backlash."),
     quantity("mesh.normal_backlash", Length, POSITIVE, r#""30 um""#).otherwise(BACKLASH)
-        .about("Backlash along the line of action: twice the half gap. Instead of `half_gap`."),
+        .about("Backlash normal to the flanks. Along the transverse line of action it is 1/cos beta_b as much, twice \
+                the half gap. Instead of `half_gap`."),
     quantity("mesh.circumferential_backlash", Length, POSITIVE, r#""32 um""#).otherwise(BACKLASH)
         .about("Backlash along the operating pitch circle, which needs [gear]. Instead of `half_gap`."),
     choice("mesh.stiffness", &["table", "piecewise", "continuous", "fourier", "constant"], r#""piecewise""#)
@@ -61,7 +62,7 @@ pub(super) const KEYS: &[Key] = &[
     choice("mesh.friction_law", &["constant", "schlenk"], r#""schlenk""#).or(r#""constant""#)
         .about("Where the coefficient of friction comes from. `constant`: `friction`. `schlenk`: the mean coefficient \
                 of ISO/TR 14179-2, 0.048 (w/(v rho))^0.2 eta^-0.05 Ra^0.25 X_L, at the mean load and the speed of each \
-                point and constant over the mesh cycle; it needs the drawing of a spur pair. Line loads below 150 N/mm \
+                point and constant over the mesh cycle; it needs the drawing of a pair on parallel axes. Line loads below 150 N/mm \
                 count as that, speeds above 50 m/s as that. The column friction_coefficient has what it gives."),
     quantity("mesh.roughness", Length, bounds(1e-8, false, 2e-5, false), r#""0.5 um""#)
         .otherwise("none; required with friction_law = \"schlenk\"")
@@ -95,10 +96,11 @@ pub(super) const KEYS: &[Key] = &[
                 spring across a gap of its own, relief included, so that stiffness, load centroid and friction follow \
                 the force of every instant, from the first touch on. Takes loads of 0 too, and needs run.kernel = \
                 \"volterra\" or \"stepping\"."),
-    integer("mesh.slices", 1.0, 8.0, "4").or("1")
+    integer("mesh.slices", 1.0, 4.0, "4").or("1")
         .about("Slices of the face, each of which has springs of its own, with resolution = \"pairs\". More than one \
                 where the flanks are misaligned or the shafts tilt, which the slices follow at every instant. Of both \
-                flanks and all pairs there is room for 16 springs."),
+                flanks and all pairs there is room for 16 springs: of 4 slices where two pairs are in contact at most, \
+                tip edges included, and of 2 where three are."),
     key("mesh.contact_damping", Kind::ContactDamping, BELOW_ONE, "0.05")
         .about("Viscous damping in contact. A bare number or a percentage is the damping ratio `c / (2 sqrt(k m))` \
                 with the mean stiffness and the mass that the mesh feels of the rigid rotations; a text such as \

@@ -57,7 +57,7 @@ pub(super) const KEYS: &[Key] = &[
     quantity("shafts.bearings.axial.*", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#).on_either_shaft(),
     quantity("shafts.bearings.damping_x", Damping, NON_NEGATIVE, r#""400 N*s/m""#).or_pair(BOTH).on_either_shaft().or("0")
         .about("Damper of the bearing along x, beside its spring. It adds to the modal damping ratios, which stand \
-                for the material. Bearing forces in the results are those of the springs."),
+                for the material. Bearing forces in the results are those of springs and dampers."),
     quantity("shafts.bearings.damping_y", Damping, NON_NEGATIVE, r#""300 N*s/m""#).or_pair(BOTH).on_either_shaft().or("0")
         .about("Damper of the bearing along y."),
     quantity("shafts.bearings.damping_xy", Damping, ANY, r#""-20 N*s/m""#).or_pair(BOTH).on_either_shaft().or("0")
