@@ -168,7 +168,7 @@ fn faults_of_changes_point_to_them() {
         (
             "excitation.transmission_error.4.amplitude=1",
             "1:1",
-            "the list has 1 entry",
+            "`excitation.transmission_error` has 1 entry",
         ),
         ("run.kernel=magic", "1:12", "cannot be \"magic\""),
         ("mesh.half_gap=1e-5\nx=1", "1:1", "several keys"),

@@ -337,6 +337,39 @@ fn what_has_no_effect_is_told() {
     );
 }
 
+/// What only some points of the grid do without, or another key brings into effect, is not said to have none.
+#[test]
+fn what_has_an_effect_somewhere_is_not_idle() {
+    let keys = |text: &str| -> Vec<String> {
+        let found = words(text, "no_effect").into_iter();
+        found.map(|(key, ..)| key).collect()
+    };
+    let load = "load = { from = \"10 %\", to = \"30 %\", count = 3 }";
+    let torques =
+        |values: &str| quickstart(&[(load, &format!("torque = {{ values = {values} }}"))]);
+    let rated = "gear.rated_torque".to_owned();
+    assert!(keys(&torques("[0]")).contains(&rated));
+    assert!(!keys(&torques("[0, 10]")).contains(&rated));
+
+    let grid = "[grid]\n\"excitation.transmission_error.0.amplitude\" = { values = [0, \"5 um\"] }";
+    let found = keys(&quickstart(&[("[grid]", grid)]));
+    assert_eq!(found, ["gear.face_width"]);
+
+    let offset = |width: &str| {
+        let faces = format!("face_width = [\"20 mm\", \"{width}\"]\nface_offset = [0, \"10 mm\"]");
+        quickstart(&[("face_width = \"20 mm\"", &faces)])
+    };
+    assert!(first_model(&offset("30 mm")) != first_model(&offset("60 mm")));
+    assert!(keys(&offset("30 mm")).is_empty());
+
+    // A modal file has no rated torque that could be left out.
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("case.modal.toml"), MODAL_FILE).unwrap();
+    let idle = MANIFEST.replacen("load = 0.1", "load = 0", 1);
+    let job = manifest::parse(&idle, "m.toml", folder.path()).unwrap();
+    assert!(manifest::advice(&job).is_empty());
+}
+
 /// Figures of the gears stand beside each other, from the drawing and as they are used.
 #[test]
 fn the_gears_are_told() {

@@ -59,6 +59,18 @@ fn the_schema_is_printed_for_editors() {
     assert!(text(&["help", "schema"]) == written);
 }
 
+/// Shells that complete the word behind `atlas help` know the keys, which help need not list.
+#[test]
+fn keys_are_completed() {
+    for shell in ["bash", "zsh"] {
+        let script = text(&["completions", shell]);
+        for topic in ["manifest", "mesh.half_gap", "mesh_coast"] {
+            assert!(script.contains(&format!("{topic} ")), "{shell}: {topic}");
+        }
+    }
+    assert!(!text(&["help", "help"]).contains("possible values"));
+}
+
 /// A page for the program and one for every subcommand, which groff takes without a warning.
 #[test]
 fn every_subcommand_has_a_manual_page() {

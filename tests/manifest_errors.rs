@@ -123,3 +123,96 @@ fn a_sound_manifest_is_summarised() {
     );
     assert_eq!(json["axes"][1]["unit"], "rad/s");
 }
+
+/// What is said of keys that a command sets is true, and so is the advice.
+#[test]
+fn what_is_said_of_changes_is_true() {
+    let manifests = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests");
+    let checked = |name: &str, set: &[&str]| {
+        let set = set.iter().flat_map(|change| ["--set", *change]);
+        check(
+            &manifests,
+            &[name].into_iter().chain(set).collect::<Vec<_>>(),
+        )
+    };
+    let tie = "grid.tied=[[\"load\",\"mesh.half_gap\"]]";
+    let gaps = "grid.\"mesh.half_gap\"={values=[1e-5,2e-5,3e-5]}";
+    for (name, set, said) in [
+        (
+            "points.toml",
+            &["mesh.half_gap=20 um"][..],
+            &["it is a column of grid.points: set grid.points"][..],
+        ),
+        (
+            "quickstart.toml",
+            &[tie, gaps, "mesh.half_gap=20 um"],
+            &["set the axis to as many values, 3, as load has that it is tied to"],
+        ),
+        (
+            "quickstart.toml",
+            &["grid.\"mesh.half_gap\"=1e-5", "mesh.half_gap=20 um"],
+            &["set the axis: --set 'grid.\"mesh.half_gap\"=VALUE'"],
+        ),
+        (
+            "quickstart.toml",
+            &["run.initial=rest", "run.initial.velocity=[0,0]"],
+            &[
+                "not there: `run.initial` is a text",
+                "set `run.initial` as a whole",
+            ],
+        ),
+        (
+            "quickstart.toml",
+            &["grid.\"gear.bore.1\"=20 mm"],
+            &[
+                "the axis `gear.bore.1` names an element that is not there: `gear.bore` is not given",
+            ],
+        ),
+        (
+            "quickstart.toml",
+            &["run.0=3"],
+            &["not there: `run` is a table"],
+        ),
+        (
+            "quickstart.toml",
+            &["excitation.transmission_error.1.amplitude=0"],
+            &["not there: `excitation.transmission_error` has 1 entry"],
+        ),
+        (
+            "quickstart.toml",
+            &["run.transient=2000000000"],
+            &["a whole number from 0 to 1e9"],
+        ),
+        (
+            "quickstart.toml",
+            &["job.seed=9223372036854775807"],
+            &["a whole number from 0 to 9.2e18"],
+        ),
+        (
+            "trains/two-stage.toml",
+            &["train.mesh.0.levels=[]"],
+            &["`train.mesh.0.levels` is empty, so the contact has no stiffness"],
+        ),
+        (
+            "points.toml",
+            &["grid.tied=[[\"torque\",\"speed\"]]"],
+            &["`torque` is a column of `grid.points`, which cannot be tied"],
+        ),
+    ] {
+        let output = checked(name, set);
+        assert_eq!(output.status.code(), Some(2), "{set:?}");
+        let message = String::from_utf8(output.stderr).unwrap();
+        for part in said {
+            assert!(message.contains(part), "{part}: {message}");
+        }
+    }
+    // The remedies help, and an element of a list can be taken out.
+    for (name, set) in [
+        ("quickstart.toml", &["excitation.transmission_error.0="][..]),
+        ("quickstart.toml", &[tie, gaps]),
+    ] {
+        let output = checked(name, set);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{set:?}: {message}");
+    }
+}

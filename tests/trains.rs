@@ -198,6 +198,18 @@ fn bevel_gears_push_away_from_the_apex() {
     }
 }
 
+/// Gears on axes that cross have errors of their orders, tooth by tooth as the train counts them.
+#[test]
+fn bevel_gears_have_errors_of_their_shafts() {
+    let errors = "[excitation]\ngear_error = [{ shaft = \"wheel\", order = 1, amplitude = \"5 um\" }, \
+                  { shaft = \"pinion\", order = 2, amplitude = \"3 um\" }]\n\n[grid]";
+    let job = job(&BEVEL.replacen("[grid]", errors, 1));
+    let orders = &job.points.at(0).excitation.transmission_error;
+    let counted: Vec<(u32, u32)> = orders.iter().map(|e| (e.cycles, e.harmonic)).collect();
+    assert_eq!(counted, [(30, 1), (20, 2)]);
+    model(&job, 0);
+}
+
 fn refusal(text: &str) -> String {
     match manifest::parse(text, "test.toml", Path::new("")) {
         Err(errors) => errors.to_string(),

@@ -3,8 +3,10 @@
 
 use super::{BAD_INPUT, Cli, answer, fail};
 use crate::manifest::manual;
+use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
 use clap::error::ErrorKind;
-use clap::{Args, CommandFactory, Parser};
+use clap::{Arg, Args, Command, CommandFactory, Parser};
+use std::ffi::OsStr;
 use std::process::ExitCode;
 
 /// Arguments of `atlas help`.
@@ -12,8 +14,30 @@ use std::process::ExitCode;
 pub struct HelpArgs {
     /// A subcommand; `manifest` for all keys of a manifest; `schema` for its JSON Schema; a table
     /// such as `mesh` (`[run]` where a subcommand has its name) or a key such as `mesh.half_gap`
-    #[arg(value_name = "TOPIC")]
+    #[arg(value_name = "TOPIC", value_parser = Topic, hide_possible_values = true)]
     pub topic: Vec<String>,
+}
+
+/// Any text, with the topics that shells complete it to.
+#[derive(Debug, Clone)]
+struct Topic;
+
+impl TypedValueParser for Topic {
+    type Value = String;
+
+    fn parse_ref(
+        &self,
+        command: &Command,
+        argument: Option<&Arg>,
+        value: &OsStr,
+    ) -> Result<String, clap::Error> {
+        StringValueParser::new().parse_ref(command, argument, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let topics = ["manifest", "schema"].into_iter().chain(manual::topics());
+        Some(Box::new(topics.map(PossibleValue::new)))
+    }
 }
 
 /// Explains a topic: status 0, or 2 where there is none of that name.

@@ -8,7 +8,7 @@ use super::threads::Threads;
 use super::{BAD_INPUT, INTERRUPTED, answer, fail, start_threads, with_causes};
 use crate::analysis::sensitivity::ensemble::Ensemble;
 use crate::manifest::Parameter;
-use crate::sweep::{Parts, Sensitivities, SensitivityError, sensitivities};
+use crate::sweep::{Parts, Sensitivities, Sensitivity, SensitivityError, sensitivities};
 use clap::Args;
 use serde_json::json;
 use std::process::ExitCode;
@@ -119,8 +119,21 @@ fn in_json(found: &Sensitivities) -> serde_json::Value {
 
 fn in_text(found: &Sensitivities) -> String {
     let mut out = format!("motion    {}: {}\n\n", found.class.name(), found.reason);
+    let names = |row: &Sensitivity| {
+        let key = format!("{} [{}]", row.key, row.key_unit);
+        (key, format!("{} [{}]", row.quantity, row.unit))
+    };
+    let (key_width, quantity_width) =
+        found
+            .rows
+            .iter()
+            .map(names)
+            .fold((26, 24), |(keys, quantities), (key, quantity)| {
+                let width = |text: String| text.chars().count();
+                (keys.max(width(key)), quantities.max(width(quantity)))
+            });
     out.push_str(&format!(
-        "{:<28}{:<24}{:>14}{:>16}{:>14}  {}\n",
+        "{:<key_width$}  {:<quantity_width$}{:>14}{:>16}{:>14}  {}\n",
         "key", "quantity", "value", "derivative", "relative", "check"
     ));
     for row in &found.rows {
@@ -130,6 +143,9 @@ fn in_text(found: &Sensitivities) -> String {
         });
         let check = match (row.by, row.check, row.error) {
             (Some(by), Some(check), None) if by == check => "differences agree".to_owned(),
+            (Some(by), Some(check), None) if (by - check).abs() >= by.abs() => {
+                format!("differences give {check:.1e}")
+            }
             (Some(by), Some(check), None) => {
                 format!("differences agree to {:.0e}", ((by - check) / by).abs())
             }
@@ -141,12 +157,49 @@ fn in_text(found: &Sensitivities) -> String {
         } else {
             format!("  ({})", row.note)
         };
-        let key = format!("{} [{}]", row.key, row.key_unit);
-        let quantity = format!("{} [{}]", row.quantity, row.unit);
+        let (key, quantity) = names(row);
         out.push_str(&format!(
-            "{key:<28}{quantity:<24}{:>14}{by:>16}{relative:>14}  {check}{note}\n",
+            "{key:<key_width$}  {quantity:<quantity_width$}{:>14}{by:>16}{relative:>14}  {check}{note}\n",
             number(row.value)
         ));
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::Class;
+
+    #[test]
+    fn rows_are_columns_and_zero_has_no_relative_error() {
+        let row = |key: &str, by: f64| Sensitivity {
+            key: key.to_owned(),
+            key_unit: "N*s/m",
+            at: 1.0,
+            quantity: "force_mean".to_owned(),
+            unit: "N",
+            value: 100.0,
+            by: Some(by),
+            check: Some(1e-9),
+            error: None,
+            method: "orbit",
+            note: String::new(),
+        };
+        let found = Sensitivities {
+            class: Class::Periodic(1),
+            reason: "it repeats".to_owned(),
+            rows: vec![
+                row("mesh.contact_damping", 0.0),
+                row("excitation.transmission_error.0.amplitude", 1e-9),
+            ],
+        };
+        let text = in_text(&found);
+        assert!(!text.contains("inf"), "{text}");
+        assert!(text.contains("differences give 1.0e-9"), "{text}");
+        let lines = text.lines().skip(2).map(|line| line.find("force_mean"));
+        let places: Vec<_> = lines.skip(1).collect();
+        assert!(places[0].is_some() && places[0] == places[1], "{text}");
+        assert!(text.contains("mesh.contact_damping [N*s/m] "), "{text}");
+    }
 }

@@ -172,15 +172,15 @@ fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &mut
     for (key, &i) in keys.iter().zip(index) {
         let name = key.axis.name();
         let path: Vec<&str> = name.split('.').collect();
-        if let Err(short) = tree.put(&path, key.node(i)) {
+        if let Err(end) = tree.put(&path, key.node(i)) {
             issues.push(
                 Diagnostic::new(
                     DiagnosticKind::UnknownAxis,
                     key.key_span,
                     name,
                     format!(
-                        "the axis `{name}` names an element that is not there: the list has {}",
-                        super::reader::entries(short.length)
+                        "the axis `{name}` names an element that is not there: `{}` {}",
+                        end.holder, end.why
                     ),
                 )
                 .label("no such element")

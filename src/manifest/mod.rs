@@ -172,7 +172,7 @@ fn judge(
     let root = Section::root(&tree, schema::MANIFEST);
     let head = sections::read_job(&root, &mut issues);
     let axes = grid::read(&root, &mut issues, base_dir);
-    set::check_axes(&changed, &axes.valid, &mut issues);
+    set::check_axes(&tree, &changed, &axes, &mut issues);
 
     // The values of a grid that is too large are not looked at.
     let counted = axes.valid.iter().filter(|_| !axes.too_large);

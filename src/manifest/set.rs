@@ -1,10 +1,12 @@
 //! Keys that a command gives other values than the manifest has: `mesh.half_gap=20 um`.
 //!
 //! Each is a source of its own, so that a fault in it is shown there. The key may be dotted and count the entries
-//! of lists from 0; the value is TOML, or a text without quotes where it is none. Without a value the key is taken out.
+//! of lists from 0; the value is TOML, or a text without quotes where it is none. Without a value the key, or the
+//! element of a list, is taken out.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
-use super::grid::GridAxis;
+use super::grid::Axes;
+use super::grid_dimension::GridDimension;
 use super::syntax;
 use super::tree::{self, Node, Value};
 use toml::de::DeTable;
@@ -48,19 +50,23 @@ pub(super) fn apply(tree: &mut Node, changes: &[String], issues: &mut Issues) ->
         };
         match tree.put(&path, node) {
             Ok(()) => applied.push(changed),
-            Err(short) => issues.push(
+            Err(end) => issues.push(
                 Diagnostic::new(
                     DiagnosticKind::UnknownKey,
                     changed.key_span,
                     &changed.name(),
                     format!(
-                        "`{}` names an element that is not there: the list has {}",
+                        "`{}` names an element that is not there: `{}` {}",
                         changed.name(),
-                        super::reader::entries(short.length)
+                        end.holder,
+                        end.why
                     ),
                 )
                 .label("no such element")
-                .remedy("elements count from 0; set the whole list instead"),
+                .remedy(format!(
+                    "elements count from 0; set `{}` as a whole instead",
+                    end.holder
+                )),
             ),
         }
     }
@@ -68,12 +74,28 @@ pub(super) fn apply(tree: &mut Node, changes: &[String], issues: &mut Issues) ->
 }
 
 /// Records changes of keys that an axis of the grid gives its own values.
-pub(super) fn check_axes(changes: &[Changed], axes: &[GridAxis], issues: &mut Issues) {
+pub(super) fn check_axes(tree: &Node, changes: &[Changed], axes: &Axes, issues: &mut Issues) {
     for changed in changes {
         let name = changed.name();
-        if !axes.iter().any(|axis| axis.axis.name() == name) {
+        let place = (axes.valid.iter()).position(|axis| axis.axis.name() == name);
+        let Some(place) = place else {
             continue;
-        }
+        };
+        let own = GridDimension::of(&axes.dimensions, place);
+        let own = &axes.dimensions[own];
+        let remedy = if tree.at("grid").and_then(|grid| grid.entry(&name)).is_none() {
+            "it is a column of grid.points: set grid.points to another list or file".to_owned()
+        } else if own.is_tied() {
+            let tied = (own.axes.iter()).filter(|axis| **axis != place);
+            let tied: Vec<&str> = tied.map(|axis| axes.valid[*axis].axis.name()).collect();
+            format!(
+                "set the axis to as many values, {}, as {} has that it is tied to: --set 'grid.\"{name}\"={{ values = [...] }}'",
+                own.length,
+                tied.join(" and "),
+            )
+        } else {
+            format!("set the axis: --set 'grid.\"{name}\"=VALUE'")
+        };
         issues.push(
             Diagnostic::new(
                 DiagnosticKind::NoEffect,
@@ -82,7 +104,7 @@ pub(super) fn check_axes(changes: &[Changed], axes: &[GridAxis], issues: &mut Is
                 format!("`{name}` has no effect: the grid varies it"),
             )
             .label("no effect")
-            .remedy(format!("set the axis: --set 'grid.\"{name}\"=VALUE'")),
+            .remedy(remedy),
         );
     }
 }
@@ -200,7 +222,16 @@ mod tests {
         };
         assert_eq!(take("run.tolerance="), ([false, true], 0));
         assert_eq!(take("a.b.0.c = "), ([true, false], 0));
-        for absent in ["run.transient=", "run.cycles.x=", "a.b.1.c="] {
+        for element in ["a.b.0=", "a.b="] {
+            assert_eq!(take(element), ([true, false], 0), "{element}");
+        }
+        for absent in [
+            "run.transient=",
+            "run.cycles.x=",
+            "a.b.1.c=",
+            "a.b.1=",
+            "a.b.c=",
+        ] {
             assert_eq!(take(absent), ([true, true], 1), "{absent}");
         }
     }

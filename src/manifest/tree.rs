@@ -2,6 +2,7 @@
 //! values into it, so that a point is resolved by the same code as the text.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use super::reader::entries;
 use super::syntax;
 use crate::units::Dimension;
 use toml::Spanned;
@@ -99,7 +100,7 @@ impl Node {
         }
     }
 
-    /// Takes the key at a path out of its table; whether it was there.
+    /// Takes the key at a path out of its table, or an element out of its list; whether it was there.
     pub fn take_out(&mut self, path: &[&str]) -> bool {
         let Some((first, rest)) = path.split_first() else {
             return false;
@@ -116,8 +117,14 @@ impl Node {
                 entries[index].node.take_out(rest)
             }
             Value::Array(items) => {
-                let item = first.parse::<usize>().ok().and_then(|i| items.get_mut(i));
-                item.is_some_and(|item| item.take_out(rest))
+                let index = first.parse().ok().filter(|index| *index < items.len());
+                index.is_some_and(|index: usize| match rest.is_empty() {
+                    true => {
+                        items.remove(index);
+                        true
+                    }
+                    false => items[index].take_out(rest),
+                })
             }
             _ => false,
         }
@@ -125,48 +132,60 @@ impl Node {
 
     /// Puts `node` at a path of keys and array indices, making tables on the way.
     ///
-    /// Returns the length of the array that is too short, when one is.
-    pub fn put(&mut self, path: &[&str], node: Node) -> Result<(), ArrayTooShort> {
-        let Some((first, rest)) = path.split_first() else {
-            *self = node;
-            return Ok(());
-        };
-        match &mut self.value {
-            Value::Array(items) => {
-                let length = items.len();
-                match first.parse::<usize>().ok().and_then(|i| items.get_mut(i)) {
-                    Some(item) => item.put(rest, node),
-                    None => Err(ArrayTooShort { length }),
+    /// Returns where the path ends, when it names an element that is not there.
+    pub fn put(&mut self, path: &[&str], node: Node) -> Result<(), NoPlace> {
+        let is_index = |part: &str| part.parse::<usize>().is_ok();
+        let mut place = self;
+        for (depth, part) in path.iter().enumerate() {
+            let ends = |why: String, parts: usize| NoPlace {
+                why,
+                holder: path[..parts].join("."),
+            };
+            let kind = place.value.type_name();
+            place = match &mut place.value {
+                Value::Array(items) => {
+                    let length = items.len();
+                    let item = part.parse::<usize>().ok().and_then(|i| items.get_mut(i));
+                    item.ok_or_else(|| ends(format!("has {}", entries(length)), depth))?
                 }
-            }
-            Value::Table(entries) => {
-                let index = entries.iter().position(|entry| entry.key == *first);
-                if index.is_none() && first.parse::<usize>().is_ok() {
-                    return Err(ArrayTooShort { length: 0 });
-                }
-                let index = index.unwrap_or_else(|| {
-                    entries.push(Entry {
-                        key: (*first).to_owned(),
-                        key_span: node.span,
-                        node: Node {
-                            span: node.span,
-                            value: Value::Table(Vec::new()),
-                        },
+                Value::Table(entries) => {
+                    let index = entries.iter().position(|entry| entry.key == *part);
+                    if index.is_none() && depth > 0 && is_index(part) {
+                        return Err(ends(format!("is {kind}"), depth));
+                    }
+                    // Where a list belongs no table is made.
+                    let below = path.get(depth + 1);
+                    if index.is_none() && below.is_some_and(|below| is_index(below)) {
+                        return Err(ends("is not given".to_owned(), depth + 1));
+                    }
+                    let index = index.unwrap_or_else(|| {
+                        entries.push(Entry {
+                            key: (*part).to_owned(),
+                            key_span: node.span,
+                            node: Node {
+                                span: node.span,
+                                value: Value::Table(Vec::new()),
+                            },
+                        });
+                        entries.len() - 1
                     });
-                    entries.len() - 1
-                });
-                entries[index].node.put(rest, node)
-            }
-            // A scalar where a table belongs is reported when the tree is read; one where
-            // an array element is named cannot hold it.
-            _ => Err(ArrayTooShort { length: 0 }),
+                    &mut entries[index].node
+                }
+                _ => return Err(ends(format!("is {kind}"), depth)),
+            };
         }
+        *place = node;
+        Ok(())
     }
 }
 
-/// An index names an element beyond an array's end.
-pub(super) struct ArrayTooShort {
-    pub length: usize,
+/// Where a path ends that names an element that is not there.
+#[derive(Debug)]
+pub(super) struct NoPlace {
+    /// The path up to what has no such element.
+    pub holder: String,
+    /// What that is instead: `has 1 entry`, `is a text`, `is not given`.
+    pub why: String,
 }
 
 /// Parses a file already added to `issues`. Every syntax error is recorded; the tree holds

@@ -1,7 +1,9 @@
 //! What of a manifest has no effect on a run.
 
 use crate::manifest::tree::{Node, Value};
-use crate::manifest::{FrictionSpec, Job, PointSpec, StiffnessSpec, StructureSource, sections};
+use crate::manifest::{
+    AxisKey, FrictionSpec, Job, PointSpec, StiffnessSpec, StructureSource, sections,
+};
 
 /// Keys of `[gear]` that only a mesh computed from the drawing takes up.
 const OF_FLANKS: [&str; 13] = [
@@ -23,12 +25,18 @@ const OF_FLANKS: [&str; 13] = [
 /// Keys and what is to be said of them.
 pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, String)> {
     let mut found = Vec::new();
+    let varied = |key: &str| job.axes.iter().any(|axis| axis.name() == key);
     let drawn = first.model.source.gears().is_some();
     let imposed = !matches!(first.mesh.stiffness, StiffnessSpec::Table(_));
     if drawn && imposed {
         let why = "is not felt where the stiffness of the mesh is given; stiffness = \"table\" computes it from the drawing";
-        let width =
-            matches!(first.mesh.friction, FrictionSpec::Constant(_)).then_some("face_width");
+        // The middle of faces that are offset follows their widths, and the mesh acts there.
+        let offset = root.at("gear.face_offset").is_some()
+            || ["", ".0", ".1"]
+                .iter()
+                .any(|end| varied(&format!("gear.face_offset{end}")));
+        let constant = matches!(first.mesh.friction, FrictionSpec::Constant(_));
+        let width = (constant && !offset).then_some("face_width");
         for key in OF_FLANKS.into_iter().chain(width) {
             let path = format!("gear.{key}");
             if root.at(&path).is_some() {
@@ -37,7 +45,8 @@ pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, St
         }
     }
     found.extend(unfelt_shafts(first, root));
-    found.extend(silent(first));
+    // Amplitudes that the grid varies are 0 at some points only.
+    found.extend(silent(first).into_iter().filter(|(key, _)| !varied(key)));
     if job.continuation.is_some() {
         let why = "is for `atlas follow`; `atlas run` does not look at it";
         found.push(("continuation".to_owned(), why.to_owned()));
@@ -46,12 +55,14 @@ pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, St
         && job
             .axes
             .iter()
-            .all(|axis| axis.name() != "load" || axis.values.ends() == (0.0, 0.0))
+            .filter(|axis| matches!(axis.key, AxisKey::Load | AxisKey::Torque))
+            .all(|axis| axis.values.ends() == (0.0, 0.0))
     {
-        found.push((
-            "gear.rated_torque".to_owned(),
-            "is not felt where every load is 0".to_owned(),
-        ));
+        let given = ["gear.rated_torque", "train.rated_torque"]
+            .into_iter()
+            .filter(|key| root.at(key).is_some());
+        let why = "is not felt where every load is 0";
+        found.extend(given.map(|key| (key.to_owned(), why.to_owned())));
     }
     found
 }

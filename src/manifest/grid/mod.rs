@@ -97,7 +97,7 @@ pub(super) fn read(root: &Section, issues: &mut Issues, base_dir: &Path) -> Axes
         }
     }
     let own = axes.valid.len();
-    let mut groups = tied::places(&ties, &axes.valid, &axes.faulty, issues);
+    let mut groups = tied::places(&ties, &axes.valid, &names, &axes.faulty, issues);
     if let Some(list) = listed {
         axes.faulty.extend(list.faulty);
         groups.push((own..own + list.axes.len()).collect());

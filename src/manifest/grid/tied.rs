@@ -93,16 +93,31 @@ fn names(section: &Section, issues: &mut Issues, group: &Node) -> Option<Tie> {
 }
 
 /// The places of the axes of every group; a group that names no axis, or axes of different lengths, is left out,
-/// reported. Axes named in `faulty` have been reported before.
+/// reported. `columns` are those of a list of points, which advance in step without being tied; axes named in `faulty`
+/// have been reported before.
 pub(super) fn places(
     ties: &[Tie],
     axes: &[GridAxis],
+    columns: &[String],
     faulty: &[String],
     issues: &mut Issues,
 ) -> Vec<Vec<usize>> {
     let mut all = Vec::new();
     for tie in ties {
         if tie.names.iter().any(|name| faulty.contains(name)) {
+            continue;
+        }
+        if let Some(column) = tie.names.iter().find(|name| columns.contains(name)) {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Inconsistent,
+                    tie.span,
+                    "grid.tied",
+                    format!("`{column}` is a column of `grid.points`, which cannot be tied to an axis"),
+                )
+                .label("advances with the other columns")
+                .remedy("give all that advance together as columns of grid.points, or leave the column out of tied"),
+            );
             continue;
         }
         let place = |name: &String| axes.iter().position(|axis| axis.axis.name() == name);

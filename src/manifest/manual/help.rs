@@ -57,6 +57,13 @@ fn listed(schema: Schema, table: &str) -> String {
         .collect()
 }
 
+/// The tables and keys of a manifest and of a modal file by their whole names, but those of entries of lists.
+pub fn topics() -> impl Iterator<Item = &'static str> {
+    let all = schema::all(MANIFEST).chain(schema::all(MODAL_FILE));
+    all.map(|key| key.path)
+        .filter(|path| !path.contains(['*', '<']))
+}
+
 /// Everything about a table or a key. A table's name may stand in brackets; the last part of a
 /// key's path stands for all keys of that name.
 ///

@@ -8,7 +8,7 @@ mod page;
 mod tests;
 mod words;
 
-pub use help::{NoSuchKey, explain, overview};
+pub use help::{NoSuchKey, explain, overview, topics};
 pub use json_schema::json_schema;
 pub use page::page;
 

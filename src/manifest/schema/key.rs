@@ -291,9 +291,6 @@ impl Key {
                 dimension.unit(),
                 dimension.units()
             ),
-            Kind::Integer if self.bounds.max >= MANY => {
-                format!("a whole number, at least {}; for example {example}", self.bounds.min)
-            }
             Kind::Integer => {
                 let why = match self.why {
                     "" => String::new(),
@@ -301,7 +298,8 @@ impl Key {
                 };
                 format!(
                     "a whole number from {} to {}{why}; for example {example}",
-                    self.bounds.min, self.bounds.max
+                    number(self.bounds.min),
+                    number(self.bounds.max)
                 )
             }
             Kind::Boolean => "true or false".to_owned(),
@@ -340,10 +338,9 @@ impl Key {
     /// The range of its numbers as it stands in a table, empty when any finite value will do.
     pub fn range(&self) -> String {
         match self.kind {
-            Kind::Integer if self.bounds.max < MANY => {
+            Kind::Integer => {
                 format!("{} to {}", number(self.bounds.min), number(self.bounds.max))
             }
-            Kind::Integer => format!("at least {}", number(self.bounds.min)),
             _ => self.bounds.words(),
         }
     }

@@ -63,7 +63,17 @@ fn stiffness(table: &Section, issues: &mut Issues) -> Option<Vec<Division>> {
         let levels = table.quantities(issues, "levels", None)?;
         return match levels.is_empty() {
             true => {
-                table.missing(issues, "levels");
+                let path = table.path_of("levels");
+                issues.push(
+                    Diagnostic::new(
+                        DiagnosticKind::Empty,
+                        table.span_of("levels"),
+                        &path,
+                        format!("`{path}` is empty, so the contact has no stiffness"),
+                    )
+                    .label("empty")
+                    .accepted(table.spec(&path).accepted()),
+                );
                 None
             }
             false => Some(Division::levels(&levels, &[])),

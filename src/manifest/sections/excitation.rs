@@ -108,6 +108,8 @@ fn errors_of_gears(
     let teeth = |wheel: bool| match source? {
         StructureSource::Modal(own) if wheel => own.wheel_teeth,
         StructureSource::Modal(own) => Some(own.teeth),
+        // Gears on axes that cross have teeth, too.
+        StructureSource::Train(train) => Some(train.pair.teeth[usize::from(wheel)]),
         drawn => drawn.gears().map(|gears| gears.teeth[usize::from(wheel)]),
     };
     let mut all = Vec::new();

@@ -13,7 +13,7 @@ use crate::units::Dimension::{
 pub(super) const KEYS: &[Key] = &[
     integer("teeth", 1.0, 1000.0, "20")
         .about("Teeth of the pinion: mesh cycles a revolution."),
-    integer("teeth_wheel", 1.0, 10_000.0, "30").otherwise("none; required by ripple on the wheel")
+    integer("teeth_wheel", 1.0, 10_000.0, "30").otherwise("none; required by ripple on the wheel and by errors of its teeth")
         .about("Teeth of the wheel."),
     quantity("rated_force", Force, POSITIVE, "1330.0")
         .about("Mesh force at load 1."),
