@@ -11,7 +11,7 @@ use atlas::analysis::{
     Class, EnergyNorm, GrowthNorm, LyapunovMethod, LyapunovQuestion, Nvh, Questions, SEPARATION,
     Section, TangentGrowth, investigate, kaplan_yorke,
 };
-use atlas::model::{Division, InitialState, Model, TrajectoryState};
+use atlas::model::{Division, DriveShaft, InitialState, Model, TorqueRipple, TrajectoryState};
 use atlas::numerics::random::{PointSeed, Stream};
 use atlas::numerics::statistics::standard_error;
 use atlas::propagate::{Counters, Kernel, Tangents};
@@ -132,6 +132,95 @@ fn investigation_of_steady_contact_gives_them_too() {
         let apart = (lyapunov.twin.unwrap() - exact[0]).abs();
         assert!(apart < 1e-7, "{name}: twin off by {apart:e}");
         assert_eq!(lyapunov.twin_agrees, Some(true), "{name}: {lyapunov:?}");
+    }
+}
+
+/// Ripple makes the period of lasting contact twenty cycles, over which the smaller multipliers fall
+/// below round-off of the map: the exponents per cycle are those without ripple.
+#[test]
+fn exponents_below_round_off_of_a_long_period_are_those_of_a_cycle() {
+    for (name, mut case) in drives() {
+        case.0.teeth = 20;
+        if case.0.pinion_torque.is_none() {
+            case.0.pinion_torque = Some(case.0.mesh.iter().map(|w| 10.0 * w).collect());
+        }
+        let exact = constant_contact_exponents(&quiet(case.clone())).unwrap();
+        let mut rippled = case;
+        for harmonic in &mut rippled.1.transmission_error {
+            harmonic.amplitude *= 0.002;
+        }
+        rippled.1.torque_ripple = vec![TorqueRipple {
+            shaft: DriveShaft::Pinion,
+            order: 1.0,
+            amplitude: 0.1,
+            phase: 0.0,
+        }];
+        rippled.1.mesh = Division::levels(&[3.4e8, 3.333e8], &[0.6]);
+        rippled.2.load = 1.0;
+        let model = common::model(&rippled);
+        let asked = Questions {
+            settle: true,
+            ..questions(exact.len(), 400, 2000)
+        };
+        let called_off = AtomicBool::new(false);
+        let start = model.start(&InitialState::Static);
+        let outcome = investigate(&model, &volterra(&model), start, &asked, &called_off).unwrap();
+        let class = Some(Class::SteadyContact(Some(20)));
+        assert_eq!(outcome.class, class, "{name}: {}", outcome.reason);
+        let lyapunov = outcome.lyapunov.unwrap();
+        println!("{name}: {:.3} …", 20.0 * exact[exact.len() - 1]);
+        let found = lyapunov.exponents.iter().zip(&lyapunov.errors);
+        assert_eq!(found.len(), exact.len());
+        for ((found, error), exact) in found.zip(&exact) {
+            let off = (found - exact).abs();
+            assert!(*error < 1e-8, "{name}: {found} ± {error:e}");
+            assert!(off <= error + 1e-11, "{name}: {found} ± {error:e}, {exact}");
+        }
+    }
+}
+
+/// A contraction by e^-1000 and more underflows over a period, and has an exponent all the same; in a
+/// single cycle nothing is left to tell it from, and there is none.
+#[test]
+fn multipliers_that_underflow_stop_no_point() {
+    let (w, damping) = (1.3, 20_000.0);
+    let mut structure = common::structure(&[3000.0], 0.3, &[w], &[w]);
+    structure.teeth = 20;
+    structure.pinion_torque = Some(vec![10.0]);
+    let mut drive = common::two_level_mesh(10e-6);
+    drive.mesh = Division::levels(&[4e8], &[]);
+    drive.damping = damping;
+    drive.transmission_error.clear();
+    let mut point = common::strong_rattle();
+    for (order, speed, period) in [(1.0, 60.0, 20), (0.0, 3.0, 1)] {
+        (point.load, point.speed) = (1.0, speed);
+        drive.torque_ripple = match period {
+            1 => Vec::new(),
+            _ => vec![TorqueRipple {
+                shaft: DriveShaft::Pinion,
+                order,
+                amplitude: 0.1,
+                phase: 0.0,
+            }],
+        };
+        let model = Model::new(&structure, &drive, point).unwrap();
+        let exact = -(0.3 * 3000.0 + 0.5 * damping * w * w) * model.period();
+        let asked = Questions {
+            settle: true,
+            ..questions(2, 100, 1000)
+        };
+        let called_off = AtomicBool::new(false);
+        let start = model.start(&InitialState::Static);
+        let outcome = investigate(&model, &volterra(&model), start, &asked, &called_off).unwrap();
+        assert!(exact * f64::from(period) < -800.0, "{exact}");
+        let class = Some(Class::SteadyContact(Some(period)));
+        assert_eq!(outcome.class, class, "{}", outcome.reason);
+        let found = outcome.lyapunov.map(|found| found.exponents);
+        println!("{exact} {found:?}");
+        match period {
+            1 => assert_eq!(found, None),
+            _ => assert!(worst_difference(&found.unwrap(), &[exact, exact]) < 1e-9),
+        }
     }
 }
 

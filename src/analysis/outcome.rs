@@ -95,7 +95,7 @@ impl Class {
 /// Lyapunov exponents of a point, all per mesh cycle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LyapunovOutcome {
-    /// The exponents asked for, largest first.
+    /// The exponents asked for, largest first; of a settled orbit without those that round-off hides.
     pub exponents: Vec<f64>,
     /// Standard error of each, from block averages; of a settled orbit how well its multipliers
     /// are known.

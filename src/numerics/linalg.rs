@@ -122,10 +122,29 @@ pub fn solve(matrix: MatRef<'_, f64>, rhs: &[f64]) -> Vec<f64> {
     (0..rhs.len()).map(|i| x[(i, 0)]).collect()
 }
 
+/// A power of two near the largest entry of a matrix, where products of its entries could underflow or
+/// overflow; 1 elsewhere.
+fn unit(largest: f64) -> f64 {
+    match largest == 0.0 || (1e-100..1e100).contains(&largest) {
+        true => 1.0,
+        // One over the smallest numbers would be infinite.
+        false => largest.log2().floor().clamp(-1022.0, 1022.0).exp2(),
+    }
+}
+
 /// Eigenvalues of a real matrix, largest modulus first; none where the
 /// iteration fails or the matrix is not finite.
 pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Option<Vec<Complex64>> {
-    let mut values = plain::eigenvalues(matrix)?;
+    let largest = matrix.norm_max();
+    if !largest.is_finite() {
+        return None;
+    }
+    let unit = unit(largest);
+    let mut values = match unit == 1.0 {
+        true => plain::eigenvalues(matrix)?,
+        false => plain::eigenvalues((matrix * faer::Scale(1.0 / unit)).as_ref())?,
+    };
+    values.iter_mut().for_each(|value| *value *= unit);
     values.sort_by(|a, b| {
         (b.norm().total_cmp(&a.norm()))
             .then(b.re.total_cmp(&a.re))
@@ -160,6 +179,12 @@ pub fn eigenpair(matrix: MatRef<'_, f64>, near: Complex64) -> Option<EigenPair> 
     let size = matrix.norm_max();
     if n == 0 || !size.is_finite() {
         return None;
+    }
+    let unit = unit(size);
+    if unit != 1.0 {
+        let mut found = eigenpair((matrix * faer::Scale(1.0 / unit)).as_ref(), near / unit)?;
+        found.value *= unit;
+        return Some(found);
     }
     // A start that no structure of the matrix is likely to be orthogonal to.
     let start = Mat::from_fn(n, 1, |i, _| {
@@ -382,6 +407,25 @@ mod tests {
                 assert!((found.value.re - own).abs() < 1e-15, "{n} {units}");
             }
         }
+    }
+
+    /// Also where products of entries underflow, or overflow.
+    #[test]
+    fn eigenvalues_scale_with_the_matrix() {
+        let entries = [[0.1, -0.8, 0.2], [0.9, 0.2, 0.0], [0.3, 0.0, 0.4]];
+        let whole = Mat::from_fn(3, 3, |i, j| entries[i][j]);
+        let known = eigenvalues(whole.as_ref()).unwrap();
+        for power in [-980, -600, 600, 1000] {
+            let scale = f64::from(power).exp2();
+            let scaled = Mat::from_fn(3, 3, |i, j| scale * entries[i][j]);
+            for (found, known) in eigenvalues(scaled.as_ref()).unwrap().iter().zip(&known) {
+                assert!((found / scale - known).norm() < 1e-15, "{power}");
+                let pair = eigenpair(scaled.as_ref(), *found).unwrap();
+                assert!((pair.value / scale - known).norm() < 1e-13, "{power}");
+            }
+        }
+        let subnormal = Mat::from_fn(1, 1, |_, _| 5e-324);
+        assert_eq!(eigenvalues(subnormal.as_ref()).unwrap()[0].re, 5e-324);
     }
 
     #[test]

@@ -14,6 +14,7 @@ pub mod linalg;
 pub mod nested_grid;
 pub mod pair_response;
 pub(crate) mod plain;
+pub mod product_moduli;
 pub mod proportion;
 pub mod quadrature;
 pub mod random;

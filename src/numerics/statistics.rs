@@ -15,7 +15,7 @@ const MOST_CORRELATION: f64 = 0.95;
 
 /// Standard error of the mean of a correlated series, by blocking (Flyvbjerg & Petersen
 /// 1989): neighbours are averaged in pairs again and again, until 32 to 63 blocks are left.
-/// Infinity where the series is shorter than [`FEWEST_BLOCKS`].
+/// Infinity where the series is shorter than [`FEWEST_BLOCKS`]; no number where a value is none.
 ///
 /// The larger of the two coarsest levels is returned. Finer ones would only count where
 /// neighbours undo each other (a mean force, which momentum ties to the load): there they
@@ -32,7 +32,11 @@ pub fn standard_error(values: &[f64]) -> f64 {
     loop {
         let (naive, correlation) = naive_error(&level);
         if level.len() < 2 * FEWEST_BLOCKS {
-            return finer.max(naive * ((1.0 + correlation) / (1.0 - correlation)).sqrt());
+            // A maximum leaves out what is no number.
+            return match naive.is_nan() {
+                true => f64::NAN,
+                false => finer.max(naive * ((1.0 + correlation) / (1.0 - correlation)).sqrt()),
+            };
         }
         finer = naive;
         level = level
@@ -181,6 +185,9 @@ mod tests {
     fn too_short_a_series_has_no_error_bar() {
         assert_eq!(standard_error(&[1.0; 31]), f64::INFINITY);
         assert_eq!(standard_error(&[1.0; 64]), 0.0);
+        for length in [32, 63, 64, 300] {
+            assert!(standard_error(&vec![f64::NAN; length]).is_nan());
+        }
     }
 
     #[test]

@@ -14,6 +14,7 @@ use crate::analysis::recurrence::{Recurrence, excitation_period};
 use crate::analysis::spectrum::{Lines, Spectra};
 use crate::model::TrajectoryState;
 use crate::numerics::linalg::{eigenpair, eigenvalues};
+use crate::numerics::product_moduli::{Logarithm, logarithms, round_off};
 use crate::propagate::{Counters, Kernel};
 use faer::Mat;
 use num_complex::Complex64;
@@ -70,10 +71,9 @@ pub(super) struct Turn {
     multipliers: Vec<Complex64>,
 }
 
-/// How far two exponents are apart; those of two multipliers 0 are not.
-fn apart(a: f64, b: f64) -> f64 {
-    if a == b { 0.0 } else { (a - b).abs() }
-}
+/// Round-off of the map of a period, as a part of a multiplier, from which on the maps of its cycles are
+/// taken one by one.
+const TOLD: f64 = 1e-9;
 
 /// Longest period of an excitation, in mesh cycles, over which contact is watched.
 const LONGEST_LOOK: u32 = 64;
@@ -188,33 +188,19 @@ impl<K: Kernel> PointRun<'_, K> {
         else {
             return Ok(None);
         };
-        // A second, independent turn around the orbit shows how well the first is known.
-        let second = self.monodromy(&mut end, period)?;
         let leading = multipliers.first().copied().unwrap_or(f64::NAN.into());
-        let Some(again) = eigenpair(second.as_ref(), leading) else {
+        let Some(exponents) = self.exponents(&first, &multipliers, &mut end, period)? else {
             return Ok(None);
         };
-        let all = exponents(&multipliers, period);
-        let again = exponents(&[again.value], period);
-        let largest = all.first().copied().unwrap_or(f64::NAN);
-        let asked = self.questions.lyapunov.map_or(0, |l| l.exponents);
-        let errors = match asked {
-            0 | 1 => vec![(largest - again[0]).abs()],
-            _ => {
-                let Some(second) = eigenvalues(second.as_ref()) else {
-                    return Ok(None);
-                };
-                let second = exponents(&second, period);
-                let errors = all.iter().zip(&second).map(|(a, b)| apart(*a, *b));
-                errors.take(asked).collect()
-            }
-        };
+        let largest = exponents.first().map_or(f64::NAN, |own| own.value);
         if largest.is_nan() || largest > NEUTRAL {
             return Ok(None);
         }
         let lyapunov = match self.questions.lyapunov {
             Some(asked) => {
-                let direction = match asked.twin {
+                // Of multipliers in round-off it is none.
+                let told = round_off(&first, leading.norm()) <= TOLD;
+                let direction = match asked.twin && told {
                     true => eigenpair(first.as_ref(), leading),
                     false => None,
                 };
@@ -230,8 +216,11 @@ impl<K: Kernel> PointRun<'_, K> {
                     )?,
                     None => None,
                 };
+                // Those that drown in round-off are the smallest, and are left out.
+                let known = exponents.iter().take_while(|own| own.error.is_finite());
+                let (exponents, errors) = known.map(|own| (own.value, own.error)).unzip();
                 Some(LyapunovOutcome {
-                    exponents: all.iter().take(asked.exponents).copied().collect(),
+                    exponents,
                     errors,
                     // States that are drawn to a periodic orbit end on so many points.
                     dimension: (largest < -NEUTRAL).then_some(KaplanYorke {
@@ -297,6 +286,65 @@ impl<K: Kernel> PointRun<'_, K> {
             lyapunov,
             &mut instruments,
         )))
+    }
+
+    /// As many exponents as are asked for, one at least, of an orbit with this map of a period and these
+    /// multipliers, largest first, and how well they are known; none where their
+    /// iteration fails. `at` is on the orbit at the start of a period, and is advanced by whole ones.
+    fn exponents(
+        &mut self,
+        monodromy: &Mat<f64>,
+        multipliers: &[Complex64],
+        at: &mut TrajectoryState,
+        period: u32,
+    ) -> Result<Option<Vec<Logarithm>>, Halt> {
+        let asked = self.questions.lyapunov.map_or(1, |l| l.exponents.max(1));
+        // A second, independent turn around the orbit shows how well the first is known, but not
+        // where contact lasts: the map of a period has the same bits each time.
+        let second = self.monodromy(at, period)?;
+        let again = match (asked, multipliers.first()) {
+            (1, Some(leading)) => eigenpair(second.as_ref(), *leading).map(|pair| vec![pair.value]),
+            _ => eigenvalues(second.as_ref()),
+        };
+        let blurs: Vec<f64> = (multipliers.iter().take(asked))
+            .map(|own| round_off(monodromy, own.norm()))
+            .collect();
+        let blurred = |blur: &f64| blur.is_nan() || *blur > TOLD;
+        let Some(again) = again.or_else(|| blurs.first().is_some_and(blurred).then(Vec::new))
+        else {
+            return Ok(None);
+        };
+        let again = exponents(&again, period);
+        let cycles = f64::from(period);
+        let mut found: Vec<Logarithm> = exponents(multipliers, period)
+            .into_iter()
+            .zip(&blurs)
+            .enumerate()
+            .map(|(i, (value, blur))| {
+                let round_off = Logarithm::blurred(1.0, *blur).error / cycles;
+                let apart = again.get(i).map_or(0.0, |again| (value - again).abs());
+                Logarithm {
+                    value,
+                    error: round_off.max(apart),
+                }
+            })
+            .collect();
+        if period > 1 && blurs.iter().any(blurred) {
+            let mut maps = Vec::with_capacity(period as usize);
+            for _ in 0..period {
+                maps.push(self.monodromy(at, 1)?);
+            }
+            let apart = logarithms(&maps, asked, TOLD).unwrap_or_default();
+            for ((own, blur), apart) in found.iter_mut().zip(&blurs).zip(apart) {
+                if blurred(blur) {
+                    *own = Logarithm {
+                        value: apart.value / cycles,
+                        error: apart.error / cycles,
+                    };
+                }
+            }
+        }
+        Ok(Some(found))
     }
 
     /// The linearised map of a period from `start`, which is advanced by it; none where its
