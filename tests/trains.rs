@@ -198,6 +198,21 @@ fn bevel_gears_push_away_from_the_apex() {
     }
 }
 
+/// A mesh table is that of cylindrical gears: of bevel gears it is refused, however it is asked for.
+#[test]
+fn bevel_gears_have_no_mesh_table() {
+    for stiffness in ["table", "continuous"] {
+        let text = BEVEL
+            .replacen("\"constant\"", &format!("\"{stiffness}\""), 1)
+            .replacen("mean_stiffness", "# mean_stiffness", 1);
+        let told = refusal(&text);
+        assert!(
+            told.contains("the gears of this train are bevel gears"),
+            "{told}"
+        );
+    }
+}
+
 fn refusal(text: &str) -> String {
     match manifest::parse(text, "test.toml", Path::new("")) {
         Err(errors) => errors.to_string(),

@@ -8,7 +8,7 @@ use crate::gear::{Contact, FaceLaw, Flanks, GearPair};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{self, Section};
 use crate::manifest::spec::{
-    CycleDivision, DampingSpec, MeshSpec, MeshTableSpec, StiffnessSpec, TwoLevels,
+    CycleDivision, DampingSpec, MeshSpec, MeshTableSpec, StiffnessSpec, StructureSource, TwoLevels,
 };
 use crate::manifest::tree::Value;
 use crate::model::Release;
@@ -48,11 +48,18 @@ pub(super) fn read(
     issues: &mut Issues,
     drive: Surroundings<'_>,
 ) -> Option<MeshSpec> {
-    let gears = drive.gears;
     let half_gap = backlash::read(section, issues, drive);
     let choice = section.choice(issues, "stiffness");
+    if choice.is_some_and(|choice| choice != "fourier") {
+        section.without_effect(
+            issues,
+            &["stiffness_harmonics"],
+            "without stiffness = \"fourier\"",
+            "remove it, or set stiffness = \"fourier\"",
+        );
+    }
     let stiffness = if wants_gears(section) {
-        table(section, issues, gears)
+        table(section, issues, drive)
     } else {
         section.without_effect(
             issues,
@@ -90,11 +97,8 @@ pub(super) fn read(
 }
 
 /// Stiffness from the drawing of the gears, which must be a pair that meshes.
-fn table(
-    section: &Section,
-    issues: &mut Issues,
-    gears: Option<&GearPair>,
-) -> Option<StiffnessSpec> {
+fn table(section: &Section, issues: &mut Issues, drive: Surroundings<'_>) -> Option<StiffnessSpec> {
+    let gears = drive.gears;
     section.without_effect(
         issues,
         &[
@@ -124,8 +128,23 @@ fn table(
     };
     let face = face(section, issues, gears);
     let pairs = pairs(section, issues, gears)?;
-    // A fault in the drawing itself has been reported there.
-    let gears = gears?;
+    let Some(gears) = gears else {
+        // Of others a drawing that is missing or faulty has been reported.
+        if let Some(StructureSource::Train(_)) = drive.source {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Unavailable,
+                    section.span_of("stiffness"),
+                    &section.path_of("stiffness"),
+                    "a mesh table is that of spur gears, and the gears of this train are bevel gears"
+                        .to_owned(),
+                )
+                .label("no table of bevel gears")
+                .accepted("stiffness = \"constant\", \"piecewise\" or \"fourier\""),
+            );
+        }
+        return None;
+    };
     if let Err(error) = Flanks::new(gears) {
         issues.push(
             Diagnostic::new(
