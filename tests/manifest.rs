@@ -1166,7 +1166,6 @@ fn pairs_know_no_harmonics_of_their_error() {
     let text = text_of("pairs.toml");
     let text = with(&text, "[excitation]", "[excitation]\ntable_harmonics = 5");
     assert_eq!(faults(&text), no_effect("excitation.table_harmonics"));
-    job(&with(&text, "resolution =", "# resolution ="));
 }
 
 /// Harmonics belong to one law of the stiffness.
