@@ -108,6 +108,23 @@ fn every_command_takes_changes_and_pipes() {
     assert_eq!(record["set"], json!(["run.cycles=320", "run.transient=30"]));
 }
 
+/// A process that starts itself again to compute with portable instructions finds a manifest from a pipe again.
+#[test]
+fn portable_instructions_take_pipes() {
+    let place = Place::new(OSCILLATOR);
+    let tail =
+        "--set run.instructions=portable --set run.cycles=320 --set grid.load=0.1 -j 1 --quiet";
+    for (out, head) in [
+        ("piped", "cat m.toml | $ATLAS run -"),
+        ("named", "$ATLAS run m.toml"),
+    ] {
+        let output = place.shell(&format!("unset GLIBC_TUNABLES; {head} --out {out} {tail}"));
+        assert!([0, 3].contains(&status(&output)), "{}", stderr(&output));
+    }
+    assert_same(&TABLES, &place.path("piped"), &place.path("named"));
+    assert_eq!(place.record("piped")["manifest"], OSCILLATOR);
+}
+
 /// A key that stands in the way of another is taken out.
 #[test]
 fn keys_are_taken_out() {

@@ -337,6 +337,7 @@ fn what_has_no_effect_is_told() {
     );
 }
 
+<<<<<<< HEAD
 /// What only some points of the grid do without, or another key brings into effect, is not said to have none.
 #[test]
 fn what_has_an_effect_somewhere_is_not_idle() {
@@ -368,6 +369,45 @@ fn what_has_an_effect_somewhere_is_not_idle() {
     let idle = MANIFEST.replacen("load = 0.1", "load = 0", 1);
     let job = manifest::parse(&idle, "m.toml", folder.path()).unwrap();
     assert!(manifest::advice(&job).is_empty());
+=======
+/// An axis over a key that nothing feels makes every point again and again, and a value that both shafts have for
+/// themselves stands for nothing.
+#[test]
+fn axes_and_shared_values_without_effect_are_told() {
+    let keys = |changes: &[(&str, &str)]| -> Vec<String> {
+        let words = words(&quickstart(changes), "no_effect").into_iter();
+        words.map(|(key, ..)| key).collect()
+    };
+    let slope = "[grid]\n\"gear.lead_slope\" = { values = [1e-4, 2e-4] }\n#";
+    assert_eq!(
+        keys(&[("[grid]", slope)]),
+        ["gear.face_width", "gear.lead_slope"]
+    );
+
+    let pinion = ("[shafts.pinion]", "[shafts.pinion]\nspan = 0.12");
+    assert_eq!(keys(&[pinion]), ["gear.face_width"]);
+    let wheel = ("[shafts.wheel]", "[shafts.wheel]\nspan = 0.12");
+    assert_eq!(keys(&[pinion, wheel]), ["gear.face_width", "shafts.span"]);
+    let axis = (
+        "[grid]",
+        "[grid]\n\"shafts.wheel.span\" = { values = [0.12, 0.13] }\n#",
+    );
+    assert_eq!(keys(&[pinion, axis]), ["gear.face_width", "shafts.span"]);
+}
+
+/// Harmonics of the stiffness that do not peak at one phase reach less far than the sum of their amplitudes.
+#[test]
+fn a_fourier_series_is_told_by_its_extremes() {
+    let folder = tempfile::tempdir().unwrap();
+    let series =
+        "mesh.stiffness_harmonics=[{harmonic=1,amplitude=2.2e8},{harmonic=2,amplitude=2.2e8}]";
+    let said = check(
+        folder.path(),
+        &["--set", "mesh.stiffness=fourier", "--set", series],
+    );
+    let told = "Fourier series of 2 harmonics, 1.525e8 ... 8.4e8 N/m, mean 4e8";
+    assert!(said.contains(told), "{said}");
+>>>>>>> h4
 }
 
 /// Figures of the gears stand beside each other, from the drawing and as they are used.

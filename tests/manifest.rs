@@ -4,7 +4,11 @@
 
 use atlas::gear::{BasicRack, Material, Relief, ToothForm};
 use atlas::manifest::{
+<<<<<<< HEAD
     self, CoastSpec, DampingSpec, DiagnosticKind, FrictionSpec, Job, ManifestErrors, PointSpec,
+=======
+    self, CoastSpec, DampingSpec, Diagnostic, DiagnosticKind, Job, ManifestErrors, PointSpec,
+>>>>>>> h4
     StiffnessSpec, StructureSource,
 };
 use atlas::model::{DriveShaft, InitialState, MeshHarmonic, Release};
@@ -1160,4 +1164,117 @@ fn analyses_and_the_seed_are_axes() {
     let other = axes("[1e-8, 1e-7]", "[3, 5, 9]");
     assert_ne!(job.hash, other.hash);
     assert_ne!(job.hash, axes("[1e-9, 1e-7]", "[3, 5, 8]").hash);
+}
+
+/// The kind and the key of every fault.
+fn faults(text: &str) -> Vec<(DiagnosticKind, String)> {
+    let errors = parse(text).unwrap_err();
+    let of = |fault: &Diagnostic| (fault.kind, fault.key.clone());
+    errors.diagnostics.iter().map(of).collect()
+}
+
+fn no_effect(key: &str) -> Vec<(DiagnosticKind, String)> {
+    vec![(DiagnosticKind::NoEffect, key.to_owned())]
+}
+
+fn text_of(name: &str) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests");
+    std::fs::read_to_string(folder.join(name)).unwrap()
+}
+
+/// Springs of pairs have the error of the flanks in their gaps, whatever harmonics are asked for.
+#[test]
+fn pairs_know_no_harmonics_of_their_error() {
+    let text = text_of("pairs.toml");
+    let text = with(&text, "[excitation]", "[excitation]\ntable_harmonics = 5");
+    assert_eq!(faults(&text), no_effect("excitation.table_harmonics"));
+}
+
+/// Harmonics belong to one law of the stiffness.
+#[test]
+fn harmonics_of_the_stiffness_need_a_fourier_series() {
+    let harmonics = "stiffness_harmonics = [{ harmonic = 1, amplitude = 5e7 }]";
+    let constant = "stiffness = \"constant\"\nmean_stiffness = \"4e8 N/m\"";
+    let levels = "mean_stiffness = 4e8\ncontact_ratio = 1.6\nsingle_pair_drop = 0.25";
+    for law in [
+        constant.to_owned(),
+        format!("stiffness = \"piecewise\"\n{levels}"),
+        "stiffness = \"piecewise\"\nvalues = [4e8, 3e8]".to_owned(),
+        format!("stiffness = \"continuous\"\n{levels}"),
+    ] {
+        let text = with(MODAL, constant, &format!("{law}\n{harmonics}"));
+        assert_eq!(
+            faults(&text),
+            no_effect("mesh.stiffness_harmonics"),
+            "{law}"
+        );
+    }
+    let text = with(
+        &text_of("pairs.toml"),
+        "[mesh]",
+        &format!("[mesh]\n{harmonics}"),
+    );
+    assert_eq!(faults(&text), no_effect("mesh.stiffness_harmonics"));
+}
+
+/// A range of whole numbers has no fractions: seeds would be cut and points computed twice.
+#[test]
+fn a_range_of_seeds_is_of_whole_numbers() {
+    let range = |count: u32| {
+        let axis = format!("[grid]\n\"job.seed\" = {{ from = 1, to = 4, count = {count} }}");
+        with(MODAL, "[grid]", &axis)
+    };
+    assert_eq!(job(&range(4)).points.at(10).seed, 2);
+    let fault = (DiagnosticKind::WrongType, "grid.\"job.seed\"".to_owned());
+    assert_eq!(faults(&range(3)), [fault]);
+}
+
+/// What both shafts have for themselves is read where they share it, too.
+#[test]
+fn an_overridden_key_of_shafts_is_checked() {
+    let own = |text: &str| {
+        let text = with(text, "[shafts.pinion]", "[shafts.pinion]\nspan = 0.12");
+        with(&text, "[shafts.wheel]", "[shafts.wheel]\nspan = 0.12")
+    };
+    let text = own(&text_of("quickstart.toml"));
+    job(&text);
+    let wrong = with(&text, "span = \"120 mm\"", "span = \"5 kg\"");
+    let fault = |key: &str| (DiagnosticKind::WrongUnit, key.to_owned());
+    assert_eq!(faults(&wrong), [fault("shafts.span")]);
+    let bearings = "[shafts.pinion.bearings]\ny = 1e8\n\n[shafts.wheel.bearings]\ny = 1e8\n\n[shafts.bearings]";
+    let text = with(&text, "[shafts.bearings]", bearings);
+    job(&text);
+    let wrong = with(&text, "y = \"1e8 N/m\"", "y = \"1e8 N\"");
+    assert_eq!(faults(&wrong), [fault("shafts.bearings.y")]);
+}
+
+/// Bifurcations are followed over a second axis; without one there is nothing to choose among.
+#[test]
+fn curves_need_a_second_axis() {
+    let alone = format!("{MODAL}\n[continuation]\nover = \"speed\"\ncurves = \"all\"\n");
+    assert_eq!(faults(&alone), no_effect("continuation.curves"));
+    let plane = with(&alone, "load = 0.1", "load = { values = [0.1, 0.2] }");
+    job(&with(&plane, "curves =", "second = \"load\"\ncurves ="));
+}
+
+/// Results name the forces of bearings by the names of a modal file.
+#[test]
+fn bearings_of_a_modal_file_have_names_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let modal = include_str!("manifests/oscillator.modal.toml");
+    let read = |names: [&str; 2]| {
+        let bearing =
+            |name: &str| format!("\n[[bearing]]\nname = \"{name}\"\ngain = [1.0, 0.0, 0.0]\n");
+        let text = names.map(bearing).concat();
+        std::fs::write(
+            folder.path().join("oscillator.modal.toml"),
+            format!("{modal}{text}"),
+        )
+        .unwrap();
+        manifest::parse(MODAL, "test.toml", folder.path())
+    };
+    read(["b x", "b_x"]).unwrap();
+    let errors = read(["b x", "b x"]).unwrap_err();
+    assert_eq!(errors.diagnostics.len(), 1);
+    assert_eq!(errors.diagnostics[0].key, "bearing.1.name");
 }

@@ -343,6 +343,44 @@ fn a_signal_ends_a_run_in_the_midst_of_a_cycle() {
     assert_eq!(place.record("out")["totals"]["missing"], 1);
 }
 
+/// Whatever a signal ends has the status of what was interrupted; a trace leaves no file.
+#[test]
+fn a_signal_ends_every_command_with_the_same_status() {
+    let place = Place::new(OSCILLATOR);
+    let trace =
+        "trace m.toml --point load=0.3,speed=600 --cycles 1000000000 --samples-per-cycle 1 --out t";
+    let verify = "verify --full --threads 1";
+    for (name, arguments) in [
+        ("TERM", trace),
+        ("INT", trace),
+        ("TERM", verify),
+        ("INT", verify),
+    ] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_atlas"))
+            .current_dir(place.path(""))
+            .args(arguments.split(' '))
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let patience = Instant::now();
+        let at_work = || match arguments == trace {
+            true => place.path("t").exists() && !names(&place.path("t")).is_empty(),
+            false => patience.elapsed() > Duration::from_secs(1),
+        };
+        while !at_work() {
+            assert!(patience.elapsed() < Duration::from_secs(60), "{arguments}");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        signal(&child, name);
+        assert_eq!(
+            child.wait().unwrap().code(),
+            Some(130),
+            "{name} {arguments}"
+        );
+    }
+    assert_eq!(names(&place.path("t")), [""; 0]);
+}
+
 #[test]
 fn a_killed_run_goes_on_even_from_a_damaged_journal() {
     let place = Place::new(&long());

@@ -198,6 +198,7 @@ fn bevel_gears_push_away_from_the_apex() {
     }
 }
 
+<<<<<<< HEAD
 /// Gears on axes that cross have errors of their orders, tooth by tooth as the train counts them.
 #[test]
 fn bevel_gears_have_errors_of_their_shafts() {
@@ -208,6 +209,21 @@ fn bevel_gears_have_errors_of_their_shafts() {
     let counted: Vec<(u32, u32)> = orders.iter().map(|e| (e.cycles, e.harmonic)).collect();
     assert_eq!(counted, [(30, 1), (20, 2)]);
     model(&job, 0);
+=======
+/// A mesh table is that of cylindrical gears: of bevel gears it is refused, however it is asked for.
+#[test]
+fn bevel_gears_have_no_mesh_table() {
+    for stiffness in ["table", "continuous"] {
+        let text = BEVEL
+            .replacen("\"constant\"", &format!("\"{stiffness}\""), 1)
+            .replacen("mean_stiffness", "# mean_stiffness", 1);
+        let told = refusal(&text);
+        assert!(
+            told.contains("the gears of this train are bevel gears"),
+            "{told}"
+        );
+    }
+>>>>>>> h4
 }
 
 fn refusal(text: &str) -> String {

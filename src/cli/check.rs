@@ -14,7 +14,6 @@ use crate::manifest::{
 use crate::propagate::KernelChoice;
 use clap::Args;
 use serde_json::{Value, json};
-use std::borrow::Cow;
 use std::process::ExitCode;
 
 /// Arguments of `atlas check`.
@@ -209,42 +208,41 @@ fn coast(job: &Job) -> String {
     )
 }
 
-/// `60 segments, 3.33333e8 to 4.44444e8 N/m`, or where a table comes from.
+/// `60 segments, 3.333e8 ... 4.444e8 N/m`, or where a table comes from.
 fn stiffness(job: &Job) -> String {
     let mut levels = (f64::INFINITY, f64::NEG_INFINITY);
-    let mut segments = (f64::INFINITY, f64::NEG_INFINITY);
-    let means = range(
-        job.points
-            .variants()
-            .iter()
-            .filter_map(|v| v.mesh.stiffness.mean()),
-    );
-    for variant in job.points.variants() {
-        let values = match &variant.mesh.stiffness {
-            StiffnessSpec::Constant(value) => Cow::Borrowed(std::slice::from_ref(value)),
-            StiffnessSpec::Piecewise(values) => Cow::Borrowed(&values[..]),
-            StiffnessSpec::Continuous(levels) => Cow::Owned(levels.divisions().0),
-            StiffnessSpec::Fourier(mean, harmonics) => {
-                let reach: f64 = harmonics.iter().map(|h| h.amplitude.abs()).sum();
-                Cow::Owned(vec![mean - reach, mean + reach])
+    let mut counts = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut series = false;
+    let laws = job.points.variants().iter();
+    let mut laws: Vec<&StiffnessSpec> = laws.map(|variant| &variant.mesh.stiffness).collect();
+    laws.dedup();
+    let means = range(laws.iter().filter_map(|law| law.mean()));
+    for law in laws {
+        let count = match law {
+            StiffnessSpec::Constant(_) => 1,
+            StiffnessSpec::Piecewise(values) => values.len(),
+            StiffnessSpec::Continuous(levels) => levels.divisions().0.len(),
+            StiffnessSpec::Fourier(_, harmonics) => {
+                series = true;
+                harmonics.len()
             }
             // The law is no axis of a grid: all points have it.
             StiffnessSpec::Table(table) => return tabled(job, table),
         };
-        let (low, high) = range(values.iter().copied());
+        let (low, high) = range(law.extremes().into_iter().flatten());
         levels = (levels.0.min(low), levels.1.max(high));
-        let count = values.len() as f64;
-        segments = (segments.0.min(count), segments.1.max(count));
+        counts = (counts.0.min(count as f64), counts.1.max(count as f64));
     }
+    let counts = span(counts.0, counts.1);
+    let what = match series {
+        true => format!("Fourier series of {counts} harmonics"),
+        false => format!("{counts} segments"),
+    };
     let mean = match levels.0 == levels.1 {
         true => String::new(),
         false => format!(", mean {}", span(means.0, means.1)),
     };
-    format!(
-        "{} segments, {} N/m{mean}",
-        span(segments.0, segments.1),
-        span(levels.0, levels.1)
-    )
+    format!("{what}, {} N/m{mean}", span(levels.0, levels.1))
 }
 
 fn tabled(job: &Job, table: &MeshTableSpec) -> String {

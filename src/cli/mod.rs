@@ -123,6 +123,9 @@ enum Command {
 pub fn main() -> ExitCode {
     hush_workers();
     bus_fault::say_which();
+    if let Err(error) = process::end_when_interrupted() {
+        return fail(1, &format!("cannot watch for signals: {error}"));
+    }
     let arguments = match Cli::try_parse() {
         Ok(arguments) => arguments,
         Err(refusal) => return refused(&refusal),

@@ -7,16 +7,17 @@
 use crate::manifest::Job;
 use crate::numerics::instructions::keep_portable;
 
-/// Keeps to portable instructions if the job asks for it; comes back in a process that does.
+/// Keeps to portable instructions if the job asks for it; comes back in a process that does. With
+/// `piped` the manifest has been read from standard input, where the process finds it again.
 ///
 /// # Errors
 /// The program cannot be started again, in a sentence.
-pub fn obey(job: &Job) -> Result<(), String> {
+pub fn obey(job: &Job, piped: bool) -> Result<(), String> {
     if !job.portable() {
         return Ok(());
     }
     keep_portable();
-    start_again()
+    start_again(piped.then_some(&job.text))
 }
 
 /// What the GNU C library is to leave unused; names that a version does not know it passes over.
@@ -24,7 +25,7 @@ pub fn obey(job: &Job) -> Result<(), String> {
 const WITHOUT: &str = "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-AVX,-AVX512F,-FMA_Usable,-FMA4_Usable,-AVX2_Usable,-AVX_Usable";
 
 #[cfg(all(target_env = "gnu", target_arch = "x86_64"))]
-fn start_again() -> Result<(), String> {
+fn start_again(input: Option<&String>) -> Result<(), String> {
     use std::env;
     use std::os::unix::process::CommandExt;
     use std::process::Command;
@@ -44,14 +45,31 @@ fn start_again() -> Result<(), String> {
     if let Some(name) = arguments.next() {
         again.arg0(name);
     }
+    let failed = |error| {
+        format!(
+            "run.instructions = \"portable\" needs the program to start itself again, which failed: {error}"
+        )
+    };
+    if let Some(text) = input {
+        again.stdin(as_file(text).map_err(failed)?);
+    }
     // Returns only where it fails.
-    let error = again.args(arguments).env(VARIABLE, all).exec();
-    Err(format!(
-        "run.instructions = \"portable\" needs the program to start itself again, which failed: {error}"
-    ))
+    Err(failed(again.args(arguments).env(VARIABLE, all).exec()))
+}
+
+/// A file in memory with a text, to be read from its start.
+#[cfg(all(target_env = "gnu", target_arch = "x86_64"))]
+fn as_file(text: &str) -> std::io::Result<std::fs::File> {
+    use rustix::fs::{MemfdFlags, memfd_create};
+    use std::io::{Seek, Write};
+
+    let mut file = std::fs::File::from(memfd_create("manifest", MemfdFlags::CLOEXEC)?);
+    file.write_all(text.as_bytes())?;
+    file.rewind()?;
+    Ok(file)
 }
 
 #[cfg(not(all(target_env = "gnu", target_arch = "x86_64")))]
-fn start_again() -> Result<(), String> {
+fn start_again(_input: Option<&String>) -> Result<(), String> {
     Ok(())
 }

@@ -6,8 +6,23 @@ use crate::topology::Topology;
 use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::flag;
 use std::io;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, LazyLock};
+
+/// Whether a first signal ends the process: until something asks to be called off instead.
+static AT_ONCE: LazyLock<Arc<AtomicBool>> = LazyLock::new(|| Arc::new(AtomicBool::new(true)));
+
+/// Lets Ctrl-C and SIGTERM end the process at once with the status of what was interrupted, until
+/// [`Process::prepare`].
+///
+/// # Errors
+/// Signals cannot be watched.
+pub fn end_when_interrupted() -> io::Result<()> {
+    for signal in [SIGINT, SIGTERM] {
+        flag::register_conditional_shutdown(signal, i32::from(INTERRUPTED), AT_ONCE.clone())?;
+    }
+    Ok(())
+}
 
 /// A process ready for a sweep.
 #[derive(Debug)]
@@ -28,6 +43,7 @@ impl Process {
     pub fn prepare() -> io::Result<Self> {
         let called_off = Arc::new(AtomicBool::new(false));
         watch_signals(&called_off)?;
+        AT_ONCE.store(false, Ordering::Relaxed);
         let (topology, warnings) = this_machine();
         Ok(Self {
             called_off,

@@ -2,19 +2,20 @@
 
 use super::manifest_args::ManifestArgs;
 use super::point::{self, ChosenPoint, number};
+use super::process::Process;
 use super::table::TablesFolder;
 use super::threads::Threads;
-use super::{BAD_INPUT, FAILED_POINTS, answer, fail, start_threads};
+use super::{BAD_INPUT, FAILED_POINTS, INTERRUPTED, answer, fail, start_threads};
 use crate::analysis::{Signals, TraceOutcome, TraceQuestion, named_outputs};
 use crate::manifest::Job;
 use crate::model::Model;
+use crate::propagate::Stop;
 use crate::store::{TableKind, TraceLabel, TraceWriter, table_path};
-use crate::sweep::{Parts, PointTrace};
+use crate::sweep::{Parts, PointTrace, PointTraceError};
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::atomic::AtomicBool;
 
 /// Arguments of `atlas trace`.
 #[derive(Debug, Args)]
@@ -65,7 +66,7 @@ pub struct TraceArgs {
 }
 
 /// Traces one operating point: status 0 when done, 2 for bad input, 3 where the trajectory
-/// could not be integrated to the end.
+/// could not be integrated to the end, 130 when interrupted.
 pub fn run(args: &TraceArgs) -> ExitCode {
     let job = match args.manifest.admit() {
         Ok(job) => job,
@@ -85,6 +86,10 @@ pub fn run(args: &TraceArgs) -> ExitCode {
     if let Some(message) = occupied(&folder).filter(|_| !args.fresh) {
         return fail(BAD_INPUT, &message);
     }
+    let process = match Process::prepare() {
+        Ok(process) => process,
+        Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
+    };
     if let Err(message) = start_threads(&args.threads) {
         return fail(1, &message);
     }
@@ -115,12 +120,19 @@ pub fn run(args: &TraceArgs) -> ExitCode {
     let question = &trace.question;
     let label = label(&job, &point, &model, question);
     let open = || TraceWriter::create(&folder, &label, question.modal);
-    let recorded = trace.record(&model, &AtomicBool::new(false), open);
-    let outcome = match recorded.map(|(outcome, writer)| (outcome, writer.finish())) {
-        Ok((outcome, Ok(()))) => outcome,
-        Ok((_, Err(error))) => return fail(1, &error.to_string()),
+    let (outcome, writer) = match trace.record(&model, &process.called_off, open) {
+        Ok((outcome, _)) if matches!(outcome.stop, Some(Stop::CalledOff { .. })) => {
+            return fail(INTERRUPTED, "interrupted; nothing was written");
+        }
+        Ok(recorded) => recorded,
+        Err(PointTraceError::CalledOff(_)) => {
+            return fail(INTERRUPTED, "interrupted; nothing was written");
+        }
         Err(error) => return fail(1, &error.to_string()),
     };
+    if let Err(error) = writer.finish() {
+        return fail(1, &error.to_string());
+    }
     let text = match args.json {
         true => format!("{:#}\n", summary_json(&job, &point, &outcome, &folder)),
         false => summary(&job, &point, &model, question, &outcome, &folder),

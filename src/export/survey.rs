@@ -4,6 +4,7 @@ use super::cells::{Cell, Cells};
 use super::error::ExportError;
 use super::format::Lists;
 use crate::store::{ColumnHead, ColumnKind, ResultTable, StoreError, TableKind};
+use std::collections::HashSet;
 use std::path::Path;
 
 /// Whole numbers up to this have floating-point numbers of their own.
@@ -90,19 +91,21 @@ impl SurveyedColumn {
         if self.named { &self.head.elements } else { &[] }
     }
 
-    /// `deflection_rms [m]`, `harmonics_2 [m]` of the second element of a list, `bearing_rms_pinion_1_x [N]` of one with
-    /// a name; without a unit where it has none.
-    fn title(&self, place: usize) -> String {
-        let mut title = self.head.name.clone();
-        if self.is_list() {
-            title += &match self.elements().get(place) {
-                Some(name) => format!("_{}", name.replace(' ', "_")),
-                None => format!("_{}", place + 1),
-            };
+    /// `deflection_rms`, `harmonics_2` of the second element of a list, `bearing_rms_pinion_1_x` of one with a name.
+    fn name(&self, place: usize) -> String {
+        let name = self.head.name.clone();
+        match (self.is_list(), self.elements().get(place)) {
+            (false, _) => name,
+            (true, Some(element)) => format!("{name}_{}", element.replace(' ', "_")),
+            (true, None) => format!("{name}_{}", place + 1),
         }
+    }
+
+    /// A name with the unit: `deflection_rms [m]`; without one where there is none.
+    fn titled(&self, name: String) -> String {
         match self.head.unit.as_str() {
-            "" | "1" => title,
-            unit => title + &format!(" [{unit}]"),
+            "" | "1" => name,
+            unit => format!("{name} [{unit}]"),
         }
     }
 }
@@ -113,22 +116,31 @@ impl Surveyed {
         self.kind.name()
     }
 
-    /// Its columns with lists widened to one column an element, or left out.
+    /// Its columns with lists widened to one column an element, or left out. Names that would be equal (elements `b x`
+    /// and `b_x`) are numbered from the second on.
     pub(super) fn flat(&self, lists: Lists) -> Vec<Flat> {
-        let columns = self.columns.iter().enumerate();
-        let shown = columns.filter(|(_, column)| lists == Lists::Wide || !column.is_list());
-        let each = |(index, column): (usize, &SurveyedColumn)| {
-            let titles: Vec<String> = (0..column.places())
-                .map(|place| column.title(place))
-                .collect();
-            let flat = titles.into_iter().enumerate();
-            flat.map(move |(place, title)| Flat {
-                column: index,
-                place,
-                title,
-            })
-        };
-        shown.flat_map(each).collect()
+        let mut taken = HashSet::new();
+        let mut flat = Vec::new();
+        for (index, column) in self.columns.iter().enumerate() {
+            if lists != Lists::Wide && column.is_list() {
+                continue;
+            }
+            for place in 0..column.places() {
+                let plain = column.name(place);
+                let mut name = plain.clone();
+                let mut count = 1;
+                while !taken.insert(name.clone()) {
+                    count += 1;
+                    name = format!("{plain}_{count}");
+                }
+                flat.push(Flat {
+                    column: index,
+                    place,
+                    title: column.titled(name),
+                });
+            }
+        }
+        flat
     }
 
     /// Whether lists are to go into a table of their own.
@@ -218,4 +230,37 @@ pub fn survey(folder: &Path, kind: TableKind, chosen: &[String]) -> Result<Surve
         Ok::<_, StoreError>(())
     })?;
     Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A column with lists of two, named.
+    fn column(name: &str, elements: [&str; 2]) -> SurveyedColumn {
+        let mut column = SurveyedColumn::new(ColumnHead {
+            name: name.to_owned(),
+            unit: "N".to_owned(),
+            description: String::new(),
+            kind: ColumnKind::List,
+            elements: elements.map(str::to_owned).to_vec(),
+        });
+        column.width = 2;
+        column
+    }
+
+    /// Names that differ in a space and an underscore alone are told apart in heads of columns.
+    #[test]
+    fn equal_heads_are_numbered() {
+        let surveyed = Surveyed {
+            kind: TableKind::Points,
+            rows: 1,
+            elements: 4,
+            columns: vec![column("mean", ["b x", "b_x"]), column("rms", ["b x", "a"])],
+        };
+        let flat = surveyed.flat(Lists::Wide);
+        let titles: Vec<&str> = flat.iter().map(|flat| flat.title.as_str()).collect();
+        let expected = ["mean_b_x [N]", "mean_b_x_2 [N]", "rms_b_x [N]", "rms_a [N]"];
+        assert_eq!(titles, expected);
+    }
 }

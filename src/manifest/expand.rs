@@ -24,6 +24,9 @@ use std::sync::Arc;
 /// Combinations with faults after which no more are looked at.
 const MAX_FAULTY: usize = 1000;
 
+/// What is said of values that make no drive where no section says why.
+const NO_DRIVE: &str = "the values do not fit together";
+
 /// How often a fault was seen.
 #[derive(Debug)]
 struct Occurrence {
@@ -122,6 +125,18 @@ pub(super) fn expand(
             .then(|| resolve(&Section::root(tree, MANIFEST), issues, context))
             .flatten();
         tried += 1;
+        if resolved.is_none() && issues.count() == 0 {
+            // What resolves to nothing is no job, even where no section says why.
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Inconsistent,
+                    tree.span,
+                    "",
+                    NO_DRIVE.to_owned(),
+                )
+                .label("these values"),
+            );
+        }
         if issues.count() > counted {
             faulty += 1;
             sift(issues, before, &mut faults, &keys, &index);
@@ -347,7 +362,7 @@ impl Between {
                 Ok(resolved)
             }
             (_, Some(fault)) => Err(fault.message.clone()),
-            (None, None) => Err("the values do not fit together".to_owned()),
+            (None, None) => Err(NO_DRIVE.to_owned()),
         }
     }
 }

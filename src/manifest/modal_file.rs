@@ -11,8 +11,10 @@ use super::reader::{Section, entries};
 use super::schema::{self, MODAL_FILE};
 use super::sections::Context;
 use super::text::NoText;
-use super::{text, tree, unknown};
+use super::tree::{self, Value};
+use super::{text, unknown};
 use crate::shaft::{BearingGain, ModalStructure, StaticShare};
+use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -131,6 +133,7 @@ fn bearings(root: &Section, issues: &mut Issues, modes: Option<usize>) -> Option
         return Some(Vec::new());
     }
     let tables = root.tables(issues, "bearing")?;
+    equal_names(&tables, issues);
     let all: Vec<Option<BearingGain>> = (tables.iter())
         .map(|table| {
             let name = table.text(issues, "name");
@@ -147,6 +150,28 @@ fn bearings(root: &Section, issues: &mut Issues, modes: Option<usize>) -> Option
         })
         .collect();
     all.into_iter().collect()
+}
+
+/// Results name forces of bearings by these names: of two that are equal neither could be told.
+fn equal_names(tables: &[Section], issues: &mut Issues) {
+    let mut known = HashSet::new();
+    for table in tables {
+        let Some(Value::Text(name)) = table.entry("name").map(|entry| &entry.node.value) else {
+            continue;
+        };
+        if !known.insert(name) {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Inconsistent,
+                    table.span_of("name"),
+                    &table.path_of("name"),
+                    format!("two bearing forces have the name `{name}`"),
+                )
+                .label("second time")
+                .remedy("give every [[bearing]] a name of its own, such as \"pinion 1 x\""),
+            );
+        }
+    }
 }
 
 /// A column with one entry a mode.

@@ -206,11 +206,11 @@ mod tests {
             stop(&model, &Stepping::new(&model, 400, 1000)),
         ];
         for found in found {
-            // e^{140 t} takes a micrometre to ten kilometres in 0.16 s, 200 mesh cycles.
+            // e^{140 t} takes a micrometre to ten kilometres, or as many metres, in 630 or 440 mesh cycles.
             let Stop::Diverged { cycle } = found else {
                 panic!("{found:?}");
             };
-            assert!((100..300).contains(&cycle), "{cycle}");
+            assert!((300..800).contains(&cycle), "{cycle}");
         }
     }
 }

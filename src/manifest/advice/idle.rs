@@ -39,14 +39,19 @@ pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, St
         let width = (constant && !offset).then_some("face_width");
         for key in OF_FLANKS.into_iter().chain(width) {
             let path = format!("gear.{key}");
-            if root.at(&path).is_some() {
+            if given(job, root, &path) {
                 found.push((path, why.to_owned()));
             }
         }
     }
     found.extend(unfelt_shafts(first, root));
+<<<<<<< HEAD
     // Amplitudes that the grid varies are 0 at some points only.
     found.extend(silent(first).into_iter().filter(|(key, _)| !varied(key)));
+=======
+    found.extend(overridden_shafts(job, root));
+    found.extend(silent(first));
+>>>>>>> h4
     if job.continuation.is_some() {
         let why = "is for `atlas follow`; `atlas run` does not look at it";
         found.push(("continuation".to_owned(), why.to_owned()));
@@ -65,6 +70,41 @@ pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, St
         found.extend(given.map(|key| (key.to_owned(), why.to_owned())));
     }
     found
+}
+
+/// Whether a key stands in the manifest, or an axis of its grid varies it.
+fn given(job: &Job, root: &Node, path: &str) -> bool {
+    root.at(path).is_some() || job.axes.iter().any(|axis| axis.name() == path)
+}
+
+/// Keys that `[shafts]` gives both shafts and each of them has for itself.
+fn overridden_shafts(job: &Job, root: &Node) -> Vec<(String, String)> {
+    let axes = job.axes.iter().map(|axis| axis.name());
+    let mut shared: Vec<String> = axes
+        .filter_map(|name| name.strip_prefix("shafts."))
+        .map(str::to_owned)
+        .collect();
+    if let Some(Value::Table(entries)) = root.at("shafts").map(|node| &node.value) {
+        for entry in entries {
+            match &entry.node.value {
+                Value::Table(inner) => {
+                    shared.extend(inner.iter().map(|key| format!("{}.{}", entry.key, key.key)));
+                }
+                _ => shared.push(entry.key.clone()),
+            }
+        }
+    }
+    let of_both = |key: &String| {
+        let own = ["pinion", "wheel"].map(|shaft| format!("shafts.{shaft}.{key}"));
+        own.iter().all(|path| given(job, root, path))
+    };
+    (shared.into_iter())
+        .filter(of_both)
+        .map(|key| {
+            let why = "is not felt where each shaft has its own".to_owned();
+            (format!("shafts.{key}"), why)
+        })
+        .collect()
 }
 
 /// Keys of `[shafts]` that are given and that the kind of model does not feel.

@@ -297,7 +297,15 @@ impl AxisReader<'_> {
             );
         }
         let count = usize::try_from(count).ok()?;
-        Some(AxisValues::even(from, to, count, logarithmic))
+        let values = AxisValues::even(from, to, count, logarithmic);
+        let broken = |value: &f64| self.spec.kind == Kind::Integer && value.fract() != 0.0;
+        if let Some(value) = values.iter().find(broken) {
+            let value = Value::Sample(value, Dimension::Ratio);
+            let span = node.span;
+            _ = self.whole(issues, &Node { span, value }, self.path);
+            return None;
+        }
+        Some(values)
     }
 
     fn logarithmic(&self, issues: &mut Issues, node: &Node) -> Option<bool> {

@@ -267,6 +267,7 @@ fn surroundings(path: &str) -> String {
                 &format!("[excitation]\ntorque_ripple = {ripple} #"),
             );
         }
+        "continuation.curves" => text.push_str("[continuation]\nsecond = \"load\"\n"),
         _ if path.starts_with("continuation.states.") => {
             let still = ["0"; 12].join(", ");
             let state = format!("at = 1000, displacement = [{still}], velocity = [{still}]");

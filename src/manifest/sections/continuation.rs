@@ -43,6 +43,14 @@ pub(in crate::manifest) fn read(
             .remedy("name another axis, or leave it out"),
         );
     }
+    if !section.has("second") {
+        section.without_effect(
+            issues,
+            &["curves"],
+            "without `second`: no bifurcation is followed over a second axis",
+            "remove it, or name the axis as `second`",
+        );
+    }
     let curves = section.choice_or_default(issues, "curves");
     let starts = section.count_or_default(issues, "starts");
     let transient = section.integer_or_default(issues, "transient");

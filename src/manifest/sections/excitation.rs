@@ -34,13 +34,19 @@ pub(super) fn read(
             .collect();
         read.into_iter().collect::<Option<Vec<_>>>()
     });
-    if mesh.is_some_and(|mesh| !matches!(mesh.stiffness, StiffnessSpec::Table(_))) {
-        section.without_effect(
-            issues,
-            &["table_harmonics"],
+    let idle = mesh.and_then(|mesh| match &mesh.stiffness {
+        stiffness if stiffness.is_of_pairs() => Some((
+            "with mesh.resolution = \"pairs\": the gaps of the pairs are the error of the flanks",
+            "remove it, or remove mesh.resolution",
+        )),
+        StiffnessSpec::Table(_) => None,
+        _ => Some((
             "without a mesh table",
             "remove it, or set mesh.stiffness = \"table\"",
-        );
+        )),
+    });
+    if let Some((why, remedy)) = idle {
+        section.without_effect(issues, &["table_harmonics"], why, remedy);
     }
     let table_harmonics = match section.has("table_harmonics") {
         // The schema bounds it far below the range of u32.

@@ -8,7 +8,7 @@ use crate::gear::{Contact, FaceLaw, Flanks, GearPair};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{self, Section};
 use crate::manifest::spec::{
-    CycleDivision, DampingSpec, MeshSpec, MeshTableSpec, StiffnessSpec, TwoLevels,
+    CycleDivision, DampingSpec, MeshSpec, MeshTableSpec, StiffnessSpec, StructureSource, TwoLevels,
 };
 use crate::manifest::tree::Value;
 use crate::model::{MOST_CONTACTS, Release};
@@ -48,12 +48,24 @@ pub(super) fn read(
     issues: &mut Issues,
     drive: Surroundings<'_>,
 ) -> Option<MeshSpec> {
-    let gears = drive.gears;
     let half_gap = backlash::read(section, issues, drive);
     let choice = section.choice(issues, "stiffness");
+<<<<<<< HEAD
     let misalignment = section.quantity_or_default(issues, "misalignment");
     let stiffness = if wants_gears(section) {
         table(section, issues, gears, misalignment)
+=======
+    if choice.is_some_and(|choice| choice != "fourier") {
+        section.without_effect(
+            issues,
+            &["stiffness_harmonics"],
+            "without stiffness = \"fourier\"",
+            "remove it, or set stiffness = \"fourier\"",
+        );
+    }
+    let stiffness = if wants_gears(section) {
+        table(section, issues, drive)
+>>>>>>> h4
     } else {
         section.without_effect(
             issues,
@@ -90,12 +102,17 @@ pub(super) fn read(
 }
 
 /// Stiffness from the drawing of the gears, which must be a pair that meshes.
+<<<<<<< HEAD
 fn table(
     section: &Section,
     issues: &mut Issues,
     gears: Option<&GearPair>,
     misalignment: Option<f64>,
 ) -> Option<StiffnessSpec> {
+=======
+fn table(section: &Section, issues: &mut Issues, drive: Surroundings<'_>) -> Option<StiffnessSpec> {
+    let gears = drive.gears;
+>>>>>>> h4
     section.without_effect(
         issues,
         &[
@@ -124,6 +141,7 @@ fn table(
         _ => Contact::Linear,
     };
     let face = face(section, issues, gears);
+<<<<<<< HEAD
     let pairs = pairs(section, issues, gears, misalignment)?;
     // A fault in the drawing itself has been reported there.
     let gears = gears?;
@@ -145,6 +163,38 @@ fn table(
     };
     if let Some(slices) = pairs {
         check_springs(section, issues, &flanks, slices as usize)?;
+=======
+    let pairs = pairs(section, issues, gears)?;
+    let Some(gears) = gears else {
+        // Of others a drawing that is missing or faulty has been reported.
+        if let Some(StructureSource::Train(_)) = drive.source {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Unavailable,
+                    section.span_of("stiffness"),
+                    &section.path_of("stiffness"),
+                    "a mesh table is that of spur gears, and the gears of this train are bevel gears"
+                        .to_owned(),
+                )
+                .label("no table of bevel gears")
+                .accepted("stiffness = \"constant\", \"piecewise\" or \"fourier\""),
+            );
+        }
+        return None;
+    };
+    if let Err(error) = Flanks::new(gears) {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::OutOfRange,
+                section.span_of("stiffness"),
+                "gear",
+                format!("the gears of [gear] have no mesh table: {error}"),
+            )
+            .label("computed from [gear]")
+            .accepted("a pair of gears that meshes, or stiffness = \"piecewise\""),
+        );
+        return None;
+>>>>>>> h4
     }
     Some(StiffnessSpec::Table(Arc::new(MeshTableSpec {
         gears: gears.clone(),

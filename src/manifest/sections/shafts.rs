@@ -121,6 +121,10 @@ fn shaft(
     let constant = own.quantity_or_default(issues, "drag_torque");
     let mut either = |key: &str| {
         let section = if own.has(key) { &own } else { shared };
+        if own.has(key) && shared.has(key) {
+            // A value that this shaft does not take is checked all the same.
+            _ = shared.quantity(issues, key);
+        }
         section.quantity(issues, key)
     };
     let (span, overhang) = (either("span"), either("overhang"));
@@ -220,9 +224,18 @@ impl<'t> Layers<'t> {
         }
     }
 
+    /// What `read` makes of a key; a value that this shaft does not take is checked all the same.
+    fn value<T>(&self, key: &str, mut read: impl FnMut(&Section<'t>) -> Option<T>) -> Option<T> {
+        let section = self.of(key);
+        if self.special.as_ref().is_some_and(|own| own.has(key)) && self.common.has(key) {
+            _ = read(&self.common);
+        }
+        read(section)
+    }
+
     /// Both bearings' values of a key.
     fn both(&self, issues: &mut Issues, key: &str) -> Option<[f64; 2]> {
-        self.of(key).one_or_pair(issues, key)
+        self.value(key, |section| section.one_or_pair(issues, key))
     }
 }
 
@@ -249,7 +262,7 @@ fn bearings(
     let y = both("y");
     let tilt = both("tilt");
     let axial = match wanted("axial") {
-        true => layers.of("axial").pair(issues, "axial"),
+        true => layers.value("axial", |section| section.pair(issues, "axial")),
         false => Some([0.0; 2]),
     };
     if axial == Some([0.0; 2]) && needed("axial") {
