@@ -337,7 +337,6 @@ fn what_has_no_effect_is_told() {
     );
 }
 
-<<<<<<< HEAD
 /// What only some points of the grid do without, or another key brings into effect, is not said to have none.
 #[test]
 fn what_has_an_effect_somewhere_is_not_idle() {
@@ -369,7 +368,8 @@ fn what_has_an_effect_somewhere_is_not_idle() {
     let idle = MANIFEST.replacen("load = 0.1", "load = 0", 1);
     let job = manifest::parse(&idle, "m.toml", folder.path()).unwrap();
     assert!(manifest::advice(&job).is_empty());
-=======
+}
+
 /// An axis over a key that nothing feels makes every point again and again, and a value that both shafts have for
 /// themselves stands for nothing.
 #[test]
@@ -407,7 +407,6 @@ fn a_fourier_series_is_told_by_its_extremes() {
     );
     let told = "Fourier series of 2 harmonics, 1.525e8 ... 8.4e8 N/m, mean 4e8";
     assert!(said.contains(told), "{said}");
->>>>>>> h4
 }
 
 /// Figures of the gears stand beside each other, from the drawing and as they are used.

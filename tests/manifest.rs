@@ -4,12 +4,8 @@
 
 use atlas::gear::{BasicRack, Material, Relief, ToothForm};
 use atlas::manifest::{
-<<<<<<< HEAD
-    self, CoastSpec, DampingSpec, DiagnosticKind, FrictionSpec, Job, ManifestErrors, PointSpec,
-=======
-    self, CoastSpec, DampingSpec, Diagnostic, DiagnosticKind, Job, ManifestErrors, PointSpec,
->>>>>>> h4
-    StiffnessSpec, StructureSource,
+    self, CoastSpec, DampingSpec, Diagnostic, DiagnosticKind, FrictionSpec, Job, ManifestErrors,
+    PointSpec, StiffnessSpec, StructureSource,
 };
 use atlas::model::{DriveShaft, InitialState, MeshHarmonic, Release};
 use atlas::propagate::KernelChoice;

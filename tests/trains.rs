@@ -198,7 +198,6 @@ fn bevel_gears_push_away_from_the_apex() {
     }
 }
 
-<<<<<<< HEAD
 /// Gears on axes that cross have errors of their orders, tooth by tooth as the train counts them.
 #[test]
 fn bevel_gears_have_errors_of_their_shafts() {
@@ -209,7 +208,8 @@ fn bevel_gears_have_errors_of_their_shafts() {
     let counted: Vec<(u32, u32)> = orders.iter().map(|e| (e.cycles, e.harmonic)).collect();
     assert_eq!(counted, [(30, 1), (20, 2)]);
     model(&job, 0);
-=======
+}
+
 /// A mesh table is that of cylindrical gears: of bevel gears it is refused, however it is asked for.
 #[test]
 fn bevel_gears_have_no_mesh_table() {
@@ -223,7 +223,6 @@ fn bevel_gears_have_no_mesh_table() {
             "{told}"
         );
     }
->>>>>>> h4
 }
 
 fn refusal(text: &str) -> String {

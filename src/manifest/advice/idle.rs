@@ -45,13 +45,9 @@ pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, St
         }
     }
     found.extend(unfelt_shafts(first, root));
-<<<<<<< HEAD
+    found.extend(overridden_shafts(job, root));
     // Amplitudes that the grid varies are 0 at some points only.
     found.extend(silent(first).into_iter().filter(|(key, _)| !varied(key)));
-=======
-    found.extend(overridden_shafts(job, root));
-    found.extend(silent(first));
->>>>>>> h4
     if job.continuation.is_some() {
         let why = "is for `atlas follow`; `atlas run` does not look at it";
         found.push(("continuation".to_owned(), why.to_owned()));

@@ -50,11 +50,6 @@ pub(super) fn read(
 ) -> Option<MeshSpec> {
     let half_gap = backlash::read(section, issues, drive);
     let choice = section.choice(issues, "stiffness");
-<<<<<<< HEAD
-    let misalignment = section.quantity_or_default(issues, "misalignment");
-    let stiffness = if wants_gears(section) {
-        table(section, issues, gears, misalignment)
-=======
     if choice.is_some_and(|choice| choice != "fourier") {
         section.without_effect(
             issues,
@@ -63,9 +58,9 @@ pub(super) fn read(
             "remove it, or set stiffness = \"fourier\"",
         );
     }
+    let misalignment = section.quantity_or_default(issues, "misalignment");
     let stiffness = if wants_gears(section) {
-        table(section, issues, drive)
->>>>>>> h4
+        table(section, issues, drive, misalignment)
     } else {
         section.without_effect(
             issues,
@@ -102,17 +97,13 @@ pub(super) fn read(
 }
 
 /// Stiffness from the drawing of the gears, which must be a pair that meshes.
-<<<<<<< HEAD
 fn table(
     section: &Section,
     issues: &mut Issues,
-    gears: Option<&GearPair>,
+    drive: Surroundings<'_>,
     misalignment: Option<f64>,
 ) -> Option<StiffnessSpec> {
-=======
-fn table(section: &Section, issues: &mut Issues, drive: Surroundings<'_>) -> Option<StiffnessSpec> {
     let gears = drive.gears;
->>>>>>> h4
     section.without_effect(
         issues,
         &[
@@ -141,10 +132,24 @@ fn table(section: &Section, issues: &mut Issues, drive: Surroundings<'_>) -> Opt
         _ => Contact::Linear,
     };
     let face = face(section, issues, gears);
-<<<<<<< HEAD
     let pairs = pairs(section, issues, gears, misalignment)?;
-    // A fault in the drawing itself has been reported there.
-    let gears = gears?;
+    let Some(gears) = gears else {
+        // Of others a drawing that is missing or faulty has been reported.
+        if let Some(StructureSource::Train(_)) = drive.source {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Unavailable,
+                    section.span_of("stiffness"),
+                    &section.path_of("stiffness"),
+                    "a mesh table is that of spur gears, and the gears of this train are bevel gears"
+                        .to_owned(),
+                )
+                .label("no table of bevel gears")
+                .accepted("stiffness = \"constant\", \"piecewise\" or \"fourier\""),
+            );
+        }
+        return None;
+    };
     let flanks = match Flanks::new(gears) {
         Ok(flanks) => flanks,
         Err(error) => {
@@ -163,38 +168,6 @@ fn table(section: &Section, issues: &mut Issues, drive: Surroundings<'_>) -> Opt
     };
     if let Some(slices) = pairs {
         check_springs(section, issues, &flanks, slices as usize)?;
-=======
-    let pairs = pairs(section, issues, gears)?;
-    let Some(gears) = gears else {
-        // Of others a drawing that is missing or faulty has been reported.
-        if let Some(StructureSource::Train(_)) = drive.source {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Unavailable,
-                    section.span_of("stiffness"),
-                    &section.path_of("stiffness"),
-                    "a mesh table is that of spur gears, and the gears of this train are bevel gears"
-                        .to_owned(),
-                )
-                .label("no table of bevel gears")
-                .accepted("stiffness = \"constant\", \"piecewise\" or \"fourier\""),
-            );
-        }
-        return None;
-    };
-    if let Err(error) = Flanks::new(gears) {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::OutOfRange,
-                section.span_of("stiffness"),
-                "gear",
-                format!("the gears of [gear] have no mesh table: {error}"),
-            )
-            .label("computed from [gear]")
-            .accepted("a pair of gears that meshes, or stiffness = \"piecewise\""),
-        );
-        return None;
->>>>>>> h4
     }
     Some(StiffnessSpec::Table(Arc::new(MeshTableSpec {
         gears: gears.clone(),
