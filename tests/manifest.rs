@@ -177,7 +177,11 @@ fn the_matrices_of_a_modal_file_couple_its_modes() {
         read("constant_load = [0, 0, 0]\ndamping_matrix = [[0,0,0],[0,0,0],[0,0,0]]");
     assert_eq!(zeros, plain);
     assert_eq!(hash, same);
-    assert!(plain.is_uncoupled());
+    assert!(
+        plain.coupling.is_none()
+            && plain.constant_load.is_empty()
+            && plain.load_by_speed.is_empty()
+    );
     let (found, other) = read(
         "damping_matrix = [[1, 2, 3], [4, 5, 6], [7, 8, 9]]\n\
          gyroscopic_matrix = [[0, 0.5, 0.25], [-0.5, 0, 0.1], [-0.25, -0.1000001, 0]]\n\

@@ -9,8 +9,8 @@ use super::{
     TransmissionErrorHarmonic,
 };
 use super::{bearing, clearance, drive as laws, further, parallel};
-use crate::numerics::whole::greatest_divisor;
-use crate::shaft::{FlankParticipation, ModalStructure};
+use crate::numerics::whole::least_multiple;
+use crate::shaft::{FlankParticipation, MOST_BASE_CYCLES, ModalStructure};
 use std::f64::consts::TAU;
 
 /// A component this small, relative to the largest, is round-off.
@@ -222,6 +222,13 @@ impl Model {
             count <= most,
             "at most 16, both flanks included",
         )?;
+        let base = base_cycles(&contacts);
+        positive(
+            "base period of all contacts together",
+            base as f64,
+            base <= MOST_BASE_CYCLES,
+            "at most 10000 mesh cycles",
+        )?;
         let Directions { directions, lines } = directions;
         clearance::has_room(&contacts, &directions)?;
         let unfelt = |i: usize| (directions.iter()).all(|d| d.gains[i].deflection[0] == 0.0);
@@ -281,10 +288,7 @@ impl Model {
 
     /// Mesh cycles after which all contacts are as they were: their base period.
     pub fn base_cycles(&self) -> usize {
-        let lengths = self.contacts.iter().map(|contact| contact.cycles.len());
-        lengths.fold(1, |all, own| {
-            all / greatest_divisor(all as u128, own as u128) as usize * own
-        })
+        base_cycles(&self.contacts)
     }
 
     /// Whether a contact is a spring of the two flanks of the gear pair.
@@ -437,6 +441,12 @@ impl Model {
     pub fn relative_rotation(&self) -> Option<usize> {
         (self.basis.rigid().last().copied()).filter(|i| !self.neutral.contains(i))
     }
+}
+
+/// Mesh cycles after which all of some contacts are as they were.
+fn base_cycles(contacts: &[Contact]) -> usize {
+    let lengths = contacts.iter().map(|contact| contact.cycles.len());
+    lengths.fold(1, least_multiple)
 }
 
 /// A spring of the drive flanks (`side` 0) or the coast flanks (1), and its damping \[N s/m\].

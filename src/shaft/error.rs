@@ -214,6 +214,14 @@ pub enum ShaftError {
         /// Order of the problem.
         size: usize,
     },
+    /// What loads deflect beyond the computed modes was not found.
+    #[error(
+        "what the bearings' forces deflect beyond the {modes} modes computed was not found: the iteration did not converge; compute more modes"
+    )]
+    NoStaticShape {
+        /// Modes computed.
+        modes: usize,
+    },
     /// A computed mode does not satisfy its equation.
     #[error(
         "mode {mode} of {size} freedoms violates its equation by {residual:.1e} of its terms, beyond round-off: the eigensolver has failed; use fewer elements, or ask for fewer modes"

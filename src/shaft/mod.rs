@@ -22,8 +22,8 @@ pub use disc::Disc;
 pub use drive::{Bearing, Drag, FlexibleDrive, Pedestal, Shaft};
 pub use error::ShaftError;
 pub use modal::{
-    BearingGain, ContactLaw, Coupling, FlankParticipation, HarmonicLoad, MOST_CYCLES,
-    ModalStructure, MotionKind, PlaceMotion, StructureContact, TorqueGain,
+    BearingGain, ContactLaw, Coupling, FlankParticipation, HarmonicLoad, MOST_BASE_CYCLES,
+    MOST_CYCLES, ModalStructure, MotionKind, PlaceMotion, StructureContact, TorqueGain,
 };
 pub use modes::Modes;
 pub use rigid::{RigidDrive, Tier};

@@ -6,6 +6,9 @@ use super::static_share::StaticShare;
 /// Most cycles of a contact and of the mesh in its base period: its tables are as many times larger.
 pub const MOST_CYCLES: u32 = 1000;
 
+/// Most mesh cycles after which all contacts are as they were: where tables are made, some megabytes for every hundred.
+pub const MOST_BASE_CYCLES: usize = 10_000;
+
 /// Part of a contact's participations that is round-off of a rotation it does not feel.
 const ROTATION_NOISE: f64 = 1e-10;
 
@@ -165,6 +168,15 @@ pub struct ContactLaw {
     pub phase: f64,
     /// Harmonics of its cycle in its error e: harmonic, amplitude \[m\], phase \[rad\].
     pub error: Vec<(u32, f64, f64)>,
+}
+
+impl ContactLaw {
+    /// Whether its stiffness is the same over its whole cycle.
+    pub fn is_constant(&self) -> bool {
+        let level = |series: &[f64; 8]| series[1..].iter().all(|term| *term == 0.0);
+        let mut pieces = self.stiffness.iter().map(|(_, series)| series);
+        pieces.all(|series| level(series) && *series == self.stiffness[0].1)
+    }
 }
 
 /// What the flanks of one side feel of the modes, one entry a mode, and what they do to them.
@@ -343,12 +355,6 @@ impl ModalStructure {
             lever: self.friction_lever.clone(),
             residual_flexibility: self.residual_flexibility,
         }
-    }
-
-    /// Whether damping is modal and all load is in proportion to the rated one: no coupling, no
-    /// drag.
-    pub fn is_uncoupled(&self) -> bool {
-        self.coupling.is_none() && self.constant_load.is_empty() && self.load_by_speed.is_empty()
     }
 
     /// Number of modes N.

@@ -236,6 +236,23 @@ fn ripple(
         amplitude: amplitude?,
         phase: phase?,
     };
+    if let Some(StructureSource::Train(train)) = source
+        && let (DriveShaft::Wheel, gear) = (ripple.shaft, train.gear(train.gears[1]))
+        && gear.loose.is_some()
+    {
+        let name = &gear.name;
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                table.span_of("shaft"),
+                &table.path_of("shaft"),
+                format!("gear `{name}` runs loose: its shaft does not turn with the wheel"),
+            )
+            .label("a torque on this shaft would not have the wheel's speed")
+            .remedy("name in train.gears a mesh whose second gear is fixed to its shaft, or remove the ripple"),
+        );
+        return None;
+    }
     if let Some(StructureSource::Modal(structure)) = source {
         let (name, columns) = match ripple.shaft {
             DriveShaft::Pinion if structure.pinion_torque.is_none() => ("pinion", "torque_pinion"),

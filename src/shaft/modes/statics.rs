@@ -11,7 +11,7 @@ use faer::Mat;
 /// every step.
 const SHIFT: f64 = 1e-3;
 
-/// Relative change of the shapes at which they are there.
+/// Change of a shape at which it is there, relative to its largest entry or to that of the whole deflection.
 const THERE: f64 = 1e-14;
 
 /// Most steps: without elastic modes to set the shift the factor may be 0.9.
@@ -22,10 +22,11 @@ impl Modes {
     /// load that no mode here has, `Σ φ (φᵀ f)/ω²` over the modes of the structure that were not computed. A sum of
     /// freedoms has as its value in the shape the residual flexibility between itself and the load.
     ///
-    /// From `(K + σ M) u ← f + σ M u` without the parts of f and u along these modes.
+    /// From `(K + σ M) u ← f + σ M u` without the parts of f and u along these modes. Where these have all of the
+    /// deflection what is left is round-off, of some 1e-16 of the whole.
     ///
     /// # Errors
-    /// [`ShaftError::StiffnessIndefinite`], [`ShaftError::NoConvergence`].
+    /// [`ShaftError::StiffnessIndefinite`], [`ShaftError::NoStaticShape`].
     pub fn with_static_shapes(
         &self,
         mass: &Mat<f64>,
@@ -65,7 +66,13 @@ impl Modes {
             let along = product(a.as_ref(), parts.as_ref());
             *x = Mat::from_fn(size, loads.len(), |i, j| x[(i, j)] - along[(i, j)]);
         };
+        let largest =
+            |of: &Mat<f64>, j: usize| of.col(j).iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let mut force = Mat::from_fn(size, loads.len(), |i, j| loads[j][i]);
+        // What has to be left out of each deflection leaves round-off, which no step makes smaller.
+        let mut deflection = force.clone();
+        solver.solve(&mut deflection);
+        let whole: Vec<f64> = (0..loads.len()).map(|j| largest(&deflection, j)).collect();
         without(&mut force, &inertia, &self.shape);
         let mut shape: Mat<f64> = Mat::zeros(size, loads.len());
         for _ in 0..MOST_STEPS {
@@ -76,16 +83,14 @@ impl Modes {
             solver.solve(&mut next);
             without(&mut next, &self.shape, &inertia);
             let change = Mat::from_fn(size, loads.len(), |i, j| next[(i, j)] - shape[(i, j)]);
-            let there = (0..loads.len()).all(|j| {
-                let largest = |of: &Mat<f64>| of.col(j).iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-                largest(&change) <= THERE * largest(&next)
-            });
+            let there = (0..loads.len())
+                .all(|j| largest(&change, j) <= THERE * largest(&next, j).max(whole[j]));
             shape = next;
             if there {
                 return Ok(self.followed_by(&shape));
             }
         }
-        Err(ShaftError::NoConvergence { size })
+        Err(ShaftError::NoStaticShape { modes })
     }
 
     /// These modes and further columns of squared frequency 1.

@@ -444,6 +444,52 @@ fn bad_matrices_are_refused() {
     );
 }
 
+/// What a load deflects beyond the modes computed is the sum over all others, and nothing but round-off where the
+/// computed ones have all of it: those along the shaft are among the lower ones, whatever is left.
+#[test]
+fn static_shapes_are_the_modes_left_out() {
+    let (mut assembly, last) = shaft(0.05, SHEAR, 2);
+    for node in [0, last] {
+        let springs = [1e8, 7e7, 1e8, 0.0, 0.0, 0.0];
+        assembly.add_spring(node, springs).unwrap();
+    }
+    let AssembledMatrices {
+        mass, stiffness, ..
+    } = assembly.matrices().unwrap();
+    let size = mass.nrows();
+    let all = Modes::lowest(&mass, &stiffness, size, 1).unwrap();
+    let load = |freedom: usize, force: f64| {
+        let mut load = vec![0.0; size];
+        load[freedom] = force;
+        load
+    };
+    let loads = [load(0, 1e8), load(2, 1e8)];
+    let mut none_left = 0;
+    for count in 2..size {
+        let few = Modes::lowest(&mass, &stiffness, count, 1).unwrap();
+        let shapes = few.with_static_shapes(&mass, &stiffness, &loads).unwrap();
+        for (number, load) in loads.iter().enumerate() {
+            let felt = all.participation(load);
+            let deflection = |row: usize, from: usize| -> f64 {
+                let modes =
+                    (from..size).map(|m| all.shape[(row, m)] * felt[m] / all.squared_frequency[m]);
+                modes.sum()
+            };
+            let whole = (0..size).fold(0.0_f64, |most, row| most.max(deflection(row, 1).abs()));
+            let rest = (0..size).fold(0.0_f64, |most, row| most.max(deflection(row, count).abs()));
+            for row in 0..size {
+                let off = shapes.shape[(row, count + number)] - deflection(row, count);
+                assert!(
+                    off.abs() < 1e-12 * whole,
+                    "{count} {number} {row}: {off:e} of {whole:e}"
+                );
+            }
+            none_left += usize::from(rest < 1e-12 * whole);
+        }
+    }
+    assert!(none_left > 0);
+}
+
 #[test]
 fn a_structure_without_stiffness_is_all_rigid() {
     let modes = Modes::lowest(&Mat::identity(2, 2), &Mat::zeros(2, 2), 2, 2).unwrap();

@@ -67,6 +67,14 @@ pub enum TrainError {
         /// The gear or shaft.
         body: String,
     },
+    /// Power leaves where nothing brings any.
+    #[error(
+        "power leaves at shaft `{shaft}`, but no mesh and no coupling turns it; give its `output` to a shaft that turns"
+    )]
+    Idle {
+        /// The shaft.
+        shaft: String,
+    },
     /// The motor is not on the shaft of the first gear.
     #[error(
         "the driving shaft `{driver}` does not turn with the first gear of `train.gears`: name first the mesh nearest to the motor"
@@ -87,6 +95,14 @@ pub enum TrainError {
         p: u64,
         /// in so many of the first mesh.
         q: u64,
+    },
+    /// Meshes whose cycles have no short common period together.
+    #[error(
+        "the meshes whose stiffness varies recur together after {cycles} cycles of the first mesh: more than 10000 make the base period too long; choose numbers of teeth with common divisors, or a constant stiffness"
+    )]
+    LongTogether {
+        /// Cycles of the first mesh; the largest number where they are more.
+        cycles: usize,
     },
     /// Something stands beside its shaft.
     #[error("{what} of shaft `{shaft}` stands at {at} m: the shaft reaches from 0 to {length} m")]
@@ -116,7 +132,17 @@ pub enum TrainError {
         /// The free motion.
         direction: &'static str,
     },
-    /// A coupling between shafts that are not on one axis.
+    /// A loose gear is free to move other than by rotating about its axis.
+    #[error("gear `{gear}` is not held {direction} on its shaft: give `loose.{key}`")]
+    LooseNotHeld {
+        /// The gear.
+        gear: String,
+        /// The free motion.
+        direction: &'static str,
+        /// What would hold it.
+        key: &'static str,
+    },
+    /// A coupling between shafts on axes of different directions.
     #[error(
         "the coupling joins shafts `{}` and `{}`, whose axes do not point the same way",
         shafts[0], shafts[1]
@@ -124,5 +150,27 @@ pub enum TrainError {
     CouplingAxes {
         /// The shafts.
         shafts: [String; 2],
+    },
+    /// A coupling between shafts that are not on one axis.
+    #[error(
+        "the coupling joins shafts `{}` and `{}`, whose axes are {distance:.3e} m apart; it takes shafts on one axis",
+        shafts[0], shafts[1]
+    )]
+    CouplingOffAxis {
+        /// The shafts.
+        shafts: [String; 2],
+        /// Distance of the axes \[m\].
+        distance: f64,
+    },
+    /// A coupling with a stiffness across the axis between places that do not meet.
+    #[error(
+        "the coupling joins shafts `{}` and `{}` across a gap of {gap:.3e} m, over which the force of its radial stiffness would have a moment that nothing bears; choose `at` where the shafts meet, or make one of them longer",
+        shafts[0], shafts[1]
+    )]
+    CouplingGap {
+        /// The shafts.
+        shafts: [String; 2],
+        /// Length of the gap along the axis \[m\].
+        gap: f64,
     },
 }

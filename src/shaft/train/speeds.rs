@@ -2,12 +2,15 @@
 //! mesh?
 
 use super::axes::{Axis, PitchPoint, PlacedGear};
-use super::{GearPlace, TrainDrive, TrainError};
-use crate::numerics::whole::greatest_divisor;
-use crate::shaft::modal::MOST_CYCLES;
+use super::{ContactLaw, GearPlace, ShaftCoupling, TrainDrive, TrainError, TrainShaft};
+use crate::numerics::whole::{greatest_divisor, least_multiple};
+use crate::shaft::modal::{MOST_BASE_CYCLES, MOST_CYCLES};
 
 /// Difference of unit vectors along axes that point the same way.
 const ALIKE: f64 = 1e-9;
+
+/// Distance \[m\] of places that are one: those of shafts askew in space are told in hundredths of a millimetre.
+const ONE_PLACE: f64 = 2e-5;
 
 /// A ratio of whole numbers in lowest terms, the denominator positive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -126,17 +129,18 @@ impl TrainDrive {
     pub(super) fn layout(&self) -> Result<Layout, TrainError> {
         let axes = self.axes();
         for coupling in &self.couplings {
-            let [one, two] = coupling.shafts.map(|shaft| axes[shaft].along());
-            if (one - two).norm() > ALIKE {
-                return Err(TrainError::CouplingAxes {
-                    shafts: coupling.shafts.map(|shaft| self.shafts[shaft].name.clone()),
-                });
-            }
+            self.is_in_line(coupling, &axes)?;
         }
         let meshes = (self.pairs())
             .map(|gears| self.met(gears, &axes))
             .collect::<Result<Vec<_>, _>>()?;
         let speeds = self.speeds(&meshes)?;
+        let idle = |(shaft, speed): &(&TrainShaft, _)| shaft.output != 0.0 && *speed == &None;
+        if let Some((shaft, _)) = self.shafts.iter().zip(&speeds).find(idle) {
+            return Err(TrainError::Idle {
+                shaft: shaft.name.clone(),
+            });
+        }
         let mut cycles = vec![[1, 1]];
         let first = self.gear(self.gears[0]).teeth;
         for mesh in &self.meshes {
@@ -160,6 +164,13 @@ impl TrainDrive {
                 }
             }
         }
+        let varying = (self.meshes.iter().zip(&cycles[1..]))
+            .filter(|(mesh, _)| !mesh.flanks.iter().all(ContactLaw::is_constant))
+            .map(|(_, &[_, q])| q as usize);
+        let together = varying.fold(1, least_multiple);
+        if together > MOST_BASE_CYCLES {
+            return Err(TrainError::LongTogether { cycles: together });
+        }
         if speeds[self.driver] != Some(Ratio::new(1, 1)) {
             return Err(TrainError::Driver {
                 driver: self.shafts[self.driver].name.clone(),
@@ -173,6 +184,31 @@ impl TrainDrive {
             meshes,
             cycles,
         })
+    }
+
+    /// That the ends of a coupling are on one axis, and that its springs across it have no arm.
+    fn is_in_line(&self, coupling: &ShaftCoupling, axes: &[Axis]) -> Result<(), TrainError> {
+        let shafts = || coupling.shafts.map(|shaft| self.shafts[shaft].name.clone());
+        let [one, two] = coupling.shafts.map(|shaft| axes[shaft]);
+        if (one.along() - two.along()).norm() > ALIKE {
+            return Err(TrainError::CouplingAxes { shafts: shafts() });
+        }
+        let apart = two.at(coupling.at[1]) - one.at(coupling.at[0]);
+        let gap = apart.dot(&one.along());
+        let distance = (apart - one.along() * gap).norm();
+        if distance > ONE_PLACE {
+            return Err(TrainError::CouplingOffAxis {
+                shafts: shafts(),
+                distance,
+            });
+        }
+        match coupling.stiffness[0] > 0.0 && gap.abs() > ONE_PLACE {
+            true => Err(TrainError::CouplingGap {
+                shafts: shafts(),
+                gap: gap.abs(),
+            }),
+            false => Ok(()),
+        }
     }
 
     /// Speeds of the bodies, of those that anything connects with the first gear.

@@ -14,13 +14,21 @@ use crate::shaft::modes::{Modes, orientation};
 use crate::shaft::pair::{BearingTerms, modal_damping, place_motions};
 use crate::shaft::projection;
 
-/// The motions that bearings must hold.
-const HELD: [(Freedom, &str); 5] = [
-    (Freedom::X, "along its x axis"),
-    (Freedom::Y, "along its y axis"),
-    (Freedom::Z, "axially"),
-    (Freedom::RotationX, "against tilting about its x axis"),
-    (Freedom::RotationY, "against tilting about its y axis"),
+/// The motions that bearings must hold, and by which of their stiffnesses.
+const HELD: [(Freedom, &str, &str); 5] = [
+    (Freedom::X, "along its x axis", "x"),
+    (Freedom::Y, "along its y axis", "y"),
+    (Freedom::Z, "axially", "axial"),
+    (
+        Freedom::RotationX,
+        "against tilting about its x axis",
+        "tilt",
+    ),
+    (
+        Freedom::RotationY,
+        "against tilting about its y axis",
+        "tilt",
+    ),
 ];
 
 /// Modes of a train before anything is asked of them.
@@ -36,7 +44,7 @@ struct Solved<'a> {
 impl TrainDrive {
     /// The `retained` lowest of the `modes` lowest modes; as
     /// [`FlexibleDrive::modes`](crate::shaft::FlexibleDrive::modes), the torque on the pinion being
-    /// that on the driving shaft, the one on the wheel that on the shaft of the second gear.
+    /// that on the driving shaft, the one on the wheel that on the shaft of the second gear, none where that runs loose.
     ///
     /// # Errors
     /// [`TrainError`], or as there.
@@ -90,7 +98,7 @@ impl TrainDrive {
         structure.truncated(retained, mta)
     }
 
-    /// Which shaft moves in rigid motions that should not be there.
+    /// Which shaft, or loose gear against its shaft, moves in rigid motions that should not be there.
     fn not_held(
         &self,
         error: ShaftError,
@@ -106,26 +114,47 @@ impl TrainDrive {
         let Ok(rigid) = Modes::lowest(&matrices.mass, &matrices.stiffness, found, found) else {
             return error;
         };
+        let shafts = self.shafts.iter().enumerate();
+        let shafts = shafts.flat_map(|(index, shaft)| {
+            let nodes = assembled.own(index);
+            nodes.map(move |node| (&shaft.name, node, None))
+        });
+        let loose = self
+            .loose_gears()
+            .zip(&assembled.loose)
+            .map(|(place, &node)| {
+                let gear = self.gear(place);
+                (&gear.name, node, Some(assembled.at(place.shaft, gear.at)))
+            });
         let mut worst = (0.0, None);
-        for (index, shaft) in self.shafts.iter().enumerate() {
-            for node in assembled.own(index) {
-                for (freedom, direction) in HELD {
-                    let place = matrices.functional(&[(node, freedom, 1.0)]);
-                    let moved = rigid.participation(&place);
-                    let inertia: f64 = (place.iter().enumerate())
-                        .map(|(row, part)| part * part * matrices.mass[(row, row)])
-                        .sum();
-                    let size = moved.iter().map(|m| m * m).sum::<f64>() * inertia;
-                    if size > worst.0 {
-                        worst = (size, Some((shaft.name.clone(), direction)));
-                    }
+        for (name, node, on) in shafts.chain(loose) {
+            for (freedom, direction, key) in HELD {
+                let own = [(node, freedom, 1.0)];
+                let against: Terms = on.map(|node| (node, freedom, -1.0)).into_iter().collect();
+                let place = matrices.functional(&[&own[..], &against].concat());
+                let moved = rigid.participation(&place);
+                let inertia: f64 = (place.iter().enumerate())
+                    .map(|(row, part)| part * part * matrices.mass[(row, row)])
+                    .sum();
+                let size = moved.iter().map(|m| m * m).sum::<f64>() * inertia;
+                if size > worst.0 {
+                    let name = name.clone();
+                    let told = match on {
+                        None => TrainError::NotHeld {
+                            shaft: name,
+                            direction,
+                        },
+                        Some(_) => TrainError::LooseNotHeld {
+                            gear: name,
+                            direction,
+                            key,
+                        },
+                    };
+                    worst = (size, Some(told));
                 }
             }
         }
-        match worst.1 {
-            Some((shaft, direction)) => TrainError::NotHeld { shaft, direction }.into(),
-            None => error,
-        }
+        worst.1.map_or(error, ShaftError::from)
     }
 
     /// The neutral rotation, every body at its speed, as a unit vector in the rigid modes.
@@ -172,8 +201,9 @@ impl TrainDrive {
             solved.participation(&[(node, Freedom::RotationZ, sense)])
         };
         let driving = torque_on(self.driver, 1.0);
-        let wheel = self.gears[1].shaft;
-        let wheel_sense = layout.speeds[self.body_of(self.gears[1])].signum();
+        // A torque on the shaft of a loose gear has neither the speed nor the sense of the gear.
+        let wheel = Some(self.gears[1]).filter(|&place| self.gear(place).loose.is_none());
+        let wheel = wheel.map(|place| torque_on(place.shaft, layout.speeds[place.shaft].signum()));
 
         // Torques per newton of rated force, whose neutral parts cancel but for round-off.
         let base = self.pair.base_radii()[0];
@@ -205,7 +235,7 @@ impl TrainDrive {
             mesh_tilt: drive.tilt,
             torque,
             pinion_torque: Some(driving),
-            wheel_torque: Some(torque_on(wheel, wheel_sense)),
+            wheel_torque: wheel,
             friction: drive.friction,
             friction_lever: drive.lever,
             residual_flexibility: 0.0,

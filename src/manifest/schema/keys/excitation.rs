@@ -64,7 +64,8 @@ pub(super) const KEYS: &[Key] = &[
                 T = sum of amplitude cos(order speed t + phase), with the speed of that shaft."),
     table("excitation.torque_ripple.*"),
     choice("excitation.torque_ripple.*.shaft", &["pinion", "wheel"], r#""pinion""#)
-        .about("The shaft that the torque acts on, at the end of its overhang."),
+        .about("The shaft that the torque acts on, at the end of its overhang; of a train the driving shaft, or that of the \
+                second gear, which must not run loose on it."),
     quantity("excitation.torque_ripple.*.order", Ratio, POSITIVE, "2")
         .about("Multiple of the speed of that shaft; it need not be a whole number."),
     quantity("excitation.torque_ripple.*.amplitude", Torque, NON_NEGATIVE, r#""3 N*m""#)

@@ -42,8 +42,8 @@ pub(super) const KEYS: &[Key] = &[
         .about("Modes whose damping ratio is not `model.damping`, a table each."),
     table("model.damping_overrides.*"),
     integer("model.damping_overrides.*.mode", 1.0, 1000.0, "7")
-        .about("Number of the mode, counted from 1 in ascending frequency. Modes 1 and 2 are the rigid \
-                rotations and stay undamped."),
+        .about("Number of the mode, counted from 1 in ascending frequency. The rigid rotations come first \
+                and stay undamped."),
     quantity("model.damping_overrides.*.ratio", Ratio, BELOW_ONE, "0.02")
         .about("Damping ratio of this mode."),
     key("model.gyroscopic", Kind::Boolean, ANY, "true").or("false")
