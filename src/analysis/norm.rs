@@ -26,14 +26,9 @@ impl EnergyNorm {
     /// The norm of a model.
     pub fn new(model: &Model) -> Self {
         let n = model.modes();
-        let mut coupling = 0.0;
-        let mut participation: f64 = 0.0;
-        for gain in model.first_gains() {
-            let (rate, g) = (gain.rate, gain.mesh_input);
-            coupling += rate[0] * g[0] + rate[1] * g[1];
-            participation += gain.deflection[0] * gain.deflection[0];
-        }
-        let mesh = (model.first_cycle().mean_stiffness() * coupling.abs()).sqrt();
+        let gains = model.first_gains();
+        let participation: f64 = gains.iter().map(|gain| gain.deflection[0].powi(2)).sum();
+        let mesh = mesh_scale(model);
         let mut weights = vec![1.0; 2 * n];
         for (i, block) in model.blocks.iter().enumerate() {
             // A block of coupled modes has scaled components; a mode has a displacement.
@@ -170,6 +165,27 @@ impl EnergyNorm {
     }
 }
 
+/// Scale of the closed mesh `√(k Σ w·g)` \[rad/s\].
+fn mesh_scale(model: &Model) -> f64 {
+    let mut coupling = 0.0;
+    for gain in model.first_gains() {
+        let (rate, g) = (gain.rate, gain.mesh_input);
+        coupling += rate[0] * g[0] + rate[1] * g[1];
+    }
+    (model.first_cycle().mean_stiffness() * coupling.abs()).sqrt()
+}
+
+/// Scale of the displacement of each mode in energy, `max(ω, ω_mesh)` \[rad/s\], whatever couples the
+/// modes.
+pub fn modal_scales(model: &Model) -> Vec<f64> {
+    let (n, mesh) = (model.modes(), mesh_scale(model));
+    let frequency = |mode: usize| match model.basis.coupled() {
+        None => model.blocks[mode].natural_frequency(),
+        Some(coupled) => coupled.stiffness[mode * n + mode].max(0.0).sqrt(),
+    };
+    (0..n).map(|mode| frequency(mode).max(mesh)).collect()
+}
+
 /// Vectors, each scaled to 1 at the index of its largest component, where the others are made 0.
 fn reduced(vectors: Vec<Vec<f64>>) -> Vec<(usize, Vec<f64>)> {
     let mut out: Vec<(usize, Vec<f64>)> = Vec::new();
@@ -199,8 +215,29 @@ fn subtract(from: &mut [f64], factor: f64, vector: &[f64]) {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
+    use crate::model::{OperatingPoint, fixtures};
+    use crate::shaft::Coupling;
+
+    /// The structure of the tests of probes, whose rotations drag damps \[1/s\].
+    pub fn dragged(drag: f64) -> Model {
+        let mesh = [0.8, -0.6, 0.5, 0.1];
+        let mut structure = fixtures::structure(&[0.0, 0.0, 2.0, 3.0], 0.1, &mesh, &mesh);
+        structure.rated_force = 1.0;
+        let mut damping = vec![0.0; 16];
+        (damping[0], damping[5]) = (drag, 2.0 * drag);
+        structure.coupling = Some(Coupling {
+            damping,
+            gyroscopic: vec![0.0; 16],
+            stiffness: vec![0.0; 16],
+        });
+        let point = OperatingPoint {
+            load: 1.0,
+            speed: 1.0,
+        };
+        Model::new(&structure, &fixtures::constant_mesh(1.0, 1.0), point).unwrap()
+    }
 
     /// Reduced vectors span the same: a vector of the span is their sum, weighed by its own components at their indices.
     #[test]

@@ -93,17 +93,15 @@ impl Twin {
         self.averages.push(growth);
         self.differences.push(tangent - growth);
         let scale = self.distance / apart;
-        let weights = norm.weights();
-        for ((x, y), w) in self
-            .trajectory
-            .state
-            .iter_mut()
-            .zip(&trajectory.state)
-            .zip(weights)
-        {
-            *x = if *w > 0.0 { y + scale * (*x - y) } else { *y };
+        let mut state = std::mem::take(&mut self.trajectory.state);
+        for (x, y) in state.iter_mut().zip(&trajectory.state) {
+            *x -= y;
         }
-        let state = std::mem::take(&mut self.trajectory.state);
+        // Along what the distance is measured of: a displacement that nobody feels is left out as a whole.
+        norm.project(&mut state);
+        for (x, y) in state.iter_mut().zip(&trajectory.state) {
+            *x = y + scale * *x;
+        }
         self.trajectory = TrajectoryState::new(model, state, trajectory.cycle);
     }
 
@@ -131,5 +129,35 @@ impl Twin {
     /// Averages of the exponent.
     pub fn averages(&self) -> &[f64] {
         self.averages.values()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::norm::tests::dragged;
+
+    /// Under drag nothing feels where the whole drive has turned to: a twin that is ahead there and
+    /// elsewhere is pulled back along what is felt of its difference, to the distance.
+    #[test]
+    fn a_twin_is_pulled_back_along_what_is_felt() {
+        let model = dragged(0.05);
+        let norm = EnergyNorm::new(&model);
+        let trajectory = TrajectoryState::new(&model, vec![0.3; 8], 0);
+        let mut along = vec![0.4, -0.2, 0.3, 0.1, -0.2, 0.5, 0.3, -0.6];
+        norm.project(&mut along);
+        let mut twin = Twin::new(&model, &norm, &trajectory, &along, 1e-3);
+        let [unfelt] = &model.unfelt_displacements()[..] else {
+            panic!("one displacement is not felt");
+        };
+        for (x, n) in twin.trajectory.state.iter_mut().zip(unfelt) {
+            *x += 1e-3 * n;
+        }
+        twin.cycle(&model, &norm, &trajectory, 0.0);
+        let known = 1e-3 * norm.unit() / norm.length(&along);
+        let states = twin.trajectory.state.iter().zip(&trajectory.state);
+        for ((x, y), a) in states.zip(&along) {
+            assert!((x - y - known * a).abs() < 1e-12 * norm.unit(), "{x} {y}");
+        }
     }
 }

@@ -250,7 +250,7 @@ impl<F: Family> CycleMap for DriveMap<'_, F> {
             )?;
         }
         let motion = watch.motion();
-        let touches = watch.touches;
+        let touches = watch.of_period();
         strobes.extend(starts.iter().map(|state| self.coordinates(state)));
         Ok(Details {
             strobes,

@@ -103,8 +103,10 @@ pub struct Watch<'m> {
     motion: Option<ModalMotion<'m>>,
     /// Whether every depth was rising.
     rising: Vec<Option<bool>>,
-    /// What was seen.
-    pub touches: Touches,
+    /// For every contact an extreme where its depth was first seen to rise or to fall, as it is if
+    /// the depth came there otherwise.
+    first: Vec<Option<Extreme>>,
+    touches: Touches,
     sums: [f64; 3],
     /// Smallest and largest δ, largest |F|.
     bounds: [f64; 3],
@@ -117,10 +119,21 @@ impl<'m> Watch<'m> {
             model,
             motion: (model.lines.len() > 1).then(|| ModalMotion::new(model)),
             rising: vec![None; model.contacts.len()],
+            first: vec![None; model.contacts.len()],
             touches: Touches::default(),
             sums: [0.0; 3],
             bounds: [f64::INFINITY, f64::NEG_INFINITY, 0.0],
         }
+    }
+
+    /// How a whole period touches its contacts: a depth that turns where the period begins has an
+    /// extreme there, which no window shows.
+    pub fn of_period(self) -> Touches {
+        let mut touches = self.touches;
+        let turned = (self.first.into_iter().flatten())
+            .filter(|first| self.rising[first.contact] == Some(!first.minimum));
+        touches.extremes.splice(0..0, turned);
+        touches
     }
 
     /// The motion of the mesh.
@@ -239,6 +252,7 @@ impl Observer for Watch<'_> {
             let size: f64 = depth.iter().map(|a| a.abs()).sum();
             let noise = SLOPE_NOISE * (size + half_gap);
             let (mut rising, extremes) = (self.rising[contact], &mut self.touches.extremes);
+            let before = extremes.len();
             sign_changes(
                 transforms24(),
                 &derivative(&depth),
@@ -253,6 +267,15 @@ impl Observer for Watch<'_> {
                     });
                 },
             );
+            if self.rising[contact].is_none() {
+                let odd = (extremes.len() - before) % 2 == 1;
+                self.first[contact] = rising.map(|last| Extreme {
+                    contact,
+                    minimum: last != odd,
+                    time: start,
+                    depth: evaluate(&depth, -1.0) / half_gap,
+                });
+            }
             self.rising[contact] = rising;
         }
     }
@@ -266,7 +289,8 @@ impl Observer for Watch<'_> {
 mod tests {
     use super::*;
     use crate::model::{
-        DRIVE_FLANK, Division, FlankError, InitialState, STIFFNESS_TERMS, fixtures,
+        ActiveSet, COAST_FLANK, DRIVE_FLANK, Division, FlankError, InitialState, STIFFNESS_TERMS,
+        fixtures,
     };
     use crate::propagate::{Counters, Kernel, Volterra};
     use crate::shaft::StructureContact;
@@ -309,6 +333,47 @@ mod tests {
         let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
         for contact in [DRIVE_FLANK, model.contacts.len() - 1] {
             depths_are_those_of_states(&model, contact);
+        }
+    }
+
+    /// A deflection that falls and rises: besides the minimum between, of which a window shows the other
+    /// side, it has a maximum where the period begins, at either depth.
+    #[test]
+    fn an_extreme_where_the_period_begins_is_seen() {
+        let own = [0.9, 0.4];
+        let structure = fixtures::structure(&[0.0, 900.0], 0.01, &own, &own);
+        let drive = fixtures::two_level_mesh(1e-5);
+        let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+        let mut watch = Watch::new(&model);
+        for (half, slope) in [(0.0, -1e-6), (0.5, 1e-6)] {
+            watch.window(&Window {
+                cycle: 4,
+                start: half * model.period(),
+                duration: 0.5 * model.period(),
+                segments: &model.segments_at(4, 0.0),
+                contact: ActiveSet::FREE,
+                deflection: &[5e-6, slope],
+                force: &[0.0],
+                closed: &[],
+                first: &[],
+                second: &[],
+            });
+        }
+        let touches = watch.of_period();
+        for contact in [DRIVE_FLANK, COAST_FLANK] {
+            let side = model.contacts[contact].side;
+            let own: Vec<&Extreme> = (touches.extremes.iter())
+                .filter(|extreme| extreme.contact == contact)
+                .collect();
+            let [begin, middle] = own[..] else {
+                panic!("{own:?}");
+            };
+            assert_eq!([begin, middle].map(|e| e.minimum), [side < 0.0, side > 0.0]);
+            for (extreme, time, deflection) in [(begin, 4.0, 6e-6), (middle, 4.5, 4e-6)] {
+                assert!((extreme.time - time).abs() < 1e-12, "{extreme:?}");
+                let depth = (side * deflection - 1e-5) / 1e-5;
+                assert!((extreme.depth - depth).abs() < 1e-12, "{extreme:?} {depth}");
+            }
         }
     }
 

@@ -8,7 +8,7 @@ use super::same::Attractor;
 use crate::analysis::orbits::shooting::shoot;
 use crate::analysis::outcome::{Class, PointOutcome};
 use crate::analysis::recurrence::excitation_period;
-use crate::model::TrajectoryState;
+use crate::model::{Model, TrajectoryState};
 use crate::propagate::Kernel;
 
 /// The attractors found so far.
@@ -95,13 +95,19 @@ impl Attractors {
         self.known[id as usize].class()
     }
 
-    /// The attractors, with their strobe states on the slice.
-    pub fn outcomes(self, slice: Option<(&Plane, &TrajectoryState)>) -> Vec<AttractorOutcome> {
+    /// The attractors of a model, with their strobe states on the slice.
+    pub fn outcomes(
+        self,
+        model: &Model,
+        slice: Option<(&Plane, &TrajectoryState)>,
+    ) -> Vec<AttractorOutcome> {
         let mut outcomes = self.outcomes;
         if let Some((plane, start)) = slice {
             for (outcome, attractor) in outcomes.iter_mut().zip(&self.known) {
                 let states = attractor.strobe().iter();
-                outcome.strobe = states.map(|state| plane.place(start, state)).collect();
+                outcome.strobe = states
+                    .map(|state| plane.place(model, start, state))
+                    .collect();
             }
         }
         outcomes

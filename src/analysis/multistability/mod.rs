@@ -184,7 +184,8 @@ pub fn probe_basins<K: Kernel + Sync>(
     if let Some(plane) = &probes.plane {
         found.cells = slice(&field, start, probes, plane, &mut attractors)?;
     }
-    found.attractors = attractors.outcomes(probes.plane.as_ref().map(|plane| (plane, start)));
+    let slice = probes.plane.as_ref().map(|plane| (plane, start));
+    found.attractors = attractors.outcomes(field.model, slice);
     found.share_out();
     Ok(found)
 }

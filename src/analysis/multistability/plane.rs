@@ -7,12 +7,13 @@
 //! ```
 //!
 //! with the participations w of the mesh deflection, so that x and y are the mesh
-//! deflections that the displacements cause \[m\]. A slice of velocities gives mode i the
-//! velocity `s x/wᵢ`, s its scale in the energy norm \[rad/s\]: as much energy as the
+//! deflections that the displacements cause \[m\]. Modes are those of the undamped structure, its rigid
+//! rotations turned, whatever couples them. A slice of velocities gives mode i the
+//! velocity `s x/wᵢ`, s its scale in energy \[rad/s\]: as much energy as the
 //! displacement x would have. The phase plane of one mode i varies its displacement by x/wᵢ and its
 //! velocity by y/wᵢ, so that y is the rate of the mesh deflection \[m/s\].
 
-use crate::analysis::norm::EnergyNorm;
+use crate::analysis::norm::modal_scales;
 use crate::model::{Model, TrajectoryState};
 use serde::Serialize;
 
@@ -90,10 +91,12 @@ pub enum SliceError {
 /// A slice of one model's state space.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plane {
-    /// Components of a state that vary.
+    /// Modal displacements and velocities that vary, by their places among those of all modes.
     components: [usize; 2],
-    /// Change of a component a metre of mesh deflection, or a metre a second of its rate.
+    /// Change of either a metre of mesh deflection, or a metre a second of its rate.
     scale: [f64; 2],
+    /// Change of the state with it.
+    along: [Vec<f64>; 2],
     /// Half the sides.
     extent: [f64; 2],
     count: u32,
@@ -117,8 +120,8 @@ impl Plane {
                 mode: question.modes[0] + 1,
             });
         }
-        let gains = model.first_gains();
-        let participation = |mode: usize| gains[mode].deflection[0];
+        let [participations, _] = model.participations(model.first_cycle().segments[0].direction);
+        let participation = |mode: usize| participations[mode];
         let whole = (0..n).map(|mode| participation(mode).powi(2)).sum::<f64>();
         let felt = |mode: usize| participation(mode).abs() > UNFELT * whole.sqrt();
         if let Some(mode) = question.modes.into_iter().find(|&mode| !felt(mode)) {
@@ -127,13 +130,13 @@ impl Plane {
                 felt: ranges((0..n).filter(|&mode| felt(mode)).map(|mode| mode + 1)),
             });
         }
-        let norm = EnergyNorm::new(model);
+        let scales = modal_scales(model);
         let displaced = |mode: usize| (mode, 1.0 / participation(mode));
-        let moving = |mode: usize| (n + mode, 1.0 / gains[mode].rate[1]);
+        let moving = |mode: usize| (n + mode, 1.0 / participation(mode));
         // As fast as the energy of a metre of mesh deflection makes it.
         let as_energetic = |mode: usize| {
             let (component, scale) = moving(mode);
-            (component, norm.weights()[mode] * scale)
+            (component, scales[mode] * scale)
         };
         let extent = question.extent;
         let [mode, _] = question.modes;
@@ -141,13 +144,19 @@ impl Plane {
             SliceOf::Displacement => (question.modes.map(displaced), [extent; 2]),
             SliceOf::Velocity => (question.modes.map(as_energetic), [extent; 2]),
             SliceOf::PhasePlane => {
-                let speed = question.speed.unwrap_or(norm.weights()[mode] * extent);
+                let speed = question.speed.unwrap_or(scales[mode] * extent);
                 ([displaced(mode), moving(mode)], [extent, speed])
             }
         };
+        let along = [first, second].map(|(component, scale)| {
+            let mut modes = vec![0.0; 2 * n];
+            modes[component] = scale;
+            model.basis.state_of_turned(&modes)
+        });
         Ok(Self {
             components: [first.0, second.0],
             scale: [first.1, second.1],
+            along,
             extent,
             count: question.count,
         })
@@ -179,23 +188,19 @@ impl Plane {
         cell: usize,
     ) -> TrajectoryState {
         let mut state = start.state.clone();
-        for ((component, scale), place) in self
-            .components
-            .iter()
-            .zip(self.scale)
-            .zip(self.centre(cell))
-        {
-            state[*component] += scale * place;
+        for (along, place) in self.along.iter().zip(self.centre(cell)) {
+            for (x, d) in state.iter_mut().zip(along) {
+                *x += d * place;
+            }
         }
         TrajectoryState::new(model, state, start.cycle)
     }
 
     /// A state projected on the slice, in the units of [`Self::centre`].
-    pub(super) fn place(&self, start: &TrajectoryState, state: &[f64]) -> [f64; 2] {
-        [0, 1].map(|axis| {
-            let component = self.components[axis];
-            (state[component] - start.state[component]) / self.scale[axis]
-        })
+    pub(super) fn place(&self, model: &Model, start: &TrajectoryState, state: &[f64]) -> [f64; 2] {
+        let apart: Vec<f64> = state.iter().zip(&start.state).map(|(x, y)| x - y).collect();
+        let modes = model.basis.turned_modes(&apart);
+        [0, 1].map(|axis| modes[self.components[axis]] / self.scale[axis])
     }
 }
 
@@ -220,6 +225,8 @@ fn ranges(numbers: impl Iterator<Item = usize>) -> String {
 mod tests {
     use super::super::tests::model;
     use super::*;
+    use crate::analysis::norm::EnergyNorm;
+    use crate::analysis::norm::tests::dragged;
     use crate::model::InitialState;
 
     fn question(modes: [usize; 2], of: SliceOf) -> SliceQuestion {
@@ -245,7 +252,7 @@ mod tests {
             let state = plane.state(&model, &start, cell);
             assert!((deflection(&state).0 - centre - x - y).abs() < 1e-14);
             assert_eq!(deflection(&state).1, rate);
-            let [back, up] = plane.place(&start, &state.state);
+            let [back, up] = plane.place(&model, &start, &state.state);
             assert!((back - x).abs() < 1e-14 && (up - y).abs() < 1e-14);
         }
         assert_eq!(plane.state(&model, &start, 12), start);
@@ -297,6 +304,33 @@ mod tests {
         let norm = EnergyNorm::new(&model);
         let far = |cell| norm.distance(&plane.state(&model, &start, cell).state, &start.state);
         assert!((far(14) / far(22) - 1.0).abs() < 1e-14);
+    }
+
+    /// A drag that has no effect couples the modes, and changes neither the cells nor their places.
+    #[test]
+    fn a_slice_runs_along_modes_whatever_couples_them() {
+        let (plain, dragged) = (model(), dragged(1e-9));
+        let starts = [&plain, &dragged].map(|model| TrajectoryState::new(model, vec![0.0; 8], 0));
+        for asked in [
+            question([1, 2], SliceOf::Displacement),
+            question([1, 3], SliceOf::Velocity),
+            question([1, 1], SliceOf::PhasePlane),
+        ] {
+            let [one, other] = [&plain, &dragged].map(|model| Plane::new(model, &asked).unwrap());
+            for cell in 0..25 {
+                let state = one.state(&plain, &starts[0], cell).state;
+                let coupled = other.state(&dragged, &starts[1], cell).state;
+                let modes = dragged.basis.turned_modes(&coupled);
+                for (a, b) in state.iter().zip(&modes) {
+                    assert!((a - b).abs() < 1e-7, "{state:?} {modes:?}");
+                }
+                let [x, y] = one.centre(cell);
+                let [back, up] = other.place(&dragged, &starts[1], &coupled);
+                assert!((back - x).abs() < 1e-7 && (up - y).abs() < 1e-7);
+            }
+        }
+        let unfelt = question([0, 2], SliceOf::Displacement);
+        assert!(Plane::new(&dragged, &unfelt).is_err());
     }
 
     #[test]

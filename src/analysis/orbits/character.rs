@@ -96,7 +96,7 @@ pub fn of<K: Kernel>(
         bifurcation: Bifurcation::of(orbit.multipliers.first().copied().unwrap_or_default()),
         events,
         deflection_pp: motion.largest - motion.smallest,
-        grazing_margin: watch.touches.margin(),
+        grazing_margin: watch.of_period().margin(),
         kick_growth: kicked / KICK,
         kick_growth_linear: kicked_linear / KICK,
     };

@@ -5,6 +5,7 @@ use super::instruments::{Instruments, Watch};
 use crate::analysis::called_off::CalledOff;
 use crate::analysis::contact_jumps::ContactJumps;
 use crate::analysis::energy::{EnergyAudit, objection};
+use crate::analysis::lyapunov::CYCLES_PER_AVERAGE;
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::orders::Orders;
 use crate::analysis::outcome::{Class, LyapunovOutcome, PointOutcome, Status};
@@ -15,9 +16,9 @@ use crate::numerics::statistics::FEWEST_BLOCKS;
 use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
 use std::sync::atomic::AtomicBool;
 
-/// Averages of a twin's exponent: as many as an error bar takes. It is there to check the
+/// Measured cycles of a twin: as many as an error bar takes. It is there to check the
 /// tangents over the same cycles, which more of them would not do any better.
-const TWIN_AVERAGES: usize = FEWEST_BLOCKS;
+const TWIN_CYCLES: u64 = FEWEST_BLOCKS as u64 * CYCLES_PER_AVERAGE as u64;
 
 /// Why an integration ended early.
 pub(super) enum Halt {
@@ -131,8 +132,9 @@ impl<K: Kernel> PointRun<'_, K> {
             return Ok(());
         };
         let tangent = growth.cycle(&self.growth_norm);
+        // Nothing is measured while it is aligned, however long that takes.
         if let Some(twin) = &mut instruments.twin
-            && twin.averages().len() < TWIN_AVERAGES
+            && instruments.measured < TWIN_CYCLES
         {
             // The twin's work is not the point's: its events and grazings are not counted.
             let mut uncounted = Counters::default();

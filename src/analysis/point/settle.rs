@@ -245,8 +245,14 @@ impl<K: Kernel> PointRun<'_, K> {
             ..self.questions.clone()
         };
         let mut instruments = Instruments::new(self.model, &self.norm, &asked, &self.trajectory);
-        instruments.restart(&self.counters);
         let k = u64::from(period);
+        if instruments.watch.poincare.watches() {
+            // What turns or crosses where the period begins is seen by what was before.
+            for _ in 0..k {
+                self.plain_cycle(&mut instruments.watch.poincare)?;
+            }
+        }
+        instruments.restart(&self.counters);
         if let Some(all) = self.questions.nvh
             && let Some(asked) = all.spectrum
         {
