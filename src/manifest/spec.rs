@@ -17,7 +17,7 @@ use crate::analysis::Analyses;
 use crate::gear::GearPair;
 use crate::model::{InitialState, MeshHarmonic, TorqueRipple};
 use crate::propagate::KernelChoice;
-use crate::shaft::{FlexibleDrive, ModalStructure, RigidDrive, TrainDrive};
+use crate::shaft::{Drag, FlexibleDrive, ModalStructure, RigidDrive, TrainDrive};
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -135,15 +135,30 @@ impl ModelSpec {
         (self.source.rated_torque()).map_or(f64::NAN, |rated| torque / rated)
     }
 
-    /// Modes that are kept and not neutral: half the number of Lyapunov exponents.
-    pub fn felt(&self) -> usize {
-        self.retained
-            - match &self.source {
-                // The rotation of the whole drive.
-                StructureSource::Rigid(_) | StructureSource::Flexible(_) => 1,
-                StructureSource::Train(train) => train.neutral_rotations(),
-                StructureSource::Modal(structure) => structure.neutral_modes(),
-            }
+    /// Rotations of the whole drive, which no contact feels.
+    pub fn neutral(&self) -> usize {
+        match &self.source {
+            StructureSource::Rigid(_) | StructureSource::Flexible(_) => 1,
+            StructureSource::Train(train) => train.neutral_rotations(),
+            StructureSource::Modal(structure) => structure.neutral_modes(),
+        }
+    }
+
+    /// Number of Lyapunov exponents of these rotations: one of each that drag damps.
+    pub fn neutral_exponents(&self) -> usize {
+        let dragged = |drag: [Drag; 2]| usize::from(drag.iter().any(|drag| drag.viscous > 0.0));
+        match &self.source {
+            StructureSource::Rigid(drive) => dragged(drive.shafts.each_ref().map(|s| s.drag)),
+            StructureSource::Flexible(drive) => dragged(drive.shafts.each_ref().map(|s| s.drag)),
+            // Why a train cannot be laid out is said elsewhere.
+            StructureSource::Train(train) => train.dragged_rotations().unwrap_or(0),
+            StructureSource::Modal(structure) => structure.felt_of_neutral(),
+        }
+    }
+
+    /// Number of Lyapunov exponents: two of each mode that is kept, but for neutral rotations.
+    pub fn exponents(&self) -> usize {
+        2 * (self.retained - self.neutral()) + self.neutral_exponents()
     }
 }
 

@@ -9,6 +9,9 @@ pub const MOST_CYCLES: u32 = 1000;
 /// Most mesh cycles after which all contacts are as they were: where tables are made, some megabytes for every hundred.
 pub const MOST_BASE_CYCLES: usize = 10_000;
 
+/// Part of the largest entry of a matrix that is round-off where it does not act.
+const COUPLING_NOISE: f64 = 1e-12;
+
 /// Part of a contact's participations that is round-off of a rotation it does not feel.
 const ROTATION_NOISE: f64 = 1e-10;
 
@@ -372,6 +375,30 @@ impl ModalStructure {
         self.rigid_modes() - self.felt_rotations().len()
     }
 
+    /// How many of the places and speeds of these rotations are felt all the same: the speed of each
+    /// that dampers or gyroscopic terms act on, both of each that springs hold.
+    pub fn felt_of_neutral(&self) -> usize {
+        let Some(coupling) = &self.coupling else {
+            return 0;
+        };
+        let (modes, rigid) = (self.modes(), self.rigid_modes());
+        let mut felt = Vec::new();
+        for row in self.felt_rotations() {
+            widen(&mut felt, &row, 0.0);
+        }
+        let by_contacts = felt.len();
+        let mut by = |matrix: &[f64]| {
+            let largest = matrix.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            for row in matrix.chunks_exact(modes) {
+                widen(&mut felt, &row[..rigid], COUPLING_NOISE * largest);
+            }
+            felt.len() - by_contacts
+        };
+        let held = by(&coupling.stiffness);
+        by(&coupling.damping);
+        held + by(&coupling.gyroscopic)
+    }
+
     /// Directions in the space of the rigid rotations that contacts feel, linearly independent, that
     /// of the mesh first: participations in the rigid modes alone.
     pub fn felt_rotations(&self) -> Vec<Vec<f64>> {
@@ -384,18 +411,8 @@ impl ModalStructure {
             .chain(further.map(|column| (column, ROTATION_NOISE)));
         for (column, noise) in columns {
             let largest = column.iter().fold(0.0_f64, |most, w| most.max(w.abs()));
-            let mut rest = column[..rigid].to_vec();
-            // Twice, against round-off.
-            for unit in independent.iter().chain(&independent) {
-                let part: f64 = unit.iter().zip(&rest).map(|(u, r)| u * r).sum();
-                for (r, u) in rest.iter_mut().zip(unit) {
-                    *r -= part * u;
-                }
-            }
-            let norm = rest.iter().map(|r| r * r).sum::<f64>().sqrt();
-            if norm > noise * largest {
+            if widen(&mut independent, &column[..rigid], noise * largest) {
                 felt.push(column[..rigid].to_vec());
-                independent.push(rest.iter().map(|r| r / norm).collect());
             }
         }
         felt
@@ -484,6 +501,24 @@ impl ModalStructure {
                 .collect(),
         })
     }
+}
+
+/// Adds what of a row is orthogonal to some unit vectors to them, made one itself; whether there is more
+/// of it than `noise`.
+fn widen(units: &mut Vec<Vec<f64>>, row: &[f64], noise: f64) -> bool {
+    let mut rest = row.to_vec();
+    // Twice, against round-off.
+    for unit in units.iter().chain(&*units) {
+        let part: f64 = unit.iter().zip(&rest).map(|(u, r)| u * r).sum();
+        for (r, u) in rest.iter_mut().zip(unit) {
+            *r -= part * u;
+        }
+    }
+    let norm = rest.iter().map(|r| r * r).sum::<f64>().sqrt();
+    if norm > noise {
+        units.push(rest.iter().map(|r| r / norm).collect());
+    }
+    norm > noise
 }
 
 #[cfg(test)]

@@ -250,20 +250,50 @@ impl TrainDrive {
     /// Number of rotations that no spring holds.
     pub fn rotations(&self) -> usize {
         let rigid = self.couplings.iter().filter(|c| c.stiffness[3] > 0.0);
-        self.free_groups(rigid.map(|coupling| coupling.shafts))
+        self.free(&self.groups(rigid.map(|coupling| coupling.shafts)))
+            .len()
     }
 
     /// Number of rotations that no contact feels.
     pub fn neutral_rotations(&self) -> usize {
+        self.free(&self.connected()).len()
+    }
+
+    /// How many of them drag damps, against the ground or between a loose gear and its shaft.
+    ///
+    /// # Errors
+    /// [`TrainError`].
+    pub fn dragged_rotations(&self) -> Result<usize, TrainError> {
+        let speeds = self.layout()?.speeds;
+        let group = self.connected();
+        let mut dragged = Vec::new();
+        for (shaft, own) in self.shafts.iter().enumerate() {
+            if own.drag.viscous > 0.0 {
+                dragged.push(group[shaft]);
+            }
+        }
+        for place in self.loose_gears() {
+            let brakes = (self.gear(place).loose).is_some_and(|loose| loose.drag.viscous > 0.0);
+            let (body, on) = (self.body_of(place), place.shaft);
+            if brakes && (group[body] != group[on] || speeds[body] != speeds[on]) {
+                dragged.push(group[body]);
+            }
+        }
+        let free = self.free(&group);
+        Ok(free.iter().filter(|own| dragged.contains(own)).count())
+    }
+
+    /// The group of every body, those together that contacts and couplings connect.
+    fn connected(&self) -> Vec<usize> {
         let joined = self.couplings.iter().map(|coupling| coupling.shafts);
         let meshing = self
             .pairs()
             .map(|gears| gears.map(|gear| self.body_of(gear)));
-        self.free_groups(joined.chain(meshing))
+        self.groups(joined.chain(meshing))
     }
 
-    /// Groups of bodies that turn together and that nothing holds.
-    fn free_groups(&self, joints: impl Iterator<Item = [usize; 2]>) -> usize {
+    /// The group of every body, those together that joints connect.
+    fn groups(&self, joints: impl Iterator<Item = [usize; 2]>) -> Vec<usize> {
         let bodies = self.shafts.len() + self.loose_gears().count();
         let mut group: Vec<usize> = (0..bodies).collect();
         for joint in joints {
@@ -272,13 +302,19 @@ impl TrainDrive {
                 *own = one;
             }
         }
-        let mut free = group.clone();
+        group
+    }
+
+    /// The groups that nothing holds.
+    fn free(&self, group: &[usize]) -> Vec<usize> {
+        let mut free = group.to_vec();
         free.sort_unstable();
         free.dedup();
         let shafts = self.shafts.iter().enumerate();
         let held = shafts.filter(|(_, shaft)| !shaft.motion.turns());
         let held: Vec<usize> = held.map(|(shaft, _)| group[shaft]).collect();
-        free.iter().filter(|group| !held.contains(group)).count()
+        free.retain(|group| !held.contains(group));
+        free
     }
 }
 

@@ -53,14 +53,21 @@ pub(super) fn there_are(
     asked: usize,
     model: Option<&ModelSpec>,
 ) -> Option<()> {
-    let Some(model) = model.filter(|model| asked > 2 * model.felt()) else {
+    let Some(model) = model.filter(|model| asked > model.exponents()) else {
         return Some(());
     };
-    let (retained, most) = (model.retained, 2 * model.felt());
-    let neutral = match retained - model.felt() {
-        0 => "",
-        1 => " (the neutral rotation has none)",
-        _ => " (neutral rotations have none)",
+    let (retained, most) = (model.retained, model.exponents());
+    let (of, beside) = match model.neutral_exponents() {
+        0 => ("none".to_owned(), String::new()),
+        own => (
+            format!("{own}, under drag"),
+            format!(", and {own} under drag"),
+        ),
+    };
+    let neutral = match model.neutral() {
+        0 => String::new(),
+        1 => format!(" (the neutral rotation has {of})"),
+        _ => format!(" (neutral rotations have {of})"),
     };
     issues.push(
         Diagnostic::new(
@@ -71,7 +78,7 @@ pub(super) fn there_are(
         )
         .label(format!("at most {most}"))
         .accepted(format!(
-            "a whole number from 1 to {most}, twice the retained modes{}",
+            "a whole number from 1 to {most}, twice the retained modes{}{beside}",
             match neutral.is_empty() {
                 true => "",
                 false => " that are not neutral",
@@ -79,4 +86,48 @@ pub(super) fn there_are(
         )),
     );
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    /// Under drag the speed of the neutral rotation has an exponent.
+    #[test]
+    fn drag_has_an_exponent_of_its_own() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/tiers");
+        let text = std::fs::read_to_string(folder.join("torsional.toml")).unwrap();
+        let asked = |exponents: usize, drag: &str| {
+            let own = format!("end_inertia = \"2e-3 kg*m^2\"\ndrag = {drag}");
+            let text = text.replacen("end_inertia = \"2e-3 kg*m^2\"", &own, 1);
+            let lyapunov = format!("lyapunov = {{ exponents = {exponents}");
+            let text = text.replacen("lyapunov = { exponents = 1", &lyapunov, 1);
+            assert!(text.contains(&own) && text.contains(&lyapunov));
+            crate::manifest::parse(&text, "test.toml", &folder)
+                .map(|job| job.points.at(0).model.exponents())
+                .map_err(|errors| errors.to_string())
+        };
+        assert_eq!(asked(2, "0"), Ok(2));
+        assert_eq!(asked(3, "0.05"), Ok(3));
+        for (exponents, drag, words) in [
+            (
+                3,
+                "0",
+                "2 retained modes have 2 (the neutral rotation has none)",
+            ),
+            (
+                4,
+                "0.05",
+                "2 retained modes have 3 (the neutral rotation has 1, under drag)",
+            ),
+            (
+                4,
+                "0.05",
+                "from 1 to 3, twice the retained modes that are not neutral, and 1 under drag",
+            ),
+        ] {
+            let errors = asked(exponents, drag).unwrap_err();
+            assert!(errors.contains(words), "{errors}");
+        }
+    }
 }

@@ -27,8 +27,8 @@ pub(super) const KEYS: &[Key] = &[
     table("analyses.lyapunov").otherwise(ABSENT)
         .about("Lyapunov exponents per mesh cycle, with error bars."),
     integer("analyses.lyapunov.exponents", 1.0, 2000.0, "2").or("1")
-        .about("Number of exponents, the largest first. At most twice the retained modes that are not neutral; \
-                each costs a tangent vector."),
+        .about("Number of exponents, the largest first. At most twice the retained modes that are not neutral, \
+                and one more where drag damps the neutral rotation; each costs a tangent vector."),
     quantity("analyses.lyapunov.stop_at_stderr", Ratio, POSITIVE, "0.01").otherwise("none: all of `run.cycles` are measured")
         .about("Standard error of the largest exponent, per mesh cycle, at which measuring stops."),
     integer("analyses.lyapunov.align", 0.0, MANY, "200").or("100")
@@ -180,7 +180,8 @@ pub(super) const KEYS: &[Key] = &[
         .about("Covariant Lyapunov vectors of motion that does not repeat: local exponents, and the angle between \
                 growing and shrinking directions. Needs `analyses.lyapunov`."),
     integer("analyses.covariant.vectors", 1.0, 2000.0, "4").or("2")
-        .about("Number of vectors, those of the largest exponents. At most twice the retained modes that are not neutral."),
+        .about("Number of vectors, those of the largest exponents. At most twice the retained modes that are not neutral, \
+                and one more where drag damps the neutral rotation."),
     integer("analyses.covariant.cycles", FEWEST_CYCLES as f64, MANY, "5000").or("1000")
         .about("Mesh cycles measured. With v vectors each keeps v(v + 1)/2 numbers in memory, 1 GiB at most in all."),
     integer("analyses.covariant.align", 1.0, MANY, "500").or("200")
