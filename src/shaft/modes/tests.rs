@@ -445,7 +445,7 @@ fn bad_matrices_are_refused() {
 }
 
 /// What a load deflects beyond the modes computed is the sum over all others, and nothing but round-off where the
-/// computed ones have all of it: those along the shaft are among the lower ones, whatever is left.
+/// computed ones have all of it.
 #[test]
 fn static_shapes_are_the_modes_left_out() {
     let (mut assembly, last) = shaft(0.05, SHEAR, 2);

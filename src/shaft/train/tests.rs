@@ -378,15 +378,25 @@ fn trains_that_cannot_run_are_told() {
     let mut held = row([20, 30, 18, 27]);
     held.shafts[2].motion = Motion::Lateral;
     assert!(told(held).contains("`output` is driven"));
-    let mut loop_ = row([20, 30, 18, 27]);
-    loop_.couplings.push(ShaftCoupling {
-        shafts: [0, 2],
-        at: [0.0; 2],
-        stiffness: [0.0, 0.0, 0.0, 1e3],
-        damping: 0.0,
-        stages: Vec::new(),
-    });
-    assert!(told(loop_).contains("the train locks"));
+    // Shafts on one axis, then on two, then with a spring across the axis over a gap.
+    let coupled = |at: [f64; 2], radial: f64| {
+        let mut coupled = row([20, 30, 18, 32]);
+        coupled.shafts[2].origin = coupled.shafts[0].origin;
+        coupled.couplings.push(ShaftCoupling {
+            shafts: [0, 2],
+            at,
+            stiffness: [radial, 0.0, 0.0, 1e3],
+            damping: 0.0,
+            stages: Vec::new(),
+        });
+        coupled
+    };
+    assert!(told(coupled([0.0; 2], 0.0)).contains("the train locks"));
+    assert!(told(coupled([0.1, 0.0], 0.0)).contains("the train locks"));
+    assert!(told(coupled([0.1, 0.0], 1e7)).contains("across a gap of 1.000e-1 m"));
+    let mut beside = coupled([0.0; 2], 0.0);
+    beside.shafts[2].origin = row([20, 30, 18, 32]).shafts[2].origin;
+    assert!(told(beside).contains("on one axis"));
     let mut loose = train(&flexible());
     loose.shafts[1].bearings.pop();
     loose.shafts[1].bearings[0].1.tilt = 0.0;

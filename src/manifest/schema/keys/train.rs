@@ -64,8 +64,8 @@ pub(super) const KEYS: &[Key] = &[
     quantity("train.shaft.*.torque_at", Length, ANY, r#""40 mm""#).or("0")
         .about("Where the torque of the motor or of the driven machine, and drag, act."),
     quantity("train.shaft.*.output", Ratio, bounds(0.0, false, 1.0, false), "1").or("0")
-        .about("Part of the motor's power that leaves the train at this shaft, which a mesh or a coupling must turn. The parts of all shafts add up to 1; where \
-                every one is 0 nothing is driven but drag, and `load` is without effect."),
+        .about("Part of the motor's power that leaves the train at this shaft, which a mesh or a coupling must turn. The parts \
+                of all shafts add up to 1; where every one is 0 nothing is driven but drag, and `load` is without effect."),
     quantity("train.shaft.*.drag", Drag, NON_NEGATIVE, r#""2e-3 N*m*s/rad""#).or("0")
         .about("Viscous drag on the rotation, per the shaft's own speed. Its mean is met by the motor through the meshes."),
     quantity("train.shaft.*.drag_torque", Torque, NON_NEGATIVE, r#""0.4 N*m""#).or("0")
