@@ -487,7 +487,7 @@ fn steps_have_a_limit_with_a_reason() {
     let said = words(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(
-        said.contains("16 to 1000000") && said.contains("bytes"),
+        said.contains("16 to 1e6") && said.contains("bytes"),
         "{said}"
     );
 }

@@ -7,10 +7,11 @@ mod coupling;
 mod loads;
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
-use super::reader::{Section, entries};
+use super::reader::Section;
 use super::schema::{self, MODAL_FILE};
 use super::sections::Context;
 use super::text::NoText;
+use super::tree::entries;
 use super::tree::{self, Value};
 use super::{text, unknown};
 use crate::shaft::{BearingGain, ModalStructure, StaticShare};

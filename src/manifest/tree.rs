@@ -2,7 +2,6 @@
 //! values into it, so that a point is resolved by the same code as the text.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
-use super::reader::entries;
 use super::syntax;
 use crate::units::Dimension;
 use toml::Spanned;
@@ -50,6 +49,14 @@ impl Value {
             Self::Array(_) => "an array",
             Self::Table(_) => "a table",
         }
+    }
+}
+
+/// `1 entry`, `3 entries`.
+pub fn entries(count: usize) -> String {
+    match count {
+        1 => "1 entry".to_owned(),
+        count => format!("{count} entries"),
     }
 }
 

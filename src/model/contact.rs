@@ -1,6 +1,7 @@
 //! One-sided contacts, and which of them are closed.
 
 use super::{MeshCycle, Release, Segment};
+use crate::numerics::whole::least_multiple;
 
 /// Place of the drive flank among the contacts of a gear pair.
 pub const DRIVE_FLANK: usize = 0;
@@ -132,6 +133,12 @@ pub struct Contact {
     pub cycles: Vec<MeshCycle>,
     /// When it lets go. Without a damper both laws are one, and it is [`Release::Deflection`].
     pub release: Release,
+}
+
+/// Mesh cycles after which all of some contacts are as they were.
+pub(super) fn base_cycles(contacts: &[Contact]) -> usize {
+    let lengths = contacts.iter().map(|contact| contact.cycles.len());
+    lengths.fold(1, least_multiple)
 }
 
 impl Contact {

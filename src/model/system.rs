@@ -1,6 +1,7 @@
 //! The model of one operating point, built from a structure and a mesh.
 
 use super::basis::Basis;
+use super::contact::base_cycles;
 use super::direction::Directions;
 use super::error::{ModelError, positive};
 use super::{
@@ -9,7 +10,6 @@ use super::{
     TransmissionErrorHarmonic,
 };
 use super::{bearing, clearance, drive as laws, further, parallel};
-use crate::numerics::whole::least_multiple;
 use crate::shaft::{FlankParticipation, MOST_BASE_CYCLES, ModalStructure};
 use std::f64::consts::TAU;
 
@@ -222,13 +222,9 @@ impl Model {
             count <= most,
             "at most 16, both flanks included",
         )?;
-        let base = base_cycles(&contacts);
-        positive(
-            "base period of all contacts together",
-            base as f64,
-            base <= MOST_BASE_CYCLES,
-            "at most 10000 mesh cycles",
-        )?;
+        let (base, name) = (base_cycles(&contacts), "base period of all contacts");
+        let fits = base <= MOST_BASE_CYCLES;
+        positive(name, base as f64, fits, "at most 10000 mesh cycles")?;
         let Directions { directions, lines } = directions;
         clearance::has_room(&contacts, &directions)?;
         let unfelt = |i: usize| (directions.iter()).all(|d| d.gains[i].deflection[0] == 0.0);
@@ -441,12 +437,6 @@ impl Model {
     pub fn relative_rotation(&self) -> Option<usize> {
         (self.basis.rigid().last().copied()).filter(|i| !self.neutral.contains(i))
     }
-}
-
-/// Mesh cycles after which all of some contacts are as they were.
-fn base_cycles(contacts: &[Contact]) -> usize {
-    let lengths = contacts.iter().map(|contact| contact.cycles.len());
-    lengths.fold(1, least_multiple)
 }
 
 /// A spring of the drive flanks (`side` 0) or the coast flanks (1), and its damping \[N s/m\].

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use parquet::errors::ParquetError;
 use thiserror::Error;
 
-use super::characteristics::RECORD as MACHINE;
 use super::io_fault::{IoFault, Purpose, Refusal};
 
 /// How a file differs from what was written.
@@ -50,6 +49,9 @@ pub enum Damage {
         reason: String,
     },
 }
+
+/// What `atlas machine` writes of all measurements together.
+pub(super) const MACHINE: &str = "machine.json";
 
 /// The command that writes a file.
 fn writer(path: &Path) -> &'static str {

@@ -298,8 +298,9 @@ impl AxisReader<'_> {
         }
         let count = usize::try_from(count).ok()?;
         let values = AxisValues::even(from, to, count, logarithmic);
-        let broken = |value: &f64| self.spec.kind == Kind::Integer && value.fract() != 0.0;
-        if let Some(value) = values.iter().find(broken) {
+        let broken = (self.spec.kind == Kind::Integer)
+            .then(|| values.iter().find(|value| value.fract() != 0.0));
+        if let Some(value) = broken.flatten() {
             let value = Value::Sample(value, Dimension::Ratio);
             let span = node.span;
             _ = self.whole(issues, &Node { span, value }, self.path);

@@ -1,8 +1,9 @@
 //! The matrices of a modal file that couple its modes: a list of rows each, one row a mode.
 
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
-use crate::manifest::reader::{Section, entries};
+use crate::manifest::reader::Section;
 use crate::manifest::schema;
+use crate::manifest::tree::entries;
 use crate::shaft::Coupling;
 
 /// Largest sum of two entries across the diagonal of a skew matrix, as a part of its largest

@@ -5,12 +5,12 @@ mod default;
 mod value;
 
 pub(super) use value::{
-    choice, entries, in_range, integer, quantity, quantity_unbounded, wrong_type, wrong_unit,
+    choice, in_range, integer, quantity, quantity_unbounded, wrong_type, wrong_unit,
 };
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::schema::{self, Key, Kind, Schema};
-use super::tree::{Entry, Node, Value};
+use super::tree::{Entry, Node, Value, entries};
 
 /// A table of a file, with its dotted path.
 #[derive(Debug, Clone)]

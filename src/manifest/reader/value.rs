@@ -5,14 +5,6 @@ use crate::manifest::schema::{self, Key, Kind};
 use crate::manifest::tree::{Node, Value};
 use crate::units::{self, Dimension, QuantityError};
 
-/// `1 entry`, `3 entries`.
-pub(in crate::manifest) fn entries(count: usize) -> String {
-    match count {
-        1 => "1 entry".to_owned(),
-        count => format!("{count} entries"),
-    }
-}
-
 /// Records a value of another type than the schema's.
 pub(in crate::manifest) fn wrong_type(issues: &mut Issues, node: &Node, path: &str, spec: &Key) {
     let wanted = match spec.kind {

@@ -1,7 +1,8 @@
 //! A modal state: `{ displacement = [...], velocity = [...] }`.
 
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
-use crate::manifest::reader::{Section, entries};
+use crate::manifest::reader::Section;
+use crate::manifest::tree::entries;
 use crate::model::InitialState;
 
 pub(super) fn read(

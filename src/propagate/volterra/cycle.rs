@@ -22,7 +22,6 @@ use super::varying::{Factors, Nodal};
 use super::window_table::WindowTable;
 use super::workspace::Workspace;
 use crate::model::{ActiveSet, DRIVE_FLANK, TrajectoryState};
-use crate::numerics::legendre;
 use crate::propagate::events::Changes;
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents};
 
@@ -209,30 +208,6 @@ impl Volterra<'_> {
         }
         if position.forceless.holds(found.contact) != (place == Place::NoForce) {
             position.forceless = position.forceless.toggled(found.contact);
-        }
-        Ok(())
-    }
-
-    /// That a trajectory is a motion still, along every line.
-    fn check_range(
-        &self,
-        position: &Position,
-        track: Track<'_>,
-        workspace: &Workspace,
-    ) -> Result<(), Stop> {
-        for (sight, solution) in track.sights().iter().zip(&workspace.solutions) {
-            let farthest = self.farthest[sight.line];
-            let bound = solution.deflection[0].abs() + solution.variation;
-            // The series may run far beyond an event that ends the window long before; where the
-            // window starts is where the trajectory is.
-            if bound.is_nan() || bound > farthest {
-                let start = legendre::at_start(&solution.deflection).abs();
-                if !bound.is_finite() || start > farthest {
-                    return Err(Stop::Diverged {
-                        cycle: position.cycle,
-                    });
-                }
-            }
         }
         Ok(())
     }

@@ -60,6 +60,7 @@ mod length;
 mod needs;
 mod partial;
 mod position;
+mod range;
 mod release;
 mod search;
 mod shapes;

@@ -135,7 +135,8 @@ impl TrainDrive {
             .map(|gears| self.met(gears, &axes))
             .collect::<Result<Vec<_>, _>>()?;
         let speeds = self.speeds(&meshes)?;
-        let idle = |(shaft, speed): &(&TrainShaft, _)| shaft.output != 0.0 && *speed == &None;
+        let idle =
+            |(shaft, speed): &(&TrainShaft, &Option<_>)| shaft.output != 0.0 && speed.is_none();
         if let Some((shaft, _)) = self.shafts.iter().zip(&speeds).find(idle) {
             return Err(TrainError::Idle {
                 shaft: shaft.name.clone(),

@@ -27,7 +27,7 @@ use std::path::Path;
 const FORMAT: &str = "atlas-machine-3";
 
 /// The file that holds everything.
-pub(super) const RECORD: &str = "machine.json";
+pub(super) use crate::store::error::MACHINE as RECORD;
 
 /// What every version of the record has.
 #[derive(Deserialize)]
