@@ -33,7 +33,7 @@ pub struct Questions {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LyapunovQuestion {
     /// Number of exponents, at least 1; a model has twice as many as modes that are not
-    /// neutral.
+    /// neutral, and one more where drag damps the neutral rotation.
     pub exponents: usize,
     /// Stop once the standard error of the largest exponent is at most this \[1/cycle\].
     pub stop_at_stderr: Option<f64>,
