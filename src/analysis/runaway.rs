@@ -56,17 +56,10 @@ impl Bounds {
     pub fn new(model: &Model) -> Self {
         let rest = model.start(&InitialState::Static);
         let lines = (0..model.lines.len()).filter_map(|line| {
-            let mut segment = None;
-            let mut gap = 0.0_f64;
-            for contact in &model.contacts {
-                let segments = contact.cycles.iter().flat_map(|cycle| &cycle.segments);
-                for own in segments.filter(|own| model.line(own) == line) {
-                    segment.get_or_insert(*own);
-                    gap = gap.max(contact.half_gap.abs());
-                }
-            }
-            let segment = segment?;
-            let gap = if gap > 0.0 { gap } else { model.half_gap };
+            let cycles = model.contacts.iter().flat_map(|contact| &contact.cycles);
+            let mut segments = cycles.flat_map(|cycle| &cycle.segments);
+            let segment = *segments.find(|own| model.line(own) == line)?;
+            let gap = model.gap_on(line);
             let at_rest = model.deflection_on(&segment, 0, &rest.state, 0.0).0;
             let unit = gap.max(at_rest.abs());
             Some(Line { segment, gap, unit })

@@ -3,6 +3,22 @@
 use super::{ActiveSet, Contact, Model, SAME_PHASE, Segment};
 
 impl Model {
+    /// What deflections along a line are measured by \[m\]: the largest gap of its contacts, or the half gap of the mesh where
+    /// those have none.
+    pub fn gap_on(&self, line: usize) -> f64 {
+        let on_line = |contact: &&Contact| {
+            let mut segments = contact.cycles.iter().flat_map(|cycle| &cycle.segments);
+            segments.any(|segment| self.line(segment) == line)
+        };
+        let gaps = self.contacts.iter().filter(on_line);
+        let largest = gaps.fold(0.0, |most: f64, contact| most.max(contact.half_gap.abs()));
+        if largest > 0.0 {
+            largest
+        } else {
+            self.half_gap
+        }
+    }
+
     /// The segment of every contact at a time \[s\] within a mesh cycle.
     pub fn segments_at(&self, cycle: u64, time: f64) -> Vec<Segment> {
         let at = |contact: &Contact| *contact.cycle(cycle).segment_at(time);

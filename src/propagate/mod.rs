@@ -29,30 +29,16 @@ pub use stepping::{Stepping, SteppingWorkspace};
 pub use tangents::Tangents;
 pub use volterra::{InstructionSet, Volterra};
 
-use crate::model::{Contact, Model, TrajectoryState};
+use crate::model::{Model, TrajectoryState};
 use crate::numerics::instructions::portable;
 
 /// Cells and windows whose lengths differ by less, relative, are of one length.
 const SAME_LENGTH: f64 = 1e-12;
 
-/// Deflections beyond which a motion has diverged, of every line: [`FARTHEST`] times the largest gap of its contacts, or the
-/// half gap of the mesh where those have none.
+/// Deflections beyond which a motion has diverged, of every line: [`FARTHEST`] times its gap.
 fn farthest(model: &Model) -> Vec<f64> {
     (0..model.lines.len())
-        .map(|line| {
-            let on_line = |contact: &&Contact| {
-                let mut segments = contact.cycles.iter().flat_map(|cycle| &cycle.segments);
-                segments.any(|segment| model.line(segment) == line)
-            };
-            let gaps = model.contacts.iter().filter(on_line);
-            let largest = gaps.fold(0.0, |most: f64, contact| most.max(contact.half_gap.abs()));
-            FARTHEST
-                * if largest > 0.0 {
-                    largest
-                } else {
-                    model.half_gap
-                }
-        })
+        .map(|line| FARTHEST * model.gap_on(line))
         .collect()
 }
 
