@@ -1,7 +1,7 @@
 //! How did the estimates of the exponents settle while they were measured?
 
 use super::outcome::CourseOutcome;
-use crate::numerics::statistics::{FEWEST_BLOCKS, mean, standard_error};
+use crate::numerics::statistics::{FEWEST_VALUES, mean, standard_error};
 
 /// Running means and standard errors of each exponent after at most `places` counts of cycles, evenly
 /// spread from the fewest that have an error bar to all. None where there are fewer.
@@ -9,13 +9,13 @@ use crate::numerics::statistics::{FEWEST_BLOCKS, mean, standard_error};
 /// * `series`: averages of each exponent over successive stretches of so many cycles.
 pub fn course(series: &[&[f64]], stretch: u32, places: usize) -> Option<CourseOutcome> {
     let all = series.first()?.len();
-    let spans = all.checked_sub(FEWEST_BLOCKS)?;
+    let spans = all.checked_sub(FEWEST_VALUES)?;
     if places == 0 {
         return None;
     }
     // The last is all there is.
     let mut counts: Vec<usize> = (1..=places)
-        .map(|place| FEWEST_BLOCKS + place * spans / places)
+        .map(|place| FEWEST_VALUES + place * spans / places)
         .collect();
     counts.dedup();
     let over = |estimate: fn(&[f64]) -> f64| -> Vec<f64> {

@@ -1,9 +1,12 @@
 //! Small numerical tools that know nothing of gears: quadrature, Legendre series and their
-//! roots, exponentials as Legendre series, convolution, small dense algebra, statistics,
-//! random streams, whole numbers, the numbering of planes.
+//! roots, exponentials as Legendre series, convolution, small dense algebra, statistics of
+//! series, chains and rare events, weighted Birkhoff averages, random streams, whole numbers, the
+//! numbering of planes.
 
 pub mod arithmetic;
 pub mod bessel;
+pub mod birkhoff;
+pub mod chains;
 pub mod convolution;
 pub mod decoupling;
 pub mod exponential;
@@ -14,6 +17,7 @@ pub mod linalg;
 pub mod nested_grid;
 pub mod pair_response;
 pub(crate) mod plain;
+pub mod poisson;
 pub mod product_moduli;
 pub mod proportion;
 pub mod quadrature;

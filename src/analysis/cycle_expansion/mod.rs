@@ -9,13 +9,14 @@ mod closing;
 mod observables;
 mod series;
 
+use super::averages::CYCLES_PER_AVERAGE;
 use super::called_off::CalledOff;
-use super::lyapunov::{CYCLES_PER_AVERAGE, TangentGrowth};
+use super::lyapunov::TangentGrowth;
 use super::norm::EnergyNorm;
 use super::recurrence::Recurrence;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
-use crate::numerics::statistics::{FEWEST_BLOCKS, mean, standard_error};
+use crate::numerics::statistics::{FEWEST_VALUES, mean, standard_error};
 use crate::propagate::{Counters, Kernel, Stop};
 use census::{Census, Found, Set};
 pub use observables::ExpansionQuantity;
@@ -296,7 +297,7 @@ impl TimeAverages {
             advance(&mut growth)?;
         }
         let length = u64::from(CYCLES_PER_AVERAGE);
-        let count = cycles.div_ceil(length).max(FEWEST_BLOCKS as u64);
+        let count = cycles.div_ceil(length).max(FEWEST_VALUES as u64);
         let mut stretches = Vec::with_capacity(count as usize);
         for _ in 0..count {
             let mut average = [0.0; SUMS];
