@@ -5,8 +5,8 @@
 mod common;
 
 use atlas::analysis::{
-    GrowthNorm, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, OrderQuestion, OrderReference,
-    PointOutcome, Questions, SEPARATION, Section, Signals, Spectrum, SpectrumQuestion, investigate,
+    Effort, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, OrderQuestion, OrderReference,
+    PointOutcome, Questions, Section, Signals, Spectrum, SpectrumQuestion, investigate,
 };
 use atlas::model::{
     ActiveSet, Division, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, Quantity,
@@ -81,6 +81,44 @@ fn a_sine_has_its_crest_and_kurtosis() {
     close(found.force_std, 3e-3 / SQRT_2, 1e-12);
     assert_eq!(found.suborders, [0.0; 5]);
     assert_eq!(found.stderr, None);
+}
+
+/// A wave that rises and falls over many cycles: the quantiles of its peaks are those of the cycles of
+/// one period, by a count.
+#[test]
+fn peaks_of_a_motion_that_repeats_are_those_of_its_period() {
+    let model = model(&one_degree());
+    for period in [1, 2, 200_u32] {
+        let slow = 1.0 / f64::from(period);
+        let signal = Signal(2e-5, vec![(1.0, 4e-6, 0.3), (slow, 3e-6, 1.0)]);
+        let mut nvh = Nvh::new(&model, 0);
+        show(&model, &mut nvh, &signal, 7..7 + 2 * u64::from(period));
+        nvh.repeats(period);
+        let found = nvh.outcome().unwrap();
+
+        let steps = 4000;
+        let mut peaks: Vec<f64> = (7..7 + period)
+            .map(|cycle| {
+                let turned = |step: i32| f64::from(cycle) + f64::from(step) / f64::from(steps);
+                let values = (0..=steps).map(|step| {
+                    let turned = TAU * turned(step);
+                    4e-6 * (turned + 0.3).cos() + 3e-6 * (slow * turned + 1.0).cos()
+                });
+                values.map(f64::abs).fold(0.0, f64::max)
+            })
+            .collect();
+        peaks.sort_by(f64::total_cmp);
+        let last = peaks.len() - 1;
+        close(found.deflection_peak, peaks[last], 1e-6);
+        // 198 of 200 cycles are 99 %.
+        let places = [if period == 200 { 197 } else { last }, last];
+        assert_eq!(found.deflection_peak_quantiles.len(), 2);
+        for (quantile, place) in found.deflection_peak_quantiles.iter().zip(places) {
+            close(*quantile, peaks[place], 1e-6);
+        }
+        assert_eq!(found.force_peak_quantiles[1], found.force_peak);
+        assert_eq!(found.stderr, None);
+    }
 }
 
 /// Amplitudes at 1/4, 1/3, 1/2, 2/3, 3/4 of a motion with a period of `period` cycles.
@@ -257,13 +295,10 @@ fn questions(harmonics: usize) -> Questions {
         settle: true,
         audit_cycles: 20,
         lyapunov: Some(LyapunovQuestion {
-            exponents: 1,
-            stop_at_stderr: None,
             align: 50,
             twin: false,
-            separation: SEPARATION,
-            course: 0,
-            norm: GrowthNorm::Energy,
+            effort: Effort::Survey,
+            ..LyapunovQuestion::default()
         }),
         poincare_samples: 0,
         section: Section::default(),

@@ -306,6 +306,8 @@ mod tests {
                 angular_acceleration_rms: vec![0.2],
                 fractions: [0.01, 0.01, 0.01, 0.0],
                 impact_velocity_quantiles: vec![1e3],
+                deflection_peak_quantiles: vec![1e3],
+                force_peak_quantiles: vec![1e9],
                 ..NvhErrors::default()
             }),
             ..NvhOutcome::default()

@@ -137,6 +137,8 @@ pub struct Orders {
     centres: Vec<f64>,
     families: Vec<Family>,
     cycle: Option<u64>,
+    /// Whether the present cycle still counts as going on.
+    open: bool,
     /// The present window's signals.
     series: Vec<Series>,
     repeats: Option<u32>,
@@ -161,6 +163,7 @@ impl Orders {
             series: Vec::with_capacity(signals.len()),
             signals,
             cycle: None,
+            open: false,
             repeats: None,
         }
     }
@@ -168,6 +171,7 @@ impl Orders {
     /// Forgets everything accumulated.
     pub fn restart(&mut self) {
         self.cycle = None;
+        self.open = false;
         self.repeats = None;
         for family in &mut self.families {
             family.stretches.restart();
@@ -178,6 +182,23 @@ impl Orders {
     /// were integrated: its orders are exact.
     pub fn repeats(&mut self, period: u32) {
         self.repeats = Some(period);
+    }
+
+    /// Adds the record of another trajectory of the same model behind this one; of both, whole
+    /// mesh cycles have been integrated. Phases belong together, as both count time from the
+    /// start of mesh cycle 0. The sum is for looking at, not for going on.
+    pub(in crate::analysis) fn append(&mut self, other: &Self) {
+        if other.cycle.is_none() {
+            return;
+        }
+        self.finish();
+        let mut other = other.clone();
+        other.finish();
+        self.cycle = self.cycle.or(other.cycle);
+        // The centres may differ: over the whole periods that count, a constant has no lines.
+        for (family, own) in self.families.iter_mut().zip(&other.families) {
+            family.stretches.append(&own.stretches);
+        }
     }
 
     /// Takes a window in, with the series of the outputs.
@@ -191,10 +212,11 @@ impl Orders {
                     *centre = series[0];
                 }
             }
-            Some(cycle) if cycle != window.cycle => self.advance(),
+            Some(cycle) if cycle != window.cycle => self.finish(),
             Some(_) => {}
         }
         self.cycle = Some(window.cycle);
+        self.open = true;
         for (series, centre) in self.series.iter_mut().zip(&self.centres) {
             series[0] -= centre;
         }
@@ -213,10 +235,12 @@ impl Orders {
         }
     }
 
-    /// A mesh cycle is over.
-    fn advance(&mut self) {
-        for family in &mut self.families {
-            family.stretches.advance();
+    /// Counts the cycle integrated last, which is over though no window has shown it.
+    fn finish(&mut self) {
+        if std::mem::take(&mut self.open) {
+            for family in &mut self.families {
+                family.stretches.advance();
+            }
         }
     }
 
@@ -226,9 +250,8 @@ impl Orders {
         if self.cycle.is_none() {
             return Vec::new();
         }
-        // The cycle integrated last is over, though no window has shown it.
         let mut closed = self.clone();
-        closed.advance();
+        closed.finish();
         let families: Vec<(&Family, Sums)> = (closed.families.iter())
             .filter_map(|family| {
                 let all = self.repeats.is_some() || family.teeth == 1;
@@ -243,5 +266,88 @@ impl Orders {
                 .collect(),
         };
         self.signals.iter().enumerate().map(orders).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::modal_series::cosine_series;
+    use crate::analysis::questions::Signals;
+    use crate::model::OperatingPoint;
+    use crate::model::fixtures::{constant_mesh, one_mode};
+    use crate::numerics::random::Stream;
+    use crate::shaft::ModalStructure;
+
+    /// Shows a wave of mesh order 1 whose amplitude wanders, and one of the pinion's order 2.
+    fn show(orders: &mut Orders, cycles: std::ops::Range<u64>) {
+        for cycle in cycles {
+            let amplitude = 3.0 + Stream::new(5, cycle, 0).normal();
+            for part in 0..4 {
+                let (start, tau) = (0.25 * f64::from(part), 0.25);
+                let turned = |order: f64| TAU * order * (cycle as f64 + start);
+                let mesh = cosine_series(TAU, turned(1.0) + 0.3, tau);
+                let shaft = cosine_series(TAU * 0.4, turned(0.4) + 0.7, tau);
+                let mut sum: Series = std::array::from_fn(|n| amplitude * mesh[n] + 2.0 * shaft[n]);
+                sum[0] += 10.0;
+                let window = Window {
+                    cycle,
+                    start,
+                    duration: tau,
+                    deflection: &sum,
+                    force: &[0.0],
+                    ..Window::default()
+                };
+                orders.window(&window, &[]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_record_in_two_parts_has_the_orders_of_the_whole() {
+        let structure = ModalStructure {
+            teeth: 5,
+            ..one_mode(1.0)
+        };
+        let point = OperatingPoint {
+            load: 0.0,
+            speed: TAU / 5.0,
+        };
+        let model = Model::new(&structure, &constant_mesh(1.0, 1.0), point).unwrap();
+        let asked = OrderQuestion {
+            signals: Signals {
+                deflection: true,
+                ..Signals::NONE
+            },
+            mesh: 2,
+            shafts: 3,
+        };
+        let all = NvhQuestion {
+            harmonics: 0,
+            outputs: Signals::NONE,
+            spectrum: None,
+            orders: Some(asked),
+            stop_at_stderr: None,
+        };
+        let record = |cycles: std::ops::Range<u64>| {
+            let mut orders = Orders::new(&model, &asked, &all);
+            show(&mut orders, cycles);
+            orders
+        };
+        let whole = record(7..727).outcome();
+        let mut parts = record(7..367);
+        parts.append(&record(367..727));
+        let parts = parts.outcome();
+        let (whole, parts) = (&whole[0].lines, &parts[0].lines);
+        assert_eq!(whole.len(), 2 + 3);
+        for (a, b) in whole.iter().zip(parts) {
+            assert!((a.amplitude - b.amplitude).abs() < 1e-12, "{a:?} {b:?}");
+            let (a, b) = (a.stderr.unwrap(), b.stderr.unwrap());
+            assert!((a - b).abs() < 1e-12, "{a} {b}");
+        }
+        // The first of the mesh and the second of the pinion.
+        for (line, exact) in [(&parts[0], 3.0), (&parts[3], 2.0)] {
+            assert!((line.amplitude - exact).abs() < 4.0 * line.stderr.unwrap());
+        }
     }
 }

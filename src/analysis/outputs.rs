@@ -111,9 +111,11 @@ pub struct Outputs {
     series: Vec<Series>,
     /// Mean of the first window.
     centres: Vec<f64>,
-    /// ∫ (f − centre) dt and ∫ (f − centre)² dt of each output.
-    sums: Vec<Stretches<[f64; 2]>>,
+    /// Time \[s\], ∫ (f − centre) dt and ∫ (f − centre)² dt of each output.
+    sums: Vec<Stretches<[f64; 3]>>,
     cycle: Option<u64>,
+    /// Whether the present cycle still counts as going on.
+    open: bool,
     cycles: u64,
 }
 
@@ -141,10 +143,11 @@ impl Outputs {
             period: model.period(),
             series: vec![[0.0; TERMS]; laws.len()],
             centres: vec![0.0; laws.len()],
-            sums: vec![Stretches::new([0.0; 2], CYCLES_PER_STRETCH); laws.len()],
+            sums: vec![Stretches::new([0.0; 3], CYCLES_PER_STRETCH); laws.len()],
             names: named(model, wanted).map(|(name, _)| name).collect(),
             laws,
             cycle: None,
+            open: false,
             cycles: 0,
         })
     }
@@ -153,7 +156,35 @@ impl Outputs {
     pub fn restart(&mut self) {
         self.sums.iter_mut().for_each(Stretches::restart);
         self.cycle = None;
+        self.open = false;
         self.cycles = 0;
+    }
+
+    /// Adds the record of another trajectory of the same model behind this one; of both, whole
+    /// mesh cycles have been integrated. The sum is for looking at, not for going on.
+    pub fn append(&mut self, other: &Self) {
+        if other.cycle.is_none() {
+            return;
+        }
+        self.finish();
+        let mut other = other.clone();
+        other.finish();
+        if self.cycle.is_none() {
+            self.centres.clone_from(&other.centres);
+        }
+        self.cycle = self.cycle.or(other.cycle);
+        self.cycles += other.cycles;
+        let centres = self.centres.iter().zip(&other.centres);
+        for ((sums, others), (centre, own)) in
+            self.sums.iter_mut().zip(&mut other.sums).zip(centres)
+        {
+            let shift = own - centre;
+            others.each(|[time, first, square]| {
+                *square += shift * (2.0 * *first + shift * *time);
+                *first += shift * *time;
+            });
+            sums.append(others);
+        }
     }
 
     /// Series of the outputs on the window shown last.
@@ -211,13 +242,14 @@ impl Outputs {
                     *centre = series[0];
                 }
             }
-            Some(cycle) if cycle != window.cycle => self.advance(),
+            Some(cycle) if cycle != window.cycle => self.finish(),
             Some(_) => {}
         }
         if self.cycle != Some(window.cycle) {
             self.cycle = Some(window.cycle);
             self.cycles += 1;
         }
+        self.open = true;
         let tau = window.duration;
         for ((sums, series), centre) in self.sums.iter_mut().zip(&self.series).zip(&self.centres) {
             let mut about = *series;
@@ -226,14 +258,17 @@ impl Outputs {
                 .map(|(n, a)| a * a / (2 * n + 1) as f64)
                 .sum();
             let open = sums.open();
-            open[0] += tau * about[0];
-            open[1] += tau * square;
+            open[0] += tau;
+            open[1] += tau * about[0];
+            open[2] += tau * square;
         }
     }
 
-    /// A mesh cycle is over.
-    fn advance(&mut self) {
-        self.sums.iter_mut().for_each(Stretches::advance);
+    /// Counts the cycle integrated last, which is over though no window has shown it.
+    fn finish(&mut self) {
+        if std::mem::take(&mut self.open) {
+            self.sums.iter_mut().for_each(Stretches::advance);
+        }
     }
 
     /// The statistics so far of the outputs of some quantity and their standard errors, whole cycles
@@ -243,35 +278,37 @@ impl Outputs {
         let own = self.laws.iter().zip(self.sums.iter().zip(&self.centres));
         for (_, (sums, centre)) in own.filter(|(law, _)| law.quantity == quantity) {
             let mut sums = sums.clone();
-            sums.advance();
+            if self.open {
+                sums.advance();
+            }
             let [first, rms] = self.about_centre(&sums);
             let length = sums.length() as f64 * self.period;
-            let error = |influence: &dyn Fn(&[f64; 2]) -> f64| {
+            let error = |influence: &dyn Fn(&[f64; 3]) -> f64| {
                 let series: Vec<f64> = sums.closed().iter().map(influence).collect();
                 standard_error(&series) / length
             };
             found[0].mean.push(centre + first);
             found[0].rms.push(rms);
-            found[1].mean.push(error(&|s| s[0]));
+            found[1].mean.push(error(&|s| s[1]));
             let weight = if rms > 0.0 { 0.5 / rms } else { 0.0 };
             found[1]
                 .rms
-                .push(error(&|s| weight * (s[1] - 2.0 * first * s[0])));
+                .push(error(&|s| weight * (s[2] - 2.0 * first * s[1])));
         }
         found
     }
 
     /// Mean less its centre, and root mean square about the mean, of an output whose sums are of whole cycles.
-    fn about_centre(&self, sums: &Stretches<[f64; 2]>) -> [f64; 2] {
+    fn about_centre(&self, sums: &Stretches<[f64; 3]>) -> [f64; 2] {
         let time = self.cycles as f64 * self.period;
-        let [first, square] = sums.total().map(|sum| sum / time);
+        let [_, first, square] = sums.total().map(|sum| sum / time);
         [first, (square - first * first).max(0.0).sqrt()]
     }
 
     /// Mean and root mean square about it of every output, by the name of its signal.
     pub fn sizes(&self) -> Vec<(&str, Size)> {
         let own = self.sums.iter().zip(&self.centres);
-        let size = |(sums, centre): (&Stretches<[f64; 2]>, &f64)| {
+        let size = |(sums, centre): (&Stretches<[f64; 3]>, &f64)| {
             let [first, rms] = self.about_centre(sums);
             Size {
                 mean: centre + first,
@@ -456,5 +493,65 @@ mod tests {
                 assert!((found / exact - 1.0).abs() < 1e-6, "{i}: {found} {exact}");
             }
         }
+    }
+
+    /// Hands every window on.
+    struct Show<'a>(&'a mut dyn FnMut(&Window<'_>));
+
+    impl Observer for Show<'_> {
+        const WINDOWS: bool = true;
+
+        fn window(&mut self, window: &Window<'_>) {
+            (self.0)(window);
+        }
+
+        fn event(&mut self, _: &Event) {}
+    }
+
+    #[test]
+    fn a_record_in_two_parts_has_the_statistics_of_the_whole() {
+        let model = model();
+        let kernel = Volterra::new(&model, f64::EPSILON, 1000);
+        let mut trajectory = model.start(&InitialState::Static);
+        let mut workspace = kernel.workspace();
+        let mut record = |cycles: u64, watch: &mut dyn FnMut(&Window<'_>)| {
+            let mut counters = Counters::default();
+            let mut show = Show(watch);
+            (kernel.advance(
+                cycles,
+                &mut trajectory,
+                &mut workspace,
+                &mut show,
+                &mut counters,
+            ))
+            .unwrap();
+        };
+        let new = || Outputs::new(&model, ALL).unwrap();
+        let (mut whole, mut first, mut second) = (new(), new(), new());
+        record(100, &mut |_| {});
+        for part in [&mut first, &mut second] {
+            record(240, &mut |window| {
+                whole.window(window);
+                part.window(window);
+            });
+        }
+        assert_ne!(first.centres, second.centres);
+        first.append(&second);
+        for quantity in [Quantity::BearingForce, Quantity::Acceleration] {
+            let (a, b) = (whole.statistics(quantity), first.statistics(quantity));
+            assert!(!a[0].rms.is_empty());
+            for i in 0..a[0].rms.len() {
+                let rms = a[0].rms[i];
+                assert!((a[0].mean[i] - b[0].mean[i]).abs() < 1e-12 * rms);
+                assert!((a[0].rms[i] / b[0].rms[i] - 1.0).abs() < 1e-12);
+                assert!((a[1].mean[i] / b[1].mean[i] - 1.0).abs() < 1e-9);
+                assert!((a[1].rms[i] / b[1].rms[i] - 1.0).abs() < 1e-9);
+            }
+        }
+        // A record behind nothing is itself.
+        let mut empty = new();
+        empty.append(&whole);
+        let quantity = Quantity::BearingForce;
+        assert_eq!(empty.statistics(quantity), whole.statistics(quantity));
     }
 }

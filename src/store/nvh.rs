@@ -6,7 +6,10 @@ use crate::analysis::{NvhErrors, NvhOutcome};
 use crate::model::Quantity;
 
 /// What extremes say of themselves: they have no standard error.
-const SEEN: &str = "largest seen: of a motion that does not repeat it grows with the record";
+const SEEN: &str = "an extreme of nvh_cycles mesh cycles: where the motion does not repeat it grows with the record";
+
+/// What quantiles of peaks say of themselves.
+const PEAKS: &str = "that 99 and 99.9 % of the mesh cycles do not exceed: where the motion repeats, those of its period";
 
 /// The order of bearing forces.
 const ORDER: &str = "in the order of shafts (pinion, wheel), bearings (first, second) and directions (x, y, axial) that have a spring or a damper, or of the modal file";
@@ -78,6 +81,9 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         f64 "deflection_rms", "m", found.deflection_rms,
             "Root mean square of the deflection about its mean", error.deflection_rms;
         f64 "deflection_pp", "m", found.deflection_pp, &format!("Largest minus smallest deflection; {SEEN}");
+        f64 "deflection_peak", "m", found.deflection_peak, &format!("Largest |deflection - mean|; {SEEN}");
+        list "deflection_peak_quantiles", "m", found.deflection_peak_quantiles,
+            &format!("Largest |deflection - mean| within a mesh cycle {PEAKS}"), error.deflection_peak_quantiles;
         f64 "deflection_crest", "1", found.deflection_crest,
             &format!("Largest |deflection - mean| over deflection_rms; {SEEN}");
         f64 "deflection_kurtosis", "1", found.deflection_kurtosis,
@@ -90,6 +96,8 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         f64 "force_std", "N", found.force_std,
             "Standard deviation of the mesh force", error.force_std;
         f64 "force_peak", "N", found.force_peak, &format!("Largest |mesh force|; {SEEN}");
+        list "force_peak_quantiles", "N", found.force_peak_quantiles,
+            &format!("Largest |mesh force| within a mesh cycle {PEAKS}"), error.force_peak_quantiles;
         f64 "power_loss", "W", found.power_loss,
             "Mean power lost in friction on the flanks of the mesh: friction coefficient, |force| and speed of sliding by the mean rotation; null where the mesh is not computed from the gears", error.power_loss;
         f64 "power_transmitted", "W", found.power_transmitted,

@@ -1,52 +1,10 @@
 //! How hard do flanks meet, and how long do they touch and fly?
 
+use super::sample::Sample;
 use super::sums::Sums;
 use crate::model::{COAST_FLANK, Flanks, Model, Release};
 use crate::numerics::statistics::quantile;
 use crate::propagate::Event;
-
-/// Most values kept of a kind; an even number.
-const MOST_VALUES: usize = 1 << 16;
-
-/// A sample in time: every value up to [`MOST_VALUES`] of them, then every second, every
-/// fourth …, evenly over the whole record.
-#[derive(Debug, Clone)]
-struct Sample {
-    values: Vec<f64>,
-    stride: u64,
-    skipped: u64,
-}
-
-impl Sample {
-    fn new() -> Self {
-        Self {
-            values: Vec::new(),
-            stride: 1,
-            skipped: 0,
-        }
-    }
-
-    fn restart(&mut self) {
-        *self = Self::new();
-    }
-
-    fn push(&mut self, value: f64) {
-        if self.skipped > 0 {
-            self.skipped -= 1;
-            return;
-        }
-        if self.values.len() == MOST_VALUES {
-            let mut even = false;
-            self.values.retain(|_| {
-                even = !even;
-                even
-            });
-            self.stride *= 2;
-        }
-        self.values.push(value);
-        self.skipped = self.stride - 1;
-    }
-}
 
 /// An instant: mesh cycle and time within it \[s\].
 type Instant = (u64, f64);
@@ -59,9 +17,9 @@ pub(super) struct Contacts {
     flanks: Vec<(f64, Release)>,
     first: Option<Instant>,
     last: Option<(Instant, bool)>,
-    speeds: Sample,
-    flights: Sample,
-    touches: Sample,
+    speeds: Sample<f64>,
+    flights: Sample<f64>,
+    touches: Sample<f64>,
     fastest: f64,
 }
 
@@ -87,6 +45,17 @@ impl Contacts {
         self.flights.restart();
         self.touches.restart();
         self.fastest = 0.0;
+    }
+
+    /// Adds the record of another trajectory behind this one. The last stay of this record and
+    /// the first of the other one are not the same stay: both stay out.
+    pub(super) fn append(&mut self, other: &Self) {
+        self.first = None;
+        self.last = None;
+        self.speeds.append(&other.speeds);
+        self.flights.append(&other.flights);
+        self.touches.append(&other.touches);
+        self.fastest = self.fastest.max(other.fastest);
     }
 
     /// A change of contact; `sums` are those of the present stretch.
@@ -138,38 +107,16 @@ impl Contacts {
 
     /// Largest speed of an impact \[m/s\]; `None` without impacts.
     pub(super) fn fastest(&self) -> Option<f64> {
-        (!self.speeds.values.is_empty()).then_some(self.fastest)
+        (!self.speeds.values().is_empty()).then_some(self.fastest)
     }
 
     /// A quantile of the impact speeds \[m/s\] and its standard error.
     pub(super) fn speed(&self, share: f64) -> Option<(f64, f64)> {
-        quantile(&self.speeds.values, share)
+        quantile(self.speeds.values(), share)
     }
 
     /// Medians of flights and touches \[s\], each with its standard error.
     pub(super) fn medians(&self) -> [Option<(f64, f64)>; 2] {
-        [&self.flights, &self.touches].map(|sample| quantile(&sample.values, 0.5))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_full_sample_is_thinned_evenly() {
-        let mut sample = Sample::new();
-        let count = 5 * MOST_VALUES / 2;
-        for i in 0..count {
-            sample.push(i as f64);
-        }
-        assert_eq!(sample.stride, 4);
-        assert!(sample.values.len() > MOST_VALUES / 2);
-        let even = sample.values.iter().enumerate();
-        assert!(
-            even.clone()
-                .all(|(place, value)| *value == 4.0 * place as f64)
-        );
-        assert!(count - 4 * sample.values.len() < 4);
+        [&self.flights, &self.touches].map(|sample| quantile(sample.values(), 0.5))
     }
 }

@@ -348,6 +348,14 @@ impl Suborders {
         self.filled = 0;
     }
 
+    /// Adds the record of another trajectory behind this one. Unfinished windows of both are
+    /// dropped: no window holds parts of two trajectories.
+    pub(super) fn append(&mut self, other: &Self) {
+        self.present = [Complex64::ZERO; SUBORDERS];
+        self.filled = 0;
+        self.powers.append(&other.powers);
+    }
+
     /// Exact amplitudes of a motion that repeats after `period` cycles, from `time` \[s\] of
     /// whole periods. It holds a fraction of the mesh frequency only where the denominator
     /// divides its period.

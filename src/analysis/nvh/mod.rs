@@ -13,19 +13,21 @@
 mod contacts;
 mod fourier;
 mod losses;
+mod peaks;
 pub(super) mod rule;
+mod sample;
 pub(super) mod stretches;
 mod sums;
 
 use super::modal_series::{Series, padded};
 use super::outcome::{DurationOutcome, NvhErrors, NvhOutcome};
 use crate::model::Model;
-use crate::numerics::legendre::variation;
-use crate::numerics::statistics::{FEWEST_BLOCKS, standard_error};
+use crate::numerics::statistics::{FEWEST_VALUES, standard_error};
 use crate::propagate::{Event, Observer, Window};
 use contacts::Contacts;
 use fourier::Fourier;
 use losses::Losses;
+use peaks::{Extremes, Peaks};
 use rule::{Rule, Rules, SHORT, falls_off};
 use stretches::Stretches;
 use sums::{Origin, Sums, ratio};
@@ -42,12 +44,16 @@ pub struct Nvh {
     period: f64,
     rules: &'static Rules,
     origin: Origin,
+    /// Whether the origin is that of another trajectory, which no window moves.
+    shares_origin: bool,
     /// First and present mesh cycle; none before any window.
     cycles: Option<[u64; 2]>,
+    /// Whether the present cycle still counts as going on.
+    open: bool,
+    /// Mesh cycles that are over.
+    over: u64,
     stretches: Stretches<Sums>,
-    smallest: f64,
-    largest: f64,
-    force_peak: f64,
+    peaks: Peaks,
     contacts: Contacts,
     /// None where no orders were asked for.
     fourier: Option<Fourier>,
@@ -69,11 +75,12 @@ impl Nvh {
                 half_gap: model.half_gap,
                 effective_mass: model.effective_mass,
             },
+            shares_origin: false,
             cycles: None,
+            open: false,
+            over: 0,
             stretches: Stretches::new(Sums::empty(harmonics), CYCLES_PER_STRETCH),
-            smallest: f64::INFINITY,
-            largest: f64::NEG_INFINITY,
-            force_peak: 0.0,
+            peaks: Peaks::new(),
             contacts: Contacts::new(model),
             fourier: (harmonics > 0).then(|| Fourier::new(mesh_frequency, harmonics)),
             repeats: None,
@@ -81,13 +88,22 @@ impl Nvh {
         }
     }
 
+    /// Empty statistics for another trajectory of the same model. Sums of both are taken about
+    /// the same centre, where this one has seen a window.
+    pub fn beside(&self) -> Self {
+        let mut other = self.clone();
+        other.restart();
+        other.shares_origin |= self.cycles.is_some();
+        other
+    }
+
     /// Forgets everything accumulated.
     pub fn restart(&mut self) {
         self.cycles = None;
+        self.open = false;
+        self.over = 0;
         self.stretches.restart();
-        self.smallest = f64::INFINITY;
-        self.largest = f64::NEG_INFINITY;
-        self.force_peak = 0.0;
+        self.peaks.restart();
         self.contacts.restart();
         if let Some(fourier) = &mut self.fourier {
             fourier.suborders.restart();
@@ -101,23 +117,86 @@ impl Nvh {
         self.repeats = Some(period);
     }
 
+    /// Adds the record of another trajectory of the same model behind this one; of both, whole
+    /// mesh cycles have been integrated.
+    ///
+    /// Nothing is joined across the seam: a flight, a contact or a window of sub-orders that was
+    /// going on at the end of a record stays out. The sum is for looking at, not for going on.
+    pub fn append(&mut self, other: &Self) {
+        if other.cycles.is_none() {
+            return;
+        }
+        self.finish();
+        let mut other = other.finished();
+        if self.cycles.is_none() && !self.shares_origin {
+            self.origin.centre = other.origin.centre;
+        }
+        self.cycles = self.cycles.or(other.cycles);
+        let [deflection, force] = [0, 1].map(|i| other.origin.centre[i] - self.origin.centre[i]);
+        if [deflection, force] != [0.0; 2] {
+            let shift = [deflection / self.origin.half_gap, force];
+            other.stretches.each(|sums| sums.recentre(shift));
+        }
+        self.over += other.over;
+        self.stretches.append(&other.stretches);
+        self.peaks.append(&other.peaks);
+        self.contacts.append(&other.contacts);
+        if let (Some(fourier), Some(other)) = (&mut self.fourier, &other.fourier) {
+            fourier.suborders.append(&other.suborders);
+        }
+    }
+
+    /// Keeps the first `cycles` of those measured, as far as they are whole stretches. Speeds of impacts,
+    /// lengths of stays and sub-orders keep the few cycles behind as well.
+    pub fn cut(&mut self, cycles: u64) {
+        self.finish();
+        self.stretches.cut(cycles);
+        self.peaks.cut(cycles);
+        self.over = self.over.min(cycles);
+    }
+
+    /// What a stop rule watches: series in time, one value per whole stretch, whose means have
+    /// the errors of some statistics, by the names of their columns. A statistic that the motion
+    /// does not have, such as the speed of impacts where there are none, stays out.
+    pub fn watched(&self) -> Vec<(&'static str, Vec<f64>)> {
+        if self.cycles.is_none() {
+            return Vec::new();
+        }
+        let Self {
+            stretches, origin, ..
+        } = self.finished();
+        sums::watched(stretches.closed(), &stretches.total(), origin)
+    }
+
+    /// Mesh cycles of a whole stretch: of a value of what is watched.
+    pub fn stretch(&self) -> u64 {
+        self.stretches.length()
+    }
+
     /// The statistics so far, whole mesh cycles having been integrated; none before any window.
     pub fn outcome(&self) -> Option<NvhOutcome> {
         let [first, present] = self.cycles?;
-        // The cycle integrated last is over, though no window has shown it.
-        let mut closed = self.clone();
-        closed.advance();
+        let mut closed = self.finished();
         let mut total = closed.stretches.total();
         if self.repeats.is_some() {
             (closed.contacts).close_circle(first, present + 1, &mut total);
         }
         let mut found = sums::statistics(&total, self.origin);
-        found.cycles = present - first + 1;
-        found.deflection_pp = self.largest - self.smallest;
-        let reach =
-            (self.largest - found.deflection_mean).max(found.deflection_mean - self.smallest);
-        found.deflection_crest = ratio(reach, found.deflection_rms);
-        found.force_peak = self.force_peak;
+        found.cycles = closed.over;
+        let extremes = closed.peaks.record();
+        let mean = found.deflection_mean;
+        found.deflection_pp = extremes.largest - extremes.smallest;
+        found.deflection_peak = extremes.reach(mean);
+        found.deflection_crest = ratio(found.deflection_peak, found.deflection_rms);
+        found.force_peak = extremes.force;
+        let peaks = |of: fn(&Extremes, f64) -> f64| -> (Vec<f64>, Vec<f64>) {
+            let found = (closed.peaks).quantiles(self.repeats, |cycle| of(cycle, mean));
+            found.into_iter().flatten().unzip()
+        };
+        let deflection_peak_errors;
+        (found.deflection_peak_quantiles, deflection_peak_errors) = peaks(Extremes::reach);
+        let force_peak_errors;
+        (found.force_peak_quantiles, force_peak_errors) = peaks(|cycle, _| cycle.force);
         if let Some(losses) = &self.losses {
             losses.tell(total.loss / total.time, &mut found);
         }
@@ -148,10 +227,12 @@ impl Nvh {
             };
         }
         let stretches = closed.stretches.closed();
-        if self.repeats.is_none() && stretches.len() >= FEWEST_BLOCKS {
+        if self.repeats.is_none() && stretches.len() >= FEWEST_VALUES {
             let error = |known: Option<(f64, f64)>| known.map_or(f64::INFINITY, |(_, e)| e);
             found.stderr = Some(NvhErrors {
                 suborders: suborder_errors,
+                deflection_peak_quantiles: deflection_peak_errors,
+                force_peak_quantiles: force_peak_errors,
                 impact_velocity_quantiles: match found.impact_velocity_quantiles.is_empty() {
                     true => Vec::new(),
                     false => speeds.map(error).to_vec(),
@@ -164,34 +245,27 @@ impl Nvh {
         Some(found)
     }
 
-    /// A mesh cycle is over.
-    fn advance(&mut self) {
-        self.stretches.advance();
-        if let Some(fourier) = &mut self.fourier {
-            fourier.suborders.advance(self.period);
+    /// Counts the cycle integrated last, which is over though no window has shown it.
+    fn finish(&mut self) {
+        if std::mem::take(&mut self.open) {
+            self.advance();
         }
     }
 
-    /// Extremes of a window whose bounds do not show that it holds no new one.
-    fn extremes<const M: usize>(
-        &mut self,
-        rule: &Rule<M>,
-        deflection: &Series,
-        force: &Series,
-        values: &[f64; M],
-    ) {
-        let spread = variation(deflection);
-        if deflection[0] + spread > self.largest {
-            self.largest = self.largest.max(rule.maximum(deflection, values));
-        }
-        if deflection[0] - spread < self.smallest {
-            self.smallest = self.smallest.min(rule.minimum(deflection, values));
-        }
-        if force[0].abs() + variation(force) > self.force_peak {
-            // Contact damping pulls before it lets go: either sign may be the larger.
-            let values = rule.values(force);
-            let [high, low] = [rule.maximum(force, &values), rule.minimum(force, &values)];
-            self.force_peak = self.force_peak.max(high).max(-low);
+    /// A copy whose last cycle counts.
+    fn finished(&self) -> Self {
+        let mut copy = self.clone();
+        copy.finish();
+        copy
+    }
+
+    /// A mesh cycle is over.
+    fn advance(&mut self) {
+        self.over += 1;
+        self.stretches.advance();
+        self.peaks.advance();
+        if let Some(fourier) = &mut self.fourier {
+            fourier.suborders.advance(self.period);
         }
     }
 
@@ -205,7 +279,7 @@ impl Nvh {
     ) {
         let tau = window.duration;
         let values = rule.values(deflection);
-        self.extremes(rule, deflection, force, &values);
+        self.peaks.window(rule, deflection, &values, force);
 
         let Origin {
             centre, half_gap, ..
@@ -239,17 +313,20 @@ impl Observer for Nvh {
         let tau = window.duration;
         let deflection = padded(window.deflection);
         let force = padded(window.force);
-        match &mut self.cycles {
+        match self.cycles {
             None => {
                 self.cycles = Some([window.cycle; 2]);
-                self.origin.centre = [deflection[0], force[0]];
+                if !self.shares_origin {
+                    self.origin.centre = [deflection[0], force[0]];
+                }
             }
-            Some([_, present]) if *present != window.cycle => {
-                *present = window.cycle;
-                self.advance();
+            Some([first, present]) if present != window.cycle => {
+                self.cycles = Some([first, window.cycle]);
+                self.finish();
             }
             Some(_) => {}
         }
+        self.open = true;
         let turns = self.fourier.as_ref().map_or(0.0, |f| f.half_turn(tau));
         if turns <= Rule::<SHORT>::WIDEST_TURN && falls_off(&deflection, self.origin.centre[0]) {
             self.add(&self.rules.short, window, &deflection, &force);

@@ -69,16 +69,55 @@ impl<T: Summable> Stretches<T> {
         self.closed.push(self.open.clone());
         self.open.clear();
         self.filled = 0;
-        if self.closed.len() == MOST {
-            self.closed = (self.closed.chunks_exact(2))
-                .map(|pair| {
-                    let mut sum = pair[0].clone();
-                    sum.add(&pair[1]);
-                    sum
-                })
-                .collect();
-            self.length *= 2;
+        if self.closed.len() >= MOST {
+            self.join();
         }
+    }
+
+    /// Joins neighbours to stretches of twice the length. A last stretch without a neighbour
+    /// counts in the total only, with what is open.
+    fn join(&mut self) {
+        let pairs = self.closed.chunks_exact(2);
+        if let [single] = pairs.remainder() {
+            self.open.add(single);
+        }
+        self.closed = pairs
+            .map(|pair| {
+                let mut sum = pair[0].clone();
+                sum.add(&pair[1]);
+                sum
+            })
+            .collect();
+        self.length *= 2;
+    }
+
+    /// Adds the record of another trajectory behind this one: stretches of both keep the longer
+    /// length. What is open in either counts in the total only. The sum is for looking at: no unit
+    /// is added to it any more.
+    pub(in crate::analysis) fn append(&mut self, other: &Self) {
+        debug_assert_eq!(self.first_length, other.first_length);
+        let mut other = other.clone();
+        while self.length < other.length {
+            self.join();
+        }
+        while other.length < self.length {
+            other.join();
+        }
+        self.closed.append(&mut other.closed);
+        self.open.add(&other.open);
+    }
+
+    /// Keeps the whole stretches among the first `units` alone.
+    pub(in crate::analysis) fn cut(&mut self, units: u64) {
+        self.closed.truncate((units / self.length) as usize);
+        self.open.clear();
+        self.filled = 0;
+    }
+
+    /// Changes every sum, the one of the present stretch included.
+    pub(in crate::analysis) fn each(&mut self, change: impl Fn(&mut T)) {
+        self.closed.iter_mut().for_each(&change);
+        change(&mut self.open);
     }
 
     /// Units in a whole stretch.
@@ -124,5 +163,43 @@ mod tests {
             stretches.advance();
         }
         assert_eq!(stretches.closed(), [[1.0, 1.0]]);
+    }
+
+    /// Sums of 1, 2, 3 … over stretches of three units or more.
+    fn counted(units: u32) -> Stretches<[f64; 2]> {
+        let mut stretches = Stretches::new([0.0; 2], 3);
+        for unit in 0..units {
+            stretches.open().add(&[1.0, f64::from(unit)]);
+            stretches.advance();
+        }
+        stretches
+    }
+
+    #[test]
+    fn records_are_joined_at_the_longer_length() {
+        // Lengths 12, 3 and 6, the second with an odd number of stretches.
+        let records = [3 * 5000 + 2, 3 * 33 + 1, 3 * 2500].map(counted);
+        for order in [[0, 1, 2], [1, 2, 0], [2, 1, 0]] {
+            let mut all = records[order[0]].clone();
+            all.append(&records[order[1]]);
+            all.append(&records[order[2]]);
+            let total = records.iter().fold([0.0; 2], |mut sum, record| {
+                sum.add(&record.total());
+                sum
+            });
+            assert_eq!(all.total(), total);
+            assert_eq!(all.length(), 12);
+            assert!(all.closed().iter().all(|s| s[0] == 12.0));
+            assert_eq!(all.closed().len(), 1250 + 8 + 625);
+        }
+    }
+
+    #[test]
+    fn records_of_one_length_lose_no_stretch() {
+        let (mut all, second) = (counted(31), counted(62));
+        let stretches = [all.closed(), second.closed()].concat();
+        all.append(&second);
+        assert_eq!(all.closed(), stretches);
+        assert_eq!(all.total()[0], 93.0);
     }
 }

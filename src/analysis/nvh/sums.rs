@@ -48,6 +48,22 @@ impl Sums {
     }
 }
 
+impl Sums {
+    /// Takes powers about centres that lie lower by `shift`, in units of the half gap and in
+    /// newtons: binomials of the sums about the present centres.
+    pub(super) fn recentre(&mut self, [d, e]: [f64; 2]) {
+        let (t, [m1, m2, m3, m4]) = (self.time, self.moments);
+        self.moments = [
+            m1 + d * t,
+            m2 + d * (2.0 * m1 + d * t),
+            m3 + d * (3.0 * m2 + d * (3.0 * m1 + d * t)),
+            m4 + d * (4.0 * m3 + d * (6.0 * m2 + d * (4.0 * m1 + d * t))),
+        ];
+        let [f1, f2] = self.force;
+        self.force = [f1 + e * t, f2 + e * (2.0 * f1 + e * t)];
+    }
+}
+
 impl Summable for Sums {
     fn add(&mut self, other: &Self) {
         self.time += other.time;
@@ -129,6 +145,103 @@ pub(super) fn ratio(numerator: f64, denominator: f64) -> f64 {
     }
 }
 
+/// What the sums of a stretch add to statistics: the averages of all, and the derivatives that
+/// follow from them.
+struct Influence<'a> {
+    total: &'a Sums,
+    /// Averages of powers of the deflection.
+    moments: [f64; 4],
+    /// Standard deviation of the deflection in half gaps.
+    spread: f64,
+    /// Mean force about its centre, and its standard deviation \[N\].
+    force: f64,
+    force_spread: f64,
+}
+
+impl<'a> Influence<'a> {
+    fn of(total: &'a Sums) -> Self {
+        let moments = total.moments.map(|m| m / total.time);
+        let [f1, f2] = total.force.map(|f| f / total.time);
+        Self {
+            total,
+            moments,
+            spread: central(moments)[0].sqrt(),
+            force: f1,
+            force_spread: (f2 - f1 * f1).max(0.0).sqrt(),
+        }
+    }
+
+    fn variance(&self, [a1, a2, _, _]: [f64; 4]) -> f64 {
+        a2 - 2.0 * self.moments[0] * a1
+    }
+
+    /// On the standard deviation of the deflection in half gaps.
+    fn rms(&self, s: &Sums) -> f64 {
+        ratio(0.5 * self.variance(s.moments), self.spread)
+    }
+
+    /// On the standard deviation of the force.
+    fn force_std(&self, s: &Sums) -> f64 {
+        let variance = s.force[1] - 2.0 * self.force * s.force[0];
+        ratio(0.5 * variance, self.force_spread)
+    }
+
+    /// On the amplitude of a mesh order.
+    fn harmonic(&self, s: &Sums, h: usize) -> f64 {
+        let sum = self.total.harmonics[h];
+        ratio(2.0 * (sum.conj() * s.harmonics[h]).re, sum.norm())
+    }
+
+    /// On the quotient of two sums; none where the lower one is zero.
+    fn quotient<'p>(
+        &self,
+        pick: &'p dyn Fn(&Sums) -> [f64; 2],
+    ) -> Option<impl Fn(&Sums) -> f64 + 'p> {
+        let [over, under] = pick(self.total);
+        let quotient = over / under;
+        let rate = under / self.total.time;
+        (under != 0.0).then_some(move |s: &Sums| {
+            let [over, under] = pick(s);
+            ratio(over - quotient * under, rate)
+        })
+    }
+}
+
+/// The mean over stretches of what `influence` says of one, as a series in time.
+fn series(stretches: &[Sums], influence: &dyn Fn(&Sums) -> f64) -> Vec<f64> {
+    stretches.iter().map(|s| influence(s) / s.time).collect()
+}
+
+/// Sum of the speeds of impacts and their number.
+fn impact_speed(s: &Sums) -> [f64; 2] {
+    [s.impact_speed, s.impacts[0] + s.impacts[1]]
+}
+
+/// Series in time, one value per stretch, whose means have the errors of some statistics, by
+/// the names of their columns: those that the motion has.
+pub(super) fn watched(
+    stretches: &[Sums],
+    total: &Sums,
+    origin: Origin,
+) -> Vec<(&'static str, Vec<f64>)> {
+    let all = Influence::of(total);
+    let mut watched = Vec::new();
+    if all.spread > 0.0 {
+        let rms = |s: &Sums| origin.half_gap * all.rms(s);
+        watched.push(("deflection_rms", series(stretches, &rms)));
+    }
+    if all.force_spread > 0.0 {
+        watched.push(("force_std", series(stretches, &|s| all.force_std(s))));
+    }
+    if let Some(speed) = all.quotient(&impact_speed) {
+        watched.push(("impact_velocity", series(stretches, &speed)));
+    }
+    if total.harmonics.first().is_some_and(|sum| sum.norm() > 0.0) {
+        watched.push(("harmonics", series(stretches, &|s| all.harmonic(s, 0))));
+    }
+    watched
+}
+
 /// Standard errors of [`statistics`], from stretches of equal length that make up `total`;
 /// those of distributions are left at zero.
 pub(super) fn errors(
@@ -138,51 +251,32 @@ pub(super) fn errors(
     losses: Option<&Losses>,
 ) -> NvhErrors {
     let half_gap = origin.half_gap;
+    let all = Influence::of(total);
     // Of the mean over stretches of a weighted sum of their time averages.
-    let error = |influence: &dyn Fn(&Sums) -> f64| {
-        let series: Vec<f64> = stretches.iter().map(|s| influence(s) / s.time).collect();
-        standard_error(&series)
-    };
-    // Of the quotient of two sums.
+    let error = |influence: &dyn Fn(&Sums) -> f64| standard_error(&series(stretches, influence));
     let of_quotient = |pick: &dyn Fn(&Sums) -> [f64; 2]| {
-        let [over, under] = pick(total);
-        if under == 0.0 {
-            return f64::INFINITY;
-        }
-        let quotient = over / under;
-        let rate = under / total.time;
-        error(&|s| {
-            let [over, under] = pick(s);
-            ratio(over - quotient * under, rate)
-        })
+        (all.quotient(pick)).map_or(f64::INFINITY, |influence| error(&influence))
     };
-    let [m1, m2, m3, m4] = total.moments.map(|m| m / total.time);
-    let [variance, fourth] = central([m1, m2, m3, m4]);
-    let spread = variance.sqrt();
+    let [m1, m2, m3, _] = all.moments;
+    let [variance, fourth] = central(all.moments);
     let kurtosis = ratio(fourth, variance * variance);
-    let of_variance = |[a1, a2, _, _]: [f64; 4]| a2 - 2.0 * m1 * a1;
     let of_fourth = |[a1, a2, a3, a4]: [f64; 4]| {
         let by_first = -4.0 * m3 + 12.0 * m1 * m2 - 12.0 * m1.powi(3);
         a4 - 4.0 * m1 * a3 + 6.0 * m1 * m1 * a2 + by_first * a1
     };
-    let [f1, f2] = total.force.map(|f| f / total.time);
-    let force_spread = (f2 - f1 * f1).max(0.0).sqrt();
-    let harmonics = (0..total.harmonics.len()).map(|h| {
-        let sum = total.harmonics[h];
-        error(&|s| ratio(2.0 * (sum.conj() * s.harmonics[h]).re, sum.norm()))
-    });
+    let harmonics = (0..total.harmonics.len()).map(|h| error(&|s| all.harmonic(s, h)));
     let mut found = NvhErrors {
         deflection_mean: half_gap * error(&|s| s.moments[0]),
-        deflection_rms: half_gap * error(&|s| ratio(0.5 * of_variance(s.moments), spread)),
+        deflection_rms: half_gap * error(&|s| all.rms(s)),
         deflection_kurtosis: error(&|s| {
-            let change = of_fourth(s.moments) - 2.0 * kurtosis * variance * of_variance(s.moments);
+            let change = of_fourth(s.moments) - 2.0 * kurtosis * variance * all.variance(s.moments);
             ratio(change, variance * variance)
         }),
         harmonics: harmonics.collect(),
         force_mean: error(&|s| s.force[0]),
-        force_std: error(&|s| ratio(0.5 * (s.force[1] - 2.0 * f1 * s.force[0]), force_spread)),
+        force_std: error(&|s| all.force_std(s)),
         impact_rate: error(&|s| s.impacts[0] + s.impacts[1]),
-        impact_velocity: of_quotient(&|s| [s.impact_speed, s.impacts[0] + s.impacts[1]]),
+        impact_velocity: of_quotient(&impact_speed),
         impact_power: 0.5 * origin.effective_mass * error(&|s| s.impact_square),
         rattle_index: error(&|s| s.impact_speed),
         flight_mean: of_quotient(&|s| [s.flights[1], s.flights[0]]),

@@ -18,6 +18,7 @@ use std::f64::consts::TAU;
 const MOST_LINES: usize = 8192;
 
 /// Accumulates the lines while whole periods are integrated.
+#[derive(Clone)]
 pub struct Lines {
     /// Mesh period \[s\].
     mesh_period: f64,

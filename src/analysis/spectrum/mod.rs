@@ -12,6 +12,7 @@ use super::outcome::Spectrum;
 use crate::propagate::Window;
 
 /// Spectra that are taken while a trajectory is integrated.
+#[derive(Clone)]
 pub enum Spectra {
     /// Of a motion that repeats.
     Lines(Lines),
@@ -25,6 +26,14 @@ impl Spectra {
         match self {
             Self::Lines(lines) => lines.restart(),
             Self::Welch(welch) => welch.restart(),
+        }
+    }
+
+    /// Adds the record of another trajectory of the same model behind this one. Exact lines of a
+    /// motion that repeats stay those of one trajectory.
+    pub(in crate::analysis) fn append(&mut self, other: &Self) {
+        if let (Self::Welch(welch), Self::Welch(other)) = (self, other) {
+            welch.append(other);
         }
     }
 

@@ -44,6 +44,7 @@ const FEWEST_SEGMENTS: u32 = 8;
 const OVERLAP: f64 = 1.0 + 2.0 / 36.0;
 
 /// Accumulates Welch spectra while a trajectory is integrated.
+#[derive(Clone)]
 pub struct Welch {
     /// Mesh period \[s\].
     period: f64,
@@ -61,6 +62,7 @@ pub struct Welch {
 }
 
 /// One signal's pending samples, and sums over segments of its lines' power and its square.
+#[derive(Clone)]
 struct Record {
     signal: Signal,
     samples: Vec<f64>,
@@ -149,6 +151,20 @@ impl Welch {
             record.samples.clear();
             record.power.fill([0.0; 2]);
             record.segments = 0;
+        }
+    }
+
+    /// Adds the segments of another trajectory of the same model to the averages. No segment
+    /// holds parts of two trajectories: an unfinished one of the other record stays out.
+    pub fn append(&mut self, other: &Self) {
+        // Where records meet, two segments do not overlap: errors are a little too large.
+        for (record, own) in self.records.iter_mut().zip(&other.records) {
+            let lines = record.power.iter_mut().zip(&own.power);
+            for (sums, values) in lines {
+                sums[0] += values[0];
+                sums[1] += values[1];
+            }
+            record.segments += own.segments;
         }
     }
 
@@ -412,5 +428,51 @@ mod tests {
         }
         let share = f64::from(outside) / f64::from(count);
         assert!((0.005..0.12).contains(&share), "{outside} of {count}");
+    }
+
+    /// Noise of two records has the averages of both, and smaller errors.
+    #[test]
+    fn segments_of_two_trajectories_are_averaged() {
+        let model = Model::new(&one_mode(1.0), &constant_mesh(1.0, 1.0), point()).unwrap();
+        let record = |seed: u64, cycles: u64| {
+            let mut welch = Welch::new(&model, &asked(16), Signals::NONE);
+            let mut stream = Stream::new(seed, 2, 3);
+            for cycle in 0..cycles {
+                for step in 0..16 {
+                    let shown = Window {
+                        cycle,
+                        start: f64::from(step) / 16.0,
+                        duration: 1.0 / 16.0,
+                        deflection: &[stream.normal()],
+                        force: &[0.0],
+                        ..Window::default()
+                    };
+                    welch.window(&shown, &[]);
+                }
+            }
+            welch
+        };
+        // 24 and 49 segments; the unfinished one of the first goes on.
+        let [first, second] = [record(1, 205), record(2, 400)];
+        let mut both = first.clone();
+        both.append(&second);
+        let [first, second, both] = [first, second, both].map(|welch| {
+            let count = f64::from(welch.records[0].segments);
+            (count, welch.spectra().swap_remove(0).lines)
+        });
+        assert_eq!([first.0, second.0, both.0], [24.0, 49.0, 73.0]);
+        for ((a, b), all) in first.1.iter().zip(&second.1).zip(&both.1) {
+            let power = (24.0 * a.amplitude.powi(2) + 49.0 * b.amplitude.powi(2)) / 73.0;
+            assert!((all.amplitude / power.sqrt() - 1.0).abs() < 1e-12);
+        }
+        let mean = |lines: &[SpectrumLine]| {
+            let errors = lines.iter().map(|line| line.stderr.unwrap());
+            errors.sum::<f64>() / lines.len() as f64
+        };
+        let gain = mean(&both.1) / mean(&second.1);
+        assert!(
+            (gain / (49.0_f64 / 73.0).sqrt() - 1.0).abs() < 0.1,
+            "{gain}"
+        );
     }
 }

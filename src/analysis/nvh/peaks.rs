@@ -1,0 +1,245 @@
+//! How far do deflection and force go, in each mesh cycle and over the record?
+//!
+//! The largest value of a record grows with its length. The largest value of a mesh cycle has
+//! a distribution, and its quantiles do not depend on the length. Each cycle takes only a few
+//! operations per window: values at the nodes of the rule, which other statistics need too,
+//! bound the extremes of a window. Only the window that holds the extreme of its cycle is
+//! searched, once the cycle is over.
+
+use super::rule::{Range, Rule, peaks};
+use super::sample::Sample;
+use crate::analysis::modal_series::{Series, TERMS};
+use crate::numerics::legendre::variation;
+use crate::numerics::statistics::quantile;
+
+/// Shares of mesh cycles whose peaks stay below the quantiles.
+pub(super) const PEAK_SHARES: [f64; 2] = [0.99, 0.999];
+
+/// Round-off of a share of a count.
+const ROUND_OFF: f64 = 1e-9;
+
+/// Least values of −δ, δ and |F| before any window.
+const NOTHING: [f64; 3] = [f64::NEG_INFINITY, f64::NEG_INFINITY, 0.0];
+
+/// The extremes of a mesh cycle or of a record.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Extremes {
+    /// Smallest deflection \[m\].
+    pub(super) smallest: f64,
+    /// Largest deflection \[m\].
+    pub(super) largest: f64,
+    /// Largest |force| \[N\].
+    pub(super) force: f64,
+}
+
+impl Extremes {
+    const NONE: Self = Self {
+        smallest: f64::INFINITY,
+        largest: f64::NEG_INFINITY,
+        force: 0.0,
+    };
+
+    fn take(&mut self, other: &Self) {
+        self.smallest = self.smallest.min(other.smallest);
+        self.largest = self.largest.max(other.largest);
+        self.force = self.force.max(other.force);
+    }
+
+    /// Largest distance of the deflection from its mean \[m\].
+    pub(super) fn reach(&self, mean: f64) -> f64 {
+        (self.largest - mean).max(mean - self.smallest)
+    }
+}
+
+/// The largest value of a signal in the present cycle: a lower bound, and the one window that
+/// may exceed it.
+#[derive(Debug, Clone)]
+struct Highest {
+    /// A value that the signal reaches.
+    least: f64,
+    /// The most that the waiting window may reach; no more than `least` when none waits.
+    most: f64,
+    /// The waiting window, and the node where its search begins.
+    series: Series,
+    place: f64,
+}
+
+impl Highest {
+    fn new(least: f64) -> Self {
+        Self {
+            least,
+            most: f64::NEG_INFINITY,
+            series: [0.0; TERMS],
+            place: 0.0,
+        }
+    }
+
+    fn restart(&mut self, least: f64) {
+        self.least = least;
+        self.most = f64::NEG_INFINITY;
+    }
+
+    fn waits(&self) -> bool {
+        self.most > self.least
+    }
+
+    /// Takes a window in, by a rule that serves it, with the series' values at the nodes.
+    fn offer<const M: usize>(
+        &mut self,
+        rule: &Rule<M>,
+        series: &Series,
+        values: &[f64; M],
+        range: Range,
+        upwards: bool,
+    ) {
+        let high = if upwards { range.high } else { -range.low };
+        let most = high + range.rise;
+        if most <= self.least {
+            return;
+        }
+        self.least = self.least.max(high);
+        if self.waits() {
+            let found = peaks([&self.series; 4], [self.place; 4])[0];
+            self.least = self.least.max(found);
+        }
+        self.most = most;
+        if self.waits() {
+            let sign = if upwards { 1.0 } else { -1.0 };
+            self.series = series.map(|a| sign * a);
+            self.place = rule.place(series, values, sign * high);
+        }
+    }
+}
+
+/// Extremes by mesh cycle.
+#[derive(Debug, Clone)]
+pub(super) struct Peaks {
+    /// Of −δ, δ and |F| in the present cycle.
+    present: [Highest; 3],
+    cycles: Sample<Extremes>,
+    record: Extremes,
+}
+
+impl Peaks {
+    pub(super) fn new() -> Self {
+        Self {
+            present: NOTHING.map(Highest::new),
+            cycles: Sample::new(),
+            record: Extremes::NONE,
+        }
+    }
+
+    pub(super) fn restart(&mut self) {
+        self.begin();
+        self.cycles.restart();
+        self.record = Extremes::NONE;
+    }
+
+    /// Begins a cycle.
+    fn begin(&mut self) {
+        for (highest, least) in self.present.iter_mut().zip(NOTHING) {
+            highest.restart(least);
+        }
+    }
+
+    /// Takes a window in, by a rule that serves it; `values` are those of the deflection.
+    pub(super) fn window<const M: usize>(
+        &mut self,
+        rule: &Rule<M>,
+        deflection: &Series,
+        values: &[f64; M],
+        force: &Series,
+    ) {
+        let [lowest, highest, strongest] = &mut self.present;
+        let spread = variation(deflection);
+        let bounds = [spread - deflection[0], spread + deflection[0]];
+        if bounds[0] > lowest.least || bounds[1] > highest.least {
+            let range = rule.range(deflection, values);
+            lowest.offer(rule, deflection, values, range, false);
+            highest.offer(rule, deflection, values, range, true);
+        }
+        if force[0].abs() + variation(force) > strongest.least {
+            // Contact damping pulls before it lets go: either sign may be the larger.
+            let values = rule.values(force);
+            let range = rule.range(force, &values);
+            strongest.offer(rule, force, &values, range, true);
+            strongest.offer(rule, force, &values, range, false);
+        }
+    }
+
+    /// A mesh cycle is over.
+    pub(super) fn advance(&mut self) {
+        if self.present.iter().any(Highest::waits) {
+            let [low, high, force] = &self.present;
+            let all = [low, high, force, force];
+            let found = peaks(all.map(|own| &own.series), all.map(|own| own.place));
+            for (highest, found) in self.present.iter_mut().zip(found) {
+                if highest.waits() {
+                    highest.least = highest.least.max(found);
+                }
+            }
+        }
+        let [lowest, largest, force] = self.present.each_ref().map(|highest| highest.least);
+        let cycle = Extremes {
+            smallest: -lowest,
+            largest,
+            force,
+        };
+        self.record.take(&cycle);
+        self.cycles.push(cycle);
+        self.begin();
+    }
+
+    /// Adds the record of another trajectory behind this one, the last cycles of both being over.
+    pub(super) fn append(&mut self, other: &Self) {
+        self.cycles.append(&other.cycles);
+        self.record.take(&other.record);
+    }
+
+    /// Keeps the first `cycles` alone.
+    pub(super) fn cut(&mut self, cycles: u64) {
+        self.cycles.cut(cycles);
+        if self.cycles.is_whole() {
+            self.record = Extremes::NONE;
+            (self.cycles.values().iter()).for_each(|cycle| self.record.take(cycle));
+        }
+    }
+
+    /// The extremes of all cycles that are over.
+    pub(super) fn record(&self) -> Extremes {
+        self.record
+    }
+
+    /// Quantiles over mesh cycles at [`PEAK_SHARES`] of what `peak` says of one, and their
+    /// standard errors; none before the end of a cycle.
+    ///
+    /// Those of a motion that `repeats` after some cycles are the quantiles of its period: the
+    /// smallest peak that so many of its cycles do not exceed. Their error is zero.
+    pub(super) fn quantiles(
+        &self,
+        repeats: Option<u32>,
+        peak: impl Fn(&Extremes) -> f64,
+    ) -> Option<[(f64, f64); 2]> {
+        let mut values: Vec<f64> = self.cycles.values().iter().map(peak).collect();
+        if values.is_empty() {
+            return None;
+        }
+        let Some(period) = repeats else {
+            let [first, second] = PEAK_SHARES.map(|share| {
+                let (value, error) = quantile(&values, share)?;
+                // Before a cycle beyond the quantile is expected, the value is only the largest.
+                let seen = (1.0 - share) * values.len() as f64 >= 1.0 - ROUND_OFF;
+                Some((value, if seen { error } else { f64::INFINITY }))
+            });
+            return Some([first?, second?]);
+        };
+        if self.cycles.is_whole() {
+            values.drain(..values.len().saturating_sub(period as usize));
+        }
+        values.sort_by(f64::total_cmp);
+        Some(PEAK_SHARES.map(|share| {
+            let place = (share * values.len() as f64 - ROUND_OFF).ceil() as usize;
+            (values[place.saturating_sub(1)], 0.0)
+        }))
+    }
+}

@@ -1,0 +1,120 @@
+//! Values in time, in bounded memory: what quantiles are taken from.
+
+/// Most values that a record keeps of one kind; an even number.
+const MOST_VALUES: usize = 1 << 16;
+
+/// A sample in time: every value up to [`MOST_VALUES`] of them, then every second, every
+/// fourth …, evenly over the whole record.
+#[derive(Debug, Clone)]
+pub(super) struct Sample<T> {
+    values: Vec<T>,
+    stride: u64,
+    skipped: u64,
+}
+
+impl<T: Copy> Sample<T> {
+    pub(super) fn new() -> Self {
+        Self {
+            values: Vec::new(),
+            stride: 1,
+            skipped: 0,
+        }
+    }
+
+    pub(super) fn restart(&mut self) {
+        *self = Self::new();
+    }
+
+    pub(super) fn push(&mut self, value: T) {
+        if self.skipped > 0 {
+            self.skipped -= 1;
+            return;
+        }
+        if self.values.len() >= MOST_VALUES {
+            self.thin(2 * self.stride);
+        }
+        self.values.push(value);
+        self.skipped = self.stride - 1;
+    }
+
+    /// Adds the record of another trajectory behind this one. Both keep every value of the
+    /// coarser stride, so that both weigh as much as they are long.
+    pub(super) fn append(&mut self, other: &Self) {
+        let mut other = other.clone();
+        let stride = self.stride.max(other.stride);
+        self.thin(stride);
+        other.thin(stride);
+        self.values.append(&mut other.values);
+        self.skipped = 0;
+    }
+
+    /// Keeps those of the first `count` values that are in the sample.
+    pub(super) fn cut(&mut self, count: u64) {
+        self.values.truncate(count.div_ceil(self.stride) as usize);
+    }
+
+    /// Drops values evenly until they are `stride` apart, a multiple of the present stride.
+    fn thin(&mut self, stride: u64) {
+        let step = (stride / self.stride) as usize;
+        let mut place = 0;
+        self.values.retain(|_| {
+            place += 1;
+            (place - 1) % step == 0
+        });
+        self.stride = stride;
+    }
+
+    /// The values in time.
+    pub(super) fn values(&self) -> &[T] {
+        &self.values
+    }
+
+    /// Whether no value was dropped.
+    pub(super) fn is_whole(&self) -> bool {
+        self.stride == 1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn counted(count: usize) -> Sample<f64> {
+        let mut sample = Sample::new();
+        for i in 0..count {
+            sample.push(i as f64);
+        }
+        sample
+    }
+
+    #[test]
+    fn a_full_sample_is_thinned_evenly() {
+        let count = 5 * MOST_VALUES / 2;
+        let sample = counted(count);
+        assert_eq!(sample.stride, 4);
+        assert!(sample.values.len() > MOST_VALUES / 2);
+        let even = sample.values.iter().enumerate();
+        assert!(
+            even.clone()
+                .all(|(place, value)| *value == 4.0 * place as f64)
+        );
+        assert!(count - 4 * sample.values.len() < 4);
+    }
+
+    #[test]
+    fn samples_are_joined_at_the_coarser_stride() {
+        let long = counted(5 * MOST_VALUES / 2);
+        let short = counted(10);
+        for (first, second) in [(&long, &short), (&short, &long)] {
+            let mut both = first.clone();
+            both.append(second);
+            assert_eq!(both.stride, 4);
+            assert!(!both.is_whole());
+            let expected = [first, second].into_iter().flat_map(|own| {
+                let every_fourth = own.values.iter().filter(|value| *value % 4.0 == 0.0);
+                every_fourth.copied()
+            });
+            assert!(both.values.iter().copied().eq(expected));
+        }
+    }
+}
