@@ -428,6 +428,60 @@ lyapunov = {{ twin = false }}
     assert_eq!(table.text("what").unwrap(), [Some("class".to_owned())]);
 }
 
+/// An equilibrium stays where it is as its damping falls below 0: the state that the next point takes
+/// over lies on it to round-off, and would stay there.
+#[test]
+fn a_chain_leaves_an_equilibrium_that_has_become_unstable() {
+    let manifest = r#"
+[job]
+name = "left"
+
+[model]
+kind = "modal"
+file = "growing.modal.toml"
+
+[mesh]
+half_gap = 0.6
+stiffness = "constant"
+mean_stiffness = 200
+contact_damping = 0
+
+[grid]
+load = 7.5
+speed = 6.283185307179586
+"mesh.contact_damping" = { values = ["0.05 N*s/m", "0.003 N*s/m"] }
+order = "sweep-down"
+
+[run]
+transient = 300
+cycles = 2000
+
+[analyses]
+lyapunov = { twin = false }
+"#;
+    let place = Place::new(manifest);
+    let structure = "teeth = 1\nrated_force = 1.0\nfrequency = [0.0]\ndamping = [0.0]\n\
+                     damping_matrix = [[-0.02]]\nmesh = [1.0]\ntorque = [1.0]\ntorque_pinion = [1.0]\n";
+    fs::write(place.path("growing.modal.toml"), structure).unwrap();
+    let endings = |out: &str, arguments: &[&str]| {
+        let table = ResultTable::read(&place.run(out, arguments), TableKind::Points).unwrap();
+        let reasons = table.text("reason").unwrap();
+        (table.text("status").unwrap(), reasons[1].clone().unwrap())
+    };
+    let words = |all: [&str; 2]| all.map(|word| Some(word.to_owned()));
+    let (status, reason) = endings("left", &[]);
+    assert_eq!(status, words(["ok", "diverged"]), "{reason}");
+    let (status, reason) = endings("stayed", &["--set", "grid.displacement=0"]);
+    assert_eq!(status, words(["ok", "not_converged"]), "{reason}");
+    assert!(
+        reason.contains("linear motion that is unstable"),
+        "{reason}"
+    );
+    // The direction is the point's.
+    let again = place.run("again", &["--threads", "2"]);
+    results::assert_same(&["points.parquet"], &place.path("left"), &again);
+}
+
 fn assert_same(a: &Path, b: &Path) {
     let tables = ["points.parquet", "poincare.parquet", "transitions.parquet"];
     results::assert_same(&tables, a, b);

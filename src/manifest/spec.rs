@@ -22,7 +22,7 @@ use serde::Serialize;
 use std::sync::Arc;
 
 /// Points that follow from each other: the state is carried along one axis.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Carried {
     /// The swept axis, an index into [`Job::axes`](super::Job::axes).
     pub axis: usize,
@@ -31,6 +31,8 @@ pub struct Carried {
     /// The directions in which it is swept. `point_id` counts over the other axes, slowest
     /// first, then over these, then over the values in sweep order: a chain is a range.
     pub directions: Vec<Direction>,
+    /// By how much the state is displaced before it is taken over, in half gaps.
+    pub displacement: f64,
 }
 
 /// Which way a sweep runs along its axis.

@@ -1,5 +1,6 @@
-//! Points that follow from each other: each starts where the one before it ended, and a
-//! change of motion between neighbours is narrowed down by points between them.
+//! Points that follow from each other: each starts next to where the one before it ended (see
+//! [`CarriedState`]), and a change of motion between neighbours is narrowed down by points between
+//! them.
 //!
 //! A change is sought by halving the interval between the last point that has a verdict and
 //! the present one. Every trial starts from the state that the near side left, as the sweep
@@ -14,6 +15,7 @@
 //! Where no halving is asked for, a change is told between the neighbours of the grid as they are,
 //! and one of the deflection only where the change before it is known.
 
+use super::carried::CarriedState;
 use super::parts::Parts;
 use super::point::{Answer, Worker, attempt, row};
 use crate::analysis::{
@@ -21,6 +23,7 @@ use crate::analysis::{
 };
 use crate::manifest::{AxisKey, Direction, Job, PointSpec, RunSpec};
 use crate::model::{Model, TrajectoryState};
+use crate::numerics::random::PointSeed;
 use crate::store::{ChainEnd, ChainPart, Level, PointRow, Transition};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -77,10 +80,13 @@ impl Link {
         self.passed
     }
 
-    /// Where the next point starts; none for `run.initial`.
-    pub fn start(&self, model: &Model) -> Option<TrajectoryState> {
-        let end = self.end.as_ref()?;
-        Some(TrajectoryState::new(model, end.state.clone(), end.cycle))
+    /// Where `point` starts behind it; none for `run.initial`.
+    pub fn start(&self, job: &Job, point: &PointSpec, model: &Model) -> Option<TrajectoryState> {
+        let seed = PointSeed {
+            seed: point.seed,
+            point_id: point.point_id,
+        };
+        Some(taken_over(job, self.end.as_ref())?.start(model, seed))
     }
 
     /// Goes past a finished point, computed now or taken over from a journal.
@@ -104,6 +110,14 @@ impl Link {
             });
         }
     }
+}
+
+/// What a point takes over of where the point before it has ended.
+fn taken_over<'a>(job: &Job, end: Option<&'a ChainEnd>) -> Option<CarriedState<'a>> {
+    Some(CarriedState {
+        end: end?,
+        displacement: job.carried.as_ref()?.displacement,
+    })
 }
 
 /// What a sweep would know when it reached `point`: all points of its chain before it are
@@ -154,9 +168,13 @@ pub fn lead_up(
     Ok(link)
 }
 
-/// The kind of motion, where there is a verdict.
+/// The kind of motion, where there is a verdict. Chaos is one kind: which trajectories leave it is chance.
 pub(super) fn verdict(outcome: &PointOutcome) -> Option<Class> {
-    outcome.class.filter(|class| *class != Class::NotConverged)
+    match outcome.class? {
+        Class::NotConverged => None,
+        Class::TransientChaos => Some(Class::Chaotic),
+        class => Some(class),
+    }
 }
 
 /// Mean and RMS of the deflection of a point that was asked for them.
@@ -210,7 +228,8 @@ pub fn compute(
     let refined = point.direction.is_some() && halvings(point) > 0;
     let levelled = refined.then(|| with_level(point));
     let asked = levelled.as_ref().unwrap_or(point);
-    let mut answer = attempt(asked, link.end.as_ref(), parts, called_off)?;
+    let start = taken_over(job, link.end.as_ref());
+    let mut answer = attempt(asked, start, parts, called_off)?;
     let level = level(&answer.outcome).filter(|_| point.direction.is_some());
     if point.analyses.nvh.is_none() {
         answer.outcome.nvh = None;
@@ -311,7 +330,8 @@ impl Search<'_> {
             let Some(between) = self.job.point_between(&asked, value) else {
                 break;
             };
-            let tried = attempt(&between, Some(&near.end), self.parts, self.called_off)?;
+            let start = taken_over(self.job, Some(&near.end));
+            let tried = attempt(&between, start, self.parts, self.called_off)?;
             found.trials += 1;
             answer.outcome.cycles += tried.outcome.cycles;
             let here = self::level(&tried.outcome);

@@ -12,6 +12,7 @@
 
 mod branch_tables;
 pub mod build;
+mod carried;
 mod chain;
 mod continuation;
 mod cycle_map;

@@ -1,6 +1,7 @@
 //! One point, from specification to answer; whatever goes wrong becomes part of the answer.
 
 use super::build::{BuildError, affordable, questions};
+use super::carried::CarriedState;
 use super::parts::Parts;
 use crate::analysis::{
     Analyses, CalledOff, Class, CovariantError, CovariantOutcome, ExpansionError, ExpansionOutcome,
@@ -61,7 +62,7 @@ impl Answer {
 /// cannot be built, and a panic, give the status `failed` and the reason.
 pub(super) fn attempt(
     point: &PointSpec,
-    start: Option<&ChainEnd>,
+    start: Option<CarriedState<'_>>,
     parts: &Parts,
     called_off: &AtomicBool,
 ) -> Result<Answer, CalledOff> {
@@ -109,20 +110,20 @@ pub(super) fn row(
 
 fn answer(
     point: &PointSpec,
-    start: Option<&ChainEnd>,
+    start: Option<CarriedState<'_>>,
     parts: &Parts,
     called_off: &AtomicBool,
 ) -> Result<Result<Answer, CalledOff>, BuildError> {
     let (model, mesh) = parts.model_and_mesh(point)?;
     affordable(&model, &point.run.kernel)?;
     let own = model.start(&point.run.initial);
-    let start = match start {
-        Some(end) => TrajectoryState::new(&model, end.state.clone(), end.cycle),
-        None => own.clone(),
-    };
     let seed = PointSeed {
         seed: point.seed,
         point_id: point.point_id,
+    };
+    let start = match start {
+        Some(carried) => carried.start(&model, seed),
+        None => own.clone(),
     };
     let probes = (point.analyses.multistability)
         .map(|asked| Probes::new(&model, asked, seed, point.run.settle))
@@ -186,7 +187,7 @@ impl KernelUse for Ask<'_> {
             }
             _ => None,
         };
-        let chaotic = whole && outcome.class == Some(Class::Chaotic);
+        let chaotic = whole && outcome.class.is_some_and(|class| class.is_chaos());
         let asked = self.analyses.horizon.filter(|_| chaotic);
         let measured = asked.map(|question| {
             predictability(model, kernel, &trajectory, &question, self.seed, called_off)
@@ -216,8 +217,7 @@ impl KernelUse for Ask<'_> {
             }
         };
         outcome.cycles += expansion.iter().map(|e| 2 * e.cycles).sum::<u64>();
-        let aperiodic =
-            whole && matches!(outcome.class, Some(Class::Chaotic | Class::QuasiPeriodic));
+        let aperiodic = chaotic || whole && outcome.class == Some(Class::QuasiPeriodic);
         let asked = self.analyses.covariant.filter(|_| aperiodic);
         let found = asked.map(|question| {
             covariant_vectors(model, kernel, &trajectory, &question, self.seed, called_off)

@@ -176,6 +176,8 @@ fn other_kind(a: Class, b: Class) -> bool {
     let repeats = |class: Class| matches!(class, Class::SteadyContact(_) | Class::Periodic(_));
     match unsettled(a) || unsettled(b) {
         true => repeats(a) || repeats(b),
+        // Which trajectories leave chaos is chance.
+        false if a.is_chaos() && b.is_chaos() => false,
         false => std::mem::discriminant(&a) != std::mem::discriminant(&b),
     }
 }

@@ -148,7 +148,9 @@ pub fn sensitivities(
             Class::Periodic(period) | Class::SteadyContact(Some(period)) => {
                 of_orbit(&family, &model, &state, period, parts)
             }
-            Class::Chaotic => of_ensemble(&family, &model, &state, asked, step, parts, called_off),
+            Class::Chaotic | Class::TransientChaos => {
+                of_ensemble(&family, &model, &state, asked, step, parts, called_off)
+            }
             _ => Err(unsettled()),
         }
     };

@@ -64,7 +64,8 @@ impl PointTrace<'_> {
     ) -> Result<(TraceOutcome, S), PointTraceError<S::Error>> {
         let run = &self.point.run;
         let swept = match self.swept {
-            true => lead_up(self.job, self.point, self.parts, called_off)?.start(model),
+            true => lead_up(self.job, self.point, self.parts, called_off)?
+                .start(self.job, self.point, model),
             // Nothing to go through before.
             false => None,
         };

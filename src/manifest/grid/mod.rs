@@ -26,7 +26,7 @@ use values::{AxisReader, MAX_POINTS};
 const MOST_FACTORS: usize = 8;
 
 /// Keys of `[grid]` that are no axes.
-const NOT_AXES: [&str; 5] = ["order", "along", "refine", "tied", "points"];
+const NOT_AXES: [&str; 6] = ["order", "along", "displacement", "refine", "tied", "points"];
 
 /// The axes of a grid, slowest first.
 #[derive(Debug, Default)]

@@ -1,5 +1,5 @@
-//! `grid.order` and `grid.along`: whether points are independent, or follow from each other
-//! along one axis.
+//! `grid.order`, `grid.along` and `grid.displacement`: whether points are independent, or follow from
+//! each other along one axis, and from how near.
 
 use super::grid_axis::GridAxis;
 use crate::manifest::axis::AxisKey;
@@ -29,18 +29,23 @@ pub(super) fn read(
     dimensions: &[GridDimension],
     faulty: &[String],
 ) -> Option<Carried> {
+    let displacement = section.quantity_or_default(issues, "displacement");
     let order = section.choice_or_default(issues, "order")?;
     let directions = match order {
         "sweep-up" => vec![Direction::Up],
         "sweep-down" => vec![Direction::Down],
         "both" => vec![Direction::Up, Direction::Down],
         _ => {
-            section.without_effect(
-                issues,
-                &["along"],
-                "when points are independent",
-                "set order = \"sweep-up\", \"sweep-down\" or \"both\", or leave along out",
-            );
+            for key in ["along", "displacement"] {
+                section.without_effect(
+                    issues,
+                    &[key],
+                    "when points are independent",
+                    &format!(
+                        "set order = \"sweep-up\", \"sweep-down\" or \"both\", or leave {key} out"
+                    ),
+                );
+            }
             return None;
         }
     };
@@ -58,10 +63,11 @@ pub(super) fn read(
     }
     let found = axes.iter().position(|axis| axis.axis.name() == name);
     match fault(axes, dimensions, found, name) {
-        None => found.map(|axis| Carried {
+        None => found.zip(displacement).map(|(axis, displacement)| Carried {
             axis,
             length: axes[axis].axis.values.len(),
             directions,
+            displacement,
         }),
         Some((kind, message, label)) => {
             let path = section.path_of(key);

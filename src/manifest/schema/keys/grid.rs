@@ -51,6 +51,10 @@ pub(super) const KEYS: &[Key] = &[
                 axis has reached, upwards, downwards or both. Where up and down differ, two motions coexist."),
     key("grid.along", Kind::Text, ANY, r#""speed""#).otherwise("the last axis with several values")
         .about("The axis along which the state is carried: load, torque, speed, or a key of mesh or excitation. Tied axes go with it."),
+    quantity("grid.displacement", Ratio, bounds(0.0, false, 1.0, false), "1e-4").or("1e-6")
+        .about("Distance, in half gaps, by which the state that a point takes over from the point before it is displaced, \
+                in a random direction that seed and point decide. A sweep so leaves an orbit that has become unstable. \
+                0 takes over the state as it is. Only where `grid.order` carries the state."),
     table("grid.refine").otherwise("the grid is computed as it is")
         .about("Points between those of the grid, only where they are needed: a cell whose corners differ is divided \
                 into four, and these again. Two axes with several values, each `{ from, to, count }`; all points start \
