@@ -11,7 +11,7 @@ import sys
 import pyarrow.parquet as pq
 import pytest
 
-from program import ATLAS, ROOT, same_bits
+from program import ATLAS, ROOT, environment_without_instructions, same_bits
 
 EMULATOR = shutil.which("qemu-x86_64")
 
@@ -27,7 +27,7 @@ def emulated(processor):
 @pytest.fixture
 def folder(tmp_path):
     text = (ROOT / "manifests/quickstart.toml").read_text()
-    for known, small in [("cycles = 5000", "cycles = 600"), ("transient = 500", "transient = 100")]:
+    for known, small in [("cycles = 160000", "cycles = 600"), ("transient = 500", "transient = 100")]:
         assert known in text
         text = text.replace(known, small)
     (tmp_path / "m.toml").write_text(text)
@@ -37,9 +37,11 @@ def folder(tmp_path):
 @pytest.mark.parametrize("instructions, processor", [("avx512", None), ("avx2", "Haswell"), ("baseline", "Nehalem")])
 def test_the_wheel_gives_the_programs_bits(folder, instructions, processor):
     prefix = emulated(processor) if processor else []
+    # What is set for the processor of this machine breaks NumPy on an emulated one.
+    place = {"cwd": folder, "env": environment_without_instructions()}
     program = [*prefix, ATLAS, "run", "m.toml", "--out", "program", "--quiet"]
-    assert subprocess.run(program, cwd=folder).returncode in (0, 3)
-    subprocess.run([*prefix, sys.executable, "-c", RUN], cwd=folder, check=True)
+    assert subprocess.run(program, **place).returncode in (0, 3)
+    subprocess.run([*prefix, sys.executable, "-c", RUN], **place, check=True)
     used = {json.loads((folder / out / "run.json").read_text())["machine"]["instructions"][0] for out in ("program", "package")}
     if processor is None and used == {"avx2"}:
         pytest.skip("this processor has no AVX-512")

@@ -1,0 +1,37 @@
+//! Processes that are to find the instructions of their processor, emulated or not.
+
+// Every test binary uses a part of it.
+#![allow(dead_code)]
+
+use std::env;
+use std::process::Command;
+
+/// Beginnings of the names of variables that choose instructions, or the emulated processor, in place of
+/// what a process finds. tests/python/program.py has the same list.
+const CHOOSE_INSTRUCTIONS: [&str; 14] = [
+    "ARROW_",
+    "ATEN_CPU_",
+    "BLIS_",
+    "DNNL_",
+    "GLIBC_TUNABLES",
+    "GOTO_",
+    "LD_HWCAP_MASK",
+    "MKL_",
+    "NPY_",
+    "NVPL_",
+    "ONEDNN_",
+    "OPENBLAS_",
+    "POLARS_SKIP_CPU_CHECK",
+    "QEMU_",
+];
+
+/// Takes the variables that choose instructions out of the environment of a command.
+pub fn without_chosen_instructions(command: &mut Command) -> &mut Command {
+    for (name, _) in env::vars_os() {
+        let chooses = |beginning: &&str| name.to_string_lossy().starts_with(*beginning);
+        if CHOOSE_INSTRUCTIONS.iter().any(chooses) {
+            command.env_remove(&name);
+        }
+    }
+    command
+}
