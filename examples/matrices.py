@@ -48,8 +48,8 @@ def main() -> None:
         "mesh": {"half_gap": "10 um", "stiffness": "constant", "mean_stiffness": "4e8 N/m", "contact_damping": 0.05},
         "excitation": {"transmission_error": [{"harmonic": 1, "amplitude": "5 um"}]},
         "grid": {"load": 0.1, "speed": {"from": "6000 rpm", "to": "12000 rpm", "count": 7}},
-        "run": {"transient": 200, "cycles": 1000},
-        "analyses": {"lyapunov": {"exponents": 1}, "nvh": {"harmonics": 5}},
+        "run": {"transient": 200, "cycles": 2000},
+        "analyses": {"lyapunov": {"exponents": 1, "effort": "survey"}, "nvh": {"harmonics": 5}},
     }
     results = atlas.run(atlas.Manifest.from_dict(manifest, folder=folder), folder / "results")
     for row in results.points.to_dicts():

@@ -45,16 +45,18 @@ def mark(point: dict) -> str:
 
 
 def plot(points: pd.DataFrame, axes: list[str], units: dict[str, str], path: Path) -> None:
-    """Colour is λ of the chaotic points; a number is the period of the others."""
+    """Colour is λ of the chaotic points, lasting or not; a number is the period of the others."""
     down, across = (np.sort(points[axis].unique()) for axis in axes[:2])
     grid = np.full((len(down), len(across)), np.nan)
     figure, frame = plt.subplots(figsize=(8.0, 5.0), layout="constrained")
     for point in points.to_dict("records"):
         row = np.searchsorted(down, point[axes[0]])
         column = np.searchsorted(across, point[axes[1]])
-        if point["class"] == "chaotic":
+        if point["class"] in ("chaotic", "transient_chaos"):
             grid[row, column] = point["lambda_max"]
-        else:
+        if point["class"] == "transient_chaos":
+            frame.text(column, row, "t", ha="center", va="center", color="white")
+        elif point["class"] != "chaotic":
             frame.text(column, row, mark(point), ha="center", va="center", color="0.2")
     frame.set_facecolor("0.93")
     top = np.nanmax(grid) if np.isfinite(grid).any() else 1.0
@@ -67,7 +69,7 @@ def plot(points: pd.DataFrame, axes: list[str], units: dict[str, str], path: Pat
     frame.set_ylabel(label(axes[0], units))
     frame.set_xlabel(label(axes[1], units))
     frame.set_title(
-        "colour: chaotic   number: period   L: locked   q: quasi-periodic\n"
+        "colour: chaotic   t: for a time   number: period   L: locked   q: quasi-periodic\n"
         "?: not converged   x: failed   .: not classified",
         fontsize="medium",
     )

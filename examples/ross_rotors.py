@@ -62,8 +62,8 @@ MANIFEST = {
     "mesh": {"half_gap": "50 um", "stiffness": "constant", "mean_stiffness": "1e8 N/m", "contact_damping": 0.05},
     "excitation": {"transmission_error": [{"harmonic": 1, "amplitude": "10 um"}]},
     "grid": {"load": 0.2, "speed": {"from": "20 rpm", "to": "80 rpm", "count": 7}},
-    "run": {"transient": 200, "cycles": 1000},
-    "analyses": {"lyapunov": {"exponents": 1}, "nvh": {"harmonics": 5}},
+    "run": {"transient": 200, "cycles": 2000},
+    "analyses": {"lyapunov": {"exponents": 1, "effort": "survey"}, "nvh": {"harmonics": 5}},
 }
 
 

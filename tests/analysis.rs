@@ -6,8 +6,8 @@
 mod common;
 
 use atlas::analysis::{
-    Class, EnergyAudit, GrowthNorm, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, PointOutcome,
-    Questions, SEPARATION, Section, Signals, SpectrumQuestion, Status, investigate,
+    Class, Effort, EnergyAudit, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, PointOutcome,
+    Questions, Section, Signals, SpectrumQuestion, Status, investigate,
 };
 use atlas::model::{
     Division, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
@@ -299,12 +299,10 @@ fn questions(transient: u64, cycles: u64) -> Questions {
         audit_cycles: 20,
         lyapunov: Some(LyapunovQuestion {
             exponents: 2,
-            stop_at_stderr: None,
             align: 50,
             twin: false,
-            separation: SEPARATION,
-            course: 0,
-            norm: GrowthNorm::Energy,
+            effort: Effort::Survey,
+            ..LyapunovQuestion::default()
         }),
         poincare_samples: 100,
         section: Section::default(),

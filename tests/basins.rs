@@ -171,6 +171,7 @@ fn the_phase_plane_of_one_mode_has_its_own_units() {
         speed = 880
         [run]
         transient = 300
+        cycles = 800
         [analyses]
         lyapunov = {}
         multistability = { initial_conditions = 4, slice = { mode = 1, extent = "30 um", speed = "0.4 m/s", count = 12 } }

@@ -455,7 +455,7 @@ fn a_combination_without_a_drive_is_a_failed_point() {
         "\"run.cycles\" = {{ values = [{}] }}\nload = 0.1",
         cycles.join(",")
     );
-    let text = with(LOAD, &grid).replacen("cycles = 5000", "audit_cycles = 20", 1);
+    let text = with(LOAD, &grid).replacen("cycles = 160000", "audit_cycles = 20", 1);
     let job = manifest::parse(&text, "m.toml", Path::new("")).unwrap();
     let parts = Parts::new(TableStore::open(tempfile::tempdir().unwrap().path()));
     for (combination, valid) in [(ODD - 1, true), (ODD, false), (ODD + 1, true)] {
@@ -468,7 +468,7 @@ fn a_combination_without_a_drive_is_a_failed_point() {
     }
     // The same beside few others is an error of the manifest.
     let few = with(LOAD, "\"run.cycles\" = { values = [5, 1000] }\nload = 0.1").replacen(
-        "cycles = 5000",
+        "cycles = 160000",
         "audit_cycles = 20",
         1,
     );
@@ -480,8 +480,8 @@ fn a_combination_without_a_drive_is_a_failed_point() {
 fn steps_have_a_limit_with_a_reason() {
     let folder = tempfile::tempdir().unwrap();
     let text = with(
-        "cycles = 5000",
-        "kernel = \"stepping\"\nsteps = 100000000\ncycles = 5000",
+        "cycles = 160000",
+        "kernel = \"stepping\"\nsteps = 100000000\ncycles = 160000",
     );
     let output = check(folder.path(), text.as_bytes(), &[]);
     let said = words(&output.stderr);

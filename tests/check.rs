@@ -276,6 +276,44 @@ fn a_modal_file_is_judged_without_a_drawing() {
     assert_eq!(keys, ["mesh.half_gap", "grid.speed"]);
 }
 
+/// Fewer cycles than errors are first read at: points that do not settle would end as not_converged, and errors of a
+/// survey would be too small.
+#[test]
+fn fewer_cycles_than_the_first_look_are_advised_on() {
+    let cycles = "cycles = 160000 ";
+    let rule = "lyapunov = { stop_at_stderr = 0.01 }";
+    let survey = "lyapunov = { effort = \"survey\" }";
+    let advice = |changes: &[(&str, &str)]| words(&quickstart(changes), "suspect");
+    let [(key, line, message)] = &advice(&[(cycles, "cycles = 5000 ")])[..] else {
+        panic!("one word is said");
+    };
+    assert_eq!(key, "run.cycles");
+    assert!(message.starts_with("5000 is fewer than the "), "{message}");
+    assert!(
+        message.contains("not_converged") && message.contains("\"survey\""),
+        "{message}"
+    );
+    let text = quickstart(&[(cycles, "cycles = 5000 ")]);
+    let named = text.lines().nth(*line as usize - 1).unwrap();
+    assert!(named.starts_with("cycles = 5000"), "{named}");
+
+    // A survey takes fewer, and nothing is said where no exponent is asked for.
+    for changes in [
+        &[(cycles, "cycles = 5000 "), (rule, survey)][..],
+        &[(cycles, "cycles = 5000 "), (rule, "#")],
+        &[(cycles, "# ")],
+    ] {
+        assert!(advice(changes).is_empty(), "{changes:?}");
+    }
+    let [(_, _, message)] = &advice(&[(cycles, "cycles = 1000 "), (rule, survey)])[..] else {
+        panic!("one word is said");
+    };
+    assert!(
+        message.contains("fewer than the 2000") && message.contains("too small"),
+        "{message}"
+    );
+}
+
 /// The model of the first point of a manifest.
 fn first_model(text: &str) -> Model {
     let job = manifest::parse(text, "m.toml", Path::new("")).unwrap();

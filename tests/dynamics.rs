@@ -33,7 +33,7 @@ speed = 1320
 transient = 300
 cycles = 1000
 [analyses]
-lyapunov = { exponents = 2, course = 10 }
+lyapunov = { exponents = 2, course = 10, effort = "survey" }
 poincare = { section = "force_maximum", samples = 50 }
 covariant = { vectors = 2, cycles = 800, align = 100 }
 "#;
@@ -160,7 +160,7 @@ fn a_chaotic_oscillator_is_answered_in_full() {
 #[test]
 fn what_was_not_asked_for_is_told() {
     let plain = MANIFEST
-        .replace(", course = 10", "")
+        .replace("course = 10, ", "")
         .replace("cycles = 1000", "cycles = 400")
         .replace("covariant = { vectors = 2, cycles = 800, align = 100 }", "");
     let folder = folder(&plain);

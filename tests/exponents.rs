@@ -8,8 +8,8 @@ mod common;
 
 use atlas::analysis::orbits::floquet;
 use atlas::analysis::{
-    Class, EnergyNorm, GrowthNorm, LyapunovMethod, LyapunovQuestion, Nvh, Questions, SEPARATION,
-    Section, TangentGrowth, investigate, kaplan_yorke,
+    Class, Effort, EnergyNorm, LyapunovMethod, LyapunovQuestion, Nvh, Questions, Section,
+    TangentGrowth, investigate, kaplan_yorke,
 };
 use atlas::model::{Division, DriveShaft, InitialState, Model, TorqueRipple, TrajectoryState};
 use atlas::numerics::random::{PointSeed, Stream};
@@ -34,12 +34,9 @@ fn questions(exponents: usize, transient: u64, cycles: u64) -> Questions {
         audit_cycles: 0,
         lyapunov: Some(LyapunovQuestion {
             exponents,
-            stop_at_stderr: None,
             align: 50,
-            twin: true,
-            separation: SEPARATION,
-            course: 0,
-            norm: GrowthNorm::Energy,
+            effort: Effort::Survey,
+            ..LyapunovQuestion::default()
         }),
         poincare_samples: 0,
         section: Section::default(),

@@ -21,7 +21,7 @@ const HEAD: &str = concat!(
     r#"
 transient = 300
 [analyses]
-lyapunov = { exponents = 1 }
+lyapunov = { exponents = 1, effort = "survey" }
 nvh = { harmonics = 3 }
 poincare = { samples = 20 }
 [grid]

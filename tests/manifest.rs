@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+use atlas::analysis::Effort;
 use atlas::gear::{BasicRack, Material, Relief, ToothForm};
 use atlas::manifest::{
     self, CoastSpec, DampingSpec, Diagnostic, DiagnosticKind, FrictionSpec, Job, ManifestErrors,
@@ -99,7 +100,7 @@ fn flex80_is_the_default_drive() {
             tolerance: f64::EPSILON
         }
     );
-    assert_eq!((point.run.transient, point.run.cycles), (500, 40000));
+    assert_eq!((point.run.transient, point.run.cycles), (500, 160_000));
     assert_eq!(point.analyses.lyapunov.unwrap().stop_at_stderr, Some(0.01));
     assert_eq!(point.analyses.poincare.as_ref().unwrap().samples, 200);
     assert_eq!(point.analyses.nvh.unwrap().harmonics, 10);
@@ -239,7 +240,9 @@ fn what_damps_and_couples_shafts_is_read() {
 fn defaults_are_the_documented_ones() {
     let job = job(MODAL);
     let run = &job.points.at(0).run;
-    assert_eq!((job.seed, run.transient, run.cycles), (1, 200, 800));
+    // Where nothing ends a point before, as many cycles as the first look at verified errors takes.
+    let cycles = Effort::Verified.first_look();
+    assert_eq!((job.seed, run.transient, run.cycles), (1, 200, cycles));
     assert_eq!((run.audit_cycles, run.event_limit), (20, 1000));
     assert_eq!(run.initial, InitialState::Static);
     assert_eq!(
@@ -261,6 +264,8 @@ fn defaults_are_the_documented_ones() {
         (1, 100, true)
     );
     assert_eq!(lyapunov.stop_at_stderr, None);
+    let evidence = (lyapunov.effort, lyapunov.lifetime, lyapunov.chains);
+    assert_eq!(evidence, (Effort::Verified, None, false));
     assert_eq!(analyses.poincare.as_ref().unwrap().samples, 200);
     let nvh = analyses.nvh.unwrap();
     assert_eq!((nvh.harmonics, nvh.stop_at_stderr), (10, None));
@@ -268,8 +273,20 @@ fn defaults_are_the_documented_ones() {
         "[grid]",
         "[analyses]\nnvh = { stop_at_stderr = 0.03 }\n\n[grid]",
     );
-    let nvh = asked.points.at(0).analyses.nvh.unwrap();
+    let point = asked.points.at(0);
+    let nvh = point.analyses.nvh.unwrap();
     assert_eq!(nvh.stop_at_stderr, Some(0.03));
+    // A rule ends points, whose most cycles are more.
+    assert_eq!(point.run.cycles, 160_000);
+    let precise = job_with(
+        "[grid]",
+        "[analyses]\nlyapunov = { stop_at_stderr = 0.01, lifetime = 20000, effort = \"survey\", chains = true }\n\n[grid]",
+    );
+    let point = precise.points.at(0);
+    let lyapunov = point.analyses.lyapunov.unwrap();
+    let evidence = (lyapunov.effort, lyapunov.lifetime, lyapunov.chains);
+    assert_eq!(evidence, (Effort::Survey, Some(20_000), true));
+    assert_eq!(point.run.cycles, 160_000);
     assert_ne!(asked.hash, all.hash);
 }
 
@@ -610,6 +627,18 @@ fn the_hash_sees_every_change_that_matters() {
         (
             "[grid]",
             "[analyses]\nlyapunov = { twin = false }\n\n[grid]",
+        ),
+        (
+            "[grid]",
+            "[analyses]\nlyapunov = { effort = \"survey\" }\n\n[grid]",
+        ),
+        (
+            "[grid]",
+            "[analyses]\nlyapunov = { lifetime = 100 }\n\n[grid]",
+        ),
+        (
+            "[grid]",
+            "[analyses]\nlyapunov = { chains = true }\n\n[grid]",
         ),
         ("[grid]", "[analyses]\npoincare = {}\n\n[grid]"),
         ("[grid]", "[analyses]\nnvh = {}\n\n[grid]"),

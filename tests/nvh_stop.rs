@@ -10,8 +10,8 @@ mod place;
 mod results;
 
 use atlas::analysis::{
-    Class, GrowthNorm, LyapunovQuestion, NvhQuestion, OrderQuestion, PointOutcome, Questions,
-    SEPARATION, Section, Signals, SpectrumQuestion, Status, investigate,
+    Class, Effort, LyapunovQuestion, NvhQuestion, OrderQuestion, PointOutcome, Questions, Section,
+    Signals, SpectrumQuestion, Status, investigate,
 };
 use atlas::model::{InitialState, Model};
 use atlas::numerics::random::PointSeed;
@@ -21,8 +21,8 @@ use place::Place;
 use results::assert_same;
 use std::sync::atomic::AtomicBool;
 
-/// Cycles of the first look, the first whole block from 1280 on.
-const FIRST_LOOK: u64 = 1300;
+/// Measured cycles of a survey at its first look.
+const FIRST_LOOK: u64 = 2000;
 
 fn questions(cycles: u64, stop_at_stderr: Option<f64>) -> Questions {
     let signals = Signals {
@@ -41,13 +41,10 @@ fn questions(cycles: u64, stop_at_stderr: Option<f64>) -> Questions {
         settle: false,
         audit_cycles: 0,
         lyapunov: Some(LyapunovQuestion {
-            exponents: 1,
-            stop_at_stderr: None,
             align: 50,
             twin: false,
-            separation: SEPARATION,
-            course: 0,
-            norm: GrowthNorm::Energy,
+            effort: Effort::Survey,
+            ..LyapunovQuestion::default()
         }),
         poincare_samples: 100,
         section: Section::Extremum,
@@ -133,7 +130,7 @@ fn statistics_end_by_themselves_and_nothing_else_does() {
 #[test]
 fn a_point_is_done_when_every_rule_says_so() {
     let model = chaotic();
-    let budget = 40_000;
+    let budget = 160_000;
     // Nothing but NVH: the point ends with it.
     let mut alone = questions(budget, Some(0.05));
     alone.lyapunov = None;
@@ -184,7 +181,9 @@ fn threads_and_shards_change_nothing() {
             "--set",
             "analyses.nvh.stop_at_stderr=0.2",
             "--set",
-            "run.cycles=2000",
+            "analyses.lyapunov.effort=survey",
+            "--set",
+            "run.cycles=4000",
             "--set",
             "model.modes=6",
         ];

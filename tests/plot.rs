@@ -24,7 +24,7 @@ const HEAD: &str = concat!(
 
 const ANALYSES: &str = r#"
 [analyses]
-lyapunov = { exponents = 1 }
+lyapunov = { exponents = 1, effort = "survey" }
 poincare = { samples = 20 }
 nvh = { harmonics = 3, spectrum = {} }
 "#;
@@ -215,7 +215,10 @@ fn the_same_files_give_the_same_bytes() {
 
 #[test]
 fn missing_tables_are_said_and_the_rest_is_drawn() {
-    let folder = finished(ONE_AXIS, "[analyses]\nlyapunov = { exponents = 1 }");
+    let folder = finished(
+        ONE_AXIS,
+        "[analyses]\nlyapunov = { exponents = 1, effort = \"survey\" }",
+    );
     let path = folder.path();
     let (files, notes) = plotted(path, "results/case", &["--format", "png"]);
     assert_eq!(files, ["lambda.png", "classes.png"]);
@@ -732,7 +735,7 @@ transient = 300
 cycles = 1200
 settle = false
 [analyses]
-lyapunov = { twin = false }
+lyapunov = { twin = false, effort = "survey" }
 nvh = { bearings = true, spectrum = {} }
 horizon = { twins = 8, cycles = 40, averages = 50 }
 [grid]
@@ -903,7 +906,7 @@ fn distort(path: &Path, dice: &mut Dice) {
 #[test]
 fn extreme_columns_are_drawn_or_refused() {
     let trials = std::env::var("ATLAS_PLOT_TRIALS").map_or(12, |text| text.parse().unwrap());
-    let all = "[analyses]\nlyapunov = { exponents = 1 }\npoincare = { samples = 20 }\n\
+    let all = "[analyses]\nlyapunov = { exponents = 1, effort = \"survey\" }\npoincare = { samples = 20 }\n\
                nvh = { harmonics = 3, spectrum = {} }\n\
                horizon = { twins = 4, cycles = 20, averages = 40 }\n";
     let swept = format!("{ONE_AXIS}\norder = \"both\"");

@@ -15,8 +15,8 @@ use std::sync::LazyLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use atlas::analysis::{
-    Class, LyapunovMethod, LyapunovOutcome, NvhOutcome, PoincareSample, PointOutcome, SampleKind,
-    Status,
+    ChaosOutcome, Class, EvidenceOutcome, LyapunovMethod, LyapunovOutcome, NvhOutcome,
+    PoincareSample, PointOutcome, SampleKind, Status,
 };
 use atlas::report::{PageRequest, results_page};
 use atlas::store::{
@@ -43,7 +43,7 @@ const HEAD: &str = concat!(
 
 const ANALYSES: &str = r#"
 [analyses]
-lyapunov = { exponents = 1 }
+lyapunov = { exponents = 1, effort = "survey" }
 nvh = { harmonics = 3, spectrum = {}, orders = {} }
 poincare = { samples = 50 }
 "#;
@@ -107,7 +107,7 @@ fn refusal(arguments: &[&str]) -> String {
 }
 
 /// The folders: `grid` of 80 points, `<img …>` of one, `followed` orbits beside their run, a `sweep` up and
-/// down, a `list` of points, a `trace`.
+/// down, a `list` of points, a `trace`, `chaos` that lasts, passes and is over.
 static FOLDERS: LazyLock<PathBuf> = LazyLock::new(|| {
     _ = fs::remove_dir_all(WRITTEN);
     fs::create_dir_all(WRITTEN).unwrap();
@@ -132,8 +132,80 @@ static FOLDERS: LazyLock<PathBuf> = LazyLock::new(|| {
     said(&["follow", "line.toml", "--out", "followed", "--quiet"]);
     let point = ["--point", "load=0.05,speed=900", "--cycles", "20"];
     said(&[&["trace", "grid.toml", "--out", "trace"], &point[..]].concat());
+    write_chaos(&root.join("chaos"));
     root.to_path_buf()
 });
+
+/// A plane of four by six points. By the remainder of their number over four: chaos that lasts, chaos that three of eight
+/// trajectories left, an orbit that all of them left chaos for, and an orbit without chaos before it. Errors of the
+/// second half of the points are not verified.
+fn write_chaos(folder: &Path) {
+    let axis = |name: &str, unit: &str| AxisColumn {
+        name: name.to_owned(),
+        unit: unit.to_owned(),
+    };
+    let layout = ResultLayout {
+        axes: vec![axis("load", "1"), axis("speed", "rad/s")],
+        ..ResultLayout::default()
+    };
+    let mut writer = ResultWriter::create(folder, &layout, 0..24).unwrap();
+    for point_id in 0..24 {
+        let (class, exits, lambda) = match point_id % 4 {
+            0 => (Class::Chaotic, 0, 0.2 + 0.01 * point_id as f64),
+            1 => (Class::TransientChaos, 3, 0.1 + 0.01 * point_id as f64),
+            2 => (Class::Periodic(3), 8, -0.2),
+            _ => (Class::Periodic(1), 0, -0.1),
+        };
+        let unsettled = (point_id % 4 < 3).then_some(());
+        let outcome = PointOutcome {
+            class: Some(class),
+            lyapunov: Some(LyapunovOutcome {
+                exponents: vec![lambda],
+                errors: vec![if lambda > 0.0 { 0.01 } else { 0.0 }],
+                dimension: None,
+                twin: None,
+                twin_stderr: None,
+                twin_agrees: None,
+                method: LyapunovMethod::Tangent,
+                course: None,
+            }),
+            evidence: unsettled.map(|()| EvidenceOutcome {
+                trajectories: 8,
+                verified: point_id < 12,
+                correlation_cycles: Some(50.0),
+                ess: Some(800.0),
+                rhat: Some(1.01),
+                ..EvidenceOutcome::default()
+            }),
+            chaos: unsettled.map(|()| ChaosOutcome {
+                cycles: 24_000,
+                exits,
+                trajectories: 8,
+                ended_on: (exits > 0).then(|| format!("periodic 3 ({exits})")),
+                left: None,
+            }),
+            ..PointOutcome::unanswered(Status::Ok, "as designed".into())
+        };
+        let (row, column) = (point_id / 6, point_id % 6);
+        writer
+            .push(PointRow {
+                point_id,
+                axis_values: vec![0.05 * (1 + row) as f64, 600.0 + 100.0 * column as f64],
+                outcome,
+                horizon: None,
+                cycle_expansion: None,
+                covariant: None,
+                mesh: None,
+                multistability: None,
+                orbits: None,
+                chain: None,
+                kernel: "volterra".into(),
+                placement: Placement::default(),
+            })
+            .unwrap();
+    }
+    writer.finish().unwrap();
+}
 
 /// A page taken apart.
 struct Page {
@@ -378,6 +450,33 @@ fn the_page_says_where_the_results_come_from() {
             class => assert_eq!(motion, class.replace("quasi_", "quasi-").replace('_', " ")),
         }
     }
+}
+
+/// What `atlas show` and the page say of chaos that lasts, passes and is over.
+#[test]
+fn the_page_and_the_summary_tell_how_long_chaos_lasts() {
+    let page = Page::written("chaos", &[]);
+    page.agrees_with(&FOLDERS.join("chaos"), TableKind::Points);
+    let motions = page.head["motions"].as_array().unwrap();
+    let hatched: Vec<&str> = (motions.iter())
+        .filter(|motion| motion["hatched"] == true)
+        .map(|motion| motion["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(hatched, ["transient chaos"]);
+    let shown = said(&["show", "chaos", "--color", "never"]);
+    for wanted in [
+        "6 points: no trajectory left chaos; its mean life is at least 8000 (95 %)",
+        "6 points: some trajectories left chaos",
+        "6 points: all trajectories left chaos, whose mean life is 3000",
+        "standard errors of 9 of 18 points",
+    ] {
+        assert!(shown.contains(wanted), "{wanted}\n{shown}");
+    }
+    assert_eq!(shown.matches("life 8000 (95 %: ").count(), 6, "{shown}");
+    let json: Value = serde_json::from_str(&said(&["show", "chaos", "--json"])).unwrap();
+    assert_eq!(json["lifetimes"]["lasting"]["points"], 6);
+    assert_eq!(json["lifetimes"]["transient"][0]["chaos"]["exits"], 3);
+    assert_eq!(json["unverified_points"], 9);
 }
 
 /// No text of a folder ends a script, starts a comment or becomes an element; and the page asks for nothing.

@@ -7,8 +7,8 @@ mod common;
 use atlas::analysis::orbits::shooting::{approaches, shoot, shortest};
 use atlas::analysis::orbits::twins::leading_exponent;
 use atlas::analysis::{
-    Class, EnergyNorm, GrowthNorm, LyapunovMethod, LyapunovQuestion, PointOutcome, Questions,
-    SEPARATION, Section, investigate,
+    Class, Effort, EnergyNorm, LyapunovMethod, LyapunovQuestion, PointOutcome, Questions, Section,
+    investigate,
 };
 use atlas::model::{
     Division, DriveShaft, InitialState, MeshHarmonic, Model, TorqueRipple, TrajectoryState,
@@ -32,13 +32,11 @@ fn questions(transient: u64) -> Questions {
         settle: true,
         audit_cycles: 0,
         lyapunov: Some(LyapunovQuestion {
-            exponents: 1,
             stop_at_stderr: Some(0.02),
             align: 50,
             twin: false,
-            separation: SEPARATION,
-            course: 0,
-            norm: GrowthNorm::Energy,
+            effort: Effort::Survey,
+            ..LyapunovQuestion::default()
         }),
         poincare_samples: 0,
         section: Section::default(),
@@ -368,13 +366,9 @@ fn twins_of_orbits_that_contract_strongly_raise_no_alarm() {
         let start = model.start(&InitialState::Static);
         let asked = Questions {
             lyapunov: Some(LyapunovQuestion {
-                exponents: 1,
-                stop_at_stderr: None,
                 align: 50,
-                twin: true,
-                separation: SEPARATION,
-                course: 0,
-                norm: GrowthNorm::Energy,
+                effort: Effort::Survey,
+                ..LyapunovQuestion::default()
             }),
             ..questions(300)
         };

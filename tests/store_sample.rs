@@ -8,10 +8,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use atlas::analysis::{
-    AttractorOutcome, BasinShare, Bifurcation, CellOutcome, Character, Class, CourseOutcome,
-    KaplanYorke, Kick, LyapunovMethod, LyapunovOutcome, MissedState, MultistabilityOutcome,
-    NvhOutcome, OrbitOutcome, OrbitSurvey, OrderLine, OrderReference, PoincareSample, PointOutcome,
-    ProbeOutcome, SampleKind, SignalOrders, Spectrum, SpectrumLine, SpectrumMethod, Status,
+    AttractorOutcome, BasinShare, Bifurcation, CellOutcome, ChainRecord, ChaosOutcome, Character,
+    Class, CourseOutcome, EvidenceOutcome, KaplanYorke, Kick, LyapunovMethod, LyapunovOutcome,
+    MissedState, MultistabilityOutcome, NvhOutcome, OrbitOutcome, OrbitSurvey, OrderLine,
+    OrderReference, PoincareSample, PointOutcome, ProbeOutcome, SampleKind, SignalOrders, Spectrum,
+    SpectrumLine, SpectrumMethod, Status,
 };
 use atlas::model::Quantity;
 use atlas::report::{Style, Summary, render};
@@ -34,21 +35,7 @@ fn row(point_id: u64) -> PointRow {
     } else {
         -0.01 * number
     };
-    let mut outcome = PointOutcome {
-        status: Status::Failed,
-        reason: "point 13 fails by design".into(),
-        class: None,
-        lyapunov: None,
-        nvh: None,
-        spectra: Vec::new(),
-        orders: Vec::new(),
-        poincare: Vec::new(),
-        events_per_cycle: None,
-        energy_residual: None,
-        grazing_count: 0,
-        cycles: 0,
-        measured_cycles: 0,
-    };
+    let mut outcome = PointOutcome::unanswered(Status::Failed, "point 13 fails by design".into());
     if point_id != 13 {
         outcome = PointOutcome {
             status: Status::Ok,
@@ -122,6 +109,25 @@ fn row(point_id: u64) -> PointRow {
             }],
             events_per_cycle: Some(2.0),
             energy_residual: Some(1e-13),
+            evidence: chaotic.then(|| EvidenceOutcome {
+                trajectories: 8,
+                verified: point_id < 40,
+                correlation_cycles: Some(50.0 + number),
+                ess: Some(400.0),
+                rhat: Some(1.01),
+                rotation_number: None,
+                chains: Some(ChainRecord {
+                    lengths: vec![2.0, 1.0],
+                    growth: vec![lambda, lambda + 0.01, lambda - 0.01],
+                }),
+            }),
+            chaos: chaotic.then_some(ChaosOutcome {
+                cycles: 24_000,
+                exits: 0,
+                trajectories: 8,
+                ended_on: None,
+                left: None,
+            }),
             grazing_count: point_id,
             cycles: 1000,
             measured_cycles: 800,
@@ -227,6 +233,7 @@ fn probes(point_id: u64) -> MultistabilityOutcome {
         AttractorOutcome {
             class: first.class.unwrap(),
             lambda: first.lambda,
+            chaos_lifetime_low: None,
             lambda_stderr: first.lambda_stderr,
             deflection_rms: first.deflection_rms,
             force_peak: first.force_peak,

@@ -8,7 +8,7 @@
 //! | `kind` | steady contact has no event and touches; chaos and flights have events |
 
 use atlas::analysis::{
-    Class, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, SEPARATION, Section, Signals,
+    Class, Effort, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, Section, Signals,
 };
 use atlas::numerics::random::PointSeed;
 
@@ -25,13 +25,10 @@ pub fn questions(transient: u64, cycles: u64) -> Questions {
         settle: true,
         audit_cycles: 20,
         lyapunov: Some(LyapunovQuestion {
-            exponents: 1,
-            stop_at_stderr: None,
             align: 50,
             twin: false,
-            separation: SEPARATION,
-            course: 0,
-            norm: Default::default(),
+            effort: Effort::Survey,
+            ..LyapunovQuestion::default()
         }),
         poincare_samples: 0,
         section: Section::default(),
@@ -86,7 +83,7 @@ pub fn broken(row: &PointOutcome, half_gap: f64) -> Vec<(&'static str, String)> 
     let [drive, free, coast, _] = shares;
     let strange = match row.class {
         Some(Class::SteadyContact(_)) => events > 0.0 || free > 1e-9 || drive * coast > 1e-9,
-        Some(Class::Chaotic) => events == 0.0,
+        Some(Class::Chaotic | Class::TransientChaos) => events == 0.0,
         _ => free > 1e-9 && free < 1.0 - 1e-9 && events == 0.0,
     };
     if strange {

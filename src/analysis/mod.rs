@@ -2,6 +2,7 @@
 //! threads but those of the pool that probes find themselves in.
 
 mod analyses;
+mod averages;
 mod called_off;
 mod classify;
 mod contact_jumps;
@@ -12,6 +13,7 @@ mod covariant;
 mod cycle_expansion;
 mod dimension;
 mod energy;
+mod evidence;
 mod frequencies;
 mod horizon;
 mod known;
@@ -25,6 +27,7 @@ mod orders;
 mod outcome;
 mod outputs;
 mod poincare;
+mod poincare_sample;
 mod point;
 mod questions;
 mod recurrence;
@@ -34,6 +37,7 @@ pub mod sensitivity;
 mod signal;
 mod spectrum;
 mod surface;
+mod torus;
 mod trace;
 mod twin;
 
@@ -50,11 +54,12 @@ pub use cycle_expansion::{
 };
 pub use dimension::kaplan_yorke;
 pub use energy::EnergyAudit;
+pub use evidence::{ChainRecord, ChaosOutcome, EvidenceOutcome, LeftChaos};
 pub use frequencies::{ClosedMode, Frequencies, NaturalMode};
 pub use horizon::{
     HorizonError, HorizonMeasure, HorizonOutcome, HorizonQuantity, HorizonQuestion, predictability,
 };
-pub use lyapunov::TangentGrowth;
+pub use lyapunov::{TangentGrowth, random_direction};
 pub use multistability::{
     AttractorOutcome, BasinShare, CellOutcome, MultistabilityOutcome, MultistabilityQuestion,
     Plane, ProbeOutcome, Probes, SliceError, SliceOf, SliceQuestion, probe_basins,
@@ -69,9 +74,11 @@ pub use orbits::survey::{
 pub use outcome::*;
 pub use outputs::{OutputStatistics, Outputs, named as named_outputs};
 pub use poincare::{PoincareQuestion, Section};
+pub use poincare_sample::{PoincareSample, SampleKind};
 pub use point::{investigate, investigate_onward};
 pub use questions::{
-    GrowthNorm, LyapunovQuestion, NvhQuestion, OrderQuestion, Questions, Signals, SpectrumQuestion,
+    Effort, GrowthNorm, LyapunovQuestion, NvhQuestion, OrderQuestion, Questions, Signals,
+    SpectrumQuestion,
 };
 pub use recurrence::excitation_period;
 pub use spectrum::{Lines, Welch};

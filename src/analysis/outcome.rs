@@ -2,6 +2,8 @@
 //! files hold.
 
 use super::called_off::CalledOff;
+use super::evidence::{ChaosOutcome, EvidenceOutcome};
+use super::poincare_sample::PoincareSample;
 use crate::model::Flanks;
 use crate::propagate::Stop;
 use serde::{Deserialize, Serialize};
@@ -64,8 +66,10 @@ pub enum Class {
     Periodic(u32),
     /// On a torus: neighbours part no faster than in proportion to time, and no short period.
     QuasiPeriodic,
-    /// Neighbours part exponentially, and go on doing so.
+    /// Neighbours part exponentially, and no trajectory was seen to leave that motion.
     Chaotic,
+    /// Neighbours part exponentially for a time: some trajectories settled on another motion.
+    TransientChaos,
     /// None of these within the cycle budget.
     NotConverged,
 }
@@ -78,8 +82,14 @@ impl Class {
             Self::Periodic(_) => "periodic",
             Self::QuasiPeriodic => "quasi_periodic",
             Self::Chaotic => "chaotic",
+            Self::TransientChaos => "transient_chaos",
             Self::NotConverged => "not_converged",
         }
+    }
+
+    /// Whether neighbours part exponentially, for a time at least.
+    pub fn is_chaos(&self) -> bool {
+        matches!(self, Self::Chaotic | Self::TransientChaos)
     }
 
     /// Period in mesh cycles, where the motion has one.
@@ -148,6 +158,8 @@ pub enum LyapunovMethod {
     Tangent,
     /// Multipliers of the settled periodic orbit: `ln|μ| / k`.
     Multipliers,
+    /// Weighted average of growth over a motion on a torus, which converges faster.
+    Birkhoff,
 }
 
 impl LyapunovMethod {
@@ -156,6 +168,7 @@ impl LyapunovMethod {
         match self {
             Self::Tangent => "tangent",
             Self::Multipliers => "multipliers",
+            Self::Birkhoff => "birkhoff",
         }
     }
 }
@@ -163,8 +176,8 @@ impl LyapunovMethod {
 /// NVH statistics over the measured cycles; integrals are taken from the windows'
 /// polynomials.
 ///
-/// Those of a motion that repeats are exact. Of any other, extremes are the largest seen and
-/// grow with the record; everything else has a standard error.
+/// Those of a motion that repeats are exact. Of any other, extremes are the largest of `cycles`
+/// mesh cycles and grow with the record; everything else has a standard error.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct NvhOutcome {
     /// Mesh cycles that the statistics are of.
@@ -175,6 +188,10 @@ pub struct NvhOutcome {
     pub deflection_rms: f64,
     /// Largest minus smallest δ \[m\].
     pub deflection_pp: f64,
+    /// Largest |δ − mean| \[m\].
+    pub deflection_peak: f64,
+    /// Largest |δ − mean| of a mesh cycle that 99 and 99.9 % of the cycles do not exceed \[m\].
+    pub deflection_peak_quantiles: Vec<f64>,
     /// Largest |δ − mean| over RMS \[1\].
     pub deflection_crest: f64,
     /// Fourth central moment over squared variance \[1\].
@@ -191,6 +208,8 @@ pub struct NvhOutcome {
     pub force_std: f64,
     /// Largest |mesh force| \[N\].
     pub force_peak: f64,
+    /// Largest |mesh force| of a mesh cycle that 99 and 99.9 % of the cycles do not exceed \[N\].
+    pub force_peak_quantiles: Vec<f64>,
     /// Mean power lost in friction on the flanks \[W\]; none where it is not known at which places they touch.
     pub power_loss: Option<f64>,
     /// Mean power that goes through the mesh from the pinion to the wheel, `F r_b1 Ω₁` \[W\]; none without a drawing.
@@ -255,11 +274,13 @@ pub struct DurationOutcome {
 pub struct NvhErrors {
     pub deflection_mean: f64,
     pub deflection_rms: f64,
+    pub deflection_peak_quantiles: Vec<f64>,
     pub deflection_kurtosis: f64,
     pub harmonics: Vec<f64>,
     pub suborders: Vec<f64>,
     pub force_mean: f64,
     pub force_std: f64,
+    pub force_peak_quantiles: Vec<f64>,
     pub power_loss: f64,
     pub power_transmitted: f64,
     pub efficiency: f64,
@@ -383,64 +404,6 @@ pub struct SignalOrders {
     pub lines: Vec<OrderLine>,
 }
 
-/// Why a Poincaré sample was taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum SampleKind {
-    /// The mesh phase asked for.
-    Strobe,
-    /// Entry into drive contact.
-    Entry,
-    /// δ' = 0 with δ'' < 0.
-    Maximum,
-    /// δ' = 0 with δ'' > 0.
-    Minimum,
-    /// The end of drive contact.
-    Release,
-    /// Entry into coast contact.
-    CoastEntry,
-    /// The end of coast contact.
-    CoastRelease,
-    /// F > 0 and F' = 0 with F'' < 0.
-    ForceMaximum,
-    /// The surface asked for, crossed towards larger values.
-    SurfaceUp,
-    /// The surface asked for, crossed towards smaller values.
-    SurfaceDown,
-}
-
-impl SampleKind {
-    /// The word stored in result files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Strobe => "strobe",
-            Self::Entry => "entry",
-            Self::Maximum => "maximum",
-            Self::Minimum => "minimum",
-            Self::Release => "release",
-            Self::CoastEntry => "coast_entry",
-            Self::CoastRelease => "coast_release",
-            Self::ForceMaximum => "force_maximum",
-            Self::SurfaceUp => "surface_up",
-            Self::SurfaceDown => "surface_down",
-        }
-    }
-}
-
-/// A sample on a section of phase space.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct PoincareSample {
-    /// Mesh cycle, counted from the start of the simulation.
-    pub cycle: u64,
-    /// Mesh phase in \[0, 1).
-    pub phase: f64,
-    /// Mesh deflection δ \[m\].
-    pub deflection: f64,
-    /// Its rate δ' \[m/s\].
-    pub velocity: f64,
-    /// Why it was taken.
-    pub kind: SampleKind,
-}
-
 /// Everything known of one point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PointOutcome {
@@ -464,6 +427,10 @@ pub struct PointOutcome {
     pub events_per_cycle: Option<f64>,
     /// Energy imbalance over the audited cycles, relative to the energy turned over and stored.
     pub energy_residual: Option<f64>,
+    /// How much was seen of a motion that does not settle.
+    pub evidence: Option<EvidenceOutcome>,
+    /// How long chaos lasts, where there was any.
+    pub chaos: Option<ChaosOutcome>,
     /// Tangencies met, over the whole simulation.
     pub grazing_count: u64,
     /// Mesh cycles integrated in all, transient and probes included (the twin not counted).
@@ -486,6 +453,8 @@ impl PointOutcome {
             poincare: Vec::new(),
             events_per_cycle: None,
             energy_residual: None,
+            evidence: None,
+            chaos: None,
             grazing_count: 0,
             cycles: 0,
             measured_cycles: 0,

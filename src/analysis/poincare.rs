@@ -13,7 +13,7 @@
 //! that a kernel shows, so that sampling has no influence on the motion.
 
 use super::modal_series::{Series, padded};
-use super::outcome::{PoincareSample, SampleKind};
+use super::poincare_sample::{PoincareSample, SampleKind};
 use super::surface::{Surface, SurfaceWatch};
 use crate::model::{COAST_FLANK, DRIVE_FLANK, Model, TrajectoryState};
 use crate::numerics::legendre::{at_end, derivative, evaluate, transforms24};

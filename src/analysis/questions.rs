@@ -29,6 +29,13 @@ pub struct Questions {
     pub nvh: Option<NvhQuestion>,
 }
 
+impl Questions {
+    /// How much evidence error bars take; verified where no exponent is asked for.
+    pub fn effort(&self) -> Effort {
+        self.lyapunov.map_or(Effort::Verified, |asked| asked.effort)
+    }
+}
+
 /// How Lyapunov exponents are asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LyapunovQuestion {
@@ -47,6 +54,49 @@ pub struct LyapunovQuestion {
     pub norm: GrowthNorm,
     /// Places at which running estimates are kept, 0 for none.
     pub course: usize,
+    /// How much evidence an error bar takes.
+    pub effort: Effort,
+    /// Lower bound of the life of chaos to be shown \[cycles\], if any.
+    pub lifetime: Option<u64>,
+    /// Whether the growth of every trajectory is kept.
+    pub chains: bool,
+}
+
+impl Default for LyapunovQuestion {
+    fn default() -> Self {
+        Self {
+            exponents: 1,
+            stop_at_stderr: None,
+            align: 100,
+            twin: true,
+            separation: super::twin::SEPARATION,
+            norm: GrowthNorm::Energy,
+            course: 0,
+            effort: Effort::Verified,
+            lifetime: None,
+            chains: false,
+        }
+    }
+}
+
+/// How much of a motion that does not settle is seen before its error bars are read.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub enum Effort {
+    /// Several trajectories, a late first look, few looks: the coverage of the errors was measured.
+    #[default]
+    Verified,
+    /// One trajectory and an early first look; the errors are not verified.
+    Survey,
+}
+
+impl Effort {
+    /// Measured mesh cycles at the first look: the fewest that end a point.
+    pub fn first_look(self) -> u64 {
+        match self {
+            Self::Verified => 40_000,
+            Self::Survey => 2_000,
+        }
+    }
 }
 
 /// The norm in which the growth of tangents and twins is measured. Exponents do not depend on

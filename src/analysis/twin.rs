@@ -4,7 +4,7 @@
 //! cycle (Benettin et al. 1976). It knows nothing of tangents or saltations, so agreement
 //! with them means something.
 
-use super::lyapunov::GrowthAverages;
+use super::averages::CycleAverages;
 use super::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::statistics::{mean, standard_error};
@@ -28,9 +28,8 @@ pub struct Twin {
     /// Distance, in half gaps and in the norm.
     separation: f64,
     distance: f64,
-    averages: GrowthAverages,
     /// Averages of what the tangent grew more.
-    differences: GrowthAverages,
+    differences: CycleAverages,
     /// Norm of the largest state met.
     largest: f64,
 }
@@ -58,8 +57,7 @@ impl Twin {
             trajectory: TrajectoryState::new(model, state, trajectory.cycle),
             separation,
             distance: separation * norm.unit(),
-            averages: GrowthAverages::default(),
-            differences: GrowthAverages::default(),
+            differences: CycleAverages::default(),
             largest: 0.0,
         }
     }
@@ -71,8 +69,7 @@ impl Twin {
 
     /// Forgets all growth so far, keeps the direction.
     pub fn restart(&mut self) {
-        self.averages = GrowthAverages::default();
-        self.differences = GrowthAverages::default();
+        self.differences = CycleAverages::default();
     }
 
     /// To be called after every integrated cycle of both: notes the growth, pulls the twin back.
@@ -90,7 +87,6 @@ impl Twin {
         // Trajectories that merged to the last bit have contracted by at least round-off.
         let apart = apart.max(f64::EPSILON * self.distance);
         let growth = (apart / self.distance).ln();
-        self.averages.push(growth);
         self.differences.push(tangent - growth);
         let scale = self.distance / apart;
         let mut state = std::mem::take(&mut self.trajectory.state);
@@ -126,9 +122,11 @@ impl Twin {
         ROUND_OFF * self.largest / self.distance
     }
 
-    /// Averages of the exponent.
-    pub fn averages(&self) -> &[f64] {
-        self.averages.values()
+    /// What the exponent of this twin is more than the tangent's over the same cycles \[1/cycle\], and its
+    /// standard error.
+    pub fn excess(&self) -> [f64; 2] {
+        let differences = self.differences.values();
+        [-mean(differences), standard_error(differences)]
     }
 }
 

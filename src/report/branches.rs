@@ -18,7 +18,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::point::{Axis, PointSummary};
+use super::point::{Axis, PointSummary, TRANSIENT_CHAOS};
 use crate::store::{ResultTable, StoreError, TableKind};
 
 /// Largest distance of two attractors of one branch.
@@ -67,6 +67,7 @@ impl Attractor {
     pub fn kind(&self) -> String {
         match (self.class.as_str(), self.period) {
             ("periodic", Some(period)) => format!("period {period}"),
+            (TRANSIENT_CHAOS, _) => "transient chaos".into(),
             (class, _) => class.replace('_', "-"),
         }
     }
@@ -236,16 +237,9 @@ mod tests {
             .filter(|id| *id != 6)
             .map(|id| PointSummary {
                 point_id: id as u64,
-                direction: None,
                 axis_values: vec![(id / lengths[1]) as f64, (id % lengths[1]) as f64],
                 status: "ok".into(),
-                reason: String::new(),
-                class: None,
-                period: None,
-                lambda: None,
-                stderr: None,
-                twin: None,
-                twin_agrees: None,
+                ..PointSummary::default()
             })
             .collect();
         let held: Vec<usize> = (0..axes.len()).filter(|axis| *axis != along).collect();

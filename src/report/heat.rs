@@ -4,7 +4,7 @@
 //! held at their first value. Of a refined grid the plane that is refined is shown, each of its
 //! places as the point that stands for it.
 
-use super::point::{Axis, PointSummary, varied};
+use super::point::{Axis, CHAOTIC, PointSummary, TRANSIENT_CHAOS, varied};
 use super::refined::Plane;
 use super::tied::Tied;
 use crate::store::RefinedColumns;
@@ -23,6 +23,7 @@ pub(super) enum Cell {
     Failed,
     NotConverged,
     QuasiPeriodic,
+    TransientChaos(f64),
     Chaotic(f64),
 }
 
@@ -30,7 +31,8 @@ impl Cell {
     fn of(point: &PointSummary) -> Self {
         match (point.status.as_str(), point.class.as_deref()) {
             ("diverged" | "event_storm" | "failed" | "inaccurate", _) => Self::Failed,
-            (_, Some("chaotic")) => Self::Chaotic(point.lambda.unwrap_or(0.0)),
+            (_, Some(CHAOTIC)) => Self::Chaotic(point.lambda.unwrap_or(0.0)),
+            (_, Some(TRANSIENT_CHAOS)) => Self::TransientChaos(point.lambda.unwrap_or(0.0)),
             (_, Some("quasi_periodic")) => Self::QuasiPeriodic,
             (_, Some("steady_contact")) => Self::SteadyContact,
             (_, Some("periodic")) => Self::Periodic(point.period.unwrap_or(0)),
@@ -124,7 +126,7 @@ impl Map {
     }
 
     fn show(&mut self, row: usize, column: usize, cell: Cell) {
-        if let Cell::Chaotic(lambda) = cell {
+        if let Cell::Chaotic(lambda) | Cell::TransientChaos(lambda) = cell {
             self.largest = self.largest.max(lambda);
         }
         let there = &mut self.cells[row][column];

@@ -6,6 +6,7 @@ mod error;
 mod expansion;
 mod followed;
 mod heat;
+mod lifetimes;
 mod machine_page;
 mod numbers;
 mod operator_summary;
@@ -25,6 +26,7 @@ pub use coexistence::{Coexistence, Ending};
 pub use error::ReportError;
 pub use expansion::{ExpansionSummary, Told};
 pub use followed::{Explained, Explaining, Explanation, FollowedSummary};
+pub use lifetimes::{Lifetimes, Lives};
 pub use machine_page::machine_page;
 pub use numbers::{size_text, to_digits};
 pub use operator_summary::OperatorSummary;
@@ -35,7 +37,7 @@ pub use plot::{
     NEAR_GRID, NoAmount, NoColumn, Picture, PlotError, PlotRequest, Ray, Resonance, USUAL_ORDERS,
     What, drawable, machine_pictures, plot,
 };
-pub use point::{Axis, ClassCount, PointSummary};
+pub use point::{Axis, ChaosLife, ClassCount, PointSummary};
 pub use summary::Summary;
 pub use table_summary::{ArraySummary, TableSummary};
 pub use text::{Style, render, render_branches};

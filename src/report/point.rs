@@ -58,4 +58,38 @@ pub struct PointSummary {
     pub twin: Option<f64>,
     /// Whether the two agree.
     pub twin_agrees: Option<bool>,
+    /// Whether standard errors were read after as many cycles as their coverage was measured at;
+    /// absent where the motion settles.
+    pub errors_verified: Option<bool>,
+    /// How long its chaos lasts; absent where no trajectory was chaotic.
+    pub chaos: Option<Box<ChaosLife>>,
+}
+
+impl PointSummary {
+    /// Whether neighbours part exponentially, for a time at least.
+    pub fn is_chaos(&self) -> bool {
+        matches!(self.class.as_deref(), Some(CHAOTIC | TRANSIENT_CHAOS))
+    }
+}
+
+/// The class of chaos that no trajectory left.
+pub(super) const CHAOTIC: &str = "chaotic";
+/// The class of chaos that some trajectories left.
+pub(super) const TRANSIENT_CHAOS: &str = "transient_chaos";
+
+/// How long the chaos of a point lasts, in mesh cycles.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct ChaosLife {
+    /// Mean life; absent where no trajectory left chaos.
+    pub mean: Option<f64>,
+    /// Lower end of its 95 % interval; a lower bound at 95 % where no trajectory left chaos.
+    pub low: f64,
+    /// Upper end of the interval; absent where no trajectory left chaos.
+    pub high: Option<f64>,
+    /// Trajectories that left chaos.
+    pub exits: u64,
+    /// Trajectories that were measured.
+    pub trajectories: Option<u64>,
+    /// What those that left chaos ended on.
+    pub ended_on: Option<String>,
 }

@@ -107,15 +107,8 @@ mod tests {
         PointSummary {
             point_id: nested.number(place) as u64,
             axis_values: place.map(|along| 10.0 * along as f64).to_vec(),
-            direction: None,
             status: "ok".into(),
-            reason: String::new(),
-            class: None,
-            period: None,
-            lambda: None,
-            stderr: None,
-            twin: None,
-            twin_agrees: None,
+            ..PointSummary::default()
         }
     }
 

@@ -17,6 +17,7 @@ use super::error::ReportError;
 use super::expansion::{self, ExpansionSummary};
 use super::followed::{Followed, FollowedSummary};
 use super::heat::Map;
+use super::lifetimes::Lifetimes;
 use super::orbits::{self, Orbits};
 use super::point::{Axis, ClassCount, PointSummary};
 use super::refined::{Plane, complete};
@@ -27,7 +28,7 @@ use crate::store::{
     RefinedColumns, ResultTable, RunRecord, RunState, StoreError, TableKind, read_runs,
 };
 pub(super) use census::LARGEST_RESIDUAL;
-use census::{Census, by_id, in_order, livelier, scan};
+use census::{Census, by_id, in_order, livelier, scan, shorter_lived};
 
 /// Said of tables that nothing vouches for.
 const UNRECORDED: &str = "there is no run.json: whether the tables are whole cannot be checked";
@@ -76,10 +77,16 @@ pub struct Summary {
     pub followed: Option<FollowedSummary>,
     /// Points with a largest exponent.
     pub with_exponent: usize,
-    /// Chaotic points.
+    /// Chaotic points, those of transient chaos among them.
     pub chaotic_points: usize,
     /// The first of them, largest exponent first.
     pub chaotic: Vec<PointSummary>,
+    /// How long chaos lasts.
+    pub lifetimes: Lifetimes,
+    /// Points whose motion does not settle, so that they have averages with standard errors.
+    pub with_evidence: usize,
+    /// Points among them whose standard errors are not verified.
+    pub unverified_points: usize,
     /// Points with a twin trajectory.
     pub with_twin: usize,
     /// Points where twin and tangent disagree.
@@ -174,6 +181,10 @@ impl Summary {
             open_balances,
             with_exponent,
             chaotic,
+            mut lifetimes,
+            transient,
+            with_evidence,
+            unverified,
             with_twin,
             twin_disagrees,
             troubled,
@@ -211,6 +222,7 @@ impl Summary {
         let recorded: u64 = runs.iter().map(|run| run.totals.points).sum();
         let shown = |text: &str| printable(text).into_owned();
         let (chaotic_points, chaotic) = chaotic.finish(livelier);
+        (lifetimes.transient_points, lifetimes.transient) = transient.finish(shorter_lived);
         let (twin_disagrees_points, twin_disagrees) = twin_disagrees.finish(by_id);
         let (troubled_points, troubled) = troubled.finish(by_id);
         let transitions = transitions::read(folder)?;
@@ -246,6 +258,9 @@ impl Summary {
             with_exponent,
             chaotic_points,
             chaotic,
+            lifetimes,
+            with_evidence,
+            unverified_points: unverified,
             with_twin,
             twin_disagrees_points,
             twin_disagrees,

@@ -5,6 +5,7 @@ mod coexistence;
 mod expansion;
 mod followed;
 mod heat;
+mod lifetimes;
 mod orbits;
 mod style;
 mod table;
@@ -16,8 +17,9 @@ pub use style::Style;
 use std::fmt::Write;
 
 use super::numbers::{number, plural};
-use super::point::PointSummary;
+use super::point::{PointSummary, TRANSIENT_CHAOS};
 use super::summary::{LARGEST_RESIDUAL, Summary};
+use crate::analysis::Effort;
 use crate::input::printable;
 use crate::store::{RefinedColumns, RunState};
 use heat::heat_map;
@@ -38,6 +40,7 @@ pub fn render(summary: &Summary, style: Style) -> String {
         _ = write!(text, "\n{map}");
     }
     push_chaotic(&mut text, summary);
+    lifetimes::push(&mut text, summary);
     push_twins(&mut text, summary);
     transitions::push(&mut text, summary);
     followed::push(&mut text, summary);
@@ -46,10 +49,10 @@ pub fn render(summary: &Summary, style: Style) -> String {
     orbits::push(&mut text, summary);
     push_energy(&mut text, summary);
     push_troubled(&mut text, summary);
-    let energy = energy_warning(summary);
-    if !summary.warnings.is_empty() || energy.is_some() {
+    let (energy, errors) = (energy_warning(summary), errors_warning(summary));
+    if !summary.warnings.is_empty() || energy.is_some() || errors.is_some() {
         text.push_str("\nwarnings\n");
-        for warning in summary.warnings.iter().chain(&energy) {
+        for warning in summary.warnings.iter().chain(&energy).chain(&errors) {
             _ = writeln!(text, "  {warning}");
         }
     }
@@ -186,6 +189,9 @@ fn push_chaotic(text: &mut String, summary: &Summary) {
         summary.chaotic_points,
         |point| {
             let mut cell = exponent(point);
+            if point.class.as_deref() == Some(TRANSIENT_CHAOS) {
+                cell.push_str("  transient");
+            }
             if point.twin_agrees == Some(false) {
                 cell.push_str("  twin disagrees");
             }
@@ -229,6 +235,19 @@ fn energy_warning(summary: &Summary) -> Option<String> {
             "energy_residual is above {LARGEST_RESIDUAL:.0e} at {}, {worst:.1e} at point {point_id}: what happens there \
              is known to fewer digits than are shown; more run.steps, or another run.kernel, follows the motion closer",
             plural(open, "point")
+        )
+    })
+}
+
+/// Where standard errors were read before their coverage was known.
+fn errors_warning(summary: &Summary) -> Option<String> {
+    let unverified = summary.unverified_points;
+    (unverified > 0).then(|| {
+        format!(
+            "standard errors of {unverified} of {} that do not settle are not verified; set run.cycles to {} or more \
+             and analyses.lyapunov.effort = \"verified\"",
+            plural(summary.with_evidence, "point"),
+            Effort::Verified.first_look()
         )
     })
 }

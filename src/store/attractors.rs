@@ -55,6 +55,8 @@ pub fn attractors_table() -> Table<AttractorRow> {
             "Largest Lyapunov exponent per mesh cycle, of the first probe on it";
         f64 "lambda_stderr", "1/cycle", row.attractor.lambda_stderr,
             "Standard error of lambda, from block averages";
+        f64 "chaos_lifetime_low", "mesh cycles", row.attractor.chaos_lifetime_low,
+            "Lower end of the 95 % interval of the mean life of chaos, by all probes of the point together; null of other motions";
         f64 "deflection_rms", "m", row.attractor.deflection_rms,
             "Root mean square of the deflection about its mean";
         f64 "force_peak", "N", row.attractor.force_peak, "Largest |mesh force|";

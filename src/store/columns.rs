@@ -106,7 +106,7 @@ fn motion_columns() -> Vec<Column<PointRow>> {
             "How the work ended: ok, not_converged, inaccurate (the energy balance does not close), diverged, event_storm, failed";
         text "reason", "", row.outcome.reason.as_str(), "Why this status and this class";
         text "class", "", row.outcome.class.as_ref().map(Class::name),
-            "Kind of motion: steady_contact, periodic, quasi_periodic, chaotic, not_converged";
+            "Kind of motion: steady_contact, periodic, quasi_periodic, chaotic, transient_chaos (some trajectories left it), not_converged";
         u32 "period", "mesh cycles", row.outcome.class.as_ref()?.period(),
             "Period of steady_contact and periodic motion";
         f64 "lambda_max", "1/cycle", row.lyapunov()?.exponents.first().copied(),
@@ -114,13 +114,13 @@ fn motion_columns() -> Vec<Column<PointRow>> {
         f64 "lambda_stderr", "1/cycle", row.lyapunov()?.stderr(),
             "Standard error of lambda_max, from block averages";
         f64 "lambda_twin", "1/cycle", row.lyapunov()?.twin,
-            "Largest exponent from a twin trajectory";
+            "Largest exponent by a twin trajectory: lambda_max and what the twin grew more than the tangents over the same cycles, the first 320 of the point";
         f64 "lambda_twin_stderr", "1/cycle", row.lyapunov()?.twin_stderr,
-            "Standard error of lambda_twin, from block averages";
+            "Standard error of lambda_twin: of lambda_max and of that difference";
         bool "twin_agrees", "", row.lyapunov()?.twin_agrees,
             "Whether twin and tangents agree, over the same cycles, within three standard errors of their difference";
         text "lambda_method", "", row.lyapunov()?.method.name(),
-            "tangent: mean growth of tangent vectors; multipliers: of the settled orbit";
+            "tangent: mean growth of tangent vectors; multipliers: of the settled orbit; birkhoff: weighted mean growth on a torus";
         list "exponents", "1/cycle", &*row.lyapunov()?.exponents,
             "Lyapunov exponents per mesh cycle, largest first";
         list "exponents_stderr", "1/cycle", &*row.lyapunov()?.errors,
@@ -135,6 +135,50 @@ fn motion_columns() -> Vec<Column<PointRow>> {
             "Running mean of the largest exponent at all places, then of the next, and so on";
         list "course_stderr", "1/cycle", &*row.lyapunov()?.course.as_ref()?.errors,
             "Standard errors of course_exponents";
+        u32 "trajectories", "1", row.outcome.evidence.as_ref()?.trajectories,
+            "Trajectories measured of a motion that does not settle; null where it settles";
+        bool "errors_verified", "", row.outcome.evidence.as_ref()?.verified,
+            "Whether standard errors were read after as many cycles as their measured coverage takes; null where the motion settles";
+        f64 "correlation_cycles", "mesh cycles", row.outcome.evidence.as_ref()?.correlation_cycles,
+            "Mesh cycles over which the growth of neighbours is correlated: its squared block error times the measured cycles over its variance";
+        f64 "ess", "1", row.outcome.evidence.as_ref()?.ess,
+            "Effective sample size of the averages of growth over ten mesh cycles in trajectories that stay, cut to the shortest, as of ArviZ (ess, method mean)";
+        f64 "rhat", "1", row.outcome.evidence.as_ref()?.rhat,
+            "Split R-hat of the same averages, as of ArviZ (rhat, method split): above 1.2 trajectories do not share one motion";
+        f64 "rotation_number", "1", row.outcome.evidence.as_ref()?.rotation_number,
+            "Frequency of the strongest line of the strobe deflection per mesh cycle, from 0 to 1/2, of quasi_periodic motion";
+        f64 "chaos_lifetime", "mesh cycles", row.outcome.chaos.as_ref()?.lifetime(),
+            "Mean life of chaos: chaotic cycles of all trajectories over those that left it; null where none left";
+        f64 "chaos_lifetime_low", "mesh cycles", row.outcome.chaos.as_ref()?.interval().0,
+            "Lower end of its 95 % interval; a lower bound at 95 %, a third of chaos_cycles, where none left";
+        f64 "chaos_lifetime_high", "mesh cycles", row.outcome.chaos.as_ref()?.interval().1,
+            "Upper end of its 95 % interval; null where none left";
+        u64 "chaos_cycles", "mesh cycles", row.outcome.chaos.as_ref()?.cycles,
+            "Chaotic mesh cycles of all trajectories together, those in which branches part from their pilot included";
+        u32 "chaos_exits", "1", row.outcome.chaos.as_ref()?.exits,
+            "Trajectories that left chaos";
+        text "ended_on", "", row.outcome.chaos.as_ref()?.ended_on.as_deref(),
+            "What trajectories that left chaos ended on: class, period, and how many";
+        f64 "transient_lambda", "1/cycle", row.left_chaos()?.lambda[0],
+            "Largest exponent of the chaos that every trajectory left; null where some stayed";
+        f64 "transient_lambda_stderr", "1/cycle", row.left_chaos()?.lambda[1],
+            "Standard error of transient_lambda, from block averages";
+        f64 "transient_deflection_rms", "m", row.left_chaos()?.deflection_rms?[0],
+            "Root mean square of the deflection about its mean in the chaos that every trajectory left";
+        f64 "transient_deflection_rms_stderr", "m", row.left_chaos()?.deflection_rms?[1],
+            "Standard error of transient_deflection_rms";
+        f64 "transient_force_std", "N", row.left_chaos()?.force_std?[0],
+            "Standard deviation of the mesh force in the chaos that every trajectory left";
+        f64 "transient_force_std_stderr", "N", row.left_chaos()?.force_std?[1],
+            "Standard error of transient_force_std";
+        f64 "transient_impact_velocity", "m/s", row.left_chaos()?.impact_velocity?[0],
+            "Mean speed of impacts in the chaos that every trajectory left";
+        f64 "transient_impact_velocity_stderr", "m/s", row.left_chaos()?.impact_velocity?[1],
+            "Standard error of transient_impact_velocity";
+        list "chain_lengths", "1", &*row.chain_record()?.lengths,
+            "Averages of growth over ten mesh cycles kept of each trajectory, where analyses.lyapunov.chains asks for them";
+        list "chain_growth", "1/cycle", &*row.chain_record()?.growth,
+            "These averages, one trajectory behind the other";
         f64 "events_per_cycle", "1/cycle", row.outcome.events_per_cycle,
             "Contact-state changes per measured mesh cycle";
         u32 "attractors", "1", row.multistability.as_ref()?.attractors.len() as u32,

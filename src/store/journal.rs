@@ -27,7 +27,7 @@ use super::{PointRow, ProgramRecord, StoreError};
 use crate::propagate::instructions;
 
 /// Says what the file is and which version of the encoding it has.
-const MAGIC: &[u8; 8] = b"atlas-j3";
+const MAGIC: &[u8; 8] = b"atlas-j4";
 
 /// Length and checksum in front of a payload.
 const FRAME: usize = 16;

@@ -3,8 +3,8 @@
 use super::chain_part::ChainPart;
 use super::mesh_under_load::MeshUnderLoad;
 use crate::analysis::{
-    CovariantOutcome, ExpansionOutcome, HorizonOutcome, LyapunovOutcome, MultistabilityOutcome,
-    OrbitSurvey, PointOutcome,
+    ChainRecord, CovariantOutcome, ExpansionOutcome, HorizonOutcome, LeftChaos, LyapunovOutcome,
+    MultistabilityOutcome, OrbitSurvey, PointOutcome,
 };
 use serde::{Deserialize, Serialize};
 
@@ -83,6 +83,14 @@ impl PointRow {
             chain.end = None;
         }
         self
+    }
+
+    pub(super) fn left_chaos(&self) -> Option<&LeftChaos> {
+        self.outcome.chaos.as_ref()?.left.as_ref()
+    }
+
+    pub(super) fn chain_record(&self) -> Option<&ChainRecord> {
+        self.outcome.evidence.as_ref()?.chains.as_ref()
     }
 
     pub(super) fn lyapunov(&self) -> Option<&LyapunovOutcome> {

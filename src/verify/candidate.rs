@@ -6,9 +6,8 @@
 use super::Trouble;
 use crate::analysis::orbits::floquet;
 use crate::analysis::{
-    EnergyAudit, EnergyNorm, GrowthNorm, LyapunovOutcome, LyapunovQuestion, MultistabilityOutcome,
-    Nvh, NvhOutcome, Probes, Questions, SEPARATION, Section, TangentGrowth, investigate,
-    probe_basins,
+    Effort, EnergyAudit, EnergyNorm, LyapunovOutcome, LyapunovQuestion, MultistabilityOutcome, Nvh,
+    NvhOutcome, Probes, Questions, Section, TangentGrowth, investigate, probe_basins,
 };
 use crate::model::{InitialState, Model, TrajectoryState};
 use crate::numerics::random::{PointSeed, Stream};
@@ -343,13 +342,9 @@ impl<K: Kernel + Sync> Propagator for K {
             settle: false,
             audit_cycles: 0,
             lyapunov: Some(LyapunovQuestion {
-                exponents: 1,
-                stop_at_stderr: None,
                 align: 50,
-                twin: true,
-                separation: SEPARATION,
-                course: 0,
-                norm: GrowthNorm::Energy,
+                effort: Effort::Survey,
+                ..LyapunovQuestion::default()
             }),
             poincare_samples: 0,
             section: Section::default(),

@@ -206,7 +206,7 @@ golden! {
     horizon: "run manifests/horizon.toml" [
         r#"model={kind="torsional"}"#, "grid.load=0.3", "grid.speed=950", "run.instructions=portable",
         "run.transient=5", "run.cycles=320",
-        r#"analyses={lyapunov={exponents=2,align=5,norm="raw",course=4},horizon={twins=4,cycles=40,averages=40},nvh={harmonics=2,spectrum={highest_order=1,resolution=8}}}"#,
+        r#"analyses={lyapunov={exponents=2,align=5,norm="raw",course=4,effort="survey"},horizon={twins=4,cycles=40,averages=40},nvh={harmonics=2,spectrum={highest_order=1,resolution=8}}}"#,
     ];
     covariant: "run manifests/tiers/torsional.toml" [
         "grid.load=1", "grid.speed=700",
@@ -216,7 +216,7 @@ golden! {
     ];
     cycle_expansion: "run manifests/cycle-expansion.toml" [
         "grid.load=0.3", "run.instructions=portable", "run.transient=5", "run.cycles=320",
-        "analyses={lyapunov={align=5},cycle_expansion={longest=4,guesses=200,cycles=1000}}",
+        r#"analyses={lyapunov={align=5,effort="survey"},cycle_expansion={longest=4,guesses=200,cycles=1000}}"#,
     ];
     branches: "follow manifests/bifurcations.toml" [
         r#"model={kind="torsional"}"#, "grid.load={from=0.5,to=1,count=2}", "grid.speed={from=900,to=1300,count=2}",
@@ -231,13 +231,13 @@ golden! {
     ];
     ensemble: "sensitivity manifests/cycle-expansion.toml --point load=0.3,speed=950 --members 4 --cycles 60 --by mesh.half_gap,load" [
         "run.instructions=portable", "run.transient=20", "run.cycles=320",
-        "analyses={lyapunov={align=5},nvh={harmonics=1}}",
+        r#"analyses={lyapunov={align=5,effort="survey"},nvh={harmonics=1}}"#,
     ];
     structure: "check manifests/trains/two-stage.toml" [];
     drawing: "check manifests/pairs.toml" [];
     covariant_chaos: "run manifests/tiers/torsional.toml" [
         "grid.load=0.3", "grid.speed=950", "run.instructions=portable", "run.transient=20", "run.cycles=320",
-        r#"analyses={lyapunov={exponents=2,align=10},covariant={vectors=2,cycles=320,align=20},poincare={section="force_maximum",samples=5}}"#,
+        r#"analyses={lyapunov={exponents=2,align=10,effort="survey"},covariant={vectors=2,cycles=320,align=20},poincare={section="force_maximum",samples=5}}"#,
     ];
     oscillator: "run tests/data/oscillator.toml" [
         "grid.load=0.3", "grid.speed={values=[600,1500]}", "run.transient=2", "run.cycles=8", "run.settle=false",
@@ -255,13 +255,17 @@ golden! {
         "grid.load=1",
     ];
     enough: "run manifests/tiers/torsional.toml" [
-        "grid.load=0.3", "grid.speed=950", "run.instructions=portable", "run.transient=20", "run.cycles=1200",
-        "analyses={lyapunov={align=10,stop_at_stderr=0.03},nvh={harmonics=2,stop_at_stderr=0.2,spectrum={highest_order=1,resolution=8},orders={mesh=2,shafts=1}}}",
+        "grid.load=0.3", "grid.speed=950", "run.instructions=portable", "run.transient=20", "run.cycles=8000",
+        r#"analyses={lyapunov={align=10,stop_at_stderr=0.01,effort="survey"},nvh={harmonics=2,stop_at_stderr=0.2,spectrum={highest_order=1,resolution=8},orders={mesh=2,shafts=1}}}"#,
+    ];
+    trajectories: "run manifests/tiers/torsional.toml" [
+        "grid.load=0.3", "grid.speed=950", "run.instructions=portable", "run.transient=20", "run.cycles=",
+        "analyses={lyapunov={exponents=2,align=10,course=4},nvh={harmonics=2,spectrum={highest_order=1,resolution=8},orders={mesh=2,shafts=1}}}",
     ];
     unstable_orbits: "run manifests/orbits/sparse.toml" [
         r#"model={kind="torsional"}"#, "grid.load=0.3", "grid.speed=950", "run.instructions=portable",
         "run.transient=20", "run.cycles=320",
-        "analyses={lyapunov={align=10},orbits={periods=[1,2,3],guesses=8,cycles=100,returns=4}}",
+        r#"analyses={lyapunov={align=10,effort="survey"},orbits={periods=[1,2,3],guesses=8,cycles=100,returns=4}}"#,
     ];
     attractors: "run manifests/tiers/torsional.toml" [
         "grid.load={values=[0.3,1]}", "grid.speed=1400", "run.transient=60", "run.cycles=120",
@@ -306,7 +310,7 @@ golden! {
     ];
     averages: "run manifests/tiers/translational.toml" [
         "grid.load=0.3", "grid.speed=950", "run.instructions=portable", "run.transient=20", "run.cycles=400",
-        "analyses={lyapunov={align=10},nvh={harmonics=2,bearings=true,accelerations=true,orders={mesh=2,shafts=1},spectrum={highest_order=1,resolution=8}}}",
+        r#"analyses={lyapunov={align=10,effort="survey"},nvh={harmonics=2,bearings=true,accelerations=true,orders={mesh=2,shafts=1},spectrum={highest_order=1,resolution=8}}}"#,
     ];
     sensitivity_continuous: "sensitivity manifests/tiers/torsional.toml --point load=1,speed=400" [
         "mesh.stiffness=continuous", "mesh.segments=", "analyses.lyapunov={}",

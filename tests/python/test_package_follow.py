@@ -13,7 +13,7 @@ HEAD = (ROOT / "tests/manifests/oscillator.head.toml").read_text()
 MANIFEST = HEAD.replace('file = "', f'file = "{ROOT}/tests/manifests/') + """
 transient = 300
 [analyses]
-lyapunov = { exponents = 1 }
+lyapunov = { exponents = 1, effort = "survey" }
 nvh = { harmonics = 3 }
 [grid]
 speed = { from = 600, to = 1500, count = 10 }

@@ -167,7 +167,7 @@ def test_newton_of_a_researcher_finds_the_orbit(rattling):
 def test_a_foreign_package_finds_our_exponent():
     """The largest exponent of a chaotic point by the package lyapynov (QR method on a map and its
     Jacobian), against that of the run."""
-    run = atlas.run(QUICKSTART, progress=False, set={"run.cycles": 40_000})
+    run = atlas.run(QUICKSTART, progress=False)
     chaotic = [i for i, kind in enumerate(run.points["class"]) if kind == "chaotic"]
     assert chaotic, "no point of the grid is chaotic"
     id = chaotic[0]

@@ -123,7 +123,7 @@ def test_a_manifest_runs_on_it(tmp_path):
         "excitation": {"transmission_error": [{"harmonic": 1, "amplitude": "10 um"}]},
         "grid": {"load": 0.5, "speed": {"values": [2.0, 4.0]}},
         "run": {"transient": 200, "cycles": 2000},
-        "analyses": {"lyapunov": {"exponents": 1}, "nvh": {"harmonics": 3, "bearings": True}},
+        "analyses": {"lyapunov": {"exponents": 1, "effort": "survey"}, "nvh": {"harmonics": 3, "bearings": True}},
     }
     loaded = atlas.Manifest.from_dict(manifest, folder=tmp_path)
     natural = atlas.structure(loaded.point(), tables=tmp_path / "tables").natural

@@ -193,6 +193,52 @@ def test_every_column_can_be_shown(opened):
     assert opened.colours("#map") > 8
 
 
+def test_transient_chaos_is_hatched_and_its_life_is_told(browser, tmp_path):
+    opened = Opened(browser, report(REPORTED / "chaos", tmp_path / "chaos.html"))
+    page = opened.page
+    page.wait_for_selector("#evidence td")
+    for column in ("lambda_max", "class"):
+        page.select_option("#column", column)
+        page.wait_for_function("(column) => map.column === column && map.chart !== null", arg=column)
+        legend = page.inner_text("#map .legend")
+        assert "transient chaos (6)" in legend
+        assert ("standard errors not verified (9)" in legend) == (column == "lambda_max")
+        assert page.locator("#map .legend .swatch.hatched").count() == 1
+    # Lines are drawn over the cells of points 1, 5, 9, ... and no others.
+    page.select_option("#column", "lambda_max")
+    page.wait_for_function("() => map.column === 'lambda_max' && document.querySelector('#map .caption').textContent.startsWith('lambda_max')")
+    shades = """() => {
+        const plot = map.chart.plot;
+        // All at once: browsers complain of many readings.
+        const image = plot.ctx.getImageData(0, 0, plot.ctx.canvas.width, plot.ctx.canvas.height);
+        const pixels = new Uint32Array(image.data.buffer);
+        return Array.from({ length: 24 }, (_, point) => {
+            const row = rowOfPoint(point);
+            const x = Math.round(plot.valToPos(grid.axes[map.x].rank[row], "x", true));
+            const y = Math.round(plot.valToPos(grid.axes[map.y].rank[row], "y", true));
+            const seen = new Set();
+            for (let i = -12; i < 12; i += 1) for (let j = -12; j < 12; j += 1) seen.add(pixels[(y + i) * image.width + x + j]);
+            return seen.size;
+        });
+    }"""
+    # The selected point has a frame at the sides of its cell, far from its middle.
+    assert [shades > 2 for shades in page.evaluate(shades)] == [point % 4 == 1 for point in range(24)]
+    told = {
+        0: ["at least 8 000 mesh cycles (95 %); no trajectory left it", "verified", "1.01"],
+        13: ["8 000 mesh cycles (95 %: ", "3 of 8 trajectories ended on", "periodic 3 (3)", "not verified"],
+        14: ["3 000 mesh cycles (95 %: ", "8 of 8 trajectories ended on"],
+    }
+    for point, wanted in told.items():
+        page.evaluate("(point) => selectPoint(rowOfPoint(point))", point)
+        page.wait_for_function("(point) => document.querySelector('#point h2').textContent === `Point ${point}`", arg=point)
+        text = page.inner_text("#evidence").replace("\u202f", " ")
+        for words in wanted:
+            assert words in text, (point, words, text)
+    page.evaluate("selectPoint(rowOfPoint(3))")
+    page.wait_for_function("() => document.querySelector('#evidence').children.length === 0")
+    opened.close()
+
+
 # Notes how lines are drawn from here on: whether each is broken, how many places it joins. One drawn again counts once.
 NOTE_LINES = """() => {
     window.lines = new Map();

@@ -10,8 +10,9 @@ mod ginelli;
 #[cfg(test)]
 mod tests;
 
+use super::averages::CYCLES_PER_AVERAGE;
 use super::called_off::CalledOff;
-use super::lyapunov::{CYCLES_PER_AVERAGE, TangentGrowth};
+use super::lyapunov::TangentGrowth;
 use super::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;

@@ -1,7 +1,7 @@
 //! From series along a trajectory to spreads, decays and crossings.
 
 use super::HorizonMeasure;
-use crate::numerics::statistics::mean;
+use crate::numerics::statistics::{FEWEST_VALUES, mean, standard_error};
 
 /// Averages are taken to follow a power law from this length on; shorter ones remember.
 const FROM: u64 = 10;
@@ -62,7 +62,8 @@ pub(super) fn decay<'m>(measures: impl Iterator<Item = &'m HorizonMeasure>) -> O
 pub(super) struct Crossing {
     /// In steps of the curves; none where the mean stays below.
     pub place: Option<f64>,
-    /// Its standard error by the jackknife; none where it stays below without one curve.
+    /// Its standard error by the jackknife, whose pseudo-values are taken in blocks where there are enough:
+    /// curves follow each other in time. `None` if the mean stays below without one curve.
     pub stderr: Option<f64>,
 }
 
@@ -81,12 +82,19 @@ impl Crossing {
                 first_reached(&others.collect::<Vec<_>>(), level)
             })
             .collect();
+        let place = first_reached(&whole, level);
         let stderr = without.filter(|w| w.len() > 1).map(|without| {
             let centre = mean(&without);
             let square: f64 = without.iter().map(|h| (h - centre).powi(2)).sum();
-            ((count - 1.0) / count * square).sqrt()
+            let independent = ((count - 1.0) / count * square).sqrt();
+            let values: Vec<f64> = (without.iter())
+                .map(|without| count * centre - (count - 1.0) * without)
+                .collect();
+            match values.len() >= FEWEST_VALUES {
+                true => standard_error(&values).max(independent),
+                false => independent,
+            }
         });
-        let place = first_reached(&whole, level);
         Self {
             place,
             stderr: place.and(stderr),

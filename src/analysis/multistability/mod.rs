@@ -27,11 +27,12 @@ mod same;
 mod tests;
 
 use super::called_off::CalledOff;
+use super::evidence::ChaosOutcome;
 use super::lyapunov::random_direction;
 use super::norm::EnergyNorm;
 use super::outcome::{PointOutcome, Status};
 use super::poincare::Section;
-use super::questions::{GrowthNorm, LyapunovQuestion, NvhQuestion, Questions, Signals};
+use super::questions::{Effort, LyapunovQuestion, NvhQuestion, Questions, Signals};
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::propagate::Kernel;
@@ -120,13 +121,10 @@ impl Probes {
             settle: self.settle,
             audit_cycles: 0,
             lyapunov: Some(LyapunovQuestion {
-                exponents: 1,
-                stop_at_stderr: None,
                 align: ALIGN,
                 twin: false,
-                separation: super::twin::SEPARATION,
-                course: 0,
-                norm: GrowthNorm::Energy,
+                effort: Effort::Survey,
+                ..LyapunovQuestion::default()
             }),
             poincare_samples: self.asked.cycles.min(MOST_SAMPLES) as usize,
             section: Section::default(),
@@ -163,6 +161,7 @@ pub fn probe_basins<K: Kernel + Sync>(
     let questions = probes.questions();
     let mut attractors = Attractors::new(&field);
     let mut found = MultistabilityOutcome::default();
+    let mut chaos = ChaosOutcome::default();
     let ids: Vec<u32> = (0..probes.asked.initial_conditions).collect();
     for round in ids.chunks(ROUND) {
         let integrated: Vec<(f64, Integrated)> = round
@@ -175,6 +174,10 @@ pub fn probe_basins<K: Kernel + Sync>(
             .collect::<Result<_, CalledOff>>()?;
         for (&probe_id, (amplitude, integrated)) in round.iter().zip(integrated) {
             let id = attractors.admit(&field, integrated.attractor, &integrated.found);
+            if let Some(seen) = &integrated.found.chaos {
+                chaos.cycles += seen.cycles;
+                chaos.exits += seen.exits;
+            }
             found
                 .probes
                 .push(outcome(probe_id, amplitude, id, integrated.found));
@@ -186,6 +189,11 @@ pub fn probe_basins<K: Kernel + Sync>(
     }
     let slice = probes.plane.as_ref().map(|plane| (plane, start));
     found.attractors = attractors.outcomes(field.model, slice);
+    let chaotic = found
+        .attractors
+        .iter_mut()
+        .filter(|one| one.class.is_chaos());
+    chaotic.for_each(|one| one.chaos_lifetime_low = Some(chaos.interval().0));
     found.share_out();
     Ok(found)
 }

@@ -92,6 +92,9 @@ pub struct AttractorOutcome {
     pub lambda: Option<f64>,
     /// Its standard error.
     pub lambda_stderr: Option<f64>,
+    /// Lower end of the 95 % interval of the mean life of chaos \[cycles\], by all probes of the point together;
+    /// `None` for other motions.
+    pub chaos_lifetime_low: Option<f64>,
     /// Root mean square of the deflection about its mean \[m\].
     pub deflection_rms: Option<f64>,
     /// Largest |mesh force| \[N\].

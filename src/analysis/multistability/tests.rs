@@ -107,6 +107,7 @@ fn shares_add_up_to_one_over_all_endings() {
         class: Class::SteadyContact(Some(1)),
         lambda: None,
         lambda_stderr: None,
+        chaos_lifetime_low: None,
         deflection_rms: None,
         force_peak: None,
         events_per_cycle: None,

@@ -1,163 +1,89 @@
 //! What is measured beside a trajectory.
 
-use crate::analysis::known::{Loosest, Size, loosest};
-use crate::analysis::lyapunov::{GrowthAverages, TangentGrowth};
+use super::watch::Watch;
+use crate::analysis::averages::CycleAverages;
+use crate::analysis::lyapunov::TangentGrowth;
 use crate::analysis::norm::EnergyNorm;
-use crate::analysis::nvh::Nvh;
-use crate::analysis::orders::Orders;
-use crate::analysis::outcome::NvhOutcome;
-use crate::analysis::outputs::Outputs;
-use crate::analysis::poincare::{Poincare, Section};
 use crate::analysis::questions::Questions;
 use crate::analysis::recurrence::Recurrence;
-use crate::analysis::spectrum::{Spectra, Welch};
 use crate::analysis::twin::Twin;
-use crate::model::{Model, Quantity, TrajectoryState};
-use crate::numerics::statistics::FEWEST_BLOCKS;
-use crate::propagate::{Counters, Event, Observer, Window};
+use crate::model::{Model, TrajectoryState};
 
-/// Fewest mesh cycles of NVH statistics whose errors are believed by a stop rule: as many stretches of ten as of
-/// averages of an exponent.
-const FEWEST_CYCLES: u64 = 10 * 4 * FEWEST_BLOCKS as u64;
+/// Most cycles of a trajectory whose growth and strobe deflection are kept one by one.
+const MOST_CYCLES: usize = 1 << 16;
 
-/// Looks follow each other after this part of what was measured, so that all of them cost little.
-const SPARSE: u64 = 4;
-
-/// When NVH statistics are known well enough.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Goal {
-    /// Relative standard error asked for.
-    target: f64,
-    /// Measured cycles at the next look.
-    next: u64,
-}
-
-impl Goal {
-    fn new(target: f64) -> Self {
-        Self {
-            target,
-            next: FEWEST_CYCLES,
-        }
-    }
-}
-
-/// What is measured beside the trajectory.
-pub(super) struct Instruments {
+/// What was measured of one trajectory, or of several, one behind the other.
+#[derive(Clone)]
+pub(super) struct Record {
     pub(super) growth: Option<TangentGrowth>,
     pub(super) twin: Option<Twin>,
     pub(super) watch: Watch,
-    pub(super) recurrence: Recurrence,
+    /// Averages of the squared strobe deflection \[m²\]: a statistic of motion that every point has.
+    pub(super) strobe: CycleAverages,
+    /// Measured cycles.
     pub(super) measured: u64,
-    pub(super) events_before: u64,
-    /// None where NVH statistics have no stop rule.
-    pub(super) goal: Option<Goal>,
+    /// Events in them.
+    pub(super) events: u64,
 }
 
-/// The observers of measured cycles.
-pub(super) struct Watch {
-    pub(super) nvh: Option<Nvh>,
-    pub(super) spectra: Option<Spectra>,
-    pub(super) poincare: Poincare,
-    pub(super) outputs: Option<Outputs>,
-    pub(super) orders: Option<Orders>,
-    /// Whether NVH statistics are known well enough, and nothing is added to them any more.
-    enough: bool,
-}
-
-impl Watch {
-    /// Nothing is watched.
-    pub(super) fn of_nothing(model: &Model) -> Self {
-        Self {
-            nvh: None,
-            spectra: None,
-            poincare: Poincare::new(model, Section::default(), 0),
-            outputs: None,
-            orders: None,
-            enough: false,
-        }
+impl Record {
+    /// Averages of the growth of the largest exponent; `None` if no exponent is asked for.
+    pub(super) fn averages(&self) -> Option<&CycleAverages> {
+        self.growth.as_ref().map(TangentGrowth::averages)
     }
 
-    /// Whether windows and events are of use.
-    pub(super) fn watches(&self) -> bool {
-        (self.nvh.is_some() && !self.enough) || self.poincare.watches()
+    /// Keeps the first `cycles` alone, in which there were so many events.
+    pub(super) fn cut(&mut self, cycles: u64, events: u64) {
+        if let Some(growth) = &mut self.growth {
+            growth.cut(cycles);
+        }
+        if let Some(nvh) = &mut self.watch.nvh {
+            nvh.cut(cycles);
+        }
+        self.strobe.cut(cycles);
+        self.measured = cycles;
+        self.events = events;
     }
 
-    /// The statistics of what was watched.
-    pub(super) fn statistics(&self) -> Option<NvhOutcome> {
-        let mut found = self.nvh.as_ref()?.outcome()?;
-        if let Some(outputs) = &self.outputs {
-            let [bearings, bearing_errors] = outputs.statistics(Quantity::BearingForce);
-            let [torques, torque_errors] = outputs.statistics(Quantity::Torque);
-            let [places, place_errors] = outputs.statistics(Quantity::Acceleration);
-            let [bodies, body_errors] = outputs.statistics(Quantity::AngularAcceleration);
-            found.bearing_mean = bearings.mean;
-            found.bearing_rms = bearings.rms;
-            found.torque_mean = torques.mean;
-            found.torque_rms = torques.rms;
-            found.acceleration_rms = places.rms;
-            found.angular_acceleration_rms = bodies.rms;
-            if let Some(stderr) = &mut found.stderr {
-                stderr.bearing_mean = bearing_errors.mean;
-                stderr.bearing_rms = bearing_errors.rms;
-                stderr.torque_mean = torque_errors.mean;
-                stderr.torque_rms = torque_errors.rms;
-                stderr.acceleration_rms = place_errors.rms;
-                stderr.angular_acceleration_rms = body_errors.rms;
-            }
+    /// Adds the record of another trajectory behind this one; the twin stays that of the first.
+    pub(super) fn append(&mut self, other: &Self) {
+        if let (Some(growth), Some(behind)) = (&mut self.growth, &other.growth) {
+            growth.append(behind);
         }
-        Some(found)
-    }
-
-    /// The statistic that is known least well; none before any.
-    fn loosest(&self) -> Option<Loosest> {
-        let found = self.statistics()?;
-        if self.spectra.as_ref().is_some_and(|all| !all.begun()) {
-            return Some(Loosest {
-                name: "a spectrum".to_owned(),
-                error: f64::INFINITY,
-            });
-        }
-        let spectra = self.spectra.as_ref().map(Spectra::spectra);
-        let orders = self.orders.as_ref().map(Orders::outcome);
-        let sizes: Vec<(&str, Size)> = self.outputs.as_ref().map_or(Vec::new(), Outputs::sizes);
-        Some(loosest(
-            &found,
-            &spectra.unwrap_or_default(),
-            &orders.unwrap_or_default(),
-            &sizes,
-        ))
+        self.watch.append(&other.watch);
+        self.strobe.append(&other.strobe);
+        self.measured += other.measured;
+        self.events += other.events;
     }
 }
 
-impl Observer for Watch {
-    const WINDOWS: bool = true;
+/// Growth and strobe deflection of every cycle, as long as they are few.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Series {
+    pub(super) growth: Vec<f64>,
+    pub(super) strobe: Vec<f64>,
+}
 
-    fn window(&mut self, window: &Window<'_>) {
-        self.poincare.window(window);
-        if self.enough {
-            return;
-        }
-        if let Some(nvh) = &mut self.nvh {
-            nvh.window(window);
-        }
-        if let Some(outputs) = &mut self.outputs {
-            outputs.window(window);
-        }
-        let outputs = self.outputs.as_ref().map_or(&[][..], Outputs::series);
-        if let Some(spectra) = &mut self.spectra {
-            spectra.window(window, outputs);
-        }
-        if let Some(orders) = &mut self.orders {
-            orders.window(window, outputs);
+impl Series {
+    /// Adds a cycle.
+    pub(super) fn push(&mut self, growth: f64, strobe: f64) {
+        if self.growth.len() < MOST_CYCLES {
+            self.growth.push(growth);
+            self.strobe.push(strobe);
         }
     }
 
-    fn event(&mut self, event: &Event) {
-        self.poincare.event(event);
-        if let Some(nvh) = self.nvh.as_mut().filter(|_| !self.enough) {
-            nvh.event(event);
-        }
+    /// Whether it still holds every measured cycle.
+    pub(super) fn is_whole(&self, measured: u64) -> bool {
+        self.growth.len() as u64 == measured
     }
+}
+
+/// The instruments of one trajectory.
+pub(super) struct Instruments {
+    pub(super) record: Record,
+    pub(super) recurrence: Recurrence,
+    pub(super) series: Series,
 }
 
 impl Instruments {
@@ -168,92 +94,51 @@ impl Instruments {
         questions: &Questions,
         trajectory: &TrajectoryState,
     ) -> Self {
-        let q = questions;
-        let growth = q.lyapunov.map(|l| {
+        let growth = questions.lyapunov.map(|l| {
             let count = l.exponents.min(norm.dimension());
-            let mut stream = q.point.stream(0);
+            let mut stream = questions.point.stream(0);
             TangentGrowth::new(norm, model.modes(), count, &mut stream)
         });
-        let wanted = q.lyapunov.filter(|l| l.twin);
+        let wanted = questions.lyapunov.filter(|l| l.twin);
         let twin = (growth.as_ref().zip(wanted)).map(|(growth, asked)| {
             Twin::new(model, norm, trajectory, growth.leading(), asked.separation)
         });
+        Self::of(model, growth, twin, Watch::asked(model, questions))
+    }
+
+    /// Instruments of a trajectory that branched off another, with the tangents that it had there.
+    pub(super) fn of(
+        model: &Model,
+        growth: Option<TangentGrowth>,
+        twin: Option<Twin>,
+        watch: Watch,
+    ) -> Self {
         Self {
-            growth,
-            twin,
-            watch: Watch {
-                nvh: q.nvh.map(|n| Nvh::new(model, n.harmonics)),
-                spectra: q.nvh.and_then(|all| {
-                    let welch = Welch::new(model, &all.spectrum?, all.computed());
-                    Some(Spectra::Welch(welch))
-                }),
-                outputs: q.nvh.and_then(|all| Outputs::new(model, all.computed())),
-                orders: (q.nvh).and_then(|all| Some(Orders::new(model, &all.orders?, &all))),
-                poincare: Poincare::new(model, q.section.clone(), q.poincare_samples),
-                enough: false,
+            record: Record {
+                growth,
+                twin,
+                watch,
+                strobe: CycleAverages::default(),
+                measured: 0,
+                events: 0,
             },
             recurrence: Recurrence::new(model),
-            measured: 0,
-            events_before: 0,
-            goal: q.nvh.and_then(|all| all.stop_at_stderr).map(Goal::new),
+            series: Series::default(),
         }
     }
 
     /// Forgets what was measured, keeps directions.
-    pub(super) fn restart(&mut self, counters: &Counters) {
-        if let Some(growth) = &mut self.growth {
+    pub(super) fn restart(&mut self) {
+        if let Some(growth) = &mut self.record.growth {
             growth.restart();
         }
-        if let Some(twin) = &mut self.twin {
+        if let Some(twin) = &mut self.record.twin {
             twin.restart();
         }
-        if let Some(nvh) = &mut self.watch.nvh {
-            nvh.restart();
-        }
-        if let Some(spectra) = &mut self.watch.spectra {
-            spectra.restart();
-        }
-        self.watch.poincare.restart();
-        if let Some(outputs) = &mut self.watch.outputs {
-            outputs.restart();
-        }
-        if let Some(orders) = &mut self.watch.orders {
-            orders.restart();
-        }
-        self.watch.enough = false;
-        if let Some(goal) = &mut self.goal {
-            *goal = Goal::new(goal.target);
-        }
-        self.measured = 0;
-        self.events_before = counters.events;
-    }
-
-    /// Looks, where a look is due, whether NVH statistics are known well enough; gathers no more of them from
-    /// then on.
-    pub(super) fn look(&mut self) {
-        let Some(goal) = &mut self.goal else { return };
-        if self.watch.enough || self.measured < goal.next {
-            return;
-        }
-        goal.next = self.measured + self.measured / SPARSE;
-        self.watch.enough =
-            (self.watch.loosest()).is_some_and(|loosest| loosest.error <= goal.target);
-    }
-
-    /// What NVH statistics lack of the error asked for, at the end of a record.
-    pub(super) fn missed(&self) -> Option<(f64, Loosest)> {
-        let goal = self.goal.filter(|_| !self.watch.enough)?;
-        let loosest = self.watch.loosest()?;
-        (loosest.error > goal.target).then_some((goal.target, loosest))
-    }
-
-    /// Whether NVH statistics are known well enough; none where they have no stop rule.
-    pub(super) fn enough(&self) -> Option<bool> {
-        self.goal.map(|_| self.watch.enough)
-    }
-
-    /// Averages of the largest exponent; none where none was asked for.
-    pub(super) fn averages(&self) -> Option<&GrowthAverages> {
-        self.growth.as_ref().map(TangentGrowth::averages)
+        self.record.watch.restart();
+        self.record.strobe = CycleAverages::default();
+        self.record.measured = 0;
+        self.record.events = 0;
+        self.series = Series::default();
     }
 }

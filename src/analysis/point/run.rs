@@ -1,29 +1,32 @@
 //! The integration of one point, step by step: how it is advanced, aligned, audited and measured,
 //! and what is handed over when it ends.
 
-use super::instruments::{Instruments, Watch};
+use super::instruments::{Instruments, Record};
+use super::watch::Watch;
+use crate::analysis::averages::CYCLES_PER_AVERAGE;
 use crate::analysis::called_off::CalledOff;
 use crate::analysis::contact_jumps::ContactJumps;
 use crate::analysis::energy::{EnergyAudit, objection};
-use crate::analysis::lyapunov::CYCLES_PER_AVERAGE;
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::orders::Orders;
 use crate::analysis::outcome::{Class, LyapunovOutcome, PointOutcome, Status};
 use crate::analysis::questions::Questions;
+use crate::analysis::runaway::{Bounds, Runaway};
 use crate::analysis::spectrum::Spectra;
 use crate::model::{Model, TrajectoryState};
-use crate::numerics::statistics::FEWEST_BLOCKS;
+use crate::numerics::statistics::FEWEST_VALUES;
 use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
 use std::sync::atomic::AtomicBool;
 
 /// Measured cycles of a twin: as many as an error bar takes. It is there to check the
 /// tangents over the same cycles, which more of them would not do any better.
-const TWIN_CYCLES: u64 = FEWEST_BLOCKS as u64 * CYCLES_PER_AVERAGE as u64;
+const TWIN_CYCLES: u64 = FEWEST_VALUES as u64 * CYCLES_PER_AVERAGE as u64;
 
 /// Why an integration ended early.
 pub(super) enum Halt {
     CalledOff,
     Stop(Stop),
+    Runaway(Runaway),
 }
 
 impl From<Stop> for Halt {
@@ -47,6 +50,7 @@ pub(super) struct PointRun<'a, K: Kernel> {
     pub(super) norm: EnergyNorm,
     /// The norm in which tangents and twin are measured.
     pub(super) growth_norm: EnergyNorm,
+    pub(super) bounds: Bounds,
     pub(super) trajectory: TrajectoryState,
     pub(super) workspace: K::Workspace,
     pub(super) counters: Counters,
@@ -67,7 +71,7 @@ impl<K: Kernel> PointRun<'_, K> {
                 self.cycle(&mut instruments, &mut ())?;
             }
         }
-        instruments.restart(&self.counters);
+        instruments.restart();
         Ok(instruments)
     }
 
@@ -109,15 +113,16 @@ impl<K: Kernel> PointRun<'_, K> {
         Ok(())
     }
 
-    /// One cycle of the trajectory, its tangents and its twin.
-    fn cycle<O: Observer>(
+    /// One cycle of the trajectory, its tangents and its twin; the growth of the first tangent.
+    pub(super) fn cycle<O: Observer>(
         &mut self,
         instruments: &mut Instruments,
         observer: &mut O,
-    ) -> Result<(), Halt> {
+    ) -> Result<f64, Halt> {
         CalledOff::check(self.called_off)?;
+        let record = &mut instruments.record;
         let mut none = Tangents::none();
-        let tangents = match &mut instruments.growth {
+        let tangents = match &mut record.growth {
             Some(growth) => growth.tangents(),
             None => &mut none,
         };
@@ -128,13 +133,13 @@ impl<K: Kernel> PointRun<'_, K> {
             observer,
             &mut self.counters,
         )?;
-        let Some(growth) = &mut instruments.growth else {
-            return Ok(());
+        let Some(growth) = &mut record.growth else {
+            return Ok(0.0);
         };
         let tangent = growth.cycle(&self.growth_norm);
         // Nothing is measured while it is aligned, however long that takes.
-        if let Some(twin) = &mut instruments.twin
-            && instruments.measured < TWIN_CYCLES
+        if let Some(twin) = &mut record.twin
+            && record.measured < TWIN_CYCLES
         {
             // The twin's work is not the point's: its events and grazings are not counted.
             let mut uncounted = Counters::default();
@@ -147,7 +152,7 @@ impl<K: Kernel> PointRun<'_, K> {
             )?;
             twin.cycle(self.model, &self.growth_norm, &self.trajectory, tangent);
         }
-        Ok(())
+        Ok(tangent)
     }
 
     /// Measures some cycles.
@@ -157,20 +162,23 @@ impl<K: Kernel> PointRun<'_, K> {
         cycles: u64,
     ) -> Result<(), Halt> {
         for _ in 0..cycles {
-            if instruments.watch.watches() {
-                let mut watch =
-                    std::mem::replace(&mut instruments.watch, Watch::of_nothing(self.model));
+            let events = self.counters.events;
+            let growth = if instruments.record.watch.watches() {
+                let nothing = Watch::of_nothing(self.model);
+                let mut watch = std::mem::replace(&mut instruments.record.watch, nothing);
                 let result = self.cycle(instruments, &mut watch);
-                instruments.watch = watch;
-                result?;
+                instruments.record.watch = watch;
+                result?
             } else {
-                self.cycle(instruments, &mut ())?;
-            }
-            instruments.measured += 1;
-            instruments
-                .watch
-                .poincare
-                .push(self.model, &self.trajectory);
+                self.cycle(instruments, &mut ())?
+            };
+            let (strobe, _) = self.model.deflection(&self.trajectory.state, 0.0);
+            let record = &mut instruments.record;
+            record.measured += 1;
+            record.events += self.counters.events - events;
+            record.strobe.push(strobe * strobe);
+            record.watch.poincare.push(self.model, &self.trajectory);
+            instruments.series.push(growth, strobe);
             instruments.recurrence.push(&self.trajectory.state);
         }
         Ok(())
@@ -182,32 +190,34 @@ impl<K: Kernel> PointRun<'_, K> {
         reason: String,
         class: Option<Class>,
         lyapunov: Option<LyapunovOutcome>,
-        instruments: &mut Instruments,
+        record: &mut Record,
     ) -> PointOutcome {
-        let events = self.counters.events - instruments.events_before;
         let (status, reason) = match self.objection() {
             Some(objection) => (Status::Inaccurate, format!("{objection}; {reason}")),
             None => (status, reason),
         };
+        let watch = &mut record.watch;
         PointOutcome {
             status,
             reason,
             class,
             lyapunov: lyapunov.filter(|l| l.stderr().is_finite()),
-            nvh: instruments.watch.statistics(),
-            spectra: (instruments.watch.spectra.as_ref())
+            nvh: watch.statistics(),
+            spectra: (watch.spectra.as_ref())
                 .map(Spectra::spectra)
                 .unwrap_or_default(),
-            orders: (instruments.watch.orders.as_ref())
+            orders: (watch.orders.as_ref())
                 .map(Orders::outcome)
                 .unwrap_or_default(),
-            poincare: instruments.watch.poincare.take(),
-            events_per_cycle: (instruments.measured > 0)
-                .then(|| events as f64 / instruments.measured as f64),
+            poincare: watch.poincare.take(),
+            events_per_cycle: (record.measured > 0)
+                .then(|| record.events as f64 / record.measured as f64),
             energy_residual: self.energy_residual,
+            evidence: None,
+            chaos: None,
             grazing_count: self.counters.grazings,
             cycles: self.counters.cycles,
-            measured_cycles: instruments.measured,
+            measured_cycles: record.measured,
         }
     }
 

@@ -4,7 +4,7 @@ use super::instruments::Instruments;
 use super::run::{Halt, PointRun};
 use crate::analysis::called_off::CalledOff;
 use crate::analysis::orbits::floquet::{exponents, monodromy};
-use crate::analysis::orbits::shooting::{PeriodicOrbit, approaches, shoot, shortest};
+use crate::analysis::orbits::shooting::{Approach, Attracting, PeriodicOrbit, attracting};
 use crate::analysis::orbits::twins;
 use crate::analysis::outcome::{
     Class, KaplanYorke, LyapunovMethod, LyapunovOutcome, PointOutcome, Status,
@@ -101,71 +101,61 @@ impl<K: Kernel> PointRun<'_, K> {
     /// Seeks an attracting orbit next to the trajectory. Where one is found and the
     /// trajectory is seen to approach it, the trajectory is put on it.
     pub(super) fn seek_orbit(&mut self, candidates: &[u32]) -> Result<Option<Repeating>, Halt> {
+        let unit = excitation_period(self.model).unwrap_or(1) as u32;
         for &period in candidates {
             CalledOff::check(self.called_off)?;
-            let found = shoot(
-                self.model,
-                self.kernel,
-                &self.norm,
-                &self.trajectory,
-                period,
-                &mut self.workspace,
-            );
-            // An iterate that diverges or storms is no orbit, and no fault of the point.
-            let Ok(Some(orbit)) = found else { continue };
-            if orbit.spectral_radius() >= 1.0 {
-                continue;
-            }
-            let orbit = shortest(
-                self.model,
-                self.kernel,
-                &self.norm,
-                orbit,
-                excitation_period(self.model).unwrap_or(1) as u32,
-                &mut self.workspace,
-            )?;
             let before = self.counters.cycles;
-            let near = approaches(
+            let found = attracting(
+                self.model,
                 self.kernel,
                 &self.norm,
-                &orbit,
                 &mut self.trajectory,
+                [period, unit],
                 &mut self.workspace,
                 &mut self.counters,
             )?;
-            if near {
-                let watched = self.counters.cycles - before;
-                let how = format!(
-                    "orbit found by Newton's method after {before} cycles (residual {:.0e} half gaps), approached as its multipliers predict over {watched} cycles",
-                    orbit.residual
-                );
-                let cycle = self.trajectory.cycle;
-                let PeriodicOrbit {
-                    start,
-                    period,
+            let Some(Attracting {
+                orbit,
+                doubled,
+                approach,
+            }) = found
+            else {
+                continue;
+            };
+            let watched = self.counters.cycles - before;
+            let from = match doubled {
+                true => " from beside the unstable orbit of half its period",
+                false => "",
+            };
+            let how_near = match approach {
+                Approach::AsPredicted => "as its multipliers predict",
+                Approach::AlongALine => {
+                    "along its slowest direction, near it as its multipliers predict"
+                }
+            };
+            let how = format!(
+                "orbit found by Newton's method after {before} cycles (residual {:.0e} half gaps), approached{from} {how_near} over {watched} cycles",
+                orbit.residual
+            );
+            let cycle = self.trajectory.cycle;
+            let PeriodicOrbit {
+                start,
+                period,
+                monodromy,
+                multipliers,
+                ..
+            } = orbit;
+            self.trajectory = TrajectoryState::new(self.model, start.state, cycle);
+            return Ok(Some(Repeating {
+                period,
+                how,
+                turn: Some(Turn {
                     monodromy,
                     multipliers,
-                    ..
-                } = orbit;
-                self.trajectory = TrajectoryState::new(self.model, start.state, cycle);
-                return Ok(Some(Repeating {
-                    period,
-                    how,
-                    turn: Some(Turn {
-                        monodromy,
-                        multipliers,
-                    }),
-                }));
-            }
+                }),
+            }));
         }
         Ok(None)
-    }
-
-    /// Candidate periods at the trajectory's present place.
-    pub(super) fn candidates(&self, instruments: &Instruments) -> Vec<u32> {
-        instruments
-            .recurrence
-            .candidates(&self.norm, WORTH_A_SEARCH)
     }
 
     /// Confirms a motion that repeats by its multipliers and measures one period, which is all
@@ -246,27 +236,28 @@ impl<K: Kernel> PointRun<'_, K> {
         };
         let mut instruments = Instruments::new(self.model, &self.norm, &asked, &self.trajectory);
         let k = u64::from(period);
-        if instruments.watch.poincare.watches() {
+        if instruments.record.watch.poincare.watches() {
             // What turns or crosses where the period begins is seen by what was before.
             for _ in 0..k {
-                self.plain_cycle(&mut instruments.watch.poincare)?;
+                self.plain_cycle(&mut instruments.record.watch.poincare)?;
             }
         }
-        instruments.restart(&self.counters);
+        instruments.restart();
         if let Some(all) = self.questions.nvh
             && let Some(asked) = all.spectrum
         {
             let lines = Lines::new(self.model, &asked, all.computed(), period);
-            instruments.watch.spectra = Some(Spectra::Lines(lines));
+            instruments.record.watch.spectra = Some(Spectra::Lines(lines));
         }
         self.measure(&mut instruments, k)?;
-        if let Some(nvh) = &mut instruments.watch.nvh {
+        let record = &mut instruments.record;
+        if let Some(nvh) = &mut record.watch.nvh {
             nvh.repeats(period);
         }
-        if let Some(orders) = &mut instruments.watch.orders {
+        if let Some(orders) = &mut record.watch.orders {
             orders.repeats(period);
         }
-        let events = self.counters.events - instruments.events_before;
+        let events = record.events;
         let class = if events == 0 && self.trajectory.contact.touching() {
             Class::SteadyContact(Some(period))
         } else {
@@ -282,7 +273,7 @@ impl<K: Kernel> PointRun<'_, K> {
             _ => format!(
                 "repeats after {} with {events} events in {}; {how}",
                 cycles(period.into()),
-                cycles(instruments.measured)
+                cycles(record.measured)
             ),
         };
         Ok(Some(self.outcome(
@@ -290,7 +281,7 @@ impl<K: Kernel> PointRun<'_, K> {
             reason,
             Some(class),
             lyapunov,
-            &mut instruments,
+            record,
         )))
     }
 
@@ -390,6 +381,6 @@ impl<K: Kernel> PointRun<'_, K> {
 }
 
 /// A number of cycles in words.
-fn cycles(number: u64) -> String {
+pub(super) fn cycles(number: u64) -> String {
     format!("{number} {}", if number == 1 { "cycle" } else { "cycles" })
 }

@@ -2,6 +2,7 @@
 //! ISO 53, ISO 6336-1, ISO/TR 10064-2; stresses: ISO 6336-5, the best case-hardened steels), so that a value
 //! beyond one is mostly of another unit than was meant.
 
+use crate::analysis::Effort;
 use crate::gear::GearPair;
 use crate::manifest::{DampingSpec, StructureSource, Variant};
 use std::f64::consts::PI;
@@ -61,6 +62,7 @@ pub(super) fn suspects(variant: &Variant, operating: Operating) -> Vec<(String, 
     mesh(variant, gears.as_ref(), &mut found);
     excitation(variant, gears.as_ref(), &mut found);
     drive(variant, &mut found);
+    budget(variant, &mut found);
     match &gears {
         Some(gears) => drawing(gears, operating, &mut found),
         None => found.add(
@@ -83,6 +85,27 @@ impl Words {
             self.0.push((key.to_owned(), message));
         }
     }
+}
+
+/// A budget below the first look at which verified errors are read.
+fn budget(variant: &Variant, found: &mut Words) {
+    let Some(asked) = variant.analyses.lyapunov else {
+        return;
+    };
+    let (cycles, first) = (variant.run.cycles, asked.effort.first_look());
+    let advice = match asked.effort {
+        Effort::Verified => {
+            "; points that do not settle end as not_converged: raise it, or set analyses.lyapunov.effort = \"survey\""
+        }
+        Effort::Survey => "; errors of points that do not settle are too small at fewer",
+    };
+    found.add(
+        cycles < first,
+        "run.cycles",
+        format!(
+            "{cycles} is fewer than the {first} measured cycles at which errors are first read{advice}"
+        ),
+    );
 }
 
 fn mesh(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {

@@ -267,6 +267,7 @@ fn surroundings(path: &str) -> String {
                 &format!("[excitation]\ntorque_ripple = {ripple} #"),
             );
         }
+        "grid.displacement" => put("[grid]", "[grid]\norder = \"sweep-up\"\nalong = \"speed\""),
         "continuation.curves" => text.push_str("[continuation]\nsecond = \"load\"\n"),
         _ if path.starts_with("continuation.states.") => {
             let still = ["0"; 12].join(", ");
@@ -391,6 +392,11 @@ fn defaults_in_words_are_what_is_computed() {
         .replacen("\"flexible\"", "\"translational\"", 1)
         .replacen("modes = 12", "", 1);
     let usual = surroundings("");
+    let stopped = usual.replacen(
+        "[analyses]",
+        "[analyses]\nlyapunov.stop_at_stderr = 0.01 #",
+        1,
+    );
     let elastic = usual.replacen("modes = 12", "", 1);
     let checks = [
         ("model.modes", elastic.as_str(), "40"),
@@ -401,7 +407,9 @@ fn defaults_in_words_are_what_is_computed() {
         ("analyses.poincare.samples", &usual, "200"),
         ("analyses.poincare.samples", &short(90), "90"),
         ("analyses.multistability.transient", &usual, "200"),
-        ("analyses.multistability.cycles", &usual, "800"),
+        ("analyses.multistability.cycles", &usual, "4000"),
+        ("run.cycles", &usual, "40000"),
+        ("run.cycles", &stopped, "160000"),
         ("analyses.multistability.cycles", &short(90), "320"),
     ];
     let faults: Vec<String> = checks

@@ -63,6 +63,13 @@ impl<'t> Section<'t> {
         self.entry(name).is_some()
     }
 
+    /// Whether a key below this table is given, by its dotted path from here.
+    pub fn has_below(&self, path: &str) -> bool {
+        let (first, rest) = path.split_once('.').unwrap_or((path, ""));
+        self.entry(first)
+            .is_some_and(|entry| rest.is_empty() || entry.node.at(rest).is_some())
+    }
+
     /// The dotted path of a key of this table.
     pub fn path_of(&self, name: &str) -> String {
         if self.path.is_empty() {

@@ -3,7 +3,7 @@
 use super::optional::optional;
 use super::{covariant, orbits, poincare, slice};
 use crate::analysis::{
-    Analyses, ExpansionQuestion, GrowthNorm, HorizonQuestion, LyapunovQuestion,
+    Analyses, Effort, ExpansionQuestion, GrowthNorm, HorizonQuestion, LyapunovQuestion,
     MultistabilityQuestion, NvhQuestion, OrderQuestion, Signals, SpectrumQuestion,
 };
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
@@ -21,7 +21,7 @@ pub(super) fn read(
     let retained = model.map(|model| model.retained);
     let cycles = run.map(|run| run.cycles);
     let lyapunov = optional(section, issues, "lyapunov", |table, issues| {
-        lyapunov(table, issues, model)
+        lyapunov(table, issues, model, run)
     });
     let poincare = optional(section, issues, "poincare", |table, issues| {
         poincare::read(table, issues, cycles, carried, retained)
@@ -129,6 +129,7 @@ fn lyapunov(
     table: &Section,
     issues: &mut Issues,
     model: Option<&ModelSpec>,
+    run: Option<&RunSpec>,
 ) -> Option<LyapunovQuestion> {
     let exponents = table.count_or_default(issues, "exponents");
     let stop_at_stderr = stop_at_stderr(table, issues);
@@ -137,6 +138,9 @@ fn lyapunov(
     let separation = table.quantity_or_default(issues, "separation");
     let course = table.count_or_default(issues, "course");
     let norm = table.choice_or_default(issues, "norm");
+    let effort = table.choice_or_default(issues, "effort");
+    let lifetime = lifetime(table, issues, run);
+    let chains = table.boolean_or_default(issues, "chains");
     if twin == Some(false) {
         table.without_effect(
             issues,
@@ -158,7 +162,40 @@ fn lyapunov(
             "raw" => GrowthNorm::Raw,
             _ => GrowthNorm::Energy,
         },
+        effort: match effort? {
+            "survey" => Effort::Survey,
+            _ => Effort::Verified,
+        },
+        lifetime: lifetime?,
+        chains: chains?,
     })
+}
+
+/// The life of chaos that is to be shown, if any: three times as many cycles must be within the budget.
+fn lifetime(table: &Section, issues: &mut Issues, run: Option<&RunSpec>) -> Option<Option<u64>> {
+    if !table.has("lifetime") {
+        return Some(None);
+    }
+    let lifetime = table.integer(issues, "lifetime")?;
+    let needed = lifetime.saturating_mul(3);
+    if let Some(run) = run.filter(|run| run.cycles < needed) {
+        let path = table.path_of("lifetime");
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                table.span_of("lifetime"),
+                &path,
+                format!(
+                    "a mean life of {lifetime} cycles is shown by {needed} chaotic cycles, but `run.cycles` is {}",
+                    run.cycles
+                ),
+            )
+            .label(format!("at most {}", run.cycles / 3))
+            .remedy(format!("raise run.cycles to {needed}, or lower lifetime")),
+        );
+        return None;
+    }
+    Some(Some(lifetime))
 }
 
 /// A stop rule, which there need not be.
@@ -193,7 +230,10 @@ fn expansion(table: &Section, issues: &mut Issues) -> Option<ExpansionQuestion> 
     })
 }
 
-/// Probes are integrated as long as the point itself unless the table says otherwise.
+/// Most mesh cycles measured of a probe unless the table says otherwise.
+const PROBE_CYCLES: u64 = 4_000;
+
+/// Probes are integrated as long as the point itself, within [`PROBE_CYCLES`], unless the table says otherwise.
 fn multistability(
     table: &Section,
     issues: &mut Issues,
@@ -207,7 +247,7 @@ fn multistability(
     let cycles = table.integer_or(
         issues,
         "cycles",
-        as_long_as_run.1.max(schema::FEWEST_CYCLES),
+        as_long_as_run.1.clamp(schema::FEWEST_CYCLES, PROBE_CYCLES),
     );
     let slice = optional(table, issues, "slice", |table, issues| {
         slice::read(table, issues, retained)

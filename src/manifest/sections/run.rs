@@ -1,6 +1,7 @@
 //! `[run]`: how long, with which kernel, from which state.
 
 use super::modal_state;
+use crate::analysis::Effort;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{self, Child, Section, wrong_type};
 use crate::manifest::schema;
@@ -28,7 +29,7 @@ pub(super) fn read(
         Child::Invalid => return None,
     };
     let transient = section.integer_or_default(issues, "transient");
-    let cycles = section.integer_or_default(issues, "cycles");
+    let cycles = section.integer_or(issues, "cycles", default_cycles(root));
     let kernel = kernel(&section, issues);
     let portable = portable(&section, issues, kernel.as_ref());
     let initial = initial(&section, issues, retained);
@@ -62,6 +63,18 @@ pub(super) fn read(
         event_limit: u32::try_from(event_limit?).ok()?,
         portable: portable?,
     })
+}
+
+/// Cycles measured at most where a stop rule ends a point, and where none does.
+fn default_cycles(root: &Section) -> u64 {
+    const STOPPED: [&str; 2] = [
+        "analyses.lyapunov.stop_at_stderr",
+        "analyses.nvh.stop_at_stderr",
+    ];
+    match STOPPED.iter().any(|key| root.has_below(key)) {
+        true => 160_000,
+        false => Effort::Verified.first_look(),
+    }
 }
 
 /// `instructions`: what the processor has, or what every processor has.

@@ -100,6 +100,7 @@ pub(super) fn of_results(
             "name": motion.name(),
             "mark": motion.mark(),
             "colour": motion.colour().to_string(),
+            "hatched": motion.is_hatched(),
             "points": count,
         })).collect::<Vec<_>>(),
         "motion": blocks.push(block::codes(&codes)),

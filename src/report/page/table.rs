@@ -18,7 +18,7 @@ use crate::store::{ResultTable, StoreError, TableKind};
 const NEEDED: [&str; 5] = ["point_id", "status", "reason", "class", "period"];
 
 /// Columns beside axes that the first picture of points shows.
-const SHOWN_FIRST: [&str; 2] = ["lambda_max", "direction"];
+const SHOWN_FIRST: [&str; 3] = ["lambda_max", "errors_verified", "direction"];
 
 /// What is gathered may be this much larger than its room: it is packed after.
 const SHRINKS: u64 = 4;

@@ -1,7 +1,7 @@
 //! Pages of folders that a run left unfinished, or split, or without a record.
 
 use super::*;
-use crate::analysis::{PointOutcome, Status};
+use crate::analysis::{Class, PointOutcome, Status};
 use crate::store::{AxisColumn, Placement, PointRow, ResultLayout, ResultWriter};
 
 fn row(point_id: u64) -> PointRow {
@@ -67,6 +67,34 @@ fn failed_points_have_a_page_with_the_columns_that_it_needs() {
     assert_eq!(head["tables"][1]["name"], "poincare");
     assert_eq!(head["tables"][1]["rows"], 0);
     assert_eq!(head["tables"][1]["columns"], json!([]));
+}
+
+#[test]
+fn only_transient_chaos_is_hatched() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut writer = ResultWriter::create(folder.path(), &ResultLayout::default(), 0..3).unwrap();
+    let classes = [Class::Chaotic, Class::TransientChaos, Class::Periodic(3)];
+    for (point_id, class) in (0..).zip(classes) {
+        let mut row = row(point_id);
+        row.axis_values.clear();
+        (row.outcome.status, row.outcome.class) = (Status::Ok, Some(class));
+        writer.push(row).unwrap();
+    }
+    writer.finish().unwrap();
+    let head = head(folder.path());
+    let motions = head["motions"].as_array().unwrap().iter();
+    let motions: Vec<(&str, bool)> = motions
+        .map(|motion| {
+            let hatched = motion["hatched"].as_bool().unwrap();
+            (motion["name"].as_str().unwrap(), hatched)
+        })
+        .collect();
+    let wanted = [
+        ("period 3", false),
+        ("transient chaos", true),
+        ("chaotic", false),
+    ];
+    assert_eq!(motions, wanted);
 }
 
 /// Columns that the programs take for granted.

@@ -6,7 +6,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::axis::{Axis, padded, range};
 use super::canvas::{Anchor, Canvas, Colour, INK};
 use super::error::PlotError;
+use super::evidence::Evidence;
 use super::lambda_curve;
+use super::look::Look;
 use super::motion::{Motion, cell_sample, counts, key, marker_sample};
 use super::over_axis::{LEFT, MARGIN, RIGHT, Sweep, across, sweeps};
 use super::panel::{Panel, TICK_SIZE};
@@ -82,9 +84,10 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
     let mut drawn = Drawn::of_slices(What::Bifurcation, slices.len(), all);
     for slice in slices {
         let title = format!("{}: bifurcation diagram over {name}", results.job);
-        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
-        let sweeps = sweeps(results, &slice.points);
         let with_lambda = slice.points.iter().any(|point| point.lambda.is_some());
+        let errors = Evidence::of(slice.points.iter().copied()).words();
+        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words, &errors]));
+        let sweeps = sweeps(results, &slice.points);
         let all = slice.points.iter().flat_map(|point| samples.of(point));
         let up = padded(range(all), 0.05);
         let (both, height) = match (sweeps.len() > 1, with_lambda) {
@@ -136,7 +139,7 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
             &found,
             |canvas, at, motion| match with_lambda && !both {
                 true => marker_sample(canvas, at, motion),
-                false => cell_sample(canvas, at, motion.colour(), ""),
+                false => cell_sample(canvas, at, &Look::plain(motion.colour(), "")),
             },
         );
         if !results.summary.transitions.is_empty() {

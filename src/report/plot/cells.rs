@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::axis::Axis;
-use super::canvas::{Anchor, Canvas, Colour, FAINT, INK, SOFT, WIDTH};
+use super::canvas::{Anchor, Canvas, Colour, FAINT, INK, Place, SOFT, WIDTH};
+use super::hatch::hatch;
 use super::lettering::{fitted, text_width, wrapped};
+use super::look::Look;
 use super::panel::{LABEL_SIZE, TICK_SIZE, label_place};
 use super::ramp::ink_on;
 use super::results::{Results, Slice};
@@ -30,6 +32,13 @@ const SMALLEST: [f64; 2] = [6.5, 8.0];
 /// Most of the width of a cell that either takes.
 const FILLED: [f64; 2] = [0.86, 0.75];
 
+/// Radius of a dot in the corner of a cell \[px\].
+const DOT: f64 = 1.7;
+/// Distance of its centre from the sides \[px\].
+const ASIDE: f64 = 4.0;
+/// Smallest side of a cell with a dot \[px\].
+const DOTTED: f64 = 14.0;
+
 /// What became of the cells of a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Drawn {
@@ -37,6 +46,8 @@ pub(super) struct Drawn {
     pub missing: usize,
     /// Cells with a point that had no room for its text.
     pub unlettered: usize,
+    /// Cells with a dot.
+    pub dotted: usize,
 }
 
 /// The axes of a map: the first two that vary.
@@ -83,70 +94,83 @@ impl<'a> Cells<'a> {
         format!("{} and {}", self.up.1.name, self.across.1.name)
     }
 
-    /// Draws every point of a slice in the colour and with the text that `show` gives it, and the axes.
+    /// Draws every point of a slice as `show` says, and the axes.
     pub fn draw(
         &self,
         canvas: &mut Canvas,
         slice: &Slice<'_>,
-        show: impl Fn(&PointSummary) -> (Colour, String),
+        show: impl Fn(&PointSummary) -> Look,
     ) -> Drawn {
         match self.refined {
             Some(refined) => {
                 let plane = Plane::new(refined, slice.points.iter().copied());
-                self.draw_plane(canvas, &plane, |index| show(slice.points[index]).0);
+                self.draw_plane(canvas, &plane, |index| {
+                    let look = show(slice.points[index]);
+                    (look.colour, look.hatched)
+                });
                 Drawn {
                     missing: 0,
                     unlettered: slice.points.len(),
+                    dotted: 0,
                 }
             }
             None => self.draw_points(canvas, slice, show),
         }
     }
 
-    /// Draws the places of a refined plane, runs of one colour as one rectangle, and the axes with
-    /// the values of the undivided grid.
-    fn draw_plane(&self, canvas: &mut Canvas, plane: &Plane, show: impl Fn(usize) -> Colour) {
+    /// Draws the places of a refined plane in the colour that `show` gives them, hatched or not, and the axes
+    /// with the values of the undivided grid. Runs of places that look alike are one rectangle.
+    fn draw_plane(
+        &self,
+        canvas: &mut Canvas,
+        plane: &Plane,
+        show: impl Fn(usize) -> (Colour, bool),
+    ) {
         let [rows, columns] = plane.sides;
         let [wide, high] = [
             (RIGHT - LEFT) / columns as f64,
             (BOTTOM - TOP) / rows as f64,
         ];
-        let mut block = |rows: [usize; 2], columns: [usize; 2], colour: Colour| {
-            // A little too large, because abutting edges show as seams in some viewers.
-            let left = LEFT + wide * columns[0] as f64;
-            let right = (LEFT + wide * columns[1] as f64 + 0.2).min(RIGHT);
-            let top = (BOTTOM - high * rows[1] as f64 - 0.2).max(TOP);
-            let bottom = BOTTOM - high * rows[0] as f64;
-            canvas.rectangle([left, top], [right, bottom], colour);
-        };
-        // Runs of the row before that may go on, by their first column: end, first row, colour.
-        let mut open: BTreeMap<usize, (usize, usize, Colour)> = BTreeMap::new();
+        let mut block =
+            |rows: [usize; 2], columns: [usize; 2], (colour, hatched): (Colour, bool)| {
+                // A little too large, because abutting edges show as seams in some viewers.
+                let left = LEFT + wide * columns[0] as f64;
+                let right = (LEFT + wide * columns[1] as f64 + 0.2).min(RIGHT);
+                let top = (BOTTOM - high * rows[1] as f64 - 0.2).max(TOP);
+                let bottom = BOTTOM - high * rows[0] as f64;
+                canvas.rectangle([left, top], [right, bottom], colour);
+                if hatched {
+                    hatch(canvas, [left, top], [right, bottom], ink_on(colour));
+                }
+            };
+        // Runs of the row before that may go on, by their first column: end, first row, look.
+        let mut open: BTreeMap<usize, (usize, usize, (Colour, bool))> = BTreeMap::new();
         for row in 0..rows {
-            let colours: Vec<Option<Colour>> = (0..columns)
+            let looks: Vec<Option<(Colour, bool)>> = (0..columns)
                 .map(|column| plane.at(row, column).map(&show))
                 .collect();
             let (mut start, mut now) = (0, BTreeMap::new());
-            for run in colours.chunk_by(|a, b| a == b) {
+            for run in looks.chunk_by(|a, b| a == b) {
                 let end = start + run.len();
-                if let Some(colour) = run[0] {
+                if let Some(look) = run[0] {
                     let from = match open.get(&start) {
-                        Some(&(to, from, shade)) if to == end && shade == colour => {
+                        Some(&(to, from, other)) if to == end && other == look => {
                             open.remove(&start);
                             from
                         }
                         _ => row,
                     };
-                    now.insert(start, (end, from, colour));
+                    now.insert(start, (end, from, look));
                 }
                 start = end;
             }
-            for (start, (end, from, colour)) in open {
-                block([from, row], [start, end], colour);
+            for (start, (end, from, look)) in open {
+                block([from, row], [start, end], look);
             }
             open = now;
         }
-        for (start, (end, from, colour)) in open {
-            block([from, rows], [start, end], colour);
+        for (start, (end, from, look)) in open {
+            block([from, rows], [start, end], look);
         }
         canvas.outline([LEFT, TOP], [RIGHT, BOTTOM], INK, 1.0);
         self.ticks_across(canvas, wide, plane.step);
@@ -157,7 +181,7 @@ impl<'a> Cells<'a> {
         &self,
         canvas: &mut Canvas,
         slice: &Slice<'_>,
-        show: impl Fn(&PointSummary) -> (Colour, String),
+        show: impl Fn(&PointSummary) -> Look,
     ) -> Drawn {
         let columns = self.across.1.values.len();
         let rows = self.up.1.values.len();
@@ -169,7 +193,7 @@ impl<'a> Cells<'a> {
         // abutting edges show as seams in some viewers.
         let gap = if wide.min(high) > 8.0 { 0.75 } else { -0.2 };
         let mut filled = vec![false; columns * rows];
-        let mut unlettered = 0;
+        let (mut unlettered, mut dotted) = (0, 0);
         for point in &slice.points {
             let column = position(self.across.1, point.axis_values[self.across.0]);
             let row = position(self.up.1, point.axis_values[self.up.0]);
@@ -178,20 +202,40 @@ impl<'a> Cells<'a> {
                 LEFT + wide * column as f64,
                 BOTTOM - high * (row + 1) as f64,
             ];
-            let (colour, text) = show(point);
-            canvas.rectangle([x + gap, y + gap], [x + wide - gap, y + high - gap], colour);
+            let look = show(point);
+            let (colour, text) = (look.colour, &look.text);
+            let corners: [Place; 2] = [[x + gap, y + gap], [x + wide - gap, y + high - gap]];
+            canvas.rectangle(corners[0], corners[1], colour);
+            if look.hatched {
+                hatch(canvas, corners[0], corners[1], ink_on(colour));
+            }
+            if look.dotted && wide.min(high) >= DOTTED {
+                let at = [x + wide - ASIDE, y + ASIDE];
+                if look.hatched {
+                    canvas.disc(at, 1.8 * DOT, colour);
+                }
+                canvas.disc(at, DOT, ink_on(colour));
+                dotted += 1;
+            }
             let size = (0.55 * high).min(14.0);
             let long = usize::from(text.chars().nth(1).is_some());
             let (smallest, filled) = (SMALLEST[long], FILLED[long]);
             // No letter is narrower than a quarter of its height.
             let room = size >= smallest && wide >= 0.25 * smallest;
-            let fitting = room.then(|| size.min(size * filled * wide / text_width(&text, size)));
+            let fitting = room.then(|| size.min(size * filled * wide / text_width(text, size)));
             let Some(size) = fitting.filter(|size| *size >= smallest) else {
                 unlettered += 1;
                 continue;
             };
             let at = [x + 0.5 * wide, y + 0.5 * high + 0.36 * size];
-            canvas.text(at, &text, size, ink_on(colour), Anchor::Middle);
+            if look.hatched {
+                // Lines behind letters make them hard to read.
+                let half = [0.5 * text_width(text, size) + 1.5, 0.5 * size];
+                let middle = [x + 0.5 * wide, y + 0.5 * high];
+                let [from, to] = [-1.0, 1.0].map(|sign| [0, 1].map(|i| middle[i] + sign * half[i]));
+                canvas.rectangle(from, to, colour);
+            }
+            canvas.text(at, text, size, ink_on(colour), Anchor::Middle);
         }
         for (index, _) in filled.iter().enumerate().filter(|(_, filled)| !**filled) {
             let (row, column) = (index / columns, index % columns);
@@ -208,6 +252,7 @@ impl<'a> Cells<'a> {
         Drawn {
             missing: filled.iter().filter(|filled| !**filled).count(),
             unlettered,
+            dotted,
         }
     }
 
@@ -300,7 +345,7 @@ fn position(axis: &GridAxis, value: f64) -> usize {
     axis.values.partition_point(|&known| known < value)
 }
 
-/// Says below a key what crossed-out cells are, and why there are no letters where there are none.
+/// Says below a key what crossed-out cells and dots are, and why there are no letters where there are none.
 pub(super) fn notes(canvas: &mut Canvas, mut y: f64, drawn: Drawn) {
     let x = MARGIN;
     let say = |canvas: &mut Canvas, mut y: f64, words: &str| {
@@ -315,6 +360,10 @@ pub(super) fn notes(canvas: &mut Canvas, mut y: f64, drawn: Drawn) {
         canvas.line(&[[left, top], [left + 14.0, top + 14.0]], SOFT, 1.0);
         canvas.line(&[[left, top + 14.0], [left + 14.0, top]], SOFT, 1.0);
         y = say(canvas, y, &format!("not computed ({})", drawn.missing));
+    }
+    if drawn.dotted > 0 {
+        canvas.disc([x + 10.0, y + 7.5], 1.5 * DOT, INK);
+        y = say(canvas, y, &format!("error not verified ({})", drawn.dotted));
     }
     if drawn.unlettered > 0 {
         let words = format!(

@@ -4,6 +4,7 @@ use super::axis::{Axis, range};
 use super::canvas::{Anchor, Canvas, Colour, Place, SOFT};
 use super::categories::colour;
 use super::error::PlotError;
+use super::evidence::Evidence;
 use super::panel::{Panel, TICK_SIZE};
 use super::picture::{Drawn, Picture};
 use super::request::PlotRequest;
@@ -70,7 +71,8 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     };
     let title = format!("{}: how the exponents settled", results.job);
     let words = results.point_words(point);
-    let mut canvas = Canvas::titled(&title, &results.subtitle(&[&words]));
+    let errors = Evidence::of([point]).words();
+    let mut canvas = Canvas::titled(&title, &results.subtitle(&[&words, &errors]));
     course.draw(&mut canvas);
     Ok(Drawn::one(Picture::new(
         format!("convergence-point{}", point.point_id),

@@ -8,12 +8,14 @@ use super::axis_units::AxisUnits;
 use super::branches::{suffix, words};
 use super::canvas::{Anchor, Canvas, Colour, INK, Place};
 use super::error::PlotError;
+use super::hatch::hatch;
 use super::lambda_map::{largest_of, shade};
 use super::marker::{OTHERS, SAMPLE, colour, entry, name};
+use super::motion::Motion;
 use super::over_axis::LEFT;
 use super::panel::{Panel, TICK_SIZE};
 use super::picture::{Drawn, Picture};
-use super::ramp::bar;
+use super::ramp::{bar, ink_on};
 use super::results::{MOST_SLICES, Results};
 use super::what::What;
 use crate::report::PointSummary;
@@ -306,12 +308,19 @@ impl<'a> Map<'a> {
 
     fn draw(&self, canvas: &mut Canvas, panel: &Panel) {
         // Abutting edges show as seams in some viewers.
-        let mut cell = |[x, y]: [[f64; 2]; 2], colour: Colour| {
+        let mut cell = |[x, y]: [[f64; 2]; 2], (colour, hatched): (Colour, bool)| {
             let [from, to] = [panel.at(x[0], y[1]), panel.at(x[1], y[0])];
             canvas.rectangle(from, [to[0] + 0.2, to[1] + 0.2], colour);
+            if hatched {
+                hatch(canvas, from, to, ink_on(colour));
+            }
+        };
+        let look = |point: &PointSummary| {
+            let hatched = Motion::of(point).is_hatched();
+            (shade(point, self.largest), hatched)
         };
         if let Some((plane, columns)) = &self.refined {
-            let shown = |index: usize| shade(self.points[index], self.largest);
+            let shown = |index: usize| look(self.points[index]);
             for row in 0..plane.sides[0] {
                 let places = (0..plane.sides[1]).map(|column| plane.at(row, column).map(shown));
                 let mut start = 0;
@@ -320,8 +329,8 @@ impl<'a> Map<'a> {
                     let mut sides = [[0.0; 2]; 2];
                     sides[*columns] = [start, end].map(|i| self.ends[*columns][i]);
                     sides[1 - columns] = [row, row + 1].map(|i| self.ends[1 - columns][i]);
-                    if let Some(colour) = run[0] {
-                        cell(sides, colour);
+                    if let Some(look) = run[0] {
+                        cell(sides, look);
                     }
                     start = end;
                 }
@@ -335,7 +344,7 @@ impl<'a> Map<'a> {
                 let cell = cell.clamp(1, ends.len() - 1);
                 [ends[cell - 1], ends[cell]]
             });
-            cell(sides, shade(point, self.largest));
+            cell(sides, look(point));
         }
     }
 
@@ -346,6 +355,12 @@ impl<'a> Map<'a> {
         }
         let at = [MARGIN, 522.0];
         canvas.text(at, "pale: not chaotic", TICK_SIZE, INK, Anchor::Start);
+        let is_hatched = |point: &&PointSummary| Motion::of(point).is_hatched();
+        if self.points.iter().any(is_hatched) {
+            let at = [MARGIN, 542.0];
+            let words = "hatched: transient chaos";
+            canvas.text(at, words, TICK_SIZE, INK, Anchor::Start);
+        }
     }
 }
 

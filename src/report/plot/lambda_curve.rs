@@ -2,6 +2,7 @@
 
 use super::axis::{Axis, padded, range};
 use super::canvas::{Canvas, Colour, INK, Place, SOFT};
+use super::evidence::Evidence;
 use super::marker::{SAMPLE, entry};
 use super::motion::{Motion, counts, key, marker_sample};
 use super::over_axis::{LEFT, MARGIN, RIGHT, Sweep, across, sweeps};
@@ -23,7 +24,9 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
     for slice in slices {
         let title = format!("{}: largest Lyapunov exponent λ over {name}", results.job);
         let joins = results.lines_words(&[along], &slice.points);
-        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words, &joins]));
+        let errors = Evidence::of(slice.points.iter().copied()).words();
+        let parts = [&*slice.words, &joins, &errors];
+        let mut canvas = Canvas::titled(&title, &results.subtitle(&parts));
         let area = [72.0, 526.0];
         let y = panel(&mut canvas, area, results, along, &slice.points);
         if sweeps(results, &slice.points).len() < 2 {

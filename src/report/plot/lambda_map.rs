@@ -1,9 +1,11 @@
 //! The largest Lyapunov exponent over two axes: chaotic points in colour, all others by
-//! what they are.
+//! what they are. Transient chaos is hatched.
 
 use super::axis::Axis;
 use super::canvas::{Canvas, Colour};
 use super::cells::{Cells, HEIGHT, MARGIN, notes};
+use super::evidence::Evidence;
+use super::look::Look;
 use super::motion::{Motion, cell_sample, counts, key};
 use super::picture::{Drawn, Picture};
 use super::ramp::{bar, viridis};
@@ -23,16 +25,27 @@ fn calm(motion: Motion) -> Colour {
 /// The largest exponent of a chaotic point of the results: one scale for all slices, so that they
 /// compare.
 pub(super) fn largest_of(results: &Results) -> f64 {
-    let chaotic = (results.summary.all.iter()).filter(|point| Motion::of(point) == Motion::Chaotic);
+    let chaotic = (results.summary.all.iter()).filter(|point| Motion::of(point).is_chaos());
     chaotic.filter_map(|point| point.lambda).fold(0.0, f64::max)
 }
 
 /// The colour of a point.
 pub(super) fn shade(point: &PointSummary, largest: f64) -> Colour {
     match Motion::of(point) {
-        Motion::Chaotic if largest > 0.0 => viridis(point.lambda.unwrap_or(0.0) / largest),
-        Motion::Chaotic => viridis(0.0),
-        motion => calm(motion),
+        motion if !motion.is_chaos() => calm(motion),
+        _ if largest > 0.0 => viridis(point.lambda.unwrap_or(0.0) / largest),
+        _ => viridis(0.0),
+    }
+}
+
+/// A cell of the key: what is not on the ramp, and what hatching means.
+fn sample(motion: Motion) -> Look {
+    match motion.is_hatched() {
+        true => Look {
+            hatched: true,
+            ..Look::plain(viridis(0.5), "")
+        },
+        false => Look::plain(calm(motion), &motion.mark()),
     }
 }
 
@@ -47,17 +60,25 @@ pub(super) fn draw(results: &Results, cells: &Cells<'_>) -> Drawn {
             results.job,
             cells.words()
         );
-        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
+        let errors = Evidence::of(slice.points.iter().copied()).words();
+        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words, &errors]));
         let cells_drawn = cells.draw(&mut canvas, &slice, |point| {
-            let text = match Motion::of(point) {
-                Motion::Chaotic => format!("{:.2}", point.lambda.unwrap_or(0.0)),
-                motion => motion.mark(),
+            let motion = Motion::of(point);
+            let text = match motion.is_chaos() {
+                true => format!("{:.2}", point.lambda.unwrap_or(0.0)),
+                false => motion.mark(),
             };
-            (shade(point, largest), text)
+            Look {
+                hatched: motion.is_hatched(),
+                dotted: point.errors_verified == Some(false),
+                ..Look::plain(shade(point, largest), &text)
+            }
         });
         let mut others = counts(slice.points.iter().copied());
         let mut y = HEIGHT[0];
-        if others.remove(&Motion::Chaotic).is_some() && largest > 0.0 {
+        let has_ramp = others.keys().any(|motion| motion.is_chaos());
+        others.remove(&Motion::Chaotic);
+        if has_ramp && largest > 0.0 {
             let name = "λ of chaotic points";
             let axis = Axis::linear(name, unit, [0.0, largest]);
             let bottom = HEIGHT[0] + 230.0;
@@ -65,21 +86,35 @@ pub(super) fn draw(results: &Results, cells: &Cells<'_>) -> Drawn {
             y = bottom + 26.0;
         }
         let bottom = HEIGHT[1] - 50.0;
-        let used = key(
-            &mut canvas,
-            [MARGIN, y],
-            bottom,
-            &others,
-            |canvas, at, motion| {
-                cell_sample(canvas, at, calm(motion), &motion.mark());
-            },
-        );
-        notes(&mut canvas, y + used + 2.0, cells_drawn);
+        // What hatching means comes first: a key of many kinds leaves some out.
+        let hatched = others
+            .extract_if(.., |motion, _| motion.is_hatched())
+            .collect();
+        for kinds in [hatched, others] {
+            y += key(
+                &mut canvas,
+                [MARGIN, y],
+                bottom,
+                &kinds,
+                |canvas, at, motion| {
+                    cell_sample(canvas, at, &sample(motion));
+                },
+            );
+        }
+        notes(&mut canvas, y + 2.0, cells_drawn);
         drawn
             .pictures
             .push(Picture::new(format!("lambda{}", slice.suffix), canvas));
     }
     drawn
+}
+
+/// A kind of motion in a cell.
+fn class_cell(motion: Motion) -> Look {
+    Look {
+        hatched: motion.is_hatched(),
+        ..Look::plain(motion.colour(), &motion.mark())
+    }
 }
 
 /// The kind of motion over two axes.
@@ -89,10 +124,7 @@ pub(super) fn draw_classes(results: &Results, cells: &Cells<'_>) -> Drawn {
     for slice in slices {
         let title = format!("{}: kind of motion over {}", results.job, cells.words());
         let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
-        let cells_drawn = cells.draw(&mut canvas, &slice, |point| {
-            let motion = Motion::of(point);
-            (motion.colour(), motion.mark())
-        });
+        let cells_drawn = cells.draw(&mut canvas, &slice, |point| class_cell(Motion::of(point)));
         let found = counts(slice.points.iter().copied());
         let [top, bottom] = [HEIGHT[0], HEIGHT[1] - 50.0];
         let used = key(
@@ -101,7 +133,7 @@ pub(super) fn draw_classes(results: &Results, cells: &Cells<'_>) -> Drawn {
             bottom,
             &found,
             |canvas, at, motion| {
-                cell_sample(canvas, at, motion.colour(), &motion.mark());
+                cell_sample(canvas, at, &class_cell(motion));
             },
         );
         notes(&mut canvas, top + used + 2.0, cells_drawn);

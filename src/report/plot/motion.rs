@@ -4,11 +4,14 @@
 use std::collections::BTreeMap;
 
 use super::canvas::{Anchor, Canvas, Colour, INK, Place, SOFT, WIDTH};
+use super::hatch::hatch;
 use super::lettering::fitted;
+use super::look::Look;
 use super::marker::Marker;
 use super::panel::TICK_SIZE;
 use super::ramp::ink_on;
 use crate::report::PointSummary;
+use crate::report::point::{CHAOTIC, TRANSIENT_CHAOS};
 
 /// Kind of motion, or why there is none; the calmest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -16,6 +19,7 @@ pub(in crate::report) enum Motion {
     SteadyContact,
     Periodic(u64),
     QuasiPeriodic,
+    TransientChaos,
     Chaotic,
     NotConverged,
     Unclassified,
@@ -26,7 +30,8 @@ impl Motion {
     pub fn of(point: &PointSummary) -> Self {
         match (point.status.as_str(), point.class.as_deref()) {
             ("diverged" | "event_storm" | "failed" | "inaccurate", _) => Self::Failed,
-            (_, Some("chaotic")) => Self::Chaotic,
+            (_, Some(CHAOTIC)) => Self::Chaotic,
+            (_, Some(TRANSIENT_CHAOS)) => Self::TransientChaos,
             (_, Some("quasi_periodic")) => Self::QuasiPeriodic,
             (_, Some("steady_contact")) => Self::SteadyContact,
             (_, Some("periodic")) => Self::Periodic(point.period.unwrap_or(0)),
@@ -35,7 +40,17 @@ impl Motion {
         }
     }
 
-    /// Okabe and Ito's green and vermilion, and for periods a family of shades a prime factor, darker
+    /// Whether neighbours part exponentially, for a time at least.
+    pub fn is_chaos(self) -> bool {
+        matches!(self, Self::Chaotic | Self::TransientChaos)
+    }
+
+    /// Whether cells of maps are hatched: chaos that some trajectories left.
+    pub fn is_hatched(self) -> bool {
+        self == Self::TransientChaos
+    }
+
+    /// Okabe and Ito's green and vermilion, for transient chaos a paler vermilion, and for periods a family of shades a prime factor, darker
     /// after every doubling: told apart by colour-blind readers, as a test of them tells. Periods of one
     /// shade (8, 16, …; 12, 24, …; 10, 20, …; 7, 9, …) have their numbers on maps and rows of their own
     /// elsewhere.
@@ -55,6 +70,7 @@ impl Motion {
                 _ => Colour(0x7d, 0x68, 0x3e),
             },
             Self::QuasiPeriodic => Colour(0x00, 0x9e, 0x73),
+            Self::TransientChaos => Colour(0xf6, 0x90, 0x5a),
             Self::Chaotic => Colour(0xd5, 0x5e, 0x00),
             Self::NotConverged => Colour(0x8b, 0x89, 0xa7),
             Self::Unclassified => Colour(0xff, 0xff, 0xff),
@@ -84,6 +100,7 @@ impl Motion {
             Self::Periodic(0) => "p".into(),
             Self::Periodic(period) => period.to_string(),
             Self::QuasiPeriodic => "q".into(),
+            Self::TransientChaos => "t".into(),
             Self::Chaotic => "c".into(),
             Self::NotConverged => "?".into(),
             Self::Unclassified => "–".into(),
@@ -97,6 +114,7 @@ impl Motion {
             Self::Periodic(0) => "periodic".into(),
             Self::Periodic(period) => format!("period {period}"),
             Self::QuasiPeriodic => "quasi-periodic".into(),
+            Self::TransientChaos => "transient chaos".into(),
             Self::Chaotic => "chaotic".into(),
             Self::NotConverged => "not converged".into(),
             Self::Unclassified => "not classified".into(),
@@ -136,14 +154,24 @@ const PITCH: f64 = 24.0;
 /// Width and height of a sample \[px\].
 const SAMPLE: [f64; 2] = [20.0, 18.0];
 
-/// A sample of a key: a cell of a map in a colour, with the letter of its motion where the map has
+/// A sample of a key: a cell of a map as it looks there, with the letter of its motion where the map has
 /// letters.
-pub(super) fn cell_sample(canvas: &mut Canvas, [x, y]: Place, colour: Colour, letter: &str) {
-    let corner = [x + SAMPLE[0], y + SAMPLE[1]];
+pub(super) fn cell_sample(canvas: &mut Canvas, [x, y]: Place, look: &Look) {
+    let (corner, colour) = ([x + SAMPLE[0], y + SAMPLE[1]], look.colour);
     canvas.rectangle([x, y], corner, colour);
+    if look.hatched {
+        hatch(canvas, [x, y], corner, ink_on(colour));
+        if !look.text.is_empty() {
+            canvas.rectangle(
+                [x + 5.0, y + 3.0],
+                [corner[0] - 5.0, corner[1] - 3.0],
+                colour,
+            );
+        }
+    }
     canvas.outline([x, y], corner, SOFT, 1.0);
     let at = [x + 0.5 * SAMPLE[0], y + 13.5];
-    canvas.text(at, letter, TICK_SIZE, ink_on(colour), Anchor::Middle);
+    canvas.text(at, &look.text, TICK_SIZE, ink_on(colour), Anchor::Middle);
 }
 
 /// A sample of a key: a motion's symbol on curves.
@@ -247,6 +275,7 @@ mod tests {
         let others = [
             Motion::SteadyContact,
             Motion::QuasiPeriodic,
+            Motion::TransientChaos,
             Motion::Chaotic,
             Motion::NotConverged,
             Motion::Unclassified,

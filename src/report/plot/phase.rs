@@ -46,7 +46,7 @@ pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Dra
     let ids = table.u64("point_id")?;
     let sampled = |point: &&PointSummary| ids.binary_search(&Some(point.point_id)).is_ok();
     let liveliness = |point: &PointSummary| match Motion::of(point) {
-        Motion::Chaotic => point.lambda.unwrap_or(0.0),
+        motion if motion.is_chaos() => point.lambda.unwrap_or(0.0),
         _ => f64::NEG_INFINITY,
     };
     let (point, why) = match request.point {
@@ -61,7 +61,7 @@ pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Dra
                 best.ok_or_else(|| unfit("poincare.parquet holds no sample".into()))?;
             let why = match Motion::of(point) {
                 _ if results.summary.all.len() == 1 => "",
-                Motion::Chaotic => "the point with the largest λ",
+                motion if motion.is_chaos() => "the point with the largest λ",
                 _ => "the point with the largest deflection_rms",
             };
             (point, why)

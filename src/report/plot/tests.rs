@@ -5,8 +5,9 @@ use super::canvas::{Canvas, INK, Shape};
 use super::picture::Drawn;
 use super::*;
 use crate::analysis::{
-    AttractorOutcome, BasinShare, Class, LyapunovMethod, LyapunovOutcome, MultistabilityOutcome,
-    PoincareSample, PointOutcome, SampleKind, Spectrum, SpectrumLine, SpectrumMethod, Status,
+    AttractorOutcome, BasinShare, ChaosOutcome, Class, EvidenceOutcome, LyapunovMethod,
+    LyapunovOutcome, MultistabilityOutcome, PoincareSample, PointOutcome, SampleKind, Spectrum,
+    SpectrumLine, SpectrumMethod, Status,
 };
 use crate::store::{AxisColumn, Placement, PointRow, ResultLayout, ResultWriter};
 
@@ -21,7 +22,8 @@ fn outcome(id: u64, section: SampleKind) -> PointOutcome {
         2 => Some(Class::Chaotic),
         3 => Some(Class::NotConverged),
         4 => None,
-        period => Some(Class::Periodic(period as u32 - 4)),
+        5 => Some(Class::TransientChaos),
+        period => Some(Class::Periodic(period as u32 - 5)),
     };
     let status = if class.is_none() {
         Status::Diverged
@@ -30,12 +32,12 @@ fn outcome(id: u64, section: SampleKind) -> PointOutcome {
     };
     let wave = (0.37 * id as f64).sin();
     let lyapunov = class.as_ref().map(|class| LyapunovOutcome {
-        exponents: vec![if *class == Class::Chaotic {
+        exponents: vec![if class.is_chaos() {
             0.5 + 0.3 * wave
         } else {
             -0.5 + 0.4 * wave
         }],
-        errors: vec![if *class == Class::Chaotic { 0.02 } else { 0.0 }],
+        errors: vec![if class.is_chaos() { 0.02 } else { 0.0 }],
         dimension: None,
         twin: None,
         twin_stderr: None,
@@ -63,11 +65,24 @@ fn outcome(id: u64, section: SampleKind) -> PointOutcome {
         bandwidth: None,
         lines: (0..30).map(line).collect(),
     };
+    let is_chaos = class.is_some_and(|class| class.is_chaos());
+    let is_transient = class == Some(Class::TransientChaos);
     PointOutcome {
         status,
         reason: "for a test".into(),
         class,
         lyapunov,
+        evidence: is_chaos.then(|| EvidenceOutcome {
+            trajectories: 8,
+            verified: !is_transient,
+            ..EvidenceOutcome::default()
+        }),
+        chaos: is_chaos.then(|| ChaosOutcome {
+            cycles: 20_000,
+            exits: if is_transient { 3 } else { 0 },
+            trajectories: 8,
+            ..ChaosOutcome::default()
+        }),
         spectra: match id {
             0 => ["deflection", "force"].map(spectrum).to_vec(),
             _ => Vec::new(),
@@ -81,6 +96,7 @@ fn attractor(class: Class, share: f64) -> AttractorOutcome {
     AttractorOutcome {
         class,
         lambda: None,
+        chaos_lifetime_low: None,
         lambda_stderr: None,
         deflection_rms: Some(1e-5 + 2e-5 * share),
         force_peak: Some(1e4),
@@ -316,4 +332,83 @@ fn samples_of_an_entry_section_are_over_the_mesh_phase() {
         !texts.iter().any(|text| text.starts_with("deflection")),
         "{texts:?}"
     );
+}
+
+/// Lines that go up to the right by 45 degrees.
+fn hatching(canvas: &Canvas) -> Vec<[[f64; 2]; 2]> {
+    let lines = canvas.shapes.iter().filter_map(|shape| match shape {
+        Shape::Line { points, .. } if points.len() == 2 => Some([points[0], points[1]]),
+        _ => None,
+    });
+    let slanted = |[from, to]: &[[f64; 2]; 2]| {
+        let [across, up] = [to[0] - from[0], from[1] - to[1]];
+        across > 0.0 && (across - up).abs() < 1e-9
+    };
+    lines.filter(slanted).collect()
+}
+
+#[test]
+fn transient_chaos_is_hatched_and_errors_that_are_not_verified_have_a_dot() {
+    // Of the twelve points 2 is chaotic and 5 transient chaos, in the second row and the second column.
+    let folder = written([3, 4], SampleKind::Strobe);
+    let picture = drawn(folder.path(), &[What::Lambda], None)
+        .pictures
+        .remove(0);
+    let canvas = &picture.canvas;
+    let texts: Vec<&str> = canvas.texts().collect();
+    for wanted in ["transient chaos (1)", "error not verified (1)"] {
+        assert!(texts.contains(&wanted), "{wanted}: {texts:?}");
+    }
+    let subtitle = "errors of 1 point not verified";
+    assert!(
+        texts.iter().any(|text| text.contains(subtitle)),
+        "{texts:?}"
+    );
+    let [cell, key]: [Vec<_>; 2] = {
+        let (cell, key) = hatching(canvas)
+            .into_iter()
+            .partition(|[at, _]| at[0] < 740.0);
+        [cell, key]
+    };
+    assert!(cell.len() > 20 && !key.is_empty());
+    let inside = |[x, y]: [f64; 2]| (252.0..414.0).contains(&x) && (223.0..375.0).contains(&y);
+    assert!(cell.iter().flatten().all(|at| inside(*at)), "{cell:?}");
+    // On a disc in the colour of the cell, so that lines do not reach it.
+    let is_dot = |shape: &&Shape| matches!(shape, Shape::Disc { centre, .. } if inside(*centre));
+    assert_eq!(canvas.shapes.iter().filter(is_dot).count(), 2);
+    // All of it is in the file.
+    let source = picture.svg().unwrap();
+    let document = roxmltree::Document::parse(&source).unwrap();
+    let lines = document
+        .descendants()
+        .filter(|node| node.has_tag_name("polyline"));
+    assert!(lines.count() >= cell.len() + key.len());
+}
+
+#[test]
+fn the_map_of_classes_has_transient_chaos_hatched_with_its_letter() {
+    let folder = written([3, 4], SampleKind::Strobe);
+    let canvas = one(folder.path(), What::Classes);
+    let texts: Vec<&str> = canvas.texts().collect();
+    assert_eq!(
+        texts.iter().filter(|text| **text == "t").count(),
+        2,
+        "{texts:?}"
+    );
+    assert!(texts.contains(&"transient chaos (1)"), "{texts:?}");
+    assert!(hatching(&canvas).len() > 20);
+    // Its errors are not what this picture shows.
+    assert!(
+        !texts.iter().any(|text| text.contains("verified")),
+        "{texts:?}"
+    );
+}
+
+#[test]
+fn maps_without_transient_chaos_have_no_lines_over_cells() {
+    let folder = written([2, 2], SampleKind::Strobe);
+    for what in [What::Lambda, What::Classes] {
+        let canvas = one(folder.path(), what);
+        assert_eq!(hatching(&canvas).len(), 0, "{what:?}");
+    }
 }

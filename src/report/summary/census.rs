@@ -7,7 +7,8 @@ use std::path::Path;
 
 use crate::input::printable;
 use crate::report::error::ReportError;
-use crate::report::point::{Axis, ClassCount, PointSummary};
+use crate::report::lifetimes::Lifetimes;
+use crate::report::point::{Axis, CHAOTIC, ChaosLife, ClassCount, PointSummary, TRANSIENT_CHAOS};
 use crate::store::{ResultTable, TableKind};
 
 /// Points listed of each kind; the others are counted.
@@ -30,6 +31,13 @@ pub(super) fn livelier(a: &PointSummary, b: &PointSummary) -> Ordering {
     lambda(b).total_cmp(&lambda(a)).then(by_id(a, b))
 }
 
+/// The shorter mean life of chaos first.
+pub(super) fn shorter_lived(a: &PointSummary, b: &PointSummary) -> Ordering {
+    let life = |point: &PointSummary| point.chaos.as_ref()?.mean;
+    let life = |point: &PointSummary| life(point).unwrap_or(f64::INFINITY);
+    life(a).total_cmp(&life(b)).then(by_id(a, b))
+}
+
 /// What a census takes of a point beside its summary.
 pub(super) struct Extra {
     cycles: u64,
@@ -46,9 +54,13 @@ pub(super) fn scan(
 ) -> Result<(), ReportError> {
     let axes = head.axes()?;
     let columns = axes.iter().map(String::as_str).chain(COLUMNS);
-    let columns: Vec<&str> = columns.collect();
+    let columns: Vec<&str> = columns.chain(EVIDENCE).collect();
+    // Results of older programs say nothing of the evidence.
+    let known = head.columns()?;
+    let known = |name: &&str| known.iter().any(|column| column.name == **name);
+    let with_evidence = EVIDENCE.iter().all(known);
     ResultTable::scan(folder, TableKind::Points, &columns, |part| {
-        let points = read_points(folder, part)?;
+        let points = read_points(folder, part, with_evidence)?;
         let (cycles, time) = (part.u64("cycles")?, part.f64("wall_time")?);
         let (residual, attractors) = (part.f64("energy_residual")?, part.u64("attractors")?);
         let extra = (0..points.len()).map(|row| Extra {
@@ -78,6 +90,17 @@ const COLUMNS: [&str; 14] = [
     "wall_time",
     "energy_residual",
     "attractors",
+];
+
+/// Columns that tell how much was seen of a motion that does not settle.
+const EVIDENCE: [&str; 7] = [
+    "trajectories",
+    "errors_verified",
+    "chaos_lifetime",
+    "chaos_lifetime_low",
+    "chaos_lifetime_high",
+    "chaos_exits",
+    "ended_on",
 ];
 
 /// The first points in some order, and how many there are.
@@ -134,6 +157,11 @@ pub(super) struct Census {
     pub(super) open_balances: usize,
     pub(super) with_exponent: usize,
     pub(super) chaotic: Leading,
+    pub(super) lifetimes: Lifetimes,
+    /// Points whose chaos some trajectories left.
+    pub(super) transient: Leading,
+    pub(super) with_evidence: usize,
+    pub(super) unverified: usize,
     pub(super) with_twin: usize,
     pub(super) twin_disagrees: Leading,
     pub(super) troubled: Leading,
@@ -156,6 +184,10 @@ impl Census {
             open_balances: 0,
             with_exponent: 0,
             chaotic: Leading::new(most),
+            lifetimes: Lifetimes::default(),
+            transient: Leading::new(most),
+            with_evidence: 0,
+            unverified: 0,
             with_twin: 0,
             twin_disagrees: Leading::new(most),
             troubled: Leading::new(most),
@@ -181,9 +213,14 @@ impl Census {
             count_class(&mut self.classes, point);
             self.with_exponent += usize::from(point.lambda.is_some());
             self.with_twin += usize::from(point.twin_agrees.is_some());
-            if point.class.as_deref() == Some("chaotic") {
+            if point.is_chaos() {
                 self.chaotic.add(point, livelier);
             }
+            if self.lifetimes.count(point) {
+                self.transient.add(point, shorter_lived);
+            }
+            self.with_evidence += usize::from(point.errors_verified.is_some());
+            self.unverified += usize::from(point.errors_verified == Some(false));
             if point.twin_agrees == Some(false) {
                 self.twin_disagrees.add(point, by_id);
             }
@@ -253,7 +290,11 @@ impl Values {
     }
 }
 
-fn read_points(folder: &Path, table: &ResultTable) -> Result<Vec<PointSummary>, ReportError> {
+fn read_points(
+    folder: &Path,
+    table: &ResultTable,
+    with_evidence: bool,
+) -> Result<Vec<PointSummary>, ReportError> {
     let axes: Vec<(String, Vec<Option<f64>>)> = table
         .axes()?
         .into_iter()
@@ -268,6 +309,10 @@ fn read_points(folder: &Path, table: &ResultTable) -> Result<Vec<PointSummary>, 
         Some(_) => table.text("direction")?,
         None => vec![None; table.rows()],
     };
+    let evidence = match with_evidence {
+        true => read_evidence(table)?,
+        false => vec![(None, None); table.rows()],
+    };
     let incomplete = |column: &str| ReportError::Incomplete {
         folder: folder.to_path_buf(),
         column: column.to_owned(),
@@ -281,6 +326,7 @@ fn read_points(folder: &Path, table: &ResultTable) -> Result<Vec<PointSummary>, 
                     value.ok_or_else(|| incomplete(name))
                 })
                 .collect::<Result<_, _>>()?;
+            let (errors_verified, chaos) = evidence[row].clone();
             Ok(PointSummary {
                 point_id: ids[row].ok_or_else(|| incomplete("point_id"))?,
                 axis_values,
@@ -293,20 +339,48 @@ fn read_points(folder: &Path, table: &ResultTable) -> Result<Vec<PointSummary>, 
                 stderr: stderr[row],
                 twin: twin[row],
                 twin_agrees: agrees[row],
+                errors_verified,
+                chaos,
             })
         })
         .collect()
+}
+
+/// Whether the errors of a point are verified, and how long its chaos lasts.
+type Evidence = (Option<bool>, Option<Box<ChaosLife>>);
+
+fn read_evidence(table: &ResultTable) -> Result<Vec<Evidence>, ReportError> {
+    let (trajectories, exits) = (table.u64("trajectories")?, table.u64("chaos_exits")?);
+    let (verified, ended_on) = (table.bool("errors_verified")?, table.text("ended_on")?);
+    let [mean, low, high] = [
+        table.f64("chaos_lifetime")?,
+        table.f64("chaos_lifetime_low")?,
+        table.f64("chaos_lifetime_high")?,
+    ];
+    let life = |row: usize| {
+        Some(Box::new(ChaosLife {
+            mean: mean[row],
+            low: low[row]?,
+            high: high[row],
+            exits: exits[row].unwrap_or_default(),
+            trajectories: trajectories[row],
+            ended_on: ended_on[row].clone(),
+        }))
+    };
+    let rows = 0..table.rows();
+    Ok(rows.map(|row| (verified[row], life(row))).collect())
 }
 
 /// Points by rank of their class and by period, with the class's name.
 pub(super) type Classes = BTreeMap<(usize, Option<u64>), (String, usize)>;
 
 /// Classes, the calmest first.
-const CALMEST_FIRST: [&str; 6] = [
+const CALMEST_FIRST: [&str; 7] = [
     "steady_contact",
     "periodic",
     "quasi_periodic",
-    "chaotic",
+    TRANSIENT_CHAOS,
+    CHAOTIC,
     "not_converged",
     "none",
 ];

@@ -1,7 +1,7 @@
 //! A character map of the largest exponent over the first two axes of the grid with several values.
 //!
 //! Chaotic points show the size of λ (a ramp of characters, or of colours from viridis),
-//! all others what they are.
+//! all others what they are. Transient chaos is a `t`, in the colour of its λ where there are colours.
 
 use super::style::Style;
 use super::table::label;
@@ -17,6 +17,9 @@ const RAMP: [char; 5] = ['-', '=', '*', '#', '@'];
 /// Five steps of viridis in the 256-colour palette; dark to bright, so that order survives
 /// colour blindness.
 const COLOURS: [u8; 5] = [54, 60, 31, 78, 227];
+
+/// Ink that reads on each of them: white and black.
+const INKS: [u8; 5] = [231, 231, 231, 16, 16];
 
 /// The map as text; empty when the grid has no axis or no point.
 pub(super) fn heat_map(summary: &Summary, style: Style) -> String {
@@ -84,6 +87,14 @@ fn push_cell(text: &mut String, cell: Cell, largest: f64, width: usize, style: S
             let colour = COLOURS[step(lambda, largest)];
             _ = write!(text, "\x1b[48;5;{colour}m{:width$}\x1b[0m", "");
         }
+        (Style::Colour, Cell::TransientChaos(lambda)) => {
+            let step = step(lambda, largest);
+            let (colour, ink) = (COLOURS[step], INKS[step]);
+            _ = write!(
+                text,
+                "\x1b[48;5;{colour}m\x1b[38;5;{ink}m{mark:>width$}\x1b[0m"
+            );
+        }
         (Style::Colour, Cell::Failed | Cell::NotConverged) => {
             _ = write!(text, "\x1b[1m{mark:>width$}\x1b[0m");
         }
@@ -113,11 +124,11 @@ fn push_legend(text: &mut String, cells: &[Vec<Cell>], largest: f64, style: Styl
         .collect();
     meanings.sort_unstable();
     meanings.dedup();
-    if cells
-        .iter()
-        .flatten()
-        .any(|cell| matches!(cell, Cell::Chaotic(_)))
-    {
+    if cells.iter().flatten().any(|cell| match cell {
+        Cell::Chaotic(_) => true,
+        Cell::TransientChaos(_) => style == Style::Colour,
+        _ => false,
+    }) {
         let ramp: String = match style {
             Style::Plain => RAMP.iter().collect(),
             Style::Colour => COLOURS
@@ -146,6 +157,7 @@ fn mark(cell: Cell, largest: f64) -> char {
         Cell::Failed => 'x',
         Cell::NotConverged => '?',
         Cell::QuasiPeriodic => 'q',
+        Cell::TransientChaos(_) => 't',
         Cell::Chaotic(lambda) => RAMP[step(lambda, largest)],
     }
 }
@@ -160,6 +172,7 @@ fn meaning(cell: Cell) -> Option<&'static str> {
         Cell::Failed => Some("x failed"),
         Cell::NotConverged => Some("? not converged"),
         Cell::QuasiPeriodic => Some("q quasi-periodic"),
+        Cell::TransientChaos(_) => Some("t transient chaos"),
         Cell::Chaotic(_) => None,
     }
 }

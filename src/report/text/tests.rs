@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use super::*;
-use crate::analysis::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
+use crate::analysis::{
+    ChaosOutcome, Class, EvidenceOutcome, LyapunovMethod, LyapunovOutcome, PointOutcome, Status,
+};
 use crate::report::ReportError;
 use crate::store::{
     AxisColumn, MachineRecord, Placement, PlacementRecord, PointRow, ProgramRecord, ResultLayout,
@@ -25,15 +27,9 @@ fn outcome(status: Status, class: Option<Class>, lambda: Option<f64>) -> PointOu
             method: LyapunovMethod::Tangent,
             course: None,
         }),
-        nvh: None,
-        spectra: Vec::new(),
-        orders: Vec::new(),
-        poincare: Vec::new(),
-        events_per_cycle: None,
-        energy_residual: None,
-        grazing_count: 0,
         cycles: 1000,
         measured_cycles: 800,
+        ..PointOutcome::unanswered(Status::Ok, String::new())
     }
 }
 
@@ -274,17 +270,9 @@ fn numbers_have_four_digits() {
 #[test]
 fn an_exponent_shows_two_digits_of_its_error() {
     let point = |lambda, stderr| PointSummary {
-        point_id: 0,
-        axis_values: Vec::new(),
-        direction: None,
-        status: "ok".into(),
-        reason: String::new(),
-        class: None,
-        period: None,
         lambda,
         stderr,
-        twin: None,
-        twin_agrees: None,
+        ..PointSummary::default()
     };
     assert_eq!(
         exponent(&point(Some(0.86123), Some(0.0123))),
@@ -333,4 +321,69 @@ fn an_energy_balance_that_does_not_close_is_a_warning() {
     let text = told(0.9e-6);
     assert!(!text.contains("energy_residual"), "{text}");
     assert!(text.contains("worst energy residual 9.0e-7"), "{text}");
+}
+
+/// A point of which trajectories were chaotic for so many cycles, and so many of eight left that.
+fn once_chaotic(class: Class, cycles: u64, exits: u32, verified: bool) -> PointOutcome {
+    PointOutcome {
+        evidence: Some(EvidenceOutcome {
+            trajectories: 8,
+            verified,
+            ..EvidenceOutcome::default()
+        }),
+        chaos: Some(ChaosOutcome {
+            cycles,
+            exits,
+            trajectories: 8,
+            ended_on: (exits > 0).then(|| "periodic 3 (2), quasi_periodic (1)".into()),
+            left: None,
+        }),
+        ..outcome(Status::Ok, Some(class), Some(0.4))
+    }
+}
+
+#[test]
+fn the_life_of_chaos_is_told_by_how_many_trajectories_left_it() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), &[1, 6], &[], |point_id| match point_id {
+        0 => once_chaotic(Class::Chaotic, 20_100, 0, true),
+        1 => once_chaotic(Class::Chaotic, 39_900, 0, false),
+        2 => once_chaotic(Class::TransientChaos, 8000, 4, true),
+        3 => once_chaotic(Class::TransientChaos, 3000, 3, true),
+        4 => once_chaotic(Class::Periodic(3), 6400, 8, true),
+        _ => outcome(Status::Ok, Some(Class::Periodic(1)), Some(-0.1)),
+    });
+    let text = shown(folder.path());
+    for wanted in [
+        "  2 points: no trajectory left chaos; its mean life is at least 6700 … 13300 (95 %)\n",
+        "  1 point: all trajectories left chaos, whose mean life is 800; the class is that of the motion that followed\n",
+        "  2 points: some trajectories left chaos, the shortest mean life first\n",
+        "3 of 8 trajectories ended on period 3 (2), quasi-periodic (1)\n",
+        "λ = 0.400 ± 0.012  transient\n",
+        "t transient chaos",
+        "  transient chaos              2\n",
+        "standard errors of 1 of 5 points that do not settle are not verified; set run.cycles to 40000 or more",
+    ] {
+        assert!(text.contains(wanted), "{wanted}\n{text}");
+    }
+    let [short, long] = ["life 1000 (95 %: ", "life 2000 (95 %: "].map(|life| text.find(life));
+    assert!(short.is_some() && short < long, "{text}");
+    // In colours the mark stands on the colour of its λ.
+    let summary = Summary::read(folder.path()).unwrap();
+    let colour = render(&summary, Style::Colour);
+    assert!(
+        colour.contains("\x1b[48;5;227m\x1b[38;5;16m     t\x1b[0m"),
+        "{colour}"
+    );
+}
+
+#[test]
+fn without_chaos_nothing_is_said_of_its_life() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), &[2, 2], &[], |_| {
+        outcome(Status::Ok, Some(Class::Periodic(2)), Some(-0.1))
+    });
+    let text = shown(folder.path());
+    assert!(!text.contains("life of chaos"), "{text}");
+    assert!(!text.contains("not verified"), "{text}");
 }

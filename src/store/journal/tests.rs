@@ -2,10 +2,10 @@
 
 use super::*;
 use crate::analysis::{
-    AngleOutcome, AttractorOutcome, BasinShare, CellOutcome, Class, CourseOutcome,
-    CovariantOutcome, KaplanYorke, LyapunovMethod, LyapunovOutcome, MultistabilityOutcome,
-    NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine,
-    SpectrumMethod, Status,
+    AngleOutcome, AttractorOutcome, BasinShare, CellOutcome, ChainRecord, ChaosOutcome, Class,
+    CourseOutcome, CovariantOutcome, EvidenceOutcome, KaplanYorke, LeftChaos, LyapunovMethod,
+    LyapunovOutcome, MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome,
+    SampleKind, Spectrum, SpectrumLine, SpectrumMethod, Status,
 };
 use crate::analysis::{
     Estimate, ExpansionAverage, ExpansionOrder, ExpansionOutcome, ExpansionQuantity,
@@ -73,6 +73,30 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
             }],
             events_per_cycle: Some(number(0)),
             energy_residual: None,
+            evidence: Some(EvidenceOutcome {
+                trajectories: 8,
+                verified: true,
+                correlation_cycles: Some(number(0)),
+                ess: None,
+                rhat: Some(number(1)),
+                rotation_number: Some(number(2)),
+                chains: Some(ChainRecord {
+                    lengths: vec![2.0, 1.0],
+                    growth: numbers.to_vec(),
+                }),
+            }),
+            chaos: Some(ChaosOutcome {
+                cycles: u64::MAX,
+                exits: 8,
+                trajectories: 8,
+                ended_on: Some("periodic 3 (8)".into()),
+                left: Some(LeftChaos {
+                    lambda: [number(3), number(4)],
+                    deflection_rms: Some([number(5), number(6)]),
+                    force_std: None,
+                    impact_velocity: Some([number(7), number(8)]),
+                }),
+            }),
             grazing_count: 1,
             cycles: u64::MAX,
             measured_cycles: 0,
@@ -141,6 +165,7 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
             attractors: vec![AttractorOutcome {
                 class: Class::QuasiPeriodic,
                 lambda: Some(number(1)),
+                chaos_lifetime_low: Some(number(2)),
                 lambda_stderr: None,
                 deflection_rms: Some(number(2)),
                 force_peak: None,

@@ -7,13 +7,14 @@ use std::path::Path;
 
 use super::*;
 use crate::analysis::{
-    AngleOutcome, AttractorOutcome, BasinShare, Bifurcation, CellOutcome, Character, Class,
-    CourseOutcome, CovariantOutcome, DurationOutcome, Estimate, ExpansionAverage, ExpansionOrder,
-    ExpansionOutcome, ExpansionQuantity, HorizonMeasure, HorizonOutcome, HorizonQuantity,
-    KaplanYorke, Kick, LyapunovMethod, LyapunovOutcome, MissedState, ModalState,
-    MultistabilityOutcome, NvhErrors, NvhOutcome, OrbitOutcome, OrbitSurvey, OrderLine,
-    OrderReference, PoincareSample, PointOutcome, ProbeOutcome, SampleKind, SignalOrders, Spectrum,
-    SpectrumLine, SpectrumMethod, Status, TraceSample, TraceSink,
+    AngleOutcome, AttractorOutcome, BasinShare, Bifurcation, CellOutcome, ChainRecord,
+    ChaosOutcome, Character, Class, CourseOutcome, CovariantOutcome, DurationOutcome, Estimate,
+    EvidenceOutcome, ExpansionAverage, ExpansionOrder, ExpansionOutcome, ExpansionQuantity,
+    HorizonMeasure, HorizonOutcome, HorizonQuantity, KaplanYorke, Kick, LeftChaos, LyapunovMethod,
+    LyapunovOutcome, MissedState, ModalState, MultistabilityOutcome, NvhErrors, NvhOutcome,
+    OrbitOutcome, OrbitSurvey, OrderLine, OrderReference, PoincareSample, PointOutcome,
+    ProbeOutcome, SampleKind, SignalOrders, Spectrum, SpectrumLine, SpectrumMethod, Status,
+    TraceSample, TraceSink,
 };
 use crate::model::Quantity;
 use crate::model::{ActiveSet, COAST_FLANK};
@@ -101,12 +102,15 @@ fn full(point_id: u64) -> PointRow {
                 deflection_mean: 1e-6,
                 deflection_rms: 2e-6,
                 deflection_pp: 3e-6,
+                deflection_peak: 4.1e-6,
+                deflection_peak_quantiles: vec![4.2e-6, 4.3e-6],
                 deflection_crest: 4.0,
                 deflection_kurtosis: 5.0,
                 harmonics: vec![6e-6, 7e-6],
                 force_mean: 8.0,
                 force_std: 9.0,
                 force_peak: 10.0,
+                force_peak_quantiles: vec![9.1, 9.2],
                 power_loss: Some(10.1),
                 power_transmitted: Some(10.2),
                 efficiency: Some(0.99),
@@ -139,11 +143,14 @@ fn full(point_id: u64) -> PointRow {
                 stderr: Some(NvhErrors {
                     deflection_mean: 2e-8,
                     deflection_rms: 1e-8,
+                    deflection_peak_quantiles: vec![1e-8, 1.1e-8],
                     deflection_kurtosis: 3e-8,
                     harmonics: vec![1e-9, 2e-9],
                     suborders: vec![3e-9; 5],
                     force_mean: 4e-8,
                     force_std: 5e-8,
+                    // A thousandth of the cycles was not seen.
+                    force_peak_quantiles: vec![0.1, f64::INFINITY],
                     power_loss: 5.1e-8,
                     power_transmitted: 5.2e-8,
                     efficiency: f64::INFINITY,
@@ -209,6 +216,30 @@ fn full(point_id: u64) -> PointRow {
             }],
             events_per_cycle: Some(2.5),
             energy_residual: Some(1e-12),
+            evidence: Some(EvidenceOutcome {
+                trajectories: 24,
+                verified: true,
+                correlation_cycles: Some(25.5),
+                ess: Some(26.5),
+                rhat: Some(1.25),
+                rotation_number: Some(0.125),
+                chains: Some(ChainRecord {
+                    lengths: vec![2.0, 1.0],
+                    growth: vec![0.7, 0.8, 0.9],
+                }),
+            }),
+            chaos: Some(ChaosOutcome {
+                cycles: 27_000,
+                exits: 2,
+                trajectories: 24,
+                ended_on: Some("periodic 3 (2)".into()),
+                left: Some(LeftChaos {
+                    lambda: [0.61, 0.062],
+                    deflection_rms: Some([6.3e-6, 6.4e-7]),
+                    force_std: Some([65.0, 66.0]),
+                    impact_velocity: None,
+                }),
+            }),
             grazing_count: 13,
             cycles: 14,
             measured_cycles: 15,
@@ -314,6 +345,7 @@ fn attractor() -> AttractorOutcome {
     AttractorOutcome {
         class: Class::Periodic(2),
         lambda: Some(-0.3),
+        chaos_lifetime_low: Some(5000.0),
         lambda_stderr: Some(2e-9),
         deflection_rms: Some(4e-5),
         force_peak: Some(1.7e4),
@@ -430,21 +462,7 @@ fn instant() -> TraceSample {
 /// A point of which nothing is known but that it failed.
 fn failed(point_id: u64) -> PointRow {
     let mut row = full(point_id);
-    row.outcome = PointOutcome {
-        status: Status::Failed,
-        reason: "the model has no mesh mode".into(),
-        class: None,
-        lyapunov: None,
-        nvh: None,
-        spectra: Vec::new(),
-        orders: Vec::new(),
-        poincare: Vec::new(),
-        events_per_cycle: None,
-        energy_residual: None,
-        grazing_count: 0,
-        cycles: 0,
-        measured_cycles: 0,
-    };
+    row.outcome = PointOutcome::unanswered(Status::Failed, "the model has no mesh mode".into());
     row.multistability = None;
     row.horizon = None;
     row.cycle_expansion = None;
@@ -641,14 +659,43 @@ fn every_column_comes_back() {
         ("covariant_exponents_stderr", &[0.021, 0.022, 0.023]),
         ("covariant_exponents_spread", &[1.1, 1.2, 1.3]),
         ("angle_quantiles", &[0.01, 0.1, 0.71, 1.3, 1.5]),
+        ("chain_lengths", &[2.0, 1.0]),
+        ("chain_growth", &[0.7, 0.8, 0.9]),
     ] {
         let values = Some(values.iter().copied().map(Some).collect());
         assert_eq!(points.lists(name), [values, None], "{name}");
+    }
+    assert_eq!(points.bool("errors_verified"), [Some(true), None]);
+    assert_eq!(text("ended_on"), [Some("periodic 3 (2)".into()), None]);
+    for (name, value) in [
+        ("trajectories", 24),
+        ("chaos_cycles", 27_000),
+        ("chaos_exits", 2),
+    ] {
+        assert_eq!(counts(name), [Some(value), None], "{name}");
+    }
+    // Two exits in 27000 cycles, by quantiles of chi-squared with 6 and 4 degrees of freedom.
+    for (name, end) in [
+        ("chaos_lifetime_low", 2.0 * 27_000.0 / 14.449_375),
+        ("chaos_lifetime_high", 2.0 * 27_000.0 / 0.484_419),
+    ] {
+        let [Some(found), None] = numbers(name)[..] else {
+            panic!("{name}");
+        };
+        assert!((found / end - 1.0).abs() < 1e-5, "{name}: {found} {end}");
     }
     assert_eq!(counts("unstable_directions"), [Some(1), None]);
     assert_eq!(counts("stable_directions"), [Some(2), None]);
     let harmonics = Some(vec![Some(6e-6), Some(7e-6)]);
     assert_eq!(points.lists("harmonics"), [harmonics, None]);
+    let peaks = Some(vec![Some(4.2e-6), Some(4.3e-6)]);
+    assert_eq!(points.lists("deflection_peak_quantiles"), [peaks, None]);
+    let errors = points.lists("deflection_peak_quantiles_stderr");
+    assert_eq!(errors, [Some(some([1e-8, 1.1e-8])), None]);
+    let peaks = Some(some([9.1, 9.2]));
+    assert_eq!(points.lists("force_peak_quantiles"), [peaks, None]);
+    let errors = points.lists("force_peak_quantiles_stderr");
+    assert_eq!(errors, [None, None], "one of them is not known");
     for (name, value) in [
         ("lambda_max", 0.86),
         ("lambda_stderr", 0.01),
@@ -661,6 +708,7 @@ fn every_column_comes_back() {
         ("deflection_mean", 1e-6),
         ("deflection_rms", 2e-6),
         ("deflection_pp", 3e-6),
+        ("deflection_peak", 4.1e-6),
         ("deflection_crest", 4.0),
         ("deflection_kurtosis", 5.0),
         ("force_mean", 8.0),
@@ -689,6 +737,19 @@ fn every_column_comes_back() {
     assert_eq!(text("direction"), [Some("down".into()), None]);
     for (name, value) in [
         ("lambda_twin_stderr", Some(0.02)),
+        ("correlation_cycles", Some(25.5)),
+        ("ess", Some(26.5)),
+        ("rhat", Some(1.25)),
+        ("rotation_number", Some(0.125)),
+        ("chaos_lifetime", Some(13_500.0)),
+        ("transient_lambda", Some(0.61)),
+        ("transient_lambda_stderr", Some(0.062)),
+        ("transient_deflection_rms", Some(6.3e-6)),
+        ("transient_deflection_rms_stderr", Some(6.4e-7)),
+        ("transient_force_std", Some(65.0)),
+        ("transient_force_std_stderr", Some(66.0)),
+        ("transient_impact_velocity", None),
+        ("transient_impact_velocity_stderr", None),
         ("horizon", Some(17.0)),
         ("horizon_stderr", Some(0.5)),
         ("kaplan_yorke", Some(2.68)),
@@ -859,6 +920,7 @@ fn every_column_comes_back() {
     assert_eq!(found.text("class"), [Some("periodic".into())]);
     for (name, value) in [
         ("lambda", -0.3),
+        ("chaos_lifetime_low", 5000.0),
         ("lambda_stderr", 2e-9),
         ("deflection_rms", 4e-5),
         ("force_peak", 1.7e4),

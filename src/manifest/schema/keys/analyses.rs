@@ -30,7 +30,19 @@ pub(super) const KEYS: &[Key] = &[
         .about("Number of exponents, the largest first. At most twice the retained modes that are not neutral, \
                 and one more where drag damps the neutral rotation; each costs a tangent vector."),
     quantity("analyses.lyapunov.stop_at_stderr", Ratio, POSITIVE, "0.01").otherwise("none: all of `run.cycles` are measured")
-        .about("Standard error of the largest exponent, per mesh cycle, at which measuring stops."),
+        .about("Standard error of the largest exponent, per mesh cycle, at which measuring stops. A point ends early where \
+                its error would not come down to this within `run.cycles`, and says how many cycles it would take."),
+    choice("analyses.lyapunov.effort", &["verified", "survey"], r#""survey""#).or(r#""verified""#)
+        .about("How much evidence an error bar takes of a motion that does not settle. `verified` measures eight trajectories \
+                and reads errors at 40000 cycles, then at twice as many, and so on: the coverage of these errors was \
+                measured. `survey` measures one trajectory and looks at 2000 cycles, for quick maps; its errors are not \
+                verified."),
+    integer("analyses.lyapunov.lifetime", 1.0, MANY, "10000").otherwise("what the error bar shows")
+        .about("Lower bound of the mean life of chaos, in mesh cycles, that is to be shown at 95 %. It takes three times as \
+                many chaotic cycles, where no trajectory leaves."),
+    key("analyses.lyapunov.chains", Kind::Boolean, ANY, "true").or("false")
+        .about("Whether the averages of growth over ten mesh cycles are kept of every trajectory, in the columns \
+                `chain_lengths` and `chain_growth`."),
     integer("analyses.lyapunov.align", 0.0, MANY, "200").or("100")
         .about("Mesh cycles discarded after the transient, in which the tangents turn into their directions."),
     key("analyses.lyapunov.twin", Kind::Boolean, ANY, "false").or("true")
@@ -121,7 +133,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Decades of energy that the other probes are spread over, about the energy that closes the half gap."),
     integer("analyses.multistability.transient", 0.0, MANY, "2000").otherwise("`run.transient`")
         .about("Mesh cycles of each probe discarded."),
-    integer("analyses.multistability.cycles", FEWEST_CYCLES as f64, MANY, "2000").otherwise("`run.cycles`, and at least 320")
+    integer("analyses.multistability.cycles", FEWEST_CYCLES as f64, MANY, "2000").otherwise("`run.cycles`, from 320 to 4000")
         .about("Most mesh cycles of each probe measured."),
     table("analyses.multistability.slice").otherwise("no slice")
         .about("A plane of initial states through `run.initial`, from which basins of attraction are drawn: along \

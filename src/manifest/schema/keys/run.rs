@@ -11,8 +11,9 @@ pub(super) const KEYS: &[Key] = &[
         .about("How long a point is computed, with which kernel, and from which state."),
     integer("run.transient", 0.0, MANY, "500").or("200")
         .about("Mesh cycles discarded before anything is measured, of a motion that finds no periodic orbit."),
-    integer("run.cycles", 1.0, MANY, "5000").or("800")
-        .about("Most mesh cycles measured. A point stops earlier once its answers are settled."),
+    integer("run.cycles", 1.0, MANY, "40000").otherwise("160000, or 40000 where no analysis has a `stop_at_stderr`")
+        .about("Most mesh cycles measured, of all trajectories of a point together. A point stops earlier once its answers \
+                are settled."),
     choice("run.kernel", &["volterra", "stepping", "dyadic", "hermite", "spectral", "fused"], r#""stepping""#)
         .or(r#""volterra""#)
         .about("How the motion is computed. `volterra` is exact to round-off and the fastest. `stepping` takes fixed \

@@ -25,6 +25,7 @@ function startDetail() {
       make("label", {}, make("span", {}, "Point"), number),
       make("button", { type: "button", id: "after", "aria-label": "Next point", onclick: step(1) }, "›")),
     make("div", { id: "point", "aria-live": "polite" }),
+    make("div", { id: "evidence" }),
     make("div", { id: "pictures" }),
     make("div", { id: "rows" }),
     make("div", { id: "statistics" }),
@@ -46,12 +47,13 @@ async function showPoint(row) {
   document.getElementById("point").replaceChildren(
     make("h2", {}, `Point ${grid.ids[row]}`),
     make("p", {}, placeWords(row)),
-    make("p", { class: "motion" }, swatch(motion.colour), motion.name, ` · ${POINTS.column("status").text(row)}`),
+    make("p", { class: "motion" }, swatch(motion.colour, motion.hatched), motion.name, ` · ${POINTS.column("status").text(row)}`),
     value === "" ? "" : make("p", {}, `${shown.title}: ${value}`),
     make("p", { class: "reason" }, POINTS.column("reason").text(row) ?? ""),
   );
   await POINTS.load();
   if (asked !== detail.asked) return;
+  document.getElementById("evidence").replaceChildren(...evidence(row));
   document.getElementById("statistics").replaceChildren(statistics(row));
   detail.charts.forEach((chart) => chart.remove());
   detail.charts = [];
@@ -76,6 +78,33 @@ async function showPoint(row) {
     if (asked !== detail.asked) return;
     if (from < to) rows.append(rowsOf(table, from, to));
   }
+}
+
+/** What is known of a motion that does not settle: how long its chaos lasts, and how much was seen of it. */
+function evidence(row) {
+  const number = (name) => POINTS.column(name)?.number(row) ?? NaN;
+  const [low, high, life] = ["low", "high", ""].map((end) => number(end === "" ? "chaos_lifetime" : `chaos_lifetime_${end}`));
+  const cycles = (value) => count(Math.round(value));
+  const told = [];
+  if (!Number.isNaN(life)) {
+    told.push(["life of chaos", `${cycles(life)} mesh cycles (95 %: ${cycles(low)} … ${cycles(high)})`]);
+  } else if (!Number.isNaN(low)) {
+    told.push(["life of chaos", `at least ${cycles(low)} mesh cycles (95 %); no trajectory left it`]);
+  }
+  const endings = POINTS.column("ended_on")?.text(row);
+  if (endings) told.push([`${count(number("chaos_exits"))} of ${count(number("trajectories"))} trajectories ended on`, endings.replaceAll("_", " ")]);
+  const verified = POINTS.column("errors_verified")?.text(row);
+  if (verified) told.push(["standard errors", verified === "yes" ? "verified" : "not verified"]);
+  const others = [
+    ["trajectories", "trajectories"], ["correlation_cycles", "correlation, in mesh cycles"], ["ess", "effective sample size"],
+    ["rhat", "split R-hat"], ["rotation_number", "rotation number"],
+  ];
+  for (const [name, words] of others) {
+    if (!Number.isNaN(number(name))) told.push([words, digits(number(name))]);
+  }
+  if (told.length === 0) return [];
+  const lines = told.map(([name, text]) => make("tr", {}, make("th", { scope: "row" }, name), make("td", {}, text)));
+  return [make("h3", {}, "Evidence"), make("table", { class: "statistics" }, make("tbody", {}, lines))];
 }
 
 /** Unit of a value: in tables of several signals that of its row. */

@@ -28,10 +28,10 @@ function tick(label, on, change, id) {
   return make("label", { class: "tick" }, box, make("span", {}, label));
 }
 
-/** A square in a colour. */
-function swatch(colour) {
-  const square = make("span", { class: "swatch", "aria-hidden": "true" });
-  square.style.background = colour;
+/** A square in a colour, hatched where the cells of a map are. */
+function swatch(colour, hatched = false) {
+  const square = make("span", { class: hatched ? "swatch hatched" : "swatch", "aria-hidden": "true" });
+  square.style.backgroundColor = colour;
   return square;
 }
 

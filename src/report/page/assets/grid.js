@@ -52,6 +52,16 @@ function placeWords(row) {
   return [...words, ...(direction ? [`sweep ${direction}`] : [])].join(", ");
 }
 
+/** Whether the chaos of a point was left by some of its trajectories: its cell is hatched. */
+function isHatched(row) {
+  return HEAD.motions[grid.motion[row]].hatched;
+}
+
+/** Whether the standard errors of a point were read before their coverage was known; `errors_verified` is loaded. */
+function isUnverified(row) {
+  return POINTS.column("errors_verified")?.text(row) === "no";
+}
+
 /** Selects a point by its row; all views that show it follow. */
 function selectPoint(row) {
   if (row < 0 || row >= POINTS.rows) return;

@@ -65,8 +65,10 @@ async function startPoints() {
   if (variedAxes().length > 0) await startMap();
   else section.classList.add("alone");
   // What the picture is of comes first; a point among a hundred thousand can wait until it is seen.
-  const chaotic = HEAD.motions.findIndex((motion) => motion.name === "chaotic");
-  const first = () => selectPoint(grid.selected >= 0 ? grid.selected : Math.max(0, grid.motion.indexOf(chaotic)));
+  const liveliest = ["chaotic", "transient chaos"]
+    .map((name) => HEAD.motions.findIndex((motion) => motion.name === name))
+    .find((motion) => motion >= 0) ?? -1;
+  const first = () => selectPoint(grid.selected >= 0 ? grid.selected : Math.max(0, grid.motion.indexOf(liveliest)));
   requestAnimationFrame(() => setTimeout(first));
 }
 

@@ -98,6 +98,7 @@ async function drawMap() {
   map.asked += 1;
   const asked = map.asked;
   const shown = await shownColumn(map.column);
+  await POINTS.load("errors_verified");
   if (map.curves || map.y < 0) await shown.loadErrors();
   // Another picture may have been asked for meanwhile.
   if (asked !== map.asked) return;
@@ -200,6 +201,7 @@ function heat(shown, rows, colours) {
     picture.getContext("2d").putImageData(image, 0, 0);
   };
   paint();
+  const mask = isMarked(shown) ? hatchedCells(cells, across, up) : null;
   let theme = document.documentElement.dataset.theme;
   const at = (column, row) => (column >= 0 && column < across && row >= 0 && row < up ? cells[row * across + column] : -1);
   return {
@@ -216,7 +218,10 @@ function heat(shown, rows, colours) {
       pen.ctx.imageSmoothingEnabled = false;
       pen.ctx.drawImage(picture, left, top, right - left, bottom - top);
       const [width, height] = [(right - left) / across, (bottom - top) / up];
-      if (shown.isMotion && Math.min(width, height) > 14 * pen.ratio) letters(pen, rows, x, y, colours);
+      if (mask !== null) hatch(pen, mask, left, top, right - left, bottom - top);
+      const hasRoom = Math.min(width, height) > LETTERED * pen.ratio;
+      if (shown.isMotion && hasRoom) letters(pen, rows, x, y, colours);
+      if (shown.name === "lambda_max" && hasRoom) dots(pen, rows, x, y, width, height);
       if (grid.selected >= 0 && rows.includes(grid.selected)) {
         const [a, b] = [pen.x(x.rank[grid.selected]), pen.y(y.rank[grid.selected])];
         // A cell of a pixel or two would not be seen in its frame.
@@ -242,6 +247,78 @@ function heat(shown, rows, colours) {
   };
 }
 
+/** Whether a map tells transient chaos and unverified errors by marks on its cells. */
+function isMarked(shown) {
+  return shown.isMotion || shown.name === "lambda_max";
+}
+
+/** Cells of a map that are hatched, as a picture with a pixel per cell; null where none is. */
+function hatchedCells(cells, across, up) {
+  const mask = new ImageData(across, up);
+  const pixels = new Uint32Array(mask.data.buffer);
+  let found = false;
+  for (let row = 0; row < up; row += 1) {
+    for (let column = 0; column < across; column += 1) {
+      const own = cells[row * across + column];
+      if (own < 0 || !isHatched(own)) continue;
+      pixels[(up - 1 - row) * across + column] = 0xff000000;
+      found = true;
+    }
+  }
+  if (!found) return null;
+  const picture = new OffscreenCanvas(across, up);
+  picture.getContext("2d").putImageData(mask, 0, 0);
+  return picture;
+}
+
+/** A tile of diagonal lines, each dark and light, so that they are seen on every colour. */
+function hatching(ratio) {
+  const side = Math.round(8 * ratio);
+  const tile = new OffscreenCanvas(side, side);
+  const ctx = tile.getContext("2d");
+  ctx.lineWidth = ratio;
+  for (const [colour, aside] of [["rgb(0 0 0 / 70%)", 0], ["rgb(255 255 255 / 70%)", 1.4 * ratio]]) {
+    ctx.strokeStyle = colour;
+    ctx.beginPath();
+    for (const sum of [0, side, 2 * side]) {
+      ctx.moveTo(-side, sum + side + aside);
+      ctx.lineTo(2 * side, sum - 2 * side + aside);
+    }
+    ctx.stroke();
+  }
+  return tile;
+}
+
+/** Hatches the cells of a mask, which is drawn at a place as the map is. */
+function hatch(pen, mask, left, top, width, height) {
+  const { canvas } = pen.ctx;
+  const layer = new OffscreenCanvas(canvas.width, canvas.height);
+  const ctx = layer.getContext("2d");
+  ctx.imageSmoothingEnabled = false;
+  ctx.drawImage(mask, left, top, width, height);
+  ctx.globalCompositeOperation = "source-in";
+  ctx.fillStyle = ctx.createPattern(hatching(pen.ratio), "repeat");
+  ctx.fillRect(0, 0, canvas.width, canvas.height);
+  pen.ctx.drawImage(layer, 0, 0);
+}
+
+/** Dots in the corners of cells whose standard errors are not verified. */
+function dots(pen, rows, x, y, width, height) {
+  const { ctx, ratio } = pen;
+  for (const row of rows.filter(isUnverified)) {
+    const [left, top] = [pen.x(x.rank[row]) + width / 2 - 5 * ratio, pen.y(y.rank[row]) - height / 2 + 5 * ratio];
+    for (const [colour, radius] of [["#ffffff", 2.6], ["#222222", 1.8]]) {
+      ctx.fillStyle = colour;
+      ctx.beginPath();
+      ctx.arc(left, top, radius * ratio, 0, 2 * Math.PI);
+      ctx.fill();
+    }
+  }
+}
+
+/** Smallest side of a cell with a letter or a dot, in pixels of the page. */
+const LETTERED = 14;
+
 /** The marks of motions in their cells. */
 function letters(pen, rows, x, y, colours) {
   const { ctx } = pen;
@@ -250,6 +327,12 @@ function letters(pen, rows, x, y, colours) {
   ctx.textBaseline = "middle";
   for (const row of rows) {
     const [r, g, b] = colours.of(row);
+    if (isHatched(row)) {
+      // Lines behind letters make them hard to read.
+      const half = 7 * pen.ratio;
+      ctx.fillStyle = `rgb(${r},${g},${b})`;
+      ctx.fillRect(pen.x(x.rank[row]) - half, pen.y(y.rank[row]) - half, 2 * half, 2 * half);
+    }
     ctx.fillStyle = 0.299 * r + 0.587 * g + 0.114 * b > 140 ? "#222222" : "#ffffff";
     ctx.fillText(HEAD.motions[grid.motion[row]].mark, pen.x(x.rank[row]), pen.y(y.rank[row]));
   }
@@ -397,7 +480,7 @@ function isBroken(group) {
 /** What colours and lines mean, below the picture. */
 function legend(shown, colours, rows) {
   const entries = [];
-  const entry = (colour, text) => entries.push(make("li", {}, swatch(colour), text));
+  const entry = (colour, text, hatched = false) => entries.push(make("li", {}, swatch(colour, hatched), text));
   const asCurves = map.curves || map.y < 0;
   if (asCurves) {
     const { drawn, left } = map.groups;
@@ -414,8 +497,8 @@ function legend(shown, colours, rows) {
     const counts = new Map();
     for (const row of rows) counts.set(grid.motion[row], (counts.get(grid.motion[row]) ?? 0) + 1);
     [...counts].sort(([a], [b]) => a - b).forEach(([motion, number]) => {
-      const { name, mark, colour } = HEAD.motions[motion];
-      entry(colour, `${asCurves ? "" : `${mark}  `}${name} (${count(number)})`);
+      const { name, mark, colour, hatched } = HEAD.motions[motion];
+      entry(colour, `${asCurves ? "" : `${mark}  `}${name} (${count(number)})`, hatched && !asCurves);
     });
   } else if (shown.isText) {
     colours.names.forEach((name) => entry(colours.colour.get(name), name));
@@ -429,6 +512,15 @@ function legend(shown, colours, rows) {
     const scale = make("span", { class: "scale" }, bar, make("span", { class: "ends" }, text(low), text(middle), text(high)));
     entries.push(make("li", {}, scale, unit === "–" ? "" : unit));
     if (rows.some((row) => colours.of(row) === null)) entry("var(--none)", "no value");
+    if (isMarked(shown)) {
+      const hatched = rows.filter(isHatched).length;
+      if (hatched > 0) entry("transparent", `transient chaos (${count(hatched)})`, true);
+    }
+  }
+  const unverified = isMarked(shown) || asCurves ? rows.filter(isUnverified).length : 0;
+  if (unverified > 0 && !shown.isText) {
+    const dot = asCurves ? null : make("span", { class: "swatch dotted", "aria-hidden": "true" });
+    entries.push(make("li", { class: "unverified" }, dot, `standard errors not verified (${count(unverified)})`));
   }
   document.querySelector("#map .legend").replaceChildren(...entries);
 }

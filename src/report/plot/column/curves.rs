@@ -135,9 +135,13 @@ pub(super) fn draw(
             0 => String::new(),
             count => format!("{} of round-off below the axis", plural(count, "value")),
         };
+        let errors = match plan.curves.values().any(|curve| curve.barred) {
+            true => plan.evidence.words(),
+            false => String::new(),
+        };
         let mut canvas = Canvas::titled(
             &title,
-            &first.subtitle(&[&held, &points, &plan.joins, &below]),
+            &first.subtitle(&[&held, &points, &plan.joins, &below, &errors]),
         );
         let picture = Labelled {
             sources,

@@ -7,6 +7,7 @@ use crate::report::plot::canvas::{Anchor, Canvas, Colour, INK};
 use crate::report::plot::cells::{Cells, HEIGHT, MARGIN, notes};
 use crate::report::plot::display::Scale;
 use crate::report::plot::error::PlotError;
+use crate::report::plot::look::Look;
 use crate::report::plot::panel::TICK_SIZE;
 use crate::report::plot::picture::{Drawn, Picture};
 use crate::report::plot::ramp::{bar, viridis};
@@ -49,8 +50,8 @@ pub(super) fn draw(
         };
         let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words, &below]));
         let found = cells.draw(&mut canvas, &slice, |point| match value(point.point_id) {
-            Some(value) => (viridis(axis.fraction(value)), axis.briefly(value)),
-            None => (NONE, "–".to_owned()),
+            Some(value) => Look::plain(viridis(axis.fraction(value)), &axis.briefly(value)),
+            None => Look::plain(NONE, "–"),
         });
         let blank = || {
             let ids = slice.points.iter().map(|point| point.point_id);

@@ -6,6 +6,7 @@ use std::iter;
 use super::Source;
 use super::series::Series;
 use crate::report::plot::display::Scale;
+use crate::report::plot::evidence::Evidence;
 use crate::report::plot::results::Slice;
 
 /// A place of a curve, shown values.
@@ -35,6 +36,7 @@ pub(super) struct Curve {
 pub(super) struct Plan {
     pub words: Vec<Vec<String>>,
     pub points: usize,
+    pub evidence: Evidence,
     /// What lines join where points are those of a list, in words.
     pub joins: String,
     pub curves: BTreeMap<Key, Curve>,
@@ -67,6 +69,8 @@ impl Plan {
         self.words.resize(place + 1, Vec::new());
         self.words[place] = held.collect();
         self.points += slice.points.len();
+        let evidence = Evidence::of(slice.points.iter().copied());
+        self.evidence = self.evidence.and(evidence);
         let over = axes.over[place];
         let ranks = &results.summary.axes[over].values;
         let free: Vec<usize> = iter::once(over).chain(axes.by[place]).collect();

@@ -1,0 +1,103 @@
+//! How much was seen of a motion that does not settle, and how long chaos lasts: the numbers that the
+//! result files hold.
+
+use crate::numerics::poisson::rate_interval;
+use serde::{Deserialize, Serialize};
+
+/// How much was seen of a motion that does not settle.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct EvidenceOutcome {
+    /// Trajectories that were measured.
+    pub trajectories: u32,
+    /// Whether error bars were read at a look at which their coverage was measured.
+    pub verified: bool,
+    /// Cycles over which the growth of neighbours is correlated, from its block error.
+    pub correlation_cycles: Option<f64>,
+    /// Effective sample size of the averages of growth over ten cycles, as ArviZ defines it.
+    pub ess: Option<f64>,
+    /// Split R-hat of the same averages.
+    pub rhat: Option<f64>,
+    /// Frequency of the strongest line of the strobe deflection \[1/cycle\], on a torus.
+    pub rotation_number: Option<f64>,
+    /// Averages of growth over ten cycles, trajectory after trajectory, where they are asked for.
+    pub chains: Option<ChainRecord>,
+}
+
+/// Averages of the growth of neighbours in every trajectory.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ChainRecord {
+    /// Averages per trajectory.
+    pub lengths: Vec<f64>,
+    /// The averages \[1/cycle\], one trajectory behind the other.
+    pub growth: Vec<f64>,
+}
+
+/// How long chaos lasts, and where it ends.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ChaosOutcome {
+    /// Chaotic mesh cycles of all trajectories together.
+    pub cycles: u64,
+    /// Trajectories that left chaos.
+    pub exits: u32,
+    /// Trajectories that were measured.
+    pub trajectories: u32,
+    /// What those that left ended on, the most frequent first: class, period, number.
+    pub ended_on: Option<String>,
+    /// Averages over the chaotic parts, where the point's class is that of the motion they ended on.
+    pub left: Option<LeftChaos>,
+}
+
+/// Averages over chaos that every trajectory left, each with its standard error.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct LeftChaos {
+    /// Largest exponent \[1/cycle\].
+    pub lambda: [f64; 2],
+    /// Root mean square of the deflection about its mean \[m\].
+    pub deflection_rms: Option<[f64; 2]>,
+    /// Standard deviation of the mesh force \[N\].
+    pub force_std: Option<[f64; 2]>,
+    /// Mean speed of impacts \[m/s\].
+    pub impact_velocity: Option<[f64; 2]>,
+}
+
+impl ChaosOutcome {
+    /// Mean life of chaos \[cycles\]: chaotic cycles over exits; `None` without an exit.
+    pub fn lifetime(&self) -> Option<f64> {
+        (self.exits > 0).then(|| self.cycles as f64 / f64::from(self.exits))
+    }
+
+    /// 95 % interval of the mean life \[cycles\], by the exact interval of a Poisson rate; without
+    /// an exit a lower bound at 95 %, a third of the chaotic cycles, and no upper end.
+    pub fn interval(&self) -> (f64, Option<f64>) {
+        let cycles = self.cycles as f64;
+        if self.exits == 0 {
+            return (cycles / 3.0, None);
+        }
+        let [slow, fast] = rate_interval(u64::from(self.exits), cycles);
+        (1.0 / fast, Some(1.0 / slow))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_life_of_chaos_has_the_interval_of_a_poisson_rate() {
+        let chaos = |exits| ChaosOutcome {
+            cycles: 30_000,
+            exits,
+            ..ChaosOutcome::default()
+        };
+        assert_eq!(chaos(0).lifetime(), None);
+        assert_eq!(chaos(0).interval(), (10_000.0, None));
+        assert_eq!(chaos(3).lifetime(), Some(10_000.0));
+        // Of three events: 0.6187 to 8.7673.
+        let (low, high) = chaos(3).interval();
+        assert!((low / (30_000.0 / 8.7673) - 1.0).abs() < 1e-4, "{low}");
+        assert!(
+            (high.unwrap() / (30_000.0 / 0.6187) - 1.0).abs() < 1e-4,
+            "{high:?}"
+        );
+    }
+}

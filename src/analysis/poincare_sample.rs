@@ -1,0 +1,61 @@
+//! A sample on a section of phase space, as the result files hold it.
+
+use serde::{Deserialize, Serialize};
+
+/// Why a Poincaré sample was taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SampleKind {
+    /// The mesh phase asked for.
+    Strobe,
+    /// Entry into drive contact.
+    Entry,
+    /// δ' = 0 with δ'' < 0.
+    Maximum,
+    /// δ' = 0 with δ'' > 0.
+    Minimum,
+    /// The end of drive contact.
+    Release,
+    /// Entry into coast contact.
+    CoastEntry,
+    /// The end of coast contact.
+    CoastRelease,
+    /// F > 0 and F' = 0 with F'' < 0.
+    ForceMaximum,
+    /// The surface asked for, crossed towards larger values.
+    SurfaceUp,
+    /// The surface asked for, crossed towards smaller values.
+    SurfaceDown,
+}
+
+impl SampleKind {
+    /// The word stored in result files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Strobe => "strobe",
+            Self::Entry => "entry",
+            Self::Maximum => "maximum",
+            Self::Minimum => "minimum",
+            Self::Release => "release",
+            Self::CoastEntry => "coast_entry",
+            Self::CoastRelease => "coast_release",
+            Self::ForceMaximum => "force_maximum",
+            Self::SurfaceUp => "surface_up",
+            Self::SurfaceDown => "surface_down",
+        }
+    }
+}
+
+/// A sample on a section of phase space.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PoincareSample {
+    /// Mesh cycle, counted from the start of the simulation.
+    pub cycle: u64,
+    /// Mesh phase in \[0, 1).
+    pub phase: f64,
+    /// Mesh deflection δ \[m\].
+    pub deflection: f64,
+    /// Its rate δ' \[m/s\].
+    pub velocity: f64,
+    /// Why it was taken.
+    pub kind: SampleKind,
+}

@@ -1,0 +1,264 @@
+//! Is enough known of a motion that does not settle, and if not, what is missing?
+//!
+//! Errors are read at few looks, each after twice as many cycles as the one before. A look ends the point
+//! where the errors asked for are met and the record is long against its memory. Below [`SKEWED`]
+//! cycles no statistic of motion may be skew: bursts are rare and one-sided, and a record that
+//! holds none is recognised by what comes before them.
+
+use super::instruments::Record;
+use super::run::PointRun;
+use crate::analysis::classify::{APART, parts_exponentially};
+use crate::analysis::questions::Effort;
+use crate::numerics::chains::{ess, rhat};
+use crate::numerics::statistics::{correlation_time, mean, skewness, standard_error};
+use crate::propagate::Kernel;
+
+/// Correlation times that a record takes.
+const MEMORIES: f64 = 20.0;
+
+/// Cycles from which on skew statistics are believed.
+const SKEWED: u64 = 80_000;
+
+/// Largest skewness of means over [`SKEW_CYCLES`] cycles that is believed before.
+const SKEWNESS: f64 = 0.8;
+
+/// Cycles of a mean whose skewness is looked at.
+const SKEW_CYCLES: u64 = 100;
+
+/// Standard errors by which an exponent must exceed zero to be known.
+const SIGMAS: f64 = 5.0;
+
+/// What a look at the records of all trajectories shows.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Look {
+    /// Why error bars are not verified, if they are not.
+    pub(super) unverified: Option<String>,
+    /// What the errors asked for lack, if anything.
+    pub(super) missed: Option<String>,
+    /// The same of NVH statistics alone.
+    pub(super) statistics_missed: Option<String>,
+    /// Whether NVH statistics have a stop rule that is met.
+    pub(super) statistics_enough: bool,
+    /// Whether the budget cannot bring the errors asked for.
+    pub(super) futile: bool,
+    /// Whether something that has a stop rule is known, and nothing is missing.
+    pub(super) enough: bool,
+    /// Effective sample size and R-hat of the growth of neighbours.
+    pub(super) ess: Option<f64>,
+    pub(super) rhat: Option<f64>,
+    /// Cycles over which that growth is correlated.
+    pub(super) memory: Option<f64>,
+}
+
+impl Look {
+    /// Why trajectories do not share one motion, if they do not.
+    pub(super) fn apart(&self) -> Option<f64> {
+        self.rhat.filter(|rhat| *rhat > APART)
+    }
+}
+
+/// A statistic as a series of averages.
+struct Averaged {
+    name: &'static str,
+    values: Vec<f64>,
+    /// Cycles of each.
+    stretch: u64,
+}
+
+impl Averaged {
+    /// Cycles over which it is correlated.
+    fn memory(&self) -> f64 {
+        correlation_time(&self.values) * self.stretch as f64
+    }
+
+    /// Skewness of its means over [`SKEW_CYCLES`] cycles.
+    fn skewness(&self) -> f64 {
+        let count = (SKEW_CYCLES / self.stretch).max(1) as usize;
+        let means: Vec<f64> = self.values.chunks_exact(count).map(mean).collect();
+        skewness(&means)
+    }
+}
+
+impl<K: Kernel> PointRun<'_, K> {
+    /// Looks at `all` trajectories one behind the other, and at each that stays on the motion; `exits` have
+    /// left it.
+    pub(super) fn look(&self, all: &Record, staying: &[&Record], exits: usize) -> Look {
+        let chains: Vec<&[f64]> = (staying.iter())
+            .filter_map(|record| Some(record.averages()?.values()))
+            .collect();
+        let growth = all.averages().map(|averages| Averaged {
+            name: "lambda_max",
+            values: averages.values().to_vec(),
+            stretch: u64::from(averages.stretch()),
+        });
+        let mut look = Look {
+            ess: ess(&chains),
+            rhat: if chains.len() > 1 {
+                rhat(&chains)
+            } else {
+                None
+            },
+            memory: growth.as_ref().map(Averaged::memory),
+            ..Look::default()
+        };
+        look.unverified = self.unverified(all, growth.as_ref());
+        let statistics = self.statistics(all);
+        look.statistics_missed = statistics.as_ref().and_then(|aim| aim.missed.clone());
+        let verified = look.unverified.is_none() || self.questions.effort() == Effort::Survey;
+        look.statistics_enough =
+            statistics.is_some() && look.statistics_missed.is_none() && verified;
+        let aims = [
+            growth
+                .as_ref()
+                .and_then(|growth| self.exponent(all, growth)),
+            self.life(all, exits),
+            statistics,
+        ];
+        look.futile = aims.iter().flatten().any(|aim| aim.futile);
+        look.missed = aims.iter().flatten().find_map(|aim| aim.missed.clone());
+        let lyapunov = self.questions.lyapunov;
+        let exponent_has_rule = lyapunov.is_none_or(|asked| asked.stop_at_stderr.is_some());
+        let has_rule = aims.iter().flatten().count() > 0 && exponent_has_rule;
+        look.enough = has_rule && verified && look.missed.is_none() && look.apart().is_none();
+        look
+    }
+
+    /// Why the errors of a record are not verified.
+    fn unverified(&self, all: &Record, growth: Option<&Averaged>) -> Option<String> {
+        if self.questions.effort() == Effort::Survey {
+            return Some("errors of a survey are not verified".to_owned());
+        }
+        let first = Effort::Verified.first_look();
+        // Cycles that trajectories spent on what they left for count against the budget.
+        if self.questions.cycles < first || 10 * all.measured < 9 * first {
+            return Some(format!(
+                "{} of the {first} measured cycles that verified errors take; raise run.cycles, or set analyses.lyapunov.effort = \"survey\"",
+                all.measured
+            ));
+        }
+        let motion = statistics_of_motion(all);
+        let longest = (motion.iter().chain(growth))
+            .map(|statistic| (statistic.name, statistic.memory()))
+            .max_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((name, memory)) = longest
+            && MEMORIES * memory > all.measured as f64
+        {
+            return Some(format!(
+                "{name} is correlated over {memory:.0} cycles, and verified errors take {MEMORIES} times as many; raise run.cycles"
+            ));
+        }
+        let most = (motion.iter())
+            .map(|statistic| (statistic.name, statistic.skewness().abs()))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .filter(|(_, skewness)| *skewness > SKEWNESS && all.measured < SKEWED);
+        most.map(|(name, skewness)| {
+            format!(
+                "the means of {name} over {SKEW_CYCLES} cycles have the skewness {skewness:.2}, so that rare bursts may be missing; raise run.cycles to {SKEWED}"
+            )
+        })
+    }
+
+    /// How well the largest exponent is known, where it has a stop rule.
+    fn exponent(&self, all: &Record, growth: &Averaged) -> Option<Aim> {
+        let target = self.questions.lyapunov?.stop_at_stderr?;
+        let (lambda, error) = (mean(&growth.values), standard_error(&growth.values));
+        if !error.is_finite() {
+            return Some(Aim {
+                missed: Some("lambda_max has no standard error yet; raise run.cycles".to_owned()),
+                futile: false,
+            });
+        }
+        let mut aim = self.aim(all, error / target, || {
+            format!("the standard error of lambda_max is {error:.2e}, but analyses.lyapunov.stop_at_stderr is {target}")
+        });
+        if aim.missed.is_none() && lambda <= SIGMAS * error {
+            aim = self.aim(all, SIGMAS * error / lambda.max(0.0), || {
+                format!("λ = {lambda:.2e} ± {error:.1e} is within {SIGMAS} errors of zero")
+            });
+        }
+        if aim.missed.is_none() && !parts_exponentially(&growth.values, growth.stretch as u32) {
+            aim.missed = Some("neighbours are not seen to part exponentially".to_owned());
+        }
+        Some(aim)
+    }
+
+    /// Whether the life of chaos asked for is shown.
+    fn life(&self, all: &Record, exits: usize) -> Option<Aim> {
+        let asked = self.questions.lyapunov?.lifetime?;
+        let short = exits == 0 && all.measured < 3 * asked;
+        Some(Aim {
+            missed: short.then(|| {
+                format!(
+                    "no trajectory left in {} chaotic cycles, but a life of {asked} takes {}",
+                    all.measured,
+                    3 * asked
+                )
+            }),
+            futile: false,
+        })
+    }
+
+    /// How well NVH statistics are known, where they have a stop rule.
+    fn statistics(&self, all: &Record) -> Option<Aim> {
+        let target = self.questions.nvh?.stop_at_stderr?;
+        if all.watch.enough {
+            return Some(Aim::default());
+        }
+        let loosest = all.watch.loosest()?;
+        Some(self.aim(all, loosest.error / target, || {
+            format!("{loosest}, but analyses.nvh.stop_at_stderr is {target}")
+        }))
+    }
+
+    /// An error that is `ratio` times as large as asked for.
+    fn aim(&self, all: &Record, ratio: f64, message: impl FnOnce() -> String) -> Aim {
+        if ratio <= 1.0 {
+            return Aim::default();
+        }
+        let needed = all.measured as f64 * ratio * ratio;
+        let futile = needed.is_finite() && needed > self.questions.cycles as f64;
+        let how = match needed.is_finite() {
+            true => format!("; this would take some {} cycles", rounded(needed)),
+            false => String::new(),
+        };
+        Aim {
+            missed: Some(message() + &how),
+            futile,
+        }
+    }
+}
+
+/// An error or a bound that is asked for.
+#[derive(Debug, Default)]
+struct Aim {
+    /// What it lacks, if anything.
+    missed: Option<String>,
+    /// Whether the budget cannot bring it.
+    futile: bool,
+}
+
+/// The statistics of motion whose memory and skewness are looked at.
+fn statistics_of_motion(all: &Record) -> Vec<Averaged> {
+    let strobe = Averaged {
+        name: "the squared strobe deflection",
+        values: all.strobe.values().to_vec(),
+        stretch: u64::from(all.strobe.stretch()),
+    };
+    let nvh = (all.watch.nvh.iter()).flat_map(|nvh| {
+        let stretch = nvh.stretch();
+        (nvh.watched().into_iter()).map(move |(name, values)| Averaged {
+            name,
+            values,
+            stretch,
+        })
+    });
+    let mut found = vec![strobe];
+    found.extend(nvh);
+    found
+}
+
+/// A number of cycles to two digits.
+fn rounded(cycles: f64) -> u64 {
+    let unit = 10f64.powf(cycles.max(1.0).log10().floor() - 1.0);
+    ((cycles / unit).ceil() * unit) as u64
+}

@@ -1,0 +1,319 @@
+//! Trajectories of a motion that does not settle, and how they leave it.
+//!
+//! A pilot is measured first. Others branch off it some cycles apart, displaced by a little, with its
+//! tangents; they part from it before they are measured. A trajectory leaves the motion when it
+//! repeats or is found on a torus. Its part of the motion ends where the growth of neighbours faded.
+
+use super::instruments::{Instruments, Record};
+use super::plan::{DISPLACEMENT, Plan};
+use super::run::{Halt, PointRun};
+use super::settle::{Repeating, Searches, WORTH_A_SEARCH};
+use super::watch::Watch;
+use crate::analysis::classify::parts_exponentially;
+use crate::analysis::lyapunov::{TangentGrowth, random_direction};
+use crate::analysis::outcome::PointOutcome;
+use crate::analysis::torus::{self, Torus, torus};
+use crate::model::TrajectoryState;
+use crate::numerics::statistics::{mean, standard_error};
+use crate::propagate::Kernel;
+
+/// Cycles between two looks at whether a trajectory left the motion.
+const BLOCK: u64 = 50;
+
+/// Cycles over which the growth of neighbours is averaged to see whether it faded.
+const CHUNK: u64 = 100;
+
+/// Average growth \[1/cycle\] up to which it has faded.
+const FADED: f64 = 3e-3;
+
+/// Faded cycles before an orbit is sought for the first time.
+const FADED_SEARCH: u64 = 300;
+
+/// Errors by which the exponent of chaos exceeds zero.
+const SIGMAS: f64 = 3.0;
+
+/// How a trajectory left the motion.
+pub(super) enum Ending {
+    /// On an orbit; what is known of it.
+    Settled(Box<PointOutcome>),
+    /// On a torus.
+    Torus(Torus),
+}
+
+/// Since when the growth of neighbours has faded.
+struct Faded {
+    /// What was measured before; without the cycles just before, in which the motion changed.
+    record: Record,
+    /// Measured cycles of it.
+    cycles: u64,
+    /// Measured cycles at the next search for an orbit.
+    next_search: u64,
+}
+
+/// A place of the pilot from which another trajectory branches off.
+struct Branch {
+    /// Measured cycles of the pilot.
+    cycle: u64,
+    trajectory: TrajectoryState,
+    growth: Option<TangentGrowth>,
+}
+
+/// One trajectory.
+pub(super) struct Member {
+    pub(super) trajectory: TrajectoryState,
+    pub(super) instruments: Instruments,
+    pub(super) ending: Option<Ending>,
+    faded: Option<Faded>,
+    /// Measured cycles and events at the last two ends of chunks.
+    passed: [[u64; 2]; 2],
+    /// Of the pilot.
+    searches: Option<Searches>,
+    next_torus: u64,
+    branches: Vec<Branch>,
+    /// Branches kept.
+    most_branches: usize,
+}
+
+impl Member {
+    fn new(trajectory: TrajectoryState, instruments: Instruments) -> Self {
+        Self {
+            trajectory,
+            instruments,
+            ending: None,
+            faded: None,
+            passed: [[0; 2]; 2],
+            searches: None,
+            next_torus: torus::SHORTEST,
+            branches: Vec::new(),
+            most_branches: 0,
+        }
+    }
+
+    /// The first trajectory of a point.
+    pub(super) fn pilot(
+        trajectory: TrajectoryState,
+        instruments: Instruments,
+        searches: Option<Searches>,
+        plan: &Plan,
+    ) -> Self {
+        Self {
+            searches,
+            most_branches: plan.trajectories - 1,
+            ..Self::new(trajectory, instruments)
+        }
+    }
+
+    /// Measured cycles.
+    pub(super) fn measured(&self) -> u64 {
+        self.instruments.record.measured
+    }
+
+    /// What was measured before the motion was left; all of it where that did not happen.
+    pub(super) fn unsettled(&self) -> &Record {
+        match (&self.ending, &self.faded) {
+            (Some(_), Some(faded)) => &faded.record,
+            _ => &self.instruments.record,
+        }
+    }
+
+    /// Cycles measured before the motion was left.
+    pub(super) fn unsettled_cycles(&self) -> u64 {
+        match (&self.ending, &self.faded) {
+            (Some(_), Some(faded)) => faded.cycles,
+            _ => self.measured(),
+        }
+    }
+
+    /// Whether neighbours part exponentially; also where nobody asked for exponents and the motion
+    /// goes on.
+    pub(super) fn is_chaotic(&self) -> bool {
+        match self.unsettled().averages() {
+            Some(averages) => is_chaotic(averages.values(), averages.stretch()),
+            None => self.ending.is_none(),
+        }
+    }
+
+    /// Takes note of whether the growth of neighbours has faded over the last cycles.
+    fn note_growth(&mut self) {
+        let record = &self.instruments.record;
+        let Some(averages) = record.averages() else {
+            return;
+        };
+        let (values, stretch) = (averages.values(), u64::from(averages.stretch()));
+        let count = (CHUNK / stretch) as usize;
+        if !record.measured.is_multiple_of(CHUNK) || count == 0 {
+            return;
+        }
+        if mean(&values[values.len() - count..]) > FADED {
+            self.faded = None;
+        } else if self.faded.is_none() {
+            let [cycles, events] = self.passed[0];
+            let mut unsettled = record.clone();
+            unsettled.cut(cycles, events);
+            self.faded = Some(Faded {
+                record: unsettled,
+                cycles,
+                next_search: record.measured - CHUNK + FADED_SEARCH,
+            });
+        }
+        self.passed = [self.passed[1], [record.measured, record.events]];
+    }
+
+    /// Keeps the latest places from which others may branch off.
+    fn note_branch(&mut self, gap: u64) {
+        let record = &self.instruments.record;
+        if self.most_branches == 0 || !record.measured.is_multiple_of(gap) {
+            return;
+        }
+        if self.branches.len() == self.most_branches {
+            self.branches.remove(0);
+        }
+        let growth = record.growth.clone().map(|mut growth| {
+            growth.restart();
+            growth
+        });
+        self.branches.push(Branch {
+            cycle: record.measured,
+            trajectory: self.trajectory.clone(),
+            growth,
+        });
+    }
+
+    /// Whether an orbit is to be sought after so many cycles of the whole simulation.
+    fn search_is_due(&mut self, cycles: u64) -> bool {
+        let measured = self.measured();
+        let faded = (self.faded.as_mut()).is_some_and(|faded| {
+            let due = measured >= faded.next_search;
+            if due {
+                faded.next_search = faded.cycles + 2 * (measured - faded.cycles);
+            }
+            due
+        });
+        (self.searches.as_mut()).is_some_and(|searches| searches.due(cycles)) || faded
+    }
+
+    /// Whether a torus is to be looked for.
+    fn torus_is_due(&mut self) -> bool {
+        let due = self.measured() >= self.next_torus;
+        if due {
+            self.next_torus *= 2;
+        }
+        due
+    }
+}
+
+/// Whether averages of growth over stretches of cycles are those of chaos.
+pub(super) fn is_chaotic(averages: &[f64], stretch: u32) -> bool {
+    mean(averages) > SIGMAS * standard_error(averages) && parts_exponentially(averages, stretch)
+}
+
+impl<K: Kernel> PointRun<'_, K> {
+    /// Measures a trajectory until it has so many cycles, or leaves the motion.
+    pub(super) fn follow(
+        &mut self,
+        member: &mut Member,
+        until: u64,
+        plan: &Plan,
+    ) -> Result<(), Halt> {
+        while member.ending.is_none() && member.measured() < until {
+            let block = BLOCK.min(until - member.measured());
+            std::mem::swap(&mut self.trajectory, &mut member.trajectory);
+            let measured = self.measure(&mut member.instruments, block);
+            std::mem::swap(&mut self.trajectory, &mut member.trajectory);
+            measured?;
+            let states = member.instruments.recurrence.states();
+            if let Some(runaway) = self.bounds.left_by(self.model, states) {
+                return Err(Halt::Runaway(runaway));
+            }
+            member.note_growth();
+            member.note_branch(plan.gap);
+            self.leaves(member)?;
+        }
+        Ok(())
+    }
+
+    /// Looks whether a trajectory left the motion.
+    fn leaves(&mut self, member: &mut Member) -> Result<(), Halt> {
+        if let Some(period) = member.instruments.recurrence.period(&self.norm) {
+            let found = Repeating {
+                period,
+                how: "integrated to the end".into(),
+                turn: None,
+            };
+            return self.settles(member, |_| Ok(Some(found)));
+        }
+        let torus_is_due = member.torus_is_due();
+        let search_is_due = member.search_is_due(self.counters.cycles);
+        if self.questions.settle && (search_is_due || torus_is_due) {
+            let recurrence = &member.instruments.recurrence;
+            let candidates = recurrence.candidates(&self.norm, WORTH_A_SEARCH);
+            self.settles(member, |run| run.seek_orbit(&candidates))?;
+        }
+        let series = &member.instruments.series;
+        if torus_is_due
+            && member.ending.is_none()
+            && self.questions.lyapunov.is_some()
+            && series.is_whole(member.measured())
+            && torus::is_possible(self.model, &self.norm)
+        {
+            member.ending = torus(&series.growth, &series.strobe).map(Ending::Torus);
+        }
+        Ok(())
+    }
+
+    /// Ends a trajectory on the orbit that `find` finds next to it; otherwise leaves it where it is.
+    fn settles(
+        &mut self,
+        member: &mut Member,
+        find: impl FnOnce(&mut Self) -> Result<Option<Repeating>, Halt>,
+    ) -> Result<(), Halt> {
+        self.trajectory = member.trajectory.clone();
+        if let Some(found) = find(self)?
+            && let Some(outcome) = self.settle(found)?
+        {
+            member.trajectory = self.trajectory.clone();
+            member.ending = Some(Ending::Settled(Box::new(outcome)));
+        }
+        Ok(())
+    }
+
+    /// Lets other trajectories branch off the pilot where it was on the motion, and part from it.
+    pub(super) fn branch_off(&mut self, pilot: &Member, plan: &Plan) -> Result<Vec<Member>, Halt> {
+        let places: Vec<&Branch> = (pilot.branches.iter())
+            .filter(|branch| branch.cycle <= pilot.unsettled_cycles())
+            .collect();
+        let mut members = Vec::new();
+        if places.is_empty() {
+            return Ok(members);
+        }
+        for number in 1..plan.trajectories {
+            let place = places[(number - 1) % places.len()];
+            let trajectory = self.displaced(&place.trajectory, number as u64);
+            let watch = match pilot.instruments.record.watch.nvh.as_ref() {
+                Some(nvh) => Watch::beside(self.model, self.questions, nvh),
+                None => Watch::of_nothing(self.model),
+            };
+            let growth = place.growth.clone();
+            let mut instruments = Instruments::of(self.model, growth, None, watch);
+            self.trajectory = trajectory;
+            for _ in 0..plan.part {
+                self.cycle(&mut instruments, &mut ())?;
+            }
+            instruments.restart();
+            members.push(Member::new(self.trajectory.clone(), instruments));
+        }
+        Ok(members)
+    }
+
+    /// A trajectory displaced by a little in a random direction.
+    fn displaced(&self, trajectory: &TrajectoryState, stream: u64) -> TrajectoryState {
+        let mut direction = vec![0.0; trajectory.state.len()];
+        let mut stream = self.questions.point.stream(stream);
+        random_direction(&self.norm, &mut stream, &mut direction);
+        let scale = DISPLACEMENT * self.norm.unit() / self.norm.length(&direction);
+        let state = (trajectory.state.iter().zip(&direction))
+            .map(|(x, d)| x + scale * d)
+            .collect();
+        TrajectoryState::new(self.model, state, trajectory.cycle)
+    }
+}

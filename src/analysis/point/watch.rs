@@ -1,0 +1,181 @@
+//! What observes the windows and events of a trajectory.
+
+use crate::analysis::known::{Loosest, Size, loosest};
+use crate::analysis::nvh::Nvh;
+use crate::analysis::orders::Orders;
+use crate::analysis::outcome::NvhOutcome;
+use crate::analysis::outputs::Outputs;
+use crate::analysis::poincare::{Poincare, Section};
+use crate::analysis::questions::Questions;
+use crate::analysis::spectrum::{Spectra, Welch};
+use crate::model::{Model, Quantity};
+use crate::propagate::{Event, Observer, Window};
+
+/// The observers of measured cycles.
+#[derive(Clone)]
+pub(super) struct Watch {
+    pub(super) nvh: Option<Nvh>,
+    pub(super) spectra: Option<Spectra>,
+    pub(super) poincare: Poincare,
+    pub(super) outputs: Option<Outputs>,
+    pub(super) orders: Option<Orders>,
+    /// Whether NVH statistics are known well enough, and nothing is added to them any more.
+    pub(super) enough: bool,
+}
+
+impl Watch {
+    /// Nothing is watched.
+    pub(super) fn of_nothing(model: &Model) -> Self {
+        Self {
+            nvh: None,
+            spectra: None,
+            poincare: Poincare::new(model, Section::default(), 0),
+            outputs: None,
+            orders: None,
+            enough: false,
+        }
+    }
+
+    /// The observers of what is asked.
+    pub(super) fn asked(model: &Model, questions: &Questions) -> Self {
+        let q = questions;
+        Self {
+            nvh: q.nvh.map(|n| Nvh::new(model, n.harmonics)),
+            spectra: q.nvh.and_then(|all| {
+                let welch = Welch::new(model, &all.spectrum?, all.computed());
+                Some(Spectra::Welch(welch))
+            }),
+            outputs: q.nvh.and_then(|all| Outputs::new(model, all.computed())),
+            orders: (q.nvh).and_then(|all| Some(Orders::new(model, &all.orders?, &all))),
+            poincare: Poincare::new(model, q.section.clone(), q.poincare_samples),
+            enough: false,
+        }
+    }
+
+    /// The observers of a trajectory that branched off another, whose statistics are `nvh`; without
+    /// Poincaré samples.
+    pub(super) fn beside(model: &Model, questions: &Questions, nvh: &Nvh) -> Self {
+        Self {
+            nvh: Some(nvh.beside()),
+            poincare: Poincare::new(model, Section::default(), 0),
+            ..Self::asked(model, questions)
+        }
+    }
+
+    /// Forgets what was observed.
+    pub(super) fn restart(&mut self) {
+        if let Some(nvh) = &mut self.nvh {
+            nvh.restart();
+        }
+        if let Some(spectra) = &mut self.spectra {
+            spectra.restart();
+        }
+        self.poincare.restart();
+        if let Some(outputs) = &mut self.outputs {
+            outputs.restart();
+        }
+        if let Some(orders) = &mut self.orders {
+            orders.restart();
+        }
+        self.enough = false;
+    }
+
+    /// Adds what was observed of another trajectory behind this one; Poincaré samples stay those of
+    /// the first.
+    pub(super) fn append(&mut self, other: &Self) {
+        if let (Some(nvh), Some(behind)) = (&mut self.nvh, &other.nvh) {
+            nvh.append(behind);
+        }
+        if let (Some(spectra), Some(behind)) = (&mut self.spectra, &other.spectra) {
+            spectra.append(behind);
+        }
+        if let (Some(outputs), Some(behind)) = (&mut self.outputs, &other.outputs) {
+            outputs.append(behind);
+        }
+        if let (Some(orders), Some(behind)) = (&mut self.orders, &other.orders) {
+            orders.append(behind);
+        }
+    }
+
+    /// Whether windows and events are of use.
+    pub(super) fn watches(&self) -> bool {
+        (self.nvh.is_some() && !self.enough) || self.poincare.watches()
+    }
+
+    /// The statistics of what was watched.
+    pub(super) fn statistics(&self) -> Option<NvhOutcome> {
+        let mut found = self.nvh.as_ref()?.outcome()?;
+        if let Some(outputs) = &self.outputs {
+            let [bearings, bearing_errors] = outputs.statistics(Quantity::BearingForce);
+            let [torques, torque_errors] = outputs.statistics(Quantity::Torque);
+            let [places, place_errors] = outputs.statistics(Quantity::Acceleration);
+            let [bodies, body_errors] = outputs.statistics(Quantity::AngularAcceleration);
+            found.bearing_mean = bearings.mean;
+            found.bearing_rms = bearings.rms;
+            found.torque_mean = torques.mean;
+            found.torque_rms = torques.rms;
+            found.acceleration_rms = places.rms;
+            found.angular_acceleration_rms = bodies.rms;
+            if let Some(stderr) = &mut found.stderr {
+                stderr.bearing_mean = bearing_errors.mean;
+                stderr.bearing_rms = bearing_errors.rms;
+                stderr.torque_mean = torque_errors.mean;
+                stderr.torque_rms = torque_errors.rms;
+                stderr.acceleration_rms = place_errors.rms;
+                stderr.angular_acceleration_rms = body_errors.rms;
+            }
+        }
+        Some(found)
+    }
+
+    /// The statistic that is known least well; none before any.
+    pub(super) fn loosest(&self) -> Option<Loosest> {
+        let found = self.statistics()?;
+        if self.spectra.as_ref().is_some_and(|all| !all.begun()) {
+            return Some(Loosest {
+                name: "a spectrum".to_owned(),
+                error: f64::INFINITY,
+            });
+        }
+        let spectra = self.spectra.as_ref().map(Spectra::spectra);
+        let orders = self.orders.as_ref().map(Orders::outcome);
+        let sizes: Vec<(&str, Size)> = self.outputs.as_ref().map_or(Vec::new(), Outputs::sizes);
+        Some(loosest(
+            &found,
+            &spectra.unwrap_or_default(),
+            &orders.unwrap_or_default(),
+            &sizes,
+        ))
+    }
+}
+
+impl Observer for Watch {
+    const WINDOWS: bool = true;
+
+    fn window(&mut self, window: &Window<'_>) {
+        self.poincare.window(window);
+        if self.enough {
+            return;
+        }
+        if let Some(nvh) = &mut self.nvh {
+            nvh.window(window);
+        }
+        if let Some(outputs) = &mut self.outputs {
+            outputs.window(window);
+        }
+        let outputs = self.outputs.as_ref().map_or(&[][..], Outputs::series);
+        if let Some(spectra) = &mut self.spectra {
+            spectra.window(window, outputs);
+        }
+        if let Some(orders) = &mut self.orders {
+            orders.window(window, outputs);
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        self.poincare.event(event);
+        if let Some(nvh) = self.nvh.as_mut().filter(|_| !self.enough) {
+            nvh.event(event);
+        }
+    }
+}

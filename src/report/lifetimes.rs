@@ -1,0 +1,89 @@
+//! How long does chaos last at the points of a results folder?
+
+use serde::Serialize;
+
+use super::point::{CHAOTIC, PointSummary, TRANSIENT_CHAOS};
+
+/// How long chaos lasts, in mesh cycles: points by how many of their trajectories left it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Lifetimes {
+    /// Points whose chaos no trajectory left, with the lower bounds of its mean life at 95 %.
+    pub lasting: Lives,
+    /// Points whose chaos some trajectories left.
+    pub transient_points: usize,
+    /// The first of them, the shortest mean life first.
+    pub transient: Vec<PointSummary>,
+    /// Points whose chaos all trajectories left, with its mean lives. Their class is that of the
+    /// motion that trajectories ended on.
+    pub left: Lives,
+}
+
+/// How many points there are, and the range of a time.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Lives {
+    /// Points.
+    pub points: usize,
+    /// The shortest and the longest time \[mesh cycles\].
+    pub range: Option<[f64; 2]>,
+}
+
+impl Lives {
+    fn add(&mut self, time: f64) {
+        self.points += 1;
+        let [least, most] = self.range.unwrap_or([time; 2]);
+        self.range = Some([least.min(time), most.max(time)]);
+    }
+}
+
+impl Lifetimes {
+    /// Counts a point; whether its chaos was left by some trajectories, and has to be listed.
+    pub(super) fn count(&mut self, point: &PointSummary) -> bool {
+        let Some(chaos) = &point.chaos else {
+            return false;
+        };
+        match (point.class.as_deref(), chaos.mean) {
+            (Some(CHAOTIC), _) => self.lasting.add(chaos.low),
+            (Some(TRANSIENT_CHAOS), _) => return true,
+            (_, Some(mean)) => self.left.add(mean),
+            (_, None) => {}
+        }
+        false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::point::ChaosLife;
+
+    #[test]
+    fn points_are_counted_by_how_many_trajectories_left_chaos() {
+        let point = |class: &str, mean: Option<f64>, low: f64| PointSummary {
+            class: Some(class.into()),
+            chaos: Some(Box::new(ChaosLife {
+                mean,
+                low,
+                ..ChaosLife::default()
+            })),
+            ..PointSummary::default()
+        };
+        let mut found = Lifetimes::default();
+        for (point, listed) in [
+            (point("chaotic", None, 6700.0), false),
+            (point("chaotic", None, 13300.0), false),
+            (point("transient_chaos", Some(2000.0), 900.0), true),
+            (point("periodic", Some(800.0), 400.0), false),
+            // No trajectory left chaos, and yet there is no verdict.
+            (point("not_converged", None, 100.0), false),
+            (PointSummary::default(), false),
+        ] {
+            assert_eq!(found.count(&point), listed, "{point:?}");
+        }
+        let wanted = Lives {
+            points: 2,
+            range: Some([6700.0, 13300.0]),
+        };
+        assert_eq!(found.lasting, wanted);
+        assert_eq!((found.left.points, found.left.range), (1, Some([800.0; 2])));
+    }
+}
