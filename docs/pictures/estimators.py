@@ -1,6 +1,6 @@
 """The picture and the table of docs/estimators.md.
 
-    .venv/bin/python docs/pictures/estimators.py results/flex80-same-line results/unsettled
+    .venv/bin/python docs/pictures/estimators.py results/flex80 results/unsettled
 """
 
 import pathlib
@@ -28,7 +28,7 @@ def main(settled, unsettled):
     figure, axes = plt.subplots(figsize=(9, 5), constrained_layout=True)
     place = {load: width * (i / (len(loads) - 1) - 0.5) for i, load in enumerate(loads)}
     for table, colour, marker, label in [
-        (b, "#d55e00", "x", "unsettled: raw norm,\nnothing discarded, 320 cycles"),
+        (b, "#d55e00", "x", "unsettled: raw norm, nothing discarded, 320 cycles"),
         (a, "#0072b2", "o", "settled: flex80"),
     ]:
         x = [s + place[l] for s, l in zip(table["speed"], table["load"])]
@@ -43,8 +43,8 @@ def main(settled, unsettled):
     axes.set_xticks(speeds)
     axes.set_xlabel("speed [rad/s]; within a group the load grows from 5 % to 30 %")
     axes.set_ylabel("largest Lyapunov exponent λ [1/cycle]")
-    # Beside the points that repeat, below the chaotic ones: no bar reaches there.
-    axes.legend(loc="lower right", frameon=False)
+    # Above the axes: bars reach everywhere inside.
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncols=2, frameon=False)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
     figure.savefig(HERE / "estimators.png", dpi=110)
@@ -59,7 +59,7 @@ def main(settled, unsettled):
             row.append(f"{low:.4f} … {high:.4f}")
             counts = part.group_by("class", "period").len().sort("len", descending=True)
             row.append(", ".join(
-                f"{n} {c.replace('_', ' ')}" + (f" {p}" if p else "")
+                f"{n} of period {p}" if p else f"{n} {c.replace('_', ' ')}"
                 for c, p, n in counts.iter_rows()
             ))
         print("| " + " | ".join(row) + " |")

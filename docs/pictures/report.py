@@ -1,4 +1,4 @@
-"""The picture of docs/report.md: a page of `atlas report` in a window of 1200 by 760 pixels.
+"""The picture of docs/report.md: a page of `atlas report` in a window of 1200 by 940 pixels.
 
     .venv/bin/python docs/pictures/report.py results/small/report.html
 """
@@ -19,7 +19,7 @@ def main(page):
         sys.exit("report.py: no Chromium here; scripts/setup --browser installs it")
     with sync_playwright() as started:
         chromium = started.chromium.launch(executable_path=browser, args=["--no-sandbox", "--disable-gpu"])
-        shown = chromium.new_page(viewport={"width": 1200, "height": 760})
+        shown = chromium.new_page(viewport={"width": 1200, "height": 940})
         shown.goto(pathlib.Path(page).resolve().as_uri())
         shown.wait_for_selector("#statistics td")
         shown.wait_for_selector("#pictures canvas")
