@@ -150,7 +150,7 @@ impl<K: Kernel> PointRun<'_, K> {
         let most = (motion.iter())
             .map(|statistic| (statistic.name, statistic.skewness().abs()))
             .max_by(|a, b| a.1.total_cmp(&b.1))
-            .filter(|(_, skewness)| *skewness > SKEWNESS && all.measured < SKEWED);
+            .filter(|(_, skewness)| *skewness > SKEWNESS && 10 * all.measured < 9 * SKEWED);
         most.map(|(name, skewness)| {
             format!(
                 "the means of {name} over {SKEW_CYCLES} cycles have the skewness {skewness:.2}, so that rare bursts may be missing; raise run.cycles to {SKEWED}"

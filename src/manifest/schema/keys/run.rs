@@ -11,7 +11,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("How long a point is computed, with which kernel, and from which state."),
     integer("run.transient", 0.0, MANY, "500").or("200")
         .about("Mesh cycles discarded before anything is measured, of a motion that finds no periodic orbit."),
-    integer("run.cycles", 1.0, MANY, "40000").otherwise("160000, or 40000 where no analysis has a `stop_at_stderr`")
+    integer("run.cycles", 1.0, MANY, "100000").otherwise("160000, or 40000 where no analysis has a `stop_at_stderr`")
         .about("Most mesh cycles measured, of all trajectories of a point together. A point stops earlier once its answers \
                 are settled."),
     choice("run.kernel", &["volterra", "stepping", "dyadic", "hermite", "spectral", "fused"], r#""stepping""#)
