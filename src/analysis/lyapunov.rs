@@ -7,6 +7,7 @@
 
 use super::averages::CycleAverages;
 use super::norm::EnergyNorm;
+use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::Stream;
 use crate::numerics::statistics::mean;
 use crate::propagate::Tangents;
@@ -127,4 +128,27 @@ pub fn random_direction(norm: &EnergyNorm, stream: &mut Stream, x: &mut [f64]) {
         let deviate = stream.normal();
         *x = if *w > 0.0 { deviate / w } else { 0.0 };
     }
+}
+
+/// A trajectory displaced by some half gaps in a random direction; as it is where nothing feels a
+/// displacement.
+pub fn displaced(
+    model: &Model,
+    norm: &EnergyNorm,
+    trajectory: &TrajectoryState,
+    half_gaps: f64,
+    stream: &mut Stream,
+) -> TrajectoryState {
+    let mut direction = vec![0.0; trajectory.state.len()];
+    random_direction(norm, stream, &mut direction);
+    let length = norm.length(&direction);
+    let scale = if length > 0.0 {
+        half_gaps * norm.unit() / length
+    } else {
+        0.0
+    };
+    let state = (trajectory.state.iter().zip(&direction))
+        .map(|(x, d)| x + scale * d)
+        .collect();
+    TrajectoryState::new(model, state, trajectory.cycle)
 }

@@ -59,7 +59,7 @@ pub use frequencies::{ClosedMode, Frequencies, NaturalMode};
 pub use horizon::{
     HorizonError, HorizonMeasure, HorizonOutcome, HorizonQuantity, HorizonQuestion, predictability,
 };
-pub use lyapunov::{TangentGrowth, random_direction};
+pub use lyapunov::{TangentGrowth, displaced};
 pub use multistability::{
     AttractorOutcome, BasinShare, CellOutcome, MultistabilityOutcome, MultistabilityQuestion,
     Plane, ProbeOutcome, Probes, SliceError, SliceOf, SliceQuestion, probe_basins,

@@ -5,7 +5,7 @@
 //! grows. The state is therefore displaced before it is taken over, in a direction that seed and
 //! point decide: the bits are the same however a run is split, interrupted or traced.
 
-use crate::analysis::{EnergyNorm, random_direction};
+use crate::analysis::{EnergyNorm, displaced};
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::store::ChainEnd;
@@ -25,20 +25,13 @@ pub(super) struct CarriedState<'a> {
 impl CarriedState<'_> {
     /// Where a point starts. Displacements that nothing feels stay as they are.
     pub fn start(self, model: &Model, seed: PointSeed) -> TrajectoryState {
-        let mut state = self.end.state.clone();
+        let end = TrajectoryState::new(model, self.end.state.clone(), self.end.cycle);
         if self.displacement > 0.0 {
+            let mut stream = seed.stream(STREAM);
             let norm = EnergyNorm::new(model);
-            let mut direction = vec![0.0; state.len()];
-            random_direction(&norm, &mut seed.stream(STREAM), &mut direction);
-            let length = norm.length(&direction);
-            if length > 0.0 {
-                let scale = self.displacement * norm.unit() / length;
-                for (x, d) in state.iter_mut().zip(&direction) {
-                    *x += scale * d;
-                }
-            }
+            return displaced(model, &norm, &end, self.displacement, &mut stream);
         }
-        TrajectoryState::new(model, state, self.end.cycle)
+        end
     }
 }
 

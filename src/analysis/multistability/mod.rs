@@ -28,7 +28,7 @@ mod tests;
 
 use super::called_off::CalledOff;
 use super::evidence::ChaosOutcome;
-use super::lyapunov::random_direction;
+use super::lyapunov::displaced;
 use super::norm::EnergyNorm;
 use super::outcome::{PointOutcome, Status};
 use super::poincare::Section;
@@ -282,21 +282,8 @@ fn initial_condition(
     let position = (f64::from(probe_id - 1) + stream.uniform()) / strata;
     // The energy is 10 to the power decades · (position − 1/2).
     let amplitude = 10f64.powf(0.5 * probes.asked.decades * (position - 0.5));
-    let mut direction = vec![0.0; start.state.len()];
-    random_direction(norm, &mut stream, &mut direction);
-    let length = norm.length(&direction);
-    let scale = if length > 0.0 {
-        amplitude * norm.unit() / length
-    } else {
-        0.0
-    };
-    let state = start
-        .state
-        .iter()
-        .zip(&direction)
-        .map(|(x, d)| x + scale * d)
-        .collect();
-    (amplitude, TrajectoryState::new(model, state, start.cycle))
+    let displaced = displaced(model, norm, start, amplitude, &mut stream);
+    (amplitude, displaced)
 }
 
 fn outcome(

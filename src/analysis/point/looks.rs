@@ -31,9 +31,9 @@ const SIGMAS: f64 = 5.0;
 /// What a look at the records of all trajectories shows.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Look {
-    /// Why error bars are not verified, if they are not.
+    /// Why the error bars are not verified; `None` if they are.
     pub(super) unverified: Option<String>,
-    /// What the errors asked for lack, if anything.
+    /// Why the errors asked for are not met, if they are not.
     pub(super) missed: Option<String>,
     /// The same of NVH statistics alone.
     pub(super) statistics_missed: Option<String>,
@@ -51,7 +51,7 @@ pub(super) struct Look {
 }
 
 impl Look {
-    /// Why trajectories do not share one motion, if they do not.
+    /// R-hat, if it shows that trajectories do not share one motion.
     pub(super) fn apart(&self) -> Option<f64> {
         self.rhat.filter(|rhat| *rhat > APART)
     }
@@ -231,7 +231,7 @@ impl<K: Kernel> PointRun<'_, K> {
 /// An error or a bound that is asked for.
 #[derive(Debug, Default)]
 struct Aim {
-    /// What it lacks, if anything.
+    /// Why it is not met, if it is not.
     missed: Option<String>,
     /// Whether the budget cannot bring it.
     futile: bool,

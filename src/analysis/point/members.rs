@@ -10,7 +10,7 @@ use super::run::{Halt, PointRun};
 use super::settle::{Repeating, Searches, WORTH_A_SEARCH};
 use super::watch::Watch;
 use crate::analysis::classify::parts_exponentially;
-use crate::analysis::lyapunov::{TangentGrowth, random_direction};
+use crate::analysis::lyapunov::{TangentGrowth, displaced};
 use crate::analysis::outcome::PointOutcome;
 use crate::analysis::torus::{self, Torus, torus};
 use crate::model::TrajectoryState;
@@ -124,8 +124,7 @@ impl Member {
         }
     }
 
-    /// Whether neighbours part exponentially; also where nobody asked for exponents and the motion
-    /// goes on.
+    /// Whether neighbours part exponentially. Without exponents, whether the motion goes on.
     pub(super) fn is_chaotic(&self) -> bool {
         match self.unsettled().averages() {
             Some(averages) => is_chaotic(averages.values(), averages.stretch()),
@@ -288,7 +287,14 @@ impl<K: Kernel> PointRun<'_, K> {
         }
         for number in 1..plan.trajectories {
             let place = places[(number - 1) % places.len()];
-            let trajectory = self.displaced(&place.trajectory, number as u64);
+            let mut stream = self.questions.point.stream(number as u64);
+            let trajectory = displaced(
+                self.model,
+                &self.norm,
+                &place.trajectory,
+                DISPLACEMENT,
+                &mut stream,
+            );
             let watch = match pilot.instruments.record.watch.nvh.as_ref() {
                 Some(nvh) => Watch::beside(self.model, self.questions, nvh),
                 None => Watch::of_nothing(self.model),
@@ -303,17 +309,5 @@ impl<K: Kernel> PointRun<'_, K> {
             members.push(Member::new(self.trajectory.clone(), instruments));
         }
         Ok(members)
-    }
-
-    /// A trajectory displaced by a little in a random direction.
-    fn displaced(&self, trajectory: &TrajectoryState, stream: u64) -> TrajectoryState {
-        let mut direction = vec![0.0; trajectory.state.len()];
-        let mut stream = self.questions.point.stream(stream);
-        random_direction(&self.norm, &mut stream, &mut direction);
-        let scale = DISPLACEMENT * self.norm.unit() / self.norm.length(&direction);
-        let state = (trajectory.state.iter().zip(&direction))
-            .map(|(x, d)| x + scale * d)
-            .collect();
-        TrajectoryState::new(self.model, state, trajectory.cycle)
     }
 }
