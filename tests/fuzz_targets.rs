@@ -176,6 +176,7 @@ unbroken! {
     result_tables: "results", 500;
     records: "record", 500;
     drives: "drive", 150;
+    breakpoints: "breakpoints", 300;
 }
 
 /// Inputs that broke a target before it was mended.

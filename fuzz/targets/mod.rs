@@ -10,6 +10,7 @@
 // Each of the two programs uses a part of it.
 #![allow(dead_code, unused_imports)]
 
+pub mod breakpoints;
 mod command;
 mod drive;
 mod journal;
@@ -43,7 +44,7 @@ const fn target(name: &'static str, run: fn(&[u8]), about: &'static str) -> Targ
 }
 
 /// All of them.
-pub static TARGETS: [Target; 13] = [
+pub static TARGETS: [Target; 14] = [
     target("manifest", manifest::manifest, "text of a manifest"),
     target(
         "modal",
@@ -80,6 +81,11 @@ pub static TARGETS: [Target; 13] = [
         "drive",
         drive::drive,
         "changed drive, computed by two kernels",
+    ),
+    target(
+        "breakpoints",
+        breakpoints::breakpoints,
+        "breakpoints that nearly coincide",
     ),
 ];
 

@@ -35,6 +35,7 @@ pub fn of(target: &str, repository: &Path) -> Vec<Vec<u8>> {
         "drive" => (0..drive::BASES.len() as u8)
             .map(|base| vec![base])
             .collect(),
+        "breakpoints" => vec![vec![0, 0, 15, 4, 40, 0]],
         "table" | "table-sealed" => table::seeds(),
         "journal" => journal::seeds(),
         "journal-sealed" => journal::sealed_seeds(),

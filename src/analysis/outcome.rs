@@ -21,7 +21,7 @@ pub enum Status {
     Diverged,
     /// More events in one mesh cycle than `run.event_limit`.
     EventStorm,
-    /// The point could not be computed (a panic, an impossible model).
+    /// The point could not be computed (a panic, an impossible model, windows that do not get on).
     Failed,
 }
 
@@ -51,6 +51,7 @@ impl TryFrom<Stop> for Status {
         match stop {
             Stop::Diverged { .. } | Stop::FarStart { .. } => Ok(Self::Diverged),
             Stop::EventStorm { .. } => Ok(Self::EventStorm),
+            Stop::Stuck { .. } => Ok(Self::Failed),
             Stop::CalledOff { .. } => Err(CalledOff),
         }
     }

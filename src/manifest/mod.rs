@@ -28,6 +28,7 @@ mod reader;
 mod schema;
 mod sections;
 mod set;
+mod slip;
 mod spec;
 mod syntax;
 mod text;

@@ -6,8 +6,11 @@ use crate::numerics::quadrature::GaussLegendre;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// Mesh phases closer than this \[cycles\] are one: only rounding tells them apart.
-pub const SAME_PHASE: f64 = 1e-12;
+/// Breakpoints closer than this \[cycles\] are one. Values of twelve digits put two that belong together up to some
+/// 6e-12 apart: half a unit of the last digit of each, twice that of a symmetry. To move a step Δk of a stiffness by so
+/// much changes the rate of a deflection x by `1e-11 T Δk x/m`: in units of ω x, 1e-11 Δk/k times the radians ω T that
+/// the contact turns in a cycle.
+pub const SAME_PHASE: f64 = 1e-11;
 
 /// A gap that no deflection closes \[m\].
 const OUT_OF_REACH: f64 = 1.0;
@@ -103,8 +106,10 @@ impl Division {
     /// the pitch point, where they slide the other way: Λ₀ changes its sign.
     pub fn mirrored(drive: &[Self], symmetry: f64) -> Vec<Self> {
         let starts = std::iter::once(0.0).chain(drive.iter().map(|division| division.end));
-        // A division [a, b] of the drive flank is [2 symmetry − b, 2 symmetry − a] of the coast's.
+        // A division [a, b] of the drive flank is [2 symmetry − b, 2 symmetry − a] of the coast's; ends that are one
+        // breakpoint may change places by rounding.
         let mut pieces: Vec<(f64, f64, &Self)> = (starts.zip(drive))
+            .filter(|(start, division)| division.end - start > SAME_PHASE)
             .map(|(start, division)| {
                 let from = (2.0 * symmetry - division.end).rem_euclid(1.0);
                 let from = if 1.0 - from < SAME_PHASE { 0.0 } else { from };

@@ -87,13 +87,14 @@ pub(super) fn contact(
 /// The divisions of one mesh cycle in which a contact passes `ratio` of its own cycles from its
 /// phase `start` on.
 fn stretch(divisions: &[Division], start: f64, ratio: f64) -> Vec<Division> {
-    let mut out = Vec::new();
+    let mut out: Vec<Division> = Vec::new();
     let mut from = start;
-    while from < start + ratio - SAME_PHASE {
+    let same = SAME_PHASE * ratio;
+    while from < start + ratio - same {
         let phase = from.rem_euclid(1.0);
-        let phase = if 1.0 - phase < SAME_PHASE { 0.0 } else { phase };
+        let phase = if 1.0 - phase < same { 0.0 } else { phase };
         let index = (divisions.iter())
-            .position(|division| phase < division.end - SAME_PHASE)
+            .position(|division| phase < division.end - same)
             .unwrap_or(divisions.len() - 1);
         let begin = if index == 0 {
             0.0
@@ -112,9 +113,8 @@ fn stretch(divisions: &[Division], start: f64, ratio: f64) -> Vec<Division> {
                 place
             }
         };
-        let end = (to - start) / ratio;
         out.push(Division {
-            end: if 1.0 - end < SAME_PHASE { 1.0 } else { end },
+            end: (to - start) / ratio,
             stiffness: division
                 .stiffness
                 .part(place(phase), place(phase + to - from)),
@@ -122,6 +122,9 @@ fn stretch(divisions: &[Division], start: f64, ratio: f64) -> Vec<Division> {
             ..*division
         });
         from = to;
+    }
+    if let Some(last) = out.last_mut() {
+        last.end = 1.0;
     }
     out
 }
@@ -152,6 +155,18 @@ mod tests {
                 assert_eq!(division.stiffness.mean(), level, "{number} {middle}");
                 before = division.end;
             }
+        }
+    }
+
+    /// A step just before the cycle of the mesh ends, a part of 1e-12 of the contact's own, which takes a thousand.
+    #[test]
+    fn a_cycle_is_covered_to_its_end() {
+        let divisions = Division::levels(&[2.0, 1.0], &[1e-3 - 1e-12]);
+        for start in [0.0, 0.999, 1e-3 - 2e-12] {
+            let within = stretch(&divisions, start, 1e-3);
+            assert_eq!(within.last().map(|division| division.end), Some(1.0));
+            let ends = within.windows(2);
+            assert!(ends.into_iter().all(|pair| pair[0].end < pair[1].end));
         }
     }
 

@@ -9,7 +9,7 @@ use super::{
     MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Output, Release, Ripple, Rolling, Segment,
     TransmissionErrorHarmonic,
 };
-use super::{bearing, clearance, drive as laws, further, parallel};
+use super::{bearing, breakpoints, clearance, drive as laws, further, parallel};
 use crate::shaft::{FlankParticipation, MOST_BASE_CYCLES, ModalStructure};
 use std::f64::consts::TAU;
 
@@ -213,7 +213,8 @@ impl Model {
                 further::contact(own, release, period, &mut directions, on_bearings, to)
             })
             .collect::<Result<Vec<_>, _>>()?;
-        let contacts: Vec<Contact> = flanks.into_iter().chain(further).collect();
+        let mut contacts: Vec<Contact> = flanks.into_iter().chain(further).collect();
+        breakpoints::merge(&mut contacts);
         let most = MOST_CONTACTS as f64;
         let count = contacts.len() as f64;
         positive(

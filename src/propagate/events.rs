@@ -61,19 +61,49 @@ impl Margin {
     }
 }
 
-/// The changes of contact state in one mesh cycle: limited, counted, shown.
+/// How many windows a cycle may take for each one that its grid and its events account for: those cut at breakpoints, and
+/// those before a grid is taken up again.
+const WINDOWS_OF_EACH: u64 = 8;
+
+/// The changes of contact state in one mesh cycle: limited, counted, shown. And its windows: limited.
 #[derive(Debug, Clone, Copy)]
 pub struct Changes {
     /// So far in this cycle.
     met: u32,
     /// Most in a cycle.
     limit: u32,
+    /// Windows so far in this cycle.
+    windows: u64,
+    /// Windows of a cycle that nothing cuts.
+    planned: u64,
 }
 
 impl Changes {
-    /// None yet; at most `limit` in this cycle.
-    pub fn new(limit: u32) -> Self {
-        Self { met: 0, limit }
+    /// None yet; at most `limit` in this cycle, which takes `planned` windows where nothing cuts one.
+    pub fn new(limit: u32, planned: usize) -> Self {
+        Self {
+            met: 0,
+            limit,
+            windows: 0,
+            planned: planned as u64,
+        }
+    }
+
+    /// Takes one more window, from a time \[s\] of a mesh cycle of some period \[s\] on.
+    ///
+    /// # Errors
+    /// [`Stop::Stuck`] where neither grid nor events account for so many.
+    pub fn take(&mut self, cycle: u64, time: f64, period: f64) -> Result<(), Stop> {
+        self.windows += 1;
+        let accounted = 1 + self.planned + u64::from(self.met);
+        match self.windows <= WINDOWS_OF_EACH * accounted {
+            true => Ok(()),
+            false => Err(Stop::Stuck {
+                cycle,
+                phase: time / period,
+                windows: self.windows,
+            }),
+        }
     }
 
     /// Meets one more.
@@ -225,6 +255,37 @@ mod tests {
             .collect();
         let found = first_crossing::<_, Portable>(t, &series, 1e-14, &guards, 1.0, &mut counters);
         (found, counters)
+    }
+
+    /// What no event accounts for ends the cycle, with where it stands.
+    #[test]
+    fn windows_that_do_not_get_on_are_given_up() {
+        let mut changes = Changes::new(100, 9);
+        let mut take = || changes.take(7, 0.5e-3, 2e-3);
+        for _ in 0..80 {
+            assert_eq!(take(), Ok(()));
+        }
+        let stop = take().unwrap_err();
+        let stuck = Stop::Stuck {
+            cycle: 7,
+            phase: 0.25,
+            windows: 81,
+        };
+        assert_eq!(stop, stuck);
+        assert!(stop.to_string().contains("mesh phase 0.25"));
+        // An event accounts for more of them.
+        let event = Event {
+            cycle: 7,
+            time: 0.5e-3,
+            from: ActiveSet::FREE,
+            to: ActiveSet::DRIVE,
+            contact: DRIVE_FLANK,
+            rate: 1.0,
+        };
+        changes
+            .meet(&event, &mut (), &mut Counters::default())
+            .unwrap();
+        assert_eq!(changes.take(7, 0.5e-3, 2e-3), Ok(()));
     }
 
     #[test]

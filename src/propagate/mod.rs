@@ -79,6 +79,20 @@ pub enum Stop {
         /// The limit that was passed.
         limit: u32,
     },
+    /// The integration takes windows without getting on.
+    #[error(
+        "{windows} windows were taken in mesh cycle {cycle} and its end is not reached, the last one at mesh phase \
+         {phase}; this is a fault of the program, please report the manifest. Another run.kernel, or breakpoints of the \
+         mesh (mesh.contact_ratio, mesh.coast_symmetry, train.mesh.*.phase) that are elsewhere, may do"
+    )]
+    Stuck {
+        /// The mesh cycle.
+        cycle: u64,
+        /// Where the last window starts \[cycles\].
+        phase: f64,
+        /// Windows taken in this cycle.
+        windows: u64,
+    },
     /// Nobody waits for the rest: the trajectory is as good as any.
     #[error("called off in mesh cycle {cycle}")]
     CalledOff {
@@ -129,7 +143,7 @@ pub trait Kernel {
     ///
     /// # Errors
     /// [`Stop`] where the trajectory diverges, more than the kernel's limit of events
-    /// falls in this cycle, or the observer calls it off; `trajectory` is then unspecified.
+    /// falls in this cycle, its windows do not get on, or the observer calls it off; `trajectory` is then unspecified.
     fn advance_cycle<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,

@@ -10,6 +10,7 @@ mod axes;
 mod contacts;
 mod error;
 mod nodes;
+mod size;
 mod speeds;
 mod structure;
 #[cfg(test)]
@@ -223,13 +224,13 @@ impl TrainDrive {
 }
 
 impl TrainDrive {
-    /// That shafts, gears and couplings make a train.
+    /// That shafts, gears and couplings make a train, no finer than its matrices have room for.
     ///
     /// # Errors
     /// [`TrainError`].
     pub fn check(&self) -> Result<(), TrainError> {
         self.layout()?;
-        (0..self.shafts.len()).try_for_each(|shaft| self.places(shaft).map(|_| ()))
+        self.check_size()
     }
 
     /// Degrees of freedom.

@@ -2,6 +2,7 @@
 //! Nothing here is refused.
 
 mod idle;
+mod sizes;
 mod suspect;
 
 use super::tree::Node;

@@ -2,8 +2,10 @@
 //! ISO 53, ISO 6336-1, ISO/TR 10064-2; stresses: ISO 6336-5, the best case-hardened steels), so that a value
 //! beyond one is mostly of another unit than was meant.
 
+use super::sizes;
 use crate::analysis::Effort;
 use crate::gear::GearPair;
+use crate::manifest::slip::length;
 use crate::manifest::{DampingSpec, StructureSource, Variant};
 use std::f64::consts::PI;
 
@@ -62,6 +64,7 @@ pub(super) fn suspects(variant: &Variant, operating: Operating) -> Vec<(String, 
     mesh(variant, gears.as_ref(), &mut found);
     excitation(variant, gears.as_ref(), &mut found);
     drive(variant, &mut found);
+    found.0.extend(sizes::of_shafts(&variant.model.source));
     budget(variant, &mut found);
     match &gears {
         Some(gears) => drawing(gears, operating, &mut found),
@@ -316,15 +319,4 @@ fn drive(variant: &Variant, found: &mut Words) {
 /// Revolutions a minute.
 fn rpm(speed: f64) -> f64 {
     speed * 30.0 / PI
-}
-
-/// A length with four digits in m, mm or um.
-fn length(metres: f64) -> String {
-    let (scale, unit) = match metres.abs() {
-        size if size >= 1.0 => (1.0, "m"),
-        size if size >= 1e-3 => (1e3, "mm"),
-        _ => (1e6, "um"),
-    };
-    let rounded: f64 = format!("{:.3e}", scale * metres).parse().unwrap_or(metres);
-    format!("{rounded} {unit}")
 }

@@ -6,8 +6,9 @@ mod shaft;
 use crate::gear::{Flanks, GearError, GearPair, ToothForm};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
+use crate::manifest::slip;
 use crate::manifest::tree::Value;
-use crate::shaft::{GearPlace, TrainDrive, TrainShaft};
+use crate::shaft::{GearPlace, TrainDrive, TrainError, TrainShaft};
 use shaft::Drawn;
 
 /// Parts of the motor's power add up to 1 within this.
@@ -68,18 +69,52 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<TrainDrive>
     train.meshes = joints::meshes(section, issues, &parts, &train)?;
     // What the parts are together shows in the layout; it costs nothing.
     if let Err(error) = train.check() {
-        issues.push(
-            Diagnostic::new(
+        let fault = match error {
+            TrainError::TooFine { place, .. } => too_fine(issues, &tables, &train, place, &error),
+            _ => Diagnostic::new(
                 DiagnosticKind::Inconsistent,
                 section.span,
                 "train",
                 error.to_string(),
             )
             .label("these shafts and gears make no train"),
-        );
+        };
+        issues.push(fault);
         return None;
     }
     Some(train)
+}
+
+/// The fault of a section of a shaft that takes too many elements, where its largest cause is: the longest element that
+/// is given, a length that no shaft has, or the diameter.
+fn too_fine(
+    issues: &mut Issues,
+    tables: &[Section],
+    train: &TrainDrive,
+    [shaft, section]: [usize; 2],
+    error: &TrainError,
+) -> Diagnostic {
+    let own = &train.shafts[shaft].sections[section];
+    let sections = tables[shaft].tables(issues, "sections");
+    let long = slip::of_length(own.length, "length", slip::LENGTHS);
+    let thin = slip::of_length(own.outer, "diameter", slip::DIAMETERS);
+    let of_section = sections.as_ref().and_then(|all| all.get(section));
+    let (table, key, slip) = match (of_section, train.shafts[shaft].element) {
+        (Some(table), _) if long.is_some() => (table, "length", long),
+        (Some(table), None) => (table, "outer", thin),
+        _ => (&tables[shaft], "element", None),
+    };
+    let remedy = "give the shaft longer elements (train.shaft.*.element), or fewer thin sections";
+    let fault = Diagnostic::new(
+        DiagnosticKind::OutOfRange,
+        table.span_of(key),
+        &table.path_of(key),
+        error.to_string(),
+    );
+    fault
+        .label("asks for too many elements")
+        .accepted("elements and degrees of freedom of all shafts: at most 4000 each")
+        .remedy(slip.map_or(remedy.to_owned(), |slip| format!("{slip} Else {remedy}")))
 }
 
 fn check_outputs(section: &Section, issues: &mut Issues, shafts: &[TrainShaft]) -> Option<()> {

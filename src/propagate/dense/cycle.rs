@@ -120,13 +120,16 @@ impl CellModel<'_> {
             crossed: None,
         };
         let mut contact = trajectory.contact;
-        let mut changes = Changes::new(self.event_limit);
+        // An event that is put off, and is none by then, accounts for no window.
+        let put_off = self.event_grid.unwrap_or(0) as usize;
+        let mut changes = Changes::new(self.event_limit, self.grid.cells.len() + put_off);
         while position.cell < self.grid.cells.len() {
             if observer.called_off() {
                 return Err(Stop::CalledOff {
                     cycle: position.cycle,
                 });
             }
+            changes.take(position.cycle, position.time, self.grid.period)?;
             self.step(
                 method,
                 &mut position,

@@ -408,7 +408,7 @@ impl Kernel for Stepping {
         }
         let cycle = trajectory.cycle;
         let turns = self.contacts.iter().any(|contact| contact.turns);
-        let mut changes = Changes::new(self.event_limit);
+        let mut changes = Changes::new(self.event_limit, self.steps);
         let mut last = self.mesh_states(&trajectory.state, cycle, 0, 0);
         let mut left = last;
         for j in 0..self.steps {

@@ -71,12 +71,14 @@ pub(super) fn middles(
     let mut out = Vec::new();
     for number in 0..model.base_cycles() {
         let cycle = contact.cycle(number as u64);
+        // What turns where a segment starts that is too short for a step turns with the next one.
+        let mut turned = false;
         for (index, s) in cycle.segments.iter().enumerate() {
             let direction = &directions[s.direction];
             let direct = dot(&direction.deflection, &direction.mesh_input);
             let inertial = dot(&direction.rate, &direction.mesh_input);
             let end = (s.end * steps as f64).round() as usize;
-            let mut turned = model.turns(contact, number as u64, index);
+            turned |= model.turns(contact, number as u64, index);
             for j in out.len() - number * steps..end {
                 let stiffness = s.stiffness_at((j as f64 + 0.5) / steps as f64);
                 out.push(Middle {

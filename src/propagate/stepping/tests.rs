@@ -174,3 +174,28 @@ fn event_limit_and_divergence_stop_the_integration() {
     let stop = advance(&Stepping::new(&model, 500, 100), &mut lost);
     assert!(matches!(stop, Err(Stop::Diverged { .. })));
 }
+
+/// A contact whose line turns where a segment starts that is shorter than a step turns with the next step.
+#[test]
+fn a_segment_without_a_step_hides_no_turn() {
+    let mut structure = structure();
+    structure.mesh_tilt = vec![0.0, 20.0];
+    let tilted = |end: f64, stiffness: f64| Division {
+        load_centre: 5e-3,
+        ..Division::level(end, stiffness)
+    };
+    let drive = Drive {
+        mesh: vec![
+            Division::level(0.5, 4e8),
+            tilted(0.5 + 1e-6, 4e8),
+            tilted(1.0, 3e8),
+        ],
+        ..fixtures::constant_mesh(1e-5, 4e8)
+    };
+    let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+    let kernel = Stepping::new(&model, 100, 10);
+    let turned: Vec<usize> = (0..kernel.steps())
+        .filter(|&j| kernel.middle(0, 0, j).turned)
+        .collect();
+    assert_eq!((turned, kernel.steps()), (vec![0, 50], 100));
+}

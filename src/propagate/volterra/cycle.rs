@@ -13,7 +13,7 @@ use super::feedback::Closed;
 use super::joint::JointWindow;
 use super::joint_stretch::JointStretch;
 use super::lanes::{self, Solution};
-use super::position::{Position, SAME_TIME, Track, align};
+use super::position::{Position, ROUNDING, SAME_TIME, Track, align};
 use super::release::Place;
 use super::search::View;
 use super::shapes::Row;
@@ -24,9 +24,6 @@ use super::workspace::Workspace;
 use crate::model::{ActiveSet, DRIVE_FLANK, TrajectoryState};
 use crate::propagate::events::Changes;
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents};
-
-/// Part of a mesh period that sums of times are rounded by.
-const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 impl Kernel for Volterra<'_> {
     type Workspace = Workspace;
@@ -52,13 +49,14 @@ impl Kernel for Volterra<'_> {
             crossed: ActiveSet::FREE,
             forceless: ActiveSet::FREE,
         };
-        let mut changes = Changes::new(self.event_limit);
+        let mut changes = Changes::new(self.event_limit, self.tables.most_windows());
         while position.time < self.model.period() {
             if observer.called_off() {
                 return Err(Stop::CalledOff {
                     cycle: position.cycle,
                 });
             }
+            changes.take(position.cycle, position.time, self.model.period())?;
             self.step(
                 &mut position,
                 &mut active,

@@ -13,7 +13,7 @@ const WORTH_SHARING: f64 = 1.25;
 
 /// Fewest cells a cycle, before they are fitted: the deflection turns several times on a longer
 /// one, and halving its series to find the events costs more than another window.
-const FEWEST: f64 = 4.0;
+pub(super) const FEWEST: f64 = 4.0;
 
 /// Most equal parts of the cycle on which segment boundaries are sought.
 const MOST_PARTS: usize = 10_000;
@@ -160,9 +160,14 @@ fn cells(model: &Model, tolerance: f64, ends: &[f64]) -> Vec<f64> {
     if cells > most {
         return fitted;
     }
-    (starts().zip(ends))
+    let shared: Vec<f64> = (starts().zip(ends))
         .map(|(start, end)| (cells * (end - start)).round())
-        .collect()
+        .collect();
+    // Breakpoints a little apart may lie on one boundary.
+    match shared.contains(&0.0) {
+        true => fitted,
+        false => shared,
+    }
 }
 
 /// Lengths, each once, and which of them each one is.
@@ -251,6 +256,20 @@ mod tests {
         assert_eq!(grid.turned, [false, false, true, true]);
         let ends = &grid.stretch_end_cell;
         assert_eq!(grid.flight_end_cell, [ends[1], ends[1], ends[2], ends[3]]);
+    }
+
+    /// Breakpoints so near that they lie on one boundary of equal parts have a cell between them.
+    #[test]
+    fn no_stretch_is_without_a_cell() {
+        for apart in [2e-11, 4e-10, 1e-8, 1e-6] {
+            let mesh = Division::levels(&[4e8, 3e8, 2e8], &[0.6, 0.6 + apart]);
+            let model = model(mesh, 1200.0);
+            let grid = Grid::new(&model, f64::EPSILON, 0, 0);
+            assert_eq!(grid.stretch_end_cell.len(), 3, "{apart}");
+            assert!(grid.time.windows(2).all(|pair| pair[0] < pair[1]));
+            let [before, within] = [0, 1].map(|stretch| grid.stretch_end_cell[stretch]);
+            assert_eq!(within - before, 1, "{apart}");
+        }
     }
 
     #[test]

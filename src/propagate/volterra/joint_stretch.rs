@@ -1,12 +1,17 @@
 //! What are windows with several contacts closed laid on?
 
 use super::closure::Closure;
-use super::length::longest_joint;
+use super::grid::FEWEST;
+use super::length::{fewest_windows, longest_joint};
 use super::needs::{Needs, Sight, place};
+use super::position::ROUNDING;
 use crate::model::{Contact, Model, Segment};
 
 /// How much longer, relative, than a segment a window may be that fits it: both come from ends that are rounded apart.
 const ROUNDED_APART: f64 = 1e-9;
+
+/// How many times as long as some known length windows may be before one of their own is worth its tables.
+const WORTH_ITS_TABLES: f64 = 8.0;
 
 /// A part of a mesh cycle on which no contact changes its segment.
 #[derive(Debug)]
@@ -44,18 +49,28 @@ pub fn can_join(model: &Model) -> bool {
     })
 }
 
-/// Which of the lengths of windows \[s\] those have that start in some segments, each of a contact. They are solved as a
-/// whole, and run on behind a segment, by less than it is long where its course bends: the longest such
-/// length. The grid of every segment has one, which several contacts closed at once may ask to be shorter.
-fn joint_length(model: &Model, segments: &[&Segment], lengths: &[f64], tolerance: f64) -> usize {
+/// The longest windows \[s\] that may start in some segments, each of a contact. They are solved as a whole, and run on
+/// behind a segment, by less than it is long where its course bends.
+fn longest(model: &Model, segments: &[&Segment], tolerance: f64) -> f64 {
     let constant = |segment: &Segment| {
         let [_, bends @ ..] = segment.error.coefficients();
         segment.stiffness.is_constant() && bends.iter().all(|a| *a == 0.0)
     };
     let bent = segments.iter().filter(|segment| !constant(segment));
     let shortest = bent.fold(f64::INFINITY, |least, s| least.min(s.end - s.start));
-    let limit = (shortest * model.period()).min(longest_joint(model, segments, tolerance));
-    let limit = limit * (1.0 + ROUNDED_APART);
+    let of_any = 1.0 / fewest_windows(model, tolerance).max(FEWEST);
+    (model.period() * shortest.min(of_any)).min(longest_joint(model, segments, tolerance))
+}
+
+/// The longest window \[s\] that is still as long as one of some length.
+fn rounded_up(model: &Model, length: f64) -> f64 {
+    length * (1.0 + ROUNDED_APART) + ROUNDING * model.period()
+}
+
+/// Which of the lengths of windows \[s\] those have that start in some segments, each of a contact: the longest that may.
+/// The grid of every segment has one, which several contacts closed at once may ask to be shorter.
+fn joint_length(model: &Model, segments: &[&Segment], lengths: &[f64], tolerance: f64) -> usize {
+    let limit = rounded_up(model, longest(model, segments, tolerance));
     let by_length = |a: &usize, b: &usize| lengths[*a].total_cmp(&lengths[*b]);
     let fitting = (0..lengths.len()).filter(|&own| lengths[own] <= limit);
     (fitting.max_by(by_length))
@@ -85,16 +100,25 @@ fn segments_of<'m>(model: &'m Model, cycle: u64, numbers: &[usize]) -> Vec<&'m S
         .collect()
 }
 
-/// The length \[s\] of windows that is missing among `lengths`, where contacts closed at once ask for shorter ones.
-pub fn missing_length(model: &Model, cycles: u64, lengths: &[f64], tolerance: f64) -> Option<f64> {
+/// The lengths \[s\] of windows that are missing among `lengths`: where contacts closed at once ask for shorter ones, and
+/// where those that fit were made for a much shorter segment.
+pub fn missing_lengths(model: &Model, cycles: u64, lengths: &[f64], tolerance: f64) -> Vec<f64> {
     let all = (0..cycles).flat_map(|cycle| {
         parts(model, cycle).map(move |(_, numbers)| {
-            longest_joint(model, &segments_of(model, cycle, &numbers), tolerance)
+            longest(model, &segments_of(model, cycle, &numbers), tolerance)
         })
     });
-    let least = all.fold(f64::INFINITY, f64::min);
-    let fits = |length: &f64| *length <= least * (1.0 + ROUNDED_APART);
-    (!lengths.iter().any(fits)).then_some(least)
+    let mut limits: Vec<f64> = all.collect();
+    limits.sort_by(f64::total_cmp);
+    let mut missing = Vec::new();
+    for limit in limits {
+        let most = rounded_up(model, limit);
+        let fits = |length: &f64| (limit / WORTH_ITS_TABLES..=most).contains(length);
+        if !lengths.iter().chain(&missing).any(fits) {
+            missing.push(limit);
+        }
+    }
+    missing
 }
 
 /// The joint stretches of a mesh cycle, whose windows have some of the lengths \[s\].
@@ -140,7 +164,7 @@ pub fn joint_stretches(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{TrajectoryState, fixtures};
+    use crate::model::{CoastFlank, Division, Drive, Stiffness, TrajectoryState, fixtures};
     use crate::propagate::{Counters, Kernel, Volterra};
     use crate::shaft::StructureContact;
 
@@ -156,6 +180,39 @@ mod tests {
         assert_eq!(ends, [0.6, 1.0]);
         assert_eq!(found[0].segments, [0, 0]);
         assert_eq!(found[1].segments, [1, 1]);
+    }
+
+    /// A length that a short segment has made is not that of windows elsewhere: a cycle takes as many as without it.
+    #[test]
+    fn a_short_segment_has_windows_of_its_own() {
+        let structure = fixtures::structure(&[0.0, 3000.0], 0.01, &[1.0, 0.3], &[1.0, 0.3]);
+        let series = [4e8, 4e7, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let bent = |end: f64| Division {
+            stiffness: Stiffness::series(series),
+            ..Division::level(end, 4e8)
+        };
+        let mut drive = fixtures::constant_mesh(1e-5, 4e8);
+        drive.mesh = vec![bent(0.6), bent(1.0)];
+        let windows = |symmetry: f64| {
+            let mesh = Division::mirrored(&drive.mesh, symmetry);
+            let coast = CoastFlank {
+                mesh,
+                further: Vec::new(),
+                transmission_error: Vec::new(),
+            };
+            let drive = Drive {
+                coast: Some(coast),
+                ..drive.clone()
+            };
+            let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+            Volterra::new(&model, f64::EPSILON, 100)
+                .tables
+                .most_windows()
+        };
+        let apart = [4e-12, 1e-8, 1e-6].map(|apart| windows(0.3 + apart));
+        for own in apart {
+            assert!(own <= 2 * windows(0.3), "{apart:?}");
+        }
     }
 
     /// Stops side by side turn as fast as one that is as stiff as all of them: windows of theirs agree with shorter ones.

@@ -2,7 +2,7 @@
 
 use super::closure::Closure;
 use super::grid::{Grid, distinct};
-use super::joint_stretch::{JointStretch, can_join, joint_stretches, missing_length};
+use super::joint_stretch::{JointStretch, can_join, joint_stretches, missing_lengths};
 use super::lanes::InstructionSet;
 use super::needs::{Needs, Sight, place};
 use super::shapes::{BlockChunk, LANES, Lack, Lanes, Layout};
@@ -37,6 +37,8 @@ pub struct VolterraTables {
     pub ripple: Vec<Vec<[Lanes; 2]>>,
     /// Whether the flanks of a contact lack anything.
     pub lacks: Vec<bool>,
+    /// Windows of a mesh cycle that no event cuts, at most.
+    most_windows: usize,
 }
 
 /// A mesh cycle as a contact has it.
@@ -89,7 +91,7 @@ impl VolterraTables {
         let (mut lengths, which) = distinct(grids.iter().flat_map(|g| g.2.lengths.iter().copied()));
         let mut which = which.into_iter();
         let mut needs = Needs::default();
-        let courses = (grids.into_iter())
+        let courses: Vec<Course> = (grids.into_iter())
             .map(|(contact, cycle, grid)| {
                 let lengths_of_stretch = which.by_ref().take(grid.lengths.len());
                 let which: Vec<usize> = lengths_of_stretch.collect();
@@ -99,7 +101,7 @@ impl VolterraTables {
             .collect();
         let mut joint = Vec::new();
         if can_join(model) {
-            lengths.extend(missing_length(model, base, &lengths, tolerance));
+            lengths.extend(missing_lengths(model, base, &lengths, tolerance));
             let of_cycle = |cycle| joint_stretches(model, cycle, &lengths, tolerance, &mut needs);
             joint.extend((0..base).map(of_cycle));
         }
@@ -135,12 +137,14 @@ impl VolterraTables {
         let blocks: Vec<Vec<BlockChunk>> = (model.directions.iter())
             .map(|direction| block_chunks(model, &direction.gains))
             .collect();
+        let most_windows = most_windows(&courses, &joint, &windows);
         Self {
             layout,
             courses,
             courses_of_contact,
             joint,
             windows,
+            most_windows,
             pulls: (blocks.iter())
                 .map(|blocks| blocks.iter().map(|chunk| chunk.mesh_pull).collect())
                 .collect(),
@@ -166,6 +170,11 @@ impl VolterraTables {
         }
     }
 
+    /// Windows of a mesh cycle that no event cuts, whichever contacts are closed: at most.
+    pub fn most_windows(&self) -> usize {
+        self.most_windows
+    }
+
     /// A course.
     pub fn course(&self, number: usize) -> &Course {
         &self.courses[number]
@@ -175,6 +184,24 @@ impl VolterraTables {
     pub fn first_course(&self) -> &Course {
         &self.courses[0]
     }
+}
+
+/// Windows of a mesh cycle that no event cuts, on whichever courses and stretches it passes: at most.
+fn most_windows(courses: &[Course], joint: &[Vec<JointStretch>], windows: &[WindowTable]) -> usize {
+    let cells = courses
+        .iter()
+        .map(|course| course.grid.cells())
+        .sum::<usize>();
+    let of_cycle = |stretches: &Vec<JointStretch>| -> usize {
+        let starts = std::iter::once(0.0).chain(stretches.iter().map(|stretch| stretch.end));
+        (starts.zip(stretches))
+            .map(|(start, own)| {
+                let delta = windows[own.windows[0]].delta;
+                ((own.end - start) / delta).ceil() as usize
+            })
+            .sum()
+    };
+    cells + joint.iter().map(of_cycle).max().unwrap_or(0)
 }
 
 impl Course {

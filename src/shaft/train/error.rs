@@ -42,6 +42,29 @@ pub enum TrainError {
         /// What is between them \[m\].
         gap: f64,
     },
+    /// More finite elements than there is room for.
+    #[error(
+        "section {} of shaft `{shaft}` takes {elements_of_section:.3e} beam elements of at most {element:.3e} m; of all \
+         {elements:.3e} elements the train would have {freedoms:.3e} degrees of freedom, and their matrices {gigabytes:.3e} \
+         GB; at most 4000 of either are solved",
+        place[1] + 1
+    )]
+    TooFine {
+        /// Shaft and section that take the most, from 0.
+        place: [usize; 2],
+        /// The name of the shaft.
+        shaft: String,
+        /// The longest element that they may have there \[m\].
+        element: f64,
+        /// Elements of this section.
+        elements_of_section: f64,
+        /// Elements of the train.
+        elements: f64,
+        /// Its degrees of freedom, at most.
+        freedoms: f64,
+        /// What its matrices take \[GB\].
+        gigabytes: f64,
+    },
     /// Two ways through the train that give a shaft different speeds.
     #[error(
         "`{body}` would have to turn at {} and at {} times the speed of the first gear: the train locks; check the numbers of teeth",

@@ -39,6 +39,7 @@ const STANDING: [&str; 5] = [
 impl TrainDrive {
     /// Adds everything to an assembly.
     pub(super) fn assembled(&self, layout: &Layout) -> Result<Assembled, ShaftError> {
+        self.check_size()?;
         let mut assembly = Assembly::new();
         let mut shafts = Vec::with_capacity(self.shafts.len());
         let mut supports = Vec::new();
@@ -190,31 +191,18 @@ impl TrainDrive {
             shear_modulus: self.shear_modulus,
             density: self.density,
         };
-        let near = 1e-9 * shaft.length();
         let mut nodes = vec![(0.0, assembly.add_node())];
         let own = nodes[0].1;
-        let mut end = 0.0;
-        for section in &shaft.sections {
-            let start = end;
-            end = start + section.length;
-            let inside = |at: &&f64| start + near < **at && **at < end - near;
-            let mut stations: Vec<f64> = places.iter().filter(inside).copied().collect();
-            stations.push(end);
-            stations.dedup_by(|a, b| (*a - *b).abs() <= near);
-            let longest = shaft.element.unwrap_or(section.outer);
+        for stretch in shaft.stretches(places) {
+            let section = &shaft.sections[stretch.section];
             let kind = Section::hollow(section.outer, section.inner)?;
-            let mut from = start;
-            for to in stations {
-                let count = ((to - from) / longest * (1.0 - 1e-9)).ceil().max(1.0);
-                let fresh: Vec<f64> = (0..=count as usize)
-                    .map(|step| from + (to - from) * step as f64 / count)
-                    .collect();
-                let kappa = self.shear_coefficient;
-                assembly.continue_shaft(&fresh, kind, material, kappa)?;
-                let last = nodes[nodes.len() - 1].1;
-                nodes.extend(fresh[1..].iter().copied().zip(last + 1..));
-                from = to;
-            }
+            let (from, length) = (stretch.from, stretch.to - stretch.from);
+            let fresh: Vec<f64> = (0..=stretch.elements as usize)
+                .map(|step| from + length * step as f64 / stretch.elements)
+                .collect();
+            assembly.continue_shaft(&fresh, kind, material, self.shear_coefficient)?;
+            let last = nodes[nodes.len() - 1].1;
+            nodes.extend(fresh[1..].iter().copied().zip(last + 1..));
         }
         let last = nodes[nodes.len() - 1].1;
         Ok(ShaftNodes {

@@ -497,3 +497,45 @@ fn a_stop_is_approached_as_its_place_moves() {
         }
     }
 }
+
+/// Elements are counted before they are made, as many as are made.
+#[test]
+fn a_train_is_refused_before_its_elements_are_made() {
+    let mut train = train(&drive());
+    let made = train.freedoms().unwrap();
+    let length = train.shafts[1].length();
+    // Two shafts of All motions: as many nodes as elements, and one each.
+    let elements = |train: &TrainDrive| -> f64 {
+        (0..2)
+            .flat_map(|index| {
+                let places = train.places(index).unwrap();
+                train.shafts[index].stretches(&places)
+            })
+            .map(|stretch| stretch.elements)
+            .sum()
+    };
+    assert_eq!(6.0 * (elements(&train) + 2.0), made as f64);
+    train.shafts[1].element = Some(length / 600.0);
+    assert!(train.check().is_ok());
+    for element in [length / 700.0, 1e-9, 1e-300, f64::MIN_POSITIVE] {
+        train.shafts[1].element = Some(element);
+        let Err(TrainError::TooFine {
+            place,
+            elements_of_section,
+            freedoms,
+            gigabytes,
+            ..
+        }) = train.check()
+        else {
+            panic!("{element} is taken");
+        };
+        assert_eq!(place, [1, 0]);
+        assert!(elements_of_section >= 0.999 * length / element);
+        assert!(freedoms > 4000.0 && gigabytes > 1.0);
+        assert!(matches!(train.freedoms(), Err(ShaftError::Train(_))));
+    }
+    // A shaft that is held has elements all the same.
+    train.shafts[1].element = Some(length / 5000.0);
+    train.shafts[1].motion = Motion::None;
+    assert!(matches!(train.check(), Err(TrainError::TooFine { .. })));
+}

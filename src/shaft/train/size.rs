@@ -1,0 +1,107 @@
+//! How large is a train in finite elements? Known before anything is assembled, however fine its elements are.
+
+use super::{TrainDrive, TrainError, TrainShaft};
+
+/// Most degrees of freedom of a train. The finest flexible drive has 3612; the dense matrices of 4000 take some 1.2 GB.
+const MOST_FREEDOMS: f64 = 4000.0;
+
+/// Most beam elements of a train: those of shafts that are held count too.
+const MOST_ELEMENTS: f64 = 4000.0;
+
+/// Matrices that the solution for the modes holds at once: mass and stiffness, three that couple, four of the dense solution.
+const MATRICES: f64 = 9.0;
+
+/// Freedoms of a node.
+const NODE_FREEDOMS: f64 = 6.0;
+
+/// A part of a flexible shaft between neighbouring places and ends of sections, in equal elements.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stretch {
+    /// Section of the shaft.
+    pub section: usize,
+    /// From where \[m\].
+    pub from: f64,
+    /// To where \[m\].
+    pub to: f64,
+    /// Elements, a whole number; of a slip of a unit more than integers hold.
+    pub elements: f64,
+}
+
+impl TrainShaft {
+    /// Longest beam element of a section \[m\].
+    fn longest_element(&self, section: usize) -> f64 {
+        self.element.unwrap_or(self.sections[section].outer)
+    }
+
+    /// The stretches of a flexible shaft with nodes at these `places` \[m\], ascending.
+    pub(super) fn stretches(&self, places: &[f64]) -> Vec<Stretch> {
+        let near = 1e-9 * self.length();
+        let mut stretches = Vec::new();
+        let mut end = 0.0;
+        for (section, own) in self.sections.iter().enumerate() {
+            let start = end;
+            end = start + own.length;
+            let inside = |at: &&f64| start + near < **at && **at < end - near;
+            let mut stations: Vec<f64> = places.iter().filter(inside).copied().collect();
+            stations.push(end);
+            stations.dedup_by(|a, b| (*a - *b).abs() <= near);
+            let mut from = start;
+            for to in stations {
+                let elements = (to - from) / self.longest_element(section);
+                stretches.push(Stretch {
+                    section,
+                    from,
+                    to,
+                    elements: (elements * (1.0 - 1e-9)).ceil().max(1.0),
+                });
+                from = to;
+            }
+        }
+        stretches
+    }
+}
+
+impl TrainDrive {
+    /// That its elements are no more than its matrices have room for.
+    ///
+    /// # Errors
+    /// [`TrainError::TooFine`], [`TrainError::OffShaft`].
+    pub(super) fn check_size(&self) -> Result<(), TrainError> {
+        let mut elements = 0.0;
+        let mut freedoms = NODE_FREEDOMS * self.loose_gears().count() as f64;
+        let mut finest = ([0; 2], 0.0);
+        for (index, shaft) in self.shafts.iter().enumerate() {
+            let of_node = match (shaft.motion.yields(), shaft.motion.turns()) {
+                (true, _) => NODE_FREEDOMS,
+                (false, turns) => f64::from(u8::from(turns)),
+            };
+            let mut of_section = vec![0.0; shaft.sections.len()];
+            for stretch in shaft.stretches(&self.places(index)?) {
+                of_section[stretch.section] += stretch.elements;
+            }
+            for (section, &own) in of_section.iter().enumerate() {
+                if own > finest.1 {
+                    finest = ([index, section], own);
+                }
+            }
+            let own: f64 = of_section.iter().sum();
+            elements += own;
+            freedoms += of_node * (own + 1.0);
+        }
+        // Written so that what is no number is refused.
+        if freedoms <= MOST_FREEDOMS && elements <= MOST_ELEMENTS {
+            return Ok(());
+        }
+        let (place, elements_of_section) = finest;
+        let shaft = &self.shafts[place[0]];
+        Err(TrainError::TooFine {
+            place,
+            shaft: shaft.name.clone(),
+            element: shaft.longest_element(place[1]),
+            elements_of_section,
+            elements,
+            freedoms,
+            gigabytes: 1e-9 * MATRICES * 8.0 * freedoms * freedoms,
+        })
+    }
+}
