@@ -1,5 +1,6 @@
-//! What is wrong with a manifest, where, and what to do: one [`Diagnostic`] a fault, all
-//! faults of a job together in [`ManifestErrors`](super::ManifestErrors).
+//! What is wrong with a manifest, where, and what to do: one [`Diagnostic`] per fault, all
+//! faults of a job together in [`ManifestErrors`](super::ManifestErrors). Some faults are
+//! warnings: the job runs, and [`Warnings`](super::Warnings) has them.
 //!
 //! However bad a text is, what is kept and said of it stays small: so many faults are kept in
 //! full, the others counted, and whatever a fault repeats of the text is clipped.
@@ -8,6 +9,9 @@ use crate::input::{clipped, printable};
 
 /// Faults kept in full; those beyond are counted.
 const MOST_KEPT: usize = 100;
+
+/// Warnings kept; further ones are dropped, so that errors always find room.
+const MOST_WARNED: usize = MOST_KEPT / 2;
 
 /// Characters of a sentence: more is text of the file, repeated.
 const MOST_CHARACTERS: usize = 1000;
@@ -68,8 +72,10 @@ pub enum DiagnosticKind {
     UnknownAxis,
     /// Values that do not fit each other.
     Inconsistent,
-    /// A key that has no effect beside the others.
+    /// A key that another choice makes meaningless; a warning.
     NoEffect,
+    /// A drive that runs but is not what drives are; a warning.
+    Unusual,
     /// A feature that this version does not have.
     Unavailable,
 }
@@ -91,8 +97,14 @@ impl DiagnosticKind {
             Self::UnknownAxis => "unknown-axis",
             Self::Inconsistent => "inconsistent",
             Self::NoEffect => "no-effect",
+            Self::Unusual => "unusual",
             Self::Unavailable => "unavailable",
         }
+    }
+
+    /// Whether the job runs all the same.
+    pub fn is_warning(self) -> bool {
+        matches!(self, Self::NoEffect | Self::Unusual)
     }
 }
 
@@ -203,10 +215,13 @@ impl Issues {
     }
 
     pub fn push(&mut self, diagnostic: Diagnostic) {
-        self.push_with(|| diagnostic);
+        let warnings = || self.found.iter().filter(|d| d.kind.is_warning()).count();
+        if !diagnostic.kind.is_warning() || warnings() < MOST_WARNED {
+            self.push_with(|| diagnostic);
+        }
     }
 
-    /// Records a fault whose sentences are made only where they are kept.
+    /// Records an error whose sentences are made only where they are kept.
     pub fn push_with(&mut self, diagnostic: impl FnOnce() -> Diagnostic) {
         match self.found.len() < MOST_KEPT {
             true => self.found.push(diagnostic()),
@@ -214,8 +229,13 @@ impl Issues {
         }
     }
 
-    /// How many faults there are.
+    /// The errors that are kept.
+    pub fn errors(&self) -> impl Iterator<Item = &Diagnostic> {
+        self.found.iter().filter(|d| !d.kind.is_warning())
+    }
+
+    /// How many errors there are.
     pub fn count(&self) -> usize {
-        self.found.len() + self.more
+        self.errors().count() + self.more
     }
 }

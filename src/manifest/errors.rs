@@ -1,53 +1,44 @@
-//! All faults of a manifest together: in the order of the text, and shown to people.
+//! All errors of a manifest together, or all warnings: in the order of the text, and shown to people.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Source};
 use super::excerpt::Excerpt;
 use crate::input::printable;
 use codespan_reporting::diagnostic as codespan;
 use codespan_reporting::term;
+use std::borrow::Cow;
 use std::fmt::{self, Write};
 
 /// Faults shown to people; programs get all that are kept.
 const MOST_SHOWN: usize = 20;
 
-/// All faults of a job, in the order of the text; at least one.
+/// All faults of a job; at least one is an error.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ManifestErrors {
     /// The files they stand in; the manifest first.
     pub sources: Vec<Source>,
-    /// The faults, no more of them than anybody reads.
+    /// The errors in the order of the text, then the warnings, no more of them than anybody reads.
     pub diagnostics: Vec<Diagnostic>,
-    /// How many there are beyond those.
+    /// How many errors there are beyond those.
     pub more: usize,
 }
 
 impl ManifestErrors {
-    /// Sorts the faults by place, drops repetitions and fills in lines and columns.
-    pub(super) fn new(issues: Issues) -> Self {
-        let Issues {
-            sources,
-            mut found,
-            more,
-            unread: _,
-        } = issues;
-        found.sort_by_key(|d| (d.span.source, d.span.start, d.span.end));
-        found.dedup_by(|a, b| (a.kind, a.span, &a.key) == (b.kind, b.span, &b.key));
-        for diagnostic in &mut found {
-            let source = &sources[diagnostic.span.source];
-            if diagnostic.kind != DiagnosticKind::Unreadable || !source.text.is_empty() {
-                (diagnostic.line, diagnostic.column) = place(&source.text, diagnostic.span.start);
-            }
-        }
+    pub(super) fn new(mut issues: Issues) -> Self {
         Self {
-            sources,
-            diagnostics: found,
-            more,
+            diagnostics: placed(&mut issues),
+            sources: issues.sources,
+            more: issues.more,
         }
     }
 
-    /// How many faults there are.
+    /// The errors that are kept.
+    pub fn errors(&self) -> impl Iterator<Item = &Diagnostic> {
+        self.diagnostics.iter().filter(|d| !d.kind.is_warning())
+    }
+
+    /// How many errors there are.
     pub fn count(&self) -> usize {
-        self.diagnostics.len() + self.more
+        self.errors().count() + self.more
     }
 
     /// How many there are in which manifest, a line.
@@ -56,64 +47,150 @@ impl ManifestErrors {
             1 => "1 error".to_owned(),
             count => format!("{count} errors"),
         };
-        let name = self.sources.first().map_or("", |source| &source.name);
-        let name = printable(name);
+        let name = name(&self.sources);
         format!("{name}: {count}; nothing was computed or written")
     }
 
     /// The first faults as text for people, without colour, and how many there are beyond.
     pub fn render(&self) -> String {
-        self.render_into(|excerpt, diagnostic, out| {
-            term::emit_to_io_write(out, &term::Config::default(), excerpt, diagnostic)
-        })
+        self.render_by(plain)
     }
 
     /// The same with ANSI colours for a terminal.
     pub fn render_coloured(&self) -> String {
-        self.render_into(|excerpt, diagnostic, out| {
-            let styles = term::Styles::default();
-            let mut writer = term::StylesWriter::new(term::termcolor::Ansi::new(out), &styles);
-            term::emit_to_write_style(&mut writer, &term::Config::default(), excerpt, diagnostic)
-        })
+        self.render_by(coloured)
     }
 
-    fn render_into(
-        &self,
-        emit: impl Fn(
-            &Excerpt,
-            &codespan::Diagnostic<()>,
-            &mut Vec<u8>,
-        ) -> Result<(), codespan_reporting::files::Error>,
-    ) -> String {
-        let mut text = Vec::new();
-        for diagnostic in self.diagnostics.iter().take(MOST_SHOWN) {
-            let mut shown = codespan::Diagnostic::error()
-                .with_code(diagnostic.kind.code())
-                .with_message(printable(&diagnostic.message))
-                .with_notes(diagnostic.notes());
-            let excerpt = Excerpt::of(&self.sources[diagnostic.span.source], diagnostic);
-            if diagnostic.line > 0 {
-                shown = shown.with_labels(vec![
-                    codespan::Label::primary((), excerpt.spot.clone())
-                        .with_message(printable(&diagnostic.label)),
-                ]);
-            }
-            if emit(&excerpt, &shown, &mut text).is_err() {
-                // The snippet could not be drawn; the sentence still must be shown.
-                text.extend_from_slice(printable(&diagnostic.message).as_bytes());
-                text.push(b'\n');
-            }
-            if diagnostic.line == 0 {
-                text.push(b'\n');
-            }
-        }
-        let mut text = String::from_utf8_lossy(&text).into_owned();
-        let hidden = self.count() - self.diagnostics.len().min(MOST_SHOWN);
-        if hidden > 0 {
-            _ = writeln!(text, "… and {hidden} more\n");
-        }
-        text
+    fn render_by(&self, emit: Emit) -> String {
+        render(&self.sources, &self.diagnostics, self.more, emit)
     }
+}
+
+/// What a valid manifest is warned of; mostly nothing.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Warnings {
+    /// The files that the warnings stand in, the manifest first; none where there is no warning.
+    pub sources: Vec<Source>,
+    /// The warnings in the order of the text.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+impl Warnings {
+    /// Those among the faults of a job without errors.
+    pub(super) fn of(issues: &mut Issues) -> Self {
+        let diagnostics = placed(issues);
+        match diagnostics.is_empty() {
+            true => Self::default(),
+            false => Self {
+                sources: issues.sources.clone(),
+                diagnostics,
+            },
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.diagnostics.is_empty()
+    }
+
+    /// How many there are in which manifest, a line.
+    pub fn summary(&self) -> String {
+        let count = match self.diagnostics.len() {
+            1 => "1 warning".to_owned(),
+            count => format!("{count} warnings"),
+        };
+        format!("{}: {count}", name(&self.sources))
+    }
+
+    /// The first warnings as text for people, without colour, and how many there are beyond.
+    pub fn render(&self) -> String {
+        render(&self.sources, &self.diagnostics, 0, plain)
+    }
+
+    /// The same with ANSI colours for a terminal.
+    pub fn render_coloured(&self) -> String {
+        render(&self.sources, &self.diagnostics, 0, coloured)
+    }
+}
+
+/// What the manifest is called.
+fn name(sources: &[Source]) -> Cow<'_, str> {
+    printable(sources.first().map_or("", |source| &source.name))
+}
+
+/// Takes the faults out: errors before warnings, each by place, without repetitions, with lines and columns.
+fn placed(issues: &mut Issues) -> Vec<Diagnostic> {
+    let mut found = std::mem::take(&mut issues.found);
+    found.sort_by_key(|d| (d.kind.is_warning(), d.span.source, d.span.start, d.span.end));
+    found.dedup_by(|a, b| (a.kind, a.span, &a.key) == (b.kind, b.span, &b.key));
+    for diagnostic in &mut found {
+        let source = &issues.sources[diagnostic.span.source];
+        if diagnostic.kind != DiagnosticKind::Unreadable || !source.text.is_empty() {
+            (diagnostic.line, diagnostic.column) = place(&source.text, diagnostic.span.start);
+        }
+    }
+    found
+}
+
+/// Writes a fault with its line of the file.
+type Emit = fn(
+    &Excerpt,
+    &codespan::Diagnostic<()>,
+    &mut Vec<u8>,
+) -> Result<(), codespan_reporting::files::Error>;
+
+fn plain(
+    excerpt: &Excerpt,
+    shown: &codespan::Diagnostic<()>,
+    out: &mut Vec<u8>,
+) -> Result<(), codespan_reporting::files::Error> {
+    term::emit_to_io_write(out, &term::Config::default(), excerpt, shown)
+}
+
+fn coloured(
+    excerpt: &Excerpt,
+    shown: &codespan::Diagnostic<()>,
+    out: &mut Vec<u8>,
+) -> Result<(), codespan_reporting::files::Error> {
+    let styles = term::Styles::default();
+    let mut writer = term::StylesWriter::new(term::termcolor::Ansi::new(out), &styles);
+    term::emit_to_write_style(&mut writer, &term::Config::default(), excerpt, shown)
+}
+
+/// The first faults as text, and how many there are beyond, `more` of which are not kept.
+fn render(sources: &[Source], diagnostics: &[Diagnostic], more: usize, emit: Emit) -> String {
+    let mut text = Vec::new();
+    for diagnostic in diagnostics.iter().take(MOST_SHOWN) {
+        let severity = match diagnostic.kind.is_warning() {
+            true => codespan::Severity::Warning,
+            false => codespan::Severity::Error,
+        };
+        let mut shown = codespan::Diagnostic::new(severity)
+            .with_code(diagnostic.kind.code())
+            .with_message(printable(&diagnostic.message))
+            .with_notes(diagnostic.notes());
+        let excerpt = Excerpt::of(&sources[diagnostic.span.source], diagnostic);
+        if diagnostic.line > 0 {
+            shown = shown.with_labels(vec![
+                codespan::Label::primary((), excerpt.spot.clone())
+                    .with_message(printable(&diagnostic.label)),
+            ]);
+        }
+        if emit(&excerpt, &shown, &mut text).is_err() {
+            // The snippet could not be drawn; the sentence still must be shown.
+            text.extend_from_slice(printable(&diagnostic.message).as_bytes());
+            text.push(b'\n');
+        }
+        if diagnostic.line == 0 {
+            text.push(b'\n');
+        }
+    }
+    let mut text = String::from_utf8_lossy(&text).into_owned();
+    let hidden = diagnostics.len().saturating_sub(MOST_SHOWN) + more;
+    if hidden > 0 {
+        _ = writeln!(text, "… and {hidden} more\n");
+    }
+    text
 }
 
 /// Line and column, from 1, of a byte; the column counts characters.

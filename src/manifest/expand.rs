@@ -137,10 +137,8 @@ pub(super) fn expand(
                 .label("these values"),
             );
         }
-        if issues.count() > counted {
-            faulty += 1;
-            sift(issues, before, &mut faults, &keys, &index);
-        }
+        faulty += usize::from(issues.count() > counted);
+        sift(issues, before, &mut faults, &keys, &index);
         if let Some(mut resolved) = resolved.filter(|_| issues.count() == 0) {
             hash.resolved(&resolved);
             if let Some(last) = variants.last() {
@@ -156,12 +154,19 @@ pub(super) fn expand(
     if numbers.is_some() {
         hash.in_part(tree);
     }
-    for occurrence in faults
-        .values()
-        .filter(|occurrence| occurrence.combinations == tried)
-    {
-        issues.found[occurrence.index].at_point = None;
+    let mut sometimes = HashSet::new();
+    for occurrence in faults.values() {
+        match occurrence.combinations == tried {
+            true => issues.found[occurrence.index].at_point = None,
+            false => _ = sometimes.insert(occurrence.index),
+        }
     }
+    // A key that has an effect at some points has an effect.
+    let mut index = 0..;
+    (issues.found).retain(|found| {
+        let sometimes = index.next().is_some_and(|index| sometimes.contains(&index));
+        found.kind != DiagnosticKind::NoEffect || !sometimes
+    });
     Judged { variants, numbers }
 }
 
@@ -354,7 +359,8 @@ impl Between {
         context.modal_files.clone_from(&kept.modal_files);
         context.last_drive = like.map(|like| like.model.source.clone());
         let resolved = resolve(&Section::root(&tree, MANIFEST), &mut issues, &mut context);
-        match (resolved, issues.found.first()) {
+        let fault = issues.errors().next();
+        match (resolved, fault) {
             (Some(mut resolved), None) => {
                 if let Some(like) = like {
                     resolved.share(like);

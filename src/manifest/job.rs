@@ -1,6 +1,6 @@
 //! A whole job: what its name, grid and points are.
 
-use super::ManifestText;
+use super::{ManifestText, Warnings};
 use super::axis::{AxisKey, AxisValues};
 use super::expand::Between;
 use super::grid_dimension::GridDimension;
@@ -18,6 +18,8 @@ pub struct Job {
     pub text: String,
     /// Keys that were given other values than the text has, as typed: `KEY=VALUE`.
     pub changes: Vec<String>,
+    /// Keys without effect, and what else is worth a look although the job runs.
+    pub warnings: Warnings,
     /// Hash over what matters to physics, as lower-case hexadecimal.
     pub hash: String,
     /// Axes of the grid: model keys first, by name, then `load` or `torque`, then `speed`; the order of

@@ -5,7 +5,8 @@
 //!      → every combination of axis values put into the tree and resolved → Job
 //! ```
 //!
-//! Nothing is computed or written here. A fault never stops the search for others; a
+//! Nothing is computed or written here. What the job does in spite of is a warning, and part of the
+//! job. A fault never stops the search for others; a
 //! syntax error does, for the text behind it.
 
 mod advice;
@@ -38,7 +39,7 @@ mod unknown;
 pub use advice::{Advice, AdviceKind, Place, advice};
 pub use axis::{AxisKey, AxisValues};
 pub use diagnostic::{Diagnostic, DiagnosticKind, Source, Span};
-pub use errors::ManifestErrors;
+pub use errors::{ManifestErrors, Warnings};
 pub use expand::Between;
 pub use grid_dimension::GridDimension;
 pub use job::Job;
@@ -223,6 +224,7 @@ fn judge(
     drop_echoes(&mut issues);
     match head {
         Some(head) if issues.count() == 0 => {
+            let warnings = Warnings::of(&mut issues);
             let plain: Vec<Axis> = axes.valid.iter().map(|axis| axis.axis.clone()).collect();
             let between = Between::new(tree, axes.valid, &axes.dimensions, context);
             let variants = Expansion::new(judged, between.clone());
@@ -240,6 +242,7 @@ fn judge(
                 seed: head.seed,
                 text: issues.sources.swap_remove(source).text,
                 changes: changes.to_vec(),
+                warnings,
                 hash: hash.finish(),
                 axes: plain,
                 dimensions: axes.dimensions,
@@ -298,6 +301,7 @@ fn keep_certain(issues: &mut Issues, source: usize, first: usize) {
         | DiagnosticKind::GridTooLarge
         | DiagnosticKind::UnknownAxis
         | DiagnosticKind::Inconsistent
-        | DiagnosticKind::NoEffect => false,
+        | DiagnosticKind::NoEffect
+        | DiagnosticKind::Unusual => false,
     });
 }

@@ -98,7 +98,7 @@ pub(super) fn check_axes(tree: &Node, changes: &[Changed], axes: &Axes, issues: 
         };
         issues.push(
             Diagnostic::new(
-                DiagnosticKind::NoEffect,
+                DiagnosticKind::Inconsistent,
                 changed.key_span,
                 &name,
                 format!("`{name}` has no effect: the grid varies it"),

@@ -24,11 +24,10 @@ pub(super) fn read(
     };
     let levels = section.integer(issues, "levels");
     let by = criteria(root, &section, issues);
-    let tolerance = section.quantity_or_default(issues, "tolerance");
-    let longest = section.integer_or_default(issues, "longest_period");
-    if let Some(by) = &by {
-        without_effect(&section, issues, by);
-    }
+    let [tolerance, longest] = ["tolerance", "longest_period"]
+        .map(|key| felt(&section, issues, key, by.as_deref().unwrap_or_default()));
+    let tolerance = tolerance.quantity_or_default(issues, "tolerance");
+    let longest = longest.integer_or_default(issues, "longest_period");
     if super::is_carried(root) {
         let order = Diagnostic::new(
             DiagnosticKind::Inconsistent,
@@ -106,24 +105,31 @@ fn criteria(root: &Section, section: &Section, issues: &mut Issues) -> Option<Ve
     Some(by)
 }
 
-/// Keys that say how criteria are compared that are not named.
-fn without_effect(section: &Section, issues: &mut Issues, by: &[Criterion]) {
-    if !by.iter().any(|criterion| criterion.is_number()) {
-        section.without_effect(
-            issues,
-            &["tolerance"],
+/// The section as it is read for a key that says how criteria are compared: as if nothing stood in it where none of
+/// these is named.
+fn felt<'t>(
+    section: &Section<'t>,
+    issues: &mut Issues,
+    key: &str,
+    by: &[Criterion],
+) -> Section<'t> {
+    let (of_numbers, why, remedy) = match key {
+        "tolerance" => (
+            true,
             "where no column is compared",
             "name a column in by, or leave tolerance out",
-        );
-    }
-    if by.iter().all(|criterion| criterion.is_number()) {
-        section.without_effect(
-            issues,
-            &["longest_period"],
+        ),
+        _ => (
+            false,
             "where neither class nor period is compared",
             "name one of them in by, or leave longest_period out",
-        );
+        ),
+    };
+    if by.is_empty() || by.iter().any(|own| own.is_number() == of_numbers) {
+        return section.clone();
     }
+    section.without_effect(issues, &[key], why, remedy);
+    section.bare()
 }
 
 /// The two axes that vary, which must be even ranges of what can be halved.

@@ -45,12 +45,7 @@ enum Turns {
 
 fn turns(table: &Section, issues: &mut Issues) -> Option<Turns> {
     if table.has("cycles") {
-        table.without_effect(
-            issues,
-            &["order"],
-            "beside `cycles`, which gives the frequency",
-            "remove it, or remove `cycles`",
-        );
+        table.given_twice(issues, &["order"], "cycles", "give the frequency");
         return table.integers::<2>(issues, "cycles").map(Turns::Cycles);
     }
     table.quantity(issues, "order").map(Turns::Order)

@@ -382,7 +382,16 @@ impl<'t> Section<'t> {
         sections.into_iter().collect()
     }
 
-    /// Records keys that have no effect, and says why.
+    /// This table as if nothing stood in it, for keys that have no effect.
+    pub fn bare(&self) -> Section<'t> {
+        Section {
+            entries: &[],
+            ..self.clone()
+        }
+    }
+
+    /// Warns of keys that another choice makes meaningless, and says why. Whoever calls this must
+    /// not look at them: they may hold anything.
     pub fn without_effect(&self, issues: &mut Issues, names: &[&str], why: &str, remedy: &str) {
         for entry in names.iter().filter_map(|name| self.entry(name)) {
             let path = self.path_of(&entry.key);
@@ -395,6 +404,24 @@ impl<'t> Section<'t> {
                 )
                 .label("not used")
                 .remedy(remedy),
+            );
+        }
+    }
+
+    /// Records keys that give what another key gives already: which of the two is meant cannot be told.
+    /// `what` ends the sentence "both ...".
+    pub fn given_twice(&self, issues: &mut Issues, names: &[&str], other: &str, what: &str) {
+        for entry in names.iter().filter_map(|name| self.entry(name)) {
+            let path = self.path_of(&entry.key);
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Inconsistent,
+                    entry.key_span,
+                    &path,
+                    format!("`{path}` and `{}` both {what}", self.path_of(other)),
+                )
+                .label("given twice")
+                .remedy("keep one of the two"),
             );
         }
     }

@@ -84,7 +84,9 @@ fn symmetry(
     if drive.faulty_drawing || drive.source.is_none() {
         return None;
     }
-    if section.has("contact_ratio") {
+    // Harmonics have the phases they are given, whatever the contact ratio.
+    let of_levels = !matches!(stiffness, Some(StiffnessSpec::Fourier(..)));
+    if of_levels && section.has("contact_ratio") {
         let contact_ratio = section.quantity(issues, "contact_ratio")?;
         return Some(standard_symmetry(contact_ratio));
     }

@@ -54,12 +54,8 @@ pub(super) fn coefficients(divisions: &[Division]) -> Vec<(f64, [f64; 8])> {
 /// of it everywhere.
 fn stiffness(table: &Section, issues: &mut Issues) -> Option<Vec<Division>> {
     if table.has("levels") {
-        table.without_effect(
-            issues,
-            &["stiffness", "stiffness_harmonics"],
-            "beside `levels`, which gives every part of the cycle",
-            "remove it, or remove `levels`",
-        );
+        let others = ["stiffness", "stiffness_harmonics"];
+        table.given_twice(issues, &others, "levels", "give the stiffness over the cycle");
         let levels = table.quantities(issues, "levels", None)?;
         return match levels.is_empty() {
             true => {

@@ -51,7 +51,10 @@ pub(in crate::manifest) fn read(
             "remove it, or name the axis as `second`",
         );
     }
-    let curves = section.choice_or_default(issues, "curves");
+    let curves = match section.has("second") {
+        true => section.choice_or_default(issues, "curves"),
+        false => section.bare().choice_or_default(issues, "curves"),
+    };
     let starts = section.count_or_default(issues, "starts");
     let transient = section.integer_or_default(issues, "transient");
     let cycles = section.integer_or_default(issues, "cycles");

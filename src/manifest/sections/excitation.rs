@@ -14,7 +14,8 @@ pub(super) fn read(
 ) -> Option<ExcitationSpec> {
     let errors = harmonics(section, issues, "transmission_error");
     const OF_COAST: &str = "coast_transmission_error";
-    if mesh.is_some_and(|mesh| mesh.coast == CoastSpec::SameLine) {
+    let same_line = mesh.is_some_and(|mesh| mesh.coast == CoastSpec::SameLine);
+    if same_line {
         section.without_effect(
             issues,
             &[OF_COAST],
@@ -22,7 +23,7 @@ pub(super) fn read(
             "remove it, or set mesh.coast_flank = \"mirrored\"",
         );
     }
-    let of_coast = match section.has(OF_COAST) {
+    let of_coast = match section.has(OF_COAST) && !same_line {
         true => harmonics(section, issues, OF_COAST).map(Some),
         false => Some(None),
     };
@@ -48,7 +49,7 @@ pub(super) fn read(
     if let Some((why, remedy)) = idle {
         section.without_effect(issues, &["table_harmonics"], why, remedy);
     }
-    let table_harmonics = match section.has("table_harmonics") {
+    let table_harmonics = match section.has("table_harmonics") && idle.is_none() {
         // The schema bounds it far below the range of u32.
         true => u32::try_from(section.integer(issues, "table_harmonics")?)
             .ok()
@@ -111,7 +112,7 @@ fn errors_of_gears(
     issues: &mut Issues,
     source: Option<&StructureSource>,
 ) -> Option<Vec<MeshHarmonic>> {
-    let teeth = |wheel: bool| match source? {
+    let teeth = |source: &StructureSource, wheel: bool| match source {
         StructureSource::Modal(own) if wheel => own.wheel_teeth,
         StructureSource::Modal(own) => Some(own.teeth),
         // Gears on axes that cross have teeth, too.
@@ -119,7 +120,8 @@ fn errors_of_gears(
         drawn => drawn.gears().map(|gears| gears.teeth[usize::from(wheel)]),
     };
     let mut all = Vec::new();
-    let mut whole = true;
+    // Without a structure its own faults have been reported.
+    let mut whole = source.is_some();
     for table in section.tables(issues, "gear_error")? {
         let wheel = table.choice(issues, "shaft").map(|shaft| shaft == "wheel");
         let order = table.integer(issues, "order");
@@ -131,7 +133,8 @@ fn errors_of_gears(
             whole = false;
             continue;
         };
-        match teeth(wheel) {
+        let Some(source) = source else { continue };
+        match teeth(source, wheel) {
             Some(teeth) => all.push(MeshHarmonic {
                 cycles: teeth,
                 ..MeshHarmonic::new(u32::try_from(order).ok()?, amplitude, phase)
@@ -151,7 +154,8 @@ fn errors_of_gears(
                 whole = false;
                 continue;
             };
-            match teeth(wheel) {
+            let Some(source) = source else { continue };
+            match teeth(source, wheel) {
                 Some(teeth) if values.len() == teeth as usize => {
                     all.extend(orders_of_teeth(&values));
                 }

@@ -16,12 +16,8 @@ pub(super) fn profiles(
         "profile_points",
         |table, issues, gear| match [table.has("roll_length"), table.has("diameter")] {
             [true, true] => {
-                table.without_effect(
-                    issues,
-                    &["diameter"],
-                    "beside `roll_length`",
-                    "remove one of the two",
-                );
+                let what = "give the places of the points";
+                table.given_twice(issues, &["diameter"], "roll_length", what);
                 None
             }
             [_, false] => table.quantities(issues, "roll_length", None),

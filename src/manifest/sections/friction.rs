@@ -33,11 +33,11 @@ pub(super) fn read(
         let value = section.quantity_or_default(issues, "friction");
         return value.map(FrictionSpec::Constant);
     }
-    section.without_effect(
+    section.given_twice(
         issues,
         &["friction"],
-        "with friction_law = \"schlenk\"",
-        "remove it, or remove friction_law",
+        "friction_law",
+        "give the coefficient of friction",
     );
     let roughness = section.quantity(issues, "roughness");
     let viscosity = section.quantity(issues, "oil_viscosity");

@@ -181,7 +181,10 @@ fn bodies(
         false => Some(None),
     };
     let diameter = optional(issues, "hub_diameter");
-    let length = optional(issues, "hub_length");
+    let length = match section.has("hub_diameter") {
+        true => optional(issues, "hub_length"),
+        false => Some(None),
+    };
     let thickness = optional(issues, "web_thickness");
     let rim = optional(issues, "rim_diameter");
     if !section.has("hub_diameter") {

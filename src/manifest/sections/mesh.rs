@@ -58,8 +58,12 @@ pub(super) fn read(
             "remove it, or set stiffness = \"fourier\"",
         );
     }
-    let misalignment = section.quantity_or_default(issues, "misalignment");
-    let stiffness = if wants_gears(section) {
+    let of_gears = wants_gears(section);
+    let misalignment = match of_gears {
+        true => section.quantity_or_default(issues, "misalignment"),
+        false => section.bare().quantity_or_default(issues, "misalignment"),
+    };
+    let stiffness = if of_gears {
         table(section, issues, drive, misalignment)
     } else {
         section.without_effect(
@@ -125,14 +129,22 @@ fn table(
             "remove it, or set stiffness = \"table\"",
         );
     }
-    let segments = section.integer_or_default(issues, "segments");
-    let shaft_tilt = section.boolean_or_default(issues, "shaft_tilt");
+    let pairs = pairs(section, issues, gears, misalignment);
+    let own = &match pairs {
+        Some(Some(_)) => section.bare(),
+        _ => section.clone(),
+    };
+    let segments = match continuous {
+        true => None,
+        false => own.integer_or_default(issues, "segments"),
+    };
+    let shaft_tilt = own.boolean_or_default(issues, "shaft_tilt");
+    let face = face(own, issues, gears);
     let contact = match section.choice_or_default(issues, "contact")? {
         "load_dependent" => Contact::Secant,
         _ => Contact::Linear,
     };
-    let face = face(section, issues, gears);
-    let pairs = pairs(section, issues, gears, misalignment)?;
+    let pairs = pairs?;
     let Some(gears) = gears else {
         // Of others a drawing that is missing or faulty has been reported.
         if let Some(StructureSource::Train(_)) = drive.source {
@@ -322,11 +334,11 @@ fn fourier(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {
 fn piecewise(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {
     if section.has("values") {
         let others = [LAW.as_slice(), &["mean_stiffness"]].concat();
-        section.without_effect(
+        section.given_twice(
             issues,
             &others,
-            "beside `mesh.values`, which gives every segment",
-            "remove it, or remove `mesh.values`",
+            "values",
+            "give the stiffness over the mesh cycle",
         );
         let values = section.quantities(issues, "values", None)?;
         if values.is_empty() {

@@ -109,8 +109,7 @@ pub(super) fn resolve(
         let gears = drawn.or_else(|| model::gears_beside_modes(root, &section, issues));
         let drive = Surroundings {
             gears: gears.as_ref(),
-            faulty_drawing: gears.is_none()
-                && (root.has("gear") || root.has("train") && model.is_none()),
+            faulty_drawing: gears.is_none() && model::is_drawn(root, &section, model.is_some()),
             source: model.as_ref().map(|model| &model.source),
         };
         mesh::read(&section, issues, drive)

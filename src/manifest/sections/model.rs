@@ -216,18 +216,32 @@ pub(super) fn gears_beside_modes(
     mesh: &Section,
     issues: &mut Issues,
 ) -> Option<GearPair> {
-    let Child::Present(model) = root.child(issues, "model") else {
-        return None;
-    };
-    let kind = model.entry("kind").map(|entry| &entry.node.value);
-    let modal = matches!(kind, Some(Value::Text(kind)) if kind == "modal");
     // That friction lacks its drawing is said where friction is read.
     let needed = mesh::wants_gears(mesh) || friction::wants_gears(mesh) && root.has("gear");
-    if !(modal && needed) {
+    if !(is_kind(root, "modal") && needed) {
         return None;
     }
     root.required_child(issues, "gear")
         .and_then(|section| gear::read(&section, issues))
+}
+
+/// Whether a drawing that is looked at is there; where it comes to no gears, it has faults, which have been reported.
+/// A `sound` train has no drawing where its gears are bevel gears.
+pub(super) fn is_drawn(root: &Section, mesh: &Section, sound: bool) -> bool {
+    let in_train = root.has("train") && !sound;
+    if is_kind(root, "train") {
+        return in_train;
+    }
+    let looked_at =
+        !is_kind(root, "modal") || mesh::wants_gears(mesh) || friction::wants_gears(mesh);
+    root.has("gear") && looked_at || in_train
+}
+
+/// Whether `model.kind` is this one.
+fn is_kind(root: &Section, name: &str) -> bool {
+    let model = root.entry("model").map(|entry| &entry.node);
+    let kind = model.and_then(|model| model.entry("kind"));
+    matches!(kind.map(|kind| &kind.node.value), Some(Value::Text(kind)) if kind == name)
 }
 
 /// Modes kept: all of them by default, never more.
@@ -279,7 +293,8 @@ fn damping_of(
             "with kind = \"torsional\": both of its modes are rigid rotations and undamped",
             "remove it, or release more with another kind",
         );
-        return Some((section.quantity_or_default(issues, "damping")?, Vec::new()));
+        let damping = section.bare().quantity_or_default(issues, "damping");
+        return Some((damping?, Vec::new()));
     }
     damping(section, issues, modes, RIGID_MODES)
 }
@@ -305,6 +320,7 @@ fn gyroscopic(section: &Section, issues: &mut Issues, kind: DriveKind) -> Option
             &format!("with kind = \"{}\": its shafts do not tilt", tier.name()),
             "remove it, or release more with another kind",
         );
+        return section.bare().boolean_or_default(issues, "gyroscopic");
     }
     section.boolean_or_default(issues, "gyroscopic")
 }

@@ -30,7 +30,10 @@ pub(super) fn read(
     Some(PoincareQuestion {
         samples: samples?,
         section: section?,
-        refine: u32::try_from(refine?).ok()?,
+        refine: match carried {
+            true => u32::try_from(refine?).ok()?,
+            false => 0,
+        },
     })
 }
 

@@ -37,12 +37,7 @@ fn of_one_mode(table: &Section, issues: &mut Issues, retained: Option<usize>) ->
         true => table.quantity(issues, "speed").map(Some),
         false => Some(None),
     };
-    table.without_effect(
-        issues,
-        &["modes", "of"],
-        "where `mode` asks for the phase plane of one",
-        "leave one of the two out",
-    );
+    table.given_twice(issues, &["modes", "of"], "mode", "say which plane is cut");
     let mode = retained_mode(table, issues, "mode", [mode?; 2], retained)?;
     Some((mode, SliceOf::PhasePlane, speed?))
 }
