@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use atlas::gear::{Flanks, GearError, GearPair, Relief, Tooth, ToothForm, involute};
+use atlas::gear::{Flanks, GearError, GearPair, ProfilePoint, Relief, Tooth, ToothForm, involute};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 fn pair(teeth: [u32; 2], module: f64) -> GearPair {
@@ -62,6 +62,63 @@ fn rack_distance(pair: &GearPair, tooth: &Tooth, (x, y): (f64, f64), rolled: f64
     core - radius
 }
 
+/// What the rolling rack leaves at a point of the tooth \[modules\]: below 0 it cuts it off.
+fn left_by_rack(pair: &GearPair, tooth: &Tooth, point: ProfilePoint) -> f64 {
+    let at = |rolled: f64| rack_distance(pair, tooth, (point.x, point.y), rolled);
+    let steps = 4000;
+    let angle = |i: f64| (2.0 * i / f64::from(steps) - 1.0) * 1.2;
+    let nearest = (0..=steps)
+        .min_by(|&a, &b| at(angle(a.into())).total_cmp(&at(angle(b.into()))))
+        .unwrap();
+    let nearest = f64::from(nearest);
+    let (mut low, mut high) = (angle(nearest - 1.0), angle(nearest + 1.0));
+    for _ in 0..80 {
+        let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+        if at(a) < at(b) { high = b } else { low = a }
+    }
+    at(0.5 * (low + high)) / pair.module
+}
+
+/// A standard pinion of 17 teeth, thinned.
+fn undercut_a_little() -> GearPair {
+    let mut gears = pair([17, 38], 3e-3);
+    gears.form.thinning = [60e-6; 2];
+    gears
+}
+
+/// The involute of an undercut tooth begins where the rolling rack no longer cuts it, above the base circle, and the
+/// fillet ends there.
+#[test]
+fn an_undercut_flank_begins_where_the_rack_leaves_it() {
+    for gears in [pair([12, 30], 4e-3), undercut_a_little()] {
+        let tooth = Tooth::new(&gears, 0).unwrap();
+        assert!(tooth.undercut.is_some() && tooth.form_roll > 0.0);
+        let left = |part: f64| left_by_rack(&gears, &tooth, tooth.flank(part * tooth.form_roll));
+        assert!(left(0.9) < -1e-8, "{}", left(0.9));
+        close(left(1.01), 0.0, 1e-11);
+        let (fillet, flank) = (
+            tooth.fillet(tooth.fillet_range()[0]),
+            tooth.flank(tooth.form_roll),
+        );
+        close(fillet.x, flank.x, 1e-12);
+        close(fillet.y, flank.y, 1e-12);
+    }
+    // Without undercut the flank begins where the straight flank of the rack ends.
+    assert_eq!(Tooth::new(&pair([20, 30], 4e-3), 0).unwrap().undercut, None);
+}
+
+/// A pair whose contact begins above the undercut has the path of contact of its tip circles.
+#[test]
+fn undercut_below_the_contact_changes_no_path() {
+    let gears = undercut_a_little();
+    let flanks = flanks(&gears);
+    let [base, tip]: [f64; 2] = [57e-3 * 20f64.to_radians().cos(), 60e-3];
+    let approach = (tip * tip - base * base).sqrt() - 57e-3 * 20f64.to_radians().sin();
+    close(flanks.path().start, -approach, 1e-15);
+    assert!(flanks.roll(flanks.path().start)[0] > flanks.teeth[0].form_roll);
+    assert!(flanks.reach()[0] < flanks.path().start);
+}
+
 /// Every point of flank and fillet is touched by the rolling rack and never cut by it.
 #[test]
 fn the_profile_is_the_envelope_of_the_rack() {
@@ -74,6 +131,9 @@ fn the_profile_is_the_envelope_of_the_rack() {
     });
     // The corner's centre above the rolling line.
     cases.push(shifted([15, 60], [0.9, -0.9]));
+    // Undercut pinions, much and a little.
+    cases.push(pair([12, 30], 4e-3));
+    cases.push(undercut_a_little());
     for pair in &cases {
         for index in [0, 1] {
             let tooth = Tooth::new(pair, index).unwrap();
@@ -83,19 +143,7 @@ fn the_profile_is_the_envelope_of_the_rack() {
             let flank =
                 (0..=40).map(|i| tooth.flank(tooth.form_roll + rolls * f64::from(i) / 40.0));
             for point in fillet.chain(flank) {
-                let at = |rolled: f64| rack_distance(pair, &tooth, (point.x, point.y), rolled);
-                let steps = 4000;
-                let angle = |i: f64| (2.0 * i / f64::from(steps) - 1.0) * 1.2;
-                let nearest = (0..=steps)
-                    .min_by(|&a, &b| at(angle(a.into())).total_cmp(&at(angle(b.into()))))
-                    .unwrap();
-                let nearest = f64::from(nearest);
-                let (mut low, mut high) = (angle(nearest - 1.0), angle(nearest + 1.0));
-                for _ in 0..80 {
-                    let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
-                    if at(a) < at(b) { high = b } else { low = a }
-                }
-                close(at(0.5 * (low + high)) / pair.module, 0.0, 1e-9);
+                close(left_by_rack(pair, &tooth, point), 0.0, 1e-9);
             }
         }
     }
@@ -290,6 +338,8 @@ fn drawings_that_do_not_run_say_why() {
         gear: 1,
         shift,
         limit,
+        form_diameter,
+        active_diameter,
     } = refuse(&pair([12, 30], 4e-3))
     else {
         panic!("not undercut")
@@ -297,7 +347,11 @@ fn drawings_that_do_not_run_say_why() {
     let sin = 20f64.to_radians().sin();
     close(shift, 0.0, 0.0);
     close(limit, 1.25 - 0.38 * (1.0 - sin) - 6.0 * sin * sin, 1e-12);
-    assert!(Tooth::new(&shifted([12, 30], [limit + 1e-6, 0.0]), 0).is_ok());
+    let free = Tooth::new(&shifted([12, 30], [limit + 1e-6, 0.0]), 0).unwrap();
+    assert_eq!(free.undercut, None);
+    // The mate's tip would reach beyond the base circle.
+    close(active_diameter, 48e-3 * 20f64.to_radians().cos(), 1e-15);
+    assert!(form_diameter > active_diameter);
 
     let GearError::PointedTip {
         gear: 1,

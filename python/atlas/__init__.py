@@ -9,7 +9,7 @@ page on this package.
 """
 
 from ._atlas import COMMIT, __version__
-from ._errors import AtlasError, Fault, ManifestError
+from ._errors import AtlasError, Fault, ManifestError, ManifestWarning
 from ._manifest import Axis, Manifest, Point, load
 from ._map import CycleMap, Image
 from ._motion import Structure, Trace, structure, trace
@@ -26,6 +26,7 @@ __all__ = [
     "Image",
     "Manifest",
     "ManifestError",
+    "ManifestWarning",
     "Point",
     "Progress",
     "Results",

@@ -11,7 +11,7 @@ class AtlasError(Exception):
 
 @dataclass(frozen=True)
 class Fault:
-    """One fault of a manifest."""
+    """One fault of a manifest, an error or a warning."""
 
     kind: str
     """A short name, such as `wrong-unit`."""
@@ -33,6 +33,10 @@ class Fault:
     """What to do."""
     seen_at: str | None
     """The point of the grid at which it shows, where it is not a fault of every point."""
+
+
+class ManifestWarning(UserWarning):
+    """A manifest has keys without effect, or describes a drive that is unusual; `Manifest.warnings` lists them."""
 
 
 class ManifestError(AtlasError, ValueError):

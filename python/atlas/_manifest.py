@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import sys
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _atlas
+from ._errors import Fault, ManifestWarning
 from ._table import Table
 
 Changes = Mapping[str, Any]
@@ -77,23 +80,30 @@ class Manifest:
         self._inner = inner
 
     @classmethod
+    def _warned(cls, inner: _atlas.Manifest) -> Manifest:
+        """The manifest, after it was told what it is warned of: where the caller of this package stands."""
+        if text := inner.warned():
+            warnings.warn(text, ManifestWarning, stacklevel=_depth_of_caller())
+        return cls(inner)
+
+    @classmethod
     def from_file(cls, path: str | os.PathLike[str], set: Changes | None = None) -> Manifest:
         """The manifest in a file."""
-        return cls(_atlas.Manifest.from_file(path, dict(set or {})))
+        return cls._warned(_atlas.Manifest.from_file(path, dict(set or {})))
 
     @classmethod
     def from_text(
         cls, text: str, set: Changes | None = None, folder: str | os.PathLike[str] = ""
     ) -> Manifest:
         """The manifest that a text is; paths in it start at `folder`."""
-        return cls(_atlas.Manifest.from_text(text, dict(set or {}), "text", folder))
+        return cls._warned(_atlas.Manifest.from_text(text, dict(set or {}), "text", folder))
 
     @classmethod
     def from_dict(
         cls, tables: Mapping[str, Any], set: Changes | None = None, folder: str | os.PathLike[str] = ""
     ) -> Manifest:
         """The manifest that a dictionary of tables is; faults show the lines of its text."""
-        return cls(_atlas.Manifest.from_dict(dict(tables), dict(set or {}), folder))
+        return cls._warned(_atlas.Manifest.from_dict(dict(tables), dict(set or {}), folder))
 
     @property
     def name(self) -> str:
@@ -114,6 +124,11 @@ class Manifest:
     def changes(self) -> list[str]:
         """Keys that have other values than in the text, as `KEY=VALUE`."""
         return self._inner.changes
+
+    @property
+    def warnings(self) -> list[Fault]:
+        """Keys without effect, and what else is unusual, in the order of the text."""
+        return [Fault(**warning) for warning in self._inner.warnings()]  # type: ignore[arg-type]
 
     @property
     def seed(self) -> int:
@@ -154,6 +169,14 @@ class Manifest:
         return f"<atlas.Manifest {self.name}: {len(self)} points ({axes})>"
 
 
+def _depth_of_caller() -> int:
+    """How many frames above the caller of this the first one outside the package is."""
+    depth, frame = 1, sys._getframe(1)
+    while frame.f_back is not None and frame.f_globals.get("__package__") == __package__:
+        depth, frame = depth + 1, frame.f_back
+    return depth
+
+
 Source = Manifest | str | os.PathLike[str] | Mapping[str, Any]
 
 
@@ -162,7 +185,7 @@ def load(source: Source, set: Changes | None = None) -> Manifest:
 
     A text with a line break in it is a manifest, one without is the path of a file. `set` gives keys
     other values, as `--set` does: `set={"mesh.half_gap": "20 um", "run.cycles": 2000}`; None takes a
-    key out. Raises `ManifestError` with all faults at once.
+    key out. Raises `ManifestError` with all faults at once; keys without effect are a `ManifestWarning`.
     """
     if isinstance(source, Manifest):
         if not set:

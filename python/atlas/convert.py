@@ -92,7 +92,32 @@ def _market(path: Path, name: str, file: Any) -> Matrix:
     except OSError as error:
         raise StructureError(f"{path}: `{name}`: {matrix} cannot be read: {error.strerror or error}") from error
     except ValueError as error:
-        raise StructureError(f"{path}: `{name}`: {matrix} is no Matrix Market file ({error})") from error
+        raise StructureError(f"{path}: `{name}`: {_no_market(matrix, error)}") from error
+
+
+def _no_market(matrix: Path, error: ValueError) -> str:
+    """What a file is that is no Matrix Market file, and how it becomes one."""
+    with matrix.open(encoding="utf-8", errors="replace") as lines:
+        first = next((line for line in lines if line.strip()), "")
+    fields = first.replace(",", " ").split()
+    try:
+        columns = len([float(field) for field in fields])
+    except ValueError:
+        columns = 0
+    if columns == 5:
+        return (
+            f"{matrix} has lines of node, freedom, node, freedom, value, as Abaqus writes .mtx files, and is no Matrix "
+            "Market file; number the freedoms of the nodes, fill a scipy.sparse.coo_array with both triangles, and "
+            "write it by scipy.io.mmwrite"
+        )
+    if columns == 3:
+        return (
+            f"{matrix} has lines of row, column, value without a head, as Abaqus writes .mtx files with "
+            "FORMAT=COORDINATE, and is no Matrix Market file; put two lines on top, "
+            "`%%MatrixMarket matrix coordinate real general` and `ROWS COLUMNS LINES` (`symmetric` for `general` where "
+            "the lines hold one triangle)"
+        )
+    return f"{matrix} is no Matrix Market file ({error}); write it by scipy.io.mmwrite"
 
 
 def _by_freedom(path: Path, name: str, value: Mapping[str, Any], size: int) -> Vector:

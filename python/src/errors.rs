@@ -1,7 +1,7 @@
 //! Errors of the library as the exceptions of `atlas._errors`.
 
 use atlas::input::with_causes;
-use atlas::manifest::ManifestErrors;
+use atlas::manifest::{Diagnostic, ManifestErrors, Source};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::error::Error;
@@ -25,19 +25,24 @@ pub fn refused(py: Python<'_>, sentence: &str) -> PyErr {
 /// `atlas.ManifestError` with the text of the command line, and every fault by its parts.
 pub fn faulty(py: Python<'_>, errors: &ManifestErrors) -> PyErr {
     let text = format!("{}{}", errors.render(), errors.summary());
-    match faults(py, errors) {
+    match faults(py, &errors.sources, errors.errors()) {
         Ok(faults) => raise(py, "ManifestError", (text, faults, errors.count())),
         Err(error) => error,
     }
 }
 
-fn faults<'py>(py: Python<'py>, errors: &ManifestErrors) -> PyResult<Bound<'py, PyList>> {
+/// Faults by their parts, as `atlas._errors.Fault` has them.
+pub fn faults<'py, 'd>(
+    py: Python<'py>,
+    sources: &[Source],
+    faults: impl Iterator<Item = &'d Diagnostic>,
+) -> PyResult<Bound<'py, PyList>> {
     let list = PyList::empty(py);
-    for fault in &errors.diagnostics {
+    for fault in faults {
         let known = (fault.line > 0).then_some((fault.line, fault.column));
         let parts = PyDict::new(py);
         parts.set_item("kind", fault.kind.code())?;
-        parts.set_item("source", &errors.sources[fault.span.source].name)?;
+        parts.set_item("source", &sources[fault.span.source].name)?;
         parts.set_item("line", known.map(|(line, _)| line))?;
         parts.set_item("column", known.map(|(_, column)| column))?;
         parts.set_item("key", &fault.key)?;

@@ -1,6 +1,6 @@
 //! Manifests: read, judged, and their points listed.
 
-use crate::errors::faulty;
+use crate::errors::{faults, faulty};
 use crate::point::Point;
 use crate::table::{Table, with_unit};
 use crate::toml_values::{text_of, value_text};
@@ -10,7 +10,7 @@ use atlas::manifest::{self, Job, ManifestErrors, ManifestText};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyList};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -89,6 +89,17 @@ impl Manifest {
     #[getter]
     fn changes(&self) -> Vec<String> {
         self.job.changes.clone()
+    }
+
+    /// What the manifest is warned of, every warning by its parts.
+    fn warnings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let warnings = &self.job.warnings;
+        faults(py, &warnings.sources, warnings.diagnostics.iter())
+    }
+
+    /// The same as the command line shows it; empty where there is nothing.
+    fn warned(&self) -> String {
+        self.job.warnings.render()
     }
 
     #[getter]

@@ -18,8 +18,22 @@ pub fn present_tables(py: Python<'_>, folder: PathBuf) -> PyResult<Vec<&'static 
 #[pyfunction]
 pub fn read_table(py: Python<'_>, folder: PathBuf, name: &str) -> PyResult<Table> {
     let Some(kind) = TableKind::named(name) else {
-        return Err(refused(py, &format!("there is no table called `{name}`")));
+        let known = TableKind::names().collect::<Vec<_>>().join(", ");
+        let sentence = format!("no table is called `{name}`; tables are {known}");
+        return Err(refused(py, &sentence));
     };
+    // A folder with other tables is the right one, and this table was not asked for.
+    let here = present_tables(py, folder.clone())?;
+    if !here.is_empty() && !here.contains(&name) {
+        let sentence = format!(
+            "there is no {} in `{}`: {}; here are {}",
+            kind.file_name(),
+            folder.display(),
+            kind.remedy(),
+            here.join(", ")
+        );
+        return Err(refused(py, &sentence));
+    }
     let read = || ResultTable::read(&folder, kind)?.batches();
     let (schema, batches) = py.detach(read).map_err(|error| failed(py, &error))?;
     Ok(Table::new(schema, batches))

@@ -159,10 +159,16 @@ fn shaft_orders(first: &PointSpec, shaft: DriveShaft) -> Vec<f64> {
 /// Why there is none, in a sentence; none where the errors of the manifest were already shown.
 pub fn job(source: &Path) -> Result<Job, Option<String>> {
     if source.is_file() {
-        return manifest::load(source).map_err(|errors| {
-            manifest_args::report(&errors);
-            None
-        });
+        return match manifest::load(source) {
+            Ok(job) => {
+                manifest_args::warn(&job.warnings);
+                Ok(job)
+            }
+            Err(errors) => {
+                manifest_args::report(&errors);
+                Err(None)
+            }
+        };
     }
     let runs = read_runs(source).map_err(|error| Some(with_causes(&error)))?;
     let remedy = "give the manifest itself: atlas plot m.toml --what campbell";

@@ -3,13 +3,13 @@
 use super::analyses::analyses;
 use super::excitation::{self, Cause};
 use super::gear_mesh::GearMesh;
-use super::manifest_args::{ManifestArgs, report};
+use super::manifest_args::{ManifestArgs, report, warn};
 use super::structure::Structure;
 use super::{BAD_INPUT, answer, grid, words};
 use crate::input::{clipped, printable};
 use crate::manifest::{
-    CoastSpec, CycleDivision, DampingSpec, Job, ManifestErrors, MeshTableSpec, PointSpec,
-    StiffnessSpec, advice,
+    CoastSpec, CycleDivision, DampingSpec, Diagnostic, Job, ManifestErrors, MeshTableSpec,
+    PointSpec, Source, StiffnessSpec, advice,
 };
 use crate::propagate::KernelChoice;
 use clap::Args;
@@ -39,7 +39,10 @@ pub fn run(args: &CheckArgs) -> ExitCode {
             let name = args.manifest.name();
             let text = match args.json {
                 true => format!("{:#}\n", job_json(&name, &job)),
-                false => summary(&name, &job),
+                false => {
+                    warn(&job.warnings);
+                    summary(&name, &job)
+                }
             };
             answer(&text, ExitCode::SUCCESS)
         }
@@ -350,6 +353,7 @@ fn job_json(name: &str, job: &Job) -> Value {
         "structure": (first.as_ref())
             .and_then(|p| Structure::of(job, p).ok())
             .map(|structure| structure.json()),
+        "warnings": diagnostics_json(&job.warnings.sources, job.warnings.diagnostics.iter()),
         "advice": words::json(&advice(job)),
         "kernel": first.as_ref().map(|p| p.run.kernel.name()),
         "analyses": first.as_ref().map(|p| {
@@ -369,25 +373,35 @@ fn job_json(name: &str, job: &Job) -> Value {
 }
 
 fn errors_json(errors: &ManifestErrors) -> Value {
-    let list: Vec<Value> = errors
-        .diagnostics
-        .iter()
-        .map(|d| {
-            json!({
-                "kind": d.kind.code(),
-                "file": errors.sources[d.span.source].name,
-                "line": d.line,
-                "column": d.column,
-                "start": d.span.start,
-                "end": d.span.end,
-                "key": d.key,
-                "message": d.message,
-                "accepted": d.accepted,
-                "nearest": d.suggestion,
-                "remedy": d.remedy,
-                "at_point": d.at_point,
-            })
+    let sources = &errors.sources;
+    let warnings = errors.diagnostics.iter().filter(|d| d.kind.is_warning());
+    json!({
+        "valid": false,
+        "errors_found": errors.count(),
+        "errors": diagnostics_json(sources, errors.errors()),
+        "warnings": diagnostics_json(sources, warnings),
+    })
+}
+
+fn diagnostics_json<'d>(
+    sources: &[Source],
+    diagnostics: impl Iterator<Item = &'d Diagnostic>,
+) -> Vec<Value> {
+    let each = diagnostics.map(|d| {
+        json!({
+            "kind": d.kind.code(),
+            "file": sources[d.span.source].name,
+            "line": d.line,
+            "column": d.column,
+            "start": d.span.start,
+            "end": d.span.end,
+            "key": d.key,
+            "message": d.message,
+            "accepted": d.accepted,
+            "nearest": d.suggestion,
+            "remedy": d.remedy,
+            "at_point": d.at_point,
         })
-        .collect();
-    json!({ "valid": false, "errors_found": errors.count(), "errors": list })
+    });
+    each.collect()
 }

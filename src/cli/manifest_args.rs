@@ -1,7 +1,7 @@
 //! The manifest that a command is given, and the keys of it that the command changes.
 
 use super::{BAD_INPUT, fail, portable};
-use crate::manifest::{self, Job, ManifestErrors};
+use crate::manifest::{self, Job, ManifestErrors, Warnings};
 use clap::Args;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -44,27 +44,45 @@ impl ManifestArgs {
         }
     }
 
-    /// The job of a manifest that is to be computed, in a process that computes as the job asks; else
-    /// the exit status, after its errors were shown.
+    /// The job of a manifest that is to be computed, in a process that computes as the job asks, after its
+    /// warnings were shown; else the exit status, after its errors were shown.
     pub fn admit(&self) -> Result<Job, ExitCode> {
         let job = self.load().map_err(|errors| {
             report(&errors);
             ExitCode::from(BAD_INPUT)
         })?;
         portable::obey(&job, self.is_stream()).map_err(|message| fail(1, &message))?;
+        warn(&job.warnings);
         Ok(job)
     }
 }
 
 /// Shows the errors of a manifest on standard error, in colour on a terminal.
 pub fn report(errors: &ManifestErrors) {
-    let stderr = std::io::stderr();
-    let colour = stderr.is_terminal() && std::env::var_os("NO_COLOR").is_none();
-    let text = match colour {
+    let text = match colour() {
         true => errors.render_coloured(),
         false => errors.render(),
     };
-    let _ = stderr
-        .lock()
-        .write_all(format!("{text}{}\n", errors.summary()).as_bytes());
+    say(&format!("{text}{}\n", errors.summary()));
+}
+
+/// Shows the warnings of a manifest likewise.
+pub fn warn(warnings: &Warnings) {
+    if warnings.is_empty() {
+        return;
+    }
+    let text = match colour() {
+        true => warnings.render_coloured(),
+        false => warnings.render(),
+    };
+    say(&format!("{text}{}\n", warnings.summary()));
+}
+
+fn colour() -> bool {
+    std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none()
+}
+
+/// Nothing can be done when standard error is closed.
+fn say(text: &str) {
+    _ = std::io::stderr().lock().write_all(text.as_bytes());
 }

@@ -196,7 +196,7 @@ fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
 }
 
 /// Gives tied axes that are not named the values that they have where those named have theirs, if that is at one
-/// place.
+/// place, or at equal ones.
 fn fill(job: &Job, own: &GridDimension, values: &mut [Option<f64>]) {
     let of = |axis: usize, place: usize| job.axes[axis].values.get(place);
     let fits = |place: &usize| {
@@ -210,7 +210,12 @@ fn fill(job: &Job, own: &GridDimension, values: &mut [Option<f64>]) {
         return;
     }
     let mut found = (0..own.length).filter(fits);
-    if let (Some(place), None) = (found.next(), found.next()) {
+    let equal = |one: usize, other: usize| {
+        (own.axes.iter()).all(|&axis| of(axis, one) == of(axis, other))
+    };
+    if let Some(place) = found.next()
+        && found.all(|other| equal(place, other))
+    {
         for &axis in &own.axes {
             values[axis].get_or_insert(of(axis, place));
         }

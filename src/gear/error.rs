@@ -73,9 +73,10 @@ pub enum GearError {
         /// Largest one, in modules.
         limit: f64,
     },
-    /// The rack cuts into the involute.
+    /// The rack cuts off what the mate would touch.
     #[error(
-        "gear {gear} is undercut: its profile shift, thinning included, is {shift:.4} and must be at least {limit:.4}; raise the shift or the number of teeth"
+        "gear {gear} is undercut up to a diameter of {:.4} mm, and its mate touches it from {:.4} mm on: its profile shift, thinning included, is {shift:.4}, and {limit:.4} leaves no undercut; raise the shift or the number of teeth, or lower the mate's tip diameter",
+        1e3 * form_diameter, 1e3 * active_diameter
     )]
     Undercut {
         /// 1 = pinion, 2 = wheel.
@@ -84,6 +85,10 @@ pub enum GearError {
         shift: f64,
         /// Least one without undercut.
         limit: f64,
+        /// Diameter at which the involute begins \[m\].
+        form_diameter: f64,
+        /// Diameter at which contact would begin, the base circle where that is larger \[m\].
+        active_diameter: f64,
     },
     /// The flanks of a tooth meet below its tip circle.
     #[error(

@@ -10,7 +10,7 @@
 use super::compliance::{GearBodies, LEAST_BODY_RATIO};
 use super::pair::NO_BACKLASH;
 use super::tip_contact::TipContact;
-use super::{AlongFace, FlankCourse, GearError, GearPair, Tooth};
+use super::{AlongFace, FlankCourse, GearError, GearPair, Tooth, Undercut};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
@@ -100,7 +100,7 @@ impl Flanks {
     ///
     /// # Errors
     ///
-    /// [`GearError`]: undercut, pointed tips, interference, contact ratio below 1, negative
+    /// [`GearError`]: undercut where the mate would touch, pointed tips, interference, contact ratio below 1, negative
     /// backlash, tips in the mate's root, and values that are no lengths or moduli.
     pub fn new(pair: &GearPair) -> Result<Self, GearError> {
         check_values(pair)?;
@@ -134,10 +134,19 @@ impl Flanks {
         for ((gear, tooth), roll) in (1..).zip(&teeth).zip(lowest) {
             // A roll angle below zero would be contact beyond the end of the line of action.
             if roll < tooth.form_roll {
-                return Err(GearError::Interference {
-                    gear,
-                    active_roll: roll,
-                    form_roll: tooth.form_roll,
+                return Err(match tooth.undercut {
+                    Some(Undercut { shift, limit }) => GearError::Undercut {
+                        gear,
+                        shift,
+                        limit,
+                        form_diameter: 2.0 * tooth.form_radius,
+                        active_diameter: 2.0 * tooth.base_radius * roll.max(0.0).hypot(1.0),
+                    },
+                    None => GearError::Interference {
+                        gear,
+                        active_roll: roll,
+                        form_roll: tooth.form_roll,
+                    },
                 });
             }
         }

@@ -46,4 +46,4 @@ pub use sharing::{
     pairs_at,
 };
 pub use symmetry::standard_symmetry;
-pub use tooth::{ProfilePoint, Tooth};
+pub use tooth::{ProfilePoint, Tooth, Undercut};

@@ -12,6 +12,10 @@
 //!   leaves, with `φ = (h cot γ + b)/r` and `D = h/sin γ + ρ`,
 //!   `x = r sin φ − D cos(γ − φ)`, `y = r cos φ − D sin(γ − φ)`.
 //!
+//! A rack whose straight flank ends beyond the tangent point of the base circle undercuts the tooth: its
+//! corner cuts the root of the involute off. The fillet then crosses the involute at some γ above α, and the
+//! flank begins there.
+//!
 //! Litvin & Fuentes, Gear Geometry and Applied Theory, 2nd ed. 2004, chapter 6.
 
 use super::{BasicRack, GearError, GearPair, inverse_involute, involute};
@@ -28,10 +32,12 @@ pub struct Tooth {
     pub tip_radius: f64,
     /// Root radius.
     pub root_radius: f64,
-    /// Radius at which fillet and involute meet.
+    /// Radius at which fillet and involute meet; of undercut teeth, at which they cross.
     pub form_radius: f64,
     /// Roll angle there, the tangent of the pressure angle.
     pub form_roll: f64,
+    /// Where the rack cuts the root of the involute off.
+    pub undercut: Option<Undercut>,
     /// Roll angle at the tip.
     pub tip_roll: f64,
     /// Half the angle of the tooth on the base circle, θ_b; the involute is thought to reach it.
@@ -41,6 +47,15 @@ pub struct Tooth {
     /// Profile shift coefficient at which the rack cuts, thinning included, in modules of the section \[1\].
     pub generating_shift: f64,
     fillet: Fillet,
+}
+
+/// By how much the rack undercuts a tooth, in modules of the drawing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Undercut {
+    /// Profile shift coefficient at which the tooth is cut, thinning included.
+    pub shift: f64,
+    /// Least one without undercut.
+    pub limit: f64,
 }
 
 /// The rack's rounded corner.
@@ -70,28 +85,24 @@ pub struct ProfilePoint {
 }
 
 impl Tooth {
-    /// The tooth of gear `index` (0 = pinion) of a pair in its transverse section, cut free of undercut
-    /// and not pointed.
+    /// The tooth of gear `index` (0 = pinion) of a pair in its transverse section, not pointed.
     ///
     /// # Errors
     ///
-    /// [`GearError::RackTip`], [`GearError::Undercut`], [`GearError::PointedTip`],
-    /// [`GearError::TipBelowForm`], and those of [`GearPair::tight_centre_distance`].
+    /// [`GearError::RackTip`], [`GearError::PointedTip`], [`GearError::TipBelowForm`], and those of
+    /// [`GearPair::tight_centre_distance`].
     pub fn new(pair: &GearPair, index: usize) -> Result<Self, GearError> {
         check_rack(pair)?;
         let tip_radius = Self::tip_radius_of(pair, index)?;
         let section = pair.transverse_section();
-        let tooth = Self::cut(&section, index, f64::from(pair.teeth[index]), tip_radius);
+        let mut tooth = Self::cut(&section, index, f64::from(pair.teeth[index]), tip_radius)?;
         // Coefficients of a drawing are in normal modules.
         let cos = pair.helix_angle.cos();
-        tooth.map_err(|error| match error {
-            GearError::Undercut { gear, shift, limit } => GearError::Undercut {
-                gear,
-                shift: shift / cos,
-                limit: limit / cos,
-            },
-            error => error,
-        })
+        tooth.undercut = tooth.undercut.map(|own| Undercut {
+            shift: own.shift / cos,
+            limit: own.limit / cos,
+        });
+        Ok(tooth)
     }
 
     /// The tooth of a spur gear that the rack of pair `pair` cuts, with a number of teeth that need
@@ -99,7 +110,7 @@ impl Tooth {
     ///
     /// # Errors
     ///
-    /// [`GearError::Undercut`], [`GearError::PointedTip`], [`GearError::TipBelowForm`].
+    /// [`GearError::PointedTip`], [`GearError::TipBelowForm`].
     pub(super) fn cut(
         pair: &GearPair,
         index: usize,
@@ -122,32 +133,35 @@ impl Tooth {
         // line of action a distance of depth / sin α before the pitch point.
         let straight = module * (rack.dedendum - rack.tip_radius * (1.0 - sin) - shift);
         let form_roll = (reference_radius * sin - straight / sin) / base_radius;
-        if form_roll < 0.0 {
-            let limit = shift + (straight - reference_radius * sin * sin) / module;
-            return Err(GearError::Undercut { gear, shift, limit });
-        }
-        let form_radius = base_radius * form_roll.hypot(1.0);
-
-        if tip_radius <= form_radius {
-            return Err(GearError::TipBelowForm {
-                gear,
-                tip_diameter: 2.0 * tip_radius,
-                form_diameter: 2.0 * form_radius,
-            });
-        }
-        let tooth = Self {
+        let mut tooth = Self {
             reference_radius,
             base_radius,
             tip_radius,
             root_radius: reference_radius + module * (shift - rack.dedendum),
-            form_radius,
+            form_radius: base_radius * form_roll.hypot(1.0),
             form_roll,
+            undercut: None,
             tip_roll: ((tip_radius / base_radius).powi(2) - 1.0).sqrt(),
             base_half_angle: base_half_angle(pair, index, teeth),
             root_half_angle: fillet.offset / reference_radius,
             generating_shift: shift,
             fillet,
         };
+        if form_roll < 0.0 {
+            let limit = shift + (straight - reference_radius * sin * sin) / module;
+            tooth.undercut = Some(Undercut { shift, limit });
+            tooth.fillet.start = tooth.crossing();
+            let crossing = tooth.fillet(tooth.fillet.start);
+            tooth.form_radius = crossing.x.hypot(crossing.y).max(base_radius);
+            tooth.form_roll = ((tooth.form_radius / base_radius).powi(2) - 1.0).sqrt();
+        }
+        if tip_radius <= tooth.form_radius {
+            return Err(GearError::TipBelowForm {
+                gear,
+                tip_diameter: 2.0 * tip_radius,
+                form_diameter: 2.0 * tooth.form_radius,
+            });
+        }
         let tip_thickness = tooth.thickness(tip_radius);
         if tip_thickness <= 0.0 {
             let roll = Self::pointed_roll(pair, index, teeth);
@@ -158,6 +172,28 @@ impl Tooth {
             });
         }
         Ok(tooth)
+    }
+
+    /// Angle γ of the normal at which the fillet of an undercut tooth crosses the involute.
+    ///
+    /// With γ the fillet goes down. At α it lies outside the tooth, on the branch of the involute beyond the base
+    /// circle; at the base circle it lies inside. Rounding hides that of an undercut of almost nothing, which then
+    /// ends on the base circle.
+    fn crossing(&self) -> f64 {
+        let outside = |normal: f64| {
+            let point = self.fillet(normal);
+            let radius = point.x.hypot(point.y);
+            radius > self.base_radius && 2.0 * radius * point.x.atan2(point.y) > self.thickness(radius)
+        };
+        let [mut high, mut low] = self.fillet_range();
+        for _ in 0..f64::MANTISSA_DIGITS {
+            let middle = 0.5 * (high + low);
+            match outside(middle) {
+                true => high = middle,
+                false => low = middle,
+            }
+        }
+        high
     }
 
     /// Roll angle at which the flanks of such a tooth meet.

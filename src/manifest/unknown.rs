@@ -49,7 +49,11 @@ fn unknown(entry: &Entry, path: &str, child: &str, schema: Schema) -> Diagnostic
         (Value::Table(_), true) => format!("there is no table [{child}]"),
         _ => format!("there is no key `{child}`"),
     };
-    let homes = schema::homes(schema, &entry.key);
+    let in_train = path == "train" || path.starts_with("train.");
+    // Beside a train the tables of other kinds of drive have no effect.
+    let homes: Vec<&str> = (schema::homes(schema, &entry.key).into_iter())
+        .filter(|home| !in_train || !["gear", "shafts"].iter().any(|own| home.starts_with(own)))
+        .collect();
     let suggestion = schema::nearest(&entry.key, &siblings)
         .map(|near| format!("`{near}`"))
         .or_else(|| {
@@ -60,8 +64,15 @@ fn unknown(entry: &Entry, path: &str, child: &str, schema: Schema) -> Diagnostic
         "" => "at the top of the file".to_owned(),
         path => format!("in `{path}`"),
     };
-    Diagnostic::new(DiagnosticKind::UnknownKey, entry.key_span, child, what)
+    let diagnostic = Diagnostic::new(DiagnosticKind::UnknownKey, entry.key_span, child, what)
         .label("unknown")
         .accepted(format!("{place}: {}", siblings.join(", ")))
-        .suggestion(suggestion)
+        .suggestion(suggestion);
+    match in_train && entry.key == "helix_angle" {
+        true => diagnostic.remedy(
+            "gears of a train are spur gears on parallel axes, or bevel gears on axes that meet; a pair of helical \
+             gears is described in [gear], with model.kind = \"flexible\" or \"tilting\"",
+        ),
+        false => diagnostic,
+    }
 }

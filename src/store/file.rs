@@ -101,6 +101,35 @@ impl TableKind {
         self.file_name().trim_end_matches(".parquet")
     }
 
+    /// What to do to have it.
+    pub fn remedy(self) -> &'static str {
+        match self {
+            Self::Points => "`atlas run` writes it",
+            Self::Poincare => "ask for `poincare = {}` in the manifest's [analyses]",
+            Self::Spectra => "ask for `nvh = { spectrum = {} }` in the manifest's [analyses]",
+            Self::Orders => "ask for `nvh = { orders = {} }` in the manifest's [analyses]",
+            Self::Probes | Self::Attractors => {
+                "ask for `multistability = {}` in the manifest's [analyses]"
+            }
+            Self::Basins => "ask for `multistability.slice` in the manifest's [analyses]",
+            Self::Orbits => "ask for `orbits` in the manifest's [analyses]",
+            Self::Transitions => {
+                "carry the state along an axis: `order = \"both\"` in the manifest's [grid]"
+            }
+            Self::Horizon => "ask for `lyapunov = {}` and `horizon = {}` in the manifest's [analyses]",
+            Self::CycleExpansion => {
+                "ask for `lyapunov = {}` and `cycle_expansion = {}` in the manifest's [analyses]"
+            }
+            Self::Branches | Self::Bifurcations | Self::Curves => "`atlas follow` writes it",
+            Self::Trace | Self::Events => "`atlas trace` writes it",
+        }
+    }
+
+    /// The names of all tables.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        Self::VARIANTS.iter().map(|kind| kind.name())
+    }
+
     /// The table of a name.
     pub fn named(name: &str) -> Option<Self> {
         Self::VARIANTS

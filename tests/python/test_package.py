@@ -104,6 +104,36 @@ def test_faults_of_a_dictionary_show_its_text():
         atlas.load(tables)
 
 
+def test_keys_without_effect_are_warnings():
+    text = QUICKSTART.read_text().replace('stiffness = "piecewise"', 'stiffness = "constant"')
+    with pytest.warns(atlas.ManifestWarning) as caught:
+        manifest = atlas.load(text)
+    [warning] = caught
+    assert warning.filename == __file__
+    keys = [fault.key for fault in manifest.warnings]
+    assert keys[:2] == ["mesh.contact_ratio", "mesh.single_pair_drop"]
+    line = next(n for n, row in enumerate(text.splitlines(), 1) if row.startswith("contact_ratio"))
+    first = manifest.warnings[0]
+    assert (first.kind, first.source, first.line) == ("no-effect", "text", line)
+    assert first.remedy == 'remove it, or set stiffness = "piecewise"'
+    assert all(str(warning.message).count(f"`{key}` has no effect") == 1 for key in keys)
+    assert atlas.load(QUICKSTART).warnings == []
+
+
+def test_a_table_that_was_not_computed_is_told_how_to_have_it(tmp_path):
+    text = OSCILLATOR.read_text().replace("cycles = 300", "cycles = 100\naudit_cycles = 5")
+    text = text.split("[analyses]")[0] + "[analyses]\nnvh = {}\n"
+    (tmp_path / "m.toml").write_text(text)
+    (tmp_path / "oscillator.modal.toml").write_text((OSCILLATOR.parent / "oscillator.modal.toml").read_text())
+    plain = atlas.run(tmp_path / "m.toml", tmp_path / "run", tables=tmp_path / "tables", progress=False)
+    with pytest.raises(atlas.AtlasError, match=r"no spectra\.parquet in .*`nvh = \{ spectrum = \{\} \}`.*here are points"):
+        _ = plain.spectra
+    with pytest.raises(atlas.AtlasError, match="`atlas follow` writes it"):
+        _ = plain.branches
+    with pytest.raises(atlas.AtlasError, match="no table is called `spectrum`; tables are points, .*spectra"):
+        plain.table("spectrum")
+
+
 def test_numbers_of_numpy_are_numbers():
     tables = tomllib.loads(QUICKSTART.read_text())
     tables["grid"] = {"load": {"values": np.array([0.1, 0.2])}, "speed": np.float64(700.0)}

@@ -230,6 +230,22 @@ def test_what_is_no_structure_is_refused(name, tmp_path):
     assert expected in done.stderr and "bad.npz" in done.stderr and "Traceback" not in done.stderr, done.stderr
 
 
+@pytest.mark.parametrize(
+    ("lines", "expected"),
+    [
+        ("101, 1, 101, 1, 9.89e+01\n101, 2, 101, 1, 3.57e+01\n", "node, freedom, node, freedom, value, as Abaqus"),
+        ("1 1 2.5\n2 1 -1.0\n", "%%MatrixMarket matrix coordinate real general"),
+        ("stiffness of the drive\n", "scipy.io.mmwrite"),
+    ],
+)
+def test_other_mtx_files_are_told_how_to_become_one(lines, expected, tmp_path):
+    (tmp_path / "K.mtx").write_text(lines)
+    (tmp_path / "drive.toml").write_text('K = "K.mtx"\n')
+    with pytest.raises(StructureError, match=r"`K`: .*K\.mtx .*no Matrix Market file") as raised:
+        read(tmp_path / "drive.toml")
+    assert expected in str(raised.value)
+
+
 def test_files_that_are_none_are_refused(tmp_path):
     (tmp_path / "bad.npz").write_bytes(b"PK\x03\x04 no archive")
     (tmp_path / "object.npz").touch()

@@ -6,7 +6,7 @@ mod sizes;
 mod suspect;
 
 use super::tree::Node;
-use super::{AxisKey, Job};
+use super::{AxisKey, Job, reader, schema};
 
 /// Why something is worth a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,18 +39,24 @@ pub struct Advice {
     pub message: String,
 }
 
-/// All there is to say of a job, a key at most once, in the order of the manifest.
+/// All there is to say of a job beside its warnings, a key at most once, in the order of the manifest.
 pub fn advice(job: &Job) -> Vec<Advice> {
     let text = Text {
         root: job.written().tree(),
         text: &job.text,
     };
     let mut found: Vec<Advice> = Vec::new();
-    let mut add = |kind, (key, message): (String, String)| {
+    let mut add = |kind, (key, mut message): (String, String)| {
         let place = text.place_of(&key);
         // Harmonics of deviations that are given tooth by tooth are nobody's to change.
         let derived = place.is_none() && key.starts_with("excitation.");
-        if !derived && !found.iter().any(|known: &Advice| known.key == key) {
+        let warned = job.warnings.diagnostics.iter().any(|own| own.key == key);
+        if kind == AdviceKind::Suspect
+            && let Some(meant) = text.root.at(&key).and_then(|node| bare(node, &key))
+        {
+            message = format!("{message}; {meant}");
+        }
+        if !derived && !warned && !found.iter().any(|known: &Advice| known.key == key) {
             found.push(Advice {
                 kind,
                 key,
@@ -86,6 +92,11 @@ pub fn advice(job: &Job) -> Vec<Advice> {
     }
     found.sort_by_key(|advice| (advice.kind == AdviceKind::NoEffect, advice.place));
     found
+}
+
+/// What a number without a unit may have been meant as.
+fn bare(node: &Node, key: &str) -> Option<String> {
+    reader::meant(&node.value, schema::find(schema::MANIFEST, key)?)
 }
 
 /// A manifest and where its keys stand.

@@ -22,6 +22,9 @@ pub(super) struct Operating {
 const MOST_GAP: f64 = 0.2;
 /// Half gap without a drawing \[m\].
 const MOST_GAP_LENGTH: f64 = 1e-3;
+/// Half gap without a drawing in deflections of the mesh under the rated force; drives have 1 to 1000. Oscillators in
+/// scales of their own have as many, whatever their gap is in metres.
+const MOST_GAP_DEFLECTIONS: f64 = 1e3;
 /// Smallest half gap \[m\]: roughness is more.
 const LEAST_GAP: f64 = 1e-7;
 /// Modules \[m\].
@@ -125,7 +128,7 @@ fn mesh(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
             ),
         ),
         None => found.add(
-            gap > MOST_GAP_LENGTH,
+            gap > MOST_GAP_LENGTH && gap > MOST_GAP_DEFLECTIONS * deflection(variant),
             "mesh.half_gap",
             format!(
                 "{} is wider than what drives have (some 10 um)",
@@ -167,6 +170,13 @@ fn mesh(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
             format!("a coefficient of {friction} is that of dry, seizing flanks; oiled ones have 0.02 to 0.1"),
         );
     }
+}
+
+/// Deflection of the mesh under the rated force \[m\]; 0 where it is not known.
+fn deflection(variant: &Variant) -> f64 {
+    let force = variant.model.source.rated_force();
+    let stiffness = variant.mesh.stiffness.mean();
+    force.zip(stiffness).map_or(0.0, |(force, stiffness)| force / stiffness)
 }
 
 fn excitation(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {

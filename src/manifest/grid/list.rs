@@ -4,7 +4,7 @@
 use super::csv::{self, Sheet};
 use super::grid_axis::GridAxis;
 use super::values::{AxisReader, Spans};
-use super::{dimension_of, tied};
+use super::dimension_of;
 use crate::manifest::axis::{AxisKey, AxisValues};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use crate::manifest::reader::{Section, wrong_type};
@@ -38,7 +38,6 @@ struct Column {
 /// The list, where there is one.
 pub(super) fn read(section: &Section, issues: &mut Issues, base_dir: &Path) -> Option<List> {
     let entry = section.entry("points")?;
-    let before = issues.count();
     let columns = match &entry.node.value {
         Value::Text(name) => file(issues, entry, name, base_dir),
         Value::Array(rows) => rows_of(issues, &entry.node, rows),
@@ -59,22 +58,6 @@ pub(super) fn read(section: &Section, issues: &mut Issues, base_dir: &Path) -> O
             Some(axis) => list.axes.push(axis),
             None => list.faulty.push(column.name.key.clone()),
         }
-    }
-    let all: Vec<usize> = (0..list.axes.len()).collect();
-    if issues.count() == before
-        && let Some([first, second]) = tied::same(&all, &list.axes)
-    {
-        let span = list.axes[0].node(second).span;
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                span,
-                PATH,
-                format!("points {} and {} are the same", first + 1, second + 1),
-            )
-            .label("the same point again")
-            .remedy("every point is computed once: keep one of the two"),
-        );
     }
     Some(list)
 }

@@ -160,44 +160,7 @@ pub(super) fn places(
             );
             continue;
         }
-        if let Some([first, second]) = same(&places, axes) {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Inconsistent,
-                    tie.span,
-                    "grid.tied",
-                    format!(
-                        "tied values {} and {} are the same point",
-                        first + 1,
-                        second + 1
-                    ),
-                )
-                .label("the same point twice")
-                .remedy("every point is computed once: keep one of the two"),
-            );
-            continue;
-        }
         all.push(places);
     }
     all
-}
-
-/// Two places along tied axes at which all have the same values.
-pub(super) fn same(axes: &[usize], all: &[GridAxis]) -> Option<[usize; 2]> {
-    let length = all[*axes.first()?].axis.values.len();
-    let row = |place: usize| {
-        axes.iter()
-            .map(move |&axis| all[axis].axis.values.get(place))
-    };
-    let mut order: Vec<usize> = (0..length).collect();
-    order.sort_by(|&a, &b| {
-        row(a)
-            .partial_cmp(row(b))
-            .unwrap_or(std::cmp::Ordering::Equal)
-            .then(a.cmp(&b))
-    });
-    order
-        .windows(2)
-        .find(|pair| row(pair[0]).eq(row(pair[1])))
-        .map(|pair| [pair[0], pair[1]])
 }

@@ -5,7 +5,7 @@ mod default;
 mod value;
 
 pub(super) use value::{
-    choice, in_range, integer, quantity, quantity_unbounded, wrong_type, wrong_unit,
+    choice, in_range, integer, meant, quantity, quantity_unbounded, wrong_type, wrong_unit,
 };
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};

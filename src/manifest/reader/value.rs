@@ -98,12 +98,38 @@ pub(in crate::manifest) fn in_range(
             "not finite".to_owned(),
         )
     };
-    issues.push(
-        Diagnostic::new(DiagnosticKind::OutOfRange, node.span, path, message)
-            .label(label)
-            .accepted(spec.accepted()),
-    );
+    let mut diagnostic = Diagnostic::new(DiagnosticKind::OutOfRange, node.span, path, message)
+        .label(label)
+        .accepted(spec.accepted());
+    if let Some(remedy) = meant(&node.value, spec) {
+        diagnostic = diagnostic.remedy(remedy);
+    }
+    issues.push(diagnostic);
     None
+}
+
+/// What a bare number may have been meant as: the same number in the unit of the key's example, where that is in
+/// range.
+pub(in crate::manifest) fn meant(value: &Value, spec: &Key) -> Option<String> {
+    let number = match value {
+        Value::Integer(number) => *number as f64,
+        Value::Float(number) => *number,
+        _ => return None,
+    };
+    let Kind::Quantity(dimension) = spec.kind else {
+        return None;
+    };
+    let example = spec.example.trim_matches(|c: char| "[]\"".contains(c));
+    let example = example.split('"').next().unwrap_or(example);
+    let (_, unit) = example.split_once(' ')?;
+    let number = schema::number(number);
+    let meant = format!("{number} {unit}");
+    let inside = units::parse(&meant, dimension).is_ok_and(|value| spec.bounds.contain(value));
+    let other = unit != dimension.unit() && inside;
+    other.then(|| {
+        let own = dimension.unit();
+        format!("a bare number is in {own}: write the unit, as in \"{meant}\"")
+    })
 }
 
 /// Records text that is no quantity of the wanted dimension.

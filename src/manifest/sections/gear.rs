@@ -3,7 +3,7 @@
 use super::flank_points;
 use crate::gear::{
     BasicRack, BodyShape, FaceOverhang, FlankCourse, Flanks, GearError, GearPair, Hub, Material,
-    Modification, Plane, Relief, ReliefCourse, ToothForm, Web,
+    Modification, Plane, Relief, ReliefCourse, Tooth, ToothForm, Undercut, Web,
 };
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
@@ -267,19 +267,34 @@ fn modification(
     }))
 }
 
-/// A drawing that says more of its teeth must be a pair that runs. Bodies are judged where their
-/// compliance is asked for.
+/// A drawing that says more of its teeth must be a pair that runs; of one that runs in spite of undercut teeth it is
+/// warned. Bodies are judged where their compliance is asked for.
 fn check(section: &Section, issues: &mut Issues, pair: &GearPair) -> Option<()> {
     let plain = ToothForm {
         body: pair.form.body,
         plane: pair.form.plane,
         ..ToothForm::default()
     };
-    if pair.form == plain && pair.helix_angle == 0.0 {
+    let is_plain = pair.form == plain && pair.helix_angle == 0.0;
+    let undercut: Vec<(usize, Tooth, Undercut)> = [0, 1]
+        .into_iter()
+        .filter_map(|gear| {
+            let tooth = Tooth::new(pair, gear).ok()?;
+            let undercut = tooth.undercut?;
+            Some((gear, tooth, undercut))
+        })
+        .collect();
+    if is_plain && undercut.is_empty() {
         return Some(());
     }
     let error = match Flanks::new(pair) {
-        Ok(_) | Err(GearError::NoBore { .. } | GearError::BodyRatio { .. }) => return Some(()),
+        Ok(_) | Err(GearError::NoBore { .. } | GearError::BodyRatio { .. }) => {
+            (undercut.iter()).for_each(|(gear, tooth, own)| {
+                warn_of_undercut(section, issues, *gear, tooth, *own);
+            });
+            return Some(());
+        }
+        Err(_) if is_plain => return Some(()),
         Err(error) => error,
     };
     let suspects = match error {
@@ -312,4 +327,34 @@ fn check(section: &Section, issues: &mut Issues, pair: &GearPair) -> Option<()> 
         .label("does not fit the rest of the drawing"),
     );
     None
+}
+
+/// Undercut below the contact changes no load, and weakens the root.
+fn warn_of_undercut(
+    section: &Section,
+    issues: &mut Issues,
+    gear: usize,
+    tooth: &Tooth,
+    Undercut { shift, limit }: Undercut,
+) {
+    let key = ["profile_shift", "thinning", "teeth"]
+        .into_iter()
+        .find(|key| section.has(key))
+        .unwrap_or("teeth");
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Unusual,
+            section.span_of(key),
+            &section.path_of(key),
+            format!(
+                "gear {} is undercut by {:.4} modules, up to a diameter of {:.4} mm, below the contact: its profile \
+                 shift, thinning included, is {shift:.4}, and {limit:.4} leaves no undercut",
+                gear + 1,
+                limit - shift,
+                2e3 * tooth.form_radius,
+            ),
+        )
+        .label("the root of the involute is cut off")
+        .remedy("leave it where the drawing is so; else raise the profile shift or the number of teeth"),
+    );
 }

@@ -213,7 +213,9 @@ impl Parts<'_> {
                     &section.path_of(key),
                     format!("gears `{}` and `{}` cannot mesh: {why}", a.name, b.name),
                 )
-                .label("no pair that meshes"),
+                .label("no pair that meshes")
+                .remedy("gears that mesh have one module and one pressure angle; a bare number is in m: write the unit, \
+                         as in module = \"3 mm\""),
             );
             return None;
         }

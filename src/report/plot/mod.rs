@@ -132,7 +132,7 @@ pub fn plot(paths: &[PathBuf], request: &PlotRequest) -> Result<Drawn, PlotError
         return Ok(drawn);
     }
     let results: Result<Vec<&Results>, PlotError> = (paths.iter().zip(&all))
-        .map(|(path, found)| found.results_with_points(path))
+        .map(|(path, found)| found.results_with_points(path, &columns))
         .collect();
     let sources = column::named(&results?);
     drawn.append(column::draw(&sources, &columns, request)?);
@@ -244,11 +244,28 @@ impl Source {
     }
 
     /// The results, which columns are of.
-    fn results_with_points(&self, path: &Path) -> Result<&Results, PlotError> {
+    fn results_with_points(
+        &self,
+        path: &Path,
+        columns: &[ColumnName],
+    ) -> Result<&Results, PlotError> {
         let results = self.results.as_ref();
         (results.filter(|results| !results.summary.all.is_empty())).ok_or_else(|| {
-            PlotError::NoColumns {
-                folder: path.to_path_buf(),
+            let folder = path.to_path_buf();
+            let kinds: Vec<String> = What::names().collect();
+            let misspelt = columns.iter().find_map(|column| {
+                let name = column.to_string();
+                let nearest = column::nearest(&name, &kinds);
+                (!nearest.is_empty()).then_some((name, nearest))
+            });
+            match misspelt {
+                Some((name, nearest)) => PlotError::UnknownColumn {
+                    name,
+                    is_text: false,
+                    nearest,
+                    folder,
+                },
+                None => PlotError::NoColumns { folder },
             }
         })
     }

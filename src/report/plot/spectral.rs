@@ -1,12 +1,26 @@
-//! Spectral lines of all points of a results folder, of one signal: from spectra.parquet, or the
-//! deflection's from the harmonics in points.parquet.
+//! Spectral lines of all points of a results folder, of one signal: from spectra.parquet, for order cuts
+//! from orders.parquet where there are no spectra, or the deflection's from the harmonics in points.parquet.
 
-use super::column::SUBORDERS;
+use super::column::{SUBORDERS, nearest};
 use super::error::PlotError;
 use super::results::Results;
 use super::spectrum::unit_of;
 use super::what::What;
 use crate::store::{ResultTable, TableKind};
+
+/// What `signals` of the manifest calls the group of a signal, `bearing pinion 1 x`; none where it is of no group.
+fn group(signal: &str) -> Option<&'static str> {
+    const GROUPS: [(&str, &str); 6] = [
+        ("deflection", "deflection"),
+        ("force", "force"),
+        ("bearing", "bearings"),
+        ("torque", "torques"),
+        ("acceleration", "accelerations"),
+        ("angular acceleration", "accelerations"),
+    ];
+    let of = |(name, _): &&(&str, &str)| signal.starts_with(name);
+    GROUPS.iter().find(of).map(|(_, word)| *word)
+}
 
 /// How far from an order a line may lie to count as its line: the spacing of averaged spectra.
 const REACH: f64 = 1.0 / 64.0;
@@ -39,15 +53,23 @@ impl SpectralLines {
     /// # Errors
     /// There are none, or there is no such signal.
     pub fn read(results: &Results, what: What, signal: &str) -> Result<Self, PlotError> {
-        match results.table(TableKind::Spectra)? {
-            Some(table) => Self::of_spectra(results, &table, what, signal),
-            None => Self::of_harmonics(results, what, signal),
+        if let Some(table) = results.table(TableKind::Spectra)? {
+            return Self::of_lines(results, &table, "spectra.parquet", what, signal);
         }
+        if what == What::Orders
+            && signal != "deflection"
+            && let Some(table) = results.table(TableKind::Orders)?
+        {
+            return Self::of_lines(results, &table, "orders.parquet", what, signal);
+        }
+        Self::of_harmonics(results, what, signal)
     }
 
-    fn of_spectra(
+    /// Of a table with a row per line.
+    fn of_lines(
         results: &Results,
         table: &ResultTable,
+        file: &str,
         what: What,
         signal: &str,
     ) -> Result<Self, PlotError> {
@@ -73,13 +95,20 @@ impl SpectralLines {
             }
         }
         if lines.iter().all(Vec::is_empty) {
-            let mut known: Vec<&str> = signals.iter().flatten().map(String::as_str).collect();
+            let mut known: Vec<String> = signals.into_iter().flatten().collect();
             known.sort_unstable();
             known.dedup();
+            let near = match &nearest(signal, &known)[..] {
+                [] => String::new(),
+                near => format!("; near it: {}", near.join(", ")),
+            };
+            let asked = group(signal).map_or(String::new(), |word| {
+                format!("; more signals are computed where `signals` of that analysis names \"{word}\"")
+            });
             return Err(PlotError::Unfit {
                 what,
                 reason: format!(
-                    "spectra.parquet holds no line of the signal `{signal}`; its signals: {}",
+                    "{file} holds no line of the signal `{signal}`{near}; its signals: {}{asked}",
                     known.join(", ")
                 ),
             });
@@ -103,9 +132,15 @@ impl SpectralLines {
             reason: reason.to_owned(),
         };
         if signal != "deflection" {
-            return Err(unfit(
-                "there is no spectra.parquet; ask for `nvh = { spectrum = {} }` in the manifest's [analyses]",
-            ));
+            return Err(unfit(&match group(signal) {
+                None => format!(
+                    "`{signal}` is no signal; signals are deflection, force, and those of bearings, torques and accelerations by their names, such as \"bearing pinion 1 x\""
+                ),
+                Some("deflection" | "force") => "there is no spectra.parquet; ask for `nvh = { spectrum = {} }` in the manifest's [analyses]".to_owned(),
+                Some(word) => format!(
+                    "there is no spectra.parquet; ask for `nvh = {{ spectrum = {{ signals = [\"{word}\"] }} }}` in the manifest's [analyses]"
+                ),
+            }));
         }
         let table = ResultTable::read(&results.folder, TableKind::Points)?;
         let whole = table.lists("harmonics")?.into_iter();

@@ -56,4 +56,9 @@ impl What {
     pub fn name(self) -> &'static str {
         self.into()
     }
+
+    /// The names of all kinds.
+    pub(super) fn names() -> impl Iterator<Item = String> {
+        Self::VARIANTS.iter().map(|kind| kind.name().to_owned())
+    }
 }

@@ -45,7 +45,7 @@ pub(super) const KEYS: &[Key] = &[
                 or the path of a text file, relative to the manifest, as a spreadsheet writes it: a head line with the names and units, \
                 speed [rpm],torque [N m],mesh.half_gap [um], then a line of numbers for each point. Numbers without a unit are in SI; \
                 columns are parted by commas, semicolons or tabs; lines that begin with # are remarks. Any axis can be a column; further \
-                axes of [grid] are combined with the list."),
+                axes of [grid] are combined with the list. Each row is a point of its own, an equal one too."),
     choice("grid.order", &["independent", "sweep-up", "sweep-down", "both"], r#""both""#).or(r#""independent""#)
         .about("Whether each point starts from `run.initial`, or from the state that the point before it along one \
                 axis has reached, upwards, downwards or both. Where up and down differ, two motions coexist."),

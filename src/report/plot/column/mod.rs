@@ -17,6 +17,7 @@ use super::picture::Drawn;
 use super::request::PlotRequest;
 use super::results::Results;
 
+pub(super) use name::nearest;
 pub use name::{Asked, ColumnName, NoColumn};
 pub(super) use orders::draw as draw_orders;
 pub(super) use series::{SUBORDERS, Series, listed};

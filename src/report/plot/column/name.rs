@@ -137,7 +137,7 @@ impl fmt::Display for ColumnName {
 
 /// Names of which one may be meant: those that hold it or are held by it, then those that differ in few
 /// letters.
-pub(super) fn nearest(name: &str, known: &[String]) -> Vec<String> {
+pub(in crate::report::plot) fn nearest(name: &str, known: &[String]) -> Vec<String> {
     const MOST: usize = 4;
     let folded = name.to_lowercase();
     let mut near: Vec<(usize, &String)> = (known.iter())
