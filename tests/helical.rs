@@ -174,7 +174,11 @@ fn undercut_begins_where_the_straight_flank_of_the_rack_says() {
     close(undercut.limit, least, 1e-10);
     gears.form.profile_shift[0] = least + 1e-6;
     let tooth = Tooth::new(&gears, 0).unwrap();
-    assert!(tooth.undercut.is_none() && tooth.form_roll < 1e-4, "{}", tooth.form_roll);
+    assert!(
+        tooth.undercut.is_none() && tooth.form_roll < 1e-4,
+        "{}",
+        tooth.form_roll
+    );
     for value in [f64::NAN, 1.6, -1.6] {
         gears.helix_angle = value;
         assert!(matches!(

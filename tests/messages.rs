@@ -36,14 +36,20 @@ fn a_helix_angle_in_a_train_is_told_what_there_is() {
         assert_eq!(fault.kind, DiagnosticKind::UnknownKey);
         assert_eq!(fault.suggestion, None);
         let remedy = fault.remedy.unwrap();
-        assert!(remedy.contains("spur gears on parallel axes, or bevel gears"), "{remedy}");
+        assert!(
+            remedy.contains("spur gears on parallel axes, or bevel gears"),
+            "{remedy}"
+        );
         assert!(remedy.contains("described in [gear]"), "{remedy}");
     }
     let span = fault("trains/two-stage.toml", &["train.shaft.0.span=0.1"]);
     assert_eq!(span.suggestion, None);
     // Elsewhere a key is shown its table.
     let module = fault("quickstart.toml", &["mesh.module=0.004"]);
-    assert_eq!(module.suggestion.as_deref(), Some("`module` belongs in [gear]"));
+    assert_eq!(
+        module.suggestion.as_deref(),
+        Some("`module` belongs in [gear]")
+    );
 }
 
 /// A bare number is in metres.
@@ -58,7 +64,11 @@ fn a_length_without_its_unit_is_shown_one() {
     let word = words.iter().find(|word| word.key == "gear.module").unwrap();
     assert!(!word.message.contains("bare"), "{}", word.message);
 
-    let law = ["mesh.friction_law=schlenk", "mesh.oil_viscosity=20 mPa*s", "mesh.friction="];
+    let law = [
+        "mesh.friction_law=schlenk",
+        "mesh.oil_viscosity=20 mPa*s",
+        "mesh.friction=",
+    ];
     for (number, remedy) in [("0.5", Some("\"0.5 um\"")), ("0.5 mm", None), ("-1", None)] {
         let roughness = format!("mesh.roughness={number}");
         let fault = fault("flex80.toml", &[&law[..], &[roughness.as_str()]].concat());
@@ -97,7 +107,10 @@ fn pictures_say_what_they_need() {
     let place = Place::new(&OSCILLATOR.replace("cycles = 300", "cycles = 100"));
     let run = |out: &str, nvh: &str| {
         let set = format!("analyses={{ nvh = {nvh} }}");
-        place.whole(out, &["--set", &set, "--set", "run.audit_cycles=5", "-j", "1"]);
+        place.whole(
+            out,
+            &["--set", &set, "--set", "run.audit_cycles=5", "-j", "1"],
+        );
     };
     run("plain", "{}");
     run("orders", "{ orders = { signals = [\"force\"] } }");
@@ -107,7 +120,11 @@ fn pictures_say_what_they_need() {
         let output = plot(arguments);
         assert_eq!(status(&output), 2, "{arguments:?}");
         for part in parts {
-            assert!(stderr(&output).contains(part), "{part}: {}", stderr(&output));
+            assert!(
+                stderr(&output).contains(part),
+                "{part}: {}",
+                stderr(&output)
+            );
         }
     };
     let cut = |folder, signal| [folder, "--what", "orders", "--signal", signal];
@@ -116,26 +133,57 @@ fn pictures_say_what_they_need() {
         &cut("plain", "bearing pinion 1 x"),
         &["`nvh = { spectrum = { signals = [\"bearings\"] } }`"],
     );
-    refused(&cut("plain", "froce"), &["`froce` is no signal", "deflection, force"]);
-    refused(&cut("spectra", "froce"), &["near it: force", "deflection, force"]);
+    refused(
+        &cut("plain", "froce"),
+        &["`froce` is no signal", "deflection, force"],
+    );
+    refused(
+        &cut("spectra", "froce"),
+        &["near it: force", "deflection, force"],
+    );
     refused(
         &cut("spectra", "torque input"),
         &["spectra.parquet holds no line", "names \"torques\""],
     );
     // Orders are drawn of the table of orders where there is no spectrum.
-    refused(&cut("orders", "bearing pinion 1 x"), &["orders.parquet holds no line", "force"]);
+    refused(
+        &cut("orders", "bearing pinion 1 x"),
+        &["orders.parquet holds no line", "force"],
+    );
     let drawn = plot(&[&cut("orders", "force")[..], &["--format", "svg"]].concat());
     assert_eq!(status(&drawn), 0, "{}", stderr(&drawn));
-    assert!(stdout(&drawn).contains("force-amplitude.svg"), "{}", stdout(&drawn));
+    assert!(
+        stdout(&drawn).contains("force-amplitude.svg"),
+        "{}",
+        stdout(&drawn)
+    );
 
-    refused(&["plain", "--what", "lamda"], &["`lamda`", "near it: lambda"]);
+    refused(
+        &["plain", "--what", "lamda"],
+        &["`lamda`", "near it: lambda"],
+    );
     refused(&["plain", "--what", "spectum"], &["near it: spectrum"]);
-    refused(&["plain", "--what", "deflection_rsm"], &["near it: deflection_rms"]);
+    refused(
+        &["plain", "--what", "deflection_rsm"],
+        &["near it: deflection_rms"],
+    );
     // Of a trace, too, which has no columns.
-    let trace = place.atlas(&["trace", "m.toml", "--point", "load=0.3,speed=1050", "--cycles", "2", "--out", "t"]);
+    let trace = place.atlas(&[
+        "trace",
+        "m.toml",
+        "--point",
+        "load=0.3,speed=1050",
+        "--cycles",
+        "2",
+        "--out",
+        "t",
+    ]);
     assert_eq!(status(&trace), 0, "{}", stderr(&trace));
     refused(&["t", "--what", "lamda"], &["near it: lambda"]);
-    refused(&["t", "--what", "deflection_rms"], &["has no columns to draw"]);
+    refused(
+        &["t", "--what", "deflection_rms"],
+        &["has no columns to draw"],
+    );
 }
 
 /// A drive of 17 and 38 teeth of 3 mm, the tooth thickness of both less by 60 um.
@@ -194,16 +242,35 @@ fn a_little_undercut_is_one_warning() {
     let [warning] = &job.warnings.diagnostics[..] else {
         panic!("{:?}", job.warnings);
     };
-    assert_eq!((warning.kind, &*warning.key), (DiagnosticKind::Unusual, "gear.thinning"));
+    assert_eq!(
+        (warning.kind, &*warning.key),
+        (DiagnosticKind::Unusual, "gear.thinning")
+    );
     // x = −0.06/(2 · 3 tan 20°), and h_f − ρ (1 − sin α) − z/2 sin² α.
-    assert!(warning.message.contains("is -0.0275, and 0.0057 leaves no undercut"), "{warning:?}");
-    assert!(warning.message.contains("undercut by 0.0331 modules"), "{warning:?}");
-    assert!(small_pinion(&["gear.profile_shift=[0.04, 0]"]).unwrap().warnings.is_empty());
+    assert!(
+        warning
+            .message
+            .contains("is -0.0275, and 0.0057 leaves no undercut"),
+        "{warning:?}"
+    );
+    assert!(
+        warning.message.contains("undercut by 0.0331 modules"),
+        "{warning:?}"
+    );
+    assert!(
+        small_pinion(&["gear.profile_shift=[0.04, 0]"])
+            .unwrap()
+            .warnings
+            .is_empty()
+    );
 
     let errors = small_pinion(&["gear.profile_shift=[-0.5, 0.5]"]).unwrap_err();
     let [fault] = &errors.diagnostics[..] else {
         panic!("{errors}");
     };
     assert_eq!(fault.key, "gear.profile_shift");
-    assert!(fault.message.contains("its mate touches it from"), "{errors}");
+    assert!(
+        fault.message.contains("its mate touches it from"),
+        "{errors}"
+    );
 }

@@ -53,7 +53,12 @@ fn a_key_without_effect_changes_nothing() {
         let without = load(&path, &out);
         assert_eq!(without.hash, job.hash, "{}", path.display());
         let left = job.warnings.diagnostics.len() - out.len();
-        assert_eq!(without.warnings.diagnostics.len(), left, "{}", path.display());
+        assert_eq!(
+            without.warnings.diagnostics.len(),
+            left,
+            "{}",
+            path.display()
+        );
     }
 }
 
@@ -70,7 +75,11 @@ fn every_shipped_manifest_takes_a_constant_stiffness() {
         let job = load(&path, &changes);
         let keys = job.warnings.diagnostics.iter().map(|warning| &*warning.key);
         let own = keys.filter(|key| *key != "excitation.table_harmonics");
-        assert!(own.clone().all(|key| key.starts_with("mesh.")), "{}", path.display());
+        assert!(
+            own.clone().all(|key| key.starts_with("mesh.")),
+            "{}",
+            path.display()
+        );
         warned += usize::from(own.count() > 0);
         // Without the change nothing is without effect.
         assert!(load(&path, &[]).warnings.is_empty(), "{}", path.display());
@@ -99,15 +108,14 @@ fn one_quantity_given_twice_is_an_error() {
             "mesh.friction_law",
         ),
         (
-            &[
-                "mesh.half_gap=10 um",
-                "mesh.normal_backlash=20 um",
-            ],
+            &["mesh.half_gap=10 um", "mesh.normal_backlash=20 um"],
             "mesh.normal_backlash",
             "mesh.half_gap",
         ),
         (
-            &["analyses.multistability={ slice = { mode = 3, modes = [3, 4], extent = \"30 um\" } }"],
+            &[
+                "analyses.multistability={ slice = { mode = 3, modes = [3, 4], extent = \"30 um\" } }",
+            ],
             "analyses.multistability.slice.modes",
             "analyses.multistability.slice.mode",
         ),
@@ -148,22 +156,38 @@ fn warnings_are_told_once() {
     let place = oscillator_with_idle_keys();
     let once = |text: &str| {
         for key in ["contact_ratio", "single_pair_drop"] {
-            let head = format!("warning[no-effect]: `mesh.{key}` has no effect with stiffness = \"constant\"");
+            let head = format!(
+                "warning[no-effect]: `mesh.{key}` has no effect with stiffness = \"constant\""
+            );
             assert_eq!(text.matches(&head).count(), 1, "{text}");
         }
         assert_eq!(text.matches("m.toml:1").count(), 2, "{text}");
-        assert!(text.contains("remedy: remove it, or set stiffness = \"piecewise\""), "{text}");
+        assert!(
+            text.contains("remedy: remove it, or set stiffness = \"piecewise\""),
+            "{text}"
+        );
         assert_eq!(text.matches("m.toml: 2 warnings").count(), 1, "{text}");
     };
     let check = place.atlas(&["check", "m.toml"]);
     assert_eq!(status(&check), 0, "{}", stderr(&check));
     once(&stderr(&check));
     assert!(stdout(&check).contains("m.toml: valid"));
-    assert!(!stdout(&check).contains("contact_ratio (line"), "{}", stdout(&check));
+    assert!(
+        !stdout(&check).contains("contact_ratio (line"),
+        "{}",
+        stdout(&check)
+    );
     // A process that starts itself again tells them once, too.
     let run = place.run(
         "out",
-        &["--set", "run.instructions=portable", "--set", "run.cycles=100", "--set", "run.audit_cycles=5"],
+        &[
+            "--set",
+            "run.instructions=portable",
+            "--set",
+            "run.cycles=100",
+            "--set",
+            "run.audit_cycles=5",
+        ],
     );
     assert!([0, 3].contains(&status(&run)), "{}", stderr(&run));
     once(&stderr(&run));
@@ -175,7 +199,10 @@ fn warnings_are_told_once() {
     let warnings = told["warnings"].as_array().unwrap();
     assert_eq!(warnings.len(), 2);
     assert_eq!(warnings[0]["key"], "mesh.contact_ratio");
-    assert_eq!((&warnings[0]["file"], &warnings[0]["kind"]), (&"m.toml".into(), &"no-effect".into()));
+    assert_eq!(
+        (&warnings[0]["file"], &warnings[0]["kind"]),
+        (&"m.toml".into(), &"no-effect".into())
+    );
 }
 
 /// Where there are errors the warnings stand behind them and are not counted.
@@ -185,7 +212,8 @@ fn errors_come_before_warnings() {
     let check = place.atlas(&["check", "m.toml", "--set", "mesh.half_gap=-1"]);
     assert_eq!(status(&check), 2);
     let text = stderr(&check);
-    let [error, warning] = ["error[out-of-range]", "warning[no-effect]"].map(|head| text.find(head));
+    let [error, warning] =
+        ["error[out-of-range]", "warning[no-effect]"].map(|head| text.find(head));
     assert!(error.unwrap() < warning.unwrap(), "{text}");
     assert!(text.contains("1 error; nothing was computed"), "{text}");
 }
@@ -197,40 +225,61 @@ fn equal_rows_are_points_of_their_own() {
     let grid = "[grid]\npoints = \"p.csv\"\n[run]\ntransient = 50\ncycles = 100\naudit_cycles = 5\n\
         [analyses]\nnvh = {}\nmultistability = { initial_conditions = 3, transient = 50, cycles = 320 }\n";
     let place = Place::new(&format!("{head}{grid}"));
-    fs::write(place.path("p.csv"), "load,speed\n0.3,1050\n0.1,600\n0.3,1050\n").unwrap();
+    fs::write(
+        place.path("p.csv"),
+        "load,speed\n0.3,1050\n0.1,600\n0.3,1050\n",
+    )
+    .unwrap();
     let whole = place.whole("whole", &["-j", "2"]);
     for index in 1..=3 {
         place.whole("parts", &["--shard", &format!("{index}/3")]);
     }
-    let merged = place.atlas(&["merge", "parts"]);
+    let merged = place.atlas(&["merge", "parts", "--out", "joined"]);
     assert_eq!(status(&merged), 0, "{}", stderr(&merged));
     let column = |folder: &Path, name: &str| {
-        let points = atlas::store::ResultTable::read(folder, atlas::store::TableKind::Points).unwrap();
+        let points =
+            atlas::store::ResultTable::read(folder, atlas::store::TableKind::Points).unwrap();
         points.f64(name).unwrap()
     };
-    for folder in [&whole, &place.path("parts")] {
-        let points = atlas::store::ResultTable::read(folder, atlas::store::TableKind::Points).unwrap();
+    for folder in [&whole, &place.path("parts"), &place.path("joined")] {
+        let points =
+            atlas::store::ResultTable::read(folder, atlas::store::TableKind::Points).unwrap();
         assert_eq!(points.u64("point_id").unwrap(), [Some(0), Some(1), Some(2)]);
-        assert_eq!(column(folder, "speed"), [Some(1050.0), Some(600.0), Some(1050.0)]);
+        assert_eq!(
+            column(folder, "speed"),
+            [Some(1050.0), Some(600.0), Some(1050.0)]
+        );
         let rms = column(folder, "deflection_rms");
         // The motion starts from one state, so that it is the same bit for bit.
         assert_eq!(rms[0].unwrap().to_bits(), rms[2].unwrap().to_bits());
         assert_ne!(rms[0], rms[1]);
     }
-    assert_eq!(column(&whole, "deflection_rms"), column(&place.path("parts"), "deflection_rms"));
+    assert_eq!(
+        column(&whole, "deflection_rms"),
+        column(&place.path("parts"), "deflection_rms")
+    );
     // Probes are drawn by point, so that each row has its own.
     let probes = atlas::store::ResultTable::read(&whole, atlas::store::TableKind::Probes).unwrap();
     let ids = probes.u64("point_id").unwrap();
     assert_eq!(ids.iter().filter(|id| **id == Some(2)).count(), 3);
-    for command in [&["plot", "whole"][..], &["report", "whole"], &["show", "whole"]] {
+    for command in [
+        &["plot", "whole"][..],
+        &["report", "whole"],
+        &["show", "whole"],
+    ] {
         let output = place.atlas(command);
         assert_eq!(status(&output), 0, "{command:?}: {}", stderr(&output));
     }
-    let trace = place.atlas(&["trace", "m.toml", "--point", "load=0.3", "--cycles", "2", "--out", "t"]);
+    let trace = place.atlas(&[
+        "trace", "m.toml", "--point", "load=0.3", "--cycles", "2", "--out", "t",
+    ]);
     assert_eq!(status(&trace), 0, "{}", stderr(&trace));
     // Tied lists of values are rows likewise.
     let tied = format!(
         "{head}[grid]\ntied = [[\"load\", \"speed\"]]\nload = {{ values = [0.3, 0.1, 0.3] }}\nspeed = {{ values = [1050, 600, 1050] }}\n"
     );
-    assert_eq!(Place::new(&tied).atlas(&["check", "m.toml"]).status.code(), Some(0));
+    assert_eq!(
+        Place::new(&tied).atlas(&["check", "m.toml"]).status.code(),
+        Some(0)
+    );
 }

@@ -210,9 +210,8 @@ fn fill(job: &Job, own: &GridDimension, values: &mut [Option<f64>]) {
         return;
     }
     let mut found = (0..own.length).filter(fits);
-    let equal = |one: usize, other: usize| {
-        (own.axes.iter()).all(|&axis| of(axis, one) == of(axis, other))
-    };
+    let equal =
+        |one: usize, other: usize| (own.axes.iter()).all(|&axis| of(axis, one) == of(axis, other));
     if let Some(place) = found.next()
         && found.all(|other| equal(place, other))
     {

@@ -183,7 +183,8 @@ impl Tooth {
         let outside = |normal: f64| {
             let point = self.fillet(normal);
             let radius = point.x.hypot(point.y);
-            radius > self.base_radius && 2.0 * radius * point.x.atan2(point.y) > self.thickness(radius)
+            radius > self.base_radius
+                && 2.0 * radius * point.x.atan2(point.y) > self.thickness(radius)
         };
         let [mut high, mut low] = self.fillet_range();
         for _ in 0..f64::MANTISSA_DIGITS {

@@ -1,11 +1,11 @@
 //! A whole job: what its name, grid and points are.
 
-use super::{ManifestText, Warnings};
 use super::axis::{AxisKey, AxisValues};
 use super::expand::Between;
 use super::grid_dimension::GridDimension;
 use super::points::Points;
 use super::spec::{Axis, Carried, ContinuationSpec, PointSpec, Refine};
+use super::{ManifestText, Warnings};
 
 /// A whole job.
 #[derive(Debug, Clone)]

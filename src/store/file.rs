@@ -116,7 +116,9 @@ impl TableKind {
             Self::Transitions => {
                 "carry the state along an axis: `order = \"both\"` in the manifest's [grid]"
             }
-            Self::Horizon => "ask for `lyapunov = {}` and `horizon = {}` in the manifest's [analyses]",
+            Self::Horizon => {
+                "ask for `lyapunov = {}` and `horizon = {}` in the manifest's [analyses]"
+            }
             Self::CycleExpansion => {
                 "ask for `lyapunov = {}` and `cycle_expansion = {}` in the manifest's [analyses]"
             }

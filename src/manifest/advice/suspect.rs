@@ -176,7 +176,9 @@ fn mesh(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
 fn deflection(variant: &Variant) -> f64 {
     let force = variant.model.source.rated_force();
     let stiffness = variant.mesh.stiffness.mean();
-    force.zip(stiffness).map_or(0.0, |(force, stiffness)| force / stiffness)
+    force
+        .zip(stiffness)
+        .map_or(0.0, |(force, stiffness)| force / stiffness)
 }
 
 fn excitation(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {

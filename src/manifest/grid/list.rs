@@ -2,9 +2,9 @@
 //! are tied.
 
 use super::csv::{self, Sheet};
+use super::dimension_of;
 use super::grid_axis::GridAxis;
 use super::values::{AxisReader, Spans};
-use super::dimension_of;
 use crate::manifest::axis::{AxisKey, AxisValues};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use crate::manifest::reader::{Section, wrong_type};

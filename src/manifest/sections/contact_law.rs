@@ -55,7 +55,12 @@ pub(super) fn coefficients(divisions: &[Division]) -> Vec<(f64, [f64; 8])> {
 fn stiffness(table: &Section, issues: &mut Issues) -> Option<Vec<Division>> {
     if table.has("levels") {
         let others = ["stiffness", "stiffness_harmonics"];
-        table.given_twice(issues, &others, "levels", "give the stiffness over the cycle");
+        table.given_twice(
+            issues,
+            &others,
+            "levels",
+            "give the stiffness over the cycle",
+        );
         let levels = table.quantities(issues, "levels", None)?;
         return match levels.is_empty() {
             true => {

@@ -103,7 +103,9 @@ impl SpectralLines {
                 near => format!("; near it: {}", near.join(", ")),
             };
             let asked = group(signal).map_or(String::new(), |word| {
-                format!("; more signals are computed where `signals` of that analysis names \"{word}\"")
+                format!(
+                    "; more signals are computed where `signals` of that analysis names \"{word}\""
+                )
             });
             return Err(PlotError::Unfit {
                 what,
