@@ -65,6 +65,7 @@ fn contact(name: &str, participation: Vec<f64>, gap: f64, levels: &[f64]) -> Str
     StructureContact {
         name: name.to_owned(),
         force: participation.clone(),
+        rubbing: Default::default(),
         participation,
         cycles: [1, 1],
         law: ContactLaw {
@@ -72,6 +73,7 @@ fn contact(name: &str, participation: Vec<f64>, gap: f64, levels: &[f64]) -> Str
             stiffness: (Division::levels(levels, &[]).iter())
                 .map(|division| (division.end, *division.stiffness.coefficients()))
                 .collect(),
+            friction: Vec::new(),
             damping: 200.0,
             phase: 0.0,
             error: Vec::new(),

@@ -156,6 +156,87 @@ load = 1
 speed = "1000 rpm"
 "#;
 
+/// Friction turns where teeth pass the pitch point, which of bevel gears no drawing here says.
+#[test]
+fn friction_of_bevel_gears_is_refused() {
+    let rubbing = BEVEL.replace("[mesh]", "[mesh]\nfriction = 0.05");
+    let refused = manifest::parse(&rubbing, "test.toml", Path::new("")).unwrap_err();
+    let said = refused.to_string();
+    assert!(said.contains("pitch point") && said.contains("bevel"), "{said}");
+    let further = BEVEL.replace(
+        "[mesh]",
+        "[[train.mesh]]\ngears = [\"z20\", \"z30\"]\nhalf_gap = \"30 um\"\ncoast_symmetry = 0\nstiffness = \"2e8 N/m\"\nfriction = 0.05\n\n[mesh]",
+    );
+    let refused = manifest::parse(&further, "test.toml", Path::new("")).unwrap_err();
+    let said = refused.to_string();
+    assert!(said.contains("pitch point") && said.contains("bevel"), "{said}");
+}
+
+/// Three gears in a row, each mesh of which may be the first.
+fn in_a_row(first: [&str; 2], further: [&str; 2]) -> Model {
+    let shaft = |name: &str, gear: &str, at: u32, teeth: u32, more: &str| {
+        format!(
+            "[[train.shaft]]\nname = \"{name}\"\nmotion = \"rotation\"\norigin = [\"{at} mm\", 0, 0]\n\
+             discs = [{{ at = 0, polar_inertia = \"1e-3 kg*m^2\" }}]\n\
+             gears = [{{ name = \"{gear}\", at = \"30 mm\", teeth = {teeth}, module = \"4 mm\", width = \"20 mm\" }}]\n{more}\n"
+        )
+    };
+    let text = format!(
+        "[job]\nname = \"row\"\n[model]\nkind = \"train\"\n[train]\ngears = [\"{}\", \"{}\"]\n\
+         driver = \"one\"\nrated_torque = \"50 N*m\"\n{}{}{}\
+         [[train.mesh]]\ngears = [\"{}\", \"{}\"]\nhalf_gap = \"20 um\"\nstiffness = \"3e8 N/m\"\ndamping = \"500 N*s/m\"\nfriction = 0.08\n\
+         [mesh]\nhalf_gap = \"20 um\"\nstiffness = \"constant\"\nmean_stiffness = \"3e8 N/m\"\n\
+         contact_damping = \"500 N*s/m\"\nfriction = 0.08\n[grid]\nload = 1\nspeed = 100\n",
+        first[0],
+        first[1],
+        shaft("one", "a", 0, 20, ""),
+        shaft("two", "b", 100, 30, ""),
+        shaft("three", "c", 210, 25, "output = 1"),
+        further[0],
+        further[1],
+    );
+    model(&job(&text), 0)
+}
+
+/// A further mesh rubs as the first one does: with the meshes of a train in either order, every flank is pushed along
+/// the same direction at the same phase, whatever modes that is written in.
+#[test]
+fn friction_of_further_meshes_turns_as_that_of_the_first() {
+    let (one, two) = (
+        in_a_row(["a", "b"], ["b", "c"]),
+        in_a_row(["b", "c"], ["a", "b"]),
+    );
+    // Squares and products of directions and of what flanks feel do not depend on the modes.
+    let invariants = |model: &Model, contact: usize, phase: f64| {
+        let segments = &model.contacts[contact].cycles[0].segments;
+        let segment = segments.iter().find(|own| phase < own.end).unwrap();
+        let gains = model.gains(segment);
+        let sum = |term: &dyn Fn(f64, f64) -> f64| -> f64 {
+            let terms = gains.iter();
+            terms.map(|gain| term(gain.deflection[0], gain.mesh_input[1])).sum()
+        };
+        // The coast flanks of a further mesh count their deflection the other way, and their force.
+        [sum(&|w, _| w * w), sum(&|w, g| w * g), sum(&|_, g| g * g)]
+    };
+    let mut directions = Vec::new();
+    for place in 0..200 {
+        let phase = (f64::from(place) + 0.5) / 200.0;
+        for flank in 0..2 {
+            for (first, further) in [(&one, &two), (&two, &one)] {
+                let found = invariants(further, 2 + flank, phase);
+                let expected = invariants(first, flank, phase);
+                for (found, expected) in found.into_iter().zip(expected) {
+                    assert!((found / expected - 1.0).abs() < 1e-9, "{phase} {flank}: {found} {expected}");
+                }
+                directions.push(found[1]);
+            }
+        }
+    }
+    let least = directions.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = directions.iter().copied().fold(0.0, f64::max);
+    assert!(most > 1.01 * least, "friction turns: {least} {most}");
+}
+
 /// Separating and axial forces of a bevel pair: `F_t tan α cos δ` across its axis and
 /// `F_t tan α sin δ` along it, away from the apex.
 #[test]

@@ -2,6 +2,7 @@
 
 mod compliance;
 mod error;
+mod even_sharing;
 #[cfg(test)]
 mod fixtures;
 mod flank_law;
@@ -23,6 +24,7 @@ mod tooth;
 
 pub use compliance::{AlongFace, PairCompliance};
 pub use error::{FlankCourse, GearError};
+pub use even_sharing::EvenSharing;
 pub use flank_law::{FlankLaw, IndependentSlices, SecantContact};
 pub use flanks::{Flanks, PathOfContact};
 pub use form::{BasicRack, BodyShape, FaceOverhang, Hub, Material, Plane, ToothForm, Web};

@@ -34,18 +34,33 @@ impl GearPair {
     /// As [`Self::operating_pressure_angle`], and [`GearError::TipBelowForm`] where the wheel's tip
     /// does not reach the pitch point.
     pub fn approach(&self) -> Result<f64, GearError> {
+        self.path_to_tip(1)
+    }
+
+    /// Path of contact behind the pitch point \[m\], `g_a`: it ends at the pinion's tip.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::approach`], of the pinion's tip.
+    pub fn recess(&self) -> Result<f64, GearError> {
+        self.path_to_tip(0)
+    }
+
+    /// Path of contact between the pitch point and the tip of a gear, 0 the pinion, 1 the wheel.
+    fn path_to_tip(&self, gear: usize) -> Result<f64, GearError> {
         let tangent = self.operating_pressure_angle()?.tan();
-        let [pinion, wheel] = self.base_radii();
-        let tip = Tooth::tip_radius_of(self, 1)?;
-        let length = ((tip / wheel).powi(2) - 1.0).max(0.0).sqrt() * wheel - wheel * tangent;
+        let radii = self.base_radii();
+        let (own, mate) = (radii[gear], radii[1 - gear]);
+        let tip = Tooth::tip_radius_of(self, gear)?;
+        let length = ((tip / own).powi(2) - 1.0).max(0.0).sqrt() * own - own * tangent;
         if length <= 0.0 {
             return Err(GearError::TipBelowForm {
-                gear: 2,
+                gear: gear + 1,
                 tip_diameter: 2.0 * tip,
-                form_diameter: 2.0 * wheel * tangent.hypot(1.0),
+                form_diameter: 2.0 * own * tangent.hypot(1.0),
             });
         }
-        Ok(length.min(pinion * tangent))
+        Ok(length.min(mate * tangent))
     }
 
     /// Mesh phase in \[0, ½) at which a tooth of the pinion, or the middle of a space, stands on

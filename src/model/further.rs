@@ -11,7 +11,8 @@ use crate::shaft::{MOST_CYCLES, StructureContact};
 use std::f64::consts::TAU;
 
 /// A contact of a structure as the model has it: one with a gap b of its own, seen along its own
-/// direction, on the positive side.
+/// direction, on the positive side. `on_bearings` are the shares of each bearing in a unit of its force
+/// ([`crate::shaft::StaticShare`]).
 ///
 /// # Errors
 /// [`ModelError::OutOfRange`].
@@ -20,7 +21,7 @@ pub(super) fn contact(
     release: Release,
     period: f64,
     directions: &mut Directions,
-    on_bearings: Vec<f64>,
+    on_bearings: &[[f64; 3]],
     (basis, blocks): (&Basis, &[Block]),
 ) -> Result<Contact, ModelError> {
     let [p, q] = own.cycles;
@@ -61,10 +62,30 @@ pub(super) fn contact(
         g[i] -= w[i];
         w[i] = 0.0;
     }
-    let direction = directions.add(basis.gains(blocks, &w, &g), 0.0, &error, on_bearings);
-    let divisions: Vec<Division> = (law.stiffness.iter())
-        .map(|&(end, series)| Division {
+    let rubbing: Vec<Vec<f64>> = (own.rubbing.iter().filter(|column| !column.is_empty()))
+        .map(|column| basis.turn(column))
+        .collect();
+    let mut known: Vec<([f64; 2], usize)> = Vec::new();
+    let mut direction = |turn: [f64; 2]| {
+        if let Some(&(_, same)) = known.iter().find(|(own, _)| *own == turn) {
+            return same;
+        }
+        let mut g = g.clone();
+        for (factor, column) in turn.iter().zip(&rubbing) {
+            (g.iter_mut().zip(column)).for_each(|(g, rubs)| *g += factor * rubs);
+        }
+        let weights = [1.0, turn[0], turn[1]];
+        let on_bearings = (on_bearings.iter())
+            .map(|share| -share.iter().zip(weights).map(|(s, w)| s * w).sum::<f64>())
+            .collect();
+        let added = directions.add(basis.gains(blocks, &w, &g), 0.0, &error, on_bearings);
+        known.push((turn, added));
+        added
+    };
+    let divisions: Vec<Division> = (law.stiffness.iter().enumerate())
+        .map(|(piece, &(end, series))| Division {
             stiffness: Stiffness::series(series),
+            friction: law.friction.get(piece).copied().unwrap_or_default(),
             ..Division::level(end, 1.0)
         })
         .collect();
@@ -72,7 +93,10 @@ pub(super) fn contact(
         .map(|number| {
             let start = law.phase + f64::from(number) * ratio;
             let within = stretch(&divisions, start, ratio);
-            MeshCycle::new(period, &within, &vec![direction; within.len()], law.damping)
+            let which: Vec<usize> = (within.iter())
+                .map(|division| direction(division.friction))
+                .collect();
+            MeshCycle::new(period, &within, &which, law.damping)
         })
         .collect::<Vec<_>>();
     let alike = cycles.iter().all(|cycle| *cycle == cycles[0]);
@@ -199,6 +223,7 @@ mod tests {
                 name: "stop".to_owned(),
                 participation: vec![0.2, 0.5],
                 force: vec![0.2, 0.5],
+                rubbing: Default::default(),
                 cycles,
                 law,
             }];
@@ -207,6 +232,7 @@ mod tests {
         let law = ContactLaw {
             gap: 1e-5,
             stiffness: vec![(1.0, [1e8, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])],
+            friction: Vec::new(),
             damping: 0.0,
             phase: 0.0,
             error: Vec::new(),

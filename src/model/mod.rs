@@ -39,6 +39,7 @@ mod release;
 mod rolling;
 mod stiffness;
 mod system;
+mod turning;
 
 pub use basis::{Basis, Coupled};
 pub use bearing::BearingOutput;

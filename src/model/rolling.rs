@@ -9,6 +9,6 @@ pub struct Rolling {
     /// Coulomb friction coefficient μ_f \[1\].
     pub friction: f64,
     /// By which the gears turn against each other, `Ω₁ + Ω₂` \[rad/s\]: times the distance from the pitch point
-    /// the speed of sliding. None where it is not known at which places the flanks touch.
-    pub sliding: Option<f64>,
+    /// the speed of sliding.
+    pub sliding: f64,
 }

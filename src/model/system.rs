@@ -207,10 +207,10 @@ impl Model {
             .map(|(number, own)| {
                 let release = release(drive.release, own.law.damping);
                 let on_bearings = bearing::on_each(structure, |share| {
-                    -share.contacts.get(number).copied().unwrap_or(0.0)
+                    share.contacts.get(number).copied().unwrap_or_default()
                 });
                 let to = (&basis, &blocks[..]);
-                further::contact(own, release, period, &mut directions, on_bearings, to)
+                further::contact(own, release, period, &mut directions, &on_bearings, to)
             })
             .collect::<Result<Vec<_>, _>>()?;
         let mut contacts: Vec<Contact> = flanks.into_iter().chain(further).collect();

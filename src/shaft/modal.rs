@@ -126,9 +126,12 @@ pub struct StructureContact {
     pub name: String,
     /// Participation of its deflection, one entry a mode \[1/√kg\].
     pub participation: Vec<f64>,
-    /// Modal force of a unit of its force, taken with a minus sign, one entry a mode \[1/√kg\]; the
-    /// participation itself without friction.
+    /// Modal force of a unit of its force without friction that turns, taken with a minus sign, one entry a mode
+    /// \[1/√kg\]: mostly the participation itself.
     pub force: Vec<f64>,
+    /// What friction adds to it by Λ₀ \[1/√kg\] and by Λ₁ \[1/(m √kg)\] of [`ContactLaw::friction`]; empty without.
+    #[serde(skip_serializing_if = "no_friction")]
+    pub rubbing: [Vec<f64>; 2],
     /// How many of its cycles, `[p, q]`: p in q cycles of the mesh.
     pub cycles: [u32; 2],
     /// What it bears.
@@ -145,16 +148,22 @@ impl StructureContact {
             name: "stop".to_owned(),
             participation: participation.to_vec(),
             force: participation.to_vec(),
+            rubbing: Default::default(),
             cycles: [1, 1],
             law: ContactLaw {
                 gap,
                 stiffness: vec![(1.0, series)],
+                friction: Vec::new(),
                 damping: 50.0,
                 phase: 0.0,
                 error: Vec::new(),
             },
         }
     }
+}
+
+fn no_friction(rubbing: &[Vec<f64>; 2]) -> bool {
+    rubbing.iter().all(Vec::is_empty)
 }
 
 /// What a one-sided contact bears of its deflection.
@@ -165,6 +174,9 @@ pub struct ContactLaw {
     /// Stiffness k over its cycle: the phase where each piece ends, and its Legendre coefficients
     /// there \[N/m\].
     pub stiffness: Vec<(f64, [f64; 8])>,
+    /// Direction Λ₀ \[1\] and lever Λ₁ \[m\] of friction over each of these pieces; empty without friction.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub friction: Vec<[f64; 2]>,
     /// Damping c \[N s/m\].
     pub damping: f64,
     /// Phase in its cycle at the start of mesh cycle 0, in cycles.
@@ -294,12 +306,13 @@ impl BearingGain {
         StaticShare {
             drive: flank(known.drive, &structure.drive_flank()),
             coast: (structure.coast.as_ref()).map_or(known.coast, |own| flank(known.coast, own)),
-            contacts: each(
-                &known.contacts,
-                (structure.contacts.iter())
-                    .map(|own| own.force.as_slice())
-                    .collect(),
-            ),
+            contacts: (structure.contacts.iter().enumerate())
+                .map(|(number, own)| {
+                    let before = known.contacts.get(number).copied().unwrap_or_default();
+                    let columns = [&own.force, &own.rubbing[0], &own.rubbing[1]];
+                    std::array::from_fn(|i| share(before[i], columns[i]))
+                })
+                .collect(),
             torque: share(known.torque, &structure.torque),
             shaft_torques: [
                 optional(pinion, &structure.pinion_torque),
@@ -462,6 +475,7 @@ impl ModalStructure {
                 .map(|contact| StructureContact {
                     participation: keep(&contact.participation),
                     force: keep(&contact.force),
+                    rubbing: contact.rubbing.each_ref().map(|column| keep_any(column)),
                     ..contact.clone()
                 })
                 .collect(),

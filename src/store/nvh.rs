@@ -99,7 +99,7 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         list "force_peak_quantiles", "N", found.force_peak_quantiles,
             &format!("Largest |mesh force| within a mesh cycle {PEAKS}"), error.force_peak_quantiles;
         f64 "power_loss", "W", found.power_loss,
-            "Mean power lost in friction on the flanks of the mesh: friction coefficient, |force| and speed of sliding by the mean rotation; null where the mesh is not computed from the gears", error.power_loss;
+            "Mean power lost in friction on the flanks of the mesh: friction coefficient, |force| and speed of sliding by the mean rotation; null of modal files and of bevel gears", error.power_loss;
         f64 "power_transmitted", "W", found.power_transmitted,
             "Mean power that goes through the mesh from the pinion to the wheel, force times speed of the base circles; null without a drawing of the gears", error.power_transmitted;
         f64 "efficiency", "1", found.efficiency,

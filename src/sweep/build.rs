@@ -153,6 +153,10 @@ pub(super) fn model(
             (mesh.divisions, mesh.mean_stiffness)
         }
     };
+    let mesh = match &point.mesh.sliding {
+        Some(pairs) => Division::turning(&mesh, pairs),
+        None => mesh,
+    };
     let model = with_mesh(structure, point, (mesh, mean), further, lacking)?;
     Ok((model, under_load))
 }
@@ -193,8 +197,13 @@ fn with_mean(
     point: &PointSpec,
     mean: f64,
 ) -> Result<Model, BuildError> {
-    let level = (Division::levels(&[mean], &[]), mean);
-    let mut model = with_mesh(structure, point, level, Vec::new(), Vec::new())?;
+    // Friction turns round, so that a mean has none.
+    let level = Division {
+        friction: [0.0; 2],
+        ..Division::level(1.0, mean)
+    };
+    let mesh = (vec![level], mean);
+    let mut model = with_mesh(structure, point, mesh, Vec::new(), Vec::new())?;
     // Where pairs touch is not in a mean.
     model.rolling = None;
     Ok(model)
@@ -242,15 +251,14 @@ fn with_mesh(
     Ok(model)
 }
 
-/// How the gears of a drawing roll on each other; a mesh table knows where they touch.
+/// How the gears of a drawing roll on each other.
 fn rolling(point: &PointSpec, friction: f64) -> Option<Rolling> {
     let gears = point.model.source.gears()?;
     let [pinion, wheel] = gears.teeth.map(f64::from);
-    let tabled = matches!(point.mesh.stiffness, StiffnessSpec::Table(_));
     Some(Rolling {
         base_speed: gears.base_radii()[0] * point.speed,
         friction,
-        sliding: tabled.then_some(point.speed * (1.0 + pinion / wheel)),
+        sliding: point.speed * (1.0 + pinion / wheel),
     })
 }
 

@@ -1,12 +1,32 @@
 //! Random modal drives, and the manifests that describe them.
 
 use super::dice::Dice;
+use atlas::gear::{EvenSharing, GearPair, ToothForm};
 use atlas::model::{
     Division, Drive, DriveShaft, InitialState, MeshHarmonic, OperatingPoint, Release, TorqueRipple,
 };
 use atlas::numerics::random::Stream;
 use atlas::shaft::ModalStructure;
 use std::fmt::Write;
+
+/// The drawing by which friction turns, as a manifest has it beside a modal file.
+const GEAR: &str = "[gear]\nteeth = [20, 30]\nmodule = \"4 mm\"\npressure_angle = \"20 deg\"\nface_width = \"20 mm\"\n\
+                    body_length = [\"20 mm\", \"20 mm\"]\nrated_torque = \"50 N*m\"\n";
+
+/// When its pairs slide.
+fn pairs() -> EvenSharing {
+    let pair = GearPair {
+        teeth: [20, 30],
+        module: 4e-3,
+        pressure_angle: 20f64.to_radians(),
+        helix_angle: 0.0,
+        face_width: 20e-3,
+        body_length: [20e-3; 2],
+        rated_torque: 50.0,
+        form: ToothForm::default(),
+    };
+    EvenSharing::new(&pair).unwrap()
+}
 
 /// A drive at an operating point, with where it starts.
 #[derive(Debug, Clone)]
@@ -89,6 +109,10 @@ impl Drawn {
         let pinion_torque = rippled.then(|| mesh.iter().map(|w| 20.0 * w).collect::<Vec<_>>());
         let stiffness = dice.decades(7.3, 9.2);
         let (divisions, text) = Self::mesh(&mut dice, stiffness);
+        let divisions = match rubs {
+            true => Division::turning(&divisions, &pairs()),
+            false => divisions,
+        };
         let inertia: f64 = mesh.iter().map(|w| w * w).sum();
         let critical = 2.0 * (stiffness / inertia).sqrt();
         let ratio = match dice.below(10) {
@@ -256,12 +280,13 @@ impl Drawn {
             InitialState::Static | InitialState::Rest => "\"static\"".to_owned(),
         };
         let manifest = format!(
-            "[job]\nname = \"{name}\"\n[model]\nkind = \"modal\"\nfile = \"{name}.modal.toml\"\n\
+            "[job]\nname = \"{name}\"\n[model]\nkind = \"modal\"\nfile = \"{name}.modal.toml\"\n{}\
              [mesh]\nhalf_gap = {:e}\nfriction = {:e}\ncontact_damping = \"{:e} N*s/m\"\n{}\
              [excitation]\ntransmission_error = [{}]\ntorque_ripple = [{}]\n\
              [grid]\nload = {:e}\nspeed = {:e}\n\
              [run]\ntransient = {}\ncycles = {}\ncells = {}\nkernel = \"{kernel}\"\ninitial = {start}\n\
              [analyses]\nlyapunov = {{}}\nnvh = {{}}\n",
+            if d.friction > 0.0 { GEAR } else { "" },
             d.half_gap,
             d.friction,
             d.damping,

@@ -18,7 +18,7 @@ const NOISE: f64 = 1e-14;
 #[derive(Debug, Clone)]
 pub(super) struct Losses {
     rolling: Rolling,
-    /// Speed \[m/s\] that times |F| is the loss, by direction; empty where it is not known.
+    /// Speed \[m/s\] that times |F| is the loss, by direction.
     speeds: Vec<f64>,
     /// How many contacts are springs of the flanks.
     flank_springs: usize,
@@ -28,11 +28,9 @@ impl Losses {
     /// Those of a model; none where no drawing says how its gears roll.
     pub fn of(model: &Model) -> Option<Self> {
         let rolling = model.rolling?;
-        let speeds = rolling.sliding.map_or(Vec::new(), |sliding| {
-            (model.directions.iter())
-                .map(|direction| direction.rubbing * sliding)
-                .collect()
-        });
+        let speeds = (model.directions.iter())
+            .map(|direction| direction.rubbing * rolling.sliding)
+            .collect();
         Some(Self {
             rolling,
             speeds,
@@ -44,8 +42,7 @@ impl Losses {
     pub fn over(&self, window: &Window<'_>) -> f64 {
         let of_mesh = (window.closed.iter()).filter(|closed| closed.contact < self.flank_springs);
         let lost = of_mesh.filter_map(|closed| {
-            let segment = &window.segments[closed.contact];
-            let speed = self.speeds.get(segment.direction).copied()?;
+            let speed = self.speeds[window.segments[closed.contact].direction];
             (speed != 0.0).then(|| speed * modulus(&padded(closed.force)))
         });
         window.duration * lost.sum::<f64>()
@@ -56,28 +53,21 @@ impl Losses {
         let through = self.rolling.base_speed * found.force_mean;
         found.friction_coefficient = Some(self.rolling.friction);
         found.power_transmitted = Some(through);
-        if self.knows_places() {
-            found.power_loss = Some(loss);
-            found.efficiency = (through != 0.0).then(|| 1.0 - loss / through.abs());
-        }
+        found.power_loss = Some(loss);
+        found.efficiency = (through != 0.0).then(|| 1.0 - loss / through.abs());
     }
 
     /// Writes the standard errors, from that of the mean force, of the mean loss and of the quotient of
     /// both.
     pub fn tell_errors(&self, quotient: f64, loss: f64, errors: &mut NvhErrors) {
         errors.power_transmitted = self.rolling.base_speed * errors.force_mean;
-        let known = self.knows_places();
-        errors.power_loss = if known { loss } else { f64::INFINITY };
-        errors.efficiency = if known { quotient } else { f64::INFINITY };
+        errors.power_loss = loss;
+        errors.efficiency = quotient;
     }
 
     /// Power through the mesh by mean force \[m/s\].
     pub fn base_speed(&self) -> f64 {
         self.rolling.base_speed
-    }
-
-    fn knows_places(&self) -> bool {
-        self.rolling.sliding.is_some()
     }
 }
 

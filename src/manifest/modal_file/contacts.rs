@@ -51,6 +51,7 @@ fn contact(table: &Section, issues: &mut Issues, modes: Option<usize>) -> Option
     Some(StructureContact {
         name: name?.to_owned(),
         force: force?.unwrap_or_else(|| participation.clone()),
+        rubbing: Default::default(),
         participation,
         // The schema bounds them far below the range of u32.
         cycles: cycles?.map(|count| count as u32),

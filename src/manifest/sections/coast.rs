@@ -5,15 +5,15 @@ use super::backlash::Surroundings;
 use crate::gear::standard_symmetry;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
-use crate::manifest::spec::{CoastSpec, StiffnessSpec, StructureSource};
+use crate::manifest::spec::{CoastSpec, FrictionSpec, StiffnessSpec, StructureSource};
 
 /// Which line the coast flanks touch along; none where the structure or the drawing has faults,
-/// which have been reported.
+/// which have been reported. `laws` are those of the drive flanks' stiffness and friction.
 pub(super) fn read(
     section: &Section,
     issues: &mut Issues,
     drive: Surroundings<'_>,
-    stiffness: Option<&StiffnessSpec>,
+    laws: Option<(&StiffnessSpec, &FrictionSpec)>,
 ) -> Option<CoastSpec> {
     let given = match section.has("coast_flank") {
         true => Some(section.choice(issues, "coast_flank")?),
@@ -46,7 +46,7 @@ pub(super) fn read(
         );
         return None;
     }
-    let symmetry = symmetry(section, issues, drive, stiffness)?;
+    let symmetry = symmetry(section, issues, drive, laws)?;
     Some(CoastSpec::Mirrored { symmetry })
 }
 
@@ -55,13 +55,14 @@ fn symmetry(
     section: &Section,
     issues: &mut Issues,
     drive: Surroundings<'_>,
-    stiffness: Option<&StiffnessSpec>,
+    laws: Option<(&StiffnessSpec, &FrictionSpec)>,
 ) -> Option<f64> {
-    if !stiffness?.varies() {
+    let (stiffness, friction) = laws?;
+    if !stiffness.varies() && !friction.acts() {
         section.without_effect(
             issues,
             &["coast_symmetry"],
-            "on a stiffness that does not vary",
+            "on a stiffness that does not vary, without friction",
             "remove it",
         );
         return Some(0.0);

@@ -14,6 +14,7 @@ pub(super) fn constant(table: &Section, issues: &mut Issues) -> Option<ContactLa
     Some(ContactLaw {
         gap: gap?,
         stiffness: coefficients(&Division::levels(&[stiffness?], &[])),
+        friction: Vec::new(),
         damping: damping?,
         phase: 0.0,
         error: Vec::new(),
@@ -34,6 +35,7 @@ pub(in crate::manifest) fn cyclic(
     let law = ContactLaw {
         gap: gap?,
         stiffness: coefficients(&divisions),
+        friction: Vec::new(),
         damping: damping?,
         phase: phase?,
         error: (error?.iter())
@@ -43,8 +45,15 @@ pub(in crate::manifest) fn cyclic(
     Some((law, divisions))
 }
 
+/// Gives a law the stiffness of divisions, and the direction of friction if there is any.
+pub(super) fn take(law: &mut ContactLaw, divisions: &[Division], rubs: bool) {
+    law.stiffness = coefficients(divisions);
+    let friction = divisions.iter().filter(|_| rubs);
+    law.friction = friction.map(|division| division.friction).collect();
+}
+
 /// Where each division ends, and its Legendre coefficients.
-pub(super) fn coefficients(divisions: &[Division]) -> Vec<(f64, [f64; 8])> {
+fn coefficients(divisions: &[Division]) -> Vec<(f64, [f64; 8])> {
     (divisions.iter())
         .map(|division| (division.end, *division.stiffness.coefficients()))
         .collect()

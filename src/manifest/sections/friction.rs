@@ -1,20 +1,82 @@
 //! The friction of `[mesh]`: one coefficient, or a law of load, speed, oil and roughness.
 
 use super::backlash::Surroundings;
-use crate::gear::MeanFriction;
+use crate::gear::{EvenSharing, MeanFriction};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
-use crate::manifest::spec::{FrictionSpec, StructureSource};
+use crate::manifest::spec::{FrictionSpec, StiffnessSpec, StructureSource};
 use crate::manifest::tree::Value;
 use std::sync::Arc;
 
 /// Keys of the law.
 const OF_LAW: [&str; 3] = ["roughness", "oil_viscosity", "oil_factor"];
 
-/// Whether the friction follows from the drawing of the gears.
+/// Whether there may be friction, whose direction and law follow from the drawing of the gears.
 pub(super) fn wants_gears(section: &Section) -> bool {
     let law = section.entry("friction_law").map(|entry| &entry.node.value);
-    matches!(law, Some(Value::Text(law)) if law == "schlenk")
+    section.has("friction") || matches!(law, Some(Value::Text(law)) if law == "schlenk")
+}
+
+/// Where pairs slide over the mesh cycle, for friction that no table turns round; an inner none where nothing
+/// depends on it, an outer one where the drawing has faults or does not say it, which has been reported.
+pub(super) fn sliding(
+    section: &Section,
+    issues: &mut Issues,
+    drive: Surroundings<'_>,
+    friction: &FrictionSpec,
+    stiffness: &StiffnessSpec,
+) -> Option<Option<EvenSharing>> {
+    if !friction.acts() || matches!(stiffness, StiffnessSpec::Table(_)) {
+        return Some(None);
+    }
+    let Some(gears) = drive.gears else {
+        if !drive.faulty_drawing && drive.source.is_some() {
+            let remedy = match drive.source {
+                Some(StructureSource::Train(_)) => "set mesh.friction = 0: bevel gears have none",
+                _ => "describe the gears in [gear], or set mesh.friction = 0",
+            };
+            let message = "friction turns round at the pitch point, and only the drawing of a pair on parallel \
+                           axes says when teeth pass it";
+            unknown(section, issues, message.to_owned(), remedy);
+        }
+        return None;
+    };
+    let drawn = match EvenSharing::new(gears) {
+        Ok(drawn) => drawn,
+        Err(fault) => {
+            let message = format!("the drawing does not say where teeth slide: {fault}");
+            unknown(section, issues, message, "mend [gear], or set mesh.friction = 0");
+            return None;
+        }
+    };
+    // Where a law of two levels says how long two pairs are in contact, the load is shared as long.
+    let levels = matches!(stiffness, StiffnessSpec::Piecewise(_) | StiffnessSpec::Continuous(_));
+    let by_law = levels && !section.has("values") && gears.helix_angle == 0.0;
+    Some(Some(EvenSharing {
+        contact_ratio: match by_law {
+            true => section.quantity(issues, "contact_ratio")?,
+            false => drawn.contact_ratio,
+        },
+        ..drawn
+    }))
+}
+
+/// Friction whose direction is not known.
+fn unknown(section: &Section, issues: &mut Issues, message: String, remedy: &'static str) {
+    let key = match section.has("friction") {
+        true => "friction",
+        false => "friction_law",
+    };
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            section.span_of(key),
+            &section.path_of(key),
+            message,
+        )
+        .label("of unknown direction")
+        .remedy(remedy),
+    );
 }
 
 /// The friction; none where something of it has faults, or the drawing has, which have been reported.

@@ -82,7 +82,11 @@ pub(super) fn read(
     };
     let friction = friction::read(section, issues, drive);
     let damping = contact_damping(section, issues);
-    let coast = coast::read(section, issues, drive, stiffness.as_ref());
+    let laws = stiffness.as_ref().zip(friction.as_ref());
+    let sliding = laws.and_then(|(stiffness, friction)| {
+        friction::sliding(section, issues, drive, friction, stiffness)
+    });
+    let coast = coast::read(section, issues, drive, laws);
     let release = section.choice_or_default(issues, "release");
     let (half_gap, stiffness) = (half_gap?, stiffness?);
     backlash::check_scale(section, issues, drive, half_gap, &stiffness)?;
@@ -91,6 +95,7 @@ pub(super) fn read(
         stiffness,
         damping: damping?,
         friction: friction?,
+        sliding: sliding?,
         misalignment: misalignment?,
         coast: coast?,
         release: match release? {

@@ -1,6 +1,6 @@
 //! The resolved gear mesh.
 
-use crate::gear::{Contact, FaceLaw, GearError, GearPair, MeanFriction};
+use crate::gear::{Contact, EvenSharing, FaceLaw, GearError, GearPair, MeanFriction};
 use crate::model::{Release, StiffnessHarmonic};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -15,9 +15,11 @@ pub struct MeshSpec {
     pub stiffness: StiffnessSpec,
     /// Contact damping.
     pub damping: DampingSpec,
-    /// Coulomb friction on the flank. With a table its direction turns round at the pitch point;
-    /// else it is constant.
+    /// Coulomb friction on the flank, which turns round at the pitch point.
     pub friction: FrictionSpec,
+    /// Where pairs slide over the mesh cycle; none without friction, and with a table, which says it itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sliding: Option<EvenSharing>,
     /// Angle between the flanks in the plane of action before the load acts, ε₀ \[rad\]; 0
     /// without a table.
     pub misalignment: f64,

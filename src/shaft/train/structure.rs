@@ -338,14 +338,20 @@ impl TrainDrive {
             let [one, two] = mesh.gears.map(|place| &self.gear(place).name);
             for (index, flank) in flanks.iter().enumerate() {
                 let feels = solved.flank(flank);
-                // The coast flanks push where their deflection, counted as the drive flanks',
-                // falls; their friction points the same way as the drive flanks'.
+                // The coast flanks push where their deflection, counted as the drive flanks', falls.
                 let side = [1.0, -1.0][index];
-                let participation: Vec<f64> = feels.mesh.iter().map(|w| side * w).collect();
-                let friction = participation.iter().zip(&feels.friction);
+                let sided = |column: &[f64], factor: f64| -> Vec<f64> {
+                    column.iter().map(|w| side * factor * w).collect()
+                };
+                let participation = sided(&feels.mesh, 1.0);
+                let rubs = |column: &[f64]| match mesh.friction == 0.0 {
+                    true => Vec::new(),
+                    false => sided(column, mesh.friction),
+                };
                 contacts.push(StructureContact {
                     name: format!("{} flank of {one} and {two}", ["drive", "coast"][index]),
-                    force: friction.map(|(w, f)| w + mesh.friction * f).collect(),
+                    force: participation.clone(),
+                    rubbing: [rubs(&feels.friction), rubs(&feels.lever)],
                     participation,
                     cycles,
                     law: mesh.flanks[index].clone(),
@@ -356,6 +362,7 @@ impl TrainDrive {
             contacts.push(StructureContact {
                 name,
                 force: felt.clone(),
+                rubbing: Default::default(),
                 participation: felt,
                 cycles: [1, 1],
                 law: law.clone(),

@@ -10,6 +10,7 @@ fn law() -> ContactLaw {
     ContactLaw {
         gap: 10e-6,
         stiffness: vec![(1.0, [2e8, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])],
+        friction: Vec::new(),
         damping: 100.0,
         phase: 0.0,
         error: Vec::new(),

@@ -28,7 +28,7 @@ const BETWEEN_POINTS: &str = "What lies between the points: straight lines, or c
 pub(super) const KEYS: &[Key] = &[
     table("gear").otherwise("an error, except with kind = \"modal\"")
         .about("The pair of gears, spur or helical, as its drawing gives it. Beside a modal file it stands only where the \
-                mesh or its law of friction is computed from it."),
+                mesh is computed from it, or friction acts."),
     key("gear.teeth", Kind::List("2 integers: pinion, wheel"), ANY, "[20, 30]").of_length(2)
         .about("Numbers of teeth."),
     integer("gear.teeth.*", 5.0, 1000.0, "20"),

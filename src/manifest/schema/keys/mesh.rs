@@ -57,8 +57,9 @@ pub(super) const KEYS: &[Key] = &[
     quantity("mesh.stiffness_harmonics.*.phase", Angle, ANY, r#""180 deg""#).or("0")
         .about("Phase of the cosine at mesh phase 0."),
     quantity("mesh.friction", Ratio, BELOW_ONE, "0.05").or("0")
-        .about("Coulomb friction coefficient on the flanks. With a mesh computed from [gear] the force turns \
-                round at the pitch point, otherwise its direction is constant."),
+        .about("Coulomb friction coefficient on the flanks. The force turns round where teeth pass the pitch point, by \
+                the drawing of the gears: pairs in contact share the load evenly, or as a mesh computed from [gear] \
+                has it. Of a modal file it needs [gear], and bevel gears have none."),
     choice("mesh.friction_law", &["constant", "schlenk"], r#""schlenk""#).or(r#""constant""#)
         .about("Where the coefficient of friction comes from. `constant`: `friction`. `schlenk`: the mean coefficient \
                 of ISO/TR 14179-2, 0.048 (w/(v rho))^0.2 eta^-0.05 Ra^0.25 X_L, at the mean load and the speed of each \
@@ -120,5 +121,5 @@ pub(super) const KEYS: &[Key] = &[
         .otherwise("from [gear]; without it from the two-level law, (contact_ratio + 1/2)/2; required where neither is there")
         .about("Mesh phase, in cycles, at which a tooth of the pinion stands on the line of centres: so long after it \
                 the coast flanks have what the drive flanks had as long before it. Half a cycle more or less is the \
-                same. Only with mirrored coast flanks and a stiffness that varies."),
+                same. Only with mirrored coast flanks and a stiffness that varies or friction."),
 ];

@@ -186,7 +186,8 @@ pub(super) const KEYS: &[Key] = &[
     quantity("train.mesh.*.damping", Damping, NON_NEGATIVE, r#""900 N*s/m""#).or("0")
         .about("Damping of the closed contact."),
     quantity("train.mesh.*.friction", Ratio, NON_NEGATIVE, "0.05").or("0")
-        .about("Coulomb friction coefficient, of constant direction."),
+        .about("Coulomb friction coefficient. The force turns round at the pitch point by the drawing of the gears, pairs in \
+                contact sharing the load evenly. Bevel gears have none."),
     quantity("train.mesh.*.phase", Ratio, ANY, "0.25").or("0")
         .about("Phase of the mesh's cycle at time 0, in its cycles."),
     key("train.mesh.*.transmission_error", Kind::List("tables"), ANY, r#"[{ harmonic = 1, amplitude = "3 um" }]"#).or("[]")

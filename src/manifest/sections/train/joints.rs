@@ -2,7 +2,7 @@
 
 use super::Parts;
 use super::shaft::{all, triple};
-use crate::gear::GearPair;
+use crate::gear::{EvenSharing, GearPair};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::sections::contact_law;
@@ -66,15 +66,19 @@ fn mesh(
         true => pair.operating_pressure_angle().ok()?,
         false => pair.pressure_angle,
     };
-    let (drive, divisions) = law?;
+    let (mut drive, mut divisions) = law?;
+    let friction = friction?;
+    if friction > 0.0 {
+        divisions = Division::turning(&divisions, &sliding(table, issues, &pair, parallel)?);
+        contact_law::take(&mut drive, &divisions, true);
+    }
     let symmetry = match (table.has("coast_symmetry"), divisions.len()) {
         (true, _) => table.quantity(issues, "coast_symmetry")?,
         // Nothing depends on it.
         (false, 1) => 0.0,
         (false, _) => drawn_symmetry(table, issues, &pair, parallel)?,
     };
-    let coast = ContactLaw {
-        stiffness: contact_law::coefficients(&Division::mirrored(&divisions, symmetry)),
+    let mut coast = ContactLaw {
         // Counted as the coast flanks' own deflection, which grows as that of the drive flanks
         // falls.
         error: (drive.error.iter())
@@ -84,10 +88,12 @@ fn mesh(
             .collect(),
         ..drive.clone()
     };
+    let mirrored = Division::mirrored(&divisions, symmetry);
+    contact_law::take(&mut coast, &mirrored, friction > 0.0);
     Some(TrainMesh {
         gears: gears?,
         pressure_angle,
-        friction: friction?,
+        friction,
         flanks: [drive, coast],
     })
 }
@@ -99,6 +105,31 @@ fn half_gap(table: &Section, issues: &mut Issues, pair: &GearPair) -> Option<f64
         table.missing(issues, "half_gap");
     }
     drawn
+}
+
+/// Where pairs slide over the mesh cycle: the drawing says it of axes that are parallel.
+fn sliding(
+    table: &Section,
+    issues: &mut Issues,
+    pair: &GearPair,
+    parallel: bool,
+) -> Option<EvenSharing> {
+    let fault = match EvenSharing::new(pair) {
+        Ok(pairs) if parallel => return Some(pairs),
+        Ok(_) => "friction turns round at the pitch point, and of bevel gears nobody says when teeth pass it".to_owned(),
+        Err(fault) => format!("the drawing does not say where teeth slide: {fault}"),
+    };
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            table.span_of("friction"),
+            &table.path_of("friction"),
+            fault,
+        )
+        .label("of unknown direction")
+        .remedy("set friction = 0"),
+    );
+    None
 }
 
 fn drawn_symmetry(

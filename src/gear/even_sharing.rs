@@ -1,0 +1,117 @@
+//! Where pairs slide over the mesh cycle, while those in contact share the load evenly.
+//!
+//! At mesh phase φ the pairs of a spur gear stand at `s = (φ + j − π) p_b` from the pitch point, j whole, as
+//! long as `0 ≤ φ + j < ε`: at phase 0 one takes hold at the start of the path, π cycles before it passes the pitch
+//! point. n pairs bear 1/n each, so that `Λ₀ = −Σ sign(s)/n` steps where a pair comes, leaves and passes the
+//! pitch point and is constant between, and `Λ₁ = −Σ |s|/n` is straight there ([`friction_direction`]). Over a cycle
+//! `−Λ₁ (1/r_b1 + 1/r_b2)` has Ohlendorf's (1958) loss factor as its mean where `ε ≤ 2`.
+//!
+//! A helical pair stands as far ahead as `ε_β/2` at one end of its face and behind at the other. Its lines of
+//! contact bear the same load per length, whatever of them is in contact.
+
+use super::{FrictionDirection, GearError, GearPair, friction_direction};
+use crate::numerics::quadrature::GaussLegendre;
+
+/// Longest stretch over which a direction that changes steadily is taken as its mean, in mesh cycles.
+const LONGEST: f64 = 1.0 / 24.0;
+
+/// Nodes of the rule for means: exact where Λ is straight, to round-off on so short stretches elsewhere.
+const RULE: usize = 8;
+
+/// The pairs of a drawing by their times of contact. Times are in mesh cycles.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct EvenSharing {
+    /// From the first touch of a pair, at mid-face, to the pitch point: π = g_f/p_bt.
+    pub pitch_phase: f64,
+    /// From the first touch to the last, at one place of the face: the transverse contact ratio ε ≥ 1.
+    pub contact_ratio: f64,
+    /// By how much one end of the face is ahead of the other: the overlap ratio ε_β, 0 of spur gears.
+    pub overlap_ratio: f64,
+    /// Transverse base pitch p_bt \[m\].
+    pub base_pitch: f64,
+    /// Force on the flanks, by which friction goes, per force in the transverse section: `1/cos β_b`.
+    pub inclination: f64,
+}
+
+impl EvenSharing {
+    /// The pairs of a drawing.
+    ///
+    /// # Errors
+    /// As [`GearPair::approach`], and [`GearError::ContactRatio`].
+    pub fn new(pair: &GearPair) -> Result<Self, GearError> {
+        let (base_pitch, approach) = (pair.base_pitch(), pair.approach()?);
+        let contact_ratio = (approach + pair.recess()?) / base_pitch;
+        if contact_ratio < 1.0 {
+            return Err(GearError::ContactRatio { contact_ratio });
+        }
+        Ok(Self {
+            pitch_phase: approach / base_pitch,
+            contact_ratio,
+            overlap_ratio: pair.overlap_ratio(),
+            base_pitch,
+            inclination: 1.0 / pair.base_helix_angle().cos(),
+        })
+    }
+
+    /// Direction and lever of friction at a mesh phase in \[0, 1\].
+    pub fn at(&self, phase: f64) -> FrictionDirection {
+        let half = 0.5 * self.overlap_ratio;
+        let (mut places, mut lengths) = (Vec::new(), Vec::new());
+        let mut bear = |time: f64, length: f64| {
+            places.push((time - self.pitch_phase) * self.base_pitch);
+            lengths.push(length);
+        };
+        let mut middle = phase + (-phase - half).ceil();
+        while middle - half < self.contact_ratio {
+            let from = (middle - half).max(0.0);
+            let to = (middle + half).min(self.contact_ratio);
+            // Each side of the pitch point has its mean place in the middle.
+            let pitch = self.pitch_phase.clamp(from, to);
+            if half == 0.0 {
+                bear(middle, 1.0);
+            } else {
+                bear(0.5 * (from + pitch), pitch - from);
+                bear(0.5 * (pitch + to), to - pitch);
+            }
+            middle += 1.0;
+        }
+        let share = self.inclination / lengths.iter().sum::<f64>();
+        lengths.iter_mut().for_each(|length| *length *= share);
+        friction_direction(&places, &lengths)
+    }
+
+    /// Where stretches end on which the direction is one: in order, 1 last. None is shorter than `apart`.
+    pub fn ends(&self, apart: f64) -> Vec<f64> {
+        let half = 0.5 * self.overlap_ratio;
+        let marks = [0.0, self.pitch_phase, self.contact_ratio];
+        let mut ends: Vec<f64> = (marks.iter())
+            .flat_map(|mark| [mark - half, mark + half])
+            .map(|mark| mark.rem_euclid(1.0))
+            .collect();
+        if half > 0.0 {
+            let parts = (1.0 / LONGEST).round() as u32;
+            ends.extend((1..parts).map(|part| f64::from(part) * LONGEST));
+        }
+        ends.retain(|end| *end > apart && *end < 1.0 - apart);
+        ends.sort_by(f64::total_cmp);
+        ends.dedup_by(|later, earlier| *later - *earlier < apart);
+        ends.push(1.0);
+        ends
+    }
+
+    /// Mean over a stretch of the mesh cycle without such an end inside.
+    pub fn mean(&self, [from, to]: [f64; 2]) -> FrictionDirection {
+        let rule = GaussLegendre::new(RULE);
+        let (mut direction, mut lever) = (0.0, 0.0);
+        for (x, weight) in rule.nodes.iter().zip(&rule.weights) {
+            let here = self.at(0.5 * ((to - from) * x + from + to));
+            direction += 0.5 * weight * here.direction;
+            lever += 0.5 * weight * here.lever;
+        }
+        FrictionDirection { direction, lever }
+    }
+}
+
+#[cfg(test)]
+#[path = "even_sharing_tests.rs"]
+mod tests;
