@@ -318,6 +318,7 @@ fn questions(transient: u64, cycles: u64) -> Questions {
                 resolution: 64,
             }),
             outputs: Signals::NONE,
+            power: false,
             orders: None,
             stop_at_stderr: None,
         }),

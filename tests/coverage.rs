@@ -53,6 +53,7 @@ fn ask(model: &Model, seed: u64, rule: Rule) -> PointOutcome {
         nvh: Some(NvhQuestion {
             harmonics: 1,
             outputs: Signals::NONE,
+            power: false,
             spectrum: None,
             orders: None,
             stop_at_stderr: rule.statistics,

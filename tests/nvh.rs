@@ -314,6 +314,7 @@ fn questions(harmonics: usize) -> Questions {
                 resolution: 64,
             }),
             outputs: Signals::NONE,
+            power: false,
             orders: None,
             stop_at_stderr: None,
         }),

@@ -51,6 +51,7 @@ fn questions(cycles: u64, stop_at_stderr: Option<f64>) -> Questions {
         nvh: Some(NvhQuestion {
             harmonics: 3,
             outputs: Signals::NONE,
+            power: false,
             spectrum: Some(SpectrumQuestion {
                 signals,
                 highest_order: 4,

@@ -35,6 +35,7 @@ pub fn questions(transient: u64, cycles: u64) -> Questions {
         nvh: Some(NvhQuestion {
             harmonics: 3,
             outputs: Signals::NONE,
+            power: false,
             spectrum: None,
             orders: None,
             stop_at_stderr: None,

@@ -8,6 +8,7 @@
 //! stored: ½ (v·v + q·K q)      works: ∫ f·v dt,  −∫ v·D v dt,  −∫ v·K_a q dt,  −∫ F (g − w)·v dt
 //! ```
 
+use super::energy::Cause;
 use super::modal_series::{ModalSeries, Series, TERMS, integral, padded};
 use crate::model::{Coupled, Model};
 use crate::numerics::legendre::at_start;
@@ -15,9 +16,8 @@ use crate::propagate::Window;
 
 /// The coupled modes of a model.
 #[derive(Debug, Clone)]
-pub(super) struct CoupledModes<'m> {
-    model: &'m Model,
-    coupled: &'m Coupled,
+pub(super) struct CoupledModes {
+    coupled: Coupled,
     /// Mean load on every mode.
     load: Vec<f64>,
     /// Inputs of every torque ripple.
@@ -26,12 +26,11 @@ pub(super) struct CoupledModes<'m> {
     participations: Vec<[Vec<f64>; 2]>,
 }
 
-impl<'m> CoupledModes<'m> {
+impl CoupledModes {
     /// Those of a model; none where damping is modal.
-    pub fn of(model: &'m Model) -> Option<Self> {
+    pub fn of(model: &Model) -> Option<Self> {
         Some(Self {
-            model,
-            coupled: model.basis.coupled()?,
+            coupled: model.basis.coupled()?.clone(),
             load: model.load_on_modes(),
             ripples: (model.ripple.iter())
                 .map(|ripple| model.basis.force(&ripple.input))
@@ -50,9 +49,9 @@ impl<'m> CoupledModes<'m> {
     }
 
     /// Energy stored in the structure \[J\].
-    pub fn stored(&self, first: &[f64], second: &[f64]) -> f64 {
+    pub fn stored(&self, model: &Model, first: &[f64], second: &[f64]) -> f64 {
         let n = first.len();
-        let modes = self.model.basis.turned_modes(&[first, second].concat());
+        let modes = model.basis.turned_modes(&[first, second].concat());
         let (q, v) = modes.split_at(n);
         let mut energy = 0.0;
         for i in 0..n {
@@ -66,14 +65,13 @@ impl<'m> CoupledModes<'m> {
 
     /// Energies whose round-off the balance is made of, at the start of a window whose mesh phase is
     /// given.
-    pub fn magnitude(&self, window: &Window<'_>, phase: f64) -> f64 {
+    pub fn magnitude(&self, model: &Model, window: &Window<'_>, phase: f64) -> f64 {
         let n = self.load.len();
-        let modes = self
-            .model
+        let modes = model
             .basis
             .turned_modes(&[window.first, window.second].concat());
         let (q, _) = modes.split_at(n);
-        let mut sum = self.stored(window.first, window.second).abs();
+        let mut sum = self.stored(model, window.first, window.second).abs();
         sum += q
             .iter()
             .zip(&self.load)
@@ -81,11 +79,11 @@ impl<'m> CoupledModes<'m> {
             .sum::<f64>();
         for closed in window.closed {
             let segment = &window.segments[closed.contact];
-            let contact = &self.model.contacts[closed.contact];
+            let contact = &model.contacts[closed.contact];
             let [w, _] = &self.participations[segment.direction];
             let deflection = at_start(&padded(closed.deflection));
             let room = w.iter().zip(q).map(|(w, q)| (w * q).abs()).sum::<f64>()
-                + self.model.half_gap
+                + model.half_gap
                 + deflection.abs();
             let stretch = (deflection - contact.side * contact.half_gap).abs();
             sum += segment.stiffness_at(phase) * (stretch + f64::EPSILON * room) * room;
@@ -93,8 +91,13 @@ impl<'m> CoupledModes<'m> {
         sum
     }
 
-    /// Works of torques, friction, damping and skew stiffness over a window.
-    pub fn works(&self, window: &Window<'_>, series: &ModalSeries<'_>) -> Vec<f64> {
+    /// Works of loads, friction, damping and skew stiffness over a window.
+    pub fn works(
+        &self,
+        window: &Window<'_>,
+        series: &ModalSeries<'_>,
+        work: &mut impl FnMut(Cause, f64),
+    ) {
         let (n, tau) = (self.load.len(), window.duration);
         let components: Vec<Series> = (0..2 * n)
             .map(|column| series.component(column % n, column / n))
@@ -129,16 +132,18 @@ impl<'m> CoupledModes<'m> {
                 }
             }
         }
-        let mut works = vec![torque, damping, skew];
+        work(Cause::Loads, torque);
+        work(Cause::Structure, damping);
+        work(Cause::Structure, skew);
         for closed in window.closed {
             let [w, g] = &self.participations[window.segments[closed.contact].direction];
             let force = padded(closed.force);
-            works.extend(
-                (0..n)
-                    .filter(|&i| g[i] != w[i])
-                    .map(|i| -(g[i] - w[i]) * integral(&force, &v[i], tau)),
-            );
+            for i in (0..n).filter(|&i| g[i] != w[i]) {
+                work(
+                    Cause::Friction,
+                    -(g[i] - w[i]) * integral(&force, &v[i], tau),
+                );
+            }
         }
-        works
     }
 }

@@ -5,6 +5,7 @@
 //!
 //! * of root mean squares, rates, powers and mean lengths, to the value itself;
 //! * of the mean of a signal, which may be zero, to its root mean square, the mean included;
+//! * of a power of the balance of the vibration, of which some may be zero, to the largest of them;
 //! * of the amplitude at an order and of a line of a spectrum, to that of a sine of the signal's root mean
 //!   square about the mean, `√2` times as large;
 //! * of fractions of time, to 1.
@@ -151,6 +152,24 @@ impl Search {
         }
     }
 
+    /// Powers of the vibration.
+    fn take_power(&mut self, found: &NvhOutcome, errors: &NvhErrors) {
+        let (Some(found), Some(errors)) = (&found.power, &errors.power) else {
+            return;
+        };
+        for (name, error) in [
+            ("power_in_loads", errors.loads),
+            ("power_in_error", errors.error),
+            ("power_in_stiffness", errors.stiffness),
+            ("power_out_contact", errors.contact),
+            ("power_out_structure", errors.structure),
+            ("power_out_friction", errors.friction),
+            ("power_stored", errors.stored),
+        ] {
+            self.take(name, error, found.largest());
+        }
+    }
+
     /// Statistics of the structure's outputs.
     fn take_outputs(&mut self, found: &NvhOutcome, errors: &NvhErrors) {
         for (names, [means, rms], [mean_errors, rms_errors]) in [
@@ -220,6 +239,7 @@ pub fn loosest(
         return search.0;
     };
     search.take_mesh(found, errors);
+    search.take_power(found, errors);
     search.take_outputs(found, errors);
     let [deflection, force] = mesh_sizes(found);
     let sine = |signal: &str| match signal {
@@ -252,7 +272,7 @@ pub fn loosest(
 mod tests {
     use super::*;
     use crate::analysis::outcome::{
-        DurationOutcome, OrderLine, OrderReference, SpectrumLine, SpectrumMethod,
+        DurationOutcome, OrderLine, OrderReference, PowerOutcome, SpectrumLine, SpectrumMethod,
     };
 
     /// Statistics whose every error is 1 %, on the scale it counts against.
@@ -270,6 +290,13 @@ mod tests {
             force_mean: 0.0,
             force_std: 100.0,
             power_loss: Some(-7.0),
+            power: Some(PowerOutcome {
+                error: 30.0,
+                stiffness: -10.0,
+                contact: 12.0,
+                structure: 8.0,
+                ..PowerOutcome::default()
+            }),
             impact_rate: 5.0,
             impact_velocity: 6.0,
             impact_power: 7.0,
@@ -292,6 +319,15 @@ mod tests {
                 force_mean: 1.0,
                 force_std: 1.0,
                 power_loss: 0.07,
+                power: Some(PowerOutcome {
+                    loads: 0.3,
+                    error: 0.3,
+                    stiffness: 0.3,
+                    contact: 0.3,
+                    structure: 0.3,
+                    friction: 0.3,
+                    stored: 0.3,
+                }),
                 impact_rate: 0.05,
                 impact_velocity: 0.06,
                 impact_power: 0.07,
@@ -324,7 +360,7 @@ mod tests {
         let all = loosest(&even(), &[], &[], &[]).error;
         assert!((all - 0.01).abs() < 1e-15, "{all}");
         type Pick = fn(&mut NvhErrors) -> &mut f64;
-        let errors: [(&str, Pick); 20] = [
+        let errors: [(&str, Pick); 27] = [
             ("deflection_mean", |e| &mut e.deflection_mean),
             ("deflection_rms", |e| &mut e.deflection_rms),
             ("deflection_kurtosis", |e| &mut e.deflection_kurtosis),
@@ -333,6 +369,21 @@ mod tests {
             ("force_mean", |e| &mut e.force_mean),
             ("force_std", |e| &mut e.force_std),
             ("power_loss", |e| &mut e.power_loss),
+            ("power_in_loads", |e| &mut e.power.as_mut().unwrap().loads),
+            ("power_in_error", |e| &mut e.power.as_mut().unwrap().error),
+            ("power_in_stiffness", |e| {
+                &mut e.power.as_mut().unwrap().stiffness
+            }),
+            ("power_out_contact", |e| {
+                &mut e.power.as_mut().unwrap().contact
+            }),
+            ("power_out_structure", |e| {
+                &mut e.power.as_mut().unwrap().structure
+            }),
+            ("power_out_friction", |e| {
+                &mut e.power.as_mut().unwrap().friction
+            }),
+            ("power_stored", |e| &mut e.power.as_mut().unwrap().stored),
             ("impact_rate", |e| &mut e.impact_rate),
             ("impact_velocity", |e| &mut e.impact_velocity),
             ("impact_power", |e| &mut e.impact_power),

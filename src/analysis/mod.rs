@@ -29,6 +29,7 @@ mod outputs;
 mod poincare;
 mod poincare_sample;
 mod point;
+mod power;
 mod questions;
 mod recurrence;
 mod recurring;
@@ -76,6 +77,7 @@ pub use outputs::{OutputStatistics, Outputs, named as named_outputs};
 pub use poincare::{PoincareQuestion, Section};
 pub use poincare_sample::{PoincareSample, SampleKind};
 pub use point::{investigate, investigate_onward};
+pub use power::Power;
 pub use questions::{
     Effort, GrowthNorm, LyapunovQuestion, NvhQuestion, OrderQuestion, Questions, Signals,
     SpectrumQuestion,

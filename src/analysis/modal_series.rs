@@ -58,6 +58,11 @@ impl<'m> ModalMotion<'m> {
         }
     }
 
+    /// The model.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
     /// The motion on a window.
     pub fn on<'a>(&'a mut self, window: &Window<'a>) -> ModalSeries<'a> {
         let tau = window.duration;
@@ -116,7 +121,12 @@ pub struct ModalSeries<'a> {
     ripples: Vec<(Series, Responses)>,
 }
 
-impl ModalSeries<'_> {
+impl<'a> ModalSeries<'a> {
+    /// The model.
+    pub fn model(&self) -> &'a Model {
+        self.model
+    }
+
     /// Each torque ripple's time course, `cos(ωt + φ)`.
     pub fn ripples(&self) -> impl Iterator<Item = &Series> {
         self.ripples.iter().map(|(series, _)| series)

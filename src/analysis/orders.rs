@@ -325,6 +325,7 @@ mod tests {
         let all = NvhQuestion {
             harmonics: 0,
             outputs: Signals::NONE,
+            power: false,
             spectrum: None,
             orders: Some(asked),
             stop_at_stderr: None,

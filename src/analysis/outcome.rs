@@ -219,6 +219,8 @@ pub struct NvhOutcome {
     pub efficiency: Option<f64>,
     /// Coulomb friction coefficient of the flanks; none without a drawing.
     pub friction_coefficient: Option<f64>,
+    /// Power that the vibration takes in and gives off; none where not asked for.
+    pub power: Option<PowerOutcome>,
     /// Impacts (entries into contact) on the drive and on the coast flank.
     pub impacts: [u64; 2],
     /// Impacts a second \[1/s\].
@@ -257,6 +259,44 @@ pub struct NvhOutcome {
     pub stderr: Option<NvhErrors>,
 }
 
+/// Mean power of the vibration, of all contacts and the whole structure \[W\]:
+/// `loads + error + stiffness = contact + structure + friction + stored`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct PowerOutcome {
+    /// In, by mean torques, torque ripple and other loads.
+    pub loads: f64,
+    /// In, by transmission errors, flank errors and load centroids that are prescribed.
+    pub error: f64,
+    /// In, by stiffness that varies.
+    pub stiffness: f64,
+    /// Out, by the dampers of the contacts and springs let go compressed.
+    pub contact: f64,
+    /// Out, by damping of the structure, less what its cross-coupled springs feed.
+    pub structure: f64,
+    /// Out, by friction of the contacts at the speeds of vibration.
+    pub friction: f64,
+    /// Gain of stored energy over the record.
+    pub stored: f64,
+}
+
+impl PowerOutcome {
+    /// The largest power that comes in or goes out \[W\].
+    pub fn largest(&self) -> f64 {
+        let Self {
+            loads,
+            error,
+            stiffness,
+            contact,
+            structure,
+            friction,
+            stored: _,
+        } = *self;
+        [loads, error, stiffness, contact, structure, friction]
+            .into_iter()
+            .fold(0.0, |largest, power| power.abs().max(largest))
+    }
+}
+
 /// How long stays in one state last.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct DurationOutcome {
@@ -285,6 +325,7 @@ pub struct NvhErrors {
     pub power_loss: f64,
     pub power_transmitted: f64,
     pub efficiency: f64,
+    pub power: Option<PowerOutcome>,
     pub impact_rate: f64,
     pub impact_velocity: f64,
     pub impact_power: f64,

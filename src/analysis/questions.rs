@@ -118,6 +118,10 @@ pub struct NvhQuestion {
     /// Mean and RMS of outputs of the structure, which are rebuilt from the modes. That costs more
     /// than the integration.
     pub outputs: Signals,
+    /// Power that the vibration takes in and gives off, by the motion of all modes. Left out of the hash of
+    /// manifests that do not ask for it.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub power: bool,
     /// Spectra, if asked for.
     pub spectrum: Option<SpectrumQuestion>,
     /// Amplitude and phase at orders, if asked for.

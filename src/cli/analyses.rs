@@ -50,6 +50,7 @@ pub(super) fn analyses(point: &PointSpec) -> String {
             (nvh.outputs.bearings, ", bearings"),
             (nvh.outputs.torques, ", torques"),
             (nvh.outputs.accelerations, ", accelerations"),
+            (nvh.power, ", power balance"),
         ];
         let more: String = more.iter().filter(|own| own.0).map(|own| own.1).collect();
         let stop = nvh.stop_at_stderr.map_or(String::new(), |bound| {

@@ -20,7 +20,7 @@ pub(super) struct GaussRule {
     /// Nodes c in (0, 1).
     pub nodes: Vec<f64>,
     /// Weights b.
-    weights: Vec<f64>,
+    pub weights: Vec<f64>,
     /// Coefficients a, row by row.
     coefficients: Vec<f64>,
 }

@@ -37,6 +37,24 @@ pub struct Passage {
     pub crossings: Vec<Crossing>,
 }
 
+/// A moment that an integration has come by.
+#[derive(Debug, Clone, Copy)]
+pub struct Moment<'a> {
+    /// Mesh cycle.
+    pub cycle: u64,
+    /// Time within the mesh cycle \[s\].
+    pub time: f64,
+    /// Time that it stands for \[s\]: a weight of Gauss's rule, which integrates over time what is smooth in
+    /// the state to order 16; 0 where a smooth piece starts or ends.
+    pub weight: f64,
+    /// The segment of every contact.
+    pub segments: &'a [Segment],
+    /// The closed contacts.
+    pub contact: ActiveSet,
+    /// The state.
+    pub state: &'a [f64],
+}
+
 /// Why an integration was given up.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum ReferenceError {
@@ -92,6 +110,19 @@ impl<'m> Reference<'m> {
     /// # Errors
     /// [`ReferenceError`] where the state becomes non-finite or the contact chatters.
     pub fn advance(&self, start: &TrajectoryState, cycles: u64) -> Result<Passage, ReferenceError> {
+        self.advance_watched(start, cycles, &mut |_| {})
+    }
+
+    /// As [`Reference::advance`]; shows the moments that integrals over time take, in order.
+    ///
+    /// # Errors
+    /// As [`Reference::advance`].
+    pub fn advance_watched(
+        &self,
+        start: &TrajectoryState,
+        cycles: u64,
+        watch: &mut dyn FnMut(Moment<'_>),
+    ) -> Result<Passage, ReferenceError> {
         let n = start.state.len();
         let mut integration = Integration {
             reference: self,
@@ -104,6 +135,7 @@ impl<'m> Reference<'m> {
             work: StageWork::new(self.rule.stages(), n),
             samples: Vec::with_capacity(self.rule.stages() + 2),
             crossings: Vec::new(),
+            watch,
         };
         for _ in 0..cycles {
             integration.one_cycle()?;
@@ -174,6 +206,7 @@ struct Integration<'r> {
     work: StageWork,
     samples: Vec<Sample>,
     crossings: Vec<Crossing>,
+    watch: &'r mut dyn FnMut(Moment<'_>),
 }
 
 impl Integration<'_> {
@@ -187,6 +220,7 @@ impl Integration<'_> {
             let mut time = model.period() * start;
             self.turn(start, time);
             while time < model.period() * end {
+                self.show(time);
                 time = self.smooth_piece(time, model.period() * end, &mut changes)?;
             }
             start = end;
@@ -275,7 +309,7 @@ impl Integration<'_> {
         let mut j = 0.0;
         while j < steps {
             let (left, right) = (at(j), at(j + 1.0));
-            if let Some(crossing) = self.step(left, right)? {
+            if let Some(crossing) = self.step(left, right, j + 1.0 == steps)? {
                 *changes += 1;
                 if *changes > CROSSING_LIMIT {
                     return Err(ReferenceError::Chatter {
@@ -290,8 +324,9 @@ impl Integration<'_> {
         Ok(end)
     }
 
-    /// One step from `left` to `right`, or to the first crossing, whose time is given.
-    fn step(&mut self, left: f64, right: f64) -> Result<Option<f64>, ReferenceError> {
+    /// One step from `left` to `right`, or to the first crossing, whose time is given; the `last` one of a
+    /// smooth piece, where nothing crosses.
+    fn step(&mut self, left: f64, right: f64, last: bool) -> Result<Option<f64>, ReferenceError> {
         let h = right - left;
         let model = self.reference.model;
         self.advance(left, h);
@@ -336,7 +371,11 @@ impl Integration<'_> {
         if probed {
             self.advance(left, reached - left);
         }
+        self.show_stages(left, reached - left);
         self.state.copy_from(&self.moved);
+        if first.is_some() || last {
+            self.show(reached);
+        }
         let Some((_, contact, watched)) = first else {
             return Ok(None);
         };
@@ -355,6 +394,34 @@ impl Integration<'_> {
         let [_, opening] = own.gap(&segment, reached);
         self.cross(contact, reached, rate - own.side * opening);
         Ok(Some(reached))
+    }
+
+    /// Shows the present state.
+    fn show(&mut self, time: f64) {
+        (self.watch)(Moment {
+            cycle: self.cycle,
+            time,
+            weight: 0.0,
+            segments: &self.segments,
+            contact: self.contact,
+            state: &self.state.value,
+        });
+    }
+
+    /// Shows the stages of the step just solved.
+    fn show_stages(&mut self, left: f64, h: f64) {
+        let rule = &self.reference.rule;
+        let stages = self.work.states.chunks_exact(self.state.value.len());
+        for (state, (node, weight)) in stages.zip(rule.nodes.iter().zip(&rule.weights)) {
+            (self.watch)(Moment {
+                cycle: self.cycle,
+                time: left + node * h,
+                weight: weight * h,
+                segments: &self.segments,
+                contact: self.contact,
+                state,
+            });
+        }
     }
 
     /// Sets `moved` to the state after `tau` from `left`.

@@ -22,4 +22,4 @@ mod integrator;
 mod push;
 
 pub use extended::{DoubleDouble, Extended, ExtendedCrossing, ExtendedPassage};
-pub use integrator::{Crossing, Passage, Reference, ReferenceError};
+pub use integrator::{Crossing, Moment, Passage, Reference, ReferenceError};

@@ -103,9 +103,23 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         f64 "power_transmitted", "W", found.power_transmitted,
             "Mean power that goes through the mesh from the pinion to the wheel, force times speed of the base circles; null without a drawing of the gears", error.power_transmitted;
         f64 "efficiency", "1", found.efficiency,
-            "1 - power_loss/|power_transmitted|, negative where more is lost than goes through; null where the loss is", error.efficiency;
+            "1 - power_loss/|power_transmitted|: counts the friction on the flanks of the mesh by the mean rotation alone, not what the vibration takes (power_out_contact, power_out_structure, power_out_friction), nor bearings and drag. Negative where more is lost than goes through; null where the loss is", error.efficiency;
         f64 "friction_coefficient", "1", found.friction_coefficient,
             "Friction coefficient of the flanks, given or by the law of load and speed; null without a drawing of the gears";
+        f64 "power_in_loads", "W", found.power?.loads,
+            "Mean power into the vibration by mean torques, torque ripple and other loads, times the speeds beside the mean rotation; null, as the next six, without analyses.nvh.power", error.power?.loads;
+        f64 "power_in_error", "W", found.power?.error,
+            "Mean power into the vibration by what is prescribed of the length of contacts: transmission error, errors of loaded flanks, steps of the load centroid", error.power?.error;
+        f64 "power_in_stiffness", "W", found.power?.stiffness,
+            "Mean power into the vibration by stiffness of contacts that varies", error.power?.stiffness;
+        f64 "power_out_contact", "W", found.power?.contact,
+            "Mean power out of the vibration by the dampers of all contacts, and by springs that let go compressed", error.power?.contact;
+        f64 "power_out_structure", "W", found.power?.structure,
+            "Mean power out of the vibration by damping of the structure: modal damping, dampers and drag, less what cross-coupled springs feed", error.power?.structure;
+        f64 "power_out_friction", "W", found.power?.friction,
+            "Mean power out of the vibration by friction of all contacts at the speeds beside the mean rotation; power_loss is what friction takes of the mean rotation", error.power?.friction;
+        f64 "power_stored", "W", found.power?.stored,
+            "Mean rate at which stored energy grew over nvh_cycles: all power_in less all power_out", error.power?.stored;
         f64 "impact_rate", "1/s", found.impact_rate,
             "Entries into contact a second", error.impact_rate;
         u64 "impacts_drive", "1", found.impacts[0],

@@ -205,6 +205,7 @@ fn with_level(point: &PointSpec) -> PointSpec {
     analyses.nvh.get_or_insert(NvhQuestion {
         harmonics: 0,
         outputs: Signals::NONE,
+        power: false,
         spectrum: None,
         orders: None,
         stop_at_stderr: None,

@@ -42,7 +42,8 @@ fn audited(coupling: Option<Coupling>, friction: f64) -> [f64; 3] {
         &mut counters,
     ))
     .unwrap();
-    assert_eq!(audit.coupled.is_some(), structure.coupling.is_some());
+    let coupled = audit.balance.model().basis.coupled();
+    assert_eq!(coupled.is_some(), structure.coupling.is_some());
     let residual = audit.residual(&trajectory).unwrap();
     [audit.stored, audit.turnover, residual]
 }

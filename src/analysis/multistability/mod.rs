@@ -131,6 +131,7 @@ impl Probes {
             nvh: Some(NvhQuestion {
                 harmonics: 0,
                 outputs: Signals::NONE,
+                power: false,
                 spectrum: None,
                 orders: None,
                 stop_at_stderr: None,

@@ -40,6 +40,9 @@ impl Record {
         if let Some(nvh) = &mut self.watch.nvh {
             nvh.cut(cycles);
         }
+        if let Some(power) = &mut self.watch.power {
+            power.cut(cycles);
+        }
         self.strobe.cut(cycles);
         self.measured = cycles;
         self.events = events;

@@ -177,7 +177,7 @@ impl<K: Kernel> PointRun<'_, K> {
             record.measured += 1;
             record.events += self.counters.events - events;
             record.strobe.push(strobe * strobe);
-            record.watch.poincare.push(self.model, &self.trajectory);
+            record.watch.cycle(self.model, &self.trajectory);
             instruments.series.push(growth, strobe);
             instruments.recurrence.push(&self.trajectory.state);
         }

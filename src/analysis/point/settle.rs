@@ -254,6 +254,9 @@ impl<K: Kernel> PointRun<'_, K> {
         if let Some(nvh) = &mut record.watch.nvh {
             nvh.repeats(period);
         }
+        if let Some(power) = &mut record.watch.power {
+            power.repeats();
+        }
         if let Some(orders) = &mut record.watch.orders {
             orders.repeats(period);
         }

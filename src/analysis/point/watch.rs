@@ -6,9 +6,10 @@ use crate::analysis::orders::Orders;
 use crate::analysis::outcome::NvhOutcome;
 use crate::analysis::outputs::Outputs;
 use crate::analysis::poincare::{Poincare, Section};
+use crate::analysis::power::Power;
 use crate::analysis::questions::Questions;
 use crate::analysis::spectrum::{Spectra, Welch};
-use crate::model::{Model, Quantity};
+use crate::model::{Model, Quantity, TrajectoryState};
 use crate::propagate::{Event, Observer, Window};
 
 /// The observers of measured cycles.
@@ -18,6 +19,7 @@ pub(super) struct Watch {
     pub(super) spectra: Option<Spectra>,
     pub(super) poincare: Poincare,
     pub(super) outputs: Option<Outputs>,
+    pub(super) power: Option<Power>,
     pub(super) orders: Option<Orders>,
     /// Whether NVH statistics are known well enough, and nothing is added to them any more.
     pub(super) enough: bool,
@@ -31,6 +33,7 @@ impl Watch {
             spectra: None,
             poincare: Poincare::new(model, Section::default(), 0),
             outputs: None,
+            power: None,
             orders: None,
             enough: false,
         }
@@ -46,6 +49,7 @@ impl Watch {
                 Some(Spectra::Welch(welch))
             }),
             outputs: q.nvh.and_then(|all| Outputs::new(model, all.computed())),
+            power: (q.nvh).filter(|all| all.power).map(|_| Power::new(model)),
             orders: (q.nvh).and_then(|all| Some(Orders::new(model, &all.orders?, &all))),
             poincare: Poincare::new(model, q.section.clone(), q.poincare_samples),
             enough: false,
@@ -74,6 +78,9 @@ impl Watch {
         if let Some(outputs) = &mut self.outputs {
             outputs.restart();
         }
+        if let Some(power) = &mut self.power {
+            power.restart();
+        }
         if let Some(orders) = &mut self.orders {
             orders.restart();
         }
@@ -91,6 +98,9 @@ impl Watch {
         }
         if let (Some(outputs), Some(behind)) = (&mut self.outputs, &other.outputs) {
             outputs.append(behind);
+        }
+        if let (Some(power), Some(behind)) = (&mut self.power, &other.power) {
+            power.append(behind);
         }
         if let (Some(orders), Some(behind)) = (&mut self.orders, &other.orders) {
             orders.append(behind);
@@ -125,7 +135,21 @@ impl Watch {
                 stderr.angular_acceleration_rms = body_errors.rms;
             }
         }
+        if let Some([power, errors]) = self.power.as_ref().and_then(Power::outcome) {
+            found.power = Some(power);
+            if let Some(stderr) = &mut found.stderr {
+                stderr.power = Some(errors);
+            }
+        }
         Some(found)
+    }
+
+    /// A measured cycle is over, and the trajectory at its end.
+    pub(super) fn cycle(&mut self, model: &Model, end: &TrajectoryState) {
+        self.poincare.push(model, end);
+        if let Some(power) = self.power.as_mut().filter(|_| !self.enough) {
+            power.cycle(end);
+        }
     }
 
     /// The statistic that is known least well; none before any.
@@ -162,6 +186,9 @@ impl Observer for Watch {
         }
         if let Some(outputs) = &mut self.outputs {
             outputs.window(window);
+        }
+        if let Some(power) = &mut self.power {
+            power.window(window);
         }
         let outputs = self.outputs.as_ref().map_or(&[][..], Outputs::series);
         if let Some(spectra) = &mut self.spectra {

@@ -31,8 +31,9 @@ pub(super) fn read(
         let spectrum = optional(table, issues, "spectrum", spectrum);
         let orders = optional(table, issues, "orders", orders);
         let stop_at_stderr = stop_at_stderr(table, issues);
-        let [bearings, torques, accelerations] = ["bearings", "torques", "accelerations"]
-            .map(|name| table.boolean_or_default(issues, name));
+        let [bearings, torques, accelerations, power] =
+            ["bearings", "torques", "accelerations", "power"]
+                .map(|name| table.boolean_or_default(issues, name));
         Some(NvhQuestion {
             harmonics: harmonics?,
             outputs: Signals {
@@ -41,6 +42,7 @@ pub(super) fn read(
                 accelerations: accelerations?,
                 ..Signals::NONE
             },
+            power: power?,
             spectrum: spectrum?,
             orders: orders?,
             stop_at_stderr: stop_at_stderr?,

@@ -93,7 +93,8 @@ pub(super) const KEYS: &[Key] = &[
     quantity("analyses.nvh.stop_at_stderr", Ratio, bounds(0.0, true, 1.0, true), "0.02")
         .otherwise("none: statistics are gathered as long as the point is measured")
         .about("Relative standard error at which no more NVH statistics are gathered of a motion that does not repeat. Every \
-                time average counts against its value (a mean against the root mean square of its signal), every order and \
+                time average counts against its value (a mean against the root mean square of its signal, a power of the balance against \
+                its largest one), every order and \
                 line of a spectrum against a sine of the signal's root mean square, fractions of time against 1. Without \
                 `analyses.lyapunov` the point is done then; with `analyses.lyapunov.stop_at_stderr` it is done when both \
                 errors are small enough."),
@@ -125,6 +126,9 @@ pub(super) const KEYS: &[Key] = &[
         .about("Whether mean and RMS of the torques in flexible shafts and couplings are computed."),
     key("analyses.nvh.accelerations", Kind::Boolean, ANY, "true").or("false")
         .about("Whether the RMS of accelerations at bearings and of angular accelerations of shafts is computed."),
+    key("analyses.nvh.power", Kind::Boolean, ANY, "true").or("false")
+        .about("Whether the power balance of the vibration is computed: the power that loads, transmission error and varying \
+                stiffness feed in, and that contact damping, damping of the structure and friction take out."),
     table("analyses.multistability").otherwise(ABSENT)
         .about("Probes from many initial states: which motions coexist, and the share of each."),
     integer("analyses.multistability.initial_conditions", 1.0, 1e6, "64").or("32")

@@ -1,0 +1,375 @@
+//! What does work on the vibration, window after window, and what does it store?
+
+use crate::analysis::coupled_modes::CoupledModes;
+use crate::analysis::modal_series::{ModalMotion, Series, TERMS, cosine_series, integral, padded};
+use crate::model::{Model, Release, STIFFNESS_TERMS, Segment, TrajectoryState};
+use crate::numerics::legendre::{at_end, at_start, derivative, evaluate, transforms8};
+use crate::numerics::quadrature::GaussLegendre;
+use crate::propagate::{ClosedContact, Window};
+use std::f64::consts::FRAC_PI_2;
+use std::sync::OnceLock;
+
+/// What does work on the vibration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::analysis) enum Cause {
+    /// Mean torques, torque ripple and other loads: `∫ T·u dt`.
+    Loads,
+    /// What is prescribed of the length of contacts: transmission error, half gap, load centroid.
+    Error,
+    /// Stiffness of contacts that varies.
+    Stiffness,
+    /// Dampers of the contacts, and springs that are let go compressed.
+    Contact,
+    /// Damping of the structure, less what its cross-coupled springs feed.
+    Structure,
+    /// Friction of the contacts, by the speeds of vibration.
+    Friction,
+}
+
+impl Cause {
+    /// How many there are.
+    pub const COUNT: usize = 6;
+}
+
+/// Works and stored energy of a trajectory of a model.
+#[derive(Debug, Clone)]
+pub(in crate::analysis) struct Balance<'m> {
+    motion: ModalMotion<'m>,
+    /// How the last window ended.
+    last: Option<Edge>,
+    /// Where modes are coupled.
+    coupled: Option<CoupledModes>,
+    /// Exact for the square of a deflection times the slope of a stiffness.
+    rule: &'static GaussLegendre,
+}
+
+/// The contacts at one end of a window.
+#[derive(Debug, Clone)]
+pub(in crate::analysis) struct Edge {
+    /// The segment of every contact.
+    segments: Vec<Segment>,
+    /// The closed contacts and their deflections \[m\].
+    closed: Vec<(usize, f64)>,
+    /// Mesh phase, in cycles.
+    phase: f64,
+}
+
+impl Edge {
+    /// Where a window starts.
+    pub fn start(model: &Model, window: &Window<'_>) -> Self {
+        Self::of(window, at_start, window.start / model.period())
+    }
+
+    fn end(model: &Model, window: &Window<'_>) -> Self {
+        let end = window.start + window.duration;
+        Self::of(window, at_end, end / model.period())
+    }
+
+    fn of(window: &Window<'_>, value: fn(&[f64]) -> f64, phase: f64) -> Self {
+        Self {
+            segments: window.segments.to_vec(),
+            closed: (window.closed.iter())
+                .map(|closed| (closed.contact, value(&padded(closed.deflection))))
+                .collect(),
+            phase,
+        }
+    }
+
+    /// Stiffness \[N/m\] and compression \[m\] of a contact's spring; none where it is open.
+    fn spring(&self, model: &Model, contact: usize) -> Option<[f64; 2]> {
+        let (_, deflection) = self.closed.iter().find(|(closed, _)| *closed == contact)?;
+        Some(spring(
+            model,
+            contact,
+            &self.segments[contact],
+            self.phase,
+            *deflection,
+        ))
+    }
+}
+
+/// Stiffness \[N/m\] and compression \[m\] of a closed contact's spring at a phase, in cycles.
+fn spring(
+    model: &Model,
+    contact: usize,
+    segment: &Segment,
+    phase: f64,
+    deflection: f64,
+) -> [f64; 2] {
+    let contact = &model.contacts[contact];
+    let [gap, _] = contact.gap(segment, phase * model.period());
+    [segment.stiffness_at(phase), deflection - contact.side * gap]
+}
+
+fn energy([stiffness, stretch]: [f64; 2]) -> f64 {
+    0.5 * stiffness * stretch * stretch
+}
+
+impl<'m> Balance<'m> {
+    /// The balance of a model's motion, by the motion of its blocks.
+    pub fn new(motion: ModalMotion<'m>) -> Self {
+        static RULE: OnceLock<GaussLegendre> = OnceLock::new();
+        Self {
+            last: None,
+            coupled: CoupledModes::of(motion.model()),
+            motion,
+            rule: RULE.get_or_init(|| GaussLegendre::new(TERMS + STIFFNESS_TERMS)),
+        }
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Model {
+        self.motion.model()
+    }
+
+    /// Forgets the last window.
+    pub fn restart(&mut self) {
+        self.last = None;
+    }
+
+    /// Energy stored in structure and contacts where a window starts \[J\].
+    pub fn stored_before(&self, window: &Window<'_>) -> f64 {
+        let edge = Edge::start(self.model(), window);
+        let springs = edge.closed.iter().map(|&(contact, deflection)| {
+            let segment = &edge.segments[contact];
+            energy(spring(
+                self.model(),
+                contact,
+                segment,
+                edge.phase,
+                deflection,
+            ))
+        });
+        springs.fold(self.structure(window.first, window.second), |sum, e| {
+            sum + e
+        })
+    }
+
+    /// Energy stored at `end`, the end of a mesh cycle, which is where the last window shown ended
+    /// \[J\]; none before any.
+    pub fn stored_at(&self, end: &TrajectoryState) -> Option<f64> {
+        let last = self.last.as_ref()?;
+        let model = self.model();
+        let (first, second) = end.state.split_at(model.modes());
+        let springs = last.closed.iter().map(|&(contact, _)| {
+            let segment = &last.segments[contact];
+            let deflection = model.deflection_on(segment, end.cycle, &end.state, 0.0).0;
+            energy(spring(model, contact, segment, 1.0, deflection))
+        });
+        Some(springs.fold(self.structure(first, second), |sum, e| sum + e))
+    }
+
+    fn structure(&self, first: &[f64], second: &[f64]) -> f64 {
+        let model = self.model();
+        if let Some(coupled) = &self.coupled {
+            return coupled.stored(model, first, second);
+        }
+        let mut energy = 0.0;
+        for (i, block) in model.blocks.iter().enumerate() {
+            if model.neutral.contains(&i) {
+                continue;
+            }
+            let omega = block.natural_frequency();
+            energy += second[i] * second[i] + (omega * first[i]).powi(2);
+        }
+        0.5 * energy
+    }
+
+    /// Energies whose round-off the balance is made of, where a window starts: those of structure and
+    /// contacts, and of the torques over what they have turned. The stretch of a contact is a small
+    /// difference, known to the round-off of what it is the difference of.
+    pub fn magnitude(&self, window: &Window<'_>) -> f64 {
+        let model = self.model();
+        let phase = window.start / model.period();
+        if let Some(coupled) = &self.coupled {
+            return coupled.magnitude(model, window, phase);
+        }
+        let turning = (model.blocks.iter().enumerate()).filter(|(i, _)| !model.neutral.contains(i));
+        let turned: f64 = (turning.clone())
+            .map(|(i, block)| (block.static_input[1] * window.first[i]).abs())
+            .sum();
+        let mut contacts = 0.0;
+        for closed in window.closed {
+            let segment = &window.segments[closed.contact];
+            let contact = &model.contacts[closed.contact];
+            let deflection = at_start(&padded(closed.deflection));
+            let gains = model.gains(segment);
+            let along = turning
+                .clone()
+                .map(|(i, _)| (gains[i].deflection[0] * window.first[i]).abs());
+            let room = along.fold(model.half_gap + deflection.abs(), |sum, a| sum + a);
+            let stretch = (deflection - contact.side * contact.half_gap).abs();
+            let known = stretch + f64::EPSILON * room;
+            contacts += segment.stiffness_at(phase) * known * room;
+        }
+        self.structure(window.first, window.second) + turned + contacts
+    }
+
+    /// Tells `work` \[J\] of a window, and of what stepped since the last one, piece by piece.
+    pub fn window(&mut self, window: &Window<'_>, work: &mut impl FnMut(Cause, f64)) {
+        if let Some(last) = &self.last {
+            steps(self.model(), last, &Edge::start(self.model(), window), work);
+        }
+        self.last = Some(Edge::end(self.model(), window));
+        for closed in window.closed {
+            self.contact_work(window, closed, work);
+        }
+        self.structural_work(window, work);
+    }
+
+    /// Tells `work` \[J\] of what steps from the last window to a place.
+    pub fn step_to(&self, next: &Edge, work: &mut impl FnMut(Cause, f64)) {
+        if let Some(last) = &self.last {
+            steps(self.model(), last, next, work);
+        }
+    }
+
+    /// Series over a window of what the flanks of a closed contact lack on its side, s e.
+    fn lack(&self, window: &Window<'_>, contact: usize) -> Series {
+        let model = self.model();
+        let segment = &window.segments[contact];
+        let place = |time: f64| segment.place(time / model.period());
+        let ends = [window.start, window.start + window.duration].map(place);
+        let series = transforms8().restrict(segment.error.coefficients(), ends[0], ends[1]);
+        padded(&series.map(|a| model.contacts[contact].side * a))
+    }
+
+    /// Work of a stiffness that varies over a window, `deflection` being without what the flanks
+    /// lack.
+    fn stiffening(&self, window: &Window<'_>, contact: usize, deflection: &Series) -> f64 {
+        let model = self.model();
+        let segment = &window.segments[contact];
+        let slope = segment.stiffness.slope();
+        let contact = &model.contacts[contact];
+        let level = contact.side * contact.half_gap;
+        let mut work = 0.0;
+        for (x, weight) in self.rule.nodes.iter().zip(&self.rule.weights) {
+            let time = window.start + 0.5 * window.duration * (1.0 + x);
+            let place = segment.place(time / model.period());
+            let stretch = evaluate(deflection, *x) - level;
+            work += weight * evaluate(&slope, place) * stretch * stretch;
+        }
+        // dk/dt dt: from the window's place to time, from the segment's place to phase.
+        let phase_rate = 2.0 / (segment.end - segment.start) / model.period();
+        0.25 * window.duration * phase_rate * work
+    }
+
+    /// Works of loads, friction and structural damping over a window.
+    fn structural_work(&mut self, window: &Window<'_>, work: &mut impl FnMut(Cause, f64)) {
+        let tau = window.duration;
+        let series = self.motion.on(window);
+        let model = series.model();
+        if let Some(coupled) = &self.coupled {
+            return coupled.works(window, &series, work);
+        }
+        let (mut loads, mut damping) = (0.0, 0.0);
+        let mut friction = vec![0.0; window.closed.len()];
+        for (i, block) in model.blocks.iter().enumerate() {
+            if model.neutral.contains(&i) {
+                continue;
+            }
+            let velocity = series.component(i, 1);
+            loads += block.static_input[1] * tau * velocity[0];
+            for (ripple, course) in model.ripple.iter().zip(series.ripples()) {
+                loads += ripple.input[i][1] * integral(course, &velocity, tau);
+            }
+            for (friction, closed) in friction.iter_mut().zip(window.closed) {
+                let gain = &model.gains(&window.segments[closed.contact])[i];
+                let rubbing = gain.mesh_input[1] - gain.deflection[0];
+                if rubbing != 0.0 {
+                    *friction -= rubbing * integral(&padded(closed.force), &velocity, tau);
+                }
+            }
+            damping += 2.0 * block.growth() * integral(&velocity, &velocity, tau);
+        }
+        work(Cause::Loads, loads);
+        for friction in friction {
+            work(Cause::Friction, friction);
+        }
+        work(Cause::Structure, damping);
+    }
+
+    /// Works of a closed contact over a window.
+    fn contact_work(
+        &self,
+        window: &Window<'_>,
+        closed: &ClosedContact<'_>,
+        work: &mut impl FnMut(Cause, f64),
+    ) {
+        let tau = window.duration;
+        let segment = &window.segments[closed.contact];
+        let (mut deflection, force) = (padded(closed.deflection), padded(closed.force));
+        let model = self.model();
+        for h in &model.lines[model.line(segment)].transmission_error {
+            // e' = −a ω sin(ωt + φ) = a ω cos(ωt + φ + π/2).
+            let phase = h.turned(window.cycle, window.start) + h.phase + FRAC_PI_2;
+            let rate = cosine_series(h.angular_frequency, phase, tau);
+            let taken = integral(&force, &rate, tau) * h.amplitude * h.angular_frequency;
+            work(Cause::Error, -taken);
+        }
+        if !segment.error.is_none() {
+            let lack = self.lack(window, closed.contact);
+            let opening = derivative(&lack).map(|d| 2.0 / tau * d);
+            work(Cause::Error, -integral(&force, &opening, tau));
+            for (d, lack) in deflection.iter_mut().zip(&lack) {
+                *d -= lack;
+            }
+        }
+        let rate = derivative(&deflection).map(|d| 2.0 / tau * d);
+        work(
+            Cause::Contact,
+            -segment.damping * integral(&rate, &rate, tau),
+        );
+        if !segment.stiffness.is_constant() {
+            work(
+                Cause::Stiffness,
+                self.stiffening(window, closed.contact, &deflection),
+            );
+        }
+    }
+}
+
+/// Energy that the springs of contacts gain from one place to the next, at one moment, where
+/// stiffness, line or gap step. Of a step of stiffness and length at once either has the mean of what it does
+/// before and after the other.
+fn steps(model: &Model, before: &Edge, after: &Edge, work: &mut impl FnMut(Cause, f64)) {
+    for (contact, law) in model.contacts.iter().enumerate() {
+        let (old, new) = (&before.segments[contact], &after.segments[contact]);
+        let springs = [before, after].map(|edge| edge.spring(model, contact));
+        let toggles = springs[0].is_some() != springs[1].is_some();
+        // What lets go while it is compressed loses what its spring holds.
+        let released = law.release == Release::Force && toggles;
+        if old == new && !released {
+            continue;
+        }
+        let turned =
+            model.line(old) != model.line(new) || !(old.error.is_none() && new.error.is_none());
+        match springs {
+            [Some([k, length]), Some([stepped, stretched])] => {
+                // Where nothing turns the spring is as long on both sides.
+                let length = if turned { length } else { stretched };
+                let squares = [length * length, stretched * stretched];
+                work(
+                    Cause::Stiffness,
+                    0.25 * (stepped - k) * (squares[0] + squares[1]),
+                );
+                if turned {
+                    work(
+                        Cause::Error,
+                        0.25 * (stepped + k) * (squares[1] - squares[0]),
+                    );
+                }
+            }
+            // An event finds no energy where contact ends or begins at the gap.
+            [held, holds] if turned || released => {
+                let gained = holds.map_or(0.0, energy) - held.map_or(0.0, energy);
+                let cause = match released {
+                    true => Cause::Contact,
+                    false => Cause::Error,
+                };
+                work(cause, gained);
+            }
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! How much power does the vibration take in, and where does it leave it?
+//!
+//! The terms of the energy balance ([`super::energy`]), gathered over whole mesh cycles:
+//!
+//! ```text
+//! loads + error + stiffness = contact + structure + friction + stored        means over the record \[W]
+//! ```
+//!
+//! Of a motion that repeats what steps where its period begins is that from the last window to the first.
+
+use super::energy::{Balance, Cause, Edge};
+use super::modal_series::ModalMotion;
+use super::nvh::stretches::Stretches;
+use super::outcome::PowerOutcome;
+use crate::model::{Model, TrajectoryState};
+use crate::numerics::statistics::standard_error;
+use crate::propagate::{Event, Observer, Window};
+use std::borrow::Cow;
+
+/// Mesh cycles in a stretch, as for the other statistics.
+const CYCLES_PER_STRETCH: u64 = 10;
+
+/// Place of the time \[s\] and of the gain of stored energy \[J\] behind the works of all causes \[J\].
+const TIME: usize = Cause::COUNT;
+const STORED: usize = Cause::COUNT + 1;
+
+/// Sums over a stretch.
+type Sums = [f64; Cause::COUNT + 2];
+
+/// Works on the vibration of a trajectory.
+#[derive(Debug, Clone)]
+pub struct Power {
+    balance: Balance<'static>,
+    /// Where the first window started.
+    first: Option<Edge>,
+    /// Energy stored at the end of the last cycle \[J\], at first where the first window started.
+    energy: f64,
+    sums: Stretches<Sums>,
+    repeats: bool,
+}
+
+impl Power {
+    /// Those of a model.
+    pub fn new(model: &Model) -> Self {
+        Self {
+            balance: Balance::new(ModalMotion::of(Cow::Owned(model.clone()))),
+            first: None,
+            energy: 0.0,
+            sums: Stretches::new(Sums::default(), CYCLES_PER_STRETCH),
+            repeats: false,
+        }
+    }
+
+    /// Forgets everything accumulated.
+    pub fn restart(&mut self) {
+        self.balance.restart();
+        self.first = None;
+        self.sums.restart();
+        self.repeats = false;
+    }
+
+    /// Says that the motion measured repeats, and whole periods of it were integrated.
+    pub fn repeats(&mut self) {
+        self.repeats = true;
+    }
+
+    /// Adds the record of another trajectory of the same model behind this one. The sum is for
+    /// looking at, not for going on.
+    pub fn append(&mut self, other: &Self) {
+        self.first = self.first.take().or_else(|| other.first.clone());
+        self.sums.append(&other.sums);
+    }
+
+    /// Keeps the first `cycles` of those measured, as far as they are whole stretches.
+    pub fn cut(&mut self, cycles: u64) {
+        self.sums.cut(cycles);
+    }
+
+    /// A mesh cycle is over, and the trajectory at its end.
+    pub fn cycle(&mut self, end: &TrajectoryState) {
+        if let Some(energy) = self.balance.stored_at(end) {
+            self.sums.open()[STORED] += energy - self.energy;
+            self.energy = energy;
+        }
+        self.sums.advance();
+    }
+
+    /// Mean powers so far and their standard errors, whole mesh cycles having been integrated; none before
+    /// any window. Of a motion that repeats errors mean nothing.
+    pub fn outcome(&self) -> Option<[PowerOutcome; 2]> {
+        let first = self.first.as_ref()?;
+        let mut total = self.sums.total();
+        if self.repeats {
+            self.balance.step_to(first, &mut |cause, work| {
+                total[cause as usize] += work;
+                total[STORED] += work;
+            });
+        }
+        let mean = powers(|place, sense| sense * total[place] / total[TIME]);
+        let errors = powers(|place, _| {
+            let stretches = self.sums.closed().iter();
+            let series: Vec<f64> = stretches.map(|s| s[place] / s[TIME]).collect();
+            standard_error(&series)
+        });
+        Some([mean, errors])
+    }
+}
+
+impl Observer for Power {
+    const WINDOWS: bool = true;
+
+    fn window(&mut self, window: &Window<'_>) {
+        if self.first.is_none() {
+            self.first = Some(Edge::start(self.balance.model(), window));
+            self.energy = self.balance.stored_before(window);
+        }
+        let sums = self.sums.open();
+        sums[TIME] += window.duration;
+        let mut work = |cause: Cause, work: f64| sums[cause as usize] += work;
+        self.balance.window(window, &mut work);
+    }
+
+    fn event(&mut self, _: &Event) {}
+}
+
+/// Powers by place in the sums, and by the sense in which they count: works of loads, error and stiffness come
+/// in, the others go out.
+fn powers(of: impl Fn(usize, f64) -> f64) -> PowerOutcome {
+    let come = |cause: Cause| of(cause as usize, 1.0);
+    let go = |cause: Cause| of(cause as usize, -1.0);
+    PowerOutcome {
+        loads: come(Cause::Loads),
+        error: come(Cause::Error),
+        stiffness: come(Cause::Stiffness),
+        contact: go(Cause::Contact),
+        structure: go(Cause::Structure),
+        friction: go(Cause::Friction),
+        stored: of(STORED, 1.0),
+    }
+}
