@@ -33,6 +33,85 @@ fn refused(output: &Output, file: &str) -> String {
     said
 }
 
+/// Orbits followed over the speed, curves over the load, and a traced trajectory.
+const CONTINUATION: &str = r#"
+[continuation]
+over = "speed"
+second = "load"
+starts = 2
+longest_period = 2
+"#;
+
+/// Whatever bit of a table of `atlas follow` or `atlas trace`, or of their records, is another one than was
+/// written: every command that reads the file says so.
+#[test]
+fn every_flipped_bit_of_followed_orbits_and_traces_is_found() {
+    const BITS: usize = 24;
+    let place = Place::new(&format!("{OSCILLATOR}{CONTINUATION}"));
+    for arguments in [
+        &["follow", "m.toml", "--out", "f", "--quiet"][..],
+        &[
+            "trace",
+            "m.toml",
+            "--point",
+            "load=0.05,speed=1050",
+            "--skip",
+            "10",
+            "--cycles",
+            "20",
+            "--out",
+            "t",
+        ],
+    ] {
+        let output = place.atlas(arguments);
+        assert_eq!(status(&output), 0, "{}", stderr(&output));
+    }
+    let readers = |folder: &str| -> Vec<Vec<String>> {
+        let all = [
+            format!("export {folder} --format csv --out sheets"),
+            format!("report {folder} --out page.html"),
+            format!("plot {folder} --format svg --out pictures"),
+            format!("show {folder} --json"),
+        ];
+        // There is no summary of a trace.
+        let most = if folder == "f" { 4 } else { 3 };
+        let words = |line: &String| line.split(' ').map(str::to_owned).collect();
+        all[..most].iter().map(words).collect()
+    };
+    let files = [
+        "f/branches.parquet",
+        "f/bifurcations.parquet",
+        "f/curves.parquet",
+        "f/follow.json",
+        "t/trace.parquet",
+        "t/events.parquet",
+        "t/trace.json",
+    ];
+    for (seed, file) in files.into_iter().enumerate() {
+        let path = place.path(file);
+        let bytes = fs::read(&path).unwrap();
+        let readers = readers(&file[..1]);
+        for (nth, bit) in places(7000 + 100 * seed as u64, 8 * bytes.len(), BITS).enumerate() {
+            let mut damaged = bytes.clone();
+            damaged[bit / 8] ^= 1 << (bit % 8);
+            fs::write(&path, damaged).unwrap();
+            let reader: Vec<&str> = readers[nth % readers.len()]
+                .iter()
+                .map(String::as_str)
+                .collect();
+            refused(&place.atlas(&reader), &format!("{file}` is damaged"));
+        }
+        fs::write(&path, &bytes).unwrap();
+    }
+    for folder in ["f", "t"] {
+        for reader in readers(folder) {
+            let reader: Vec<&str> = reader.iter().map(String::as_str).collect();
+            let output = place.atlas(&reader);
+            assert_eq!(status(&output), 0, "{reader:?}: {}", stderr(&output));
+        }
+    }
+}
+
 #[test]
 fn a_table_that_is_gone_cut_or_changed_is_named_by_all_that_read_it() {
     let place = Place::new(OSCILLATOR);

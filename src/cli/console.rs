@@ -54,6 +54,14 @@ impl Watcher for Console<'_> {
         self.each(|watcher| watcher.warning(sentence));
     }
 
+    fn prepared(&mut self, tables: u64) {
+        self.each(|watcher| watcher.prepared(tables));
+    }
+
+    fn writing(&mut self) {
+        super::process::begin_writing();
+    }
+
     fn point(&mut self, row: &PointRow, progress: &Progress) {
         self.each(|watcher| watcher.point(row, progress));
     }

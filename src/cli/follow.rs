@@ -1,7 +1,7 @@
 //! `atlas follow m.toml`: periodic orbits over an axis of the grid, through their bifurcations.
 
 use super::manifest_args::ManifestArgs;
-use super::process::Process;
+use super::process::{NOTHING_WRITTEN, Process, begin_writing};
 use super::status::failure;
 use super::table::TablesFolder;
 use super::threads::Threads;
@@ -45,7 +45,7 @@ pub fn run(args: &FollowArgs) -> ExitCode {
         Ok(job) => job,
         Err(status) => return status,
     };
-    let process = match Process::prepare() {
+    let process = match Process::prepare(NOTHING_WRITTEN) {
         Ok(process) => process,
         Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
     };
@@ -77,12 +77,13 @@ pub fn run(args: &FollowArgs) -> ExitCode {
     let followed = match pool.install(|| follow_job(&job, &parts, &process.called_off, &passed)) {
         Ok(followed) => followed,
         Err(FollowError::CalledOff(_)) => {
-            return fail(INTERRUPTED, "interrupted; nothing was written");
+            return fail(INTERRUPTED, NOTHING_WRITTEN);
         }
         Err(error) => return fail(BAD_INPUT, &with_causes(&error)),
     };
     let seconds = clock.elapsed().as_secs_f64();
     let census = Census::of(&followed);
+    begin_writing();
     if let Err(error) = write_branches(&job, &folder, &followed) {
         return fail(failure(&error), &with_causes(&error));
     }

@@ -1,7 +1,7 @@
 //! `atlas machine`: what this machine is worth to a campaign; `compare` and `show` of such
 //! results.
 
-use super::process::Process;
+use super::process::{NOTHING_WRITTEN, Process, begin_writing};
 use super::size::size;
 use super::{BAD_INPUT, INTERRUPTED, answer, fail, line, with_causes};
 use crate::characterize::compare::{Comparison, Pair, compare};
@@ -113,7 +113,7 @@ fn measure(args: &MeasureArgs) -> ExitCode {
         rounds: args.rounds.map(|n| n as usize),
         memory: args.memory,
     };
-    let process = match Process::prepare() {
+    let process = match Process::prepare(NOTHING_WRITTEN) {
         Ok(process) => process,
         Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
     };
@@ -142,6 +142,7 @@ fn measure(args: &MeasureArgs) -> ExitCode {
         Ok(None) => return ExitCode::from(INTERRUPTED),
         Err(error) => return fail(1, &with_causes(&error)),
     };
+    begin_writing();
     if let Err(error) = found.write(&folder) {
         return fail(1, &with_causes(&error));
     }

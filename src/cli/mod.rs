@@ -123,9 +123,14 @@ enum Command {
 pub fn main() -> ExitCode {
     hush_workers();
     bus_fault::say_which();
-    if let Err(error) = process::end_when_interrupted() {
-        return fail(1, &format!("cannot watch for signals: {error}"));
+    match process::end_when_interrupted() {
+        Ok(()) => process::attend(carry_out),
+        Err(error) => fail(1, &format!("cannot watch for signals: {error}")),
     }
+}
+
+/// Carries out the command of the process's own arguments.
+fn carry_out() -> ExitCode {
     let arguments = match Cli::try_parse() {
         Ok(arguments) => arguments,
         Err(refusal) => return refused(&refusal),

@@ -3,7 +3,7 @@
 //! measured another one too, what the run would take there.
 
 use super::manifest_args::ManifestArgs;
-use super::process::Process;
+use super::process::{NOTHING_WRITTEN, Process};
 use super::table::TablesFolder;
 use super::threads::Threads;
 use super::{BAD_INPUT, answer, fail, grid, machine, with_causes};
@@ -61,7 +61,7 @@ pub fn run(args: &PlanArgs) -> ExitCode {
         Ok(machines) => machines,
         Err(message) => return fail(BAD_INPUT, &message),
     };
-    let process = match Process::prepare() {
+    let process = match Process::prepare(NOTHING_WRITTEN) {
         Ok(process) => process,
         Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
     };

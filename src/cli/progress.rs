@@ -96,6 +96,13 @@ impl Watcher for Display {
         self.say(&format!("warning: {sentence}"));
     }
 
+    fn prepared(&mut self, tables: u64) {
+        if self.terminal && !self.quiet {
+            self.bar
+                .set_message(format!("{tables} mesh tables at hand"));
+        }
+    }
+
     fn point(&mut self, row: &PointRow, progress: &Progress) {
         self.activity.count(row);
         self.show(progress);

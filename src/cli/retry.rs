@@ -7,6 +7,7 @@
 
 use super::console::Console;
 use super::process::Process;
+use super::run::left;
 use super::run_args::RunArgs;
 use super::status::{failure, status};
 use super::{FAILED_POINTS, INTERRUPTED, fail, with_causes};
@@ -73,7 +74,7 @@ fn retry(
         folder.display()
     );
     if !points.is_empty() {
-        let mut process = match Process::prepare() {
+        let mut process = match Process::prepare(&left(folder)) {
             Ok(process) => process,
             Err(error) => return Ok(fail(1, &format!("cannot watch for signals: {error}"))),
         };

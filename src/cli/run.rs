@@ -62,7 +62,7 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         called_off,
         topology,
         warnings,
-    } = match Process::prepare() {
+    } = match Process::prepare(&left(folder)) {
         Ok(process) => process,
         Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
     };
@@ -99,6 +99,14 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         false => status(&record),
     };
     voice.close(&record, status, &text)
+}
+
+/// What is said where the process ends without waiting for a point.
+pub(super) fn left(folder: &Path) -> String {
+    format!(
+        "interrupted: points that are finished are kept in the journal in {}; the same command goes on from here",
+        folder.display()
+    )
 }
 
 fn closing_line(finished: &Finished, record: &RunRecord, folder: &Path) -> String {

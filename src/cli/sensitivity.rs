@@ -2,7 +2,7 @@
 
 use super::manifest_args::ManifestArgs;
 use super::point::{self, number};
-use super::process::Process;
+use super::process::{NOTHING_WRITTEN, Process};
 use super::table::TablesFolder;
 use super::threads::Threads;
 use super::{BAD_INPUT, INTERRUPTED, answer, fail, start_threads, with_causes};
@@ -74,7 +74,7 @@ pub fn run(args: &SensitivityArgs) -> ExitCode {
         Ok(keys) => keys,
         Err(error) => return fail(BAD_INPUT, &error.to_string()),
     };
-    let process = match Process::prepare() {
+    let process = match Process::prepare(NOTHING_WRITTEN) {
         Ok(process) => process,
         Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
     };

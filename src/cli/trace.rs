@@ -2,7 +2,7 @@
 
 use super::manifest_args::ManifestArgs;
 use super::point::{self, ChosenPoint, number};
-use super::process::Process;
+use super::process::{NOTHING_WRITTEN, Process, begin_writing};
 use super::table::TablesFolder;
 use super::threads::Threads;
 use super::{BAD_INPUT, FAILED_POINTS, INTERRUPTED, answer, fail, start_threads};
@@ -86,7 +86,7 @@ pub fn run(args: &TraceArgs) -> ExitCode {
     if let Some(message) = occupied(&folder).filter(|_| !args.fresh) {
         return fail(BAD_INPUT, &message);
     }
-    let process = match Process::prepare() {
+    let process = match Process::prepare(NOTHING_WRITTEN) {
         Ok(process) => process,
         Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
     };
@@ -122,14 +122,15 @@ pub fn run(args: &TraceArgs) -> ExitCode {
     let open = || TraceWriter::create(&folder, &label, question.modal);
     let (outcome, writer) = match trace.record(&model, &process.called_off, open) {
         Ok((outcome, _)) if matches!(outcome.stop, Some(Stop::CalledOff { .. })) => {
-            return fail(INTERRUPTED, "interrupted; nothing was written");
+            return fail(INTERRUPTED, NOTHING_WRITTEN);
         }
         Ok(recorded) => recorded,
         Err(PointTraceError::CalledOff(_)) => {
-            return fail(INTERRUPTED, "interrupted; nothing was written");
+            return fail(INTERRUPTED, NOTHING_WRITTEN);
         }
         Err(error) => return fail(1, &error.to_string()),
     };
+    begin_writing();
     if let Err(error) = writer.finish() {
         return fail(1, &error.to_string());
     }

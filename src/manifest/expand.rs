@@ -2,10 +2,12 @@
 //! and resolved like text; load and speed vary inside, where nothing needs resolving again.
 //!
 //! Every combination is judged, as long as that takes a fraction of a second. Of more, some are:
-//! the corners of the grid and others evenly between. The range of each key by itself was checked
+//! the corners of the grid and others evenly between. Rows of a list with the same values of the model
+//! keys are one combination. The range of each key by itself was checked
 //! for all values where they stand; what does not fit together shows when its point is asked for.
 
 use super::axis::AxisKey;
+use super::combinations::Combinations;
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::grid::GridAxis;
 use super::grid_dimension::GridDimension;
@@ -17,9 +19,9 @@ use super::spec::{PointSpec, Variant};
 use super::tree::Node;
 use crate::shaft::ModalStructure;
 use std::borrow::Cow;
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Combinations with faults after which no more are looked at.
 const MAX_FAULTY: usize = 1000;
@@ -46,11 +48,14 @@ const JUDGED: std::ops::RangeInclusive<usize> = 4..=10_000;
 /// Axes whose ends are combined with each other; of more axes only their common ends are.
 const MOST_CORNERED: u32 = 8;
 
+/// Resolved combinations that are kept beside those that were judged: some megabytes.
+const MOST_KEPT: usize = 4096;
+
 /// Combinations of values of the model keys, the last key fastest, that were judged.
 #[derive(Debug)]
 pub(super) struct Judged {
     variants: Vec<Variant>,
-    /// Their numbers, where not all were judged.
+    /// Their numbers, where these do not count them all.
     numbers: Option<Vec<usize>>,
 }
 
@@ -58,36 +63,6 @@ impl Judged {
     /// Those that have no fault.
     pub fn variants(&self) -> &[Variant] {
         &self.variants
-    }
-}
-
-/// Along which dimensions the model keys of a grid go.
-#[derive(Debug)]
-struct Combinations {
-    /// Values along each.
-    lengths: Vec<usize>,
-    /// The dimension of each model key.
-    of_keys: Vec<usize>,
-}
-
-impl Combinations {
-    fn new(axes: &[GridAxis], dimensions: &[GridDimension]) -> Self {
-        let keys = (axes.iter().enumerate()).filter(|(_, axis)| axis.is_model_key());
-        Self {
-            lengths: (dimensions.iter())
-                .filter(|dimension| dimension.model_keys)
-                .map(|dimension| dimension.length)
-                .collect(),
-            of_keys: keys
-                .map(|(axis, _)| GridDimension::of(dimensions, axis))
-                .collect(),
-        }
-    }
-
-    /// The place on every model key of a combination.
-    fn places(&self, number: usize) -> Vec<usize> {
-        let places = GridDimension::places(&self.lengths, number);
-        self.of_keys.iter().map(|&own| places[own]).collect()
     }
 }
 
@@ -113,12 +88,30 @@ pub(super) fn expand(
         false => 1,
     };
     let budget = (MOST_NODES / tree.size()).clamp(*JUDGED.start(), *JUDGED.end());
-    let numbers = (all > budget).then(|| chosen(all, budget, &combinations.lengths));
-    let mut variants: Vec<Variant> = Vec::new();
+    let in_part = all > budget;
+    let looked_at: Vec<usize> = match in_part {
+        true => chosen(all, budget, &combinations.lengths),
+        false => (0..all).collect(),
+    };
+    let distinct = combinations.distinct();
+    let others = (in_part && distinct.iter().product::<usize>() <= budget)
+        .then(|| combinations.each(distinct));
+    // What is hashed does not depend on which rows are alike.
+    let numbers = (looked_at.into_iter().map(|number| (number, true)))
+        .chain(others.into_iter().flatten().map(|number| (number, false)));
+    let mut variants = BTreeMap::<usize, Variant>::new();
+    let mut looked = HashSet::new();
     let mut faults = Faults::new();
     let (mut tried, mut faulty) = (0, 0);
-    for nth in 0..numbers.as_ref().map_or(all, Vec::len) {
-        let index = combinations.places(numbers.as_ref().map_or(nth, |chosen| chosen[nth]));
+    for (number, hashed) in numbers {
+        let number = combinations.first_like(number);
+        if !looked.insert(number) {
+            if let Some(known) = variants.get(&number).filter(|_| hashed) {
+                hash.resolved(known);
+            }
+            continue;
+        }
+        let index = combinations.places(number);
         let before = issues.found.len();
         let counted = issues.count();
         let resolved = substitute(tree, &keys, &index, issues)
@@ -140,18 +133,20 @@ pub(super) fn expand(
         faulty += usize::from(issues.count() > counted);
         sift(issues, before, &mut faults, &keys, &index);
         if let Some(mut resolved) = resolved.filter(|_| issues.count() == 0) {
-            hash.resolved(&resolved);
-            if let Some(last) = variants.last() {
+            if hashed {
+                hash.resolved(&resolved);
+            }
+            if let Some((_, last)) = variants.last_key_value() {
                 resolved.share(last);
             }
-            variants.push(resolved);
+            variants.insert(number, resolved);
         }
         // With more faults than are kept, those of further combinations tell nobody anything.
         if faulty >= MAX_FAULTY || issues.more > 0 {
             break;
         }
     }
-    if numbers.is_some() {
+    if in_part {
         hash.in_part(tree);
     }
     let mut sometimes = HashSet::new();
@@ -167,7 +162,12 @@ pub(super) fn expand(
         let sometimes = index.next().is_some_and(|index| sometimes.contains(&index));
         found.kind != DiagnosticKind::NoEffect || !sometimes
     });
-    Judged { variants, numbers }
+    let every = variants.len() == all;
+    let (numbers, variants) = variants.into_iter().unzip();
+    Judged {
+        variants,
+        numbers: (!every).then_some(numbers),
+    }
 }
 
 /// Which of `all` combinations are judged: the corners, and as many as fit evenly between.
@@ -379,6 +379,8 @@ impl Between {
 pub(super) struct Expansion {
     judged: Arc<Judged>,
     between: Between,
+    /// Of the others, those made lately, by their number.
+    made: Arc<Mutex<HashMap<usize, Variant>>>,
 }
 
 impl Expansion {
@@ -387,6 +389,7 @@ impl Expansion {
         Self {
             judged: Arc::new(judged),
             between,
+            made: Arc::default(),
         }
     }
 
@@ -395,22 +398,48 @@ impl Expansion {
         &self.judged.variants
     }
 
+    /// Where a combination stands among those that were judged, or else the last one before it.
+    fn place(&self, number: usize) -> Result<usize, usize> {
+        let judged = &*self.judged;
+        let Some(numbers) = &judged.numbers else {
+            return Ok(number);
+        };
+        let place = numbers.binary_search(&self.between.0.combinations.first_like(number));
+        place.map_err(|place| place.saturating_sub(1))
+    }
+
+    /// A combination, or one beside it, without resolving anything.
+    pub fn near(&self, number: usize) -> &Variant {
+        match self.place(number) {
+            Ok(place) | Err(place) => &self.judged.variants[place],
+        }
+    }
+
     /// A combination, and why its values make no drive, where they do not: then it is another.
     pub fn get(&self, number: usize) -> (Cow<'_, Variant>, Option<String>) {
-        let judged = &*self.judged;
-        let found = match &judged.numbers {
-            None => Ok(number),
-            Some(numbers) => numbers.binary_search(&number),
+        let near = match self.place(number) {
+            Ok(place) => return (Cow::Borrowed(&self.judged.variants[place]), None),
+            Err(place) => &self.judged.variants[place],
         };
-        let near = match found {
-            Ok(place) => return (Cow::Borrowed(&judged.variants[place]), None),
-            Err(place) => &judged.variants[place.saturating_sub(1)],
-        };
-        let keys = &self.between.0.keys;
-        let values = keys.iter().zip(self.between.0.combinations.places(number));
+        let Kept {
+            keys, combinations, ..
+        } = &*self.between.0;
+        let number = combinations.first_like(number);
+        let made = || self.made.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = made().get(&number) {
+            return (Cow::Owned(known.clone()), None);
+        }
+        let values = keys.iter().zip(combinations.places(number));
         let values: Vec<f64> = values.map(|(key, i)| key.axis.values.get(i)).collect();
         match self.between.combine(&values, Some(near)) {
-            Ok(variant) => (Cow::Owned(variant), None),
+            Ok(variant) => {
+                let mut made = made();
+                if made.len() >= MOST_KEPT {
+                    made.clear();
+                }
+                made.insert(number, variant.clone());
+                (Cow::Owned(variant), None)
+            }
             Err(fault) => (Cow::Borrowed(near), Some(fault)),
         }
     }

@@ -11,6 +11,7 @@
 
 mod advice;
 mod axis;
+mod combinations;
 mod diagnostic;
 mod errors;
 mod excerpt;

@@ -7,7 +7,6 @@ use super::grid_dimension::GridDimension;
 use super::schema;
 use super::spec::{Axis, Carried, Direction, PointSpec, Variant};
 use crate::numerics::nested_grid::NestedGrid;
-use std::borrow::Cow;
 
 /// All points of a job, in `point_id` order.
 #[derive(Debug, Clone)]
@@ -115,14 +114,13 @@ impl Points {
         self.values.len() - 2
     }
 
-    /// The point with this `point_id`, but for its load and speed.
+    /// A variant that asks for about as much work as that of this point: its own, or of a grid with very many
+    /// combinations of model keys that of a judged one beside it. Nothing is resolved.
     ///
     /// # Panics
-    /// There is none: `id` is not below [`Points::len`].
-    pub fn variant(&self, id: usize) -> Cow<'_, Variant> {
-        let combination = self.combination(self.place(id).0);
-        let (variant, _fault) = self.variants.get(combination);
-        variant
+    /// There is no such point: `id` is not below [`Points::len`].
+    pub fn variant_near(&self, id: usize) -> &Variant {
+        self.variants.near(self.combination(self.place(id).0))
     }
 
     /// The point with this `point_id`.

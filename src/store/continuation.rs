@@ -2,7 +2,10 @@
 //! bifurcation; `curves.parquet`, a row a point of a curve in two parameters.
 
 use super::StoreError;
-use super::file::{Row, TableFile, TableKind, create_folder, remove_stale, table_path};
+use super::beside::{TablesRecord, remove};
+use super::file::{
+    FOLLOW_RECORD, Row, TableFile, TableKind, create_folder, remove_stale, table_path,
+};
 use super::point_row::AxisColumn;
 use super::seal::TableRecord;
 use super::table::{Column, Table, columns};
@@ -10,8 +13,6 @@ use crate::analysis::continuation::bifurcation::{Bifurcation, Kind};
 use crate::analysis::continuation::branch::Branch;
 use crate::analysis::continuation::curve::Curve;
 use crate::analysis::continuation::orbit::Orbit;
-use std::fs;
-use std::io::ErrorKind;
 use std::path::Path;
 
 /// An orbit on a branch.
@@ -318,7 +319,7 @@ pub struct FollowedRows {
     pub curves: Option<Vec<CurveRow>>,
 }
 
-/// Writes the tables into a results folder, each whole or not at all. Curves of an earlier time, which
+/// Writes the tables into a results folder, each whole or not at all, then `follow.json`. Curves of an earlier time, which
 /// were not asked for now, go: they would be taken for those of these branches.
 ///
 /// # Errors
@@ -331,6 +332,8 @@ pub fn write_followed(
 ) -> Result<Vec<TableRecord>, StoreError> {
     create_folder(folder)?;
     remove_stale(folder)?;
+    // While old tables and new ones lie there, no record vouches for either.
+    remove(&folder.join(FOLLOW_RECORD))?;
     let mut written = Vec::new();
     match rows.curves {
         Some(rows) => written.push(whole(
@@ -356,17 +359,8 @@ pub fn write_followed(
         rows.branches,
         metadata,
     )?);
+    TablesRecord::new(metadata, written.clone()).write(folder, FOLLOW_RECORD)?;
     Ok(written)
-}
-
-/// Removes a file where there is one.
-fn remove(path: &Path) -> Result<(), StoreError> {
-    match fs::remove_file(path) {
-        Err(error) if error.kind() != ErrorKind::NotFound => {
-            Err(StoreError::io(path, "remove", error))
-        }
-        _ => Ok(()),
-    }
 }
 
 fn whole<R: Row>(

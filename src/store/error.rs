@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use parquet::errors::ParquetError;
 use thiserror::Error;
 
+use super::file::{FOLLOW_RECORD, TRACE_RECORD, TableKind};
 use super::io_fault::{IoFault, Purpose, Refusal};
 
 /// How a file differs from what was written.
@@ -55,9 +56,23 @@ pub(super) const MACHINE: &str = "machine.json";
 
 /// The command that writes a file.
 fn writer(path: &Path) -> &'static str {
-    match path.file_name().is_some_and(|name| name == MACHINE) {
-        true => "atlas machine",
-        false => "atlas run",
+    let name = path.file_name().and_then(|name| name.to_str());
+    let record =
+        name.and_then(|name| TableKind::named(name.strip_suffix(".parquet")?)?.record_beside());
+    match record.or(name) {
+        Some(MACHINE) => "atlas machine",
+        Some(FOLLOW_RECORD) => "atlas follow",
+        Some(TRACE_RECORD) => "atlas trace",
+        _ => "atlas run",
+    }
+}
+
+/// How a damaged file is computed anew.
+fn anew(path: &Path) -> &'static str {
+    match writer(path) {
+        // It always writes its tables anew.
+        "atlas follow" => "`atlas follow`",
+        _ => "--fresh",
     }
 }
 
@@ -99,8 +114,8 @@ pub enum StoreError {
     },
     /// The file is not what was written, or is no longer there.
     #[error(
-        "`{}` is damaged: {damage}; put it back from a copy, or compute it anew with --fresh",
-        path.display()
+        "`{}` is damaged: {damage}; put it back from a copy, or compute it anew with {}",
+        path.display(), anew(path)
     )]
     Damaged {
         /// The file.
@@ -271,6 +286,10 @@ mod tests {
         for (file, command) in [
             ("machine.json", "`atlas machine`"),
             ("run.json", "`atlas run`"),
+            ("follow.json", "`atlas follow`"),
+            ("branches.parquet", "`atlas follow`"),
+            ("trace.json", "`atlas trace`"),
+            ("events.parquet", "`atlas trace`"),
         ] {
             let missing = StoreError::Missing {
                 folder: "there".into(),

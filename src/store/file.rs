@@ -34,6 +34,11 @@ const PIECE_ROWS: usize = 1024;
 /// List data of a row group \[bytes\], where rows are long.
 pub const GROUP_BYTES: usize = 16 << 20;
 
+/// What vouches for the tables of `atlas follow`.
+pub(super) const FOLLOW_RECORD: &str = "follow.json";
+/// What vouches for the tables of `atlas trace`.
+pub(super) const TRACE_RECORD: &str = "trace.json";
+
 /// How the name of an unfinished file ends.
 const PARTIAL: &str = ".partial";
 
@@ -91,9 +96,13 @@ impl TableKind {
         Self::Points,
     ];
 
-    /// Whether `atlas follow` writes it: no `run.json` vouches for it, and its rows are of orbits.
-    pub(super) fn is_followed(self) -> bool {
-        matches!(self, Self::Branches | Self::Bifurcations | Self::Curves)
+    /// The record that vouches for it, where that is not the one of a run.
+    pub(super) fn record_beside(self) -> Option<&'static str> {
+        match self {
+            Self::Branches | Self::Bifurcations | Self::Curves => Some(FOLLOW_RECORD),
+            Self::Trace | Self::Events => Some(TRACE_RECORD),
+            _ => None,
+        }
     }
 
     /// Name of the table: that of its file without its ending.

@@ -8,7 +8,8 @@
 //! of a split job lie as `shard-i-of-n.parquet` in a *folder* of
 //! the table's name, which every Parquet reader takes as one data set.
 //!
-//! A traced trajectory is a folder of its own, with `trace.parquet` and `events.parquet`.
+//! A traced trajectory is a folder of its own, with `trace.parquet` and `events.parquet`, then `trace.json`; followed
+//! orbits are `branches.parquet`, `bifurcations.parquet` and `curves.parquet`, then `follow.json`.
 //!
 //! What `atlas machine` measured is a folder of its own too, with `machine.json`.
 //!
@@ -17,6 +18,7 @@
 mod attractors;
 mod basins;
 mod batches;
+mod beside;
 mod chain_part;
 mod chains;
 mod characteristics;

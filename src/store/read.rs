@@ -9,8 +9,10 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, UInt32Type, UInt64Type};
 use arrow_array::{Array, RecordBatch};
 use arrow_schema::{DataType, FieldRef, Fields};
+use serde::de::DeserializeOwned;
 use strum::VariantArray;
 
+use super::beside::recorded;
 use super::error::Damage;
 use super::file::TableKind;
 use super::open::TableReader;
@@ -93,7 +95,7 @@ impl ResultTable {
         table.order = (0..rows).collect();
         // A traced trajectory is of one point and stays in order of time, orbits in that of their
         // branch.
-        if !matches!(kind, TableKind::Trace | TableKind::Events) && !kind.is_followed() {
+        if kind.record_beside().is_none() {
             let ids = table.u64("point_id")?;
             table.order.sort_by_key(|&row| ids[row]);
         }
@@ -143,8 +145,7 @@ impl ResultTable {
     }
 
     /// Opens the files of the table one after the other, each held against the records of the
-    /// folder where it has some, and takes up what it says of itself. Records of runs know nothing
-    /// of followed orbits, which are written beside them.
+    /// folder where it has some, and takes up what it says of itself.
     fn walk<E: From<StoreError>>(
         &mut self,
         folder: &Path,
@@ -152,13 +153,8 @@ impl ResultTable {
         columns: Option<&[&str]>,
         mut each: impl FnMut(&mut Self, TableReader) -> Result<(), E>,
     ) -> Result<(), E> {
-        let runs = match folder.is_dir() && !kind.is_followed() {
-            true => read_runs(folder)?,
-            false => Vec::new(),
-        };
-        let tables: Vec<TableRecord> = runs.iter().flat_map(|run| run.tables.clone()).collect();
-        let tables = &tables[..];
-        let seals = (!runs.is_empty()).then_some(Seals { folder, tables });
+        let tables = recorded(folder, kind)?;
+        let seals = (tables.as_deref()).map(|tables| Seals { folder, tables });
         for file in parts(folder, &self.path, seals)? {
             let reader = TableReader::open(&file, seals, columns)?;
             let metadata: BTreeMap<String, String> = reader.metadata().iter().cloned().collect();
@@ -240,7 +236,7 @@ impl ResultTable {
         self.metadata.get(key).map(String::as_str)
     }
 
-    fn json<T: serde::de::DeserializeOwned>(&self, key: &str) -> Result<T, StoreError> {
+    fn json<T: DeserializeOwned>(&self, key: &str) -> Result<T, StoreError> {
         self.metadata
             .get(key)
             .and_then(|text| serde_json::from_str(text).ok())
@@ -368,19 +364,15 @@ impl ResultTable {
 /// # Errors
 /// As [`read_runs`].
 pub fn present_tables(folder: &Path) -> Result<Vec<TableKind>, StoreError> {
-    let runs = match folder.is_dir() {
-        true => read_runs(folder)?,
-        false => Vec::new(),
-    };
-    let recorded = |path: &Path| {
-        let names = runs.iter().flat_map(|run| &run.tables);
-        names
-            .into_iter()
-            .any(|table| folder.join(&table.name).starts_with(path))
-    };
+    let mut named: Vec<TableRecord> = Vec::new();
+    // One table of each command that writes a record.
+    for kind in [TableKind::Points, TableKind::Branches, TableKind::Trace] {
+        named.extend(recorded(folder, kind)?.unwrap_or_default());
+    }
     let is_there = |kind: &&TableKind| {
         let path = folder.join(kind.file_name());
-        path.exists() || recorded(&path)
+        let named = || (named.iter()).any(|table| folder.join(&table.name).starts_with(&path));
+        path.exists() || named()
     };
     Ok(TableKind::VARIANTS
         .iter()
@@ -415,6 +407,11 @@ pub fn record_paths(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
 /// # Errors
 /// It cannot be read, is not of this program, or is not what was written.
 pub fn read_run(path: &Path) -> Result<RunRecord, StoreError> {
+    read_record(path)
+}
+
+/// A record that ends in its own hash.
+pub(super) fn read_record<T: DeserializeOwned>(path: &Path) -> Result<T, StoreError> {
     let text =
         input::read(path, MOST_RECORD).map_err(|source| StoreError::io(path, "read", source))?;
     if !is_sealed(&text) {

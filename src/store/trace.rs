@@ -1,13 +1,14 @@
 //! The tables of a traced trajectory: `trace.parquet`, a row an instant, and
 //! `events.parquet`, a row a change of contact state.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use arrow_array::RecordBatch;
 use arrow_schema::{ArrowError, SchemaRef};
 
 use super::StoreError;
-use super::file::{Row, TableFile, TableKind, create_folder, remove_stale};
+use super::beside::{TablesRecord, remove};
+use super::file::{Row, TRACE_RECORD, TableFile, TableKind, create_folder, remove_stale};
 use super::table::{Table, columns};
 use crate::analysis::{TraceSample, TraceSink};
 use crate::model::{COAST_FLANK, DRIVE_FLANK};
@@ -214,6 +215,8 @@ pub struct TraceLabel {
 
 /// Streams a trace into its files. Dropped without [`TraceWriter::finish`], it leaves none.
 pub struct TraceWriter {
+    folder: PathBuf,
+    metadata: Vec<(&'static str, String)>,
     period: f64,
     trace: TableFile<TraceSample>,
     events: TableFile<EventRow>,
@@ -249,20 +252,23 @@ impl TraceWriter {
         ];
         let (samples, events) = (trace_table(modal, &label.outputs), events_table());
         Ok(Self {
+            folder: folder.to_path_buf(),
             period: label.period,
             trace: TableFile::create(folder, TableKind::Trace, None, samples, &metadata)?,
             events: TableFile::create(folder, TableKind::Events, None, events, &metadata)?,
+            metadata: metadata.into(),
         })
     }
 
-    /// Gives the files their final names, `trace.parquet` last.
+    /// Gives the files their final names, `trace.parquet` behind `events.parquet`, and writes `trace.json`.
     ///
     /// # Errors
     /// A file cannot be written.
     pub fn finish(self) -> Result<(), StoreError> {
-        self.events.finish()?;
-        self.trace.finish()?;
-        Ok(())
+        // While old tables and new ones lie there, no record vouches for either.
+        remove(&self.folder.join(TRACE_RECORD))?;
+        let tables = vec![self.events.finish()?, self.trace.finish()?];
+        TablesRecord::new(&self.metadata, tables).write(&self.folder, TRACE_RECORD)
     }
 }
 

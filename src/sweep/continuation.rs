@@ -215,10 +215,12 @@ fn line(
     let at = [exploration.starts.first().copied().unwrap_or(from), second];
     let explored = DriveMap::new(&family, at)
         .map_err(ExploreError::from)
-        .and_then(|mut map| {
+        .and_then(|map| {
+            let mut map = map.heeding(called_off);
             explore(&mut map, second, &exploration, called_off)
                 .map(|branches| (branches, map.models))
         });
+    CalledOff::check(called_off)?;
     match explored {
         Ok((branches, models)) => Ok(Line {
             axis_values,
@@ -279,7 +281,8 @@ fn plane(
     let middle: At = std::array::from_fn(|i| 0.5 * (plane.from[i] + plane.to[i]));
     let of_kind: Vec<Vec<Curve>> = (CURVES.par_iter())
         .map(|kind| {
-            let mut map = DriveMap::new(&family, middle).map_err(|e| refused(e.into()))?;
+            let map = DriveMap::new(&family, middle).map_err(|e| refused(e.into()))?;
+            let mut map = map.heeding(called_off);
             let mut curves: Vec<Curve> = Vec::new();
             let branches = lines.iter().flat_map(|line| &line.branches.all);
             let found = branches.flat_map(|(_, branch)| {
@@ -293,6 +296,7 @@ fn plane(
                 }
                 curves.extend(follow(&mut map, &plane, bifurcation));
             }
+            CalledOff::check(called_off)?;
             passed(&format!(
                 "{}: {} curves ({kind})",
                 place_of(job, &axis_values),

@@ -60,7 +60,7 @@ impl<'a> EarlySample<'a> {
             points += left;
             chains += usize::from(left > 0);
             total += (end - left..end)
-                .map(|n| work(&job.points.variant(share.id(n))))
+                .map(|n| work(job.points.variant_near(share.id(n))))
                 .sum::<f64>();
         }
         let load = Load {
@@ -120,7 +120,7 @@ impl<'a> EarlySample<'a> {
         }
         self.sampled.push(Sampled {
             time: row.placement.wall_time,
-            work: work(&self.job.points.variant(row.point_id as usize)),
+            work: work(self.job.points.variant_near(row.point_id as usize)),
         });
         if self.sampled.len() == self.needed {
             let wall_time = self.load.wall_time(&self.sampled);

@@ -108,7 +108,7 @@ pub fn forecast(
         points: all,
         chains: share.chains(),
         length,
-        work: ids().map(|id| work(&job.points.variant(id))).sum(),
+        work: ids().map(|id| work(job.points.variant_near(id))).sum(),
         threads,
         shared: shared(job),
     };
@@ -124,7 +124,7 @@ pub fn forecast(
 
     let clock = Instant::now();
     crew.pool
-        .install(|| parts.prepare(job, sample(), &mut || ()));
+        .install(|| parts.prepare(job, sample(), called_off, &mut || ()));
     let prepared = clock.elapsed().as_secs_f64();
     let calibration = Calibration {
         job,
@@ -259,7 +259,7 @@ impl Calibration<'_> {
         let row = compute(job, &point, &link, self.parts, worker, over);
         let sampled = Sampled {
             time: clock.elapsed().as_secs_f64(),
-            work: work(&job.points.variant(id)),
+            work: work(job.points.variant_near(id)),
         };
         let mut tried = self.tried.lock().unwrap_or_else(PoisonError::into_inner);
         let row = row.ok();
@@ -275,7 +275,7 @@ impl Calibration<'_> {
         let motion = |tried: &Tried| tried.row.as_ref().and_then(|row| verdict(&row.outcome));
         let between = |pair: &[Tried]| {
             let [a, b] = [&pair[0], &pair[1]];
-            let variant = job.points.variant(b.id);
+            let variant = job.points.variant_near(b.id);
             let halvings = variant
                 .analyses
                 .poincare

@@ -17,37 +17,37 @@ use crate::store::{MeshUnderLoad, TableStore};
 use crate::topology::{Room, Topology};
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// One point for every mesh table that some points of a job need, with what it is of.
 fn meshes_wanted(
     job: &Job,
     points: impl IntoIterator<Item = usize>,
-) -> Vec<(PointSpec, Arc<MeshTableSpec>)> {
-    let mut seen = HashSet::new();
-    let mut wanted = Vec::new();
+) -> impl Iterator<Item = (PointSpec, Arc<MeshTableSpec>)> {
     let tabled = |variant: &Variant| matches!(variant.mesh.stiffness, StiffnessSpec::Table(_));
-    if !job.points.variants().iter().any(tabled) {
-        return wanted;
-    }
-    for point in points.into_iter().map(|id| job.points.at(id)) {
+    let any = job.points.variants().iter().any(tabled);
+    // What a table is of is kept, so that its place in memory stays taken.
+    let mut seen = HashMap::new();
+    let points = points.into_iter().take_while(move |_| any);
+    points.filter_map(move |id| {
+        let point = job.points.at(id);
         let StiffnessSpec::Table(spec) = &point.mesh.stiffness else {
-            continue;
+            return None;
         };
         let spec = spec.clone();
         let numbers = [point.load, point.mesh.misalignment].map(f64::to_bits);
         // With shafts that tilt the structure matters as well.
         let tilt = (spec.shaft_tilt).then(|| format!("{:?}", point.model));
-        if seen.insert((Arc::as_ptr(&spec), numbers, tilt)) {
-            wanted.push((point, spec));
-        }
-    }
-    wanted
+        let key = (Arc::as_ptr(&spec), numbers, tilt);
+        let new = seen.insert(key, spec.clone()).is_none();
+        new.then_some((point, spec))
+    })
 }
 
 /// Mesh tables that some points of a job need.
 pub fn tables_wanted(job: &Job, points: impl IntoIterator<Item = usize>) -> usize {
-    meshes_wanted(job, points).len()
+    meshes_wanted(job, points).count()
 }
 
 /// Where the source of a structure lies, and what is kept of its modes.
@@ -200,15 +200,19 @@ impl Parts {
     }
 
     /// Fetches or computes the mesh tables of some points of a job, each on all threads of the
-    /// current rayon pool; `progress` is told of every table. What fails is left for its points
-    /// to say.
+    /// current rayon pool, until `called_off` is raised; `progress` is told of every table. What fails is left
+    /// for its points to say.
     pub fn prepare(
         &self,
         job: &Job,
         points: impl IntoIterator<Item = usize>,
+        called_off: &AtomicBool,
         progress: &mut dyn FnMut(),
     ) {
         for (point, spec) in meshes_wanted(job, points) {
+            if called_off.load(Ordering::Relaxed) {
+                return;
+            }
             if let Ok(structure) = self.structure(&point.model) {
                 _ = self.meshes.mesh(&point, &spec, &structure);
             }

@@ -179,7 +179,7 @@ impl<'a> Queue<'a> {
         let end = (place + 1) * self.length;
         let left = known.taken_over.left(&self.share, place);
         (end - left..end)
-            .map(|n| work(&self.job.points.variant(self.share.id(n))))
+            .map(|n| work(self.job.points.variant_near(self.share.id(n))))
             .sum()
     }
 

@@ -80,6 +80,12 @@ pub trait Watcher: Send {
     /// Something the user should know, a sentence.
     fn warning(&mut self, sentence: &str);
 
+    /// So many mesh tables are at hand, and the first point is not begun.
+    fn prepared(&mut self, _tables: u64) {}
+
+    /// No point is computed any more: what is finished is being written.
+    fn writing(&mut self) {}
+
     /// A point was finished and is in the journal.
     fn point(&mut self, row: &PointRow, progress: &Progress);
 
@@ -138,6 +144,7 @@ impl Recorder<'_> {
                 self.called_off.store(true, Ordering::Relaxed);
             }
         }
+        self.watcher.writing();
         self.journal.sync()?;
         if let Some(refinement) = self.refinement {
             self.writer.expect(lock(refinement).take_asked());

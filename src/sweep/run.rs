@@ -164,7 +164,12 @@ pub fn run(
     let drawn = forecast.draw(&forecast_of, &taken_over);
     let left = (0..share.chains()).filter(|&place| !taken_over.has(&share, place));
     let firsts = left.map(|place| share.id(place * length));
-    crew.pool.install(|| parts.prepare(job, firsts, &mut || ()));
+    let mut tables = 0;
+    let mut prepared = || {
+        tables += 1;
+        watcher.prepared(tables);
+    };
+    (crew.pool).install(|| parts.prepare(job, firsts, called_off, &mut prepared));
     for warning in parts.meshes().warnings() {
         watcher.warning(&warning);
     }
@@ -234,7 +239,7 @@ pub fn run(
                 break;
             }
             crew.pool
-                .install(|| parts.prepare(job, next.iter().copied(), &mut || ()));
+                .install(|| parts.prepare(job, next.iter().copied(), called_off, &mut || ()));
             let (share, none) = (Share::of_points(next), TakenOver::default());
             queue = Queue::new(job, share, none, Vec::new(), shards, threads, nodes);
         }
@@ -404,7 +409,9 @@ pub(super) fn pieces(job: &Job, share: &Share, enough: usize) -> usize {
     }
     let chains = share.chains().min(enough);
     let pieces = (0..chains).map(|place| {
-        let first = job.points.variant(share.id(place * job.chain_length()));
+        let first = job
+            .points
+            .variant_near(share.id(place * job.chain_length()));
         let probes = first.analyses.multistability;
         probes.map_or(1, |asked| asked.initial_conditions as usize)
     });

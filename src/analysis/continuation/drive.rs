@@ -7,7 +7,8 @@ use crate::analysis::orbits::floquet::monodromy;
 use crate::analysis::recurrence::excitation_period;
 use crate::analysis::sensitivity::tangent::ParameterTangent;
 use crate::model::{Model, TrajectoryState};
-use crate::propagate::{Counters, Kernel, Observer, Volterra};
+use crate::propagate::{Counters, Interruptible, Kernel, Observer, Volterra};
+use std::sync::atomic::AtomicBool;
 
 /// A drive whose model depends on two parameters.
 pub trait Family {
@@ -30,10 +31,14 @@ pub trait Family {
     fn tolerance(&self) -> f64;
 }
 
+/// The flag of a map that nothing calls off.
+static NEVER: AtomicBool = AtomicBool::new(false);
+
 /// The map of a family of drives, by the structured kernel.
 #[derive(Debug)]
 pub struct DriveMap<'f, F> {
     family: &'f F,
+    called_off: &'f AtomicBool,
     /// Weight of every coordinate over the unit: u = scale x.
     scales: Vec<f64>,
     felt: Vec<usize>,
@@ -83,12 +88,19 @@ impl<'f, F: Family> DriveMap<'f, F> {
             .collect();
         Ok(Self {
             family,
+            called_off: &NEVER,
             scales,
             felt,
             unit: unit as u32,
             built,
             models: 1,
         })
+    }
+
+    /// The same map, whose integrations end with [`Stop::CalledOff`](crate::propagate::Stop::CalledOff) once the flag
+    /// is raised.
+    pub fn heeding(self, called_off: &'f AtomicBool) -> Self {
+        Self { called_off, ..self }
     }
 
     /// The model at some values of the parameters.
@@ -151,6 +163,7 @@ impl<'f, F: Family> DriveMap<'f, F> {
         let Built {
             kernel, workspace, ..
         } = &mut self.built;
+        let kernel = Interruptible::new(&*kernel, self.called_off);
         kernel.advance(cycles, state, workspace, observer, &mut Counters::default())?;
         Ok(())
     }
@@ -177,7 +190,7 @@ impl<F: Family> CycleMap for DriveMap<'_, F> {
         let mut counters = Counters::default();
         let mut matrix = monodromy(
             kernel.model(),
-            kernel,
+            &Interruptible::new(&*kernel, self.called_off),
             norm,
             &mut state,
             period,
@@ -219,7 +232,7 @@ impl<F: Family> CycleMap for DriveMap<'_, F> {
             kernel, workspace, ..
         } = &mut self.built;
         let mut tangent = ParameterTangent::new(kernel.model(), &by, &state.state, start, ());
-        kernel.advance(
+        Interruptible::new(&*kernel, self.called_off).advance(
             u64::from(period),
             &mut state,
             workspace,
@@ -241,7 +254,7 @@ impl<F: Family> CycleMap for DriveMap<'_, F> {
         let mut starts = Vec::with_capacity(period as usize);
         for _ in 0..period {
             starts.push(state.state.clone());
-            kernel.advance(
+            Interruptible::new(&*kernel, self.called_off).advance(
                 1,
                 &mut state,
                 workspace,

@@ -140,6 +140,8 @@ pub fn explore<F: Family>(
             )?;
         }
     }
+    // Integrations that were called off look as if orbits were not found.
+    CalledOff::check(called_off)?;
     Ok(out)
 }
 

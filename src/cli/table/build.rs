@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 use serde_json::{Value, json};
@@ -147,7 +148,9 @@ fn needed(args: &BuildArgs, job: &Job) -> ExitCode {
     let bar = line::bar(None, args.quiet, template);
     bar.set_message("loads and misalignments");
     let ids = || (Share::of_shard(job, None).ids()).map(|id| id as usize);
-    parts.prepare(job, ids(), &mut || bar.inc(1));
+    // A signal ends the process at once: every table is kept when it is whole.
+    let never = AtomicBool::new(false);
+    parts.prepare(job, ids(), &never, &mut || bar.inc(1));
     bar.finish_and_clear();
     // What could not be computed says why where it is asked for again.
     let faults: BTreeSet<String> = ids()

@@ -1,0 +1,134 @@
+//! Combinations of values of the model keys of a grid, by number, the last key fastest. Rows of a list with the
+//! same values are one.
+
+use super::grid::GridAxis;
+use super::grid_dimension::GridDimension;
+use std::collections::HashMap;
+
+/// Along which dimensions the model keys of a grid go.
+#[derive(Debug)]
+pub(super) struct Combinations {
+    /// Values along each.
+    pub lengths: Vec<usize>,
+    /// The dimension of each model key.
+    of_keys: Vec<usize>,
+    /// Of each dimension along which values may come again.
+    alike: Vec<Option<Alike>>,
+}
+
+/// Places along a dimension with the same values of all its model keys.
+#[derive(Debug)]
+struct Alike {
+    /// The first place with the values of each place.
+    first: Vec<u32>,
+    /// These first places, ascending.
+    distinct: Vec<u32>,
+}
+
+impl Alike {
+    /// Of a dimension along which several axes advance in step; none where no values come again.
+    fn new(axes: &[GridAxis], dimension: &GridDimension) -> Option<Self> {
+        if !dimension.is_tied() {
+            return None;
+        }
+        let keys: Vec<_> = (dimension.axes.iter().map(|&axis| &axes[axis]))
+            .filter(|axis| axis.is_model_key())
+            .map(|axis| &axis.axis.values)
+            .collect();
+        let mut seen = HashMap::<Vec<u64>, u32>::new();
+        let mut values = Vec::new();
+        let (mut first, mut distinct) = (Vec::with_capacity(dimension.length), Vec::new());
+        for place in 0..dimension.length as u32 {
+            values.clear();
+            values.extend(keys.iter().map(|key| key.get(place as usize).to_bits()));
+            if let Some(&known) = seen.get(&values) {
+                first.push(known);
+                continue;
+            }
+            seen.insert(values.clone(), place);
+            first.push(place);
+            distinct.push(place);
+        }
+        (distinct.len() < first.len()).then_some(Self { first, distinct })
+    }
+}
+
+impl Combinations {
+    pub fn new(axes: &[GridAxis], dimensions: &[GridDimension]) -> Self {
+        let keys = (axes.iter().enumerate()).filter(|(_, axis)| axis.is_model_key());
+        let own = || dimensions.iter().filter(|dimension| dimension.model_keys);
+        Self {
+            lengths: own().map(|dimension| dimension.length).collect(),
+            of_keys: keys
+                .map(|(axis, _)| GridDimension::of(dimensions, axis))
+                .collect(),
+            alike: own().map(|own| Alike::new(axes, own)).collect(),
+        }
+    }
+
+    /// The place on every model key of a combination.
+    pub fn places(&self, number: usize) -> Vec<usize> {
+        let places = GridDimension::places(&self.lengths, number);
+        self.of_keys.iter().map(|&own| places[own]).collect()
+    }
+
+    /// The combination at some places along the dimensions.
+    fn number(&self, places: impl Iterator<Item = usize>) -> usize {
+        (self.lengths.iter().zip(places)).fold(0, |number, (length, place)| number * length + place)
+    }
+
+    /// The first combination with the values of this one.
+    pub fn first_like(&self, number: usize) -> usize {
+        if self.alike.iter().all(Option::is_none) {
+            return number;
+        }
+        let places = GridDimension::places(&self.lengths, number);
+        let first = places.iter().zip(&self.alike).map(|(&place, alike)| {
+            (alike.as_ref()).map_or(place, |alike| alike.first[place] as usize)
+        });
+        self.number(first)
+    }
+
+    /// How many different values there are along each dimension.
+    pub fn distinct(&self) -> Vec<usize> {
+        let each = self.lengths.iter().zip(&self.alike);
+        each.map(|(&length, alike)| alike.as_ref().map_or(length, |alike| alike.distinct.len()))
+            .collect()
+    }
+
+    /// The first combination with each of the different values, `distinct` of them along each dimension.
+    pub fn each(&self, distinct: Vec<usize>) -> impl Iterator<Item = usize> + use<'_> {
+        (0..distinct.iter().product()).map(move |nth| {
+            let places = GridDimension::places(&distinct, nth).into_iter();
+            self.number(places.zip(&self.alike).map(|(place, alike)| {
+                (alike.as_ref()).map_or(place, |alike| alike.distinct[place] as usize)
+            }))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two dimensions, along the second of which values come again.
+    #[test]
+    fn rows_that_are_alike_are_one_combination() {
+        let combinations = Combinations {
+            lengths: vec![2, 4],
+            of_keys: vec![0, 1],
+            alike: vec![
+                None,
+                Some(Alike {
+                    first: vec![0, 1, 0, 1],
+                    distinct: vec![0, 1],
+                }),
+            ],
+        };
+        let first: Vec<usize> = (0..8).map(|n| combinations.first_like(n)).collect();
+        assert_eq!(first, [0, 1, 0, 1, 4, 5, 4, 5]);
+        assert_eq!(combinations.distinct(), [2, 2]);
+        let each: Vec<usize> = combinations.each(vec![2, 2]).collect();
+        assert_eq!(each, [0, 1, 4, 5]);
+    }
+}

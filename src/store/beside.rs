@@ -1,0 +1,89 @@
+//! `follow.json` and `trace.json`: what vouches for the tables of `atlas follow` and `atlas trace`, as `run.json`
+//! does for those of `atlas run`.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::file::TableKind;
+use super::read::{read_record, read_runs};
+use super::seal::{TableRecord, sealed};
+use super::whole::write_whole;
+use super::{ProgramRecord, StoreError};
+
+/// What a command wrote beside a run, or alone.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TablesRecord {
+    /// Name of the job.
+    pub job: String,
+    /// Hash of its manifest, hexadecimal.
+    pub manifest_hash: String,
+    /// The program that wrote them.
+    pub program: ProgramRecord,
+    /// The tables, as they were written; a file of another size or hash is damaged.
+    pub tables: Vec<TableRecord>,
+}
+
+impl TablesRecord {
+    /// Of tables that this program wrote, with the metadata that they have.
+    pub(super) fn new(metadata: &[(&str, String)], tables: Vec<TableRecord>) -> Self {
+        let said = |key: &str| {
+            let pair = metadata.iter().find(|(name, _)| *name == key);
+            pair.map_or_else(String::new, |(_, value)| value.clone())
+        };
+        Self {
+            job: said("job"),
+            manifest_hash: said("manifest_hash"),
+            program: ProgramRecord::current(),
+            tables,
+        }
+    }
+
+    /// Writes the record under its name, whole or not at all; its last key, `blake3`, is the hash of the text
+    /// before it.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub(super) fn write(&self, folder: &Path, name: &str) -> Result<(), StoreError> {
+        let path = folder.join(name);
+        let text = serde_json::to_string_pretty(self)
+            .map_err(|error| StoreError::io(&path, "write", error.into()))?;
+        write_whole(&path, sealed(&text).as_bytes())
+    }
+}
+
+/// Removes a file where there is one. A record goes before the tables that it names are replaced.
+pub(super) fn remove(path: &Path) -> Result<(), StoreError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => {
+            Err(StoreError::io(path, "remove", error))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The tables that the records of a folder name, of the command that writes tables of this kind; none without
+/// such a record, or a folder.
+///
+/// # Errors
+/// A record cannot be read, is not of this program, or is not what was written.
+pub(super) fn recorded(
+    folder: &Path,
+    kind: TableKind,
+) -> Result<Option<Vec<TableRecord>>, StoreError> {
+    if !folder.is_dir() {
+        return Ok(None);
+    }
+    let Some(name) = kind.record_beside() else {
+        let runs = read_runs(folder)?;
+        let tables = || runs.iter().flat_map(|run| run.tables.clone()).collect();
+        return Ok((!runs.is_empty()).then(tables));
+    };
+    let path = folder.join(name);
+    match path.exists() {
+        true => read_record::<TablesRecord>(&path).map(|record| Some(record.tables)),
+        false => Ok(None),
+    }
+}
