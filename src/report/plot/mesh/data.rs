@@ -24,7 +24,7 @@ pub(in crate::report::plot) struct MeshCurves {
     /// Torque, increasing \[N m\].
     pub torque: Vec<f64>,
     /// Mesh phases at which pieces meet, from 0 to 1.
-    breaks: Vec<f64>,
+    pub breaks: Vec<f64>,
     /// Places of the nodes in a piece that reaches from −1 to 1.
     nodes: Vec<f64>,
 }

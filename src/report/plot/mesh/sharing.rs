@@ -1,6 +1,6 @@
 //! How the pairs of teeth share the load over the mesh phase: a panel a torque, a line a pair.
 
-use super::data::MeshCurves;
+use super::data::{Curve, MeshCurves};
 use super::labels::{self, Named};
 use super::spread;
 use crate::report::plot::axis::Axis;
@@ -10,11 +10,14 @@ use crate::report::plot::error::PlotError;
 use crate::report::plot::panel::{Panel, TICK_SIZE};
 use crate::report::plot::picture::{Drawn, Picture};
 use crate::report::plot::what::What;
+use std::collections::BTreeMap;
 
 /// Pairs of teeth that a table keeps.
 const PAIRS: usize = 3;
 /// Colours of the pairs: dark enough for lines.
 const COLOURS: [usize; PAIRS] = [0, 3, 4];
+/// Shares closer than this are those of one pair.
+const SAME: f64 = 1e-6;
 /// Most panels.
 const MOST: usize = 3;
 const LEFT: f64 = 92.0;
@@ -28,25 +31,34 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
     let torques = spread(mesh.torque.len(), MOST);
     let title = format!("{}: load shares of the pairs of teeth", mesh.name);
     let held = mesh.misalignment_text(aligned);
-    let mut canvas = Canvas::titled(&title, &format!("{held}  ·  pair 0 came into contact last"));
+    let mut canvas = Canvas::titled(
+        &title,
+        &format!("{held}  ·  pair 0 came into contact last before mesh phase 0"),
+    );
     let mut top = TOP;
     for (place, &torque) in torques.iter().enumerate() {
-        let pair = |pair: usize| {
-            Some(Named {
-                curve: mesh.curve("share", [aligned, torque], [pair, PAIRS])?,
-                name: format!("pair {pair}"),
-                colour: colour(COLOURS[pair]),
-            })
-        };
-        let mut lines: Vec<Named> = (0..PAIRS).filter_map(pair).collect();
-        if lines.is_empty() {
+        let slots: Option<Vec<Curve>> = (0..PAIRS)
+            .map(|pair| mesh.curve("share", [aligned, torque], [pair, PAIRS]))
+            .collect();
+        let Some(slots) = slots else {
             return Err(PlotError::Unfit {
                 what: What::Sharing,
                 reason: "the table has no array `share` with three values at every node".into(),
             });
-        }
+        };
         // At a contact ratio below 2 the third pair never bears anything.
-        lines.retain(|line| line.curve.iter().any(|[_, share]| share.abs() > 1e-9));
+        let bears = |curve: &Curve| curve.iter().any(|[_, share]| share.abs() > 1e-9);
+        let lines: Vec<Named> = (passages(&slots, mesh.breaks.len() - 1).into_iter())
+            .filter(|(_, curve)| bears(curve))
+            .map(|(pair, curve)| Named {
+                curve,
+                name: match pair {
+                    -1 => "next pair".to_owned(),
+                    _ => format!("pair {pair}"),
+                },
+                colour: colour(COLOURS[pair.rem_euclid(PAIRS as i32) as usize]),
+            })
+            .collect();
         let panel = Panel {
             left: LEFT,
             right: RIGHT,
@@ -64,4 +76,64 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
     canvas.height = top - GAP + 64.0;
     let name = format!("{}-sharing", mesh.name);
     Ok(Drawn::one(Picture::new(name, canvas)))
+}
+
+/// The shares of each pair over its passage, from those of the pair that came last, the one before and so on, curves of
+/// as many samples on each piece of the cycle. Where the next pair comes within reach all others move up by one; shares
+/// under a load do not step there, which tells such a place.
+fn passages(slots: &[Curve], pieces: usize) -> BTreeMap<i32, Curve> {
+    let samples = slots[0].len() / pieces;
+    let mut passages: BTreeMap<i32, Curve> = BTreeMap::new();
+    let mut moved_up = 0;
+    for piece in 0..pieces {
+        let first = piece * samples;
+        if piece > 0 {
+            let before: Vec<f64> = slots.iter().map(|slot| slot[first - 1][1]).collect();
+            let behind: Vec<f64> = slots.iter().map(|slot| slot[first][1]).collect();
+            let step = |behind: &[f64], before: &[f64]| -> f64 {
+                let pairs = behind.iter().zip(before);
+                pairs.map(|(behind, before)| (behind - before).abs()).sum()
+            };
+            let gone = before[before.len() - 1];
+            let up = step(&behind[1..], &before) + behind[0].abs() + gone.abs();
+            if up + SAME < step(&behind, &before) {
+                moved_up += 1;
+            }
+        }
+        for (slot, pair) in slots.iter().zip(-moved_up..) {
+            let own = &slot[first..first + samples];
+            passages.entry(pair).or_default().extend(own);
+        }
+    }
+    passages
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pair that comes within reach at 0.8 of the cycle, before the end of which it bears nothing, takes no line over
+    /// from those in contact.
+    #[test]
+    fn a_pair_keeps_its_line_where_the_next_one_comes() {
+        let curve = |values: [f64; 6]| -> Curve {
+            let phases = [0.0, 0.5, 0.5, 0.8, 0.8, 1.0];
+            phases
+                .into_iter()
+                .zip(values)
+                .map(|(at, share)| [at, share])
+                .collect()
+        };
+        let slots = [
+            curve([0.4, 0.7, 0.7, 1.0, 0.0, 0.4]),
+            curve([0.6, 0.3, 0.3, 0.0, 1.0, 0.6]),
+            curve([0.0; 6]),
+        ];
+        let found = passages(&slots, 3);
+        let shares = |pair: i32| -> Vec<f64> { found[&pair].iter().map(|at| at[1]).collect() };
+        assert_eq!(shares(0), [0.4, 0.7, 0.7, 1.0, 1.0, 0.6]);
+        assert_eq!(shares(1), [0.6, 0.3, 0.3, 0.0, 0.0, 0.0]);
+        assert_eq!(shares(-1), [0.0, 0.4]);
+        assert_eq!(found.len(), 4);
+    }
 }
