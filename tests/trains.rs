@@ -4,7 +4,7 @@
 
 mod common;
 
-use atlas::analysis::{EnergyAudit, EnergyNorm};
+use atlas::analysis::{EnergyAudit, EnergyNorm, Nvh};
 use atlas::manifest::{self, Job};
 use atlas::model::{InitialState, Model, TrajectoryState};
 use atlas::reference::Extended;
@@ -89,6 +89,34 @@ fn energy_of_trains_closes() {
         println!("{name}: {residual:.1e}");
         assert!(residual < 1e-12, "{name}: {residual:e}");
     }
+}
+
+/// On average every mesh of a train bears what its torque asks for: the difference of the forces on its two flanks.
+#[test]
+fn every_mesh_of_a_train_tells_its_force() {
+    let job = job(&text("two-stage").replace("modes = 30", "modes = 10"));
+    let point = job.points.at(job.points.len() - 1);
+    let model = common::parts().model(&point).unwrap();
+    let kernel = volterra(&model);
+    let start = advance(&kernel, &model.start(&InitialState::Static), 200);
+    let mut nvh = Nvh::new(&model, 0);
+    advance_with(&kernel, &start, 4000, &mut nvh);
+    let found = nvh.outcome().unwrap();
+    assert_eq!(found.contact_force.len(), model.contacts.len());
+    let torque = point.load * 40.0;
+    let base_radius = |teeth: f64, module: f64| 0.5 * teeth * module * 20f64.to_radians().cos();
+    let asked = [
+        torque / base_radius(20.0, 2.5e-3),
+        torque * 50.0 / 20.0 / base_radius(18.0, 3e-3),
+    ];
+    for (mesh, asked) in asked.iter().enumerate() {
+        let [drive, coast] = [0, 1].map(|flank| found.contact_force[2 * mesh + flank]);
+        println!("mesh {mesh}: {drive} N less {coast} N, {asked} N");
+        assert!(drive >= 0.0 && coast >= 0.0);
+        assert!(((drive - coast) / asked - 1.0).abs() < 0.01);
+    }
+    let net = found.contact_force[0] - found.contact_force[1];
+    assert!((net / found.force_mean - 1.0).abs() < 1e-9);
 }
 
 /// The neutral rotation of a train under drag goes where it likes, and nothing else shows it.

@@ -239,6 +239,9 @@ pub struct NvhOutcome {
     pub flights: DurationOutcome,
     /// Contacts between two flights.
     pub contacts: DurationOutcome,
+    /// Mean force that presses each contact together \[N\]: drive and coast flank of the first mesh, then further contacts in
+    /// the order of the model.
+    pub contact_force: Vec<f64>,
     /// Mean force of the shafts on every bearing and direction \[N\]; empty where not asked for.
     pub bearing_mean: Vec<f64>,
     /// Root mean square about the mean \[N\].
@@ -335,6 +338,7 @@ pub struct NvhErrors {
     pub flight_median: f64,
     pub contact_mean: f64,
     pub contact_median: f64,
+    pub contact_force: Vec<f64>,
     pub bearing_mean: Vec<f64>,
     pub bearing_rms: Vec<f64>,
     pub torque_mean: Vec<f64>,

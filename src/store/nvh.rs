@@ -14,6 +14,9 @@ const PEAKS: &str = "that 99 and 99.9 % of the mesh cycles do not exceed: where 
 /// The order of bearing forces.
 const ORDER: &str = "in the order of shafts (pinion, wheel), bearings (first, second) and directions (x, y, axial) that have a spring or a damper, or of the modal file";
 
+/// The order of contacts.
+const CONTACTS: &str = "of every mesh its drive and its coast flank, the first mesh before those of [train] in their order, then stages of couplings and stops, or the further contacts of a modal file";
+
 /// The order of torques.
 const TORQUES: &str = "of the pinion's and the wheel's shaft behind its free end, of a train in every stretch of its flexible shafts between gears, couplings, motor and load, then in couplings";
 
@@ -98,6 +101,8 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         f64 "force_peak", "N", found.force_peak, &format!("Largest |mesh force|; {SEEN}");
         list "force_peak_quantiles", "N", found.force_peak_quantiles,
             &format!("Largest |mesh force| within a mesh cycle {PEAKS}"), error.force_peak_quantiles;
+        list "contact_force", "N", found.contact_force,
+            &format!("Mean force that presses each contact together, {CONTACTS}: of a mesh the mean torque on a gear is the difference of its two flanks by the base radius"), error.contact_force;
         f64 "power_loss", "W", found.power_loss,
             "Mean power lost in friction on the flanks of the mesh: friction coefficient, |force| and speed of sliding by the mean rotation; null of modal files and of bevel gears", error.power_loss;
         f64 "power_transmitted", "W", found.power_transmitted,

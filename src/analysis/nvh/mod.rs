@@ -35,6 +35,9 @@ use sums::{Origin, Sums, ratio};
 /// Mesh cycles in a stretch, as for the exponents.
 const CYCLES_PER_STRETCH: u64 = 10;
 
+/// Flanks of the first mesh, drive and coast, whatever springs they have.
+const FLANKS: usize = 2;
+
 /// Shares at which the speeds of impacts are told.
 const SHARES: [f64; 3] = [0.5, 0.9, 0.99];
 
@@ -60,6 +63,8 @@ pub struct Nvh {
     repeats: Option<u32>,
     /// None where no drawing says how the gears roll.
     losses: Option<Losses>,
+    /// Of every contact its place among those whose force is told, and its side.
+    places: Vec<(usize, f64)>,
 }
 
 impl Nvh {
@@ -67,6 +72,13 @@ impl Nvh {
     /// any, fractions of the mesh order are left out as well.
     pub fn new(model: &Model, harmonics: usize) -> Self {
         let mesh_frequency = std::f64::consts::TAU / model.period();
+        let places: Vec<(usize, f64)> = (model.contacts.iter().enumerate())
+            .map(|(contact, own)| match model.of_mesh(contact) {
+                true => (usize::from(own.side < 0.0), own.side),
+                false => (contact - model.flank_springs + FLANKS, own.side),
+            })
+            .collect();
+        let told = model.contacts.len() - model.flank_springs + FLANKS;
         Self {
             period: model.period(),
             rules: Rules::shared(),
@@ -79,12 +91,13 @@ impl Nvh {
             cycles: None,
             open: false,
             over: 0,
-            stretches: Stretches::new(Sums::empty(harmonics), CYCLES_PER_STRETCH),
+            stretches: Stretches::new(Sums::empty(harmonics, told), CYCLES_PER_STRETCH),
             peaks: Peaks::new(),
             contacts: Contacts::new(model),
             fourier: (harmonics > 0).then(|| Fourier::new(mesh_frequency, harmonics)),
             repeats: None,
             losses: Losses::of(model),
+            places,
         }
     }
 
@@ -293,6 +306,10 @@ impl Nvh {
         }
         if let Some(losses) = &self.losses {
             sums.loss += losses.over(window);
+        }
+        for closed in window.closed {
+            let (place, side) = self.places[closed.contact];
+            sums.pressing[place] += tau * side * closed.force[0];
         }
         let mut about = *force;
         about[0] -= centre[1];

@@ -36,13 +36,16 @@ pub(super) struct Sums {
     pub touches: [f64; 2],
     /// ∫ δ e^{−ihωt} dt, h = 1, 2, ….
     pub harmonics: Vec<Complex64>,
+    /// ∫ s F dt of each contact, both flanks of the first mesh before the others \[N s\].
+    pub pressing: Vec<f64>,
 }
 
 impl Sums {
-    /// Nothing, with room for some harmonics.
-    pub(super) fn empty(harmonics: usize) -> Self {
+    /// Nothing, with room for some harmonics and contacts.
+    pub(super) fn empty(harmonics: usize, contacts: usize) -> Self {
         Self {
             harmonics: vec![Complex64::ZERO; harmonics],
+            pressing: vec![0.0; contacts],
             ..Self::default()
         }
     }
@@ -79,13 +82,19 @@ impl Summable for Sums {
         for (sum, value) in self.harmonics.iter_mut().zip(&other.harmonics) {
             *sum += value;
         }
+        for (sum, value) in self.pressing.iter_mut().zip(&other.pressing) {
+            *sum += value;
+        }
     }
 
     fn clear(&mut self) {
         let mut harmonics = std::mem::take(&mut self.harmonics);
+        let mut pressing = std::mem::take(&mut self.pressing);
         harmonics.fill(Complex64::ZERO);
+        pressing.fill(0.0);
         *self = Self {
             harmonics,
+            pressing,
             ..Self::default()
         };
     }
@@ -132,6 +141,7 @@ pub(super) fn statistics(sums: &Sums, origin: Origin) -> NvhOutcome {
         impact_power: 0.5 * origin.effective_mass * sums.impact_square / sums.time,
         rattle_index: sums.impact_speed / sums.time,
         fractions: sums.times.map(|t| t / sums.time),
+        contact_force: sums.pressing.iter().map(|sum| sum / sums.time).collect(),
         ..NvhOutcome::default()
     }
 }
@@ -273,6 +283,9 @@ pub(super) fn errors(
             ratio(change, variance * variance)
         }),
         harmonics: harmonics.collect(),
+        contact_force: (0..total.pressing.len())
+            .map(|contact| error(&|s| s.pressing[contact]))
+            .collect(),
         force_mean: error(&|s| s.force[0]),
         force_std: error(&|s| all.force_std(s)),
         impact_rate: error(&|s| s.impacts[0] + s.impacts[1]),
