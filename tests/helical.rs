@@ -256,6 +256,24 @@ fn whole_overlap_leaves_no_variation() {
     }
 }
 
+/// A tooth bears from where its first end takes hold to where its last lets go: ε_α + ε_β mesh cycles, so that as many
+/// pairs bear on average. Tip edges make it longer.
+#[test]
+fn teeth_bear_as_long_as_the_total_contact_ratio() {
+    for overlap in [0.4, 1.0, 1.7] {
+        let gears = overlapping(20.0, overlap);
+        let law = on_path(&gears);
+        let path = law.path();
+        let total = (path.end - path.start) / path.base_pitch + overlap;
+        let found = table(&law, &MeshTableInputs::of_gears(&gears));
+        close(found.mean_loaded_pairs(), total, 1e-6);
+        let longer = cycle(&gears).mean_loaded_pairs() - total;
+        assert!((0.0..0.5).contains(&longer), "{longer}");
+    }
+    let spur = cycle(&pair(0.0)).mean_loaded_pairs();
+    assert!((1.6..1.9).contains(&spur), "{spur}");
+}
+
 /// Whatever the number of pairs: ε_α of them bear a face of whole overlap.
 #[test]
 fn many_pairs_share_a_wide_face() {

@@ -35,7 +35,7 @@ pub use mean_friction::MeanFriction;
 pub use mesh_springs::{MeshSprings, SpringPiece, SpringStretch};
 pub use mesh_table::{
     FaceLaw, MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs, MeshTablePiece, NODES,
-    SegmentMeans,
+    SegmentMeans, StiffnessLaw,
 };
 pub use misalignment::{
     MisalignmentEnding, MisalignmentReport, MisalignmentSearch, MisalignmentStep, TiltCompliance,

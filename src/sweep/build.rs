@@ -1,6 +1,7 @@
 //! From a point's specification to the system that kernels integrate.
 
-use super::mesh_tables::{MeshError, MeshTables, mean_stiffness};
+use super::loaded_mesh::mean_stiffness;
+use super::mesh_tables::{MeshError, MeshTables};
 use crate::analysis::{Questions, SliceError};
 use crate::gear::GearError;
 use crate::manifest::{

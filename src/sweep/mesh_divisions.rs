@@ -1,6 +1,6 @@
 //! How a computed mesh becomes divisions of the model's mesh cycle.
 
-use crate::gear::{MeshSprings, MeshTableCycle, MeshTablePiece, NODES};
+use crate::gear::{MeshSprings, MeshTableCycle, MeshTablePiece, NODES, StiffnessLaw};
 use crate::manifest::CycleDivision;
 use crate::model::{Division, FlankError, STIFFNESS_TERMS, Stiffness};
 use crate::numerics::legendre::transforms8;
@@ -47,27 +47,35 @@ pub(super) fn spring_divisions(
 }
 
 /// The divisions of a cycle: means over equal segments, or pieces as they are; `with_error` to have
-/// what loaded flanks lack, if anything. It is as it is in either case, and equal segments are cut
-/// where it has its kinks and steps.
+/// what loaded flanks lack, if anything. It is as it is in either case, as the secant stiffness is, and equal
+/// segments are cut where these have their kinks and steps.
 pub(super) fn divisions(
     cycle: &MeshTableCycle,
     division: CycleDivision,
+    stiffness: StiffnessLaw,
     with_error: bool,
 ) -> Vec<Division> {
     let with_error = with_error && cycle.has_error();
     let pieces = cycle.pieces();
     match division {
         CycleDivision::Segments(count) => {
-            let ends = segment_ends(cycle, count, with_error);
+            let ends = segment_ends(cycle, count, with_error || !stiffness.is_tangent());
             (ends.windows(2))
                 .map(|ends| {
                     let [start, end] = [ends[0], ends[1]];
                     let means = cycle.means([start, end]);
                     Division {
                         end,
-                        stiffness: Stiffness::constant(means.stiffness),
+                        stiffness: match stiffness {
+                            StiffnessLaw::Tangent => Stiffness::constant(means.stiffness),
+                            StiffnessLaw::Secant => {
+                                Stiffness::series(part(&pieces, [start, end], |p| p.stiffness))
+                            }
+                        },
                         error: match with_error {
-                            true => part_of_error(&pieces, [start, end]),
+                            true => {
+                                FlankError::series(part(&pieces, [start, end], |p| p.tangent_error))
+                            }
                             false => FlankError::NONE,
                         },
                         load_centre: means.centre,
@@ -106,13 +114,15 @@ fn segment_ends(cycle: &MeshTableCycle, count: u32, cut: bool) -> Vec<f64> {
     ends
 }
 
-/// The tangent error between two phases inside one piece.
-fn part_of_error(pieces: &[MeshTablePiece], [start, end]: [f64; 2]) -> FlankError {
+/// A course between two phases inside one piece.
+fn part(
+    pieces: &[MeshTablePiece],
+    [start, end]: [f64; 2],
+    course: impl Fn(&MeshTablePiece) -> [f64; NODES],
+) -> [f64; NODES] {
     let middle = 0.5 * (start + end);
-    let inside = |piece: &&MeshTablePiece| middle < piece.end;
-    let Some(piece) = pieces.iter().find(inside).or(pieces.last()) else {
-        return FlankError::NONE;
-    };
+    let after = pieces.partition_point(|piece| piece.end <= middle);
+    let piece = &pieces[after.min(pieces.len() - 1)];
     let place = |phase: f64| (2.0 * phase - piece.start - piece.end) / (piece.end - piece.start);
-    FlankError::series(transforms8().restrict(&piece.tangent_error, place(start), place(end)))
+    transforms8().restrict(&course(piece), place(start), place(end))
 }

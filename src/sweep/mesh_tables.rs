@@ -5,7 +5,7 @@ use super::near::Near;
 use crate::gear::{
     Contact, Face, Flanks, GearError, GearPair, MeshSprings, MeshTable, MeshTableCycle,
     MeshTableError, MeshTableInputs, MisalignmentEnding, MisalignmentReport, MisalignmentSearch,
-    NODES, SecantContact, TiltCompliance, loaded_misalignment,
+    SecantContact, StiffnessLaw, TiltCompliance, loaded_misalignment,
 };
 use crate::manifest::{CoastSpec, CycleDivision, MeshTableSpec, PointSpec};
 use crate::model::{Division, MeshHarmonic};
@@ -29,12 +29,9 @@ const COURSE_TOLERANCE: f64 = 1e-9;
 /// The same where segments take means of it: those come out closer by far.
 const MEANS_TOLERANCE: f64 = 1e-6;
 
-/// Share of a pair in the load that is the round-off of none.
-const NO_SHARE: f64 = 1e-12;
-
 /// How finely a table follows its law.
 #[derive(Debug, Clone, Copy)]
-struct Resolution {
+pub(super) struct Resolution {
     /// Longest piece, in mesh cycles.
     longest: f64,
     /// Largest error of its polynomials, relative.
@@ -42,7 +39,7 @@ struct Resolution {
 }
 
 /// Of a table of which means are taken.
-const MEANS: Resolution = Resolution {
+pub(super) const MEANS: Resolution = Resolution {
     longest: LONGEST_PIECE,
     tolerance: MEANS_TOLERANCE,
 };
@@ -185,7 +182,13 @@ impl MeshTables {
         };
         let turning = point.mesh.friction.acts() || wanders(&spec.gears, misalignment);
         let resolution = match spec.division {
-            CycleDivision::Segments(_) | CycleDivision::Pairs { .. } => MEANS,
+            CycleDivision::Segments(_) | CycleDivision::Pairs { .. } => Resolution {
+                tolerance: match spec.stiffness {
+                    StiffnessLaw::Tangent => MEANS_TOLERANCE,
+                    StiffnessLaw::Secant => COURSE_TOLERANCE,
+                },
+                ..MEANS
+            },
             CycleDivision::Continuous => Resolution {
                 longest: if turning {
                     LONGEST_TURNING_PIECE
@@ -195,10 +198,20 @@ impl MeshTables {
                 tolerance: COURSE_TOLERANCE,
             },
         };
-        let cycle = self.cycle(spec, misalignment, force, resolution)?;
+        // Segments are for what the course of the stiffness has means of.
+        let division = match spec.stiffness.is_tangent() || turning {
+            true => spec.division,
+            false => CycleDivision::Continuous,
+        };
+        let mut cycle = self.cycle(spec, spec.stiffness, misalignment, force, resolution)?;
+        if is_scaled(spec, misalignment) {
+            let tangent = self.cycle(spec, StiffnessLaw::Tangent, misalignment, force, MEANS)?;
+            let own = MeshTableCycle::clone(&cycle);
+            cycle = Arc::new(own.with_mean_stiffness(tangent.mean_stiffness()));
+        }
         let harmonics = point.excitation.table_harmonics;
         Ok(TabledMesh {
-            divisions: divisions(&cycle, spec.division, harmonics.is_none()),
+            divisions: divisions(&cycle, division, spec.stiffness, harmonics.is_none()),
             further: Vec::new(),
             mean_stiffness: cycle.mean_stiffness(),
             transmission_error: (cycle.harmonics(&cycle.tangent_error(), harmonics.unwrap_or(0)))
@@ -226,7 +239,7 @@ impl MeshTables {
         } else {
             structure.rated_force
         };
-        let cycle = self.cycle(spec, misalignment, loaded, MEANS)?;
+        let cycle = self.cycle(spec, spec.stiffness, misalignment, loaded, MEANS)?;
         let springs = self.common.springs(spec, misalignment, slices, loaded)?;
         let mean_stiffness = cycle.mean_stiffness();
         let mut all = spring_divisions(&springs, misalignment, mean_stiffness);
@@ -256,7 +269,7 @@ impl MeshTables {
         let mut fault = None;
         let search = MisalignmentSearch::default();
         let report = loaded_misalignment(unloaded, force, compliance, search, |misalignment| {
-            let inputs = inputs(spec, misalignment, force, MEANS);
+            let inputs = inputs(spec, StiffnessLaw::Tangent, misalignment, force, MEANS);
             match MeshTable::build(&flanks, &inputs, &|_, _| ()) {
                 Ok(table) => table.cycle(0, 0).mean_centre(),
                 Err(error) => {
@@ -284,14 +297,24 @@ impl MeshTables {
     fn cycle(
         &self,
         spec: &MeshTableSpec,
+        stiffness: StiffnessLaw,
         misalignment: f64,
         force: f64,
         resolution: Resolution,
     ) -> Result<Arc<MeshTableCycle>, MeshError> {
-        let (gears, contact, face) = (&spec.gears, spec.contact, spec.face);
-        let key =
-            format!("{gears:?} {contact:?} {face:?} {misalignment:e} {force:e} {resolution:?}");
-        let far = || (self.common).cycle(&key, spec, misalignment, force, resolution);
+        let MeshTableSpec {
+            gears,
+            contact,
+            face,
+            ..
+        } = spec;
+        let key = format!(
+            "{gears:?} {contact:?} {face:?} {stiffness:?} {misalignment:e} {force:e} {resolution:?}"
+        );
+        let far = || {
+            let inputs = inputs(spec, stiffness, misalignment, force, resolution);
+            (self.common).cycle(&key, gears, &inputs)
+        };
         match &self.near {
             None => far(),
             Some(near) => near.get(key.clone(), far),
@@ -303,6 +326,12 @@ impl MeshTables {
 /// that are no more what they were cut, and on helical gears, whose lines of contact cross the face.
 fn wanders(gears: &GearPair, misalignment: f64) -> bool {
     misalignment != 0.0 || gears.helix_angle != 0.0 || gears.form.has_modified_lead()
+}
+
+/// Whether the secant stiffness is scaled to the mean of the tangent's: contact that spreads along the face stiffens as it
+/// does, and from the first touch to the load it is as soft as half the tangent.
+pub(super) fn is_scaled(spec: &MeshTableSpec, misalignment: f64) -> bool {
+    !spec.stiffness.is_tangent() && wanders(&spec.gears, misalignment)
 }
 
 /// Whether coast flanks that are the image of the drive flanks bear the mean load.
@@ -333,78 +362,18 @@ fn under_load(point: &PointSpec, cycle: &MeshTableCycle, misalignment: f64) -> M
         misalignment,
         load_centre: side * cycle.mean_centre() + 0.0,
         stiffness: cycle.mean_stiffness(),
-        contact_ratio: loaded_pairs(cycle),
+        contact_ratio: cycle.mean_loaded_pairs(),
         transmission_error: cycle.peak_to_peak(),
     }
 }
 
-/// Mean number of pairs that bear load: within a piece it does not change.
-fn loaded_pairs(cycle: &MeshTableCycle) -> f64 {
-    let pieces = cycle.breaks.windows(2).enumerate();
-    pieces
-        .map(|(piece, ends)| {
-            let bears = |share: &&Vec<[f64; NODES]>| share[piece][NODES / 2] > NO_SHARE;
-            (ends[1] - ends[0]) * cycle.share.iter().filter(bears).count() as f64
-        })
-        .sum()
-}
-
 /// What the flanks bear under a mean mesh force \[N\]: under a negative one the coast flanks bear
 /// it, which are the mirror images of the drive flanks.
-fn flank_load(force: f64) -> Result<f64, MeshError> {
+pub(super) fn flank_load(force: f64) -> Result<f64, MeshError> {
     match force == 0.0 {
         true => Err(MeshError::NoLoad),
         false => Ok(force.abs()),
     }
-}
-
-/// What the mean load makes of a mesh that is computed from the drawing, before the shafts tilt.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LoadedMesh {
-    /// Largest less smallest error of the loaded flanks \[m\].
-    pub flank_error: f64,
-    /// Smallest, mean and largest stiffness over the mesh cycle \[N/m\].
-    pub stiffness: [f64; 3],
-    /// Mean number of pairs that bear load.
-    pub contact_ratio: f64,
-}
-
-/// That of a point that takes its stiffness from the table of `spec`. Nothing is kept.
-///
-/// # Errors
-/// Gears that do not mesh, or a load that cannot be shared.
-pub fn loaded_mesh(point: &PointSpec, spec: &MeshTableSpec) -> Result<LoadedMesh, MeshError> {
-    let cycle = passing(point, spec)?;
-    let [least, most] = cycle.extremes(&cycle.stiffness);
-    Ok(LoadedMesh {
-        flank_error: match cycle.has_error() {
-            true => cycle.range(&cycle.tangent_error()),
-            false => 0.0,
-        },
-        stiffness: [least, cycle.mean_stiffness(), most],
-        contact_ratio: loaded_pairs(&cycle),
-    })
-}
-
-/// Mean stiffness over the mesh cycle \[N/m\] of such a point.
-///
-/// # Errors
-/// As there.
-pub(super) fn mean_stiffness(point: &PointSpec, spec: &MeshTableSpec) -> Result<f64, MeshError> {
-    Ok(passing(point, spec)?.mean_stiffness())
-}
-
-/// The cycle of a point that takes its stiffness from the table of `spec`, before the shafts tilt.
-fn passing(point: &PointSpec, spec: &MeshTableSpec) -> Result<MeshTableCycle, MeshError> {
-    let rated = (point.model.source.rated_force()).unwrap_or(spec.gears.rated_force());
-    let force = match (spec.division, point.load == 0.0) {
-        // Springs know no load; what is told of them is that of the rated one.
-        (CycleDivision::Pairs { .. }, true) => rated,
-        _ => flank_load(point.load * rated)?,
-    };
-    let inputs = inputs(spec, point.mesh.misalignment, force, MEANS);
-    let table = MeshTable::build(&Flanks::new(&spec.gears)?, &inputs, &|_, _| ())?;
-    Ok(table.cycle(0, 0))
 }
 
 impl Common {
@@ -449,16 +418,13 @@ impl Common {
     fn cycle(
         &self,
         key: &str,
-        spec: &MeshTableSpec,
-        misalignment: f64,
-        force: f64,
-        resolution: Resolution,
+        gears: &GearPair,
+        inputs: &MeshTableInputs,
     ) -> Result<Arc<MeshTableCycle>, MeshError> {
         if let Some(known) = lock(&self.known).get(key) {
             return Ok(known.clone());
         }
-        let inputs = inputs(spec, misalignment, force, resolution);
-        let fetched = self.store.mesh_table(&spec.gears, &inputs, &|_, _| ())?;
+        let fetched = self.store.mesh_table(gears, inputs, &|_, _| ())?;
         let notes = fetched.warnings.iter().map(ToString::to_string);
         lock(&self.warnings).extend(notes);
         lock(&self.files).insert(fetched.file, fetched.origin);
@@ -472,8 +438,9 @@ fn lock<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn inputs(
+pub(super) fn inputs(
     spec: &MeshTableSpec,
+    stiffness: StiffnessLaw,
     misalignment: f64,
     force: f64,
     resolution: Resolution,
@@ -482,6 +449,7 @@ fn inputs(
     let mut inputs = MeshTableInputs::of_gears(gears);
     inputs.contact = spec.contact;
     inputs.face = spec.face;
+    inputs.stiffness = stiffness;
     inputs.misalignment = vec![misalignment];
     inputs.torque = vec![force * inputs.base_radius];
     inputs.longest_piece = resolution.longest;

@@ -79,6 +79,7 @@ impl MeshTable {
             friction: gather(|cell| cell.friction),
             friction_lever: gather(|cell| cell.friction_lever),
             contact_fraction: gather(|cell| cell.contact_fraction),
+            loaded_pairs: gather(|cell| cell.loaded_pairs),
             share: in_order().flat_map(|cell| cell.share).collect(),
             pattern: in_order()
                 .flat_map(|cell| cell.pattern.iter().copied())

@@ -29,6 +29,8 @@ pub struct MeshTableCycle {
     pub friction_lever: Vec<[f64; NODES]>,
     /// Loaded part of the lines of contact.
     pub contact_fraction: Vec<[f64; NODES]>,
+    /// Pairs of teeth that bear load.
+    pub loaded_pairs: Vec<[f64; NODES]>,
     /// `[pair][piece][node]`: share of each pair in the load.
     pub share: [Vec<[f64; NODES]>; MOST_PAIRS],
 }
@@ -96,6 +98,16 @@ impl MeshTableCycle {
         evaluate(&series(&values[piece]), x)
     }
 
+    /// This cycle with a stiffness in proportion to its own and another mean \[N/m\]: a linear law that still passes
+    /// through the transmission error.
+    pub fn with_mean_stiffness(mut self, mean: f64) -> Self {
+        let factor = mean / self.mean_stiffness();
+        for value in self.stiffness.as_flattened_mut() {
+            *value *= factor;
+        }
+        self
+    }
+
     /// Mean stiffness \[N/m\].
     pub fn mean_stiffness(&self) -> f64 {
         self.mean(&self.stiffness)
@@ -104,6 +116,11 @@ impl MeshTableCycle {
     /// Mean load centroid \[m\].
     pub fn mean_centre(&self) -> f64 {
         self.mean(&self.centre)
+    }
+
+    /// Mean number of pairs of teeth that bear load, wherever on the face: the contact ratio under load.
+    pub fn mean_loaded_pairs(&self) -> f64 {
+        self.mean(&self.loaded_pairs)
     }
 
     /// The pieces, in order.

@@ -5,8 +5,9 @@ use super::super::sharing::{
     Contact, ContactPair, Face, HelicalFace, LoadSharing, MOST_PAIRS, SharedLoad, SharingError,
     pairs_at,
 };
-use super::{MeshTableError, MeshTableInputs};
+use super::{MeshTableError, MeshTableInputs, StiffnessLaw};
 use crate::gear::flank_law::{FlankLaw, SecantContact};
+use std::collections::BTreeSet;
 
 /// The law that a table holds.
 #[derive(Debug, Clone, Copy)]
@@ -14,6 +15,9 @@ pub(super) struct MeshLaw<'a, L> {
     pub flanks: &'a L,
     pub inputs: &'a MeshTableInputs,
 }
+
+/// Share of a pair in the load that is the round-off of none.
+const NO_SHARE: f64 = 1e-12;
 
 /// The lines of contact at one mesh phase.
 enum Lines {
@@ -44,6 +48,30 @@ impl Lines {
                 load.share.to_vec(),
             ],
             Self::Helical(_) => sharing.lines(load.deflection),
+        }
+    }
+
+    /// How many pairs of teeth bear load somewhere on the face.
+    fn loaded_pairs(
+        &self,
+        sharing: &LoadSharing,
+        load: &SharedLoad,
+        (flanks, phase): (&impl FlankLaw, f64),
+    ) -> usize {
+        match self {
+            Self::Spur(_) => (load.share.iter())
+                .filter(|share| **share > NO_SHARE)
+                .count(),
+            Self::Helical(_) => {
+                let loaded = sharing.loaded_lines(load.deflection, NO_SHARE);
+                let (path, helix) = (flanks.path(), flanks.helix());
+                // Teeth are told apart by where they stand at mid-face.
+                let tooth = |[place, position]: [f64; 2]| {
+                    let way = position - helix * place - path.start;
+                    (way / path.base_pitch - phase).round() as i64
+                };
+                loaded.map(tooth).collect::<BTreeSet<_>>().len()
+            }
         }
     }
 }
@@ -85,6 +113,8 @@ pub(super) struct Cell {
     pub friction: f64,
     pub friction_lever: f64,
     pub contact_fraction: f64,
+    /// Steps where a pair takes hold: no polynomial is held to it.
+    pub loaded_pairs: f64,
     pub share: [f64; MOST_PAIRS],
     /// Distances from the kinks of the law (see [`LoadSharing::bear_with_margins`]).
     pub margins: Vec<f64>,
@@ -171,6 +201,13 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
                     }
                 }
                 let (load, margins) = sharing.bear_with_margins(force);
+                let stiffness = match inputs.stiffness {
+                    StiffnessLaw::Tangent => load.stiffness,
+                    // Which pair touches first is a matter of their order, whose margins are known.
+                    StiffnessLaw::Secant => {
+                        force / (load.deflection - sharing.bear(0.0).deflection)
+                    }
+                };
                 let [positions, share] = lines.bearing(&sharing, &load);
                 let positions: Vec<f64> = positions.iter().map(|s| s - pitch_point).collect();
                 let friction = friction_direction(&positions, &share);
@@ -183,13 +220,14 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
                     Vec::new()
                 };
                 cells.push(Cell {
-                    stiffness: load.stiffness,
+                    stiffness,
                     centre: load.centre,
                     transmission_error: load.deflection,
-                    tangent_error: load.deflection - force / load.stiffness,
+                    tangent_error: load.deflection - force / stiffness,
                     friction: friction.direction * inclined,
                     friction_lever: friction.lever * inclined,
                     contact_fraction: load.contact_fraction,
+                    loaded_pairs: lines.loaded_pairs(&sharing, &load, (flanks, phase)) as f64,
                     share: load.share,
                     margins,
                     pattern,

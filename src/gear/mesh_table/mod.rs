@@ -34,6 +34,30 @@ pub enum FaceLaw {
     Independent,
 }
 
+/// Which stiffness stands for a mesh about a load F.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+pub enum StiffnessLaw {
+    /// That of the tangent, dF/dx. Where a pair takes hold it steps, and at every other force than F so does the
+    /// force of the linear law.
+    Tangent,
+    /// That of the secant from where flanks first touch to F,
+    ///
+    /// ```text
+    /// k = F/(x(F) − x(0))
+    /// ```
+    ///
+    /// Under a given load the approach x does not step over the mesh cycle, so that neither do k, the error
+    /// `x(F) − F/k = x(0)` and the force of the linear law at any deflection.
+    Secant,
+}
+
+impl StiffnessLaw {
+    /// Whether it is [`Self::Tangent`].
+    pub fn is_tangent(&self) -> bool {
+        *self == Self::Tangent
+    }
+}
+
 /// What decides the content of a table besides the [`FlankLaw`](super::FlankLaw).
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct MeshTableInputs {
@@ -60,6 +84,9 @@ pub struct MeshTableInputs {
     pub face: FaceLaw,
     /// How the flanks yield where they touch.
     pub contact: Contact,
+    /// Which stiffness the table has.
+    #[serde(skip_serializing_if = "StiffnessLaw::is_tangent")]
+    pub stiffness: StiffnessLaw,
     /// Whether to keep the contact pattern.
     pub pattern: bool,
 }
@@ -78,6 +105,7 @@ impl MeshTableInputs {
             slices: 64,
             face: FaceLaw::Coupled,
             contact: Contact::Linear,
+            stiffness: StiffnessLaw::Tangent,
             pattern: false,
         }
     }
@@ -96,7 +124,8 @@ pub struct MeshTable {
     pub breaks: Vec<f64>,
     /// Places of the nodes on a piece, in (−1, 1).
     pub node: Vec<f64>,
-    /// Tangent mesh stiffness dF/dx along the line of action in the transverse section \[N/m\].
+    /// Mesh stiffness along the line of action in the transverse section \[N/m\]: the tangent dF/dx, or what else the
+    /// inputs ask for.
     pub stiffness: Vec<f64>,
     /// Load centroid z_c from mid-face \[m\].
     pub centre: Vec<f64>,
@@ -109,6 +138,8 @@ pub struct MeshTable {
     pub friction_lever: Vec<f64>,
     /// Loaded part of the lines of contact.
     pub contact_fraction: Vec<f64>,
+    /// Pairs of teeth that bear load, wherever on the face.
+    pub loaded_pairs: Vec<f64>,
     /// `[…][MOST_PAIRS]`: share of each pair in the load, the one that came last first; on a helical
     /// face that of the pairs that came last, each at its own place of the face, and so on.
     pub share: Vec<f64>,
@@ -191,6 +222,7 @@ impl MeshTable {
             friction: gather(&self.friction, 1, 0),
             friction_lever: gather(&self.friction_lever, 1, 0),
             contact_fraction: gather(&self.contact_fraction, 1, 0),
+            loaded_pairs: gather(&self.loaded_pairs, 1, 0),
             share: std::array::from_fn(|pair| gather(&self.share, MOST_PAIRS, pair)),
         }
     }

@@ -153,6 +153,36 @@ impl LoadSharing {
     /// Where pairs stand on the path of contact of a helical face \[m\], and the share in the load that
     /// each bears there at an approach.
     pub fn lines(&self, approach: f64) -> [Vec<f64>; 2] {
+        let borne = self.shares_along(approach);
+        let spans = (self.spans.iter().zip(&borne)).flat_map(|(span, shares)| {
+            let positions = span.positions.iter().copied();
+            positions.zip(shares.iter().copied())
+        });
+        let (positions, shares) = spans.unzip();
+        [positions, shares]
+    }
+
+    /// Places z of a helical face where a pair bears more than a share of the load at an approach, and where that
+    /// pair stands there on the path of contact \[m\].
+    pub(in crate::gear) fn loaded_lines(
+        &self,
+        approach: f64,
+        least: f64,
+    ) -> impl Iterator<Item = [f64; 2]> {
+        let borne = self.shares_along(approach);
+        self.spans
+            .iter()
+            .zip(borne)
+            .flat_map(move |(span, shares)| {
+                let middle = 0.5 * (span.ends[0] + span.ends[1]);
+                (span.positions.iter().zip(shares))
+                    .filter(move |(_, share)| *share > least)
+                    .map(move |(&position, _)| [middle, position])
+            })
+    }
+
+    /// The share in the load of each pair on each span of a helical face at an approach.
+    fn shares_along(&self, approach: f64) -> Vec<[f64; MOST_PAIRS]> {
         let mut loads: Vec<[f64; MOST_PAIRS]> = vec![[0.0; MOST_PAIRS]; self.spans.len()];
         for ramp in &self.ramps {
             let mean = ramp.travel(approach).mean;
@@ -161,14 +191,8 @@ impl LoadSharing {
             }
         }
         let total: f64 = loads.iter().flatten().sum();
-        let mut lines = [Vec::new(), Vec::new()];
-        for (span, loads) in self.spans.iter().zip(&loads) {
-            for (&position, load) in span.positions.iter().zip(loads) {
-                lines[0].push(position);
-                lines[1].push(if total > 0.0 { load / total } else { 0.0 });
-            }
-        }
-        lines
+        let share = |load: f64| if total > 0.0 { load / total } else { 0.0 };
+        loads.iter().map(|loads| loads.map(share)).collect()
     }
 }
 

@@ -4,7 +4,7 @@ use super::backlash::{self, Surroundings};
 use super::coast;
 use super::contact_law;
 use super::friction;
-use crate::gear::{Contact, FaceLaw, Flanks, GearPair};
+use crate::gear::{Contact, FaceLaw, Flanks, GearPair, StiffnessLaw};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{self, Section};
 use crate::manifest::spec::{
@@ -134,7 +134,12 @@ fn table(
             "remove it, or set stiffness = \"table\"",
         );
     }
-    let pairs = pairs(section, issues, gears, misalignment);
+    let resolution = match section.has("resolution") {
+        true => section.choice(issues, "resolution")?,
+        false if drive.kernel_of_tables => "mean_load",
+        false => "secant",
+    };
+    let pairs = pairs(section, issues, resolution, gears, misalignment);
     let own = &match pairs {
         Some(Some(_)) => section.bare(),
         _ => section.clone(),
@@ -194,6 +199,10 @@ fn table(
             // The schema bounds the segments far below the range of u32.
             (None, false) => CycleDivision::Segments(u32::try_from(segments?).ok()?),
         },
+        stiffness: match resolution {
+            "secant" => StiffnessLaw::Secant,
+            _ => StiffnessLaw::Tangent,
+        },
         shaft_tilt: shaft_tilt?,
         contact,
         // Springs of pairs are those of each slice for itself.
@@ -227,12 +236,12 @@ fn face(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Opt
 fn pairs(
     section: &Section,
     issues: &mut Issues,
+    resolution: &str,
     gears: Option<&GearPair>,
     misalignment: Option<f64>,
 ) -> Option<Option<u32>> {
-    let resolution = section.choice_or_default(issues, "resolution");
     let slices = section.integer_or_default(issues, "slices");
-    if resolution? != "pairs" {
+    if resolution != "pairs" {
         section.without_effect(
             issues,
             &["slices"],
@@ -256,7 +265,7 @@ fn pairs(
                 "pairs of teeth are springs of their own on spur gears alone".to_owned(),
             )
             .label("not with gear.helix_angle")
-            .accepted("resolution = \"mean_load\""),
+            .accepted("resolution = \"secant\" or \"mean_load\""),
         );
         return None;
     }
@@ -273,7 +282,7 @@ fn pairs(
                 "one slice of the face does not know what flanks lack along it".to_owned(),
             )
             .label("misalignment and modified leads need slices")
-            .accepted("mesh.slices of 2 and more, or resolution = \"mean_load\""),
+            .accepted("mesh.slices of 2 and more, or resolution = \"secant\" or \"mean_load\""),
         );
         return None;
     }

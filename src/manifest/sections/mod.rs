@@ -111,6 +111,7 @@ pub(super) fn resolve(
             gears: gears.as_ref(),
             faulty_drawing: gears.is_none() && model::is_drawn(root, &section, model.is_some()),
             source: model.as_ref().map(|model| &model.source),
+            kernel_of_tables: tables::are_asked_for(root),
         };
         mesh::read(&section, issues, drive)
     });

@@ -3,7 +3,19 @@
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::spec::{CoastSpec, MeshSpec, RunSpec};
+use crate::manifest::tree::Value;
 use crate::model::Release;
+use crate::propagate::KernelChoice;
+
+/// Whether `[run]` names a kernel of tables.
+pub(super) fn are_asked_for(root: &Section) -> bool {
+    let kernel = root.entry("run").and_then(|run| run.node.at("kernel"));
+    let Some(Value::Text(kernel)) = kernel.map(|node| &node.value) else {
+        return false;
+    };
+    let mut kernels = KernelChoice::SETTINGS.iter();
+    kernels.any(|(name, settings)| name == kernel && settings.contains(&"cells"))
+}
 
 /// Records what the kernel of `[run]` does not know of the mesh.
 pub(super) fn check_kernel(
@@ -32,6 +44,12 @@ pub(super) fn check_kernel(
             mesh.stiffness.is_of_pairs(),
             "pairs of teeth that are springs of their own",
             "not with mesh.resolution = \"pairs\"",
+            "mesh.resolution = \"mean_load\"",
+        ),
+        (
+            mesh.stiffness.is_secant(),
+            "a stiffness that varies within a segment",
+            "not with mesh.resolution = \"secant\"",
             "mesh.resolution = \"mean_load\"",
         ),
         (

@@ -1,6 +1,6 @@
 //! The resolved gear mesh.
 
-use crate::gear::{Contact, EvenSharing, FaceLaw, GearError, GearPair, MeanFriction};
+use crate::gear::{Contact, EvenSharing, FaceLaw, GearError, GearPair, MeanFriction, StiffnessLaw};
 use crate::model::{Release, StiffnessHarmonic};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -114,6 +114,11 @@ impl StiffnessSpec {
         }
     }
 
+    /// Whether it is the secant stiffness of a table, which varies within a segment.
+    pub fn is_secant(&self) -> bool {
+        matches!(self, Self::Table(table) if !table.stiffness.is_tangent())
+    }
+
     /// Whether pairs of teeth are springs of their own.
     pub fn is_of_pairs(&self) -> bool {
         matches!(self, Self::Table(table) if matches!(table.division, CycleDivision::Pairs { .. }))
@@ -160,6 +165,8 @@ pub struct MeshTableSpec {
     pub gears: GearPair,
     /// How the table is used over the cycle.
     pub division: CycleDivision,
+    /// Which stiffness stands for the mesh about the mean load; of springs of pairs it is only told.
+    pub stiffness: StiffnessLaw,
     /// Whether the shafts' tilt under the mean load adds to the misalignment.
     pub shaft_tilt: bool,
     /// How the flanks flatten where they touch.
@@ -171,7 +178,8 @@ pub struct MeshTableSpec {
 /// How a mesh table is used over the cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum CycleDivision {
-    /// Means over so many equal segments.
+    /// Load centroid and friction as means over so many equal segments, where they vary, and so the tangent stiffness;
+    /// the secant stiffness as it is.
     Segments(u32),
     /// Stiffness as it is, broken at its true transitions only.
     Continuous,

@@ -15,7 +15,7 @@ use crate::gear::{
 use crate::numerics::instructions::portable;
 
 /// Part of every key: changes whenever the same gears give other numbers or other arrays.
-const METHOD: &str = "atlas mesh table 4";
+const METHOD: &str = "atlas mesh table 5";
 
 /// A mesh table, and how it was come by.
 #[derive(Debug)]
@@ -109,6 +109,7 @@ fn arrays(table: &MeshTable) -> Result<Arrays, CacheError> {
         friction,
         friction_lever,
         contact_fraction,
+        loaded_pairs,
         share,
         pattern,
     } = table;
@@ -129,6 +130,7 @@ fn arrays(table: &MeshTable) -> Result<Arrays, CacheError> {
         ("friction", "1", friction),
         ("friction_lever", "m", friction_lever),
         ("contact_fraction", "1", contact_fraction),
+        ("loaded_pairs", "1", loaded_pairs),
     ] {
         arrays.push(name, unit, &shape, values.clone())?;
     }
@@ -177,6 +179,7 @@ fn mesh(table: &MappedTable, inputs: &MeshTableInputs) -> Result<MeshTable, Cach
         friction: array("friction", &full)?,
         friction_lever: array("friction_lever", &full)?,
         contact_fraction: array("contact_fraction", &full)?,
+        loaded_pairs: array("loaded_pairs", &full)?,
         share: array("share", &[m, t, pieces, nodes, MOST_PAIRS])?,
         pattern: match inputs.pattern {
             true => array("pattern", &[m, t, pieces * nodes, inputs.slices])?,

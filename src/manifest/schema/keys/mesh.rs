@@ -29,7 +29,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Where the stiffness over the mesh cycle comes from. `constant`: `mean_stiffness`. `piecewise`: \
                 equal segments, from `values` or the two-level law (two pairs of teeth in contact, then one). \
                 `continuous`: the two-level law with its step where it is, or without the keys of that law the \
-                course computed from [gear]. `table`: computed from [gear], as means over equal segments. \
+                course computed from [gear]. `table`: computed from [gear], with means over equal segments. \
                 `fourier`: `mean_stiffness` and `stiffness_harmonics`."),
     quantity("mesh.mean_stiffness", Stiffness, POSITIVE, r#""4e8 N/m""#)
         .otherwise("none; required with \"constant\", \"fourier\" and by the two-level law")
@@ -41,7 +41,8 @@ pub(super) const KEYS: &[Key] = &[
         .about("By which part the stiffness of one pair is less than that of two."),
     integer("mesh.segments", 1.0, 10_000.0, "120").or("60")
         .about("Equal segments of the mesh cycle, of \"piecewise\" with two levels and of \"table\". A segment \
-                that straddles a step has the mean over its width."),
+                that straddles a step has the mean over its width. With resolution = \"secant\" load centroid and friction \
+                have means, the stiffness is as it is."),
     key("mesh.values", Kind::List("stiffnesses, one a segment of the mesh cycle"), ANY, r#"["4.4e8 N/m", "3.3e8 N/m"]"#)
         .otherwise("none: the two-level law holds")
         .about("Stiffness of each equal segment of the mesh cycle, with \"piecewise\". Replaces the two-level law."),
@@ -91,12 +92,17 @@ pub(super) const KEYS: &[Key] = &[
                 three dimensions, so that what is not loaded supports what is. `independent`: each slice of the \
                 face for itself, as thin-slice models have it, which load too much of a misaligned face. Spur \
                 gears alone are coupled, and those with resolution = \"pairs\" are not."),
-    choice("mesh.resolution", &["mean_load", "pairs"], r#""pairs""#).or(r#""mean_load""#)
-        .about("What a mesh computed from [gear] is away from the mean load. `mean_load`: the tangent there, one \
-                spring with the stiffness that the teeth have under that load. `pairs`: every pair of teeth is a \
-                spring across a gap of its own, relief included, so that stiffness, load centroid and friction follow \
-                the force of every instant, from the first touch on. Takes loads of 0 too, and needs run.kernel = \
-                \"volterra\" or \"stepping\"."),
+    choice("mesh.resolution", &["secant", "mean_load", "pairs"], r#""pairs""#)
+        .otherwise(r#""secant"; "mean_load" with kernels of tables"#)
+        .about("What a mesh computed from [gear] is away from the mean load. `secant`: one spring that touches where the \
+                flanks do and is right under the mean load, with the stiffness of the secant between the two. Where contact \
+                spreads along the face (misaligned, helical, modified leads) it has the mean of the tangent stiffness. Its force \
+                does not jump where a pair of teeth takes hold. All gears have it. \
+                `mean_load`: the tangent at the mean load. Its stiffness steps where a pair takes hold, and so does \
+                its force unless it is the mean load. Kernels of tables know this one alone. `pairs`: every pair of \
+                teeth is a spring across a gap of its own, relief included, so that stiffness, load centroid and \
+                friction follow the force of every instant, from the first touch on, without jumps. Takes loads of 0 \
+                too, and needs spur gears and run.kernel = \"volterra\" or \"stepping\"."),
     integer("mesh.slices", 1.0, 4.0, "4").or("1")
         .about("Slices of the face, each of which has springs of its own, with resolution = \"pairs\". More than one \
                 where the flanks are misaligned or the shafts tilt, which the slices follow at every instant. Of both \

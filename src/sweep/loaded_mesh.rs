@@ -1,0 +1,62 @@
+//! What the mean load makes of a mesh that is computed from the drawing, looked at in passing: nothing is kept.
+
+use super::mesh_tables::{MEANS, MeshError, flank_load, inputs, is_scaled};
+use crate::gear::{Flanks, MeshTable, MeshTableCycle, StiffnessLaw};
+use crate::manifest::{CycleDivision, MeshTableSpec, PointSpec};
+
+/// What the mean load makes of a mesh that is computed from the drawing, before the shafts tilt.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoadedMesh {
+    /// Largest less smallest error of the loaded flanks \[m\].
+    pub flank_error: f64,
+    /// Smallest, mean and largest stiffness over the mesh cycle \[N/m\].
+    pub stiffness: [f64; 3],
+    /// Mean number of pairs that bear load.
+    pub contact_ratio: f64,
+}
+
+/// That of a point that takes its stiffness from the table of `spec`. Nothing is kept.
+///
+/// # Errors
+/// Gears that do not mesh, or a load that cannot be shared.
+pub fn loaded_mesh(point: &PointSpec, spec: &MeshTableSpec) -> Result<LoadedMesh, MeshError> {
+    let cycle = passing(point, spec)?;
+    let [least, most] = cycle.extremes(&cycle.stiffness);
+    Ok(LoadedMesh {
+        flank_error: match cycle.has_error() {
+            true => cycle.range(&cycle.tangent_error()),
+            false => 0.0,
+        },
+        stiffness: [least, cycle.mean_stiffness(), most],
+        contact_ratio: cycle.mean_loaded_pairs(),
+    })
+}
+
+/// Mean stiffness over the mesh cycle \[N/m\] of such a point.
+///
+/// # Errors
+/// As there.
+pub(super) fn mean_stiffness(point: &PointSpec, spec: &MeshTableSpec) -> Result<f64, MeshError> {
+    Ok(passing(point, spec)?.mean_stiffness())
+}
+
+/// The cycle of a point that takes its stiffness from the table of `spec`, before the shafts tilt.
+fn passing(point: &PointSpec, spec: &MeshTableSpec) -> Result<MeshTableCycle, MeshError> {
+    let rated = (point.model.source.rated_force()).unwrap_or(spec.gears.rated_force());
+    let force = match (spec.division, point.load == 0.0) {
+        // Springs know no load; what is told of them is that of the rated one.
+        (CycleDivision::Pairs { .. }, true) => rated,
+        _ => flank_load(point.load * rated)?,
+    };
+    let misalignment = point.mesh.misalignment;
+    let flanks = Flanks::new(&spec.gears)?;
+    let cycle = |stiffness| -> Result<MeshTableCycle, MeshError> {
+        let inputs = inputs(spec, stiffness, misalignment, force, MEANS);
+        Ok(MeshTable::build(&flanks, &inputs, &|_, _| ())?.cycle(0, 0))
+    };
+    let found = cycle(spec.stiffness)?;
+    Ok(match is_scaled(spec, misalignment) {
+        true => found.with_mean_stiffness(cycle(StiffnessLaw::Tangent)?.mean_stiffness()),
+        false => found,
+    })
+}
