@@ -193,6 +193,24 @@ fn friction_steps_where_the_stiffness_of_two_levels_does() {
     assert_eq!(ratio(include_str!("../manifests/flex80-table.toml")), None);
 }
 
+/// What an eigenvalue solver leaves of frequency and damping of a rigid motion is none.
+#[test]
+fn round_off_of_a_rigid_motion_is_none() {
+    let modal = "teeth = 20\nrated_force = 1330.0\nfrequency = [5e-13, 1e-12, 4452.8]\ndamping = [0.0, 0.0, 0.01]\n\
+                 mesh = [1.3, 0.2, 0.3]\ntorque = [1.3, 0.2, 0.3]\n\
+                 damping_matrix = [[3e-31, 0, 8e-15], [0, 0, 0], [8e-15, 0, 40.0]]\n";
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("oscillator.modal.toml"), modal).unwrap();
+    let job = manifest::parse(MODAL, "test.toml", folder.path());
+    let job = job.unwrap_or_else(|errors| panic!("{errors}"));
+    let StructureSource::Modal(structure) = &job.points.at(0).model.source else {
+        panic!("not modal");
+    };
+    assert_eq!(structure.frequency, [0.0, 0.0, 4452.8]);
+    let damping = &structure.coupling.as_ref().unwrap().damping;
+    assert_eq!(damping, &[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 40.0]);
+}
+
 #[test]
 fn the_matrices_of_a_modal_file_couple_its_modes() {
     let modal = include_str!("manifests/oscillator.modal.toml");

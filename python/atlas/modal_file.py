@@ -20,14 +20,19 @@ from .matrices import Contact, Matrices, Matrix, StructureError, Vector
 # Up to so many freedoms all modes are found at once; beyond, the lowest of a sparse structure.
 DENSE = 1500
 
-# A mode is a rigid motion where its elastic energy is a difference of terms so much larger.
+# A mode is a rigid motion where its elastic energy is a difference of terms so much larger, or where its frequency is
+# this part of the highest of the structure: an eigenvalue solver knows squares of frequencies to 1e-16 of the highest.
 RIGID = 1e-12
+UNRESOLVED = 1e-8
+
+# Below this part of the highest frequency of a file the program takes no mode for elastic.
+NEARLY_RIGID = 1e-5
 
 # A freedom that a rigid motion moves by no more than this, by the largest and by root masses, is at rest in it.
 AT_REST = 1e-9
 
 # Round-off of a direction and of a matrix over the modes, by the terms that they are sums of; of a matrix also by
-# the geometric mean of the diagonal entries that an entry stands between.
+# the geometric mean of the diagonal entries that an entry stands between, and of rigid motions by the largest entry.
 CANCELLED = 1e-12
 COUPLED = 1e-10
 
@@ -106,13 +111,21 @@ def _settled(structure: Matrices, shapes: Vector) -> tuple[Vector, Vector]:
     shapes = shapes / np.sqrt(masses)
     energy = np.einsum("im,im->m", shapes, K @ shapes)
     terms = np.einsum("im,im->m", abs(shapes), abs(K) @ abs(shapes))
-    rigid = abs(energy) <= RIGID * terms
+    # Of modes that leave springs at rest but for round-off, energy and terms are both round-off.
+    highest = max(float(energy.max()), float((K.diagonal() / M.diagonal()).max()))
+    rigid = abs(energy) <= np.maximum(RIGID * terms, UNRESOLVED**2 * highest)
     if (energy[~rigid] < 0.0).any():
         raise StructureError(
             f"{structure.source}: `K` is not positive semidefinite: a mode has ω² = {energy.min():.4g} 1/s²; "
             "leave preloads that soften out, or put them into `Kc`"
         )
     frequency = np.where(rigid, 0.0, np.sqrt(abs(energy)))
+    soft = frequency[~rigid & (frequency < NEARLY_RIGID * frequency.max())]
+    if soft.size:
+        raise StructureError(
+            f"{structure.source}: a mode of {soft.min():.4g} rad/s beside one of {frequency.max():.4g} rad/s is neither a rigid "
+            f"motion nor told from one by the program (below {NEARLY_RIGID:g}); write fewer modes, or leave out the soft spring"
+        )
     order = np.argsort(frequency, kind="stable")
     frequency, shapes = frequency[order], shapes[:, order]
     # What a rigid motion leaves at rest is at rest: a bearing that damps by round-off would make two motions of one.
@@ -139,8 +152,13 @@ def tables(structure: Matrices, modes: int | None = None, damping: float = 0.0) 
         column = _clean(shapes.T @ direction, abs(shapes).T @ abs(np.asarray(direction)))
         return [float(entry) for entry in column]
 
+    still = found.frequency == 0.0
+
     def over_modes(matrix: Matrix) -> Vector:
-        return _clean(shapes.T @ (matrix @ shapes), abs(shapes).T @ (abs(matrix) @ abs(shapes)))
+        projected = _clean(shapes.T @ (matrix @ shapes), abs(shapes).T @ (abs(matrix) @ abs(shapes)))
+        # What dampers and springs do to a rigid motion that moves them by round-off is round-off.
+        weak = (abs(projected) <= CANCELLED * abs(projected).max()) & (still[:, np.newaxis] | still)
+        return np.where(weak, 0.0, projected)
 
     ratios = np.where(found.frequency > 0.0, damping, 0.0)
     file: dict[str, Any] = {"teeth": structure.teeth}

@@ -12,7 +12,7 @@
 //! them little, are left out. `Σ k (wᵀφ)²/ω²` is the part of a mode's elastic energy that contacts store.
 //! Where the static load closes none, the drive flanks are closed.
 
-use crate::model::{ActiveSet, DRIVE_FLANK, InitialState, Model};
+use crate::model::{ActiveSet, DRIVE_FLANK, Model};
 use crate::numerics::linalg::symmetric_eigen;
 use faer::Mat;
 
@@ -66,7 +66,7 @@ impl Frequencies {
             })
             .collect();
         open.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
-        let contacts = match model.start(&InitialState::Static).contact {
+        let contacts = match model.bearing_contacts() {
             ActiveSet::FREE => ActiveSet::DRIVE,
             bearing => bearing,
         };

@@ -74,7 +74,7 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
         false => Some(None),
     };
     let rated_force = root.quantity(issues, "rated_force");
-    let frequency = root.quantities(issues, "frequency", None);
+    let frequency = (root.quantities(issues, "frequency", None)).map(without_round_off);
     let modes = frequency.as_ref().map(Vec::len);
     let damping = column(root, issues, "damping", modes);
     let mesh = column(root, issues, "mesh", modes).filter(|c| acts(root, issues, "mesh", c));
@@ -251,6 +251,19 @@ fn acts(root: &Section, issues: &mut Issues, name: &str, values: &[f64]) -> bool
 /// that knows stiffnesses to 1e-16 knows frequencies to 1e-8 of the highest of its own, which the
 /// file may have left out.
 const ROUND_OFF: f64 = 1e-5;
+
+/// Part of the highest frequency below which one can only be round-off: squares of frequencies are known to no better than
+/// 1e-16 of the highest.
+const UNRESOLVED: f64 = 1e-8;
+
+/// Frequencies with those at 0 that are below [`UNRESOLVED`].
+fn without_round_off(mut frequency: Vec<f64>) -> Vec<f64> {
+    let least = UNRESOLVED * frequency.iter().copied().fold(0.0, f64::max);
+    for omega in frequency.iter_mut().filter(|omega| omega.abs() < least) {
+        *omega = 0.0;
+    }
+    frequency
+}
 
 /// A rigid rotation with the frequency that an eigenvalue solver's round-off has given it turns
 /// for thousands of cycles into a quarter: no motion would be seen to repeat.

@@ -1,14 +1,10 @@
 //! Static equilibrium: which contacts bear the mean load, and how far the structure yields.
 
+use super::error::ModelError;
+use super::rest::{self, Bearer, Contacts, ROUND_OFF, Rest, dot, dot_of_moduli};
 use super::{ActiveSet, COAST_FLANK, DRIVE_FLANK, Model};
 use crate::numerics::linalg;
 use faer::Mat;
-
-/// Part of a sum's terms that is the round-off of their sum.
-const ROUND_OFF: f64 = 1e-12;
-
-/// Contacts opened and closed until an equilibrium is given up: many times what sixteen need.
-const MOST_CHANGES: usize = 1000;
 
 /// A contact as a static state meets it, in the turned modes.
 struct Standing {
@@ -18,8 +14,6 @@ struct Standing {
     deflection: Vec<f64>,
     /// Modal force g of a unit of its force, with a minus sign.
     force: Vec<f64>,
-    /// Displacements under that, K⁻¹ g.
-    yielding: Vec<f64>,
     /// Stiffness k \[N/m\].
     stiffness: f64,
     /// `Σ w q` at which it closes \[m\].
@@ -38,7 +32,6 @@ impl Standing {
         let [deflection, force] = model.participations(segment.direction);
         Self {
             side: contact.side,
-            yielding: model.elastic_response(&force),
             deflection,
             force,
             stiffness: segment.stiffness_at(0.0),
@@ -47,235 +40,151 @@ impl Standing {
         }
     }
 
-    /// How far it is beyond the place where it closes \[m\], the sign that of its side.
-    fn stretch(&self, modes: &[f64]) -> f64 {
-        dot(&self.deflection, modes) - self.shut
+    /// Whether modal displacements stretch it beyond round-off of the place where it closes.
+    fn is_stretched(&self, modes: &[f64]) -> bool {
+        let stretch = self.side * (dot(&self.deflection, modes) - self.shut);
+        stretch > ROUND_OFF * (self.shut.abs() + dot_of_moduli(&self.deflection, modes))
     }
 
-    /// Size of what that is a difference of \[m\].
-    fn room(&self, modes: &[f64]) -> f64 {
-        let terms = self
-            .deflection
-            .iter()
-            .zip(modes)
-            .map(|(w, q)| (w * q).abs());
-        self.shut.abs() + terms.sum::<f64>()
-    }
-}
-
-/// `Σ a b` over as many as both have.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// The largest modulus.
-fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |most, value| value.abs().max(most))
-}
-
-/// The rigid motions that closed contacts hold.
-struct Held {
-    /// Orthonormal, each over the rigid modes.
-    basis: Vec<Vec<f64>>,
-    /// Velocities of the rigid modes with which the contacts do not move against each other.
-    rates: Vec<f64>,
-}
-
-impl Held {
-    fn by(closed: &[&Standing], rigid: &[usize]) -> Self {
-        let mut held = Self {
-            basis: Vec::new(),
-            rates: vec![0.0; rigid.len()],
-        };
-        for own in closed {
-            let along: Vec<f64> = rigid.iter().map(|&r| own.deflection[r]).collect();
-            let mut rest = along.clone();
-            for basis in &held.basis {
-                let part = dot(&rest, basis);
-                for (rest, h) in rest.iter_mut().zip(basis) {
-                    *rest -= part * h;
-                }
-            }
-            let size = dot(&rest, &rest).sqrt();
-            if size <= ROUND_OFF * dot(&along, &along).sqrt() {
-                continue;
-            }
-            let basis: Vec<f64> = rest.iter().map(|a| a / size).collect();
-            let missing = (own.shut_rate - dot(&along, &held.rates)) / size;
-            for (rate, h) in held.rates.iter_mut().zip(&basis) {
-                *rate += missing * h;
-            }
-            held.basis.push(basis);
+    /// What it is to a structure at rest: `at_load` displacements of the elastic modes under the load, `push` and
+    /// `yielding` what this and all contacts do with their forces, `felt` the rigid motions that contacts feel.
+    fn bearer(&self, at_load: &[f64], push: &[f64], yielding: Vec<f64>, felt: &[usize]) -> Bearer {
+        Bearer {
+            reach: self.side * (dot(&self.deflection, at_load) - self.shut),
+            size: self.shut.abs() + dot_of_moduli(&self.deflection, at_load),
+            stiffness: self.stiffness,
+            along: self.rigid_part(&self.deflection, felt),
+            push: self.rigid_part(push, felt),
+            yielding,
         }
-        held
+    }
+
+    /// Its participations in rigid motions, along its side and without round-off.
+    fn rigid_part(&self, values: &[f64], felt: &[usize]) -> Vec<f64> {
+        let noise = ROUND_OFF * values.iter().fold(0.0_f64, |most, w| w.abs().max(most));
+        (felt.iter())
+            .map(|&r| match values[r].abs() > noise {
+                true => self.side * values[r],
+                false => 0.0,
+            })
+            .collect()
     }
 }
 
-/// A state of rest with some contacts closed.
-struct Equilibrium {
-    /// Their forces \[N\], in order.
-    forces: Vec<f64>,
-    /// Displacements of the turned modes.
-    modes: Vec<f64>,
-    /// Velocities of the rigid ones.
-    rates: Vec<f64>,
-    /// What loads the rigid motions that are not held.
-    drift: Vec<f64>,
-}
-
-impl Equilibrium {
-    /// The open contact that a drift of the rigid motions meets first.
-    fn met_by_drift(&self, active: ActiveSet, all: &[Standing], rigid: &[usize]) -> Option<usize> {
-        let way = |contact: usize| {
-            let own = &all[contact];
-            let speed: f64 = (rigid.iter().zip(&self.drift))
-                .map(|(&r, drift)| own.side * own.deflection[r] * drift)
-                .sum();
-            let [size, fastest] = [&own.deflection, &self.drift].map(|values| largest(values));
-            // A motion that a contact does not feel is felt by round-off.
-            (speed > ROUND_OFF * size * fastest)
-                .then(|| (contact, -own.side * own.stretch(&self.modes) / speed))
-        };
-        (0..all.len())
-            .filter(|contact| !active.holds(*contact))
-            .filter_map(way)
-            .min_by(|a, b| a.1.total_cmp(&b.1))
-            .map(|(contact, _)| contact)
-    }
+/// Static equilibrium under the mean torques with all contacts at the start of their cycles.
+pub(super) struct Equilibrium {
+    /// The blocks' state.
+    pub state: Vec<f64>,
+    /// The contacts that bear a force beyond round-off.
+    pub bearing: ActiveSet,
 }
 
 impl Model {
+    /// The contacts that bear the mean load at rest beyond round-off, all at the start of their cycles.
+    ///
+    /// # Panics
+    /// Of a model changed since [`Model::new`] so that it has no static equilibrium.
+    pub fn bearing_contacts(&self) -> ActiveSet {
+        self.resting().bearing
+    }
+
+    /// The static equilibrium of a model as [`Model::new`] makes it.
+    pub(super) fn resting(&self) -> Equilibrium {
+        self.static_equilibrium()
+            .unwrap_or_else(|error| panic!("a model changed since it was made: {error}"))
+    }
+
     /// Static equilibrium under the mean torques with all contacts at the start of their cycles: on
     /// one of the flanks where there is nothing else that it closes, else on all contacts that share
     /// the load.
-    pub(super) fn static_equilibrium(&self) -> Vec<f64> {
-        let (mut state, force) = self.equilibrium_on(DRIVE_FLANK);
+    ///
+    /// # Errors
+    /// [`ModelError::NoEquilibrium`].
+    pub(super) fn static_equilibrium(&self) -> Result<Equilibrium, ModelError> {
+        let (mut state, mut force) = self.equilibrium_on(DRIVE_FLANK);
         let mut flank = DRIVE_FLANK;
         if force < 0.0 {
-            (state, _) = self.equilibrium_on(COAST_FLANK);
+            (state, force) = self.equilibrium_on(COAST_FLANK);
             flank = COAST_FLANK;
         }
         let modes = self.basis.turned_modes(&state);
-        let closed = |contact: usize| {
-            let standing = Standing::of(self, contact);
-            standing.side * standing.stretch(&modes) > ROUND_OFF * standing.room(&modes)
-        };
-        let count = self.contacts.len();
-        match count > 2 || (0..count).any(|other| other != flank && closed(other)) {
-            true => self.shared_equilibrium(flank),
-            false => state,
-        }
-    }
-
-    /// Static equilibrium with the load shared by the contacts that it closes. Contacts that would
-    /// pull are opened, those in the way of the others are closed, until neither is left: a linear
-    /// complementarity problem. A rigid motion that nothing holds drifts along what loads it until
-    /// a contact meets it; one that none meets stays where it is.
-    fn shared_equilibrium(&self, flank: usize) -> Vec<f64> {
-        let n = self.blocks.len();
-        let load = self.load_on_modes();
-        let at_load = self.elastic_response(&load);
         let all: Vec<Standing> = (0..self.contacts.len())
             .map(|contact| Standing::of(self, contact))
             .collect();
-        let mut active = ActiveSet::FREE.toggled(flank);
-        let mut found = self.equilibrium_with(active, &all, &load, &at_load);
-        for _ in 0..MOST_CHANGES {
-            let pulls = active
-                .iter()
-                .zip(&found.forces)
-                .find(|(contact, force)| all[*contact].side * **force < 0.0);
-            let change = (pulls.map(|(contact, _)| contact))
-                .or_else(|| found.met_by_drift(active, &all, self.basis.rigid()))
-                .or_else(|| {
-                    (0..all.len()).find(|&contact| {
-                        let (own, modes) = (&all[contact], &found.modes);
-                        let beyond = own.side * own.stretch(modes);
-                        !active.holds(contact) && beyond > ROUND_OFF * own.room(modes)
-                    })
-                });
-            let Some(change) = change else { break };
-            active = active.toggled(change);
-            found = self.equilibrium_with(active, &all, &load, &at_load);
+        let pushes = force.is_finite() && all[flank].side * force >= 0.0;
+        let stretched = |contact: &usize| all[*contact].is_stretched(&modes);
+        let bearing = (0..all.len())
+            .filter(stretched)
+            .fold(ActiveSet::FREE, ActiveSet::toggled);
+        let alone = bearing == ActiveSet::FREE || bearing.only() == Some(flank);
+        match all.len() == 2 && pushes && alone {
+            true => Ok(Equilibrium { state, bearing }),
+            false => self.shared_equilibrium(&all, &modes),
         }
-        found.modes.resize(2 * n, 0.0);
-        for (&rigid, rate) in self.basis.rigid().iter().zip(&found.rates) {
-            found.modes[n + rigid] = *rate;
-        }
-        self.basis.state_of_turned(&found.modes)
     }
 
-    /// Equilibrium with exactly these contacts closed, whatever the signs of their forces:
-    /// `H y` the rigid motions that they hold, H with orthonormal columns,
-    ///
-    /// ```text
-    /// W H y − (W K⁻¹ G + 1/k) F = d − W K⁻¹ f,      Hᵀ Gᵀ F = Hᵀ f
-    /// ```
-    fn equilibrium_with(
+    /// Static equilibrium with the load shared by the contacts that it closes ([`super::rest`]), sought from modal
+    /// displacements. A rigid motion that nothing holds drifts along what loads it until a contact meets it; one that
+    /// none meets stays where it is.
+    fn shared_equilibrium(
         &self,
-        active: ActiveSet,
         all: &[Standing],
-        load: &[f64],
-        at_load: &[f64],
-    ) -> Equilibrium {
-        let rigid = self.basis.rigid();
-        let closed: Vec<&Standing> = active.iter().map(|contact| &all[contact]).collect();
-        let held = Held::by(&closed, rigid);
-        let (count, order) = (closed.len(), closed.len() + held.basis.len());
-        let along = |vector: &[f64], basis: &[f64]| -> f64 {
-            rigid.iter().zip(basis).map(|(&r, h)| vector[r] * h).sum()
+        modes: &[f64],
+    ) -> Result<Equilibrium, ModelError> {
+        let n = self.blocks.len();
+        let felt = &self.basis.rigid()[self.basis.unfelt().len()..];
+        let load = self.load_on_modes();
+        let at_load = self.elastic_response(&load);
+        let under = |force: &dyn Fn(&Standing) -> Vec<f64>| -> Vec<Vec<f64>> {
+            let forces = all.iter().map(|own| self.elastic_response(&force(own)));
+            forces.collect()
         };
-        let matrix = Mat::from_fn(order, order, |i, j| match (i < count, j < count) {
-            (true, true) => {
-                let own = if i == j {
-                    1.0 / closed[i].stiffness
-                } else {
-                    0.0
-                };
-                -dot(&closed[i].deflection, &closed[j].yielding) - own
-            }
-            (true, false) => along(&closed[i].deflection, &held.basis[j - count]),
-            (false, true) => along(&closed[j].force, &held.basis[i - count]),
-            (false, false) => 0.0,
+        let given = under(&|own| own.force.clone());
+        let given_smooth = under(&|own| own.deflection.clone());
+        let gives = |i: usize, j: usize, given: &[Vec<f64>]| {
+            all[i].side * all[j].side * dot(&all[i].deflection, &given[j])
+        };
+        let contacts = |bearer: &dyn Fn(usize) -> Bearer| Contacts {
+            bearers: (0..all.len()).map(bearer).collect(),
+            load: felt.iter().map(|&r| load[r]).collect(),
+        };
+        let whole = contacts(&|i| {
+            let yielding = (0..all.len()).map(|j| gives(i, j, &given)).collect();
+            all[i].bearer(&at_load, &all[i].force, yielding, felt)
         });
-        let right: Vec<f64> = (closed.iter())
-            .map(|own| own.shut - dot(&own.deflection, at_load))
-            .chain(held.basis.iter().map(|basis| along(load, basis)))
-            .collect();
-        let solution = match order {
-            0 => Vec::new(),
-            _ => linalg::solve(matrix.as_ref(), &right),
-        };
-        let (forces, shifts) = solution.split_at(count);
-        let mut modes = at_load.to_vec();
-        let loads: Vec<f64> = rigid.iter().map(|&r| load[r]).collect();
-        let mut unbalanced = loads.clone();
-        for (own, force) in closed.iter().zip(forces) {
-            for (mode, yielding) in modes.iter_mut().zip(&own.yielding) {
-                *mode -= force * yielding;
-            }
-            for (left, &r) in unbalanced.iter_mut().zip(rigid) {
-                *left -= force * own.force[r];
-            }
+        let smooth = contacts(&|i| {
+            let half = |i, j| 0.5 * gives(i, j, &given_smooth);
+            let yielding = (0..all.len()).map(|j| half(i, j) + half(j, i)).collect();
+            all[i].bearer(&at_load, &all[i].deflection, yielding, felt)
+        });
+        let from = self.sought_from(all, modes, felt);
+        let found = rest::settle(&smooth, &whole, &from)?;
+        let mut modes = at_load;
+        for ((own, force), given) in all.iter().zip(&found.forces).zip(&given) {
+            rest::add(&mut modes, -own.side * force, given);
         }
-        for (basis, shift) in held.basis.iter().zip(shifts) {
-            for (&r, h) in rigid.iter().zip(basis) {
-                modes[r] += shift * h;
-            }
-            let along: f64 = dot(&unbalanced, basis);
-            for (left, h) in unbalanced.iter_mut().zip(basis) {
-                *left -= along * h;
-            }
+        for (&r, place) in felt.iter().zip(&found.place) {
+            modes[r] = *place;
         }
-        let round_off = ROUND_OFF * largest(&loads);
-        Equilibrium {
-            forces: forces.to_vec(),
-            modes,
-            rates: held.rates,
-            drift: unbalanced
-                .iter()
-                .map(|f| if f.abs() > round_off { *f } else { 0.0 })
+        modes.resize(2 * n, 0.0);
+        for (&r, rate) in felt.iter().zip(rates(all, &whole, &found)) {
+            modes[n + r] = rate;
+        }
+        Ok(Equilibrium {
+            state: self.basis.state_of_turned(&modes),
+            bearing: whole.stretched(&found.forces, &found.place),
+        })
+    }
+
+    /// Modal displacements as a state to seek from, without forces.
+    fn sought_from(&self, all: &[Standing], modes: &[f64], felt: &[usize]) -> Rest {
+        let known = modes.iter().all(|q| q.is_finite());
+        Rest {
+            forces: vec![0.0; all.len()],
+            place: (felt.iter())
+                .map(|&r| if known { modes[r] } else { 0.0 })
                 .collect(),
+            ..Rest::default()
         }
     }
 
@@ -351,6 +260,28 @@ impl Model {
         }
         out
     }
+}
+
+/// Velocities of the rigid motions with which contacts that touch do not move against each other.
+fn rates(all: &[Standing], contacts: &Contacts, rest: &Rest) -> Vec<f64> {
+    let stretches = contacts.stretches(&rest.forces, &rest.place);
+    let touches = |i: &usize| stretches[*i] >= -contacts.noise(*i, &rest.forces, &rest.place);
+    let touching: Vec<usize> = (0..all.len()).filter(touches).collect();
+    let mut rates = vec![0.0; contacts.load.len()];
+    let mut held: Vec<&[f64]> = Vec::new();
+    for i in touching {
+        let along = &contacts.bearers[i].along[..];
+        held.push(along);
+        let basis = rest::span(held.iter().copied());
+        if basis.len() < held.len() {
+            held.pop();
+            continue;
+        }
+        let last = &basis[basis.len() - 1];
+        let missing = all[i].side * all[i].shut_rate - dot(along, &rates);
+        rest::add(&mut rates, missing / dot(along, last), last);
+    }
+    rates
 }
 
 #[cfg(test)]
@@ -448,27 +379,28 @@ mod tests {
             speed: 100.0,
         };
         let model = Model::new(&structure, &fixtures::constant_mesh(10e-6, 4e8), point).unwrap();
-        let state = model.static_equilibrium();
+        let state = model.static_equilibrium().unwrap().state;
         assert!(
             (model.deflection(&state, 0.0).0 - 10e-6).abs() < 1e-20,
             "{state:?}"
         );
     }
 
-    /// What a stretch is a difference of: every term, and where the contact closes.
+    /// Round-off is judged by every term that a stretch is a difference of: 21 m here.
     #[test]
-    fn room_is_the_size_of_all_terms() {
-        let standing = Standing {
+    fn a_stretch_within_round_off_is_none() {
+        let mut standing = Standing {
             side: 1.0,
             deflection: vec![2.0, -3.0],
             force: Vec::new(),
-            yielding: Vec::new(),
             stiffness: 1.0,
             shut: -4.0,
             shut_rate: 0.0,
         };
-        assert_eq!(standing.room(&[1.0, 5.0]), 21.0);
-        assert_eq!(standing.stretch(&[1.0, 5.0]), -9.0);
+        for (beyond, stretched) in [(20e-12, false), (22e-12, true)] {
+            standing.shut = -13.0 - beyond;
+            assert_eq!(standing.is_stretched(&[1.0, 5.0]), stretched, "{beyond}");
+        }
     }
 
     /// One stop so near that the drive flank is not reached.
@@ -506,7 +438,7 @@ mod tests {
         let start = model.start(&InitialState::Static);
         assert_eq!(start.contact, ActiveSet::DRIVE);
         let (alone, _) = model.equilibrium_on(DRIVE_FLANK);
-        let size = largest(&alone);
+        let size = alone.iter().fold(0.0_f64, |most, x| x.abs().max(most));
         for (shared, alone) in start.state.iter().zip(&alone) {
             assert!((shared - alone).abs() < 1e-13 * size, "{shared} {alone}");
         }

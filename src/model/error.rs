@@ -1,5 +1,6 @@
 //! What stands in the way of a model.
 
+use super::rest::Unrest;
 use crate::numerics::decoupling::DecouplingError;
 
 /// Why a model cannot be built.
@@ -33,6 +34,22 @@ pub enum ModelError {
         /// By how much; \[rad\] of stops against rotation \[m\].
         lack: f64,
     },
+    /// No state of rest under the mean load.
+    #[error(
+        "no static equilibrium: with {:.3} % of the friction and of the springs that are not symmetric, contacts {} (from 1, the drive \
+         and the coast flank first) pull or overlap by up to {excess:.1e} m; friction locks them or the structure is unstable: lower \
+         the friction of the mesh and of the contacts, or the cross-coupled stiffness",
+        100.0 * friction,
+        numbered(contacts)
+    )]
+    NoEquilibrium {
+        /// The contacts that pull or overlap, from 0.
+        contacts: Vec<usize>,
+        /// By how much at most \[m\].
+        excess: f64,
+        /// Part of the friction, and of what is not symmetric, at which there is none.
+        friction: f64,
+    },
     /// A quantity outside its physical range.
     #[error("{name} is {value}, but must be {accepted}")]
     OutOfRange {
@@ -43,6 +60,27 @@ pub enum ModelError {
         /// What would be accepted.
         accepted: &'static str,
     },
+}
+
+impl From<Unrest> for ModelError {
+    fn from(unrest: Unrest) -> Self {
+        let Unrest {
+            contacts,
+            excess,
+            friction,
+        } = unrest;
+        Self::NoEquilibrium {
+            contacts,
+            excess,
+            friction,
+        }
+    }
+}
+
+/// Places of contacts, from 1.
+fn numbered(contacts: &[usize]) -> String {
+    let numbers: Vec<String> = contacts.iter().map(|i| (i + 1).to_string()).collect();
+    numbers.join(", ")
 }
 
 /// That a value of a drive is finite and within its range.

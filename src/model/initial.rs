@@ -47,11 +47,14 @@ impl TrajectoryState {
 
 impl Model {
     /// The trajectory that starts as asked, at mesh cycle 0.
+    ///
+    /// # Panics
+    /// Of a model changed since [`Model::new`] so that it has no static equilibrium, where that is asked for.
     pub fn start(&self, initial: &InitialState) -> TrajectoryState {
         let n = self.blocks.len();
         let state = match initial {
             InitialState::Rest => vec![0.0; 2 * n],
-            InitialState::Static => self.static_equilibrium(),
+            InitialState::Static => self.resting().state,
             InitialState::Modal {
                 displacement,
                 velocity,

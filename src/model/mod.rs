@@ -36,6 +36,7 @@ mod mesh;
 mod output;
 mod parallel;
 mod release;
+mod rest;
 mod rolling;
 mod stiffness;
 mod system;

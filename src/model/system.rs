@@ -76,7 +76,7 @@ impl Model {
     ///
     /// # Errors
     /// Modes coupled without remedy, ripple on a shaft the structure does not know, springs on several lines
-    /// that would share a residual flexibility, or a value out of its range.
+    /// that would share a residual flexibility, contacts that friction locks, or a value out of its range.
     pub fn new(
         structure: &ModalStructure,
         drive: &Drive,
@@ -242,7 +242,7 @@ impl Model {
             .map(|own| BearingOutput::new(own, structure, &drive.torque_ripple, point, &basis))
             .collect();
         let outputs = Output::of_structure(structure, &basis);
-        Ok(Self {
+        let model = Self {
             blocks,
             directions,
             lines,
@@ -259,7 +259,9 @@ impl Model {
             outputs,
             effective_mass: 1.0 / inverse_mass(structure),
             teeth: [Some(structure.teeth), structure.wheel_teeth],
-        })
+        };
+        model.static_equilibrium()?;
+        Ok(model)
     }
 
     /// Contact damping `c = 2 ζ √(k_mean m_e)` \[N s/m\], with the mass m_e of

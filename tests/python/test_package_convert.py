@@ -154,6 +154,32 @@ def test_a_chain_has_the_frequencies_of_its_closed_form(tmp_path):
     assert again.returncode == 2 and "is there already" in again.stderr
 
 
+def test_free_bodies_coupled_by_mass_are_rigid(tmp_path):
+    """K = diag(3e7, 1e7, 0, 0), a free mass on either spring's: an eigenvalue solver leaves their modes 1e-16 of the
+    springs' freedoms, energies of 1e-24 1/s² and as much damping. Elastic: ω² = k/(m − c²/M), c the mass between."""
+    M = np.diag([0.02, 3.0, 0.5, 0.004])
+    M[0, 2] = M[2, 0] = 0.03
+    M[1, 3] = M[3, 1] = 0.03
+    K = np.diag([3e7, 1e7, 0.0, 0.0])
+    direction = np.ones(4)
+    structure = Matrices(
+        M=M, K=K, C=1e-6 * K, directions={"mesh": direction, "torque": direction}, teeth=20, rated_force=100.0
+    )
+    file = write(structure, tmp_path / "drive.modal.toml")
+    stiff = np.array([1e7 / (3.0 - 0.03**2 / 0.004), 3e7 / (0.02 - 0.03**2 / 0.5)]) ** 0.5
+    assert file["frequency"][:2] == [0.0, 0.0]
+    np.testing.assert_allclose(file["frequency"][2:], stiff, rtol=1e-12)
+    assert "damping_matrix" not in file
+    np.testing.assert_allclose(file["damping"], [0.0, 0.0, *(0.5e-6 * stiff)], rtol=1e-12)
+
+
+def test_soft_modes_that_the_program_refuses_are_not_written():
+    soft = Matrices(M=np.diag([1.0, 1.0]), K=np.diag([1.0, 1e12]), directions=PAIR, teeth=20, rated_force=100.0)
+    with pytest.raises(StructureError, match="1 rad/s beside one of 1e\\+06 rad/s"):
+        tables(soft)
+    assert tables(soft, modes=1)["frequency"] == [1.0]
+
+
 def test_what_is_not_modal_becomes_matrices():
     M, K = np.diag([1.0, 2.0]), np.diag([1e6, 8e6])
     C, G, Kc = np.array([[3.0, 1.0], [1.0, 4.0]]), np.array([[0.0, 0.3], [-0.3, 0.0]]), np.array([[0.0, 5e3], [0.0, 0.0]])

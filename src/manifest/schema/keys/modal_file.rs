@@ -18,7 +18,8 @@ pub(super) const KEYS: &[Key] = &[
     quantity("rated_force", Force, POSITIVE, "1330.0")
         .about("Mesh force at load 1."),
     key("frequency", Kind::List("angular frequencies, one a mode"), ANY, "[0.0, 0.0, 4452.8]")
-        .about("Natural angular frequencies of the mass-normalised modes, ascending; 0 for rigid rotations."),
+        .about("Natural angular frequencies of the mass-normalised modes, ascending; 0 for rigid rotations, as which \
+                less than 1e-8 of the highest counts."),
     quantity("frequency.*", AngularSpeed, NON_NEGATIVE, "4452.8"),
     key("damping", Kind::List("ratios, one a mode"), ANY, "[0.0, 0.0, 0.02]")
         .about("Damping ratios of the modes."),

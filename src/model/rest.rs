@@ -1,0 +1,393 @@
+//! Which contacts bear a constant load, and with what forces?
+//!
+//! Contact i is a spring k across a gap that pushes on its own side only; everything else is linear. With the elastic
+//! motions eliminated, y the rigid motions that contacts feel and p how far contacts are stretched beyond the place
+//! where they close,
+//!
+//! ```text
+//! p = c + A y − B F,      F = k max(0, p),      Hᵀ (f − Gᵀ F) = 0
+//! ```
+//!
+//! with A the contacts' participations in y, G those of their forces, B the flexibility of the structure, and H the rigid
+//! motions that closed contacts hold. What is left of the rigid load f is a drift: it must not lead into an open contact.
+//!
+//! Without friction G = A and B = Bᵀ, and the solution is where the convex energy
+//! `½ λᵀ B λ − fᵀ y + Σ ½ k max(0, p)²`, `p = c + A y − B λ`, is least. It is quadratic between the places where contacts close,
+//! so that Newton steps with exact line searches end after finitely many of them (J. Sun, On piecewise quadratic Newton
+//! and trust region problems, Math. Program. 76, 1997). Friction, and springs that are not symmetric, come in by parts:
+//! on each part what they add is a load, renewed until the closed contacts stay the same. Where that way ends, because
+//! contacts lock, every combination of closed contacts is tried: where none is in balance, there is no equilibrium.
+
+use super::ActiveSet;
+use crate::numerics::linalg;
+use faer::Mat;
+
+/// Part of a sum's terms that is the round-off of their sum.
+pub(super) const ROUND_OFF: f64 = 1e-12;
+
+/// Sine of the angle between rigid motions below which they are one, and part of the forces on rigid motions below
+/// which a drift is none: participations come from eigenvectors.
+const SAME_MOTION: f64 = 1e-9;
+
+/// Newton steps until an energy has no minimum: sixteen contacts need some twenty.
+const MOST_STEPS: usize = 300;
+
+/// Renewals of the load by friction until a part of it is too much at once.
+const MOST_RENEWALS: usize = 20;
+
+/// Part of the friction that comes in at once, and the least part.
+const PARTS: [f64; 2] = [0.125, 1e-6];
+
+/// `Σ a b` over as many as both have.
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// `Σ |a b|`.
+pub(super) fn dot_of_moduli(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a * b).abs()).sum()
+}
+
+/// `a += factor b`.
+pub(super) fn add(a: &mut [f64], factor: f64, b: &[f64]) {
+    for (a, b) in a.iter_mut().zip(b) {
+        *a += factor * b;
+    }
+}
+
+/// The largest modulus.
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, value| value.abs().max(most))
+}
+
+/// Orthonormal rows that span others, but for those within [`SAME_MOTION`] of the span of the ones before.
+pub(super) fn span<'a>(rows: impl Iterator<Item = &'a [f64]>) -> Vec<Vec<f64>> {
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    for row in rows {
+        let mut rest = row.to_vec();
+        // Twice is enough for a basis that is orthogonal to round-off.
+        for _ in 0..2 {
+            for known in &basis {
+                let part = dot(&rest, known);
+                add(&mut rest, -part, known);
+            }
+        }
+        let size = dot(&rest, &rest).sqrt();
+        if size > SAME_MOTION * dot(row, row).sqrt() {
+            basis.push(rest.iter().map(|a| a / size).collect());
+        }
+    }
+    basis
+}
+
+/// What a contact is to a structure at rest, everything along its own side. Lists over contacts have one entry each,
+/// lists over rigid motions one for each that contacts feel.
+#[derive(Debug, Clone)]
+pub(super) struct Bearer {
+    /// Stretch without forces at y = 0, c \[m\].
+    pub reach: f64,
+    /// Size of what that is a difference of \[m\].
+    pub size: f64,
+    /// Stiffness k \[N/m\].
+    pub stiffness: f64,
+    /// Participations of its stretch in the rigid motions, A.
+    pub along: Vec<f64>,
+    /// Those of its force, G.
+    pub push: Vec<f64>,
+    /// By how much it gives way to a unit of each contact's force, B \[m/N\].
+    pub yielding: Vec<f64>,
+}
+
+/// A state of rest.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Rest {
+    /// Forces of all contacts \[N\]; 0 of open ones.
+    pub forces: Vec<f64>,
+    /// Rigid motions y \[m √kg\].
+    pub place: Vec<f64>,
+    /// The contacts that were taken to be closed.
+    pub closed: ActiveSet,
+    /// Rigid load that these do not hold \[N/√kg\].
+    pub drift: Vec<f64>,
+}
+
+/// Contacts for which no state of rest was found.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Unrest {
+    /// Those that pull or overlap.
+    pub contacts: Vec<usize>,
+    /// By how much at most \[m\].
+    pub excess: f64,
+    /// Part of the friction that was too much, 0 to 1.
+    pub friction: f64,
+}
+
+/// Contacts under a rigid load.
+#[derive(Debug, Clone)]
+pub(super) struct Contacts {
+    pub bearers: Vec<Bearer>,
+    /// Load f on the rigid motions \[N/√kg\].
+    pub load: Vec<f64>,
+}
+
+impl Contacts {
+    /// How far each is stretched \[m\] by forces at a place.
+    pub fn stretches(&self, forces: &[f64], place: &[f64]) -> Vec<f64> {
+        let stretch =
+            |own: &Bearer| own.reach + dot(&own.along, place) - dot(&own.yielding, forces);
+        self.bearers.iter().map(stretch).collect()
+    }
+
+    /// Stretch \[m\] of a contact that is round-off.
+    pub fn noise(&self, contact: usize, forces: &[f64], place: &[f64]) -> f64 {
+        let own = &self.bearers[contact];
+        let moved = dot_of_moduli(&own.along, place) + dot_of_moduli(&own.yielding, forces);
+        ROUND_OFF * (own.size + moved)
+    }
+
+    /// Those that a state stretches.
+    pub fn stretched(&self, forces: &[f64], place: &[f64]) -> ActiveSet {
+        let stretches = self.stretches(forces, place);
+        (0..stretches.len())
+            .filter(|&contact| stretches[contact] > self.noise(contact, forces, place))
+            .fold(ActiveSet::FREE, ActiveSet::toggled)
+    }
+
+    /// The state in which exactly these are closed, whatever the signs of their forces, nearest to a place: `H h` the
+    /// rigid motion from there,
+    ///
+    /// ```text
+    /// (B + 1/k) F − A H h = c + A y,      Hᵀ Gᵀ F = Hᵀ f
+    /// ```
+    fn with_closed(&self, closed: ActiveSet, place: &[f64]) -> Rest {
+        let among: Vec<usize> = closed.iter().collect();
+        let held = span(among.iter().map(|&i| &self.bearers[i].along[..]));
+        let (count, order) = (among.len(), among.len() + held.len());
+        let matrix = Mat::from_fn(order, order, |i, j| match (i < count, j < count) {
+            (true, true) => {
+                let own = &self.bearers[among[i]];
+                let spring = if i == j { 1.0 / own.stiffness } else { 0.0 };
+                own.yielding[among[j]] + spring
+            }
+            (true, false) => -dot(&self.bearers[among[i]].along, &held[j - count]),
+            (false, true) => dot(&self.bearers[among[j]].push, &held[i - count]),
+            (false, false) => 0.0,
+        });
+        let right: Vec<f64> = (among.iter())
+            .map(|&i| self.bearers[i].reach + dot(&self.bearers[i].along, place))
+            .chain(held.iter().map(|held| dot(&self.load, held)))
+            .collect();
+        let solution = match order {
+            0 => Vec::new(),
+            _ => linalg::solve(matrix.as_ref(), &right),
+        };
+        let mut forces = vec![0.0; self.bearers.len()];
+        let mut drift = self.load.clone();
+        let mut size = largest(&drift);
+        for (&contact, &force) in among.iter().zip(&solution) {
+            forces[contact] = force;
+            let push = &self.bearers[contact].push;
+            add(&mut drift, -force, push);
+            size = size.max(force.abs() * largest(push));
+        }
+        let mut place = place.to_vec();
+        for (held, shift) in held.iter().zip(&solution[count..]) {
+            add(&mut place, *shift, held);
+            let part = dot(&drift, held);
+            add(&mut drift, -part, held);
+        }
+        if largest(&drift) <= SAME_MOTION * size {
+            drift.fill(0.0);
+        }
+        Rest {
+            forces,
+            place,
+            closed,
+            drift,
+        }
+    }
+
+    /// Contacts that pull though closed, or overlap though open, each with how far \[m\].
+    fn faults(&self, rest: &Rest) -> Vec<(usize, f64)> {
+        let stretches = self.stretches(&rest.forces, &rest.place);
+        let excess = |contact: usize| match rest.closed.holds(contact) {
+            true => -rest.forces[contact] / self.bearers[contact].stiffness,
+            false => stretches[contact],
+        };
+        (0..self.bearers.len())
+            .map(|contact| (contact, excess(contact)))
+            // Written so that what is no number is a fault.
+            .filter(|&(contact, excess)| {
+                let noise = self.noise(contact, &rest.forces, &rest.place);
+                !(excess <= noise && noise.is_finite())
+            })
+            .collect()
+    }
+
+    /// Whether the drift leads into an open contact: one that is open feels it beyond round-off.
+    fn drifts_into_one(&self, rest: &Rest) -> bool {
+        self.bearers.iter().enumerate().any(|(contact, own)| {
+            let felt = SAME_MOTION * dot_of_moduli(&own.along, &rest.drift);
+            !rest.closed.holds(contact) && dot(&own.along, &rest.drift) > felt
+        })
+    }
+
+    /// The state of least energy, sought from another on. The contacts have no friction. `None` where there is none.
+    fn least_energy(&self, from: &Rest) -> Option<Rest> {
+        let (mut forces, mut place) = (from.forces.clone(), from.place.clone());
+        for _ in 0..MOST_STEPS {
+            let next = self.with_closed(self.stretched(&forces, &place), &place);
+            if self.faults(&next).is_empty() {
+                if !self.drifts_into_one(&next) {
+                    return Some(next);
+                }
+                (forces, place) = (next.forces, next.place);
+                let still = vec![0.0; forces.len()];
+                self.descend(&mut forces, &mut place, [&still, &next.drift]);
+                continue;
+            }
+            let less = |to: &[f64], from: &[f64]| -> Vec<f64> {
+                to.iter().zip(from).map(|(a, b)| a - b).collect()
+            };
+            let way = [less(&next.forces, &forces), less(&next.place, &place)];
+            self.descend(&mut forces, &mut place, [&way[0], &way[1]]);
+        }
+        None
+    }
+
+    /// Moves to where the energy along a way in forces and place is least: its slope is a broken line that rises.
+    fn descend(&self, forces: &mut [f64], place: &mut [f64], way: [&[f64]; 2]) {
+        let stretches = self.stretches(forces, place);
+        let given: Vec<f64> = (self.bearers.iter())
+            .map(|own| dot(&own.yielding, way[0]))
+            .collect();
+        let rates: Vec<f64> = (self.bearers.iter().zip(&given))
+            .map(|(own, given)| dot(&own.along, way[1]) - given)
+            .collect();
+        let [elastic, stiffening] = [dot(forces, &given), dot(way[0], &given)];
+        let constant = elastic - dot(&self.load, way[1]);
+        let slope = |t: f64| {
+            let springs = (0..rates.len()).map(|i| {
+                let stretch = (stretches[i] + t * rates[i]).max(0.0);
+                self.bearers[i].stiffness * stretch * rates[i]
+            });
+            constant + t * stiffening + springs.sum::<f64>()
+        };
+        let mut bends: Vec<f64> = (stretches.iter().zip(&rates))
+            .map(|(stretch, rate)| -stretch / rate)
+            .filter(|t| t.is_finite() && *t > 0.0)
+            .collect();
+        bends.sort_by(f64::total_cmp);
+        // Behind the last bend the line is straight.
+        bends.push(2.0 * bends.last().copied().unwrap_or(0.0) + 2.0);
+        let rising = bends.iter().position(|&t| slope(t) >= 0.0);
+        let end = rising.unwrap_or(bends.len() - 1);
+        let [low, high] = [if end == 0 { 0.0 } else { bends[end - 1] }, bends[end]];
+        let step = low - slope(low) * (high - low) / (slope(high) - slope(low));
+        // Where round-off hides the slope, the end of the way is as good as any.
+        let step = if step > 0.0 && step.is_finite() { step } else { 1.0 };
+        add(forces, step, way[0]);
+        add(place, step, way[1]);
+    }
+
+    /// Between these, without friction, and others that have it: with a part of it.
+    fn towards(&self, other: &Self, part: f64) -> Self {
+        let mixed = |own: &[f64], other: &[f64]| -> Vec<f64> {
+            let pairs = own.iter().zip(other);
+            pairs.map(|(own, other)| own + part * (other - own)).collect()
+        };
+        let bearers = (self.bearers.iter().zip(&other.bearers))
+            .map(|(own, other)| Bearer {
+                push: mixed(&own.push, &other.push),
+                yielding: mixed(&own.yielding, &other.yielding),
+                ..own.clone()
+            })
+            .collect();
+        Self {
+            bearers,
+            load: self.load.clone(),
+        }
+    }
+
+    /// These with what contacts with friction do more, under their forces, as a load.
+    fn loaded_by(&self, other: &Self, forces: &[f64]) -> Self {
+        let mut loaded = self.clone();
+        for (own, other) in loaded.bearers.iter_mut().zip(&other.bearers) {
+            own.reach -= dot(&other.yielding, forces) - dot(&own.yielding, forces);
+        }
+        for ((own, other), force) in self.bearers.iter().zip(&other.bearers).zip(forces) {
+            add(&mut loaded.load, *force, &own.push);
+            add(&mut loaded.load, -force, &other.push);
+        }
+        loaded
+    }
+
+    /// Any state of rest, each combination of closed contacts taken near a place.
+    fn any_at(&self, place: &[f64]) -> Option<Rest> {
+        let count = self.bearers.len();
+        let combination = |bits: u32| {
+            (0..count)
+                .filter(|contact| bits >> contact & 1 == 1)
+                .fold(ActiveSet::FREE, ActiveSet::toggled)
+        };
+        (0..1_u32 << count)
+            .map(|bits| self.with_closed(combination(bits), place))
+            .find(|rest| self.faults(rest).is_empty() && !self.drifts_into_one(rest))
+    }
+
+    /// The state of contacts with friction near another one of theirs, these being the same without friction. What is
+    /// last found where there is none, with its faults.
+    fn with_friction(&self, rubbing: &Self, from: &Rest) -> Result<Rest, Vec<(usize, f64)>> {
+        let mut rest = from.clone();
+        let mut faults = Vec::new();
+        for _ in 0..MOST_RENEWALS {
+            let found = rubbing.with_closed(rest.closed, &rest.place);
+            faults = rubbing.faults(&found);
+            if faults.is_empty() && !rubbing.drifts_into_one(&found) {
+                return Ok(found);
+            }
+            let forces: Vec<f64> = found.forces.iter().map(|force| force.max(0.0)).collect();
+            match self.loaded_by(rubbing, &forces).least_energy(&rest) {
+                Some(next) => rest = next,
+                None => break,
+            }
+        }
+        Err(faults)
+    }
+}
+
+/// The state of rest of contacts with friction, sought from a state on; `smooth` are the same without friction, and
+/// with a flexibility that is symmetric.
+///
+/// # Errors
+/// [`Unrest`] where friction is so strong, or the flexibility so far from symmetric, that contacts lock.
+pub(super) fn settle(smooth: &Contacts, whole: &Contacts, from: &Rest) -> Result<Rest, Unrest> {
+    let unrest = |faults: Vec<(usize, f64)>, friction: f64| Unrest {
+        excess: faults.iter().fold(0.0, |most, fault| fault.1.max(most)),
+        contacts: faults.into_iter().map(|(contact, _)| contact).collect(),
+        friction,
+    };
+    let Some(mut rest) = smooth.least_energy(from) else {
+        let last = smooth.with_closed(smooth.stretched(&from.forces, &from.place), &from.place);
+        return Err(unrest(smooth.faults(&last), 0.0));
+    };
+    let differ = |(own, other): (&Bearer, &Bearer)| {
+        own.push != other.push || own.yielding != other.yielding
+    };
+    if !smooth.bearers.iter().zip(&whole.bearers).any(differ) {
+        return Ok(rest);
+    }
+    let [mut step, least] = PARTS;
+    let mut part = 0.0;
+    while part < 1.0 {
+        let next: f64 = f64::min(part + step, 1.0);
+        match smooth.with_friction(&smooth.towards(whole, next), &rest) {
+            Ok(found) => (rest, part) = (found, next),
+            Err(faults) if step < least => {
+                return whole.any_at(&rest.place).ok_or_else(|| unrest(faults, next));
+            }
+            Err(_) => step *= 0.5,
+        }
+    }
+    Ok(rest)
+}
