@@ -142,7 +142,7 @@ fn a_modal_file_is_the_structure() {
 }
 
 /// The manifest with the drawing of the quickstart's gears.
-fn drawn(text: &str) -> String {
+fn with_gear(text: &str) -> String {
     let quickstart = include_str!("../manifests/quickstart.toml");
     let (_, gear) = quickstart.split_once("\n[gear]").unwrap();
     let (gear, _) = gear.split_once("\n[shafts]").unwrap();
@@ -154,21 +154,25 @@ fn drawn(text: &str) -> String {
 fn friction_has_its_drawing_beside_a_modal_file() {
     let law = "friction_law = \"schlenk\"\nroughness = \"0.5 um\"\noil_viscosity = \"20 mPa*s\"";
     let rubbing = with(MODAL, "[mesh]", &format!("[mesh]\n{law}"));
-    let FrictionSpec::Mean { gears, .. } = &job(&drawn(&rubbing)).points.at(0).mesh.friction else {
+    let FrictionSpec::Mean { gears, .. } = &job(&with_gear(&rubbing)).points.at(0).mesh.friction
+    else {
         panic!("a constant coefficient");
     };
     assert_eq!(gears.teeth, [20, 30]);
     let said = parse(&rubbing).unwrap_err().to_string();
     assert!(said.contains("pair on parallel axes"), "{said}");
-    assert!(parse(&drawn(MODAL)).is_err());
+    assert!(parse(&with_gear(MODAL)).is_err());
     let constant = with(MODAL, "[mesh]", "[mesh]\nfriction = 0.05");
-    let mesh = &job(&drawn(&constant)).points.at(0).mesh;
+    let mesh = &job(&with_gear(&constant)).points.at(0).mesh;
     // ε and g_f/p_b of 20/30 teeth of 20 deg with a whole addendum.
     let pairs = mesh.sliding.unwrap();
     assert!((pairs.contact_ratio - 1.605_176_092_139_061_6).abs() < 1e-12);
     assert!((pairs.pitch_phase - 0.826_756_940_451_482_4).abs() < 1e-12);
     let said = parse(&constant).unwrap_err().to_string();
-    assert!(said.contains("pitch point") && said.contains("[gear]"), "{said}");
+    assert!(
+        said.contains("pitch point") && said.contains("[gear]"),
+        "{said}"
+    );
     let none = with(MODAL, "[mesh]", "[mesh]\nfriction = 0");
     assert_eq!(job(&none).points.at(0).mesh.sliding, None);
 }
@@ -176,20 +180,32 @@ fn friction_has_its_drawing_beside_a_modal_file() {
 /// Pairs share the load as long as the law of two levels has two of them in contact; a drawing says the rest.
 #[test]
 fn friction_steps_where_the_stiffness_of_two_levels_does() {
-    let ratio = |text: &str| job(text).points.at(0).mesh.sliding.map(|own| own.contact_ratio);
+    let ratio = |text: &str| {
+        job(text)
+            .points
+            .at(0)
+            .mesh
+            .sliding
+            .map(|own| own.contact_ratio)
+    };
     let flex80 = include_str!("../manifests/flex80.toml");
     assert_eq!(ratio(flex80), Some(1.6));
-    let drawn = ratio(&with(
-        &with(flex80, "contact_ratio = 1.6", ""),
-        "mean_stiffness = \"4e8 N/m\"\n",
-        "values = [\"4e8 N/m\", \"3e8 N/m\"]\n",
-    )
-    .lines()
-    .filter(|line| !line.starts_with("single_pair_drop") && !line.starts_with("segments"))
-    .map(|line| format!("{line}\n"))
-    .collect::<String>());
+    let drawn = ratio(
+        &with(
+            &with(flex80, "contact_ratio = 1.6", ""),
+            "mean_stiffness = \"4e8 N/m\"\n",
+            "values = [\"4e8 N/m\", \"3e8 N/m\"]\n",
+        )
+        .lines()
+        .filter(|line| !line.starts_with("single_pair_drop") && !line.starts_with("segments"))
+        .map(|line| format!("{line}\n"))
+        .collect::<String>(),
+    );
     assert!((drawn.unwrap() - 1.605_176_092_139_061_6).abs() < 1e-12);
-    assert_eq!(ratio(&with(flex80, "friction = 0.05", "friction = 0")), None);
+    assert_eq!(
+        ratio(&with(flex80, "friction = 0.05", "friction = 0")),
+        None
+    );
     assert_eq!(ratio(include_str!("../manifests/flex80-table.toml")), None);
 }
 
@@ -478,7 +494,7 @@ fn ripple_needs_and_finds_its_columns() {
 #[test]
 fn any_numeric_model_key_can_be_an_axis() {
     let job = job(&with(
-        &drawn(MODAL),
+        &with_gear(MODAL),
         "load = 0.1",
         "load = 0.1\n\"mesh.half_gap\" = { from = \"5 um\", to = \"20 um\", count = 3, spacing = \"log\" }\n\"model.retained\" = { values = [2, 3] }\n\"excitation.transmission_error.0.amplitude\" = { values = [\"1 um\", 2e-6] }\n\"mesh.contact_damping\" = { values = [\"1000 N*s/m\", \"2 kN*s/m\"] }\n\"mesh.friction\" = 0.1",
     ));

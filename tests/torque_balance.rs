@@ -196,6 +196,10 @@ fn the_default_drive_bears_its_load_through_rattle() {
         );
         assert!((met.applied - 66.511).abs() < 1e-3);
         assert!(residual <= bar, "{speed}: {residual} N, {bar} N");
-        assert!(met.friction.abs() < 0.5 * most * met.modulus, "{speed}: {}", met.friction);
+        assert!(
+            met.friction.abs() < 0.5 * most * met.modulus,
+            "{speed}: {}",
+            met.friction
+        );
     }
 }

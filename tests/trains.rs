@@ -190,14 +190,20 @@ fn friction_of_bevel_gears_is_refused() {
     let rubbing = BEVEL.replace("[mesh]", "[mesh]\nfriction = 0.05");
     let refused = manifest::parse(&rubbing, "test.toml", Path::new("")).unwrap_err();
     let said = refused.to_string();
-    assert!(said.contains("pitch point") && said.contains("bevel"), "{said}");
+    assert!(
+        said.contains("pitch point") && said.contains("bevel"),
+        "{said}"
+    );
     let further = BEVEL.replace(
         "[mesh]",
         "[[train.mesh]]\ngears = [\"z20\", \"z30\"]\nhalf_gap = \"30 um\"\ncoast_symmetry = 0\nstiffness = \"2e8 N/m\"\nfriction = 0.05\n\n[mesh]",
     );
     let refused = manifest::parse(&further, "test.toml", Path::new("")).unwrap_err();
     let said = refused.to_string();
-    assert!(said.contains("pitch point") && said.contains("bevel"), "{said}");
+    assert!(
+        said.contains("pitch point") && said.contains("bevel"),
+        "{said}"
+    );
 }
 
 /// Three gears in a row, each mesh of which may be the first.
@@ -241,7 +247,9 @@ fn friction_of_further_meshes_turns_as_that_of_the_first() {
         let gains = model.gains(segment);
         let sum = |term: &dyn Fn(f64, f64) -> f64| -> f64 {
             let terms = gains.iter();
-            terms.map(|gain| term(gain.deflection[0], gain.mesh_input[1])).sum()
+            terms
+                .map(|gain| term(gain.deflection[0], gain.mesh_input[1]))
+                .sum()
         };
         // The coast flanks of a further mesh count their deflection the other way, and their force.
         [sum(&|w, _| w * w), sum(&|w, g| w * g), sum(&|_, g| g * g)]
@@ -254,7 +262,10 @@ fn friction_of_further_meshes_turns_as_that_of_the_first() {
                 let found = invariants(further, 2 + flank, phase);
                 let expected = invariants(first, flank, phase);
                 for (found, expected) in found.into_iter().zip(expected) {
-                    assert!((found / expected - 1.0).abs() < 1e-9, "{phase} {flank}: {found} {expected}");
+                    assert!(
+                        (found / expected - 1.0).abs() < 1e-9,
+                        "{phase} {flank}: {found} {expected}"
+                    );
                 }
                 directions.push(found[1]);
             }

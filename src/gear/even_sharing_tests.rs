@@ -91,12 +91,18 @@ fn spur_pairs_slide_as_their_mesh_table_has_it() {
             let direction = cycle.value(&cycle.friction, phase);
             let lever = cycle.value(&cycle.friction_lever, phase);
             assert!((found.direction - direction).abs() < 1e-12, "{phase}");
-            assert!((found.lever - lever).abs() < 1e-12 * even.base_pitch, "{phase}");
+            assert!(
+                (found.lever - lever).abs() < 1e-12 * even.base_pitch,
+                "{phase}"
+            );
         }
         let ends = even.ends(APART);
         assert_eq!(ends.len(), 3, "a pair leaves, one passes the pitch point");
         for end in ends {
-            assert!(cycle.breaks.iter().any(|own| (own - end).abs() < 1e-12), "{end}");
+            assert!(
+                cycle.breaks.iter().any(|own| (own - end).abs() < 1e-12),
+                "{end}"
+            );
         }
     }
 }
@@ -123,7 +129,10 @@ fn friction_turns_at_the_pitch_point() {
 fn evenly_shared_load_has_ohlendorf_s_loss_factor() {
     for pair in spur_pairs() {
         let even = EvenSharing::new(&pair).unwrap();
-        let ends = [0.0].into_iter().chain(even.ends(APART)).collect::<Vec<_>>();
+        let ends = [0.0]
+            .into_iter()
+            .chain(even.ends(APART))
+            .collect::<Vec<_>>();
         let lever: f64 = (ends.windows(2))
             .map(|ends| (ends[1] - ends[0]) * even.mean([ends[0], ends[1]]).lever)
             .sum();
@@ -133,7 +142,10 @@ fn evenly_shared_load_has_ohlendorf_s_loss_factor() {
             * (1.0 + one / two)
             * (1.0 - even.contact_ratio + before * before + behind * behind);
         let found = -lever * (1.0 / one + 1.0 / two);
-        assert!((found / ohlendorf - 1.0).abs() < 1e-12, "{found} {ohlendorf}");
+        assert!(
+            (found / ohlendorf - 1.0).abs() < 1e-12,
+            "{found} {ohlendorf}"
+        );
     }
 }
 
@@ -149,8 +161,14 @@ fn helical_lines_slide_as_their_mesh_table_has_it() {
             let found = even.at(phase);
             let direction = cycle.value(&cycle.friction, phase);
             let lever = cycle.value(&cycle.friction_lever, phase);
-            assert!((found.direction - direction).abs() < 1e-4, "{phase}: {direction}");
-            assert!((found.lever - lever).abs() < 1e-4 * even.base_pitch, "{phase}");
+            assert!(
+                (found.direction - direction).abs() < 1e-4,
+                "{phase}: {direction}"
+            );
+            assert!(
+                (found.lever - lever).abs() < 1e-4 * even.base_pitch,
+                "{phase}"
+            );
         }
         let mut from = 0.0;
         for to in even.ends(APART) {
@@ -171,7 +189,7 @@ fn a_narrow_helical_face_slides_as_a_spur_one() {
     let pair = drawn([20, 30], [0.0; 2], 0.0);
     let spur = EvenSharing::new(&pair).unwrap();
     let narrow = EvenSharing {
-        overlap_ratio: 1e-9,
+        overlap_ratio: 1e-5,
         ..spur
     };
     for phase in [0.05, 0.3, spur.contact_ratio - 1.01, 0.75, 0.95] {

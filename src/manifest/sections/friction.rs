@@ -45,12 +45,20 @@ pub(super) fn sliding(
         Ok(drawn) => drawn,
         Err(fault) => {
             let message = format!("the drawing does not say where teeth slide: {fault}");
-            unknown(section, issues, message, "mend [gear], or set mesh.friction = 0");
+            unknown(
+                section,
+                issues,
+                message,
+                "mend [gear], or set mesh.friction = 0",
+            );
             return None;
         }
     };
     // Where a law of two levels says how long two pairs are in contact, the load is shared as long.
-    let levels = matches!(stiffness, StiffnessSpec::Piecewise(_) | StiffnessSpec::Continuous(_));
+    let levels = matches!(
+        stiffness,
+        StiffnessSpec::Piecewise(_) | StiffnessSpec::Continuous(_)
+    );
     let by_law = levels && !section.has("values") && gears.helix_angle == 0.0;
     Some(Some(EvenSharing {
         contact_ratio: match by_law {
