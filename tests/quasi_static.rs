@@ -246,10 +246,14 @@ fn approach(flanks: &Flanks, line_load: Option<f64>, phase: f64, force: f64) -> 
 fn courses_have_the_loaded_transmission_error() {
     let line_load = LOAD * 50.0 / (0.04 * 20f64.to_radians().cos()) / FACE.width;
     for (name, law, line_load) in [
-        ("table, continuous", "stiffness = \"continuous\"", None),
+        (
+            "table, continuous",
+            "stiffness = \"continuous\"\nresolution = \"mean_load\"",
+            None,
+        ),
         (
             "table, continuous, load-dependent",
-            "stiffness = \"continuous\"\ncontact = \"load_dependent\"",
+            "stiffness = \"continuous\"\nresolution = \"mean_load\"\ncontact = \"load_dependent\"",
             Some(line_load),
         ),
         (
@@ -304,7 +308,8 @@ fn cycle(text: &str) -> MeshTableCycle {
 /// cut off, and belong to the transmission error that is imposed.
 #[test]
 fn segments_and_harmonics_of_a_table() {
-    let segments = "stiffness = \"table\"\nsegments = 24\ncontact = \"linear\"";
+    let segments =
+        "stiffness = \"table\"\nsegments = 24\nresolution = \"mean_load\"\ncontact = \"linear\"";
     let text = manifest(segments, CORES, "");
     let table = cycle(&text);
     let error = table.tangent_error();
@@ -346,7 +351,7 @@ fn segments_and_harmonics_of_a_table() {
             .sum()
     };
     let continuous = manifest(
-        "stiffness = \"continuous\"\ncontact = \"linear\"",
+        "stiffness = \"continuous\"\nresolution = \"mean_load\"\ncontact = \"linear\"",
         CORES,
         excitation,
     );
