@@ -328,7 +328,7 @@ impl<'m> Balance<'m> {
                 *d -= lack;
             }
         }
-        let square = match tau < SHORT * self.model.period() {
+        let square = match tau < SHORT * self.model().period() {
             true => tau * self.rate(window, closed.contact).powi(2),
             false => {
                 let rate = derivative(&deflection).map(|d| 2.0 / tau * d);

@@ -86,7 +86,7 @@ fn symmetry(
         return None;
     }
     // Harmonics have the phases they are given, whatever the contact ratio.
-    let of_levels = !matches!(stiffness, Some(StiffnessSpec::Fourier(..)));
+    let of_levels = !matches!(stiffness, StiffnessSpec::Fourier(..));
     if of_levels && section.has("contact_ratio") {
         let contact_ratio = section.quantity(issues, "contact_ratio")?;
         return Some(standard_symmetry(contact_ratio));
