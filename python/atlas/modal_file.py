@@ -123,8 +123,9 @@ def _settled(structure: Matrices, shapes: Vector) -> tuple[Vector, Vector]:
     soft = frequency[~rigid & (frequency < NEARLY_RIGID * frequency.max())]
     if soft.size:
         raise StructureError(
-            f"{structure.source}: a mode of {soft.min():.4g} rad/s beside one of {frequency.max():.4g} rad/s is neither a rigid "
-            f"motion nor told from one by the program (below {NEARLY_RIGID:g}); write fewer modes, or leave out the soft spring"
+            f"{structure.source}: a mode of {soft.min():.4g} rad/s beside one of {frequency.max():.4g} rad/s is neither "
+            f"rigid nor told from rigid ones by the program (below {NEARLY_RIGID:g} of the highest); write fewer modes, "
+            "or leave out the soft spring"
         )
     order = np.argsort(frequency, kind="stable")
     frequency, shapes = frequency[order], shapes[:, order]

@@ -1,7 +1,7 @@
 //! Static equilibrium: which contacts bear the mean load, and how far the structure yields.
 
 use super::error::ModelError;
-use super::rest::{self, Bearer, Contacts, ROUND_OFF, Rest, dot, dot_of_moduli};
+use super::rest::{self, Bearer, Contacts, ROUND_OFF, Rest, Unrest, dot, dot_of_moduli};
 use super::{ActiveSet, COAST_FLANK, DRIVE_FLANK, Model};
 use crate::numerics::linalg;
 use faer::Mat;
@@ -259,6 +259,21 @@ impl Model {
             Some(_) => {}
         }
         out
+    }
+}
+
+impl From<Unrest> for ModelError {
+    fn from(unrest: Unrest) -> Self {
+        let Unrest {
+            contacts,
+            excess,
+            friction,
+        } = unrest;
+        Self::NoEquilibrium {
+            contacts,
+            excess,
+            friction,
+        }
     }
 }
 

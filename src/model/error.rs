@@ -1,6 +1,5 @@
 //! What stands in the way of a model.
 
-use super::rest::Unrest;
 use crate::numerics::decoupling::DecouplingError;
 
 /// Why a model cannot be built.
@@ -60,21 +59,6 @@ pub enum ModelError {
         /// What would be accepted.
         accepted: &'static str,
     },
-}
-
-impl From<Unrest> for ModelError {
-    fn from(unrest: Unrest) -> Self {
-        let Unrest {
-            contacts,
-            excess,
-            friction,
-        } = unrest;
-        Self::NoEquilibrium {
-            contacts,
-            excess,
-            friction,
-        }
-    }
 }
 
 /// Places of contacts, from 1.
