@@ -114,7 +114,7 @@ fn too_fine(
     fault
         .label("asks for too many elements")
         .accepted("elements and degrees of freedom of all shafts: at most 4000 each")
-        .remedy(slip.map_or(remedy.to_owned(), |slip| format!("{slip} Else {remedy}")))
+        .remedy(slip.map_or(remedy.to_owned(), |slip| format!("{remedy}; {slip}")))
 }
 
 fn check_outputs(section: &Section, issues: &mut Issues, shafts: &[TrainShaft]) -> Option<()> {

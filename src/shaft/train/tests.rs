@@ -538,5 +538,8 @@ fn a_train_is_refused_before_its_elements_are_made() {
     // A shaft that is held has elements all the same.
     train.shafts[1].element = Some(length / 5000.0);
     train.shafts[1].motion = Motion::None;
-    assert!(matches!(train.check(), Err(TrainError::TooFine { .. })));
+    assert!(matches!(
+        train.check_size(),
+        Err(TrainError::TooFine { .. })
+    ));
 }
