@@ -66,10 +66,12 @@ fn sections_that_take_too_many_elements_are_refused_with_their_key() {
         for command in ["check m.toml", "run m.toml", "plan m.toml"] {
             let (status, said) = of(from, &to, command);
             assert_eq!(status, 2, "{command} {to}: {said}");
-            for word in [key, words, "at most 4000", "GB", "m.toml:"] {
+            for word in [words, "at most 4000", "GB", "m.toml:"] {
                 assert!(said.contains(word), "{word}: {said}");
             }
         }
+        let (_, said) = of(from, &to, "check m.toml --json");
+        assert!(said.contains(&format!("\"{key}\"")), "{key}: {said}");
     }
 }
 
