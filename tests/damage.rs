@@ -69,7 +69,7 @@ fn every_flipped_bit_of_followed_orbits_and_traces_is_found() {
     let readers = |folder: &str| -> Vec<Vec<String>> {
         let all = [
             format!("export {folder} --format csv --out sheets"),
-            format!("report {folder} --out page.html"),
+            format!("report {folder} --out page.html --overwrite"),
             format!("plot {folder} --format svg --out pictures"),
             format!("show {folder} --json"),
         ];

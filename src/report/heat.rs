@@ -9,6 +9,7 @@ use super::refined::Plane;
 use super::tied::Tied;
 use crate::store::RefinedColumns;
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// Most cells across and down.
 const MOST: [usize; 2] = [24, 64];
@@ -29,7 +30,7 @@ pub(super) enum Cell {
 
 impl Cell {
     fn of(point: &PointSummary) -> Self {
-        match (point.status.as_str(), point.class.as_deref()) {
+        match (&*point.status, point.class.as_deref()) {
             ("diverged" | "event_storm" | "failed" | "inaccurate", _) => Self::Failed,
             (_, Some(CHAOTIC)) => Self::Chaotic(point.lambda.unwrap_or(0.0)),
             (_, Some(TRANSIENT_CHAOS)) => Self::TransientChaos(point.lambda.unwrap_or(0.0)),
@@ -56,7 +57,7 @@ pub struct Map {
     /// Largest exponent met.
     pub(super) largest: f64,
     /// Directions of the sweeps met: where there are two, so many points lie at one place.
-    pub(super) directions: BTreeSet<Option<String>>,
+    pub(super) directions: BTreeSet<Option<Arc<str>>>,
 }
 
 impl Map {

@@ -1,6 +1,7 @@
 //! What is a point of a results folder, on which axes does it lie, and how many are alike?
 
 use serde::Serialize;
+use std::sync::Arc;
 
 /// A grid axis with the values met in the file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -41,13 +42,13 @@ pub struct PointSummary {
     /// Value of each axis.
     pub axis_values: Vec<f64>,
     /// Direction of its sweep, `up` or `down`; absent where points are independent.
-    pub direction: Option<String>,
+    pub direction: Option<Arc<str>>,
     /// How the work ended.
-    pub status: String,
+    pub status: Arc<str>,
     /// Why.
-    pub reason: String,
+    pub reason: Arc<str>,
     /// Kind of motion.
-    pub class: Option<String>,
+    pub class: Option<Arc<str>>,
     /// Its period, where it has one.
     pub period: Option<u64>,
     /// Largest exponent \[1/cycle\].

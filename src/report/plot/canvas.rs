@@ -1,7 +1,9 @@
 //! A picture as shapes in pixels, x to the right and y down, before it becomes SVG or PNG:
 //! both show the same because both are drawn from this list.
 
+use std::collections::{BTreeSet, HashSet};
 use std::fmt;
+use std::hash::{DefaultHasher, Hash, Hasher};
 
 use super::lettering::fitted;
 use crate::input::{clipped, printable};
@@ -10,7 +12,7 @@ use crate::input::{clipped, printable};
 pub(super) type Place = [f64; 2];
 
 /// A colour: red, green, blue.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(in crate::report) struct Colour(pub u8, pub u8, pub u8);
 
 impl fmt::Display for Colour {
@@ -46,6 +48,89 @@ const MOST_CHARACTERS: usize = 300;
 fn bounded([x, y]: Place) -> Option<Place> {
     let far = |coordinate: f64| coordinate.clamp(-FARTHEST, FARTHEST);
     (!x.is_nan() && !y.is_nan()).then(|| [far(x), far(y)])
+}
+
+/// Shapes of a picture, and places of a line, from which on those within a pixel of others are left out: more
+/// take minutes to draw and are not seen.
+const MANY: usize = 50_000;
+
+/// A shape moved onto whole pixels, with what tells it from others; none of shapes that are never left out.
+fn on_pixels(mut shape: Shape) -> (Shape, Option<u64>) {
+    let mut hash = DefaultHasher::new();
+    let whole = |place: &mut Place, to: fn(f64) -> f64| *place = place.map(to);
+    let told = match &mut shape {
+        Shape::Rectangle { from, to, colour } => {
+            let ends = [0, 1].map(|i| whole_ends([from[i].min(to[i]), from[i].max(to[i])]));
+            (*from, *to) = (ends.map(|[low, _]| low), ends.map(|[_, high]| high));
+            (0, vec![*from, *to], *colour, 0.0)
+        }
+        Shape::Disc {
+            centre,
+            radius,
+            colour,
+        } => {
+            whole(centre, f64::round);
+            (1, vec![*centre], *colour, *radius)
+        }
+        Shape::Line {
+            points,
+            colour,
+            width,
+        } if points.len() == 2 => {
+            points.iter_mut().for_each(|place| whole(place, f64::round));
+            (2, points.clone(), *colour, *width)
+        }
+        Shape::Polygon { points, colour } => {
+            // A marker keeps its form and is moved as a whole.
+            let middle = [0, 1]
+                .map(|i| points.iter().map(|place| place[i]).sum::<f64>() / points.len() as f64);
+            let step = middle.map(|middle| middle.round() - middle);
+            points
+                .iter_mut()
+                .for_each(|place| *place = [0, 1].map(|i| place[i] + step[i]));
+            (
+                3,
+                vec![middle.map(f64::round)],
+                *colour,
+                points.len() as f64,
+            )
+        }
+        Shape::Line { .. } | Shape::Text { .. } => return (shape, None),
+    };
+    let (kind, places, colour, size): (u8, Vec<Place>, Colour, f64) = told;
+    let places = places.as_flattened().iter().map(|at| *at as i32);
+    (kind, places.collect::<Vec<i32>>(), colour, size.to_bits()).hash(&mut hash);
+    (shape, Some(hash.finish()))
+}
+
+/// The ends of a rectangle on whole pixels: one that is hardly larger than a pixel, as cells of large maps are,
+/// takes the pixel of its middle.
+fn whole_ends([low, high]: [f64; 2]) -> [f64; 2] {
+    match high - low <= 1.4 {
+        true => {
+            let pixel = (0.5 * (low + high)).floor();
+            [pixel, pixel + 1.0]
+        }
+        false => [low.round(), high.round()],
+    }
+}
+
+/// A line with the first, lowest, highest and last of its places on each column of pixels.
+fn outlined(points: &[Place]) -> Vec<Place> {
+    let columns = points.chunk_by(|a, b| a[0].round() == b[0].round());
+    let outline = columns.flat_map(|column| {
+        let height = |&a: &usize, &b: &usize| column[a][1].total_cmp(&column[b][1]);
+        let ends = [
+            (0..column.len()).min_by(height),
+            (0..column.len()).max_by(height),
+        ];
+        let kept: BTreeSet<usize> = [0, column.len() - 1]
+            .into_iter()
+            .chain(ends.into_iter().flatten())
+            .collect();
+        kept.into_iter().map(move |place| column[place])
+    });
+    outline.collect()
 }
 
 /// Which end of a text is at its place.
@@ -97,6 +182,10 @@ pub(super) struct Canvas {
     /// \[px\]
     pub height: f64,
     pub shapes: Vec<Shape>,
+    /// Shapes on whole pixels, hashed, from [`MANY`] on.
+    seen: HashSet<u64>,
+    /// Shapes, and places of lines, that are within a pixel of others and were left out.
+    pub left_out: usize,
 }
 
 impl Canvas {
@@ -105,6 +194,8 @@ impl Canvas {
         let mut canvas = Self {
             height: HEIGHT,
             shapes: Vec::new(),
+            seen: HashSet::new(),
+            left_out: 0,
         };
         const ASIDE: f64 = 24.0;
         let lines = [(title, 30.0, 17.0, INK), (subtitle, 50.0, 13.0, SOFT)];
@@ -121,12 +212,29 @@ impl Canvas {
         [WIDTH, self.height]
     }
 
+    /// Takes up a shape; one of very many only where none like it lies on the same pixels.
+    fn push(&mut self, shape: Shape) {
+        if self.shapes.len() < MANY {
+            return self.shapes.push(shape);
+        }
+        let (shape, key) = on_pixels(shape);
+        match key.is_none_or(|key| self.seen.insert(key)) {
+            true => self.shapes.push(shape),
+            false => self.left_out += 1,
+        }
+    }
+
     /// A line through some places; it is broken where one is nowhere.
     pub fn line(&mut self, points: &[Place], colour: Colour, width: f64) {
         let places: Vec<Option<Place>> = points.iter().copied().map(bounded).collect();
         for part in places.split(Option::is_none).filter(|part| part.len() > 1) {
-            self.shapes.push(Shape::Line {
-                points: part.iter().copied().flatten().collect(),
+            let mut points: Vec<Place> = part.iter().copied().flatten().collect();
+            if points.len() > MANY {
+                points = outlined(&points);
+                self.left_out += part.len() - points.len();
+            }
+            self.push(Shape::Line {
+                points,
                 colour,
                 width,
             });
@@ -192,14 +300,14 @@ impl Canvas {
 
     pub fn rectangle(&mut self, from: Place, to: Place, colour: Colour) {
         if let (Some(from), Some(to)) = (bounded(from), bounded(to)) {
-            self.shapes.push(Shape::Rectangle { from, to, colour });
+            self.push(Shape::Rectangle { from, to, colour });
         }
     }
 
     pub fn polygon(&mut self, points: &[Place], colour: Colour) {
         let points: Vec<Place> = points.iter().copied().filter_map(bounded).collect();
         if points.len() > 2 {
-            self.shapes.push(Shape::Polygon { points, colour });
+            self.push(Shape::Polygon { points, colour });
         }
     }
 
@@ -210,7 +318,7 @@ impl Canvas {
 
     pub fn disc(&mut self, centre: Place, radius: f64, colour: Colour) {
         if let Some(centre) = bounded(centre) {
-            self.shapes.push(Shape::Disc {
+            self.push(Shape::Disc {
                 centre,
                 radius,
                 colour,
@@ -335,6 +443,43 @@ mod tests {
         let faults = canvas.faults();
         assert_eq!(faults.len(), 4, "{faults:?}");
         assert!(faults[0].contains("cut off") && faults[1].contains("is on `far"));
+    }
+
+    /// Many marks on a few pixels, in two colours.
+    #[test]
+    fn of_very_many_shapes_one_a_pixel_is_drawn() {
+        let mut canvas = Canvas::titled("", "");
+        let few = canvas.shapes.len();
+        for i in 0..200_000 {
+            let x = 100.0 + 10.0 * f64::from(i) / 2e5;
+            let colour = if i % 2 == 0 { INK } else { RED };
+            canvas.disc([x, 50.0], 1.5, colour);
+            canvas.rectangle([x, 60.0], [x + 0.1, 60.1], colour);
+            canvas.text([x, 90.0], "kept", 9.0, INK, Anchor::Start);
+        }
+        let texts = canvas.texts().filter(|text| *text == "kept").count();
+        assert_eq!(texts, 200_000);
+        let marks = canvas.shapes.len() - few - texts;
+        assert_eq!(canvas.left_out, 400_000 - marks);
+        assert!(marks < MANY, "{marks}");
+        // On each pixel that is left one of either colour and kind.
+        assert!(canvas.seen.len() <= 4 * 12, "{}", canvas.seen.len());
+        let line: Vec<Place> = (0..200_000)
+            .map(|i| [f64::from(i) / 2e3, if i % 777 == 0 { 80.0 } else { 7.0 }])
+            .collect();
+        canvas.line(&line, BLUE, 1.0);
+        let Some(Shape::Line { points, .. }) = canvas.shapes.last() else {
+            panic!("no line");
+        };
+        assert!(points.len() <= 4 * 102, "{}", points.len());
+        assert_eq!((points[0], points.last()), (line[0], line.last()));
+        for column in points.chunk_by(|a, b| a[0].round() == b[0].round()) {
+            let heights: Vec<f64> = column.iter().map(|place| place[1]).collect();
+            assert!(
+                heights.contains(&7.0) && heights.contains(&80.0),
+                "{heights:?}"
+            );
+        }
     }
 
     #[test]

@@ -100,6 +100,12 @@ struct Source {
 /// # Errors
 /// There is nothing to plot, a file cannot be read, or what was asked for is not there.
 pub fn plot(paths: &[PathBuf], request: &PlotRequest) -> Result<Drawn, PlotError> {
+    let mut drawn = drawn(paths, request)?;
+    drawn.say_what_was_thinned();
+    Ok(drawn)
+}
+
+fn drawn(paths: &[PathBuf], request: &PlotRequest) -> Result<Drawn, PlotError> {
     let mut drawn = Drawn::default();
     let (mut columns, mut kinds) = (Vec::new(), Vec::new());
     for asked in &request.what {

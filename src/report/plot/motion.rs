@@ -28,7 +28,7 @@ pub(in crate::report) enum Motion {
 
 impl Motion {
     pub fn of(point: &PointSummary) -> Self {
-        match (point.status.as_str(), point.class.as_deref()) {
+        match (&*point.status, point.class.as_deref()) {
             ("diverged" | "event_storm" | "failed" | "inaccurate", _) => Self::Failed,
             (_, Some(CHAOTIC)) => Self::Chaotic,
             (_, Some(TRANSIENT_CHAOS)) => Self::TransientChaos,

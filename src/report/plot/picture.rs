@@ -77,6 +77,16 @@ impl Drawn {
         }
     }
 
+    /// Notes how many marks of each picture lie on others.
+    pub(super) fn say_what_was_thinned(&mut self) {
+        for picture in self.pictures.iter().filter(|own| own.canvas.left_out > 0) {
+            self.notes.push(format!(
+                "{}: {} marks and places of lines that lie within a pixel of others",
+                picture.name, picture.canvas.left_out
+            ));
+        }
+    }
+
     /// Takes up others.
     pub fn append(&mut self, other: Self) {
         self.pictures.extend(other.pictures);

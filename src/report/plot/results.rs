@@ -53,7 +53,15 @@ impl Results {
             verify(folder, run)?;
         }
         let summary = Summary::with_points(folder)?;
-        let table = ResultTable::read(folder, TableKind::Points)?;
+        let of_columns = ResultTable::head(folder, TableKind::Points)?.units()?;
+        let mut loudness = Vec::with_capacity(summary.points);
+        let columns = ["point_id", "deflection_rms"];
+        ResultTable::scan(folder, TableKind::Points, &columns, |part| {
+            let ids = part.u64("point_id")?.into_iter();
+            loudness.extend(ids.zip(part.f64("deflection_rms")?));
+            Ok::<_, StoreError>(())
+        })?;
+        loudness.sort_by_key(|(id, _)| *id);
         let name = folder.file_name().map(|name| name.to_string_lossy());
         let job = summary.job.clone().or(name.map(Into::into));
         let caveat = match summary.state {
@@ -76,8 +84,8 @@ impl Results {
             shown: AxisUnits::new(&summary.axes, &written, units),
             folder: folder.to_path_buf(),
             job: job.unwrap_or_default(),
-            units: table.units()?,
-            loudness: table.f64("deflection_rms")?,
+            units: of_columns,
+            loudness: loudness.into_iter().map(|(_, value)| value).collect(),
             summary,
             caveat,
         })

@@ -2,8 +2,9 @@
 //! number, unless all are asked for.
 
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
+use std::sync::Arc;
 
 use crate::input::printable;
 use crate::report::error::ReportError;
@@ -59,8 +60,9 @@ pub(super) fn scan(
     let known = head.columns()?;
     let known = |name: &&str| known.iter().any(|column| column.name == **name);
     let with_evidence = EVIDENCE.iter().all(known);
+    let mut words = HashSet::new();
     ResultTable::scan(folder, TableKind::Points, &columns, |part| {
-        let points = read_points(folder, part, with_evidence)?;
+        let points = read_points(folder, part, with_evidence, &mut words)?;
         let (cycles, time) = (part.u64("cycles")?, part.f64("wall_time")?);
         let (residual, attractors) = (part.f64("energy_residual")?, part.u64("attractors")?);
         let extra = (0..points.len()).map(|row| Extra {
@@ -108,18 +110,9 @@ const EVIDENCE: [&str; 7] = [
 pub(super) struct Leading {
     count: usize,
     kept: Vec<PointSummary>,
-    /// None where all are kept.
-    most: Option<usize>,
 }
 
 impl Leading {
-    pub(super) fn new(most: Option<usize>) -> Self {
-        Self {
-            most,
-            ..Self::default()
-        }
-    }
-
     fn add(
         &mut self,
         point: &PointSummary,
@@ -127,11 +120,9 @@ impl Leading {
     ) {
         self.count += 1;
         self.kept.push(point.clone());
-        if let Some(most) = self.most
-            && self.kept.len() >= 2 * most
-        {
+        if self.kept.len() >= 2 * MOST_LISTED {
             self.kept.sort_by(order);
-            self.kept.truncate(most);
+            self.kept.truncate(MOST_LISTED);
         }
     }
 
@@ -140,7 +131,7 @@ impl Leading {
         order: impl Fn(&PointSummary, &PointSummary) -> Ordering,
     ) -> (usize, Vec<PointSummary>) {
         self.kept.sort_by(order);
-        self.kept.truncate(self.most.unwrap_or(usize::MAX));
+        self.kept.truncate(MOST_LISTED);
         (self.count, self.kept)
     }
 }
@@ -173,7 +164,6 @@ pub(super) struct Census {
 
 impl Census {
     pub(super) fn new(axes: usize, keep: bool) -> Self {
-        let most = (!keep).then_some(MOST_LISTED);
         Self {
             points: 0,
             statuses: BTreeMap::new(),
@@ -183,14 +173,14 @@ impl Census {
             worst_energy: None,
             open_balances: 0,
             with_exponent: 0,
-            chaotic: Leading::new(most),
+            chaotic: Leading::default(),
             lifetimes: Lifetimes::default(),
-            transient: Leading::new(most),
+            transient: Leading::default(),
             with_evidence: 0,
             unverified: 0,
             with_twin: 0,
-            twin_disagrees: Leading::new(most),
-            troubled: Leading::new(most),
+            twin_disagrees: Leading::default(),
+            troubled: Leading::default(),
             coexisting: Vec::new(),
             values: (0..axes).map(|_| Values::default()).collect(),
             all: keep.then(Vec::new),
@@ -209,7 +199,7 @@ impl Census {
             {
                 self.worst_energy = Some((point.point_id, residual));
             }
-            *self.statuses.entry(point.status.clone()).or_insert(0) += 1;
+            *self.statuses.entry(point.status.to_string()).or_insert(0) += 1;
             count_class(&mut self.classes, point);
             self.with_exponent += usize::from(point.lambda.is_some());
             self.with_twin += usize::from(point.twin_agrees.is_some());
@@ -224,7 +214,7 @@ impl Census {
             if point.twin_agrees == Some(false) {
                 self.twin_disagrees.add(point, by_id);
             }
-            if point.status != "ok" {
+            if &*point.status != "ok" {
                 self.troubled.add(point, by_id);
             }
             if extra.attractors > 1 {
@@ -294,7 +284,17 @@ fn read_points(
     folder: &Path,
     table: &ResultTable,
     with_evidence: bool,
+    words: &mut HashSet<Arc<str>>,
 ) -> Result<Vec<PointSummary>, ReportError> {
+    // Most points have the same words; each is kept once.
+    let mut shared = |word: &str| match words.get(word) {
+        Some(known) => known.clone(),
+        None => {
+            let word: Arc<str> = word.into();
+            words.insert(word.clone());
+            word
+        }
+    };
     let axes: Vec<(String, Vec<Option<f64>>)> = table
         .axes()?
         .into_iter()
@@ -330,10 +330,10 @@ fn read_points(
             Ok(PointSummary {
                 point_id: ids[row].ok_or_else(|| incomplete("point_id"))?,
                 axis_values,
-                direction: directions[row].clone(),
-                status: statuses[row].clone().ok_or_else(|| incomplete("status"))?,
-                reason: reasons[row].clone().unwrap_or_default(),
-                class: classes[row].clone(),
+                direction: directions[row].as_deref().map(&mut shared),
+                status: shared((statuses[row].as_deref()).ok_or_else(|| incomplete("status"))?),
+                reason: shared(reasons[row].as_deref().unwrap_or_default()),
+                class: classes[row].as_deref().map(&mut shared),
                 period: periods[row],
                 lambda: lambda[row],
                 stderr: stderr[row],
@@ -386,7 +386,7 @@ const CALMEST_FIRST: [&str; 7] = [
 ];
 
 fn count_class(counts: &mut Classes, point: &PointSummary) {
-    let class = point.class.clone().unwrap_or_else(|| "none".into());
+    let class = point.class.as_deref().unwrap_or("none").to_owned();
     let known = CALMEST_FIRST.iter().position(|known| *known == class);
     let period = point.period.filter(|_| class == "periodic");
     let rank = known.unwrap_or(CALMEST_FIRST.len());
