@@ -166,19 +166,19 @@ pub fn bifurcation_rows(
 }
 
 fn detail(own: &Bifurcation) -> String {
-    match own.kind {
-        Kind::Graze { extreme } => format!(
+    let what = match own.kind {
+        Kind::Graze { extreme } => Some(format!(
             "contact {} from {} at {:.6} cycles",
             extreme.contact + 1,
             if extreme.minimum { "inside" } else { "outside" },
             extreme.time
-        ),
-        Kind::Merging { period } => format!("the orbits of period {period}"),
-        Kind::Torus => own
-            .resonance()
-            .map_or(String::new(), |q| format!("resonance 1:{q}")),
-        _ => String::new(),
-    }
+        )),
+        Kind::Merging { period } => Some(format!("the orbits of period {period}")),
+        Kind::Torus => own.resonance().map(|q| format!("resonance 1:{q}")),
+        _ => None,
+    };
+    let said: Vec<String> = what.into_iter().chain(own.note.clone()).collect();
+    said.join("; ")
 }
 
 /// The rows of a curve.

@@ -8,29 +8,25 @@
 //! | graze | the extreme of a contact's depth |
 //! | merging | the offset of a part of the period, along itself |
 //!
-//! Functions of all multipliers are smooth where single ones meet and part. A zero is bracketed by
-//! the two orbits and found by secants, every fourth step a halving, every value being that of a
-//! corrected orbit.
+//! Functions of all multipliers are smooth where single ones meet and part.
 
+use super::locate::{locate, merging};
 use super::map::CycleMap;
-use super::orbit::{Border, NoOrbit, Orbit, SAME_ORBIT, find, length};
-use super::path::{Span, Vector, guess, place_bare};
+use super::orbit::{Orbit, SAME_ORBIT, length};
+use super::path::Span;
 use super::touches::Extreme;
 use crate::numerics::linalg::eigenpair;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Part of the parameter's interval to which a bifurcation is located.
-const LOCATED: f64 = 1e-12;
-
-/// Most orbits that a location takes.
-const MOST_TRIALS: usize = 60;
+/// Step below which what is not a turn of the branch need not be located.
+const FINE: f64 = 1e-5;
 
 /// Part of P_p outside the range of M − I from which a multiplier +1 is a fold.
 const OUT_OF_RANGE: f64 = 1e-6;
 
 /// Distance from the unit circle, or from ±1, at which a multiplier counts as on it.
-const ON_CIRCLE: f64 = 1e-4;
+pub(super) const ON_CIRCLE: f64 = 1e-4;
 
 /// Angle \[rad\] from a strong resonance at which a pair counts as resonant.
 const RESONANT: f64 = 0.02;
@@ -51,7 +47,7 @@ pub enum Kind {
         /// The extreme.
         extreme: Extreme,
     },
-    /// Multipliers jump across the unit circle, at a graze or another corner of the map.
+    /// Multipliers jump across the unit circle where the map has a corner, and the branch goes on the same way.
     Jump,
     /// The sequence of contact changes becomes another, and no extreme on a surface says how.
     Sequence,
@@ -91,9 +87,22 @@ pub struct Bifurcation {
     pub length: f64,
     /// Interval of the parameter in which it lies.
     pub bracket: [f64; 2],
+    /// What became of the branches that begin here, where they are not followed.
+    pub note: Option<String>,
 }
 
 impl Bifurcation {
+    fn new(kind: Kind, orbit: Orbit, length: f64, bracket: [f64; 2]) -> Self {
+        Self {
+            kind,
+            orbit,
+            after: 0,
+            length,
+            bracket,
+            note: None,
+        }
+    }
+
     /// The period of the orbits that a branch ends in, where it does.
     pub fn merges(&self) -> Option<u32> {
         match self.kind {
@@ -104,7 +113,7 @@ impl Bifurcation {
 
     /// The multiplier on the unit circle, where one is.
     pub fn critical(&self) -> Option<Complex64> {
-        critical(&self.kind, &self.orbit)
+        critical(&self.kind, &self.orbit).filter(|m| off_circle(&self.kind, *m) <= ON_CIRCLE)
     }
 
     /// The strong resonance that a torus begins in, if any: q of q turns.
@@ -198,7 +207,7 @@ impl Test {
                 let dot: f64 = offset.iter().zip(along).map(|(a, b)| a * b).sum();
                 // Orbits of the shorter period lie beyond the end of the branch.
                 match dot / length(along) {
-                    off if off.abs() < SAME_ORBIT => signed(-SAME_ORBIT),
+                    off if off.abs() < SAME_ORBIT * orbit.size() => signed(-SAME_ORBIT),
                     off => signed(off),
                 }
             }
@@ -222,88 +231,80 @@ fn signed(value: f64) -> (f64, f64) {
 }
 
 /// What happens between the last two of some orbits of a branch, in order; knots are lengths of branch
-/// and orbits.
-pub fn between(map: &mut impl CycleMap, span: &Span, knots: &[(f64, &Orbit)]) -> Vec<Bifurcation> {
-    let [.., (_, a), (_, b)] = knots else {
-        return Vec::new();
+/// and orbits. None where it is not found, so that the two may not be neighbours at all: a shorter step tells,
+/// unless there is none (`last_resort`).
+pub fn between(
+    map: &mut impl CycleMap,
+    span: &Span,
+    knots: &[(f64, &Orbit)],
+    last_resort: bool,
+) -> Option<Vec<Bifurcation>> {
+    let [.., (s_a, a), (s_b, b)] = knots else {
+        return Some(Vec::new());
     };
-    let mut tests: Vec<(Option<Kind>, Test)> = Vec::new();
+    let grazes = grazes(a, b);
+    let explained = !grazes.is_empty();
+    let mut found = Vec::new();
+    let fine = last_resort || s_b - s_a < FINE;
+    for (kind, test) in changed(a, b, grazes) {
+        if let Kind::Merging { period } = kind
+            && let Some((orbit, length, bracket)) = merging(map, span, knots, period)
+        {
+            found.push(Bifurcation::new(kind, orbit, length, bracket));
+            continue;
+        }
+        let there = match locate(map, span, knots, &test) {
+            Some(there) if there.narrow => there,
+            // Whether the branch turns must be known: its other orbits would be lost.
+            _ if !last_resort && (kind == Kind::Fold || !fine) => return None,
+            Some(there) => there,
+            None => continue,
+        };
+        let kind = there.kind(map, span, knots, kind);
+        found.push(Bifurcation::new(
+            kind,
+            there.orbit,
+            there.length,
+            there.bracket,
+        ));
+    }
+    if !explained && !a.details.touches.alike(&b.details.touches) {
+        let mut bracket = [a.at[span.axis], b.at[span.axis]];
+        bracket.sort_by(f64::total_cmp);
+        found.push(Bifurcation::new(
+            Kind::Sequence,
+            (*b).clone(),
+            *s_b,
+            bracket,
+        ));
+    }
+    found.sort_by(|a, b| a.length.total_cmp(&b.length));
+    Some(found)
+}
+
+/// The functions that change their sign from one orbit to the next, with what that is at first sight.
+fn changed(a: &Orbit, b: &Orbit, grazes: Vec<Extreme>) -> Vec<(Kind, Test)> {
+    let mut tests = Vec::new();
     if Test::PlusOne.changes(a, b) {
-        tests.push((None, Test::PlusOne));
+        tests.push((Kind::Fold, Test::PlusOne));
     }
     if Test::MinusOne.changes(a, b) {
-        tests.push((Some(Kind::PeriodDoubling), Test::MinusOne));
+        tests.push((Kind::PeriodDoubling, Test::MinusOne));
     }
     if pairs_outside(a, 1.0) != pairs_outside(b, 1.0) && Test::Pair.changes(a, b) {
-        tests.push((Some(Kind::Torus), Test::Pair));
+        tests.push((Kind::Torus, Test::Pair));
     }
     // A branch of doubled period comes home at half of it.
     if b.period.is_multiple_of(2) {
         let period = b.period / 2;
         let test = Test::Offset(period, a.offset(period));
         if !a.repeats_sooner() && test.changes(a, b) {
-            tests.push((Some(Kind::Merging { period }), test));
+            tests.push((Kind::Merging { period }, test));
         }
     }
-    let grazes = grazes(a, b);
-    let explained = !grazes.is_empty();
-    tests.extend(
-        grazes
-            .into_iter()
-            .map(|extreme| (Some(Kind::Graze { extreme }), Test::Depth(extreme))),
-    );
-    let mut found: Vec<Bifurcation> = (tests.into_iter())
-        .filter_map(|(kind, test)| {
-            let (orbit, length, bracket) = match kind {
-                Some(Kind::Merging { period }) => {
-                    merging(map, span, knots, period).or_else(|| locate(map, span, knots, &test))?
-                }
-                _ => locate(map, span, knots, &test)?,
-            };
-            let kind = match kind {
-                Some(Kind::Graze { extreme }) => Kind::Graze {
-                    extreme: *orbit
-                        .details
-                        .touches
-                        .nearest(&extreme, f64::from(orbit.period))
-                        .unwrap_or(&extreme),
-                },
-                Some(kind) => kind,
-                None => turns(map, span, &orbit),
-            };
-            // Where a graze lets a multiplier jump, the determinant changes its sign without a zero.
-            let wanted = |m: Complex64| match kind {
-                Kind::PeriodDoubling => (m + 1.0).norm(),
-                Kind::Torus => (m.norm() - 1.0).abs(),
-                _ => (m - 1.0).norm(),
-            };
-            let jumps = match critical(&kind, &orbit) {
-                Some(multiplier) => wanted(multiplier) > ON_CIRCLE,
-                None => !matches!(kind, Kind::Graze { .. } | Kind::Merging { .. }),
-            };
-            let kind = if jumps { Kind::Jump } else { kind };
-            Some(Bifurcation {
-                kind,
-                orbit,
-                after: 0,
-                length,
-                bracket,
-            })
-        })
-        .collect();
-    if !explained && !a.details.touches.alike(&b.details.touches) {
-        let bracket = [a.at[span.axis], b.at[span.axis]];
-        let length = knots[knots.len() - 1].0;
-        found.push(Bifurcation {
-            kind: Kind::Sequence,
-            orbit: (*b).clone(),
-            after: 0,
-            length,
-            bracket,
-        });
-    }
-    found.sort_by(|a, b| a.length.total_cmp(&b.length));
-    found
+    let of_graze = |extreme| (Kind::Graze { extreme }, Test::Depth(extreme));
+    tests.extend(grazes.into_iter().map(of_graze));
+    tests
 }
 
 /// Extremes whose depth changes its sign from one orbit to the other.
@@ -319,150 +320,25 @@ fn grazes(a: &Orbit, b: &Orbit) -> Vec<Extreme> {
         .collect()
 }
 
-/// A fold, or a crossing of branches: with ψ the left null vector of M − I, a fold has `ψ·P_p ≠ 0`.
-fn turns(map: &mut impl CycleMap, span: &Span, orbit: &Orbit) -> Kind {
+/// Whether P_p lies in the range of M − I: with ψ the left null vector of M − I, a fold has `ψ·P_p ≠ 0`.
+pub(super) fn crosses(map: &mut impl CycleMap, span: &Span, orbit: &Orbit) -> bool {
     let column = map.by_parameter(&orbit.u, orbit.at, orbit.period, span.axis);
     let transposed = orbit.monodromy.transpose().to_owned();
     let null = eigenpair(transposed.as_ref(), Complex64::ONE);
     let (Ok(column), Some(null)) = (column, null) else {
-        return Kind::Fold;
+        return false;
     };
     let along: f64 = null.vector[0].iter().zip(&column).map(|(a, b)| a * b).sum();
-    let size = column.iter().map(|c| c * c).sum::<f64>().sqrt();
-    match along.abs() > OUT_OF_RANGE * size {
-        true => Kind::Fold,
-        false => Kind::BranchPoint,
-    }
+    along.abs() <= OUT_OF_RANGE * length(&column)
 }
 
-/// Where the orbits of a part of the period double: the place where a branch merges into them. On that
-/// branch itself the equations are singular there.
-fn merging(
-    map: &mut impl CycleMap,
-    span: &Span,
-    knots: &[(f64, &Orbit)],
-    period: u32,
-) -> Option<(Orbit, f64, [f64; 2])> {
-    let [.., (_, a), (s_b, _)] = knots else {
-        return None;
-    };
-    let halfway = |orbit: &Orbit| -> Vec<f64> {
-        let later = &orbit.details.strobes[period as usize];
-        orbit
-            .u
-            .iter()
-            .zip(later)
-            .map(|(a, b)| 0.5 * (a + b))
-            .collect()
-    };
-    let mut parent = |guess: &[f64], value: f64| -> Option<(f64, f64, Orbit)> {
-        let mut at = a.at;
-        at[span.axis] = value;
-        let orbit = find(map, guess, at, period, &Border::Parameters).ok()?;
-        let (size, sign) = Test::MinusOne.at(&orbit)?;
-        Some((value, sign * size.exp(), orbit))
-    };
-    let start = a.at[span.axis];
-    let mut older = parent(&halfway(a), start)?;
-    let mut newer = parent(&older.2.u, start + 1e-6 * span.scale())?;
-    for _ in 0..MOST_TRIALS {
-        let change = -newer.1 * (newer.0 - older.0) / (newer.1 - older.1);
-        if !change.is_finite() || change.abs() > 0.1 * span.scale() {
-            return None;
-        }
-        let next = parent(&newer.2.u, newer.0 + change)?;
-        older = std::mem::replace(&mut newer, next);
-        if change.abs() <= LOCATED * span.scale() || newer.1 == 0.0 {
-            break;
-        }
+/// Distance of a multiplier from where a bifurcation has it.
+pub(super) fn off_circle(kind: &Kind, multiplier: Complex64) -> f64 {
+    match kind {
+        Kind::PeriodDoubling => (multiplier + 1.0).norm(),
+        Kind::Torus => (multiplier.norm() - 1.0).abs(),
+        _ => (multiplier - 1.0).norm(),
     }
-    // Where multipliers jump the determinant has no zero.
-    let there = critical(&Kind::PeriodDoubling, &newer.2)?;
-    if (there + 1.0).norm() > ON_CIRCLE {
-        return None;
-    }
-    let mut bracket = [older.0, newer.0];
-    bracket.sort_by(f64::total_cmp);
-    Some((newer.2, *s_b, bracket))
-}
-
-/// The zero of a test between the last two orbits: the orbit there, its length, its bracket.
-fn locate(
-    map: &mut impl CycleMap,
-    span: &Span,
-    knots: &[(f64, &Orbit)],
-    test: &Test,
-) -> Option<(Orbit, f64, [f64; 2])> {
-    let [.., (s_a, a), (s_b, b)] = knots else {
-        return None;
-    };
-    let chord = Vector::between(span, a, b);
-    let reference = test.at(a)?.0.max(test.at(b)?.0);
-    let value = |orbit: &Orbit| {
-        test.at(orbit)
-            .map(|(size, sign)| sign * (size - reference).exp())
-    };
-    let mut low = (*s_a, value(a)?, (*a).clone());
-    let mut high = (*s_b, value(b)?, (*b).clone());
-    let watched = matches!(test, Test::Depth(_) | Test::Offset(..));
-    let mut best: Option<(f64, f64, Orbit)> = None;
-    for trial in 0..MOST_TRIALS {
-        let width = high.0 - low.0;
-        let p = [&low, &high].map(|end| end.2.at[span.axis]);
-        if width.abs() <= LOCATED
-            || (p[0] - p[1]).abs() <= LOCATED * span.scale() && width.abs() <= 1e-7
-        {
-            break;
-        }
-        // Every fourth step halves, so that the bracket shrinks in any case; of orbits that have come home
-        // nothing but that is known.
-        let part = match (trial % 4, test) {
-            (3, _) | (_, Test::Offset(..)) => 0.5,
-            _ => (low.1 / (low.1 - high.1)).clamp(1e-3, 1.0 - 1e-3),
-        };
-        let s = low.0 + part * width;
-        let mut near = knots.to_vec();
-        near.push((low.0, &low.2));
-        near.push((high.0, &high.2));
-        near.dedup_by(|a, b| a.0 == b.0);
-        let own = [(low.0, &low.2), (high.0, &high.2)];
-        let others = near
-            .iter()
-            .filter(|k| own.iter().all(|o| (o.0 - k.0).abs() > 0.1 * width));
-        let chosen: Vec<(f64, &Orbit)> = own.iter().chain(others).copied().collect();
-        let there: Result<Orbit, NoOrbit> =
-            place_bare(map, span, a, &guess(span, &chosen, s), &chord).and_then(|found| {
-                match watched {
-                    true => found.with_details(map),
-                    false => Ok(found),
-                }
-            });
-        let Ok(orbit) = there else { break };
-        let Some(own) = value(&orbit) else { break };
-        let middle = (s, own, orbit);
-        let better = best
-            .as_ref()
-            .is_none_or(|(_, known, _)| middle.1.abs() < known.abs());
-        if better {
-            best = Some(middle.clone());
-        }
-        if middle.1 == 0.0 {
-            break;
-        }
-        if (middle.1 > 0.0) == (low.1 > 0.0) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    let (s, _, orbit) = best.unwrap_or(if low.1.abs() < high.1.abs() {
-        low.clone()
-    } else {
-        high.clone()
-    });
-    let mut bracket = [low.2.at[span.axis], high.2.at[span.axis]];
-    bracket.sort_by(f64::total_cmp);
-    Some((orbit.with_details(map).ok()?, s, bracket))
 }
 
 #[cfg(test)]

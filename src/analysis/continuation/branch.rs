@@ -9,7 +9,7 @@
 use super::bifurcation::{Bifurcation, Kind, between};
 use super::map::CycleMap;
 use super::orbit::{NoOrbit, Orbit, distance, same};
-use super::path::{Span, Vector, apart, guess, place, tangent};
+use super::path::{Across, Span, Vector, apart, guess, place, tangent};
 
 /// How a branch is followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,7 +29,7 @@ impl Default for Steps {
         Self {
             first: 2e-3,
             longest: 0.02,
-            shortest: 1e-9,
+            shortest: 1e-11,
             most: 4000,
         }
     }
@@ -53,6 +53,12 @@ const OFF: f64 = 0.5;
 /// Longest step, as a part of the parameter's interval, by which a branch of doubled period comes home to the
 /// orbits of half of it; by a longer one Newton's method has only strayed there.
 const HOMECOMING: f64 = 1e-4;
+
+/// Factor of a step that is refused.
+const SHORTER: f64 = 0.4;
+
+/// Smallest size of an orbit, as a part of the largest on its branch: what vanishes is followed to its end.
+const LEAST_SIZE: f64 = 0.02;
 
 /// Why a branch goes no further.
 #[derive(Debug, Clone, PartialEq)]
@@ -221,61 +227,51 @@ fn arm(
     let mut ahead = Ahead {
         direction,
         exact: arm.orbits.len() == 1,
+        refusals: 0,
+        last_resort: false,
     };
-    let mut refusals = 0;
     while arm.orbits.len() < steps.most {
-        let last = arm.orbits.len() - 1;
-        let s = arm.lengths[last];
         match advance(map, span, &arm, &ahead, step) {
-            Ok((orbit, angle)) => {
-                let leaves = !span.holds(orbit.at[span.axis]);
-                let orbit = match leaves {
-                    false => orbit,
-                    true => match at_the_end(map, span, &arm.orbits[last], &orbit) {
-                        Ok(Some(orbit)) => orbit,
-                        Ok(None) => {
-                            arm.end = End::Interval;
-                            break;
-                        }
-                        Err(reason) => {
-                            arm.end = End::Lost { reason };
-                            break;
-                        }
-                    },
-                };
-                let few = orbit.steps <= FEW_STEPS;
+            Ok(next) => {
+                let few = next.orbit.steps <= FEW_STEPS;
+                let last = &arm.orbits[arm.orbits.len() - 1];
                 ahead = Ahead {
-                    direction: Vector::between(span, &arm.orbits[last], &orbit),
+                    direction: Vector::between(span, last, &next.orbit),
                     exact: false,
+                    refusals: 0,
+                    last_resort: false,
                 };
-                refusals = 0;
-                arm.lengths.push(s + apart(span, &arm.orbits[last], &orbit));
-                arm.orbits.push(orbit);
-                let ended = look_back(map, span, &mut arm);
-                if ended || leaves {
-                    if !ended {
-                        arm.end = End::Interval;
-                    }
-                    break;
-                }
-                if few && angle < SMALL_ANGLE {
+                let leaves = next.leaves;
+                if few && next.angle < SMALL_ANGLE {
                     step = (1.5 * step).min(steps.longest);
                 }
+                if let Some(end) = take(map, span, &mut arm, next) {
+                    arm.end = end;
+                    break;
+                }
+                if leaves {
+                    arm.end = End::Interval;
+                    break;
+                }
+            }
+            Err(End::Interval) => {
+                arm.end = End::Interval;
+                break;
             }
             Err(refused) => {
                 arm.rejected += 1;
-                refusals += 1;
-                step *= 0.4;
-                if refusals == FEW_REFUSALS
-                    && let Ok(mut exact) = tangent(map, span, &arm.orbits[last])
+                ahead.refusals += 1;
+                step *= SHORTER;
+                ahead.last_resort = step * SHORTER < steps.shortest;
+                let last = &arm.orbits[arm.orbits.len() - 1];
+                if ahead.refusals == FEW_REFUSALS
+                    && let Ok(mut exact) = tangent(map, span, last)
                 {
                     if exact.cosine(&ahead.direction) < 0.0 {
                         exact = exact.reversed();
                     }
-                    ahead = Ahead {
-                        direction: exact,
-                        exact: true,
-                    };
+                    ahead.direction = exact;
+                    ahead.exact = true;
                 }
                 if step < steps.shortest {
                     arm.end = refused;
@@ -292,16 +288,31 @@ struct Ahead {
     direction: Vector,
     /// Whether that is the tangent.
     exact: bool,
+    /// How often a step from here was refused.
+    refusals: u32,
+    /// Whether no shorter step will be tried.
+    last_resort: bool,
 }
 
-/// The next orbit, and the angle by which the branch turns to it.
+/// A step that is taken.
+struct Next {
+    orbit: Orbit,
+    /// By how much the branch turns to it.
+    angle: f64,
+    /// Whether it lies on the end of the interval.
+    leaves: bool,
+    /// What happens on the way.
+    found: Vec<Bifurcation>,
+}
+
+/// The next orbit.
 fn advance(
     map: &mut impl CycleMap,
     span: &Span,
     arm: &Arm,
     go: &Ahead,
     step: f64,
-) -> Result<(Orbit, f64), End> {
+) -> Result<Next, End> {
     let lost = |reason| End::Lost { reason };
     let count = arm.orbits.len();
     let last = &arm.orbits[count - 1];
@@ -311,13 +322,11 @@ fn advance(
         true => {
             let factor = step / chord.length();
             Vector {
-                u: last
-                    .u
-                    .iter()
-                    .zip(&chord.u)
+                u: (last.u.iter().zip(&chord.u))
                     .map(|(u, t)| u + factor * t)
                     .collect(),
                 p: last.at[span.axis] + factor * chord.p * span.scale(),
+                size: last.size(),
             }
         }
         false => {
@@ -327,18 +336,47 @@ fn advance(
             guess(span, &knots, s)
         }
     };
-    let orbit = place(map, span, last, &ahead, chord).map_err(lost)?;
-    let now = Vector::between(span, last, &orbit);
-    let angle = now.cosine(chord).clamp(-1.0, 1.0).acos();
+    let across = match go.refusals {
+        0 => Across::Steep(chord),
+        _ => Across::Always(chord),
+    };
+    let mut orbit = place(map, span, last, &ahead, across).map_err(lost)?;
+    let angle = angle(&Vector::between(span, last, &orbit), chord);
     let away = Vector {
         u: orbit.u.iter().zip(&ahead.u).map(|(a, b)| a - b).collect(),
         p: (orbit.at[span.axis] - ahead.p) / span.scale(),
+        size: last.size(),
     };
     let strays = orbit.repeats_sooner() && !last.repeats_sooner() && step > HOMECOMING;
-    if angle > LARGEST_ANGLE || away.length() > OFF * step || strays {
+    // Written so that what is no number is refused.
+    let fits = angle <= LARGEST_ANGLE && away.length() <= OFF * step;
+    if !fits || strays {
         return Err(End::Corner);
     }
-    Ok((orbit, angle))
+    let leaves = !span.holds(orbit.at[span.axis]);
+    if leaves {
+        orbit = at_the_end(map, span, last, &orbit)
+            .map_err(lost)?
+            .ok_or(End::Interval)?;
+    }
+    let largest = arm.orbits.iter().map(Orbit::size).fold(0.0, f64::max);
+    orbit.details.size = orbit.size().max(LEAST_SIZE * largest);
+    let from = count.saturating_sub(3);
+    let mut knots: Vec<(f64, &Orbit)> =
+        (arm.lengths[from..].iter().copied().zip(&arm.orbits[from..])).collect();
+    knots.push((arm.lengths[count - 1] + apart(span, last, &orbit), &orbit));
+    let found = between(map, span, &knots, go.last_resort).ok_or(End::Corner)?;
+    Ok(Next {
+        angle,
+        leaves,
+        found,
+        orbit,
+    })
+}
+
+/// The angle between two directions \[rad\].
+fn angle(a: &Vector, b: &Vector) -> f64 {
+    a.cosine(b).clamp(-1.0, 1.0).acos()
 }
 
 /// The orbit on the end of the interval that a step passes; none where the step began there.
@@ -353,86 +391,75 @@ fn at_the_end(
     if a == end {
         return Ok(None);
     }
-    let part = (end - a) / (b - a);
     let guess = Vector {
-        u: inside
-            .u
-            .iter()
-            .zip(&outside.u)
-            .map(|(a, b)| a + part * (b - a))
-            .collect(),
+        u: interpolated(span, inside, outside, end),
         p: end,
+        size: inside.size(),
     };
-    place(
-        map,
-        span,
-        inside,
-        &guess,
-        &Vector {
-            u: vec![0.0; inside.u.len()],
-            p: 1.0,
-        },
-    )
-    .map(Some)
+    place(map, span, inside, &guess, Across::Parameter).map(Some)
 }
 
-/// What happened between the last two orbits: bifurcations are noted; whether the branch ends.
-fn look_back(map: &mut impl CycleMap, span: &Span, arm: &mut Arm) -> bool {
+/// Adds a step to an arm; why it ends there, if it does.
+fn take(map: &mut impl CycleMap, span: &Span, arm: &mut Arm, next: Next) -> Option<End> {
+    let Next {
+        mut orbit,
+        mut found,
+        ..
+    } = next;
     let last = arm.orbits.len() - 1;
-    let from = last.saturating_sub(3);
-    let knots: Vec<(f64, &Orbit)> =
-        (arm.lengths[from..].iter().copied().zip(&arm.orbits[from..])).collect();
-    let found = between(map, span, &knots);
-    let merged = found.iter().find_map(|own| own.merges());
+    let s = arm.lengths[last];
+    let home = (found.iter()).find_map(|own| Some((own.merges()?, own.clone())));
+    if let Some((period, merging)) = &home
+        && merging.orbit.period == *period
+        && let Ok(end) = merging.orbit.doubled(map)
+    {
+        // Beyond, the branch is itself again, half a period later: nothing there is new.
+        let knots = [
+            (s, &arm.orbits[last]),
+            (s + apart(span, &arm.orbits[last], &end), &end),
+        ];
+        let turns = |own: &Bifurcation| matches!(own.kind, Kind::Fold | Kind::BranchPoint);
+        found = between(map, span, &knots, true).unwrap_or_default();
+        found.retain(|own| !turns(own) && own.merges().is_none());
+        let mut merging = merging.clone();
+        merging.length = knots[1].0;
+        found.push(merging);
+        // A multiplier is +1 where the branch comes home; next to there it is no turn of the branch.
+        let near = knots[1].0 - 2.0 * HOMECOMING;
+        arm.bifurcations
+            .retain(|own| !(turns(own) && own.length > near));
+        orbit = end;
+    }
+    arm.lengths.push(s + apart(span, &arm.orbits[last], &orbit));
+    arm.orbits.push(orbit);
     arm.bifurcations.extend(found.into_iter().map(|mut own| {
-        own.after = last - 1;
+        own.after = last;
         own
     }));
-    if let Some(period) = merged {
-        // A multiplier is +1 where the branch comes home; next to there it is no turn of the branch.
-        let home = arm.lengths[last] - 2.0 * HOMECOMING;
-        let turns = |own: &Bifurcation| matches!(own.kind, Kind::Fold | Kind::BranchPoint);
-        arm.bifurcations
-            .retain(|own| !(turns(own) && own.length > home));
-        arm.end = End::Merged { period };
-        return true;
+    match home {
+        Some((period, _)) => Some(End::Merged { period }),
+        None => closes(map, span, arm).then_some(End::Closed),
     }
+}
+
+/// Whether the last step of an arm passes its first orbit.
+fn closes(map: &mut impl CycleMap, span: &Span, arm: &Arm) -> bool {
+    let last = arm.orbits.len() - 1;
     let (first, now, before) = (&arm.orbits[0], &arm.orbits[last], &arm.orbits[last - 1]);
-    let passes = (before.at[span.axis] - first.at[span.axis])
-        * (now.at[span.axis] - first.at[span.axis])
-        <= 0.0;
-    if last > 8
-        && passes
-        && now
-            .details
-            .strobes
-            .iter()
-            .any(|u| distance(u, &first.u) < 1.5 * distance(&before.u, &now.u))
-    {
-        let chord = Vector {
-            u: vec![0.0; first.u.len()],
-            p: 1.0,
-        };
-        let guess = Vector {
-            u: first.u.clone(),
-            p: first.at[span.axis],
-        };
-        let again = place(
-            map,
-            span,
-            now,
-            &Vector {
-                u: interpolated(span, before, now, guess.p),
-                p: guess.p,
-            },
-            &chord,
-        );
-        if again.is_ok_and(|again| same(&again, first)) {
-            arm.end = End::Closed;
-            return true;
-        }
+    let value = first.at[span.axis];
+    let passes = (before.at[span.axis] - value) * (now.at[span.axis] - value) <= 0.0;
+    let near = 1.5 * distance(&before.u, &now.u);
+    let meets = |u: &Vec<f64>| distance(u, &first.u) < near;
+    if last <= 8 || !passes || !now.details.strobes.iter().any(meets) {
+        return false;
     }
-    false
+    let guess = Vector {
+        u: interpolated(span, before, now, value),
+        p: value,
+        size: now.size(),
+    };
+    let again = place(map, span, now, &guess, Across::Parameter);
+    again.is_ok_and(|again| same(&again, first))
 }
 
 /// Coordinates between two orbits at a value of the parameter.

@@ -72,12 +72,12 @@ const SHORTEST: f64 = 1e-6;
 /// Largest turn of a curve from step to step \[rad\].
 const LARGEST_TURN: f64 = 0.5;
 
-/// Part of an interval, or \[half gaps\] along a fold's null vector, to which a point is located, and most
+/// Part of an interval, or of the motion's size along a fold's null vector, to which a point is located, and most
 /// orbits that it takes.
 const LOCATED: f64 = 1e-9;
 const MOST_TRIALS: usize = 60;
 
-/// A depth that is none \[half gaps\].
+/// A depth that is none, in sizes of the motion.
 const NO_DEPTH: f64 = 1e-12;
 
 /// Places tried first, as parts of the interval: on one side of a graze there may be no orbit.
@@ -86,8 +86,8 @@ const FIRST_PLACES: [f64; 7] = [0.0, 1e-4, -1e-4, 1e-3, -1e-3, 5e-3, -5e-3];
 /// How often a place without an orbit is brought nearer.
 const MOST_REFUSALS: usize = 12;
 
-/// First change of the sought parameter, as a part of its interval, or along a fold's null vector
-/// \[half gaps\]; and the longest.
+/// First change of the sought parameter, as a part of its interval, or along a fold's null vector, in sizes
+/// of the motion; and the longest.
 const FIRST_TRIAL: f64 = 1e-5;
 const LONGEST_TRIAL: f64 = 0.02;
 
@@ -188,7 +188,7 @@ fn one_way(
                 let again = plane.apart(orbit.at, start.orbit.at);
                 let closed = points.len() > 10
                     && again < plane.apart(last.at, orbit.at)
-                    && distance(&orbit.u, &start.orbit.u) < 0.2;
+                    && distance(&orbit.u, &start.orbit.u) < 0.2 * orbit.size();
                 points.push(CurvePoint { orbit, note });
                 if closed {
                     break "closed";
@@ -330,7 +330,7 @@ fn point(
 ) -> Result<Orbit, &'static str> {
     let free = 1 - held;
     let last = known[0];
-    let period = last.period;
+    let (period, size) = (last.period, last.size());
     let mut sought = Sought::new(kind, last).ok_or(NO_MULTIPLIER)?;
     let (guess, place) = extrapolated(known, target, held);
     // A fold has orbits on one side only: it is sought along its null vector.
@@ -348,7 +348,9 @@ fn point(
     };
     let at_trial = |map: &mut _, x: f64, near: &[f64]| match &across {
         Some((null, column)) => {
-            let there: Vec<f64> = guess.iter().zip(null).map(|(u, v)| u + x * v).collect();
+            let there: Vec<f64> = (guess.iter().zip(null))
+                .map(|(u, v)| u + x * size * v)
+                .collect();
             let border = Border::Plane {
                 axis: free,
                 scale: plane.scale(free),
@@ -375,7 +377,7 @@ fn point(
     let watched = matches!(sought, Sought::Depth(_));
     for trial in 0..MOST_TRIALS {
         let located = match watched {
-            true => older.1.abs() < NO_DEPTH,
+            true => older.1.abs() < NO_DEPTH * size,
             false => older.1 == 0.0 || change.abs() <= LOCATED,
         };
         if located {
@@ -480,7 +482,7 @@ pub fn is_known(plane: &Plane, curves: &[Curve], own: &Bifurcation) -> bool {
                         .details
                         .strobes
                         .iter()
-                        .any(|o| distance(o, &u) < 0.2 * apart + 0.02)
+                        .any(|o| distance(o, &u) < 0.2 * apart + 0.02 * own.orbit.size())
                 };
                 a.period == own.orbit.period && first + second < 1.02 * whole + 1e-7 && like()
             })

@@ -1,6 +1,7 @@
 //! The cycle map of a drive, as continuation sees it.
 
 use super::map::{At, CycleMap, Details, Image, MapError};
+use super::orbit::length;
 use super::touches::Watch;
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::orbits::floquet::monodromy;
@@ -9,6 +10,9 @@ use crate::analysis::sensitivity::tangent::ParameterTangent;
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Interruptible, Kernel, Observer, Volterra};
 use std::sync::atomic::AtomicBool;
+
+/// Smallest size of a motion, as a part of the length of its states: below it round-off would tell orbits apart.
+const LEAST_SWING: f64 = 1e-4;
 
 /// A drive whose model depends on two parameters.
 pub trait Family {
@@ -264,8 +268,12 @@ impl<F: Family> CycleMap for DriveMap<'_, F> {
         }
         let motion = watch.motion();
         let touches = watch.of_period();
+        let half_gap = kernel.model().half_gap;
         strobes.extend(starts.iter().map(|state| self.coordinates(state)));
+        let swing = 0.5 * (motion.largest - motion.smallest) / half_gap;
+        let farthest = strobes.iter().map(|u| length(u)).fold(0.0, f64::max);
         Ok(Details {
+            size: touches.swing().max(swing).max(LEAST_SWING * farthest),
             strobes,
             touches,
             motion,

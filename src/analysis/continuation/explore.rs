@@ -4,11 +4,12 @@
 //! followed both ways, and so are the branches that begin where a period doubles or branches cross.
 //! Everything happens in a fixed order, so that the same bits come of it.
 
-use super::branch::{Branch, Steps, follow, follow_away, interpolated};
+use super::bifurcation::{Bifurcation, Kind};
+use super::branch::{Branch, End, Steps, follow, follow_away};
 use super::drive::{DriveMap, Family};
 use super::map::{At, CycleMap, MapError};
-use super::orbit::{Border, Orbit, distance, find, same};
-use super::path::Span;
+use super::orbit::{Orbit, distance, same};
+use super::path::{Across, Span, Vector, guess, place};
 use super::search::{Search, orbits, take};
 use super::switch;
 use crate::analysis::called_off::CalledOff;
@@ -128,7 +129,14 @@ pub fn explore<F: Family>(
     }
     for &value in &asked.starts {
         CalledOff::check(called_off)?;
-        for orbit in orbits(map, at(value), &asked.search)? {
+        let found = orbits(map, at(value), &asked.search)?;
+        if found.is_empty() {
+            out.failures.push(format!(
+                "no orbit of period {} or shorter is found at {value}; raise continuation.guesses or longest_period",
+                asked.search.longest
+            ));
+        }
+        for orbit in found {
             begin(
                 map,
                 span,
@@ -176,56 +184,152 @@ fn begin(
     let mut queue = VecDeque::from([out.all.len()]);
     out.all.push((origin, branch));
     while let Some(parent) = queue.pop_front() {
-        let bifurcations = out.all[parent].1.bifurcations.clone();
-        for (number, bifurcation) in bifurcations.iter().enumerate() {
+        for number in 0..out.all[parent].1.bifurcations.len() {
             CalledOff::check(called_off)?;
-            if bifurcation.kind == super::bifurcation::Kind::PeriodDoubling
-                && 2 * bifurcation.orbit.period > asked.search.longest
-            {
-                continue;
-            }
-            for [first, second] in switch::branches(map, span, bifurcation) {
-                if out.all.len() >= asked.most || !span.holds(second.at[span.axis]) {
-                    continue;
-                }
-                if is_known(map, span, out, &second) {
-                    out.known += 1;
-                    continue;
-                }
-                let branch = follow_away(map, span, first, second, &asked.steps);
-                queue.push_back(out.all.len());
-                out.all.push((Origin::Bifurcation(parent, number), branch));
-            }
+            let before = out.all.len();
+            let lost = begun(map, span, asked, (parent, number), out);
+            queue.extend(before..out.all.len());
+            out.all[parent].1.bifurcations[number].note = lost;
         }
     }
     Ok(())
 }
 
-/// Whether an orbit lies on a known branch.
+/// Follows the branches that begin at a bifurcation, given by its branch and its number; what of them is not
+/// followed, in words.
+fn begun(
+    map: &mut impl CycleMap,
+    span: &Span,
+    asked: &Exploration,
+    (parent, number): (usize, usize),
+    out: &mut Branches,
+) -> Option<String> {
+    let bifurcation = out.all[parent].1.bifurcations[number].clone();
+    let period = match bifurcation.kind {
+        Kind::PeriodDoubling => 2 * bifurcation.orbit.period,
+        _ => bifurcation.orbit.period,
+    };
+    if is_end(out, span, &bifurcation, period) {
+        out.known += 1;
+        return None;
+    }
+    if bifurcation.kind == Kind::PeriodDoubling && period > asked.search.longest {
+        return Some(format!("period {period} is above longest_period"));
+    }
+    let mut lost = None;
+    for begins in switch::branches(map, span, &bifurcation) {
+        let reason = match begins {
+            Err(reason) => reason.to_string(),
+            Ok([_, second]) if is_known(map, span, out, &second) => {
+                out.known += 1;
+                continue;
+            }
+            Ok(_) if out.all.len() >= asked.most => {
+                format!("{} branches are followed, as many as asked for", asked.most)
+            }
+            Ok([_, second]) if !span.holds(second.at[span.axis]) => {
+                "it leaves the interval".to_owned()
+            }
+            Ok([first, second]) => {
+                let branch = follow_away(map, span, first, second, &asked.steps);
+                out.all.push((Origin::Bifurcation(parent, number), branch));
+                continue;
+            }
+        };
+        out.failures.push(format!(
+            "a branch of period {period} that begins at {}: {reason}",
+            bifurcation.orbit.at[span.axis]
+        ));
+        lost = Some(format!(
+            "a branch of period {period} is not followed: {reason}"
+        ));
+    }
+    lost
+}
+
+/// Whether the branch that begins at a period doubling has been followed, from there or to there: there is one.
+fn is_end(known: &Branches, span: &Span, at: &Bifurcation, period: u32) -> bool {
+    if at.kind != Kind::PeriodDoubling {
+        return false;
+    }
+    let meets = |orbit: &Orbit| {
+        let apart = (orbit.at[span.axis] - at.orbit.at[span.axis]).abs();
+        let near = |u: &Vec<f64>| distance(u, &at.orbit.u) <= SAME_PLACE * at.orbit.size();
+        orbit.period == period
+            && apart <= SAME_PLACE * span.scale()
+            && orbit.details.strobes.iter().any(near)
+    };
+    known.all.iter().any(|(_, branch)| {
+        let ends = [branch.orbits.first(), branch.orbits.last()];
+        let begins = |end: &End| matches!(end, End::Start | End::Merged { .. });
+        (branch.ends.iter().zip(ends)).any(|(end, orbit)| begins(end) && orbit.is_some_and(meets))
+    })
+}
+
+/// Distance, as a part of the interval and in sizes of the motion, at which two period doublings are one.
+const SAME_PLACE: f64 = 1e-5;
+
+/// Whether an orbit lies on a known branch: on the plane through it across a chord of that branch lies the orbit
+/// itself.
 fn is_known(map: &mut impl CycleMap, span: &Span, known: &Branches, orbit: &Orbit) -> bool {
-    let value = orbit.at[span.axis];
-    let branches = known.all.iter().map(|(_, branch)| branch);
-    let pairs = branches.flat_map(|branch| branch.orbits.windows(2));
-    for pair in pairs {
-        let crossed = (pair[0].at[span.axis] - value) * (pair[1].at[span.axis] - value) <= 0.0;
-        if pair[0].period != orbit.period || !crossed {
+    for (_, branch) in &known.all {
+        if branch.orbits[0].period != orbit.period {
             continue;
         }
-        let guess = interpolated(span, &pair[0], &pair[1], value);
-        let near = orbit
-            .details
-            .strobes
-            .iter()
-            .any(|u| distance(u, &guess) < NEAR);
-        if near
-            && find(map, &guess, orbit.at, orbit.period, &Border::Parameters)
-                .is_ok_and(|found| same(&found, orbit))
-        {
-            return true;
+        for last in 1..branch.orbits.len() {
+            for start in &orbit.details.strobes {
+                if passes(map, span, (branch, last), (start, orbit)) {
+                    return true;
+                }
+            }
         }
     }
     false
 }
 
-/// Distance \[half gaps\] from a branch, linear between its orbits, from which an orbit is not on it.
-const NEAR: f64 = 0.5;
+/// Whether a branch passes an orbit, taken to start at one of its strobes, on the way to its orbit `last`.
+fn passes(
+    map: &mut impl CycleMap,
+    span: &Span,
+    (branch, last): (&Branch, usize),
+    (start, orbit): (&Vec<f64>, &Orbit),
+) -> bool {
+    let [a, b] = [&branch.orbits[last - 1], &branch.orbits[last]];
+    let chord = Vector::between(span, a, b);
+    let off = Vector {
+        u: start.iter().zip(&a.u).map(|(x, a)| x - a).collect(),
+        p: (orbit.at[span.axis] - a.at[span.axis]) / span.scale(),
+        size: chord.size,
+    };
+    let along = off.cosine(&chord) * off.length() / chord.length();
+    if !(-BEYOND..=1.0 + BEYOND).contains(&along) || off.length() > 2.0 * chord.length() {
+        return false;
+    }
+    let from = last.saturating_sub(2);
+    let knots: Vec<(f64, &Orbit)> = (branch.lengths[from..].iter().copied())
+        .zip(&branch.orbits[from..])
+        .take(4)
+        .collect();
+    let s = branch.lengths[last - 1];
+    let near = guess(span, &knots, s + along * (branch.lengths[last] - s));
+    // The plane through the orbit, wherever the guess lies.
+    let on_plane = Vector {
+        u: (a.u.iter().zip(&chord.u))
+            .map(|(a, c)| a + along * c)
+            .collect(),
+        p: a.at[span.axis] + along * chord.p * span.scale(),
+        size: chord.size,
+    };
+    [near, on_plane].into_iter().any(|guess| {
+        let found = place(map, span, a, &guess, Across::Always(&chord));
+        found.is_ok_and(|found| {
+            same(&found, orbit) && {
+                let apart = (found.at[span.axis] - orbit.at[span.axis]).abs();
+                apart <= SAME_PLACE * span.scale()
+            }
+        })
+    })
+}
+
+/// Part of a chord by which an orbit beside its ends may lie on it as well.
+const BEYOND: f64 = 0.1;

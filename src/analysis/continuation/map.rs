@@ -1,7 +1,7 @@
 //! What continuation needs to know of a system: its map over whole cycles.
 //!
-//! Coordinates u are those of the energy norm in half gaps, the neutral pair left out, so that
-//! lengths and angles mean something. A planted map with a known normal form serves as well as a
+//! Coordinates u are those of the energy norm in half gaps, the neutral pair left out. What is far and
+//! near is told by the size of the orbit itself ([`Details::size`]): a gap may never be met. A planted map with a known normal form serves as well as a
 //! drive ([`super::drive::DriveMap`]).
 
 use super::touches::Touches;
@@ -42,6 +42,9 @@ pub struct Details {
     pub touches: Touches,
     /// Motion of the mesh over a period.
     pub motion: Motion,
+    /// Size of the motion, in the unit of u: half of what the depth of a contact, or δ, swings by. Zero where
+    /// the map does not say; u is of the order of 1 then.
+    pub size: f64,
 }
 
 /// Motion of the mesh over a period.

@@ -14,16 +14,16 @@ use num_complex::Complex64;
 /// Most Newton steps; a good guess needs two or three.
 const MOST_STEPS: u32 = 10;
 
-/// Residual, in half gaps, at which an orbit counts as found, but for one step more.
+/// Residual, as a part of the state's length, at which an orbit counts as found, but for one step more.
 const CONVERGED: f64 = 1e-11;
 
 /// The same where another step does not halve it: round-off of long periods and stiff tables.
 const STAGNANT: f64 = 1e-8;
 
-/// Longest step, in half gaps, that is made from an orbit that counts as found.
+/// Longest step, as a part of the state's length, that is made from an orbit that counts as found.
 const LAST_STEP: f64 = 1e-8;
 
-/// Longest step, in half gaps, from a state that is worth following.
+/// Longest step, in lengths of the state, from one that is worth following.
 const LONGEST_STEP: f64 = 30.0;
 
 /// A periodic orbit.
@@ -55,7 +55,31 @@ impl Orbit {
 
     /// Whether it is an orbit of half its period.
     pub(super) fn repeats_sooner(&self) -> bool {
-        self.period.is_multiple_of(2) && length(&self.offset(self.period / 2)) < SAME_ORBIT
+        self.period.is_multiple_of(2)
+            && length(&self.offset(self.period / 2)) < SAME_ORBIT * self.size()
+    }
+
+    /// Size of the motion, in the unit of u ([`Details::size`]).
+    pub fn size(&self) -> f64 {
+        match self.details.size {
+            0.0 => 1.0,
+            size => size,
+        }
+    }
+
+    /// The same orbit as one of twice its period.
+    ///
+    /// # Errors
+    /// [`NoOrbit`] where it cannot be integrated.
+    pub(super) fn doubled(&self, map: &mut impl CycleMap) -> Result<Self, NoOrbit> {
+        let twice = Bare {
+            u: self.u.clone(),
+            at: self.at,
+            residual: self.residual,
+            steps: self.steps,
+            monodromy: &self.monodromy * &self.monodromy,
+        };
+        twice.with_multipliers(2 * self.period)?.with_details(map)
     }
 
     /// How far a part of a period leads away from the start: zero where the orbit's own period is
@@ -137,17 +161,20 @@ pub fn correct(
             .map(|(end, start)| end - start)
             .collect();
         let residual = length(&defect);
-        if residual.is_nan() || residual > 2.0 * last.max(1.0) {
+        // Round-off goes with the state, wherever its gaps are.
+        let size = length(&u).max(length(&image.end));
+        if residual.is_nan() || residual > 2.0 * last.max(size) {
             return Err(NoOrbit::Newton { residual });
         }
-        let found = residual <= CONVERGED || residual <= STAGNANT && residual > 0.5 * last;
+        let found =
+            residual <= CONVERGED * size || residual <= STAGNANT * size && residual > 0.5 * last;
         let step = newton_step(&image.monodromy, &defect, (&u, here), (guess, at), border);
         let long = length(&step[..n]);
-        if !found && (long.is_nan() || long > LONGEST_STEP) {
+        if !found && (long.is_nan() || long > LONGEST_STEP * size) {
             return Err(NoOrbit::Newton { residual });
         }
         // A last short step costs nothing, as its matrix is at hand. Next to a fold it would be long: noise.
-        if !found || long <= LAST_STEP {
+        if !found || long <= LAST_STEP * size {
             for (u, step) in u.iter_mut().zip(&step) {
                 *u += step;
             }
@@ -269,11 +296,11 @@ pub fn distance(a: &[f64], b: &[f64]) -> f64 {
         .sqrt()
 }
 
-/// Distance \[half gaps\] at which two orbits are one.
+/// Distance, in sizes of the motion, at which two orbits are one.
 pub(super) const SAME_ORBIT: f64 = 1e-6;
 
 /// Whether two orbits are one, whichever cycle they start in.
 pub fn same(a: &Orbit, b: &Orbit) -> bool {
-    let meets = |u: &Vec<f64>| distance(u, &b.u) < SAME_ORBIT;
+    let meets = |u: &Vec<f64>| distance(u, &b.u) < SAME_ORBIT * b.size();
     a.period == b.period && a.details.strobes.iter().any(meets)
 }

@@ -1,9 +1,9 @@
 //! A stretch of branch: orbits in order, and guesses between and beyond them.
 
 use super::map::CycleMap;
-use super::orbit::{Border, NoOrbit, Orbit, correct, distance, length};
+use super::orbit::{Border, NoOrbit, Orbit, correct, length};
 
-/// Weight of a half gap against the whole interval of the parameter, in the length of a branch.
+/// Weight of a change by the motion's own size against the whole interval of the parameter, in the length of a branch.
 const WEIGHT: f64 = 0.1;
 
 /// Part of a unit tangent that the parameter must have for an orbit to be sought at a given
@@ -39,16 +39,18 @@ impl Span {
 /// A direction or a place: coordinates and the parameter, per unit.
 #[derive(Debug, Clone)]
 pub struct Vector {
-    /// Coordinates \[half gaps\].
+    /// Coordinates.
     pub u: Vec<f64>,
     /// The parameter over its unit.
     pub p: f64,
+    /// Size of the motion that coordinates are measured by.
+    pub size: f64,
 }
 
 impl Vector {
     /// Its length.
     pub fn length(&self) -> f64 {
-        (WEIGHT * length(&self.u)).hypot(self.p)
+        (WEIGHT / self.size * length(&self.u)).hypot(self.p)
     }
 
     /// The other way.
@@ -56,13 +58,16 @@ impl Vector {
         Self {
             u: self.u.iter().map(|u| -u).collect(),
             p: -self.p,
+            size: self.size,
         }
     }
 
     /// The cosine of the angle between two.
     pub fn cosine(&self, other: &Self) -> f64 {
         let dot: f64 = self.u.iter().zip(&other.u).map(|(a, b)| a * b).sum();
-        (WEIGHT * WEIGHT * dot + self.p * other.p) / (self.length() * other.length())
+        let weight = (WEIGHT / self.size).powi(2);
+        let other_length = (weight.sqrt() * length(&other.u)).hypot(other.p);
+        (weight * dot + self.p * other.p) / (self.length() * other_length)
     }
 
     /// From one orbit to another.
@@ -70,17 +75,18 @@ impl Vector {
         Self {
             u: b.u.iter().zip(&a.u).map(|(b, a)| b - a).collect(),
             p: (b.at[span.axis] - a.at[span.axis]) / span.scale(),
+            size: a.size(),
         }
     }
 }
 
 /// Length of branch from one orbit to the next.
 pub fn apart(span: &Span, a: &Orbit, b: &Orbit) -> f64 {
-    let p = (b.at[span.axis] - a.at[span.axis]) / span.scale();
-    (WEIGHT * distance(&a.u, &b.u)).hypot(p)
+    Vector::between(span, a, b).length()
 }
 
-/// The guess at a length `s` along orbits given with theirs: the polynomial through the nearest ones.
+/// The guess at a length `s` along orbits given with theirs: the polynomial through the nearest ones. Its p is
+/// the parameter itself.
 pub fn guess(span: &Span, knots: &[(f64, &Orbit)], s: f64) -> Vector {
     let mut near: Vec<&(f64, &Orbit)> = knots.iter().collect();
     near.sort_by(|a, b| (a.0 - s).abs().total_cmp(&(b.0 - s).abs()));
@@ -97,10 +103,23 @@ pub fn guess(span: &Span, knots: &[(f64, &Orbit)], s: f64) -> Vector {
         }
         p += weight * orbit.at[span.axis];
     }
-    Vector { u, p }
+    let size = near[0].1.size();
+    Vector { u, p, size }
 }
 
-/// Seeks the orbit next to a guess on a branch that runs along `direction` there.
+/// What fixes the place of an orbit on a branch.
+#[derive(Debug, Clone, Copy)]
+pub enum Across<'v> {
+    /// The parameter of the guess.
+    Parameter,
+    /// A plane across this direction where the branch is steep along it, the parameter elsewhere.
+    Steep(&'v Vector),
+    /// A plane across this direction. Whatever connects two orbits passes every plane across their chord that
+    /// lies between them, where the branch turns as well.
+    Always(&'v Vector),
+}
+
+/// Seeks the orbit next to a guess.
 ///
 /// # Errors
 /// [`NoOrbit`].
@@ -109,12 +128,12 @@ pub fn place(
     span: &Span,
     like: &Orbit,
     guess: &Vector,
-    direction: &Vector,
+    across: Across<'_>,
 ) -> Result<Orbit, NoOrbit> {
-    place_bare(map, span, like, guess, direction)?.with_details(map)
+    place_bare(map, span, like, guess, across)?.with_details(map)
 }
 
-/// The same without its details.
+/// The same without its details, but for its size.
 ///
 /// # Errors
 /// [`NoOrbit`].
@@ -123,16 +142,24 @@ pub fn place_bare(
     span: &Span,
     like: &Orbit,
     guess: &Vector,
-    direction: &Vector,
+    across: Across<'_>,
 ) -> Result<Orbit, NoOrbit> {
     let mut at = like.at;
     at[span.axis] = guess.p;
-    let border = border(map, span, like.period, (&guess.u, at), direction)?;
-    correct(map, &guess.u, at, like.period, &border)?.with_multipliers(like.period)
+    let border = match across {
+        Across::Steep(direction) if direction.p.abs() < STEEP * direction.length() => {
+            plane(map, span, like.period, (&guess.u, at), direction)?
+        }
+        Across::Always(direction) => plane(map, span, like.period, (&guess.u, at), direction)?,
+        Across::Parameter | Across::Steep(_) => Border::Parameters,
+    };
+    let mut orbit =
+        correct(map, &guess.u, at, like.period, &border)?.with_multipliers(like.period)?;
+    orbit.details.size = like.size();
+    Ok(orbit)
 }
 
-/// What fixes the place of an orbit on a branch that runs along `direction`.
-fn border(
+fn plane(
     map: &mut impl CycleMap,
     span: &Span,
     period: u32,
@@ -140,18 +167,12 @@ fn border(
     direction: &Vector,
 ) -> Result<Border, NoOrbit> {
     let long = direction.length();
-    if direction.p.abs() >= STEEP * long {
-        return Ok(Border::Parameters);
-    }
+    let weight = (WEIGHT / direction.size).powi(2) / long;
     let column = map.by_parameter(u, at, period, span.axis)?;
     Ok(Border::Plane {
         axis: span.axis,
         scale: span.scale(),
-        normal: direction
-            .u
-            .iter()
-            .map(|u| WEIGHT * WEIGHT * u / long)
-            .collect(),
+        normal: direction.u.iter().map(|u| weight * u).collect(),
         along: direction.p / long,
         column: column.iter().map(|c| c * span.scale()).collect(),
     })
@@ -172,5 +193,6 @@ pub fn tangent(map: &mut impl CycleMap, span: &Span, orbit: &Orbit) -> Result<Ve
     Ok(Vector {
         u: crate::numerics::linalg::solve(system.as_ref(), &right),
         p: 1.0,
+        size: orbit.size(),
     })
 }

@@ -57,7 +57,7 @@ pub fn take(map: &mut impl CycleMap, found: &mut Vec<Orbit>, guess: &[f64], at: 
     let unit = map.unit();
     let shorter = (1..period).filter(|d| period.is_multiple_of(*d) && d.is_multiple_of(unit));
     for cycles in shorter {
-        if length(&orbit.offset(cycles)) < SAME_POINT {
+        if length(&orbit.offset(cycles)) < SAME_POINT * orbit.size() {
             if let Ok(own) = find(map, &orbit.u, at, cycles, &Border::Parameters) {
                 orbit = own;
             }
@@ -69,7 +69,7 @@ pub fn take(map: &mut impl CycleMap, found: &mut Vec<Orbit>, guess: &[f64], at: 
     }
 }
 
-/// Distance \[half gaps\] at which two points of an orbit are one.
+/// Distance, in sizes of the motion, at which two points of an orbit are one.
 const SAME_POINT: f64 = 1e-7;
 
 fn strobes<F: Family>(

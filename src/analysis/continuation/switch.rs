@@ -2,63 +2,102 @@
 
 use super::bifurcation::{Bifurcation, Kind};
 use super::map::CycleMap;
-use super::orbit::{Border, Orbit, distance, find};
+use super::orbit::{Border, NoOrbit, Orbit, distance, find, length};
 use super::path::Span;
 use crate::numerics::linalg::eigenpair;
 use num_complex::Complex64;
 
-/// Distances \[half gaps\] from the bifurcation at which the first orbit of a branch is sought.
-const AWAY: [f64; 5] = [0.005, 0.02, 0.001, 0.1, 0.3];
+/// Distances from the bifurcation, in sizes of the motion, at which the first orbit of a branch is sought.
+const AWAY: [f64; 7] = [1e-3, 5e-3, 2e-4, 2e-2, 5e-5, 0.1, 0.3];
+
+/// Why a branch that begins at a bifurcation is not found.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum NoBranch {
+    /// The multiplier on the unit circle has no direction of its own.
+    #[error("its multiplier is not the only one at {wanted:+}")]
+    NoDirection {
+        /// The multiplier.
+        wanted: f64,
+    },
+    /// Newton's method finds no orbit next to the bifurcation.
+    #[error(transparent)]
+    Orbit(#[from] NoOrbit),
+    /// It finds nothing but the branch that the bifurcation lies on.
+    #[error("every orbit found beside it lies on the branch that it begins on")]
+    OnlyKnown,
+}
 
 /// The first two orbits of every branch that begins at a bifurcation: the bifurcation's own as one of
 /// theirs, and one away from it.
-pub fn branches(map: &mut impl CycleMap, span: &Span, at: &Bifurcation) -> Vec<[Orbit; 2]> {
-    let (wanted, times, sides) = match at.kind {
-        Kind::PeriodDoubling => (-1.0, 2, &[1.0][..]),
-        Kind::BranchPoint => (1.0, 1, &[1.0, -1.0][..]),
+pub fn branches(
+    map: &mut impl CycleMap,
+    span: &Span,
+    at: &Bifurcation,
+) -> Vec<Result<[Orbit; 2], NoBranch>> {
+    let (wanted, sides) = match at.kind {
+        Kind::PeriodDoubling => (-1.0, &[1.0][..]),
+        Kind::BranchPoint => (1.0, &[1.0, -1.0][..]),
         _ => return Vec::new(),
     };
     let own = &at.orbit;
     let Some(critical) = eigenpair(own.monodromy.as_ref(), Complex64::new(wanted, 0.0)) else {
-        return Vec::new();
+        return vec![Err(NoBranch::NoDirection { wanted })];
     };
-    let period = times * own.period;
-    let direction = &critical.vector[0];
-    // The bifurcation's orbit is one of a multiple of its period, too.
-    let Ok(here) = find(map, &own.u, own.at, period, &Border::Parameters) else {
-        return Vec::new();
+    let here = match at.kind {
+        Kind::PeriodDoubling => own.doubled(map),
+        _ => Ok(own.clone()),
     };
-    (sides.iter())
-        .filter_map(|side| {
-            AWAY.iter().find_map(|away| {
-                let guess: Vec<f64> = own
-                    .u
-                    .iter()
-                    .zip(direction)
-                    .map(|(u, v)| u + side * away * v)
-                    .collect();
-                // At the bifurcation itself the derivative by the parameter lies in the range of M − I.
-                let column = map.by_parameter(&guess, own.at, period, span.axis).ok()?;
-                let border = Border::Plane {
-                    axis: span.axis,
-                    scale: span.scale(),
-                    normal: direction.clone(),
-                    along: 0.0,
-                    column: column.iter().map(|c| c * span.scale()).collect(),
-                };
-                let found = find(map, &guess, own.at, period, &border).ok()?;
-                let off = distance(&found.u, &own.u);
-                let near = off > 0.3 * away && off < 10.0 * away;
-                let another = times == 1
-                    || found
-                        .offset(own.period)
-                        .iter()
-                        .map(|d| d * d)
-                        .sum::<f64>()
-                        .sqrt()
-                        > 0.1 * away;
-                (near && another).then_some([here.clone(), found])
-            })
-        })
-        .collect()
+    let here = match here {
+        Ok(here) => here,
+        Err(reason) => return vec![Err(reason.into())],
+    };
+    let beside = |side: &f64| {
+        Ok([
+            here.clone(),
+            first(map, span, &here, &critical.vector[0], *side)?,
+        ])
+    };
+    sides.iter().map(beside).collect()
+}
+
+/// The orbit nearest to the bifurcation's own that is found on the branch that leaves it in a direction.
+fn first(
+    map: &mut impl CycleMap,
+    span: &Span,
+    here: &Orbit,
+    direction: &[f64],
+    side: f64,
+) -> Result<Orbit, NoBranch> {
+    let mut fault = NoBranch::OnlyKnown;
+    for away in AWAY.map(|away| away * here.size()) {
+        let guess: Vec<f64> = (here.u.iter().zip(direction))
+            .map(|(u, v)| u + side * away * v)
+            .collect();
+        // At the bifurcation itself the derivative by the parameter lies in the range of M − I.
+        let column = map
+            .by_parameter(&guess, here.at, here.period, span.axis)
+            .map_err(NoOrbit::from)?;
+        let border = Border::Plane {
+            axis: span.axis,
+            scale: span.scale(),
+            normal: direction.to_vec(),
+            along: 0.0,
+            column: column.iter().map(|c| c * span.scale()).collect(),
+        };
+        let found = match find(map, &guess, here.at, here.period, &border) {
+            Ok(found) => found,
+            Err(reason) => {
+                fault = reason.into();
+                continue;
+            }
+        };
+        let off = distance(&found.u, &here.u);
+        let half = found.period / 2;
+        let repeats = |orbit: &Orbit| length(&orbit.offset(half)) <= 0.1 * away;
+        let another = here.period == 1 || !repeats(here) || !repeats(&found);
+        if off > 0.3 * away && off < 10.0 * away && another {
+            return Ok(found);
+        }
+    }
+    Err(fault)
 }

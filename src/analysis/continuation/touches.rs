@@ -74,6 +74,17 @@ impl Touches {
         closed.values().map(changes).sum()
     }
 
+    /// Half of the largest difference of two extremes of one contact's depth \[half gaps\].
+    pub fn swing(&self) -> f64 {
+        let mut bounds: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
+        for extreme in &self.extremes {
+            let own = bounds.entry(extreme.contact).or_insert([extreme.depth; 2]);
+            *own = [own[0].min(extreme.depth), own[1].max(extreme.depth)];
+        }
+        let swings = bounds.values().map(|[low, high]| 0.5 * (high - low));
+        swings.fold(0.0, f64::max)
+    }
+
     /// The sequence in letters: contacts by their places from 1, capital where they close.
     pub fn text(&self) -> String {
         let word = |&(contact, closes): &(usize, bool)| {
@@ -250,7 +261,7 @@ impl Observer for Watch<'_> {
         for contact in 0..self.model.contacts.len() {
             let depth = self.depth(contact, window);
             let size: f64 = depth.iter().map(|a| a.abs()).sum();
-            let noise = SLOPE_NOISE * (size + half_gap);
+            let noise = SLOPE_NOISE * (size + self.model.contacts[contact].half_gap.abs());
             let (mut rising, extremes) = (self.rising[contact], &mut self.touches.extremes);
             let before = extremes.len();
             sign_changes(

@@ -127,7 +127,7 @@ fn doublings_of_the_logistic_map_are_those_of_the_textbook() {
         );
         let doubled = branches(&mut map, &span, flip);
         assert_eq!(doubled.len(), 1, "{period}");
-        let [first, second] = doubled.into_iter().next().unwrap();
+        let [first, second] = doubled.into_iter().next().unwrap().unwrap();
         branch = follow_away(&mut map, &span, first, second, &Steps::default());
         assert_eq!(branch.ends[1], End::Interval);
     }
@@ -201,7 +201,8 @@ fn at_a_pitchfork_both_other_halves_are_found() {
     assert!(point.orbit.at[0].abs() < 1e-10);
     let halves = branches(&mut map, &span, point);
     assert_eq!(halves.len(), 2);
-    for [first, second] in halves {
+    for half in halves {
+        let [first, second] = half.unwrap();
         let half = follow_away(&mut map, &span, first, second, &Steps::default());
         let last = half.orbits.last().unwrap();
         assert!((last.u[0].abs() - 0.5f64.sqrt()).abs() < 1e-9 && half.ends[1] == End::Interval);

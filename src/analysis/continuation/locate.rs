@@ -1,0 +1,262 @@
+//! Where exactly something happens between two neighbouring orbits of a branch.
+//!
+//! The zero of a test is bracketed by the two and found by secants and halvings, every value being that of a
+//! corrected orbit. Where the branch turns in between, orbits are sought on planes across the chord of the
+//! bracket: the branch passes each of them, while values of the parameter beyond its tip have no orbit.
+
+use super::bifurcation::{Kind, ON_CIRCLE, Test, critical, crosses, off_circle};
+use super::map::CycleMap;
+use super::orbit::{Border, Orbit, distance, find};
+use super::path::{Across, Span, Vector, guess, place_bare, tangent};
+
+/// Part of the parameter's interval to which a bifurcation is located.
+const LOCATED: f64 = 1e-12;
+
+/// Length of branch from which neighbours whose parameter is located are near as well.
+const NARROW: f64 = 1e-7;
+
+/// Most orbits that a location takes.
+const MOST_TRIALS: usize = 80;
+
+/// Where a test changes its sign.
+pub(super) struct Located {
+    pub orbit: Orbit,
+    pub length: f64,
+    pub bracket: [f64; 2],
+    /// The nearest orbits on both sides.
+    sides: [Orbit; 2],
+    /// Whether they are as near as can be.
+    pub narrow: bool,
+}
+
+impl Located {
+    /// What happens there, of a kind at first sight.
+    pub fn kind(
+        &self,
+        map: &mut impl CycleMap,
+        span: &Span,
+        knots: &[(f64, &Orbit)],
+        kind: Kind,
+    ) -> Kind {
+        let touches = &self.orbit.details.touches;
+        let there = critical(&kind, &self.orbit);
+        match kind {
+            Kind::Graze { extreme } => Kind::Graze {
+                extreme: *touches
+                    .nearest(&extreme, f64::from(self.orbit.period))
+                    .unwrap_or(&extreme),
+            },
+            Kind::Fold if there.is_some_and(|m| off_circle(&kind, m) <= ON_CIRCLE) => {
+                match crosses(map, span, &self.orbit) {
+                    true => Kind::BranchPoint,
+                    false => Kind::Fold,
+                }
+            }
+            // The determinant changes its sign without a zero where M is not continuous: so does dp/ds.
+            Kind::Fold if self.turns(map, span, knots) => Kind::Fold,
+            Kind::PeriodDoubling | Kind::Torus
+                if there.is_some_and(|m| off_circle(&kind, m) <= ON_CIRCLE) =>
+            {
+                kind
+            }
+            Kind::Merging { .. } => kind,
+            _ => Kind::Jump,
+        }
+    }
+
+    /// Whether the parameter runs the other way beyond, by the tangents on both sides.
+    fn turns(&self, map: &mut impl CycleMap, span: &Span, knots: &[(f64, &Orbit)]) -> bool {
+        let [.., (_, a), (_, b)] = knots else {
+            return false;
+        };
+        let chords = [(*a, &self.sides[0]), (&self.sides[1], *b)].map(|(from, to)| {
+            match distance(&from.u, &to.u) > 0.0 {
+                true => Vector::between(span, from, to),
+                false => Vector::between(span, a, b),
+            }
+        });
+        let mut runs = (self.sides.iter().zip(&chords)).map(|(orbit, chord)| {
+            tangent(map, span, orbit).is_ok_and(|own| own.cosine(chord) > 0.0)
+        });
+        runs.next() != runs.next()
+    }
+}
+
+/// Where the orbits of a part of the period double: the place where a branch merges into them. On that
+/// branch itself the equations are singular there.
+pub(super) fn merging(
+    map: &mut impl CycleMap,
+    span: &Span,
+    knots: &[(f64, &Orbit)],
+    period: u32,
+) -> Option<(Orbit, f64, [f64; 2])> {
+    let [.., (_, a), (s_b, _)] = knots else {
+        return None;
+    };
+    let halfway = |orbit: &Orbit| -> Vec<f64> {
+        let later = &orbit.details.strobes[period as usize];
+        orbit
+            .u
+            .iter()
+            .zip(later)
+            .map(|(a, b)| 0.5 * (a + b))
+            .collect()
+    };
+    let mut parent = |guess: &[f64], value: f64| -> Option<(f64, f64, Orbit)> {
+        let mut at = a.at;
+        at[span.axis] = value;
+        let orbit = find(map, guess, at, period, &Border::Parameters).ok()?;
+        let (size, sign) = Test::MinusOne.at(&orbit)?;
+        Some((value, sign * size.exp(), orbit))
+    };
+    let start = a.at[span.axis];
+    let mut older = parent(&halfway(a), start)?;
+    let mut newer = parent(&older.2.u, start + 1e-6 * span.scale())?;
+    for _ in 0..MOST_TRIALS {
+        let change = -newer.1 * (newer.0 - older.0) / (newer.1 - older.1);
+        if !change.is_finite() || change.abs() > 0.1 * span.scale() {
+            return None;
+        }
+        let next = parent(&newer.2.u, newer.0 + change)?;
+        older = std::mem::replace(&mut newer, next);
+        if change.abs() <= LOCATED * span.scale() || newer.1 == 0.0 {
+            break;
+        }
+    }
+    // Where multipliers jump the determinant has no zero.
+    let there = critical(&Kind::PeriodDoubling, &newer.2)?;
+    if (there + 1.0).norm() > ON_CIRCLE {
+        return None;
+    }
+    let mut bracket = [older.0, newer.0];
+    bracket.sort_by(f64::total_cmp);
+    Some((newer.2, *s_b, bracket))
+}
+
+/// Parts of a bracket at which an orbit is sought: others where there is none at the first.
+const PARTS: [f64; 4] = [0.5, 0.3, 0.7, 0.1];
+
+/// The zero of a test between the last two orbits.
+pub(super) fn locate(
+    map: &mut impl CycleMap,
+    span: &Span,
+    knots: &[(f64, &Orbit)],
+    test: &Test,
+) -> Option<Located> {
+    let [.., (s_a, a), (s_b, b)] = knots else {
+        return None;
+    };
+    let reference = test.at(a)?.0.max(test.at(b)?.0);
+    let value = |orbit: &Orbit| {
+        test.at(orbit)
+            .map(|(size, sign)| sign * (size - reference).exp())
+    };
+    let mut low = (*s_a, value(a)?, (*a).clone());
+    let mut high = (*s_b, value(b)?, (*b).clone());
+    // Where the branch turns in between, no value of the parameter leads to its tip.
+    let turns = Test::PlusOne.changes(a, b);
+    let mut best: Option<(f64, f64, Orbit)> = None;
+    let mut exact = false;
+    let mut before = f64::INFINITY;
+    for _ in 0..MOST_TRIALS {
+        let width = high.0 - low.0;
+        let p = [&low, &high].map(|end| end.2.at[span.axis]);
+        let approached = best.as_ref().is_none_or(|(_, _, orbit)| !off(test, orbit));
+        let together = (p[0] - p[1]).abs() <= LOCATED * span.scale();
+        if width <= LOCATED || together && width <= NARROW && approached {
+            break;
+        }
+        // Where a secant leaves more than half of the bracket the next step halves it; of orbits that have come
+        // home nothing but that is known.
+        let halves = matches!(test, Test::Offset(..)) || width > 0.5 * before;
+        let part = match halves {
+            true => 0.5,
+            false => (low.1 / (low.1 - high.1)).clamp(1e-3, 1.0 - 1e-3),
+        };
+        before = if halves { f64::INFINITY } else { width };
+        let watched = matches!(test, Test::Depth(_) | Test::Offset(..));
+        let ends = [&low, &high].map(|end| (end.0, &end.2));
+        let mut parts = std::iter::once(part).chain(PARTS);
+        let middle = parts.find_map(|part| {
+            let (s, orbit) = inside(map, span, knots, ends, part, turns)?;
+            let orbit = match watched {
+                true => orbit.with_details(map).ok()?,
+                false => orbit,
+            };
+            Some((s, value(&orbit)?, orbit))
+        });
+        let Some(middle) = middle else { break };
+        let better = best
+            .as_ref()
+            .is_none_or(|(_, known, _)| middle.1.abs() < known.abs());
+        if better {
+            best = Some(middle.clone());
+        }
+        exact = middle.1 == 0.0;
+        if exact {
+            break;
+        }
+        if (middle.1 > 0.0) == (low.1 > 0.0) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let narrow = exact || high.0 - low.0 <= NARROW;
+    let nearer = if low.1.abs() < high.1.abs() {
+        &low
+    } else {
+        &high
+    };
+    let (length, _, orbit) = best.unwrap_or_else(|| nearer.clone());
+    let mut bracket = [low.2.at[span.axis], high.2.at[span.axis]];
+    bracket.sort_by(f64::total_cmp);
+    Some(Located {
+        orbit: orbit.with_details(map).ok()?,
+        length,
+        bracket,
+        sides: [low.2, high.2],
+        narrow,
+    })
+}
+
+/// Whether a multiplier +1 is still to be approached.
+fn off(test: &Test, orbit: &Orbit) -> bool {
+    matches!(test, Test::PlusOne)
+        && critical(&Kind::Fold, orbit)
+            .is_none_or(|m| off_circle(&Kind::Fold, m) > 0.01 * ON_CIRCLE)
+}
+
+/// An orbit between two neighbours, at a part of their chord: its length of branch and itself.
+fn inside(
+    map: &mut impl CycleMap,
+    span: &Span,
+    knots: &[(f64, &Orbit)],
+    ends: [(f64, &Orbit); 2],
+    part: f64,
+    turns: bool,
+) -> Option<(f64, Orbit)> {
+    let [(s_low, low), (s_high, high)] = ends;
+    let width = s_high - s_low;
+    let s = s_low + part * width;
+    let far = |k: &&(f64, &Orbit)| ends.iter().all(|o| (o.0 - k.0).abs() > 0.1 * width);
+    let chosen: Vec<(f64, &Orbit)> = ends
+        .iter()
+        .chain(knots.iter().filter(far))
+        .copied()
+        .collect();
+    let chord = Vector::between(span, low, high);
+    let across = match turns {
+        true => Across::Always(&chord),
+        false => Across::Steep(&chord),
+    };
+    // A polynomial through a corner leads astray, a chord does not.
+    [guess(span, &chosen, s), guess(span, &ends, s)]
+        .into_iter()
+        .find_map(|guess| {
+            let orbit = place_bare(map, span, low, &guess, across).ok()?;
+            let along = Vector::between(span, low, &orbit);
+            let place = along.cosine(&chord) * along.length() / chord.length();
+            (place > 0.0 && place < 1.0).then_some((s, orbit))
+        })
+}
