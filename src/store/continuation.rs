@@ -177,7 +177,8 @@ fn detail(own: &Bifurcation) -> String {
         Kind::Torus => own.resonance().map(|q| format!("resonance 1:{q}")),
         _ => None,
     };
-    let said: Vec<String> = what.into_iter().chain(own.note.clone()).collect();
+    let lost = own.lost.as_ref().map(ToString::to_string);
+    let said: Vec<String> = what.into_iter().chain(lost).collect();
     said.join("; ")
 }
 

@@ -12,12 +12,16 @@
 
 use super::locate::{locate, merging};
 use super::map::CycleMap;
-use super::orbit::{Orbit, SAME_ORBIT, length};
+use super::orbit::{Orbit, SAME_ORBIT, distance, length};
 use super::path::Span;
 use super::touches::Extreme;
 use crate::numerics::linalg::eigenpair;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
+
+/// Part of the interval by which a bifurcation found twice may differ, and time in cycles by which its graze may.
+const SAME_PLACE: f64 = 1e-9;
+const SAME_TIME: f64 = 1e-3;
 
 /// Step below which what is not a turn of the branch need not be located.
 const FINE: f64 = 1e-5;
@@ -74,6 +78,25 @@ impl Kind {
     }
 }
 
+/// A branch that begins at a bifurcation and is not followed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Unfollowed {
+    /// Its period is longer than asked for.
+    #[error("period {period} is above longest_period")]
+    Long {
+        /// Its period.
+        period: u32,
+    },
+    /// Something else.
+    #[error("a branch of period {period} is not followed: {reason}")]
+    Lost {
+        /// Its period.
+        period: u32,
+        /// Why, in words.
+        reason: String,
+    },
+}
+
 /// A bifurcation.
 #[derive(Debug, Clone)]
 pub struct Bifurcation {
@@ -87,8 +110,8 @@ pub struct Bifurcation {
     pub length: f64,
     /// Interval of the parameter in which it lies.
     pub bracket: [f64; 2],
-    /// What became of the branches that begin here, where they are not followed.
-    pub note: Option<String>,
+    /// A branch that begins here and is not followed.
+    pub lost: Option<Unfollowed>,
 }
 
 impl Bifurcation {
@@ -99,8 +122,23 @@ impl Bifurcation {
             after: 0,
             length,
             bracket,
-            note: None,
+            lost: None,
         }
+    }
+
+    /// Whether it is another one found anew.
+    pub(super) fn is(&self, other: &Self, span: &Span) -> bool {
+        let touches = match (self.kind, other.kind) {
+            (Kind::Graze { extreme: a }, Kind::Graze { extreme: b }) => {
+                a.contact == b.contact && (a.time - b.time).abs() < SAME_TIME
+            }
+            (a, b) => a == b,
+        };
+        let apart = (self.orbit.at[span.axis] - other.orbit.at[span.axis]).abs();
+        touches
+            && self.orbit.period == other.orbit.period
+            && apart <= SAME_PLACE * span.scale()
+            && distance(&self.orbit.u, &other.orbit.u) <= SAME_ORBIT * other.orbit.size()
     }
 
     /// The period of the orbits that a branch ends in, where it does.
@@ -260,7 +298,9 @@ pub fn between(
             Some(there) => there,
             None => continue,
         };
-        let kind = there.kind(map, span, knots, kind);
+        let Some(kind) = there.kind(map, span, knots, kind) else {
+            continue;
+        };
         found.push(Bifurcation::new(
             kind,
             there.orbit,

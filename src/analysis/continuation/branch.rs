@@ -54,6 +54,9 @@ const OFF: f64 = 0.5;
 /// orbits of half of it; by a longer one Newton's method has only strayed there.
 const HOMECOMING: f64 = 1e-4;
 
+/// Part of the interval within which a branch would come home where it began.
+const AT_START: f64 = 1e-7;
+
 /// Factor of a step that is refused.
 const SHORTER: f64 = 0.4;
 
@@ -366,6 +369,16 @@ fn advance(
         (arm.lengths[from..].iter().copied().zip(&arm.orbits[from..])).collect();
     knots.push((arm.lengths[count - 1] + apart(span, last, &orbit), &orbit));
     let found = between(map, span, &knots, go.last_resort).ok_or(End::Corner)?;
+    // No branch passes a bifurcation twice or comes home where it began: such a step leads back.
+    let first = &arm.orbits[0];
+    let began = |own: &Bifurcation| {
+        let apart = (own.orbit.at[span.axis] - first.at[span.axis]).abs();
+        own.merges().is_some() && first.repeats_sooner() && apart <= AT_START * span.scale()
+    };
+    let again = |own: &Bifurcation| arm.bifurcations.iter().any(|known| known.is(own, span));
+    if found.iter().any(|own| again(own) || began(own)) {
+        return Err(End::Corner);
+    }
     Ok(Next {
         angle,
         leaves,

@@ -4,7 +4,7 @@
 //! followed both ways, and so are the branches that begin where a period doubles or branches cross.
 //! Everything happens in a fixed order, so that the same bits come of it.
 
-use super::bifurcation::{Bifurcation, Kind};
+use super::bifurcation::{Bifurcation, Kind, Unfollowed};
 use super::branch::{Branch, End, Steps, follow, follow_away};
 use super::drive::{DriveMap, Family};
 use super::map::{At, CycleMap, MapError};
@@ -150,7 +150,26 @@ pub fn explore<F: Family>(
     }
     // Integrations that were called off look as if orbits were not found.
     CalledOff::check(called_off)?;
+    tell_lost(&mut out, span);
     Ok(out)
+}
+
+/// Tells of branches that are not followed, but for those that were followed from their other ends.
+fn tell_lost(out: &mut Branches, span: &Span) {
+    for branch in 0..out.all.len() {
+        for number in 0..out.all[branch].1.bifurcations.len() {
+            let own = &out.all[branch].1.bifurcations[number];
+            let Some(Unfollowed::Lost { period, .. }) = own.lost else {
+                continue;
+            };
+            if is_end(out, span, own, period) {
+                out.all[branch].1.bifurcations[number].lost = None;
+            } else if let Some(lost) = &own.lost {
+                let told = format!("at {}: {lost}", own.orbit.at[span.axis]);
+                out.failures.push(told);
+            }
+        }
+    }
 }
 
 /// Follows the branch of an orbit, and those that begin on it.
@@ -164,6 +183,10 @@ fn begin(
     called_off: &AtomicBool,
 ) -> Result<(), ExploreError> {
     if out.all.len() >= asked.most {
+        let told = "orbits are found beyond the branches asked for; raise continuation.branches";
+        if !out.failures.iter().any(|known| known == told) {
+            out.failures.push(told.to_owned());
+        }
         return Ok(());
     }
     if is_known(map, span, out, &orbit) {
@@ -189,21 +212,21 @@ fn begin(
             let before = out.all.len();
             let lost = begun(map, span, asked, (parent, number), out);
             queue.extend(before..out.all.len());
-            out.all[parent].1.bifurcations[number].note = lost;
+            out.all[parent].1.bifurcations[number].lost = lost;
         }
     }
     Ok(())
 }
 
 /// Follows the branches that begin at a bifurcation, given by its branch and its number; what of them is not
-/// followed, in words.
+/// followed.
 fn begun(
     map: &mut impl CycleMap,
     span: &Span,
     asked: &Exploration,
     (parent, number): (usize, usize),
     out: &mut Branches,
-) -> Option<String> {
+) -> Option<Unfollowed> {
     let bifurcation = out.all[parent].1.bifurcations[number].clone();
     let period = match bifurcation.kind {
         Kind::PeriodDoubling => 2 * bifurcation.orbit.period,
@@ -214,7 +237,7 @@ fn begun(
         return None;
     }
     if bifurcation.kind == Kind::PeriodDoubling && period > asked.search.longest {
-        return Some(format!("period {period} is above longest_period"));
+        return Some(Unfollowed::Long { period });
     }
     let mut lost = None;
     for begins in switch::branches(map, span, &bifurcation) {
@@ -236,13 +259,7 @@ fn begun(
                 continue;
             }
         };
-        out.failures.push(format!(
-            "a branch of period {period} that begins at {}: {reason}",
-            bifurcation.orbit.at[span.axis]
-        ));
-        lost = Some(format!(
-            "a branch of period {period} is not followed: {reason}"
-        ));
+        lost = Some(Unfollowed::Lost { period, reason });
     }
     lost
 }

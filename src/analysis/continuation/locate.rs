@@ -30,17 +30,18 @@ pub(super) struct Located {
 }
 
 impl Located {
-    /// What happens there, of a kind at first sight.
+    /// What happens there, of a kind at first sight; none where no multiplier passes the circle, as where two real
+    /// ones have a product of 1.
     pub fn kind(
         &self,
         map: &mut impl CycleMap,
         span: &Span,
         knots: &[(f64, &Orbit)],
         kind: Kind,
-    ) -> Kind {
+    ) -> Option<Kind> {
         let touches = &self.orbit.details.touches;
         let there = critical(&kind, &self.orbit);
-        match kind {
+        Some(match kind {
             Kind::Graze { extreme } => Kind::Graze {
                 extreme: *touches
                     .nearest(&extreme, f64::from(self.orbit.period))
@@ -60,8 +61,9 @@ impl Located {
                 kind
             }
             Kind::Merging { .. } => kind,
+            _ if self.sides[0].unstable() == self.sides[1].unstable() => return None,
             _ => Kind::Jump,
-        }
+        })
     }
 
     /// Whether the parameter runs the other way beyond, by the tangents on both sides.

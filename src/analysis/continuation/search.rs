@@ -41,9 +41,19 @@ pub fn orbits<F: Family>(
     let Ok(path) = strobes(map, at, start, search) else {
         return Ok(found);
     };
+    // Where a transient is chaotic round-off decides where it settles: others start farther out.
+    let others = WIDER.map(|factor| widened(&path, factor));
+    let mut paths = vec![path];
+    for start in others {
+        let start = map.state(&start);
+        paths.extend(strobes(map, at, start, search).ok());
+    }
     for period in (unit..=search.longest).step_by(unit as usize) {
-        for guess in near_returns(&path, period as usize, unit as usize, search.guesses) {
-            take(map, &mut found, &guess, at, period);
+        for (number, path) in paths.iter().enumerate() {
+            let guesses = if number == 0 { search.guesses } else { 1 };
+            for guess in near_returns(path, period as usize, unit as usize, guesses) {
+                take(map, &mut found, &guess, at, period);
+            }
         }
     }
     Ok(found)
@@ -67,6 +77,18 @@ pub fn take(map: &mut impl CycleMap, found: &mut Vec<Orbit>, guess: &[f64], at: 
     if !found.iter().any(|known| same(known, &orbit)) {
         found.push(orbit);
     }
+}
+
+/// How much farther from the mean of a trajectory than where it ends others start.
+const WIDER: [f64; 3] = [-1.0, 2.0, -3.0];
+
+/// The state as many times as far from the mean of a path as its last.
+fn widened(path: &[Vec<f64>], factor: f64) -> Vec<f64> {
+    let last = &path[path.len() - 1];
+    let mean = |i: usize| path.iter().map(|u| u[i]).sum::<f64>() / path.len() as f64;
+    (last.iter().enumerate())
+        .map(|(i, u)| mean(i) + factor * (u - mean(i)))
+        .collect()
 }
 
 /// Distance, in sizes of the motion, at which two points of an orbit are one.

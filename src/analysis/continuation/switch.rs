@@ -8,7 +8,7 @@ use crate::numerics::linalg::eigenpair;
 use num_complex::Complex64;
 
 /// Distances from the bifurcation, in sizes of the motion, at which the first orbit of a branch is sought.
-const AWAY: [f64; 7] = [1e-3, 5e-3, 2e-4, 2e-2, 5e-5, 0.1, 0.3];
+const AWAY: [f64; 9] = [1e-3, 5e-3, 2e-4, 2e-2, 5e-5, 1e-5, 2e-6, 0.1, 0.3];
 
 /// Why a branch that begins at a bifurcation is not found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -68,7 +68,7 @@ fn first(
     direction: &[f64],
     side: f64,
 ) -> Result<Orbit, NoBranch> {
-    let mut fault = NoBranch::OnlyKnown;
+    let mut fault = None;
     for away in AWAY.map(|away| away * here.size()) {
         let guess: Vec<f64> = (here.u.iter().zip(direction))
             .map(|(u, v)| u + side * away * v)
@@ -87,7 +87,7 @@ fn first(
         let found = match find(map, &guess, here.at, here.period, &border) {
             Ok(found) => found,
             Err(reason) => {
-                fault = reason.into();
+                fault.get_or_insert(reason);
                 continue;
             }
         };
@@ -99,5 +99,5 @@ fn first(
             return Ok(found);
         }
     }
-    Err(fault)
+    Err(fault.map_or(NoBranch::OnlyKnown, NoBranch::from))
 }

@@ -214,7 +214,7 @@ fn a_sharp_bend_is_followed_in_shorter_steps() {
             after: 0,
             length: 0.0,
             bracket: [at[0]; 2],
-            note: None,
+            lost: None,
         };
         let curve = follow(&mut map, &plane, &start).unwrap();
         assert_eq!(curve.ends, ["the interval ends", end], "{width}");
