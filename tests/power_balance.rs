@@ -289,6 +289,9 @@ fn the_balance_closes_to_round_off() {
     }
 }
 
+/// Stiffness and stretch of each contact that is closed.
+type Springs = Vec<Option<[f64; 2]>>;
+
 /// The powers of a model's terms, by its own parts alone, summed over the moments of another integrator.
 struct Sampled<'m> {
     model: &'m Model,
@@ -300,7 +303,7 @@ struct Sampled<'m> {
     /// Whether a smooth piece has started and not ended.
     inside: bool,
     /// Segments and springs where the last smooth piece ended.
-    last: Option<(Vec<Segment>, Vec<Option<[f64; 2]>>)>,
+    last: Option<(Vec<Segment>, Springs)>,
 }
 
 impl<'m> Sampled<'m> {

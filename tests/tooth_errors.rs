@@ -112,7 +112,11 @@ fn kernels_follow_fractional_turns() {
     let steps =
         [4_000, 64_000].map(|steps| off(&after(&Stepping::new(&model, steps, 1000), &start)));
     println!("stepping: {steps:?}");
-    assert!(steps[1] < 1e-6 && steps[1] < steps[0], "{steps:?}");
+    // Where nothing opens or closes in the cycle, both are right to round-off.
+    assert!(
+        steps[1] < 1e-6 && steps[1] < steps[0].max(1e-11),
+        "{steps:?}"
+    );
 }
 
 /// Crowning, slopes and the plane state of `[gear]` reach the drawing; the plane follows the width where it is

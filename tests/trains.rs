@@ -217,7 +217,7 @@ fn in_a_row(first: [&str; 2], further: [&str; 2]) -> Model {
     };
     let text = format!(
         "[job]\nname = \"row\"\n[model]\nkind = \"train\"\n[train]\ngears = [\"{}\", \"{}\"]\n\
-         driver = \"one\"\nrated_torque = \"50 N*m\"\n{}{}{}\
+         rated_torque = \"50 N*m\"\n{}{}{}\
          [[train.mesh]]\ngears = [\"{}\", \"{}\"]\nhalf_gap = \"20 um\"\nstiffness = \"3e8 N/m\"\ndamping = \"500 N*s/m\"\nfriction = 0.08\n\
          [mesh]\nhalf_gap = \"20 um\"\nstiffness = \"constant\"\nmean_stiffness = \"3e8 N/m\"\n\
          contact_damping = \"500 N*s/m\"\nfriction = 0.08\n[grid]\nload = 1\nspeed = 100\n",

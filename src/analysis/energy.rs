@@ -20,11 +20,13 @@
 //! is done, and what is left of the balance is the round-off of what is stored.
 
 mod balance;
+mod cause;
 
 use super::modal_series::ModalMotion;
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Event, Observer, Window};
-pub(super) use balance::{Balance, Cause, Edge};
+pub(super) use balance::{Balance, Edge};
+pub(super) use cause::Cause;
 
 /// Residual above which a kernel without errors of its own has failed. Of a thousand random
 /// drives no valid row is above 1e-11.

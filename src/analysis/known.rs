@@ -271,8 +271,9 @@ pub fn loosest(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::PowerOutcome;
     use crate::analysis::outcome::{
-        DurationOutcome, OrderLine, OrderReference, PowerOutcome, SpectrumLine, SpectrumMethod,
+        DurationOutcome, OrderLine, OrderReference, SpectrumLine, SpectrumMethod,
     };
 
     /// Statistics whose every error is 1 %, on the scale it counts against.

@@ -30,6 +30,7 @@ mod poincare;
 mod poincare_sample;
 mod point;
 mod power;
+mod power_outcome;
 mod questions;
 mod recurrence;
 mod recurring;
@@ -78,6 +79,7 @@ pub use poincare::{PoincareQuestion, Section};
 pub use poincare_sample::{PoincareSample, SampleKind};
 pub use point::{investigate, investigate_onward};
 pub use power::Power;
+pub use power_outcome::PowerOutcome;
 pub use questions::{
     Effort, GrowthNorm, LyapunovQuestion, NvhQuestion, OrderQuestion, Questions, Signals,
     SpectrumQuestion,

@@ -11,7 +11,7 @@
 use super::energy::{Balance, Cause, Edge};
 use super::modal_series::ModalMotion;
 use super::nvh::stretches::Stretches;
-use super::outcome::PowerOutcome;
+use super::power_outcome::PowerOutcome;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::statistics::standard_error;
 use crate::propagate::{Event, Observer, Window};

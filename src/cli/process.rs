@@ -11,6 +11,7 @@ use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::flag;
 use std::io;
 use std::panic::resume_unwind;
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -149,4 +150,12 @@ fn watch_signals(called_off: &Arc<AtomicBool>) -> io::Result<()> {
     // `ulimit -f`; watched, the write fails and the error is said.
     flag::register(SIGXFSZ, Arc::default())?;
     Ok(())
+}
+
+/// What is said where the process ends without waiting for a point.
+pub(super) fn left(folder: &Path) -> String {
+    format!(
+        "interrupted: points that are finished are kept in the journal in {}; the same command goes on from here",
+        folder.display()
+    )
 }

@@ -6,8 +6,7 @@
 //! up by the same command.
 
 use super::console::Console;
-use super::process::Process;
-use super::run::left;
+use super::process::{Process, left};
 use super::run_args::RunArgs;
 use super::status::{failure, status};
 use super::{FAILED_POINTS, INTERRUPTED, fail, with_causes};

@@ -1,7 +1,7 @@
 //! `atlas run m.toml`: computes every point of a job and writes its result files.
 
 use super::console::Console;
-use super::process::Process;
+use super::process::{Process, left};
 use super::retry;
 use super::run_args::RunArgs;
 use super::status::{failure, status};
@@ -99,14 +99,6 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         false => status(&record),
     };
     voice.close(&record, status, &text)
-}
-
-/// What is said where the process ends without waiting for a point.
-pub(super) fn left(folder: &Path) -> String {
-    format!(
-        "interrupted: points that are finished are kept in the journal in {}; the same command goes on from here",
-        folder.display()
-    )
 }
 
 fn closing_line(finished: &Finished, record: &RunRecord, folder: &Path) -> String {

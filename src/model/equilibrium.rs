@@ -401,7 +401,7 @@ mod tests {
         );
     }
 
-    /// Round-off is judged by every term that a stretch is a difference of: 21 m here.
+    /// Round-off is judged by every term that a stretch is a difference of: 30 m here.
     #[test]
     fn a_stretch_within_round_off_is_none() {
         let mut standing = Standing {
@@ -412,7 +412,7 @@ mod tests {
             shut: -4.0,
             shut_rate: 0.0,
         };
-        for (beyond, stretched) in [(20e-12, false), (22e-12, true)] {
+        for (beyond, stretched) in [(29e-12, false), (31e-12, true)] {
             standing.shut = -13.0 - beyond;
             assert_eq!(standing.is_stretched(&[1.0, 5.0]), stretched, "{beyond}");
         }

@@ -33,6 +33,7 @@ mod flank_error;
 mod further;
 mod initial;
 mod mesh;
+mod one_set;
 mod output;
 mod parallel;
 mod release;

@@ -285,7 +285,11 @@ impl Contacts {
         let [low, high] = [if end == 0 { 0.0 } else { bends[end - 1] }, bends[end]];
         let step = low - slope(low) * (high - low) / (slope(high) - slope(low));
         // Where round-off hides the slope, the end of the way is as good as any.
-        let step = if step > 0.0 && step.is_finite() { step } else { 1.0 };
+        let step = if step > 0.0 && step.is_finite() {
+            step
+        } else {
+            1.0
+        };
         add(forces, step, way[0]);
         add(place, step, way[1]);
     }
@@ -294,7 +298,9 @@ impl Contacts {
     fn towards(&self, other: &Self, part: f64) -> Self {
         let mixed = |own: &[f64], other: &[f64]| -> Vec<f64> {
             let pairs = own.iter().zip(other);
-            pairs.map(|(own, other)| own + part * (other - own)).collect()
+            pairs
+                .map(|(own, other)| own + part * (other - own))
+                .collect()
         };
         let bearers = (self.bearers.iter().zip(&other.bearers))
             .map(|(own, other)| Bearer {
@@ -371,9 +377,8 @@ pub(super) fn settle(smooth: &Contacts, whole: &Contacts, from: &Rest) -> Result
         let last = smooth.with_closed(smooth.stretched(&from.forces, &from.place), &from.place);
         return Err(unrest(smooth.faults(&last), 0.0));
     };
-    let differ = |(own, other): (&Bearer, &Bearer)| {
-        own.push != other.push || own.yielding != other.yielding
-    };
+    let differ =
+        |(own, other): (&Bearer, &Bearer)| own.push != other.push || own.yielding != other.yielding;
     if !smooth.bearers.iter().zip(&whole.bearers).any(differ) {
         return Ok(rest);
     }
@@ -384,7 +389,9 @@ pub(super) fn settle(smooth: &Contacts, whole: &Contacts, from: &Rest) -> Result
         match smooth.with_friction(&smooth.towards(whole, next), &rest) {
             Ok(found) => (rest, part) = (found, next),
             Err(faults) if step < least => {
-                return whole.any_at(&rest.place).ok_or_else(|| unrest(faults, next));
+                return whole
+                    .any_at(&rest.place)
+                    .ok_or_else(|| unrest(faults, next));
             }
             Err(_) => step *= 0.5,
         }

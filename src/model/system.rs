@@ -9,7 +9,7 @@ use super::{
     MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Output, Release, Ripple, Rolling, Segment,
     TransmissionErrorHarmonic,
 };
-use super::{bearing, breakpoints, clearance, drive as laws, further, parallel};
+use super::{bearing, clearance, drive as laws, further, one_set, parallel};
 use crate::shaft::{FlankParticipation, MOST_BASE_CYCLES, ModalStructure};
 use std::f64::consts::TAU;
 
@@ -214,7 +214,7 @@ impl Model {
             })
             .collect::<Result<Vec<_>, _>>()?;
         let mut contacts: Vec<Contact> = flanks.into_iter().chain(further).collect();
-        breakpoints::merge(&mut contacts);
+        one_set::merge(&mut contacts);
         let most = MOST_CONTACTS as f64;
         let count = contacts.len() as f64;
         positive(

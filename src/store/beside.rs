@@ -7,8 +7,6 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::file::TableKind;
-use super::read::{read_record, read_runs};
 use super::seal::{TableRecord, sealed};
 use super::whole::write_whole;
 use super::{ProgramRecord, StoreError};
@@ -61,29 +59,5 @@ pub(super) fn remove(path: &Path) -> Result<(), StoreError> {
             Err(StoreError::io(path, "remove", error))
         }
         _ => Ok(()),
-    }
-}
-
-/// The tables that the records of a folder name, of the command that writes tables of this kind; none without
-/// such a record, or a folder.
-///
-/// # Errors
-/// A record cannot be read, is not of this program, or is not what was written.
-pub(super) fn recorded(
-    folder: &Path,
-    kind: TableKind,
-) -> Result<Option<Vec<TableRecord>>, StoreError> {
-    if !folder.is_dir() {
-        return Ok(None);
-    }
-    let Some(name) = kind.record_beside() else {
-        let runs = read_runs(folder)?;
-        let tables = || runs.iter().flat_map(|run| run.tables.clone()).collect();
-        return Ok((!runs.is_empty()).then(tables));
-    };
-    let path = folder.join(name);
-    match path.exists() {
-        true => read_record::<TablesRecord>(&path).map(|record| Some(record.tables)),
-        false => Ok(None),
     }
 }

@@ -4,7 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::characteristics::RECORD;
-use super::file::{TableKind, table_path};
+use super::file::table_path;
+use super::table_kind::TableKind;
 use super::tables::TableStore;
 
 /// What is found at a path that holds no `points.parquet`.

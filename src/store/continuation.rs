@@ -3,15 +3,15 @@
 
 use super::StoreError;
 use super::beside::{TablesRecord, remove};
-use super::file::{
-    FOLLOW_RECORD, Row, TableFile, TableKind, create_folder, remove_stale, table_path,
-};
+use super::file::{Row, TableFile, create_folder, remove_stale, table_path};
 use super::point_row::AxisColumn;
 use super::seal::TableRecord;
 use super::table::{Column, Table, columns};
-use crate::analysis::continuation::bifurcation::{Bifurcation, Kind};
+use super::table_kind::{FOLLOW_RECORD, TableKind};
+use crate::analysis::continuation::bifurcation::Bifurcation;
 use crate::analysis::continuation::branch::Branch;
 use crate::analysis::continuation::curve::Curve;
+use crate::analysis::continuation::kind::Kind;
 use crate::analysis::continuation::orbit::Orbit;
 use std::path::Path;
 

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use parquet::errors::ParquetError;
 use thiserror::Error;
 
-use super::file::{FOLLOW_RECORD, TRACE_RECORD, TableKind};
 use super::io_fault::{IoFault, Purpose, Refusal};
+use super::table_kind::{FOLLOW_RECORD, TRACE_RECORD, TableKind};
 
 /// How a file differs from what was written.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]

@@ -17,13 +17,13 @@ use parquet::basic::{Compression, ZstdLevel};
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use serde::{Deserialize, Serialize};
-use strum::{IntoStaticStr, VariantArray};
 use tempfile::{NamedTempFile, TempPath};
 
 use super::StoreError;
 use super::durable;
 use super::seal::{Hashed, TableRecord};
 use super::table::Table;
+use super::table_kind::TableKind;
 
 /// Version of the column layout, stored as metadata `format`.
 pub(super) const FORMAT: &str = "atlas-results-1";
@@ -34,126 +34,8 @@ const PIECE_ROWS: usize = 1024;
 /// List data of a row group \[bytes\], where rows are long.
 pub const GROUP_BYTES: usize = 16 << 20;
 
-/// What vouches for the tables of `atlas follow`.
-pub(super) const FOLLOW_RECORD: &str = "follow.json";
-/// What vouches for the tables of `atlas trace`.
-pub(super) const TRACE_RECORD: &str = "trace.json";
-
 /// How the name of an unfinished file ends.
 const PARTIAL: &str = ".partial";
-
-/// A result table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
-#[strum(serialize_all = "snake_case", suffix = ".parquet")]
-pub enum TableKind {
-    /// One row an operating point.
-    Points,
-    /// One row a sample on a section of phase space.
-    Poincare,
-    /// One row a line of a spectrum.
-    Spectra,
-    /// One row an order of a signal.
-    Orders,
-    /// One row an initial condition.
-    Probes,
-    /// One row a periodic orbit.
-    Orbits,
-    /// One row a change of motion between neighbours of a chain.
-    Transitions,
-    /// One row an attractor of a point.
-    Attractors,
-    /// One row a cell of a slice of initial states.
-    Basins,
-    /// One row a quantity over a number of mesh cycles.
-    Horizon,
-    /// One row an orbit of a branch.
-    Branches,
-    /// One row a bifurcation of a branch.
-    Bifurcations,
-    /// One row a point of a bifurcation curve.
-    Curves,
-    /// One row an average over orbits up to a period.
-    CycleExpansion,
-    /// One row an instant of a traced trajectory.
-    Trace,
-    /// One row a change of contact state of a traced trajectory.
-    Events,
-}
-
-impl TableKind {
-    /// The tables of a job, `points.parquet` last: it stands for a whole set of results.
-    pub(super) const OF_A_JOB: [Self; 11] = [
-        Self::Transitions,
-        Self::Orbits,
-        Self::Basins,
-        Self::Attractors,
-        Self::Horizon,
-        Self::CycleExpansion,
-        Self::Probes,
-        Self::Spectra,
-        Self::Orders,
-        Self::Poincare,
-        Self::Points,
-    ];
-
-    /// The record that vouches for it, where that is not the one of a run.
-    pub(super) fn record_beside(self) -> Option<&'static str> {
-        match self {
-            Self::Branches | Self::Bifurcations | Self::Curves => Some(FOLLOW_RECORD),
-            Self::Trace | Self::Events => Some(TRACE_RECORD),
-            _ => None,
-        }
-    }
-
-    /// Name of the table: that of its file without its ending.
-    pub fn name(self) -> &'static str {
-        self.file_name().trim_end_matches(".parquet")
-    }
-
-    /// What to do to have it.
-    pub fn remedy(self) -> &'static str {
-        match self {
-            Self::Points => "`atlas run` writes it",
-            Self::Poincare => "ask for `poincare = {}` in the manifest's [analyses]",
-            Self::Spectra => "ask for `nvh = { spectrum = {} }` in the manifest's [analyses]",
-            Self::Orders => "ask for `nvh = { orders = {} }` in the manifest's [analyses]",
-            Self::Probes | Self::Attractors => {
-                "ask for `multistability = {}` in the manifest's [analyses]"
-            }
-            Self::Basins => "ask for `multistability.slice` in the manifest's [analyses]",
-            Self::Orbits => "ask for `orbits` in the manifest's [analyses]",
-            Self::Transitions => {
-                "carry the state along an axis: `order = \"both\"` in the manifest's [grid]"
-            }
-            Self::Horizon => {
-                "ask for `lyapunov = {}` and `horizon = {}` in the manifest's [analyses]"
-            }
-            Self::CycleExpansion => {
-                "ask for `lyapunov = {}` and `cycle_expansion = {}` in the manifest's [analyses]"
-            }
-            Self::Branches | Self::Bifurcations | Self::Curves => "`atlas follow` writes it",
-            Self::Trace | Self::Events => "`atlas trace` writes it",
-        }
-    }
-
-    /// The names of all tables.
-    pub fn names() -> impl Iterator<Item = &'static str> {
-        Self::VARIANTS.iter().map(|kind| kind.name())
-    }
-
-    /// The table of a name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::VARIANTS
-            .iter()
-            .copied()
-            .find(|kind| kind.name() == name)
-    }
-
-    /// Name of the file, or of the folder of shards.
-    pub fn file_name(self) -> &'static str {
-        self.into()
-    }
-}
 
 /// One part of a split job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -18,11 +18,12 @@ use tempfile::TempPath;
 
 use super::StoreError;
 use super::file::{
-    GROUP_BYTES, GROUP_ROWS, Shard, TableKind, create_folder, publish, start_writer, table_path,
+    GROUP_BYTES, GROUP_ROWS, Shard, create_folder, publish, start_writer, table_path,
     temporary_file,
 };
 use super::open::TableReader;
 use super::seal::{Hashed, Seals, TableRecord};
+use super::table_kind::TableKind;
 
 /// A file to take rows from.
 #[derive(Debug)]

@@ -9,10 +9,11 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use super::file::{TableKind, create_folder, remove_stale, table_path};
+use super::file::{create_folder, remove_stale, table_path};
 use super::interleave::{Finished, Interleaved, Source, interleave};
 use super::run::{RunRecord, RunState, ShardRecord, Totals, mixed};
 use super::seal::Seals;
+use super::table_kind::TableKind;
 use super::{StoreError, read_runs, write_run};
 
 /// Why shards cannot be joined.

@@ -52,6 +52,7 @@ mod replace;
 mod run;
 mod seal;
 mod table;
+mod table_kind;
 mod tables;
 mod trace;
 mod whole;
@@ -75,9 +76,7 @@ pub use continuation::{
 };
 pub use cycle_expansion::{ExpansionRow, cycle_expansion_table};
 pub use error::{Damage, StoreError};
-pub use file::{
-    GROUP_BYTES, GROUP_ROWS, Shard, TableKind, create_folder, remove_stale, table_path,
-};
+pub use file::{GROUP_BYTES, GROUP_ROWS, Shard, create_folder, remove_stale, table_path};
 pub use horizon::{HorizonRow, horizon_table};
 pub use io_fault::{IoFault, Purpose, Refusal};
 pub use journal::{Journal, SYNC_INTERVAL, journal_bytes, journal_path};
@@ -100,6 +99,7 @@ pub use run::{
 };
 pub use seal::TableRecord;
 pub use table::{Column, Table};
+pub use table_kind::TableKind;
 pub use tables::{
     ArrayHeader, Arrays, CacheEntry, CacheError, CacheFault, CacheHeader, CacheKind, CacheWarning,
     Cleaned, Fetched, FetchedMesh, MappedTable, MeshFetchError, OperatorFetchError, Origin,

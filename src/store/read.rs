@@ -12,12 +12,12 @@ use arrow_schema::{DataType, FieldRef, Fields};
 use serde::de::DeserializeOwned;
 use strum::VariantArray;
 
-use super::beside::recorded;
+use super::beside::TablesRecord;
 use super::error::Damage;
-use super::file::TableKind;
 use super::open::TableReader;
 use super::seal::{Seals, TableRecord, is_sealed};
 use super::table::ELEMENTS;
+use super::table_kind::TableKind;
 use super::{RunRecord, StoreError};
 use crate::input::{self, printable};
 
@@ -470,4 +470,25 @@ fn listed(folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<Vec<PathBuf>, 
     }
     paths.sort();
     Ok(paths)
+}
+
+/// The tables that the records of a folder name, of the command that writes tables of this kind; none without
+/// such a record, or a folder.
+///
+/// # Errors
+/// A record cannot be read, is not of this program, or is not what was written.
+fn recorded(folder: &Path, kind: TableKind) -> Result<Option<Vec<TableRecord>>, StoreError> {
+    if !folder.is_dir() {
+        return Ok(None);
+    }
+    let Some(name) = kind.record_beside() else {
+        let runs = read_runs(folder)?;
+        let tables = || runs.iter().flat_map(|run| run.tables.clone()).collect();
+        return Ok((!runs.is_empty()).then(tables));
+    };
+    let path = folder.join(name);
+    match path.exists() {
+        true => read_record::<TablesRecord>(&path).map(|record| Some(record.tables)),
+        false => Ok(None),
+    }
 }

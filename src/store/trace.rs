@@ -8,8 +8,9 @@ use arrow_schema::{ArrowError, SchemaRef};
 
 use super::StoreError;
 use super::beside::{TablesRecord, remove};
-use super::file::{Row, TRACE_RECORD, TableFile, TableKind, create_folder, remove_stale};
+use super::file::{Row, TableFile, create_folder, remove_stale};
 use super::table::{Table, columns};
+use super::table_kind::{TRACE_RECORD, TableKind};
 use crate::analysis::{TraceSample, TraceSink};
 use crate::model::{COAST_FLANK, DRIVE_FLANK};
 use crate::propagate::Event;

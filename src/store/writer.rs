@@ -9,14 +9,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::covariant::list_length;
-use super::file::{
-    ClosedTable, Row, Shard, TableFile, TableKind, create_folder, remove_stale, table_path,
-};
+use super::file::{ClosedTable, Row, Shard, TableFile, create_folder, remove_stale, table_path};
 use super::layout::ResultLayout;
 use super::reorder::Reorder;
 use super::run::run_path;
 use super::seal::TableRecord;
 use super::table::Table;
+use super::table_kind::TableKind;
 use super::{
     AttractorRow, CellRow, ExpansionRow, HorizonRow, OrbitRow, OrderRow, PoincareRow, PointRow,
     ProbeRow, SpectrumRow, StoreError, TransitionRow, attractors_table, basins_table,

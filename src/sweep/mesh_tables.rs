@@ -26,6 +26,9 @@ const LONGEST_TURNING_PIECE: f64 = 1.0 / 24.0;
 /// How far a course may be from its law, relative.
 const COURSE_TOLERANCE: f64 = 1e-9;
 
+/// The same of the secant, a difference of two states of the flanks.
+const SECANT_TOLERANCE: f64 = 1e-7;
+
 /// The same where segments take means of it: those come out closer by far.
 const MEANS_TOLERANCE: f64 = 1e-6;
 
@@ -185,7 +188,7 @@ impl MeshTables {
             CycleDivision::Segments(_) | CycleDivision::Pairs { .. } => Resolution {
                 tolerance: match spec.stiffness {
                     StiffnessLaw::Tangent => MEANS_TOLERANCE,
-                    StiffnessLaw::Secant => COURSE_TOLERANCE,
+                    StiffnessLaw::Secant => SECANT_TOLERANCE,
                 },
                 ..MEANS
             },
@@ -195,7 +198,10 @@ impl MeshTables {
                 } else {
                     LONGEST_PIECE
                 },
-                tolerance: COURSE_TOLERANCE,
+                tolerance: match spec.stiffness {
+                    StiffnessLaw::Tangent => COURSE_TOLERANCE,
+                    StiffnessLaw::Secant => SECANT_TOLERANCE,
+                },
             },
         };
         // Segments are for what the course of the stiffness has means of.

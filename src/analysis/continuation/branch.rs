@@ -6,7 +6,8 @@
 //! differentiable through a change of the contact sequence, with a curvature that may be large, so
 //! that nothing but the observed angle tells how far a step may go there.
 
-use super::bifurcation::{Bifurcation, Kind, between};
+use super::bifurcation::{Bifurcation, between};
+use super::kind::Kind;
 use super::map::CycleMap;
 use super::orbit::{NoOrbit, Orbit, distance, same};
 use super::path::{Across, Span, Vector, apart, guess, place, tangent};

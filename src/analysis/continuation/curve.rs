@@ -6,7 +6,8 @@
 //! is computed, by inverse iteration from where it was. Which parameter is held follows the direction of
 //! the curve.
 
-use super::bifurcation::{Bifurcation, Kind, Test, critical, pairs_outside};
+use super::bifurcation::Bifurcation;
+use super::kind::{Kind, Test, critical, pairs_outside};
 use super::map::{At, CycleMap};
 use super::orbit::{Bare, Border, Orbit, correct, distance};
 use super::touches::Extreme;

@@ -4,9 +4,10 @@
 //! followed both ways, and so are the branches that begin where a period doubles or branches cross.
 //! Everything happens in a fixed order, so that the same bits come of it.
 
-use super::bifurcation::{Bifurcation, Kind, Unfollowed};
+use super::bifurcation::{Bifurcation, Unfollowed};
 use super::branch::{Branch, End, Steps, follow, follow_away};
 use super::drive::{DriveMap, Family};
+use super::kind::Kind;
 use super::map::{At, CycleMap, MapError};
 use super::orbit::{Orbit, distance, same};
 use super::path::{Across, Span, Vector, guess, place};

@@ -4,7 +4,7 @@
 //! corrected orbit. Where the branch turns in between, orbits are sought on planes across the chord of the
 //! bracket: the branch passes each of them, while values of the parameter beyond its tip have no orbit.
 
-use super::bifurcation::{Kind, ON_CIRCLE, Test, critical, crosses, off_circle};
+use super::kind::{Kind, ON_CIRCLE, Test, critical, crosses, off_circle};
 use super::map::CycleMap;
 use super::orbit::{Border, Orbit, distance, find};
 use super::path::{Across, Span, Vector, guess, place_bare, tangent};

@@ -5,6 +5,7 @@ pub mod branch;
 pub mod curve;
 pub mod drive;
 pub mod explore;
+pub mod kind;
 mod locate;
 pub mod map;
 pub mod onset;

@@ -1,6 +1,7 @@
 //! The other branches that begin at a bifurcation.
 
-use super::bifurcation::{Bifurcation, Kind};
+use super::bifurcation::Bifurcation;
+use super::kind::Kind;
 use super::map::CycleMap;
 use super::orbit::{Border, NoOrbit, Orbit, distance, find, length};
 use super::path::Span;

@@ -1,5 +1,6 @@
 //! What does work on the vibration, window after window, and what does it store?
 
+use super::cause::Cause;
 use crate::analysis::coupled_modes::CoupledModes;
 use crate::analysis::modal_series::{ModalMotion, Series, TERMS, cosine_series, integral, padded};
 use crate::model::{Model, Release, STIFFNESS_TERMS, Segment, TrajectoryState};
@@ -12,28 +13,6 @@ use std::sync::OnceLock;
 /// Windows shorter than this, in mesh cycles, as events next to a breakpoint leave them: the rate of their deflection is
 /// that of the state, since the round-off of a series over their length may be more.
 const SHORT: f64 = 1e-9;
-
-/// What does work on the vibration.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::analysis) enum Cause {
-    /// Mean torques, torque ripple and other loads: `∫ T·u dt`.
-    Loads,
-    /// What is prescribed of the length of contacts: transmission error, half gap, load centroid.
-    Error,
-    /// Stiffness of contacts that varies.
-    Stiffness,
-    /// Dampers of the contacts, and springs that are let go compressed.
-    Contact,
-    /// Damping of the structure, less what its cross-coupled springs feed.
-    Structure,
-    /// Friction of the contacts, by the speeds of vibration.
-    Friction,
-}
-
-impl Cause {
-    /// How many there are.
-    pub const COUNT: usize = 6;
-}
 
 /// Works and stored energy of a trajectory of a model.
 #[derive(Debug, Clone)]
@@ -335,10 +314,7 @@ impl<'m> Balance<'m> {
                 integral(&rate, &rate, tau)
             }
         };
-        work(
-            Cause::Contact,
-            -segment.damping * square,
-        );
+        work(Cause::Contact, -segment.damping * square);
         if !segment.stiffness.is_constant() {
             work(
                 Cause::Stiffness,

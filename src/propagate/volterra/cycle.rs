@@ -10,10 +10,11 @@
 use super::Volterra;
 use super::closure::Closure;
 use super::feedback::Closed;
+use super::grid::ROUNDING;
 use super::joint::JointWindow;
 use super::joint_stretch::JointStretch;
 use super::lanes::{self, Solution};
-use super::position::{Position, ROUNDING, SAME_TIME, Track, align};
+use super::position::{Position, SAME_TIME, Track, align};
 use super::release::Place;
 use super::search::View;
 use super::shapes::Row;

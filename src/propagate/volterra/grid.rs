@@ -4,6 +4,9 @@ use super::length::fewest_windows;
 use crate::model::{Model, SAME_PHASE, equal_parts};
 use crate::propagate::SAME_LENGTH;
 
+/// Part of a mesh period that sums of times are rounded by.
+pub(super) const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
 /// Most lengths of window, so that their tables stay small.
 const MOST_LENGTHS: usize = 4;
 

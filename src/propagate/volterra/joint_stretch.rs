@@ -1,10 +1,9 @@
 //! What are windows with several contacts closed laid on?
 
 use super::closure::Closure;
-use super::grid::FEWEST;
+use super::grid::{FEWEST, ROUNDING};
 use super::length::{fewest_windows, longest_joint};
 use super::needs::{Needs, Sight, place};
-use super::position::ROUNDING;
 use crate::model::{Contact, Model, Segment};
 
 /// How much longer, relative, than a segment a window may be that fits it: both come from ends that are rounded apart.

@@ -8,9 +8,6 @@ use crate::model::ActiveSet;
 /// Times closer than this part of a mesh period are one; breakpoints are farther apart.
 pub(super) const SAME_TIME: f64 = 1e-12;
 
-/// Part of a mesh period that sums of times are rounded by.
-pub(super) const ROUNDING: f64 = 4.0 * f64::EPSILON;
-
 /// Where a window starts.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Position {

@@ -10,9 +10,9 @@ use super::picture::{Drawn, Picture};
 use super::request::PlotRequest;
 use super::results::Results;
 use super::what::What;
-use crate::report::PointSummary;
 use crate::report::numbers::number;
-use crate::store::TableKind;
+use crate::store::{ResultTable, StoreError, TableKind};
+use std::collections::HashSet;
 
 /// Exponents drawn; more lie on each other.
 const MOST: usize = 8;
@@ -21,11 +21,21 @@ const BAND: f64 = 1.0;
 
 /// Whether any point has a course of its exponents.
 pub(super) fn is_there(results: &Results) -> bool {
-    let Ok(Some(table)) = results.table(TableKind::Points) else {
-        return false;
-    };
-    let cycles = table.lists("course_cycles").unwrap_or_default();
-    cycles.iter().flatten().any(|cycles| !cycles.is_empty())
+    with_course(results).is_ok_and(|points| !points.is_empty())
+}
+
+/// Points that have one, by number.
+fn with_course(results: &Results) -> Result<HashSet<u64>, StoreError> {
+    let mut found = HashSet::new();
+    let columns = ["point_id", "course_cycles"];
+    ResultTable::scan(&results.folder, TableKind::Points, &columns, |part| {
+        let courses = part.lists("course_cycles")?;
+        for (id, course) in part.u64("point_id")?.into_iter().zip(courses) {
+            found.extend(id.filter(|_| course.is_some_and(|course| !course.is_empty())));
+        }
+        Ok::<_, StoreError>(())
+    })?;
+    Ok(found)
 }
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
@@ -33,42 +43,23 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
         what: What::Convergence,
         reason,
     };
-    let table = (results.table(TableKind::Points)?)
-        .ok_or_else(|| unfit("there is no points.parquet".into()))?;
-    let ids = table.u64("point_id")?;
-    let [cycles, values, errors] = [
-        table.lists("course_cycles")?,
-        table.lists("course_exponents")?,
-        table.lists("course_stderr")?,
-    ];
-    let row = |point: &PointSummary| {
-        let row = ids.iter().position(|id| *id == Some(point.point_id))?;
-        (!cycles[row].as_ref()?.is_empty()).then_some(row)
-    };
+    let known = with_course(results)?;
     let ask = "ask for `lyapunov.course` in the manifest's [analyses]";
     let point = match request.point {
         Some(id) => results.point(id)?,
         None => {
             let mut all = results.summary.chaotic.iter().chain(&results.summary.all);
-            all.find(|point| row(point).is_some())
+            all.find(|point| known.contains(&point.point_id))
                 .ok_or_else(|| unfit(format!("no point has a course of its exponents; {ask}")))?
         }
     };
-    let Some(row) = row(point) else {
-        let id = point.point_id;
+    let id = point.point_id;
+    if !known.contains(&id) {
         return Err(unfit(format!(
             "point {id} has no course of its exponents; {ask}"
         )));
-    };
-    let numbers = |column: &[Option<Vec<Option<f64>>>]| -> Vec<f64> {
-        let list = column[row].iter().flatten();
-        list.map(|value| value.unwrap_or(f64::NAN)).collect()
-    };
-    let course = Course {
-        cycles: numbers(&cycles),
-        values: numbers(&values),
-        errors: numbers(&errors),
-    };
+    }
+    let course = Course::read(results, id)?;
     let title = format!("{}: how the exponents settled", results.job);
     let words = results.point_words(point);
     let errors = Evidence::of([point]).words();
@@ -94,6 +85,36 @@ struct Course {
 }
 
 impl Course {
+    /// Of the point of a number; empty where there is none.
+    fn read(results: &Results, id: u64) -> Result<Self, StoreError> {
+        let columns = [
+            "point_id",
+            "course_cycles",
+            "course_exponents",
+            "course_stderr",
+        ];
+        let mut found: [Vec<f64>; 3] = Default::default();
+        ResultTable::scan(&results.folder, TableKind::Points, &columns, |part| {
+            let ids = part.u64("point_id")?;
+            let Some(row) = ids.iter().position(|own| *own == Some(id)) else {
+                return Ok(());
+            };
+            for (name, own) in columns[1..].iter().zip(&mut found) {
+                let list = part.lists(name)?.swap_remove(row).unwrap_or_default();
+                *own = (list.into_iter())
+                    .map(|value| value.unwrap_or(f64::NAN))
+                    .collect();
+            }
+            Ok::<_, StoreError>(())
+        })?;
+        let [cycles, values, errors] = found;
+        Ok(Self {
+            cycles,
+            values,
+            errors,
+        })
+    }
+
     fn draw(&self, canvas: &mut Canvas) {
         let places = self.cycles.len().max(1);
         let curves: Vec<(&[f64], &[f64])> = (self.values.chunks(places))

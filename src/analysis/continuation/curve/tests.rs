@@ -155,7 +155,7 @@ fn places_in_a_plane_are_parts_of_its_sides() {
     assert!((apart - 0.5).abs() < 1e-14, "{apart}");
 }
 
-/// `x' = x + p₀ − g(p₁) − x²`, whose folds lie on the hyperbola `p₀ = g(p₁) = √(p₁² + w²)`.
+/// `y' = y + p₀ − g(p₁) − x²` with `x = y − 1`, whose folds lie on the hyperbola `p₀ = g(p₁) = √(p₁² + w²)`.
 struct Hyperbola {
     width: f64,
 }
@@ -166,9 +166,9 @@ impl CycleMap for Hyperbola {
     }
 
     fn image(&mut self, u: &[f64], at: At, _: u32) -> Result<Image, MapError> {
-        let x = u[0];
+        let x = u[0] - 1.0;
         Ok(Image {
-            end: vec![x + at[0] - at[1].hypot(self.width) - x * x],
+            end: vec![u[0] + at[0] - at[1].hypot(self.width) - x * x],
             monodromy: Mat::from_fn(1, 1, |_, _| 1.0 - 2.0 * x),
         })
     }
@@ -205,7 +205,7 @@ fn a_sharp_bend_is_followed_in_shorter_steps() {
     ] {
         let mut map = Hyperbola { width };
         let at = [f64::hypot(-0.5, width), -0.5];
-        let orbit = (correct(&mut map, &[0.0], at, 1, &Border::Parameters).unwrap())
+        let orbit = (correct(&mut map, &[1.0], at, 1, &Border::Parameters).unwrap())
             .with_multipliers(1)
             .unwrap();
         let start = Bifurcation {
