@@ -13,9 +13,7 @@ use atlas::model::{
 };
 use atlas::propagate::{Counters, Kernel, Stepping, Tangents};
 use atlas::reference::{Extended, Reference};
-use atlas::shaft::{
-    ContactLaw, Coupling, FlankParticipation, HarmonicLoad, ModalStructure, StructureContact,
-};
+use atlas::shaft::{ContactLaw, Coupling, HarmonicLoad, ModalStructure, StructureContact};
 use common::advance::{Events, advance, advance_with, volterra};
 use common::relative_difference;
 
@@ -38,17 +36,7 @@ fn matrix(n: usize, entries: &[(usize, usize, f64)]) -> Vec<f64> {
 /// Two rotations and four elastic modes, of which the coast flank feels two the other way.
 fn two_lines() -> (ModalStructure, Drive, OperatingPoint) {
     let (mut structure, mut drive, point) = common::six_modes();
-    let mut mesh = structure.mesh.clone();
-    for i in [2, 4] {
-        mesh[i] = -mesh[i];
-    }
-    structure.coast = Some(FlankParticipation {
-        mesh,
-        tilt: vec![0.0; 6],
-        friction: structure.friction.iter().map(|f| -0.7 * f).collect(),
-        lever: structure.friction_lever.clone(),
-        residual_flexibility: 0.0,
-    });
+    structure.coast = Some(common::coast_line(&structure));
     drive.friction = 0.08;
     drive.coast = Some(CoastFlank {
         mesh: Division::mirrored(&drive.mesh, 0.17),

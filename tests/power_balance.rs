@@ -15,7 +15,7 @@ use atlas::model::{
 };
 use atlas::numerics::random::PointSeed;
 use atlas::reference::{Moment, Reference};
-use atlas::shaft::{Coupling, FlankParticipation};
+use atlas::shaft::Coupling;
 use common::advance::{advance_with, settled, volterra};
 use num_complex::{Complex64, c64};
 use std::f64::consts::TAU;
@@ -176,17 +176,7 @@ fn one_mode_in_steady_contact_has_its_closed_form() {
 /// something, friction, ripple, contact and modal damping.
 fn pair(release: Release) -> Model {
     let (mut structure, mut drive, point) = common::six_modes();
-    let mut mesh = structure.mesh.clone();
-    for i in [2, 4] {
-        mesh[i] = -mesh[i];
-    }
-    structure.coast = Some(FlankParticipation {
-        mesh,
-        tilt: vec![0.0; 6],
-        friction: structure.friction.iter().map(|f| -0.7 * f).collect(),
-        lever: structure.friction_lever.clone(),
-        residual_flexibility: 0.0,
-    });
+    structure.coast = Some(common::coast_line(&structure));
     drive.release = release;
     let mut bent = [0.0; 8];
     (bent[0], bent[1], bent[2]) = (4e-7, 3e-7, -1e-7);

@@ -20,7 +20,7 @@ pub use fixtures::*;
 use atlas::model::{
     Division, Drive, DriveShaft, MeshHarmonic, Model, OperatingPoint, Release, TorqueRipple,
 };
-use atlas::shaft::ModalStructure;
+use atlas::shaft::{FlankParticipation, ModalStructure};
 use atlas::store::TableStore;
 use atlas::sweep::Parts;
 use std::path::Path;
@@ -60,6 +60,21 @@ pub fn two_modes() -> Case {
     let mesh = [0.98, -0.86];
     let structure = structure(&[0.0, 0.0], 0.0, &mesh, &mesh);
     (structure, two_level_mesh(9e-6), strong_rattle())
+}
+
+/// A line of the coast flank of [`six_modes`] that two of the elastic modes feel the other way.
+pub fn coast_line(structure: &ModalStructure) -> FlankParticipation {
+    let mut mesh = structure.mesh.clone();
+    for i in [2, 4] {
+        mesh[i] = -mesh[i];
+    }
+    FlankParticipation {
+        mesh,
+        tilt: vec![0.0; 6],
+        friction: structure.friction.iter().map(|f| -0.7 * f).collect(),
+        lever: structure.friction_lever.clone(),
+        residual_flexibility: 0.0,
+    }
 }
 
 /// Rigid pair and four elastic modes, with friction and torque ripple on both shafts.

@@ -125,11 +125,11 @@ fn felt<'t>(
             "name one of them in by, or leave longest_period out",
         ),
     };
-    if by.is_empty() || by.iter().any(|own| own.is_number() == of_numbers) {
-        return section.clone();
+    let felt = by.is_empty() || by.iter().any(|own| own.is_number() == of_numbers);
+    if !felt {
+        section.without_effect(issues, &[key], why, remedy);
     }
-    section.without_effect(issues, &[key], why, remedy);
-    section.bare()
+    section.felt(felt)
 }
 
 /// The two axes that vary, which must be even ranges of what can be halved.

@@ -390,6 +390,14 @@ impl<'t> Section<'t> {
         }
     }
 
+    /// This table for keys that have an effect where `felt`; else as if nothing stood in it.
+    pub fn felt(&self, felt: bool) -> Section<'t> {
+        match felt {
+            true => self.clone(),
+            false => self.bare(),
+        }
+    }
+
     /// Warns of keys that another choice makes meaningless, and says why. Whoever calls this must
     /// not look at them: they may hold anything.
     pub fn without_effect(&self, issues: &mut Issues, names: &[&str], why: &str, remedy: &str) {

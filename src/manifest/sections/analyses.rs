@@ -137,10 +137,7 @@ fn lyapunov(
     let stop_at_stderr = stop_at_stderr(table, issues);
     let align = table.integer_or_default(issues, "align");
     let twin = table.boolean_or_default(issues, "twin");
-    let separation = match twin {
-        Some(false) => table.bare().quantity_or_default(issues, "separation"),
-        _ => table.quantity_or_default(issues, "separation"),
-    };
+    let separation = (table.felt(twin != Some(false))).quantity_or_default(issues, "separation");
     let course = table.count_or_default(issues, "course");
     let norm = table.choice_or_default(issues, "norm");
     let effort = table.choice_or_default(issues, "effort");

@@ -43,7 +43,8 @@ pub(in crate::manifest) fn read(
             .remedy("name another axis, or leave it out"),
         );
     }
-    if !section.has("second") {
+    let two = section.has("second");
+    if !two {
         section.without_effect(
             issues,
             &["curves"],
@@ -51,10 +52,7 @@ pub(in crate::manifest) fn read(
             "remove it, or name the axis as `second`",
         );
     }
-    let curves = match section.has("second") {
-        true => section.choice_or_default(issues, "curves"),
-        false => section.bare().choice_or_default(issues, "curves"),
-    };
+    let curves = section.felt(two).choice_or_default(issues, "curves");
     let starts = section.count_or_default(issues, "starts");
     let transient = section.integer_or_default(issues, "transient");
     let cycles = section.integer_or_default(issues, "cycles");

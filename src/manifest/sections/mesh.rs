@@ -59,10 +59,7 @@ pub(super) fn read(
         );
     }
     let of_gears = wants_gears(section);
-    let misalignment = match of_gears {
-        true => section.quantity_or_default(issues, "misalignment"),
-        false => section.bare().quantity_or_default(issues, "misalignment"),
-    };
+    let misalignment = (section.felt(of_gears)).quantity_or_default(issues, "misalignment");
     let stiffness = if of_gears {
         table(section, issues, drive, misalignment)
     } else {
@@ -140,10 +137,7 @@ fn table(
         false => "secant",
     };
     let pairs = pairs(section, issues, resolution, gears, misalignment);
-    let own = &match pairs {
-        Some(Some(_)) => section.bare(),
-        _ => section.clone(),
-    };
+    let own = &section.felt(!matches!(pairs, Some(Some(_))));
     let segments = match continuous {
         true => None,
         false => own.integer_or_default(issues, "segments"),
