@@ -15,6 +15,7 @@ mod observer;
 pub mod saltation;
 mod stepping;
 mod tangents;
+mod vectors;
 mod volterra;
 
 pub use choice::{KernelChoice, KernelTable, KernelUse};
@@ -27,7 +28,8 @@ pub use interrupt::Interruptible;
 pub use observer::{ClosedContact, Event, Observer, Window};
 pub use stepping::{Stepping, SteppingWorkspace};
 pub use tangents::Tangents;
-pub use volterra::{InstructionSet, Volterra};
+pub use vectors::InstructionSet;
+pub use volterra::Volterra;
 
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::instructions::portable;

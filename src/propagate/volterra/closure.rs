@@ -1,11 +1,12 @@
 //! What closes the mesh on a window, by the stiffness of its segment?
 
 use super::feedback::Feedback;
-use super::lanes::{self, InstructionSet};
+use super::lanes;
 use super::shapes::{Row, TERMS};
 use super::varying::{Factors, Nodal};
 use crate::model::{Model, Segment, Stiffness};
 use crate::numerics::legendre::transforms24;
+use crate::propagate::vectors::InstructionSet;
 
 /// What closes the mesh on a window: its stiffness and where the window lies in it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -23,7 +23,7 @@
 use super::closure::Closure;
 use super::feedback::Closed;
 use super::joint_stretch::JointStretch;
-use super::lanes::{self, InstructionSet, Solution};
+use super::lanes::{self, Solution};
 use super::shapes::{Lack, Row, Series, TERMS};
 use super::tables::{VolterraTables, lack};
 use super::varying::Factors;
@@ -31,6 +31,7 @@ use super::window_table::{Response, WindowTable};
 use crate::model::{ActiveSet, MOST_CONTACTS, Model, Segment};
 use crate::numerics::legendre::{self, evaluate, transforms24};
 use crate::propagate::events::ROUND_OFF;
+use crate::propagate::vectors::InstructionSet;
 
 /// Most rounds before the system is eliminated instead.
 const MOST_ROUNDS: usize = 40;

@@ -12,9 +12,6 @@ mod crossing;
 mod cut;
 mod truncated;
 mod varying;
-mod vector;
-#[cfg(target_arch = "x86_64")]
-mod wide;
 mod window;
 
 pub use cut::{Basis, ExponentialChunk};
@@ -25,90 +22,9 @@ use super::feedback::Closed;
 use super::shapes::{BlockChunk, Lack, Lanes, Row, Series, TERMS};
 use super::varying::{Factors, Nodal};
 use crate::model::STIFFNESS_TERMS;
-use crate::numerics::instructions::portable;
 use crate::propagate::Counters;
 use crate::propagate::events::{Crossing, Guard};
-
-/// Instruction set of the inner loops.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct InstructionSet(Level);
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Level {
-    Portable,
-    #[cfg(target_arch = "x86_64")]
-    Avx2,
-    #[cfg(target_arch = "x86_64")]
-    Avx512,
-}
-
-impl InstructionSet {
-    /// What every machine has.
-    pub const PORTABLE: Self = Self(Level::Portable);
-
-    /// All sets this machine has, slowest first.
-    pub fn available() -> Vec<Self> {
-        #[allow(unused_mut)]
-        let mut sets = vec![Self::PORTABLE];
-        #[cfg(target_arch = "x86_64")]
-        {
-            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-                sets.push(Self(Level::Avx2));
-                if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
-                    sets.push(Self(Level::Avx512));
-                }
-            }
-        }
-        sets
-    }
-
-    /// The fastest set this machine has, as far as the process may take it.
-    pub fn best() -> Self {
-        if portable() {
-            return Self::PORTABLE;
-        }
-        Self::available().last().copied().unwrap_or(Self::PORTABLE)
-    }
-
-    /// Its usual name.
-    pub fn name(self) -> &'static str {
-        match self.0 {
-            Level::Portable => "baseline",
-            #[cfg(target_arch = "x86_64")]
-            Level::Avx2 => "avx2",
-            #[cfg(target_arch = "x86_64")]
-            Level::Avx512 => "avx512",
-        }
-    }
-}
-
-/// Defines a function for every instruction set from one body that is generic over its
-/// vectors.
-macro_rules! for_each_set {
-    ($(#[$doc:meta])* fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $ret:ty)? = $body:ident) => {
-        $(#[$doc])*
-        #[inline]
-        #[allow(unsafe_code)]
-        pub fn $name(set: InstructionSet, $($arg: $type),*) $(-> $ret)? {
-            #[cfg(target_arch = "x86_64")]
-            #[target_feature(enable = "avx2,fma")]
-            fn avx2($($arg: $type),*) $(-> $ret)? { $body::<Packed<true>>($($arg),*) }
-            #[cfg(target_arch = "x86_64")]
-            #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
-            fn avx512($($arg: $type),*) $(-> $ret)? { $body::<Wide>($($arg),*) }
-            match set.0 {
-                Level::Portable => $body::<Packed<false>>($($arg),*),
-                // SAFETY: a set beyond the portable one is only ever made by
-                // `InstructionSet::available`, after the processor was asked for it.
-                #[cfg(target_arch = "x86_64")]
-                Level::Avx2 => unsafe { avx2($($arg),*) },
-                // SAFETY: as above.
-                #[cfg(target_arch = "x86_64")]
-                Level::Avx512 => unsafe { avx512($($arg),*) },
-            }
-        }
-    };
-}
+use crate::propagate::vectors::{InstructionSet, for_each_set};
 
 for_each_set! {
     /// Deflection of a full window, and in contact the force of every column. The columns are
@@ -258,9 +174,6 @@ use crossing::first_crossing_body;
 use cut::{basis_body, cut_body, moments_body, node_values_body, push_body, salt_body};
 use truncated::truncated_body;
 use varying::{deflection_body, factorise_body, force_body};
-use vector::Packed;
-#[cfg(target_arch = "x86_64")]
-use wide::Wide;
 use window::{advance_body, close_body, free_body, solve_body, yielded_body};
 
 #[cfg(test)]

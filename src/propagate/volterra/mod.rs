@@ -69,8 +69,7 @@ mod varying;
 mod window_table;
 mod workspace;
 
-pub use lanes::InstructionSet;
-
+use super::vectors::InstructionSet;
 use crate::model::{ActiveSet, Model, Release};
 use std::borrow::Cow;
 use tables::VolterraTables;

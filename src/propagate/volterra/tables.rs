@@ -3,12 +3,12 @@
 use super::closure::Closure;
 use super::grid::{Grid, distinct};
 use super::joint_stretch::{JointStretch, can_join, joint_stretches, missing_lengths};
-use super::lanes::InstructionSet;
 use super::needs::{Needs, Sight, place};
 use super::shapes::{BlockChunk, LANES, Lack, Lanes, Layout};
 use super::window_table::{BlockExponential, WindowTable};
 use crate::model::{Block, MeshGain, Model, Segment, turned};
 use crate::numerics::legendre::transforms8;
+use crate::propagate::vectors::InstructionSet;
 
 /// Tables of the structured kernel.
 #[derive(Debug)]

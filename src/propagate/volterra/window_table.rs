@@ -2,12 +2,13 @@
 
 use super::closure::Closure;
 use super::feedback::Feedback;
-use super::lanes::{self, ExponentialChunk, InstructionSet, Windows};
+use super::lanes::{self, ExponentialChunk, Windows};
 use super::shapes::{LANES, Layout, Row, TERMS};
 use super::varying::{Factors, Nodal};
 use crate::model::{Block, MeshGain, Model};
 use crate::numerics::convolution::convolution24;
 use crate::numerics::exponential::legendre_series;
+use crate::propagate::vectors::InstructionSet;
 use num_complex::{Complex64, c64};
 use std::sync::Arc;
 

@@ -5,7 +5,7 @@
 //! The sums of one column are taken in the same order in every batch: a trajectory has the same
 //! bits whatever company it keeps.
 
-use super::vector::Vector;
+use crate::propagate::vectors::Vector;
 use crate::propagate::volterra::shapes::{LANES, Lanes, Row, TERMS};
 
 /// Calls `$batch::<V, COLUMNS>` for all columns, as many at a time as registers hold sums for;

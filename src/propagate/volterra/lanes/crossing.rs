@@ -1,11 +1,11 @@
 //! Loops of the search for events.
 
 use super::columns::GROUPS;
-use super::vector::Vector;
 use crate::numerics::arithmetic::{Arithmetic, Bounds};
 use crate::numerics::legendre::{self, Columns, SAMPLES, Transforms, transforms24};
 use crate::propagate::Counters;
 use crate::propagate::events::{self, Crossing, Guard};
+use crate::propagate::vectors::Vector;
 use crate::propagate::volterra::shapes::{LANES, Series, TERMS};
 use std::marker::PhantomData;
 
@@ -146,7 +146,7 @@ mod tests {
     use crate::numerics::arithmetic::Portable;
     use crate::numerics::legendre::sample_place;
     use crate::numerics::random::Stream;
-    use crate::propagate::volterra::lanes::{InstructionSet, vector};
+    use crate::propagate::vectors::{self, InstructionSet};
     use std::io::Write;
 
     /// Maps by tables are what the recurrences say, and bounds what evaluation does.
@@ -180,11 +180,11 @@ mod tests {
 
     #[test]
     fn arithmetic_in_vectors_is_that_of_series() {
-        check::<vector::Packed<false>>();
-        check::<vector::Packed<true>>();
+        check::<vectors::Packed<false>>();
+        check::<vectors::Packed<true>>();
         #[cfg(target_arch = "x86_64")]
         match InstructionSet::best().name() {
-            "avx512" => check::<crate::propagate::volterra::lanes::wide::Wide>(),
+            "avx512" => check::<vectors::Wide>(),
             // The macros that print are not heard of tests that pass.
             best => {
                 let line = format!("skipped: arithmetic in AVX-512 vectors: this is {best}\n");

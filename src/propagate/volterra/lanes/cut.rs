@@ -11,7 +11,7 @@
 //! too and one table of polynomials gives both factors.
 
 use super::columns::{GROUPS, add_terms, combine, in_batches, load, series, store};
-use super::vector::Vector;
+use crate::propagate::vectors::Vector;
 use crate::propagate::volterra::shapes::{BlockChunk, LANES, Lanes, Row, Series, TERMS};
 
 /// Legendre series of `e^{μt} cos νt` and `e^{μt} sin νt / ν` of one chunk on a full window.

@@ -1,7 +1,7 @@
 //! A deflection by its first terms: enough to see that a contact is out of reach.
 
-use super::vector::Vector;
 use super::window::Solution;
+use crate::propagate::vectors::Vector;
 use crate::propagate::volterra::shapes::{LANES, Row, TERMS};
 
 /// `Σ |a[n]|` of the terms beyond the first lane group.

@@ -1,8 +1,8 @@
 //! Loops of a full window on which the stiffness varies.
 
 use super::columns::{GROUPS, combine, series};
-use super::vector::Vector;
 use crate::model::STIFFNESS_TERMS;
+use crate::propagate::vectors::Vector;
 use crate::propagate::volterra::shapes::{LANES, Row, Series, TERMS};
 use crate::propagate::volterra::varying::{Factors, Nodal};
 

@@ -2,7 +2,7 @@
 
 use super::columns::{GROUPS, add_terms, combine, in_batches, load, series, store};
 use super::varying::{deflection_columns, force_columns};
-use super::vector::Vector;
+use crate::propagate::vectors::Vector;
 use crate::propagate::volterra::feedback::{Closed, Feedback};
 use crate::propagate::volterra::shapes::{LANES, Lack, Lanes, Row, Series, TERMS};
 

@@ -2,8 +2,8 @@
 
 #![allow(unsafe_code)]
 
+use super::shapes::{LANES, Row, Series, TERMS};
 use super::vector::Vector;
-use crate::propagate::volterra::shapes::{LANES, Row, Series, TERMS};
 use std::arch::x86_64::{
     __m512d, _mm512_abs_pd, _mm512_add_pd, _mm512_fmadd_pd, _mm512_loadu_pd, _mm512_maskz_mov_pd,
     _mm512_mul_pd, _mm512_permutexvar_pd, _mm512_set1_epi64, _mm512_set1_pd, _mm512_setr_epi64,

@@ -4,7 +4,7 @@
 //! it would keep the sums of several columns in memory, and gather where rows are summed along:
 //! these are written out in a file of their own.
 
-use crate::propagate::volterra::shapes::{LANES, Lanes, Row, Series, TERMS};
+use super::shapes::{LANES, Lanes, Row, Series, TERMS};
 
 /// Eight numbers and what is done to them.
 pub trait Vector: Copy {

@@ -1,0 +1,109 @@
+//! The machine's vectors: which of them this process takes, and loops written once for all.
+//!
+//! Every loop is written over arrays of lanes; with the target features switched on the compiler turns it into the
+//! machine's vectors (closures would not inherit the features, so there are none). Results
+//! differ between instruction sets within rounding (fused or separate multiply-add), never
+//! between runs on one.
+
+mod shapes;
+mod vector;
+#[cfg(target_arch = "x86_64")]
+mod wide;
+
+pub use shapes::{LANES, Lanes, Row, Series, TERMS};
+pub use vector::{Packed, Vector};
+#[cfg(target_arch = "x86_64")]
+pub use wide::Wide;
+
+use crate::numerics::instructions::portable;
+
+/// Instruction set of the inner loops.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct InstructionSet(Level);
+
+/// Which one it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Level {
+    /// What every machine has.
+    Portable,
+    /// AVX2 with fused multiply-adds.
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    /// AVX-512.
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+impl InstructionSet {
+    /// What every machine has.
+    pub const PORTABLE: Self = Self(Level::Portable);
+
+    /// All sets this machine has, slowest first.
+    pub fn available() -> Vec<Self> {
+        #[allow(unused_mut)]
+        let mut sets = vec![Self::PORTABLE];
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+                sets.push(Self(Level::Avx2));
+                if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
+                    sets.push(Self(Level::Avx512));
+                }
+            }
+        }
+        sets
+    }
+
+    /// The fastest set this machine has, as far as the process may take it.
+    pub fn best() -> Self {
+        if portable() {
+            return Self::PORTABLE;
+        }
+        Self::available().last().copied().unwrap_or(Self::PORTABLE)
+    }
+
+    /// Which one it is, for [`for_each_set`].
+    pub(in crate::propagate) fn level(self) -> Level {
+        self.0
+    }
+
+    /// Its usual name.
+    pub fn name(self) -> &'static str {
+        match self.0 {
+            Level::Portable => "baseline",
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => "avx512",
+        }
+    }
+}
+
+/// Defines a function for every instruction set from one body that is generic over its
+/// vectors.
+macro_rules! for_each_set {
+    ($(#[$doc:meta])* fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $ret:ty)? = $body:ident) => {
+        $(#[$doc])*
+        #[inline]
+        #[allow(unsafe_code)]
+        pub fn $name(set: InstructionSet, $($arg: $type),*) $(-> $ret)? {
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = "avx2,fma")]
+            fn avx2($($arg: $type),*) $(-> $ret)? { $body::<$crate::propagate::vectors::Packed<true>>($($arg),*) }
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
+            fn avx512($($arg: $type),*) $(-> $ret)? { $body::<$crate::propagate::vectors::Wide>($($arg),*) }
+            match set.level() {
+                $crate::propagate::vectors::Level::Portable => $body::<$crate::propagate::vectors::Packed<false>>($($arg),*),
+                // SAFETY: a set beyond the portable one is only ever made by
+                // `InstructionSet::available`, after the processor was asked for it.
+                #[cfg(target_arch = "x86_64")]
+                $crate::propagate::vectors::Level::Avx2 => unsafe { avx2($($arg),*) },
+                // SAFETY: as above.
+                #[cfg(target_arch = "x86_64")]
+                $crate::propagate::vectors::Level::Avx512 => unsafe { avx512($($arg),*) },
+            }
+        }
+    };
+}
+pub(in crate::propagate) use for_each_set;
