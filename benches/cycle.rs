@@ -20,7 +20,9 @@ mod common;
 mod scenes;
 
 use atlas::model::{Division, Model};
-use atlas::propagate::{Counters, InstructionSet, Kernel, Stepping, Tangents, Volterra};
+use atlas::propagate::{
+    ClosedModes, Counters, InstructionSet, Kernel, Stepping, Tangents, Volterra,
+};
 use atlas::reference::Reference;
 use common::Case;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
@@ -109,6 +111,44 @@ fn tangents(criterion: &mut Criterion) {
         }
     }
     group.finish();
+}
+
+/// The two exact kernels side by side, bare and with a tangent.
+fn closed_modes(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("closed-modes");
+    for modes in [2, 6, 20, 40] {
+        let model = common::model(&drive(modes, 0.05, 1200.0));
+        let arrays = ClosedModes::arrays(&model).unwrap();
+        let set = InstructionSet::best();
+        let kernel = ClosedModes::of_kept(&model, 1000, &arrays, set).unwrap();
+        for count in [0, 1] {
+            group.bench_function(BenchmarkId::new(format!("closed-{count}"), modes), |b| {
+                advance(b, &kernel, &model, count);
+            });
+            group.bench_function(BenchmarkId::new(format!("volterra-{count}"), modes), |b| {
+                advance(b, &volterra(&model), &model, count);
+            });
+        }
+        group.bench_function(BenchmarkId::new("bases", modes), |b| {
+            b.iter(|| ClosedModes::arrays(black_box(&model)));
+        });
+        group.bench_function(BenchmarkId::new("set-up", modes), |b| {
+            b.iter(|| {
+                let kernel = ClosedModes::of_kept(black_box(&model), 1000, &arrays, set).unwrap();
+                advance_once(&kernel, &model);
+            });
+        });
+    }
+    group.finish();
+}
+
+/// One cycle from rest: what it meets is made.
+fn advance_once<K: Kernel>(kernel: &K, model: &Model) {
+    let mut trajectory = model.start(&atlas::model::InitialState::Static);
+    let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
+    kernel
+        .advance(1, &mut trajectory, &mut workspace, &mut (), &mut counters)
+        .expect("the default drive does not diverge");
 }
 
 fn set_up(criterion: &mut Criterion) {
@@ -200,6 +240,6 @@ fn quick() -> Criterion {
 criterion_group! {
     name = benches;
     config = quick();
-    targets = facts, cycles, tangents, set_up, instruction_sets, others
+    targets = facts, cycles, tangents, closed_modes, set_up, instruction_sets, others
 }
 criterion_main!(benches);

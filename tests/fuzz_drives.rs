@@ -3,7 +3,7 @@
 //! A drive has one to eight modes, repeated ones, nearly repeated ones and rigid rotations among
 //! them, undamped to nearly critically damped, felt by the mesh not at all or strongly; a mesh of
 //! one level, two, or five, damped not at all, nearly critically or beyond; gaps, errors, ripple,
-//! friction, speeds and loads over decades. `volterra`, `spectral` and `fused` answer it. Of
+//! friction, speeds and loads over decades. `volterra`, `closed_modes`, `spectral` and `fused` answer it. Of
 //! every row:
 //!
 //! | rule | what is checked |
@@ -39,7 +39,8 @@ mod row;
 use atlas::analysis::{Class, PointOutcome, Status, investigate_onward};
 use atlas::model::{Model, TrajectoryState};
 use atlas::propagate::{
-    Conditioning, Counters, Fused, Kernel, Spectral, TableSize, Tangents, Volterra,
+    ClosedModes, Conditioning, Counters, Fused, InstructionSet, Kernel, Spectral, TableSize,
+    Tangents, Volterra,
 };
 use atlas::reference::Reference;
 use common::advance::{Events, volterra};
@@ -370,6 +371,14 @@ fn put(drawn: &Drawn, tally: &mut Tally) -> Vec<Fault> {
             0.0,
         );
     });
+    guarded(&mut trial, "closed_modes", &|trial| match ClosedModes::new(
+        &model,
+        EVENT_LIMIT,
+        InstructionSet::best(),
+    ) {
+        Ok(kernel) => trial.put("closed_modes", &kernel, 0.0),
+        Err(_) => refuse(trial, "closed_modes"),
+    });
     guarded(
         &mut trial,
         "spectral",
@@ -441,7 +450,7 @@ fn no_row_of_a_random_drive_is_wrong() {
     let tally = fuzz(1, 0..30, &folder(), &|_, _, _| {});
     assert!(tally.faults.is_empty(), "{:#?}", tally.faults);
     // The rules were put to something.
-    for kernel in ["volterra", "spectral", "fused"] {
+    for kernel in ["volterra", "closed_modes", "spectral", "fused"] {
         let answered = tally.rows.get(&(kernel, "ok".into()));
         assert!(answered.is_some_and(|count| *count >= 15), "{tally:#?}");
         let compared = tally.compared.get(kernel);

@@ -12,10 +12,11 @@ use atlas::propagate::{
 use atlas::shaft::{ContactLaw, FlankParticipation, ModalStructure, StructureContact};
 
 /// Every kernel.
-pub const KERNELS: [KernelChoice; 6] = [
+pub const KERNELS: [KernelChoice; 7] = [
     KernelChoice::Volterra {
         tolerance: f64::EPSILON,
     },
+    KernelChoice::ClosedModes,
     KernelChoice::Stepping { steps: 3200 },
     KernelChoice::Dyadic { cells: 32 },
     KernelChoice::Hermite { cells: 32 },

@@ -275,6 +275,7 @@ fn kernel(kernel: &KernelChoice) -> String {
             format!("kernel {name} to round-off")
         }
         KernelChoice::Volterra { tolerance } => format!("kernel {name} to {tolerance:e}"),
+        KernelChoice::ClosedModes => format!("kernel {name} to round-off"),
         KernelChoice::Stepping { steps } => format!("kernel {name}, {steps} steps a cycle"),
         tables => {
             let cells = tables.cells().unwrap_or_default();

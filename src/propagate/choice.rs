@@ -1,8 +1,8 @@
 //! The kernels by name, each with its settings: the one place that tells them apart.
 
 use super::{
-    DenseError, Dyadic, Fused, Hermite, KeptTables, Kernel, Spectral, Stepping, TableArray,
-    Volterra,
+    ClosedModes, DenseError, Dyadic, Fused, Hermite, InstructionSet, KeptTables, Kernel, Spectral,
+    Stepping, TableArray, Volterra,
 };
 use crate::model::Model;
 use serde::Serialize;
@@ -11,13 +11,15 @@ use strum::{EnumCount, IntoStaticStr};
 
 /// A kernel and its settings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, IntoStaticStr, EnumCount)]
-#[strum(serialize_all = "lowercase")]
+#[strum(serialize_all = "snake_case")]
 pub enum KernelChoice {
     /// The structured kernel.
     Volterra {
         /// Relative truncation of a window's series; round-off is 2⁻⁵².
         tolerance: f64,
     },
+    /// Each set of closed contacts in its own eigenvectors.
+    ClosedModes,
     /// Fixed small steps.
     Stepping {
         /// Steps a mesh cycle.
@@ -52,6 +54,8 @@ pub enum KernelChoice {
 pub enum KernelTable {
     /// Bases of a structure and its mesh: of [`Spectral`] and of [`Fused`], at every speed.
     Bases,
+    /// Eigenvectors of each set of closed contacts, at every speed: of [`ClosedModes`].
+    Systems,
     /// Products of cells at one speed: of [`Fused`].
     Runs {
         /// Fewest unit steps a mesh cycle.
@@ -67,6 +71,7 @@ impl KernelTable {
     pub fn arrays(self, model: &Model) -> Result<Vec<TableArray>, DenseError> {
         match self {
             Self::Bases => Spectral::arrays(model),
+            Self::Systems => ClosedModes::arrays(model),
             Self::Runs { cells } => Fused::arrays(model, cells),
         }
     }
@@ -85,6 +90,7 @@ impl KernelChoice {
     /// Names of all kernels, each with the settings that it has in `[run]`.
     pub const SETTINGS: [(&'static str, &'static [&'static str]); Self::COUNT] = [
         ("volterra", &["tolerance"]),
+        ("closed_modes", &[]),
         ("stepping", &["steps"]),
         ("dyadic", &["cells"]),
         ("hermite", &["cells"]),
@@ -100,12 +106,17 @@ impl KernelChoice {
     /// Fewest unit steps of its tables a mesh cycle; none of a kernel without tables.
     pub fn cells(&self) -> Option<u32> {
         match *self {
-            Self::Volterra { .. } | Self::Stepping { .. } => None,
+            Self::Volterra { .. } | Self::ClosedModes | Self::Stepping { .. } => None,
             Self::Dyadic { cells }
             | Self::Hermite { cells }
             | Self::Spectral { cells, .. }
             | Self::Fused { cells } => Some(cells),
         }
+    }
+
+    /// Whether it reads tables that are kept.
+    pub fn keeps_tables(&self) -> bool {
+        self.cells().is_some() || *self == Self::ClosedModes
     }
 
     /// Builds the kernel of a model and uses it.
@@ -130,6 +141,11 @@ impl KernelChoice {
         Ok(match self {
             Self::Volterra { tolerance } => {
                 user.with(&Volterra::new(model, tolerance, event_limit))
+            }
+            Self::ClosedModes => {
+                let systems = kept(KernelTable::Systems)?;
+                let set = InstructionSet::best();
+                user.with(&ClosedModes::of_kept(model, event_limit, &*systems, set)?)
             }
             Self::Stepping { steps } => user.with(&Stepping::new(model, steps, event_limit)),
             Self::Dyadic { cells } => user.with(&Dyadic::new(model, cells, event_limit)?),
@@ -164,6 +180,7 @@ mod tests {
     fn every_kernel_stands_in_the_list_with_its_own_settings() {
         let all = [
             KernelChoice::Volterra { tolerance: 1e-9 },
+            KernelChoice::ClosedModes,
             KernelChoice::Stepping { steps: 16 },
             KernelChoice::Dyadic { cells: 1 },
             KernelChoice::Hermite { cells: 1 },

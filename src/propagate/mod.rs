@@ -7,6 +7,7 @@
 //! observer, so that what nobody watches is not computed.
 
 mod choice;
+mod closed_modes;
 mod counters;
 mod dense;
 pub mod events;
@@ -19,6 +20,7 @@ mod vectors;
 mod volterra;
 
 pub use choice::{KernelChoice, KernelTable, KernelUse};
+pub use closed_modes::ClosedModes;
 pub use counters::Counters;
 pub use dense::{
     Conditioning, DYADIC_BYTES, DenseError, Dyadic, Fused, Hermite, KeptTables, Operator,

@@ -85,6 +85,9 @@ impl TableSummary {
             CacheKind::Bases => {
                 "every speed, load, gap and excitation; kernels spectral, fused".into()
             }
+            CacheKind::Systems => {
+                "every speed, load, gap and excitation; kernel closed_modes".into()
+            }
             CacheKind::Runs => {
                 let period = self.inputs["period"].as_f64().map_or("–".into(), number);
                 format!("the speed of mesh period {period} s, every load and gap; kernel fused")

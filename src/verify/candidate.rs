@@ -12,8 +12,8 @@ use crate::analysis::{
 use crate::model::{InitialState, Model, TrajectoryState};
 use crate::numerics::random::{PointSeed, Stream};
 use crate::propagate::{
-    Counters, DenseError, Dyadic, Event, Fused, Hermite, InstructionSet, Kernel, Observer,
-    Spectral, Stop, Tangents, Volterra, Window,
+    ClosedModes, Counters, DenseError, Dyadic, Event, Fused, Hermite, InstructionSet, Kernel,
+    Observer, Spectral, Stop, Tangents, Volterra, Window,
 };
 use num_complex::Complex64;
 use std::sync::atomic::AtomicBool;
@@ -119,8 +119,13 @@ pub fn kernels() -> Vec<Candidate> {
             Ok(Box::new(Fused::new(model, CELLS, EVENT_LIMIT)?))
         }),
     ];
+    let closed_modes = Candidate::of_tables("closed_modes", |model| {
+        let set = InstructionSet::best();
+        Ok(Box::new(ClosedModes::new(model, EVENT_LIMIT, set)?))
+    });
     let sets = InstructionSet::available().into_iter();
-    tables.into_iter().chain(sets.map(volterra)).collect()
+    let tables = tables.into_iter().chain([closed_modes]);
+    tables.chain(sets.map(volterra)).collect()
 }
 
 /// Where an integration ended and the events on its way.

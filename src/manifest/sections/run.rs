@@ -80,7 +80,7 @@ fn default_cycles(root: &Section) -> u64 {
 /// `instructions`: what the processor has, or what every processor has.
 fn portable(section: &Section, issues: &mut Issues, kernel: Option<&KernelChoice>) -> Option<bool> {
     let portable = section.choice_or_default(issues, "instructions")? == "portable";
-    if let Some(kernel) = kernel.filter(|kernel| portable && kernel.cells().is_some()) {
+    if let Some(kernel) = kernel.filter(|kernel| portable && kernel.keeps_tables()) {
         issues.push(
             Diagnostic::new(
                 DiagnosticKind::Unavailable,
@@ -113,6 +113,9 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelChoice> {
             "stepping" => {
                 "remove it, or set kernel = \"volterra\"; `steps` sets the accuracy of stepping"
             }
+            "closed_modes" => {
+                "remove it, or set the kernel it belongs to; closed_modes has no settings"
+            }
             _ => "remove it; `cells` sets the unit steps of a table kernel, which is exact",
         };
         let idle: Vec<&str> = idle.into_iter().collect();
@@ -126,6 +129,7 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelChoice> {
         Some("volterra") => KernelChoice::Volterra {
             tolerance: tolerance(section, issues)?,
         },
+        Some("closed_modes") => KernelChoice::ClosedModes,
         Some("stepping") => {
             let steps = section.integer_or_default(issues, "steps")?;
             KernelChoice::Stepping {

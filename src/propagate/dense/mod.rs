@@ -47,7 +47,7 @@ pub use dyadic::Dyadic;
 pub use fused::Fused;
 pub use hermite::Hermite;
 pub use jumps::PowerJumps;
-pub use kept::{KeptTables, TableArray};
+pub use kept::{KeptTables, Reader as KeptReader, TableArray, Writer as KeptWriter};
 pub use matrix::Operator;
 pub use spectral::Spectral;
 
@@ -115,6 +115,17 @@ pub enum DenseError {
     Kept {
         /// The array.
         name: &'static str,
+    },
+    /// More systems than tables are made for.
+    #[error(
+        "contacts may be closed in {count} ways, each a linear system with a table of its own, and at most {most} are \
+         kept; set run.kernel = \"volterra\""
+    )]
+    TooManySets {
+        /// How many.
+        count: usize,
+        /// The most that are kept.
+        most: usize,
     },
     /// A cycle would take more cells than tables should have.
     #[error(

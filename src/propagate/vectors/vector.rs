@@ -40,6 +40,12 @@ pub trait Vector: Copy {
     /// The last lane first.
     fn reversed(self) -> Self;
 
+    /// Square roots.
+    fn root(self) -> Self;
+
+    /// Lanes that are at most those of another, the first one in bit 0; lanes that are no numbers count.
+    fn at_most(self, other: Self) -> u32;
+
     /// `self + other`.
     fn plus(self, other: Self) -> Self;
 
@@ -148,6 +154,21 @@ impl<const FUSED: bool> Vector for Packed<FUSED> {
     fn reversed(mut self) -> Self {
         self.0.reverse();
         self
+    }
+
+    #[inline(always)]
+    fn root(self) -> Self {
+        Self(self.0.map(f64::sqrt))
+    }
+
+    #[inline(always)]
+    fn at_most(self, other: Self) -> u32 {
+        let mut bits = 0;
+        for l in 0..LANES {
+            let beyond = self.0[l] > other.0[l];
+            bits |= u32::from(!beyond) << l;
+        }
+        bits
     }
 
     #[inline(always)]

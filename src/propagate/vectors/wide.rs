@@ -5,9 +5,10 @@
 use super::shapes::{LANES, Row, Series, TERMS};
 use super::vector::Vector;
 use std::arch::x86_64::{
-    __m512d, _mm512_abs_pd, _mm512_add_pd, _mm512_fmadd_pd, _mm512_loadu_pd, _mm512_maskz_mov_pd,
-    _mm512_mul_pd, _mm512_permutexvar_pd, _mm512_set1_epi64, _mm512_set1_pd, _mm512_setr_epi64,
-    _mm512_shuffle_f64x2, _mm512_storeu_pd, _mm512_unpackhi_pd, _mm512_unpacklo_pd,
+    __m512d, _CMP_NGT_UQ, _mm512_abs_pd, _mm512_add_pd, _mm512_cmp_pd_mask, _mm512_fmadd_pd,
+    _mm512_loadu_pd, _mm512_maskz_mov_pd, _mm512_mul_pd, _mm512_permutexvar_pd, _mm512_set1_epi64,
+    _mm512_set1_pd, _mm512_setr_epi64, _mm512_shuffle_f64x2, _mm512_sqrt_pd, _mm512_storeu_pd,
+    _mm512_unpackhi_pd, _mm512_unpacklo_pd,
 };
 
 /// A register of AVX-512.
@@ -83,6 +84,18 @@ impl Vector for Wide {
             let order = _mm512_setr_epi64(7, 6, 5, 4, 3, 2, 1, 0);
             _mm512_permutexvar_pd(order, self.0)
         })
+    }
+
+    #[inline(always)]
+    fn root(self) -> Self {
+        // SAFETY: the processor has AVX-512.
+        Self(unsafe { _mm512_sqrt_pd(self.0) })
+    }
+
+    #[inline(always)]
+    fn at_most(self, other: Self) -> u32 {
+        // SAFETY: the processor has AVX-512.
+        u32::from(unsafe { _mm512_cmp_pd_mask::<_CMP_NGT_UQ>(self.0, other.0) })
     }
 
     /// Sums along a vector by folding two rows into one until one is left.

@@ -55,7 +55,7 @@ mod feedback;
 mod grid;
 mod joint;
 mod joint_stretch;
-mod lanes;
+pub(super) mod lanes;
 mod length;
 mod needs;
 mod partial;

@@ -15,6 +15,8 @@ pub enum CacheKind {
     Mesh,
     /// Bases of a structure and its mesh, of the kernels `spectral` and `fused` at every speed.
     Bases,
+    /// Eigenvectors of each set of closed contacts, of the kernel `closed_modes` at every speed.
+    Systems,
     /// Products of cells at one speed, of the kernel `fused`.
     Runs,
 }

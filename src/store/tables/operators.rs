@@ -18,6 +18,7 @@ const METHOD: &str = "atlas kernel tables 3";
 fn kind(table: KernelTable) -> CacheKind {
     match table {
         KernelTable::Bases => CacheKind::Bases,
+        KernelTable::Systems => CacheKind::Systems,
         KernelTable::Runs { .. } => CacheKind::Runs,
     }
 }
@@ -81,6 +82,15 @@ fn inputs(table: KernelTable, model: &Model) -> Value {
                 "model": structure.finish(),
             })
         }
+        KernelTable::Systems => {
+            structure.put_contacts(model);
+            json!({
+                "method": METHOD,
+                "modes": model.modes(),
+                "contacts": model.contacts.len(),
+                "model": structure.finish(),
+            })
+        }
         KernelTable::Runs { cells } => {
             structure.put_speed(model);
             json!({
@@ -123,6 +133,19 @@ impl Fingerprint {
         for segment in &model.first_cycle().segments {
             let direction = segment.direction as f64;
             self.put(&[segment.stiffness.mean(), segment.damping, direction]);
+        }
+    }
+
+    fn put_contacts(&mut self, model: &Model) {
+        for contact in &model.contacts {
+            for cycle in &contact.cycles {
+                for segment in &cycle.segments {
+                    let direction = segment.direction as f64;
+                    self.put(&[segment.stiffness.mean(), segment.damping, direction]);
+                }
+                // One cycle must not run into the next.
+                self.put(&[]);
+            }
         }
     }
 

@@ -14,10 +14,12 @@ pub(super) const KEYS: &[Key] = &[
     integer("run.cycles", 1.0, MANY, "100000").otherwise("160000, or 40000 where no analysis has a `stop_at_stderr`")
         .about("Most mesh cycles measured, of all trajectories of a point together. A point stops earlier once its answers \
                 are settled."),
-    choice("run.kernel", &["volterra", "stepping", "dyadic", "hermite", "spectral", "fused"], r#""stepping""#)
+    choice("run.kernel", &["volterra", "closed_modes", "stepping", "dyadic", "hermite", "spectral", "fused"], r#""stepping""#)
         .or(r#""volterra""#)
-        .about("How the motion is computed. `volterra` is exact to round-off and the fastest. `stepping` takes fixed \
-                steps. `dyadic`, `hermite`, `spectral` and `fused` are kernels of dense tables from the \
+        .about("How the motion is computed. `volterra` is exact to round-off and takes every drive. `closed_modes` is as exact and faster up to some \
+                twenty modes where nothing but exponents is asked for; it keeps the eigenvectors of each set of closed \
+                contacts in `tables/`, once for all speeds and loads, and takes constant levels of stiffness and modal \
+                damping. `stepping` takes fixed steps. `dyadic`, `hermite`, `spectral` and `fused` are kernels of dense tables from the \
                 literature, for comparison; the bases of the last two are kept in `tables/`, once for all \
                 speeds."),
     key("run.tolerance", Kind::Tolerance, bounds(1e-16, false, 1e-3, false), "1e-12").or(r#""roundoff""#)

@@ -1,0 +1,181 @@
+//! From one system to another: at events and stops, and to modal states and back.
+
+use super::ClosedModes;
+use super::lanes;
+use super::seen::now;
+use super::sets::Stop;
+use super::workspace::{Place, Workspace};
+use crate::model::TrajectoryState;
+use crate::propagate::Tangents;
+
+impl ClosedModes<'_> {
+    /// Comes to the start of the next cycle.
+    pub(super) fn go_on(&self, trajectory: &TrajectoryState, w: &mut Workspace) {
+        let (model, cycle) = (self.model, trajectory.cycle);
+        self.frequencies.write(cycle, 0.0, &mut w.inputs);
+        let set = self.sets.at(model, trajectory.contact, cycle, 0.0);
+        for contact in trajectory.contact.iter() {
+            self.change(contact, self.sets.state(set, contact), w);
+        }
+        let contacts = model.contacts.iter();
+        w.begin(contacts.map(|contact| model.line(contact.cycle(cycle).segment_at(0.0))));
+        self.see_start(w);
+    }
+
+    /// Takes trajectory and tangents to the coordinates of the system in force at the start of a cycle.
+    pub(super) fn begin(
+        &self,
+        trajectory: &TrajectoryState,
+        tangents: &Tangents,
+        w: &mut Workspace,
+    ) {
+        let n = self.model.modes();
+        if !w.resumes(trajectory) {
+            w.set = self
+                .sets
+                .at(self.model, trajectory.contact, trajectory.cycle, 0.0);
+            self.frequencies.write(trajectory.cycle, 0.0, &mut w.inputs);
+            w.put_state(&trajectory.state);
+            if let Some(map) = self.bases.of(w.set).of_modes() {
+                self.map(&map.columns, w);
+            }
+            self.shift(-1.0, w);
+        }
+        self.go_on(trajectory, w);
+        if tangents.count() > 0 {
+            w.put_tangents(tangents);
+            w.spare.resize(w.states.len(), 0.0);
+            if let Some(map) = self.bases.of(w.set).of_modes() {
+                let (own, out) = (&w.states[w.length..], &mut w.spare[w.length..]);
+                lanes::map(self.instructions, &map.columns, n, own, out);
+                w.states[w.length..].copy_from_slice(&w.spare[w.length..]);
+            }
+        }
+    }
+
+    /// Takes trajectory and tangents back to modal states.
+    pub(super) fn end(
+        &self,
+        trajectory: &mut TrajectoryState,
+        tangents: &mut Tangents,
+        w: &mut Workspace,
+    ) {
+        w.keep_end();
+        self.shift(1.0, w);
+        if let Some(map) = self.bases.of(w.set).to_modes() {
+            self.map(&map.columns, w);
+        }
+        w.take(trajectory, tangents);
+
+        w.ends(trajectory);
+    }
+
+    /// `states = map states`.
+    pub(super) fn map(&self, columns: &[f64], w: &mut Workspace) {
+        w.spare.resize(w.states.len(), 0.0);
+        lanes::map(
+            self.instructions,
+            columns,
+            self.model.modes(),
+            &w.states,
+            &mut w.spare,
+        );
+        std::mem::swap(&mut w.states, &mut w.spare);
+    }
+
+    /// Adds `factor` times the steady response to the trajectory's state.
+    pub(super) fn shift(&self, factor: f64, w: &mut Workspace) {
+        let responses = &self.system(w.set).steady.responses;
+        let state = &mut w.states[..w.length];
+        lanes::shift(self.instructions, responses, &w.inputs, factor, state);
+    }
+
+    /// Gives a contact another state.
+    pub(super) fn change(&self, contact: usize, state: usize, w: &mut Workspace) {
+        if self.sets.state(w.set, contact) == state {
+            return;
+        }
+        let to = self.sets.with(w.set, contact, state);
+        let Some(map) = self.bases.change(w.set, to, contact, state) else {
+            // Not between neighbours: by way of the open contact.
+            self.change(contact, 0, w);
+            self.change(contact, state, w);
+            return;
+        };
+        self.shift(1.0, w);
+        self.map(&map.columns, w);
+        w.set = to;
+        self.shift(-1.0, w);
+    }
+
+    /// Deflections now along the lines of all contacts.
+    pub(super) fn see_start(&self, w: &mut Workspace) {
+        let system = self.system(w.set);
+        let length = w.length;
+        for &line in &w.line_of {
+            let sight = &system.sights[line];
+            w.seen[line].start = now(self.instructions, sight, &w.states[..length], &w.inputs)[0];
+        }
+    }
+
+    /// The next stop of this cycle that concerns the present system.
+    pub(super) fn next_stop(&self, place: &Place, w: &mut Workspace) -> Option<Stop> {
+        let stops = &self.stops[(place.cycle % self.stops.len() as u64) as usize];
+        let past = |stop: &Stop| stop.time < place.time;
+        while stops.get(w.next_stop).is_some_and(past) {
+            w.next_stop += 1;
+        }
+        let concerns = |stop: &&Stop| {
+            let now = self.sets.state(w.set, stop.contact);
+            (now > 0 && now != stop.state)
+                || (stop.turns && w.line_of[stop.contact] != self.line_behind(stop, place.cycle))
+        };
+        stops[w.next_stop..].iter().find(concerns).copied()
+    }
+
+    /// The line of a contact behind a stop.
+    pub(super) fn line_behind(&self, stop: &Stop, cycle: u64) -> usize {
+        let own = self.model.contacts[stop.contact].cycle(cycle);
+        let phase = stop.time / own.period + 1e-13;
+        self.model.line(own.segment_at(phase * own.period))
+    }
+
+    /// Takes contacts to their classes and lines behind a stop.
+    pub(super) fn pass_stops(&self, place: &Place, time: f64, w: &mut Workspace) {
+        let stops = &self.stops[(place.cycle % self.stops.len() as u64) as usize];
+        let mut turned = false;
+        while let Some(stop) = stops.get(w.next_stop).filter(|stop| stop.time <= time) {
+            if self.sets.state(w.set, stop.contact) > 0 {
+                self.change(stop.contact, stop.state, w);
+            }
+            if stop.turns {
+                w.line_of[stop.contact] = self.line_behind(stop, place.cycle);
+                turned = true;
+            }
+            w.next_stop += 1;
+        }
+        if turned {
+            self.see_start(w);
+        }
+    }
+
+    /// Applies the saltation matrix of an event to all tangents, before the coordinates change.
+    pub(super) fn salt(&self, contact: usize, state: usize, closes: bool, w: &mut Workspace) {
+        let class = self.sets.class(contact, state);
+        let system = self.system(w.set);
+        let pull = &system.pulls[class.direction];
+        let sight = &system.sights[self.model.directions[class.direction].line];
+        let damping = if closes {
+            -class.damping
+        } else {
+            class.damping
+        };
+        let length = w.length;
+        for tangent in w.states.chunks_exact_mut(length).skip(1) {
+            let seen: f64 = tangent.iter().zip(&sight.row).map(|(x, r)| x * r).sum();
+            for (x, g) in tangent.iter_mut().zip(pull) {
+                *x += damping * seen * g;
+            }
+        }
+    }
+}

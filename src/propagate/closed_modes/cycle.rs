@@ -1,0 +1,243 @@
+//! One mesh cycle: blocks, events, stops.
+//!
+//! A block starts anywhere: at the end of the last one, at an event or at a stop, where a closed contact changes its class
+//! or a contact its line. It ends at its eighth node, at the next event or at the next stop.
+
+use super::ClosedModes;
+use super::excitation::Frequencies;
+use super::grid::NODES;
+use super::lanes;
+use super::seen::{Found, Parts, Rates, now};
+use super::workspace::{Place, Workspace};
+use crate::model::{ActiveSet, MOST_CONTACTS, TrajectoryState};
+use crate::propagate::events::{Changes, Margin};
+use crate::propagate::{Counters, Event, Kernel, Observer, Stop as End, Tangents};
+
+/// Part of a mesh period that sums of times are rounded by.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+impl Kernel for ClosedModes<'_> {
+    type Workspace = Workspace;
+
+    fn workspace(&self) -> Workspace {
+        Workspace::new(self)
+    }
+
+    fn advance_cycle<O: Observer>(
+        &self,
+        trajectory: &mut TrajectoryState,
+        tangents: &mut Tangents,
+        workspace: &mut Workspace,
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), End> {
+        self.begin(trajectory, tangents, workspace);
+        self.pass(trajectory, workspace, observer, counters)?;
+        self.end(trajectory, tangents, workspace);
+        Ok(())
+    }
+
+    fn advance<O: Observer>(
+        &self,
+        cycles: u64,
+        trajectory: &mut TrajectoryState,
+        workspace: &mut Workspace,
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), End> {
+        if cycles == 0 {
+            return Ok(());
+        }
+        let mut tangents = Tangents::none();
+        self.begin(trajectory, &tangents, workspace);
+        for _ in 1..cycles {
+            self.pass(trajectory, workspace, observer, counters)?;
+            self.go_on(trajectory, workspace);
+        }
+        self.pass(trajectory, workspace, observer, counters)?;
+        self.end(trajectory, &mut tangents, workspace);
+        Ok(())
+    }
+}
+
+impl ClosedModes<'_> {
+    /// Passes one cycle, in the coordinates of the systems.
+    fn pass<O: Observer>(
+        &self,
+        trajectory: &mut TrajectoryState,
+        workspace: &mut Workspace,
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), End> {
+        let mut place = Place {
+            cycle: trajectory.cycle,
+            time: 0.0,
+            active: trajectory.contact,
+            crossed: ActiveSet::FREE,
+        };
+        let mut changes = Changes::new(self.event_limit, self.planned);
+        let mut rates = [0.0; MOST_CONTACTS];
+        while place.time < self.model.period() {
+            if observer.called_off() {
+                return Err(End::CalledOff { cycle: place.cycle });
+            }
+            changes.take(place.cycle, place.time, self.model.period())?;
+            self.block(
+                &mut place,
+                &mut rates,
+                &mut changes,
+                workspace,
+                observer,
+                counters,
+            )?;
+        }
+        trajectory.contact = place.active;
+        trajectory.cycle += 1;
+        counters.cycles += 1;
+        Ok(())
+    }
+
+    /// Solves one block and moves to its end, to the next event or to a stop.
+    fn block<O: Observer>(
+        &self,
+        place: &mut Place,
+        rates: &mut Rates,
+        changes: &mut Changes,
+        w: &mut Workspace,
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), End> {
+        let period = self.model.period();
+        let stop = self.next_stop(place, w);
+        let limit = stop.map_or(period, |stop| stop.time);
+        let left = limit - place.time;
+        let whole = NODES as f64 * self.step;
+        let fits = left >= whole - ROUNDING * period;
+        counters.windows += 1;
+        let found = match left > 0.0 {
+            true => self.first_event(place, rates, left.min(whole), w, counters),
+            false => None,
+        };
+        self.check_range(place, w)?;
+        let Some(found) = found else {
+            let duration = if fits { whole } else { left };
+            if O::WINDOWS && duration > 0.0 {
+                self.show(place, duration, w, observer);
+            }
+            if fits {
+                self.move_whole(w);
+            } else {
+                self.move_by(duration, w);
+            }
+            counters.partial_windows += u64::from(!fits);
+            counters.tangent_windows += (w.states.len() / w.length - 1) as u64;
+            let arrives = left <= whole + ROUNDING * period;
+            place.time = if arrives { limit } else { place.time + whole };
+            place.crossed = ActiveSet::FREE;
+            if fits {
+                Frequencies::turn(&self.turns, &mut w.inputs);
+                for seen in w.seen.iter_mut().filter(|seen| seen.fresh) {
+                    seen.start = seen.nodes.0[NODES - 1];
+                }
+            } else {
+                self.frequencies
+                    .write(place.cycle, place.time, &mut w.inputs);
+                self.see_start(w);
+            }
+            if arrives && stop.is_some() {
+                self.pass_stops(place, limit, w);
+            }
+            return Ok(());
+        };
+        self.meet(found, place, rates, changes, w, observer, counters)
+    }
+
+    /// Moves to an event and lets it happen.
+    fn meet<O: Observer>(
+        &self,
+        found: Found,
+        place: &mut Place,
+        rates: &mut Rates,
+        changes: &mut Changes,
+        w: &mut Workspace,
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), End> {
+        let contact = found.contact;
+        if found.time > 0.0 {
+            if O::WINDOWS {
+                self.show(place, found.time, w, observer);
+            }
+            self.move_by(found.time, w);
+            counters.partial_windows += 1;
+            counters.tangent_windows += (w.states.len() / w.length - 1) as u64;
+            place.time += found.time;
+            place.crossed = ActiveSet::FREE;
+            self.frequencies
+                .write(place.cycle, place.time, &mut w.inputs);
+            self.see_start(w);
+        }
+        let line = w.line_of[contact];
+        let length = w.length;
+        let sight = &self.system(w.set).sights[line];
+        let [_, rate] = now(self.instructions, sight, &w.states[..length], &w.inputs);
+        let to = place.active.toggled(contact);
+        let event = Event {
+            cycle: place.cycle,
+            time: place.time,
+            from: place.active,
+            to,
+            contact,
+            rate,
+        };
+        changes.meet(&event, observer, counters)?;
+        let state = self
+            .sets
+            .closed_state(self.model, contact, place.cycle, place.time);
+        if found.on_surface && w.states.len() > length {
+            self.salt(contact, state, event.closes(), w);
+        }
+        self.change(contact, if event.closes() { state } else { 0 }, w);
+        place.active = to;
+        if place.crossed.holds(contact) != found.on_surface {
+            place.crossed = place.crossed.toggled(contact);
+        }
+        let margin = Margin::new(&self.model.contacts[contact], contact, event.closes());
+        rates[contact] = margin.scale * rate;
+        Ok(())
+    }
+
+    /// Moves all states over a whole block.
+    fn move_whole(&self, w: &mut Workspace) {
+        let system = self.system(w.set);
+        lanes::advance(self.instructions, &system.moves[NODES - 1], &mut w.states);
+        let half = w.length / 2;
+        for (drift, pushes) in system.steady.drifts.iter().zip(&system.pushes) {
+            let [x, y] = pushes[NODES - 1];
+            w.states[drift.lane] += x;
+            w.states[half + drift.lane] += y;
+        }
+    }
+
+    /// Moves all states by a time within a block.
+    fn move_by(&self, time: f64, w: &mut Workspace) {
+        let system = self.system(w.set);
+        let parts = Parts::new(system, self.step, time);
+        let (chunks, before) = (&system.chunks, parts.before());
+        lanes::advance_by(self.instructions, chunks, before, parts.rest, &mut w.states);
+        let half = w.length / 2;
+        for (drift, [x, y]) in parts.pushed() {
+            w.states[drift.lane] += x;
+            w.states[half + drift.lane] += y;
+        }
+    }
+
+    /// Stops a motion that has left every range.
+    fn check_range(&self, place: &Place, w: &Workspace) -> Result<(), End> {
+        let near = |&line: &usize| w.seen[line].start.abs() <= self.farthest[line];
+        match w.line_of.iter().all(near) {
+            true => Ok(()),
+            false => Err(End::Diverged { cycle: place.cycle }),
+        }
+    }
+}

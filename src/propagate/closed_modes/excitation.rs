@@ -1,0 +1,267 @@
+//! What drives a system at one operating point, and its steady responses.
+//!
+//! Inputs are 1 and (cos θ, sin θ) of each frequency of loads and transmission errors. A system's state is
+//! `z = y + Σ steady · inputs`, with `y' = G y`. Blocks so slow that they would rest far away keep their constant input.
+
+use super::bases::{Basis, padded};
+use super::sets::Class;
+use crate::model::{Block, Model, turned};
+use num_complex::{Complex64, c64};
+
+/// Mesh radians that a block turns in a cycle, below which it drifts.
+const DRIFT: f64 = 0.1;
+
+/// Smallest relative distance of an eigenvalue from a harmonic.
+const RESONANCE: f64 = 1e-7;
+
+/// The frequencies of a model's excitation.
+#[derive(Debug)]
+pub struct Frequencies {
+    /// Each with its turns a mesh cycle, (rad/s, 1).
+    pub all: Vec<[f64; 2]>,
+}
+
+impl Frequencies {
+    /// Those of a model, each once.
+    pub fn new(model: &Model) -> Self {
+        let loads = (model.ripple.iter()).map(|r| [r.angular_frequency, r.turns_per_cycle]);
+        let errors =
+            (model.transmission_errors()).map(|h| [h.angular_frequency, h.turns_per_cycle]);
+        let mut all: Vec<[f64; 2]> = Vec::new();
+        for frequency in loads.chain(errors) {
+            if !all.contains(&frequency) {
+                all.push(frequency);
+            }
+        }
+        Self { all }
+    }
+
+    /// How many inputs there are.
+    pub fn inputs(&self) -> usize {
+        1 + 2 * self.all.len()
+    }
+
+    /// Writes the inputs' values at a time \[s\] of a mesh cycle.
+    #[inline]
+    pub fn write(&self, cycle: u64, time: f64, out: &mut [f64]) {
+        out[0] = 1.0;
+        for (pair, &[angular, turns]) in out[1..].chunks_exact_mut(2).zip(&self.all) {
+            let (sin, cos) = turned(angular, turns, cycle, time).sin_cos();
+            pair.copy_from_slice(&[cos, sin]);
+        }
+    }
+
+    /// Turns the inputs' values on by a time for which `turns` are (cos, sin) of all frequencies.
+    #[inline]
+    pub fn turn(turns: &[[f64; 2]], inputs: &mut [f64]) {
+        for (pair, [cos, sin]) in inputs[1..].chunks_exact_mut(2).zip(turns) {
+            let [c, s] = [pair[0], pair[1]];
+            pair.copy_from_slice(&[c * cos - s * sin, s * cos + c * sin]);
+        }
+    }
+
+    /// (cos, sin) of all frequencies over a time \[s\].
+    pub fn turns(&self, time: f64) -> Vec<[f64; 2]> {
+        let over = |&[angular, _]: &[f64; 2]| {
+            let (sin, cos) = (angular * time).sin_cos();
+            [cos, sin]
+        };
+        self.all.iter().map(over).collect()
+    }
+
+    fn place(&self, frequency: [f64; 2]) -> usize {
+        (self.all.iter().position(|known| *known == frequency)).unwrap_or(0)
+    }
+}
+
+/// Error of a line as amplitudes of all frequencies, `e = Re Σ e_h e^{iθ_h}` \[m\].
+pub fn error_amplitudes(model: &Model, line: usize, frequencies: &Frequencies) -> Vec<Complex64> {
+    let mut out = vec![Complex64::ZERO; frequencies.all.len()];
+    for h in &model.lines[line].transmission_error {
+        let place = frequencies.place([h.angular_frequency, h.turns_per_cycle]);
+        out[place] += h.amplitude * Complex64::cis(h.phase);
+    }
+    out
+}
+
+/// A block that a constant input moves without end, or to a rest far away.
+#[derive(Debug, Clone, Copy)]
+pub struct Drift {
+    /// Its place among the blocks.
+    pub lane: usize,
+    /// Generator \[1/s\].
+    pub generator: [[f64; 2]; 2],
+    /// Constant input.
+    pub input: [f64; 2],
+    /// Terms of the series of its integral that matter.
+    pub terms: usize,
+}
+
+/// Most terms of the series of a drift's integral, for times at which its block turns by [`super::lanes::SHORT`].
+const TERMS: usize = 16;
+
+/// `1/(k + 2)`.
+const SHARES: [f64; TERMS] = {
+    let mut shares = [0.0; TERMS];
+    let mut k = 0;
+    while k < TERMS {
+        shares[k] = 1.0 / (k + 2) as f64;
+        k += 1;
+    }
+    shares
+};
+
+impl Drift {
+    fn new(lane: usize, generator: [[f64; 2]; 2], input: [f64; 2]) -> Self {
+        let [[a, b], [c, d]] = generator;
+        let square = [a * a + b * c, a * b + b * d, c * a + d * c, c * b + d * d];
+        // A rotation without drag has G² = 0.
+        let terms = if square == [0.0; 4] { 2 } else { TERMS };
+        Self {
+            lane,
+            generator,
+            input,
+            terms,
+        }
+    }
+
+    /// `∫₀ᵗ e^{Gs} ds` times the input, for short times.
+    pub fn push(&self, time: f64) -> [f64; 2] {
+        let [[a, b], [c, d]] = self.generator;
+        let mut sum = [0.0; 2];
+        for share in SHARES[..self.terms].iter().rev() {
+            let [x, y] = sum;
+            let share = time * share;
+            sum = [
+                self.input[0] + share * (a * x + b * y),
+                self.input[1] + share * (c * x + d * y),
+            ];
+        }
+        sum.map(|x| time * x)
+    }
+
+    /// Where a displacement and a rate are after a short time under the input.
+    pub fn pushed(&self, [x, y]: [f64; 2], time: f64) -> [f64; 2] {
+        let [[a, b], [c, d]] = self.generator;
+        let moved = Self {
+            input: [self.input[0] + a * x + b * y, self.input[1] + c * x + d * y],
+            ..*self
+        };
+        let [p, q] = moved.push(time);
+        [x + p, y + q]
+    }
+}
+
+/// The steady responses of a system, one padded state after another: to each input.
+#[derive(Debug)]
+pub struct Steady {
+    /// Padded states.
+    pub responses: Vec<f64>,
+    /// Blocks whose constant input is kept.
+    pub drifts: Vec<Drift>,
+}
+
+impl Steady {
+    /// Those of a system with some closed contacts at the operating point of a model.
+    pub fn new(
+        model: &Model,
+        basis: &Basis<'_>,
+        closed: &[(usize, Class)],
+        frequencies: &Frequencies,
+    ) -> Self {
+        let n = model.modes();
+        let padded = padded(n);
+        let mut constant: Vec<f64> = model.blocks.iter().map(|b| b.static_input[1]).collect();
+        let mut harmonic = vec![vec![Complex64::ZERO; n]; frequencies.all.len()];
+        for ripple in &model.ripple {
+            let place = frequencies.place([ripple.angular_frequency, ripple.turns_per_cycle]);
+            for (sum, input) in harmonic[place].iter_mut().zip(&ripple.input) {
+                *sum += input[1] * Complex64::cis(ripple.phase);
+            }
+        }
+        for (contact, class) in closed {
+            let direction = &model.directions[class.direction];
+            let own = &model.contacts[*contact];
+            let pull = class.stiffness * own.side * own.half_gap;
+            let errors = error_amplitudes(model, direction.line, frequencies);
+            for (i, gain) in direction.gains.iter().enumerate() {
+                let g = gain.mesh_input[1];
+                constant[i] += g * pull;
+                for ((sum, error), [omega, _]) in
+                    harmonic.iter_mut().zip(&errors).zip(&frequencies.all)
+                {
+                    sum[i] += g * c64(class.stiffness, class.damping * omega) * error;
+                }
+            }
+        }
+        let mut own = Self {
+            responses: vec![0.0; frequencies.inputs() * 2 * padded],
+            drifts: Vec::new(),
+        };
+        let forced = |force: &[f64]| -> Vec<[f64; 2]> {
+            let input = basis.input(force);
+            (0..n).map(|i| [input[i], input[padded + i]]).collect()
+        };
+        let slowest = DRIFT / model.period();
+        for (i, input) in forced(&constant).into_iter().enumerate() {
+            let block = basis.block(i);
+            if block.natural_frequency() < slowest {
+                own.drifts.push(Drift::new(i, block.generator, input));
+                continue;
+            }
+            let rest = solve(&block, Complex64::ZERO, input.map(|s| c64(s, 0.0)));
+            let target = &mut own.responses[..2 * padded];
+            (target[i], target[padded + i]) = (rest[0].re, rest[1].re);
+        }
+        for (h, force) in harmonic.iter().enumerate() {
+            let [omega, _] = frequencies.all[h];
+            let parts = [|f: &Complex64| f.re, |f: &Complex64| f.im];
+            let [re, im] = parts.map(|part| forced(&force.iter().map(part).collect::<Vec<f64>>()));
+            let (cos, sin) = own.responses[(1 + 2 * h) * 2 * padded..].split_at_mut(2 * padded);
+            for i in 0..n {
+                let block = basis.block(i);
+                let input = [0, 1].map(|part| c64(re[i][part], im[i][part]));
+                let found = solve(&block, c64(0.0, omega), input);
+                for (part, x) in found.into_iter().enumerate() {
+                    cos[part * padded + i] = x.re;
+                    sin[part * padded + i] = -x.im;
+                }
+            }
+        }
+        own
+    }
+}
+
+/// `(s I − G)⁻¹ f`.
+fn solve(block: &Block, s: Complex64, f: [Complex64; 2]) -> [Complex64; 2] {
+    let [[a, b], [c, d]] = block.generator;
+    let (p, q) = (s - a, s - d);
+    let det = p * q - b * c;
+    [(q * f[0] + b * f[1]) / det, (c * f[0] + p * f[1]) / det]
+}
+
+/// Whether an undamped block turns with a harmonic \[rad/s\].
+pub fn in_resonance(block: &Block, omega: f64) -> bool {
+    let [[a, b], [c, d]] = block.generator;
+    let s = c64(0.0, omega);
+    let det = (s - a) * (s - d) - b * c;
+    det.norm() < RESONANCE * (block.natural_frequency().powi(2) + omega * omega)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A free rotation under a torque, and one with drag: closed forms.
+    #[test]
+    fn drifts_are_those_of_constant_torques() {
+        let free = Drift::new(0, [[0.0, 1.0], [0.0, 0.0]], [0.0, 3.0]);
+        assert_eq!(free.terms, 2);
+        let [x, v] = free.push(0.2);
+        assert!((x - 0.06).abs() < 1e-16 && (v - 0.6).abs() < 1e-15);
+        let drag = Drift::new(0, [[0.0, 1.0], [0.0, -2.0]], [0.0, 3.0]);
+        let [x, v] = drag.push(0.2);
+        let speed = 1.5 * (1.0 - (-0.4f64).exp());
+        assert!((v - speed).abs() < 1e-15 && (x - (1.5 * 0.2 - 0.5 * speed)).abs() < 1e-15);
+    }
+}

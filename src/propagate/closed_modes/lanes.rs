@@ -1,0 +1,352 @@
+//! The inner loops of closed modes. States are padded: first components in whole lane groups, then second ones.
+
+use crate::propagate::vectors::{InstructionSet, LANES, Lanes, Vector, for_each_set};
+
+/// What a lane group of blocks is made of: `G = μ I + M`, `M² = s I`.
+#[derive(Debug, Clone, Copy)]
+pub struct Chunk {
+    /// μ \[1/s\].
+    pub growth: Lanes,
+    /// s \[1/s²\]: −ν² of waves.
+    pub square: Lanes,
+    /// M, row by row \[1/s\].
+    pub traceless: [Lanes; 4],
+}
+
+impl Chunk {
+    /// All zero.
+    pub const ZERO: Self = Self {
+        growth: Lanes::ZERO,
+        square: Lanes::ZERO,
+        traceless: [Lanes::ZERO; 4],
+    };
+}
+
+/// `e^{Gt}` of a lane group of blocks, row by row.
+pub type Move = [Lanes; 4];
+
+/// Terms of cos, sin, cosh and sinh.
+const TERMS: usize = 8;
+
+/// Largest `(|μ| + √|s|) t` of short times, for which these series are exact to round-off.
+pub const SHORT: f64 = 0.47;
+
+for_each_set! {
+    /// `out = map x`, one padded state after another; the map has a column of as many numbers for
+    /// each of the `modes` first and second components.
+    fn map(columns: &[f64], modes: usize, states: &[f64], out: &mut [f64]) = map_body
+}
+
+for_each_set! {
+    /// Adds `factor Σ input · response` to a state, of one response after another.
+    fn shift(responses: &[f64], inputs: &[f64], factor: f64, state: &mut [f64]) = shift_body
+}
+
+for_each_set! {
+    /// What a line sees on a block: deflections at the nodes by `nodes`, a row for each coordinate and input; and
+    /// `Σ amplitude · bound` for both bounds.
+    fn see(
+        nodes: &[Lanes],
+        balances: &[Move],
+        bounds: [&[f64]; 2],
+        state: &[f64],
+        inputs: &[f64],
+        out: &mut Lanes,
+    ) -> [f64; 2] = see_body
+}
+
+for_each_set! {
+    /// Intervals between nodes, the first one in bit 0, at whose ends the margin `scale δ + shift` is not beyond `sag`.
+    fn open(start: f64, nodes: &Lanes, scale: f64, shift: f64, sag: f64) -> u32 = open_body
+}
+
+for_each_set! {
+    /// `Σ a[i] b[i]` and `Σ a[i] c[i]`, lengths of whole lane groups.
+    fn two_products(a: &[f64], b: &[f64], c: &[f64]) -> [f64; 2] = two_products_body
+}
+
+for_each_set! {
+    /// The same with `e^{Gt}` of a state instead of it.
+    fn products_at(
+        chunks: &[Chunk],
+        before: Option<&[Move]>,
+        time: f64,
+        state: &[f64],
+        rows: [&[f64]; 2],
+    ) -> [f64; 2] = products_at_body
+}
+
+for_each_set! {
+    /// `x = e^{Gt} x` of all states by a table.
+    fn advance(moves: &[Move], states: &mut [f64]) = advance_body
+}
+
+for_each_set! {
+    /// `x = e^{Gt} x` of all states for a short time, behind `before` where there is one.
+    fn advance_by(chunks: &[Chunk], before: Option<&[Move]>, time: f64, states: &mut [f64])
+        = advance_by_body
+}
+
+#[inline(always)]
+fn map_body<V: Vector>(columns: &[f64], modes: usize, states: &[f64], out: &mut [f64]) {
+    let length = columns.len() / (2 * modes);
+    let count = states.len() / length;
+    let mut first = 0;
+    while first < count {
+        let (own, out) = (&states[first * length..], &mut out[first * length..]);
+        first += match count - first {
+            4.. if V::WIDE => map_states::<V, 4, 3>(columns, modes, own, out),
+            2.. if V::WIDE => map_states::<V, 2, 5>(columns, modes, own, out),
+            _ => map_states::<V, 1, 5>(columns, modes, own, out),
+        };
+    }
+}
+
+/// A batch of states, so many lane groups of rows after one another that the registers hold their sums. Returns their
+/// count.
+#[inline(always)]
+fn map_states<V: Vector, const COUNT: usize, const GROUPS: usize>(
+    columns: &[f64],
+    modes: usize,
+    states: &[f64],
+    out: &mut [f64],
+) -> usize {
+    let length = columns.len() / (2 * modes);
+    let mut row = 0;
+    while row + GROUPS * LANES <= length {
+        map_rows::<V, COUNT, GROUPS>(columns, modes, states, row, out);
+        row += GROUPS * LANES;
+    }
+    while row + 2 * LANES <= length {
+        map_rows::<V, COUNT, 2>(columns, modes, states, row, out);
+        row += 2 * LANES;
+    }
+    if row < length {
+        map_rows::<V, COUNT, 1>(columns, modes, states, row, out);
+    }
+    COUNT
+}
+
+/// Some lane groups of rows. Each state has its sums in the same order in every batch.
+#[inline(always)]
+fn map_rows<V: Vector, const COUNT: usize, const G: usize>(
+    columns: &[f64],
+    modes: usize,
+    states: &[f64],
+    row: usize,
+    out: &mut [f64],
+) {
+    let length = columns.len() / (2 * modes);
+    // The sums of first and second components side by side hide the latency of the multiply-add.
+    let mut sums = [[[V::zero(); G]; COUNT]; 2];
+    let (firsts, seconds) = columns.split_at(modes * length);
+    let pairs = firsts
+        .chunks_exact(length)
+        .zip(seconds.chunks_exact(length));
+    for (j, (first, second)) in pairs.enumerate() {
+        for (way, column) in [first, second].into_iter().enumerate() {
+            let column = &column[row..row + G * LANES];
+            let mut numbers = [V::zero(); G];
+            for g in 0..G {
+                numbers[g] = V::read(&column[g * LANES..]);
+            }
+            for c in 0..COUNT {
+                let weight = V::splat(states[c * length + way * (length / 2) + j]);
+                for g in 0..G {
+                    sums[way][c][g] = numbers[g].multiply_add(weight, sums[way][c][g]);
+                }
+            }
+        }
+    }
+    for c in 0..COUNT {
+        for g in 0..G {
+            let sum = sums[0][c][g].plus(sums[1][c][g]);
+            sum.write(&mut out[c * length + row + g * LANES..]);
+        }
+    }
+}
+
+#[inline(always)]
+fn shift_body<V: Vector>(responses: &[f64], inputs: &[f64], factor: f64, state: &mut [f64]) {
+    for (response, input) in responses.chunks_exact(state.len()).zip(inputs) {
+        let weight = V::splat(factor * input);
+        for (x, r) in state
+            .chunks_exact_mut(LANES)
+            .zip(response.chunks_exact(LANES))
+        {
+            V::read(r).multiply_add(weight, V::read(x)).write(x);
+        }
+    }
+}
+
+#[inline(always)]
+fn see_body<V: Vector>(
+    nodes: &[Lanes],
+    balances: &[Move],
+    [size, curvature]: [&[f64]; 2],
+    state: &[f64],
+    inputs: &[f64],
+    out: &mut Lanes,
+) -> [f64; 2] {
+    let mut sums = [V::zero(); 4];
+    let (own, others) = nodes.split_at(state.len());
+    for (rows, weights) in own.chunks_exact(4).zip(state.chunks_exact(4)) {
+        for way in 0..4 {
+            sums[way] = V::read(&rows[way].0).multiply_add(V::splat(weights[way]), sums[way]);
+        }
+    }
+    for (row, weight) in others.iter().zip(inputs) {
+        sums[0] = V::read(&row.0).multiply_add(V::splat(*weight), sums[0]);
+    }
+    *out = sums[0].plus(sums[1]).plus(sums[2].plus(sums[3])).lanes();
+    let (first, second) = state.split_at(size.len());
+    let mut bounds = [V::zero(); 2];
+    for (index, balance) in balances.iter().enumerate() {
+        let at = index * LANES;
+        let pair = [V::read(&first[at..]), V::read(&second[at..])];
+        let [a, b] = applied(&read(balance), pair);
+        let amplitude = a.multiply_add(a, b.times(b)).root();
+        bounds[0] = V::read(&size[at..]).multiply_add(amplitude, bounds[0]);
+        bounds[1] = V::read(&curvature[at..]).multiply_add(amplitude, bounds[1]);
+    }
+    bounds.map(V::sum)
+}
+
+#[inline(always)]
+fn open_body<V: Vector>(start: f64, nodes: &Lanes, scale: f64, shift: f64, sag: f64) -> u32 {
+    let mut all = [0.0; 1 + LANES];
+    all[0] = start;
+    all[1..].copy_from_slice(&nodes.0);
+    let (scale, shift, sag) = (V::splat(scale), V::splat(shift), V::splat(sag));
+    let low = |at: usize| V::read(&all[at..]).multiply_add(scale, shift).at_most(sag);
+    low(0) | low(1)
+}
+
+#[inline(always)]
+fn two_products_body<V: Vector>(a: &[f64], b: &[f64], c: &[f64]) -> [f64; 2] {
+    let mut sums = [V::zero(); 2];
+    for ((a, b), c) in (a.chunks_exact(LANES))
+        .zip(b.chunks_exact(LANES))
+        .zip(c.chunks_exact(LANES))
+    {
+        let a = V::read(a);
+        sums[0] = V::read(b).multiply_add(a, sums[0]);
+        sums[1] = V::read(c).multiply_add(a, sums[1]);
+    }
+    sums.map(V::sum)
+}
+
+#[inline(always)]
+fn advance_body<V: Vector>(moves: &[Move], states: &mut [f64]) {
+    let half = moves.len() * LANES;
+    for state in states.chunks_exact_mut(2 * half) {
+        let (first, second) = state.split_at_mut(half);
+        for ((e, a), b) in (moves.iter())
+            .zip(first.chunks_exact_mut(LANES))
+            .zip(second.chunks_exact_mut(LANES))
+        {
+            let (x, y) = (V::read(a), V::read(b));
+            let row = |k: usize| [V::read(&e[k].0), V::read(&e[k + 1].0)];
+            let ([p, q], [r, s]) = (row(0), row(2));
+            q.multiply_add(y, p.times(x)).write(a);
+            s.multiply_add(y, r.times(x)).write(b);
+        }
+    }
+}
+
+/// `e^{Gt}` of a lane group for a short time, row by row.
+#[inline(always)]
+fn exponential<V: Vector>(chunk: &Chunk, time: V) -> [V; 4] {
+    let one = V::splat(1.0);
+    let x = V::read(&chunk.growth.0).times(time);
+    let square = V::read(&chunk.square.0).times(time).times(time);
+    let x_square = x.times(x);
+    // Four short chains side by side: cosh and sinh/x of μt, cos and sin/x of νt.
+    let (mut even, mut odd, mut grown_even, mut grown_odd) = (one, one, one, one);
+    for k in (1..TERMS).rev() {
+        let (a, b) = ((2 * k - 1) * 2 * k, 2 * k * (2 * k + 1));
+        let (a, b) = (V::splat(1.0 / a as f64), V::splat(1.0 / b as f64));
+        even = square.times(a).multiply_add(even, one);
+        odd = square.times(b).multiply_add(odd, one);
+        grown_even = x_square.times(a).multiply_add(grown_even, one);
+        grown_odd = x_square.times(b).multiply_add(grown_odd, one);
+    }
+    let grown = grown_odd.multiply_add(x, grown_even);
+    let (even, odd) = (grown.times(even), grown.times(odd).times(time));
+    let m = |k: usize| V::read(&chunk.traceless[k].0);
+    [
+        m(0).multiply_add(odd, even),
+        m(1).times(odd),
+        m(2).times(odd),
+        m(3).multiply_add(odd, even),
+    ]
+}
+
+/// A 2 × 2 matrix times a pair.
+#[inline(always)]
+fn applied<V: Vector>(e: &[V; 4], [x, y]: [V; 2]) -> [V; 2] {
+    [
+        e[1].multiply_add(y, e[0].times(x)),
+        e[3].multiply_add(y, e[2].times(x)),
+    ]
+}
+
+/// A table's matrix of a lane group.
+#[inline(always)]
+fn read<V: Vector>(own: &Move) -> [V; 4] {
+    let [a, b, c, d] = own;
+    [V::read(&a.0), V::read(&b.0), V::read(&c.0), V::read(&d.0)]
+}
+
+#[inline(always)]
+fn products_at_body<V: Vector>(
+    chunks: &[Chunk],
+    before: Option<&[Move]>,
+    time: f64,
+    state: &[f64],
+    [row, rate]: [&[f64]; 2],
+) -> [f64; 2] {
+    let half = chunks.len() * LANES;
+    let t = V::splat(time);
+    let mut sums = [V::zero(); 2];
+    for (index, chunk) in chunks.iter().enumerate() {
+        let pair = |from: &[f64]| {
+            let at = index * LANES;
+            [V::read(&from[at..]), V::read(&from[half + at..])]
+        };
+        let mut x = pair(state);
+        if let Some(before) = before {
+            x = applied(&read(&before[index]), x);
+        }
+        let [x, y] = applied(&exponential(chunk, t), x);
+        let ([a, b], [c, d]) = (pair(row), pair(rate));
+        sums[0] = b.multiply_add(y, a.multiply_add(x, sums[0]));
+        sums[1] = d.multiply_add(y, c.multiply_add(x, sums[1]));
+    }
+    sums.map(V::sum)
+}
+
+#[inline(always)]
+fn advance_by_body<V: Vector>(
+    chunks: &[Chunk],
+    before: Option<&[Move]>,
+    time: f64,
+    states: &mut [f64],
+) {
+    let half = chunks.len() * LANES;
+    let t = V::splat(time);
+    for (index, chunk) in chunks.iter().enumerate() {
+        let own = exponential(chunk, t);
+        for state in states.chunks_exact_mut(2 * half) {
+            let (first, second) = state.split_at_mut(half);
+            let (first, second) = (&mut first[index * LANES..], &mut second[index * LANES..]);
+            let mut x = [V::read(first), V::read(second)];
+            if let Some(before) = before {
+                x = applied(&read(&before[index]), x);
+            }
+            let [x, y] = applied(&own, x);
+            x.write(first);
+            y.write(second);
+        }
+    }
+}

@@ -1,0 +1,260 @@
+//! The first moment on a short interval at which a margin becomes negative.
+//!
+//! A bound C of the margin's second derivative proves what values at the ends leave open: a margin of curvature C sags by
+//! `C h²/8` below its chord at most, and is monotone where its chord is steeper than `C h`. What neither settles is
+//! halved, the left half first, so that no event is missed.
+
+use crate::propagate::Counters;
+
+/// Deepest halving.
+const DEEPEST: u32 = 60;
+
+/// Most steps of Newton's method before a root is halved to.
+const MOST_STEPS: u32 = 60;
+
+/// A margin and its rate at a time from the start of a block.
+pub trait Margin {
+    /// Its value \[m\] and its rate \[m/s\] there.
+    fn at(&mut self, time: f64) -> [f64; 2];
+}
+
+/// An interval of a block.
+#[derive(Debug, Clone, Copy)]
+pub struct Interval {
+    /// Start and end \[s\].
+    pub times: [f64; 2],
+    /// Margins there \[m\].
+    pub margins: [f64; 2],
+    /// Where its root may be \[s\].
+    pub guess: Option<f64>,
+}
+
+/// What is known of a margin on a block.
+#[derive(Debug, Clone, Copy)]
+pub struct Known {
+    /// Bound of its second derivative \[m/s²\].
+    pub curvature: f64,
+    /// Round-off of its values \[m\].
+    pub noise: f64,
+}
+
+/// Whether a margin stays positive on an interval of some length \[s\] between two values.
+#[inline(always)]
+pub fn stays(known: Known, [a, b]: [f64; 2], length: f64) -> bool {
+    a.min(b) > 0.125 * known.curvature * length * length
+}
+
+/// The first root on an interval at whose start the margin is not negative.
+pub fn exit<M: Margin>(
+    margin: &mut M,
+    known: Known,
+    own: Interval,
+    depth: u32,
+    counters: &mut Counters,
+) -> Option<f64> {
+    let ([from, to], [a, b]) = (own.times, own.margins);
+    let length = to - from;
+    let bend = known.curvature * length * length;
+    if stays(known, own.margins, length) || b - a > bend {
+        return None;
+    }
+    if a - b > bend {
+        return (b < 0.0).then(|| root(margin, known, own, counters));
+    }
+    if a.abs().max(b.abs()) + 0.125 * bend <= known.noise || depth == DEEPEST {
+        counters.grazings += 1;
+        return None;
+    }
+    counters.bisections += 1;
+    let [left, right] = halves(margin, own);
+    exit(margin, known, left, depth + 1, counters)
+        .or_else(|| exit(margin, known, right, depth + 1, counters))
+}
+
+/// As [`exit`], where the margin starts at zero with a rate \[m/s\] that is not negative: that root is none.
+pub fn exit_behind<M: Margin>(
+    margin: &mut M,
+    known: Known,
+    rate: f64,
+    own: Interval,
+    depth: u32,
+    counters: &mut Counters,
+) -> Option<f64> {
+    let length = own.times[1] - own.times[0];
+    if rate > 0.5 * known.curvature * length {
+        return None;
+    }
+    let reach = (rate.abs() + 0.5 * known.curvature * length) * length;
+    if reach <= known.noise || depth == DEEPEST {
+        counters.grazings += 1;
+        return None;
+    }
+    counters.bisections += 1;
+    let [left, right] = halves(margin, own);
+    exit_behind(margin, known, rate, left, depth + 1, counters)
+        .or_else(|| exit(margin, known, right, depth + 1, counters))
+}
+
+fn halves<M: Margin>(margin: &mut M, own: Interval) -> [Interval; 2] {
+    let ([from, to], [a, b]) = (own.times, own.margins);
+    let middle = 0.5 * (from + to);
+    let [value, _] = margin.at(middle);
+    [
+        Interval {
+            times: [from, middle],
+            margins: [a, value],
+            guess: None,
+        },
+        Interval {
+            times: [middle, to],
+            margins: [value, b],
+            guess: None,
+        },
+    ]
+}
+
+/// The only root of a margin that falls on an interval, by Newton's method within a bracket. A step s leaves an error of
+/// `C s² / 2 |rate|` at most.
+fn root<M: Margin>(margin: &mut M, known: Known, own: Interval, counters: &mut Counters) -> f64 {
+    let ([mut low, mut high], [a, b]) = (own.times, own.margins);
+    if a <= 0.0 {
+        return low;
+    }
+    let fine = f64::EPSILON * high;
+    let mut time = match own.guess {
+        Some(guess) if guess > low && guess < high => guess,
+        _ => low + (high - low) * a / (a - b),
+    };
+    for _ in 0..MOST_STEPS {
+        let [value, rate] = margin.at(time);
+        counters.newton_steps += 1;
+        match value > 0.0 {
+            true => low = time,
+            false => high = time,
+        }
+        let step = -value / rate;
+        let next = time + step;
+        if 0.5 * known.curvature * step * step <= fine * rate.abs() {
+            return next.clamp(own.times[0], own.times[1]);
+        }
+        time = match next > low && next < high {
+            true => next,
+            false => 0.5 * (low + high),
+        };
+        if high - low <= fine {
+            break;
+        }
+    }
+    time
+}
+
+/// Points of a polynomial.
+const POINTS: usize = 6;
+
+/// Where the polynomial through margins at the places 0, 1, … passes zero between `from` and the next place, nearly.
+pub fn near_root(mut values: [f64; POINTS], from: usize) -> f64 {
+    let mut x = from as f64 + values[from] / (values[from] - values[from + 1]);
+    // Newton's form: differences, divided by their factorials.
+    for order in 1..POINTS {
+        for i in (order..POINTS).rev() {
+            values[i] = (values[i] - values[i - 1]) / order as f64;
+        }
+    }
+    for _ in 0..3 {
+        let (mut value, mut slope) = (0.0, 0.0);
+        for i in (0..POINTS).rev() {
+            let away = x - i as f64;
+            slope = slope * away + value;
+            value = value * away + values[i];
+        }
+        x -= value / slope;
+    }
+    x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Function<F>(F);
+
+    impl<F: Fn(f64) -> [f64; 2]> Margin for Function<F> {
+        fn at(&mut self, time: f64) -> [f64; 2] {
+            (self.0)(time)
+        }
+    }
+
+    fn found(f: impl Fn(f64) -> [f64; 2], curvature: f64) -> (Option<f64>, Counters) {
+        let own = Interval {
+            times: [0.0, 1.0],
+            margins: [f(0.0)[0], f(1.0)[0]],
+            guess: None,
+        };
+        let known = Known {
+            curvature,
+            noise: 1e-15,
+        };
+        let mut counters = Counters::default();
+        let found = exit(&mut Function(f), known, own, 0, &mut counters);
+        (found, counters)
+    }
+
+    /// `(t − a)(t − b)`: positive at both ends, negative between the roots, however near they are.
+    #[test]
+    fn a_dip_between_positive_ends_is_found() {
+        for apart in [0.3, 1e-3, 1e-6] {
+            let (a, b) = (0.4, 0.4 + apart);
+            let dip = |t: f64| [(t - a) * (t - b), 2.0 * t - a - b];
+            let (first, _) = found(dip, 2.0);
+            assert!((first.unwrap() - a).abs() < 1e-15 / apart, "{apart}");
+        }
+        // A touch within round-off is a grazing, and what stays off is proved.
+        let (none, counters) = found(|t| [(t - 0.37) * (t - 0.37), 2.0 * (t - 0.37)], 2.0);
+        assert!(none.is_none() && counters.grazings > 0);
+        let (none, counters) = found(|t| [1e-9 + (t - 0.37) * (t - 0.37), 2.0 * (t - 0.37)], 2.0);
+        assert!(none.is_none() && counters.grazings == 0);
+    }
+
+    /// Of three roots the first, though the ends alone would tell of one.
+    #[test]
+    fn the_first_of_three_roots_is_taken() {
+        let f = |t: f64| {
+            let [x, y, z] = [0.2 - t, 0.5 - t, 0.9 - t];
+            [x * y * z, -(x * y + y * z + z * x)]
+        };
+        let (first, _) = found(f, 3.3);
+        assert!((first.unwrap() - 0.2).abs() < 1e-15);
+    }
+
+    /// A polynomial of the fifth degree is met by itself, from any of its places.
+    #[test]
+    fn the_polynomial_through_six_values_has_their_root() {
+        for from in 0..5 {
+            let at = from as f64 + 0.3;
+            let f = |x: f64| (at - x) * (1.0 + 0.02 * x.powi(2) + 0.001 * x.powi(4));
+            let values = std::array::from_fn(|i| f(i as f64));
+            let x = near_root(values, from);
+            assert!((x - at).abs() < 1e-12, "{from}: {x}");
+        }
+    }
+
+    /// The root that the block starts from is no event; the next one is.
+    #[test]
+    fn the_root_at_the_start_is_left_behind() {
+        for next in [0.7, 1e-4] {
+            let f = |t: f64| [t * (next - t), next - 2.0 * t];
+            let own = Interval {
+                times: [0.0, 1.0],
+                margins: [0.0, f(1.0)[0]],
+                guess: None,
+            };
+            let known = Known {
+                curvature: 2.0,
+                noise: 1e-15,
+            };
+            let mut counters = Counters::default();
+            let found = exit_behind(&mut Function(f), known, next, own, 0, &mut counters);
+            assert!((found.unwrap() - next).abs() < 1e-13, "{next}");
+        }
+    }
+}

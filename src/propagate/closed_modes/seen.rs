@@ -1,0 +1,303 @@
+//! What happens first on a block?
+
+use super::ClosedModes;
+use super::excitation::{Drift, Frequencies};
+use super::grid::NODES;
+use super::lanes::{self, Move};
+use super::search::{self, Interval, Known};
+use super::system::{Sight, System};
+use super::workspace::{Place, Seen, Workspace};
+use crate::model::{ActiveSet, MOST_CONTACTS};
+use crate::propagate::Counters;
+use crate::propagate::events::{Margin, ROUND_OFF};
+use crate::propagate::vectors::{InstructionSet, Lanes};
+
+/// What comes first on a block.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Found {
+    /// Time from its start \[s\].
+    pub time: f64,
+    /// The contact.
+    pub contact: usize,
+    /// Whether the contact stands on its surface there.
+    pub on_surface: bool,
+}
+
+/// Rates of contacts that have just crossed their surfaces, positive away from it \[m/s\].
+pub(super) type Rates = [f64; MOST_CONTACTS];
+
+impl ClosedModes<'_> {
+    /// What happens first on a block, up to some time \[s\] from its start.
+    pub(super) fn first_event(
+        &self,
+        place: &Place,
+        rates: &Rates,
+        left: f64,
+        w: &mut Workspace,
+        counters: &mut Counters,
+    ) -> Option<Found> {
+        let set = self.instructions;
+        let system = self.system(w.set);
+
+        for seen in &mut w.seen {
+            seen.fresh = false;
+        }
+        let count = ((left / self.step - 1e-9).ceil() as usize).clamp(1, NODES);
+        let mut open_intervals = [0u32; MOST_CONTACTS];
+        let mut any = 0;
+        for contact in 0..w.line_of.len() {
+            let line = w.line_of[contact];
+            if !w.seen[line].fresh {
+                self.see(line, system, w);
+            }
+            if self.is_behind(contact, place.active, w) {
+                continue;
+            }
+            let seen = &w.seen[line];
+            let closed = place.active.holds(contact);
+            let margin = Margin::new(&self.model.contacts[contact], contact, closed);
+            let start = margin.scale * seen.start + margin.shift;
+            let crossed = place.crossed.holds(contact);
+            if !crossed && start < -seen.known.noise {
+                return Some(Found {
+                    time: 0.0,
+                    contact,
+                    on_surface: false,
+                });
+            }
+            let sag = 0.125 * seen.known.curvature * self.step * self.step;
+            let mut open = lanes::open(
+                set,
+                seen.start,
+                &seen.nodes,
+                margin.scale,
+                margin.shift,
+                sag,
+            );
+            if crossed {
+                open &= !1;
+                open |= u32::from(rates[contact] <= 4.0 * sag / self.step);
+            }
+            open &= (1 << count) - 1;
+            open_intervals[contact] = open;
+            any |= open;
+        }
+        if any == 0 {
+            counters.certified += 1;
+            return None;
+        }
+        for n in (0..count).filter(|n| any >> n & 1 == 1) {
+            let mut first: Option<Found> = None;
+            for contact in 0..w.line_of.len() {
+                if open_intervals[contact] >> n & 1 == 1
+                    && let Some(time) = self.exit(contact, n, place, rates, w, counters)
+                    && time <= left
+                    && first.is_none_or(|first| time < first.time)
+                {
+                    first = Some(Found {
+                        time,
+                        contact,
+                        on_surface: true,
+                    });
+                }
+            }
+            if first.is_some() {
+                return first;
+            }
+        }
+        None
+    }
+
+    /// Deflections of a line at the nodes, and their bounds.
+    fn see(&self, line: usize, system: &System, w: &mut Workspace) {
+        let set = self.instructions;
+        let length = w.length;
+        let sight = &system.sights[line];
+        let state = &w.states[..length];
+        let mut nodes = Lanes::ZERO;
+        let [size, curved] = lanes::see(
+            set,
+            &sight.nodes,
+            &system.balances,
+            [&sight.size, &sight.curvature],
+            state,
+            &w.inputs,
+            &mut nodes,
+        );
+        let others: f64 = (sight.others.iter())
+            .map(|(strayed, loose)| {
+                let rates = loose.rates(state);
+                strayed[0] * rates[0].abs() + strayed[1] * rates[1].abs()
+            })
+            .sum();
+        let seen = &mut w.seen[line];
+        seen.nodes = nodes;
+        seen.fresh = true;
+        seen.known = Known {
+            curvature: curved + others + sight.drive_curvature,
+            noise: ROUND_OFF * (size + self.model.half_gap),
+        };
+    }
+
+    /// Whether an open contact is out of reach while one on the other side of its line is closed.
+    fn is_behind(&self, contact: usize, active: ActiveSet, w: &Workspace) -> bool {
+        let contacts = &self.model.contacts;
+        let opposite = |other: usize| {
+            w.line_of[other] == w.line_of[contact]
+                && contacts[other].side == -contacts[contact].side
+        };
+        !active.holds(contact) && active.iter().any(opposite)
+    }
+
+    /// The first exit of a contact on an interval between nodes.
+    fn exit(
+        &self,
+        contact: usize,
+        interval: usize,
+        place: &Place,
+        rates: &Rates,
+        w: &mut Workspace,
+        counters: &mut Counters,
+    ) -> Option<f64> {
+        let system = self.system(w.set);
+        let line = w.line_of[contact];
+        let seen = w.seen[line];
+        let closed = place.active.holds(contact);
+        let margin = Margin::new(&self.model.contacts[contact], contact, closed);
+        let value = |deflection: f64| margin.scale * deflection + margin.shift;
+        let crossed = interval == 0 && place.crossed.holds(contact);
+        let start = match (interval, crossed) {
+            (0, true) => 0.0,
+            (0, false) => value(seen.start),
+            _ => value(seen.nodes.0[interval - 1]),
+        };
+        let own = Interval {
+            times: [interval, interval + 1].map(|n| n as f64 * self.step),
+            margins: [start, value(seen.nodes.0[interval])],
+            guess: Some(self.guess(&seen, interval, &margin)),
+        };
+        let length = w.length;
+        let mut at = At {
+            set: self.instructions,
+            system,
+            sight: &system.sights[line],
+            frequencies: &self.frequencies,
+            state: &w.states[..length],
+            trial: &mut w.trial,
+            place,
+            step: self.step,
+            margin,
+        };
+        match crossed {
+            true => search::exit_behind(&mut at, seen.known, rates[contact], own, 0, counters),
+            false => search::exit(&mut at, seen.known, own, 0, counters),
+        }
+    }
+
+    /// Where a margin may pass zero on an interval, by the values at six places.
+    fn guess(&self, seen: &Seen, interval: usize, margin: &Margin) -> f64 {
+        let first = interval.saturating_sub(2).min(NODES - 5);
+        let values = std::array::from_fn(|k| {
+            let deflection = match (first + k).checked_sub(1) {
+                None => seen.start,
+                Some(node) => seen.nodes.0[node],
+            };
+            margin.scale * deflection + margin.shift
+        });
+        (first as f64 + search::near_root(values, interval - first)) * self.step
+    }
+}
+
+/// Deflection and rate along a line, of a state under inputs.
+#[inline]
+pub(super) fn now(set: InstructionSet, sight: &Sight, state: &[f64], inputs: &[f64]) -> [f64; 2] {
+    let [deflection, rate] = lanes::two_products(set, state, &sight.row, &sight.rate);
+    let [driven, driven_rate] = driven(sight, inputs);
+    [deflection + driven, rate + driven_rate]
+}
+
+/// What inputs add to deflection and rate.
+#[inline]
+fn driven(sight: &Sight, inputs: &[f64]) -> [f64; 2] {
+    let mut sums = [0.0; 2];
+    for ((input, drive), drive_rate) in inputs.iter().zip(&sight.drive).zip(&sight.drive_rate) {
+        sums[0] += input * drive;
+        sums[1] += input * drive_rate;
+    }
+    sums
+}
+
+/// A time within a block in two parts: those of the nearest node, and a short rest.
+#[derive(Clone, Copy)]
+pub(super) struct Parts<'s> {
+    system: &'s System,
+    /// How many nodes.
+    node: usize,
+    /// Time behind that \[s\].
+    pub rest: f64,
+}
+
+impl<'s> Parts<'s> {
+    #[inline]
+    pub fn new(system: &'s System, step: f64, time: f64) -> Self {
+        let node = ((time / step + 0.5) as usize).min(NODES);
+        Self {
+            system,
+            node,
+            rest: time - node as f64 * step,
+        }
+    }
+
+    /// What moves a state to the node.
+    #[inline]
+    pub fn before(&self) -> Option<&'s [Move]> {
+        (self.node.checked_sub(1)).map(|node| &self.system.moves[node][..])
+    }
+
+    /// What constant inputs add to each drifting block.
+    #[inline]
+    pub fn pushed(&self) -> impl Iterator<Item = (&'s Drift, [f64; 2])> {
+        let Self { system, node, rest } = *self;
+        (system.steady.drifts.iter().zip(&system.pushes)).map(move |(drift, pushes)| {
+            let before = node.checked_sub(1).map_or([0.0; 2], |node| pushes[node]);
+            (drift, drift.pushed(before, rest))
+        })
+    }
+}
+
+/// A margin at times of a block.
+struct At<'a> {
+    set: InstructionSet,
+    system: &'a System,
+    sight: &'a Sight,
+    frequencies: &'a Frequencies,
+    state: &'a [f64],
+    trial: &'a mut [f64],
+    place: &'a Place,
+    step: f64,
+    margin: Margin,
+}
+
+impl search::Margin for At<'_> {
+    fn at(&mut self, time: f64) -> [f64; 2] {
+        let parts = Parts::new(self.system, self.step, time);
+        let rows = [&self.sight.row[..], &self.sight.rate];
+        let (chunks, before) = (&self.system.chunks, parts.before());
+        let [mut deflection, mut rate] =
+            lanes::products_at(self.set, chunks, before, parts.rest, self.state, rows);
+        let half = self.state.len() / 2;
+        for (drift, [x, y]) in parts.pushed() {
+            let seen = |row: &[f64]| row[drift.lane] * x + row[half + drift.lane] * y;
+            deflection += seen(&self.sight.row);
+            rate += seen(&self.sight.rate);
+        }
+        let Place {
+            cycle, time: start, ..
+        } = *self.place;
+        self.frequencies.write(cycle, start + time, self.trial);
+        let [driven, driven_rate] = driven(self.sight, self.trial);
+        let [deflection, rate] = [deflection + driven, rate + driven_rate];
+        let Margin { scale, shift, .. } = self.margin;
+        [scale * deflection + shift, scale * rate]
+    }
+}

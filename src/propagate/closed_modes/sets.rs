@@ -1,0 +1,256 @@
+//! Which linear systems does a drive have? One for each set of closed contacts and for what each of them is like.
+
+use crate::model::{ActiveSet, Model, Release};
+use crate::propagate::DenseError;
+
+/// Most systems of a drive.
+const MOST_SETS: usize = 256;
+
+/// A time this close to a breakpoint, relative to the mesh period, is on it.
+const SAME_TIME: f64 = 1e-13;
+
+/// What a closed contact is like on a segment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Class {
+    /// Stiffness k \[N/m\].
+    pub stiffness: f64,
+    /// Damping c \[N s/m\].
+    pub damping: f64,
+    /// Among the directions of the model.
+    pub direction: usize,
+}
+
+/// The systems of a drive, numbered. Each contact has a state: 0 where it is open, else 1 more than its class.
+#[derive(Debug)]
+pub struct Sets {
+    /// Classes of each contact.
+    classes: Vec<Vec<Class>>,
+    /// State of each closed contact on each segment of each of its mesh cycles.
+    of_segment: Vec<Vec<Vec<usize>>>,
+    /// What a state of each contact adds to the number.
+    place: Vec<usize>,
+    /// State of each contact in each set.
+    states: Vec<usize>,
+    count: usize,
+}
+
+impl Sets {
+    /// Those of a model.
+    ///
+    /// # Errors
+    /// Stiffness that varies within a segment, flanks with errors, contacts that let go by force, too many systems.
+    pub fn new(model: &Model) -> Result<Self, DenseError> {
+        let mut sets = Self {
+            classes: Vec::new(),
+            of_segment: Vec::new(),
+            place: Vec::new(),
+            states: Vec::new(),
+            count: 1,
+        };
+        for contact in &model.contacts {
+            if contact.release == Release::Force {
+                return Err(DenseError::Release);
+            }
+            let mut classes: Vec<Class> = Vec::new();
+            let mut of_segment = Vec::new();
+            for cycle in &contact.cycles {
+                let mut states = Vec::new();
+                for segment in &cycle.segments {
+                    if !segment.stiffness.is_constant() {
+                        return Err(DenseError::VaryingStiffness);
+                    }
+                    if !segment.error.is_none() {
+                        return Err(DenseError::FlankError);
+                    }
+                    let class = Class {
+                        stiffness: segment.stiffness.mean(),
+                        damping: segment.damping,
+                        direction: segment.direction,
+                    };
+                    let known = classes.iter().position(|known| *known == class);
+                    states.push(1 + known.unwrap_or(classes.len()));
+                    if known.is_none() {
+                        classes.push(class);
+                    }
+                }
+                of_segment.push(states);
+            }
+            sets.place.push(sets.count);
+            sets.count = sets.count.saturating_mul(1 + classes.len());
+            sets.classes.push(classes);
+            sets.of_segment.push(of_segment);
+        }
+        if sets.count > MOST_SETS {
+            return Err(DenseError::TooManySets {
+                count: sets.count,
+                most: MOST_SETS,
+            });
+        }
+        let state = |set: usize, contact: usize| {
+            set / sets.place[contact] % (1 + sets.classes[contact].len())
+        };
+        let contacts = 0..sets.classes.len();
+        sets.states = (0..sets.count)
+            .flat_map(|set| contacts.clone().map(move |contact| (set, contact)))
+            .map(|(set, contact)| state(set, contact))
+            .collect();
+        Ok(sets)
+    }
+
+    /// Free flight: no contact is closed.
+    pub const FREE: usize = 0;
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// State of a contact in a set.
+    #[inline]
+    pub fn state(&self, set: usize, contact: usize) -> usize {
+        self.states[set * self.place.len() + contact]
+    }
+
+    /// The set with another state of a contact.
+    #[inline]
+    pub fn with(&self, set: usize, contact: usize, state: usize) -> usize {
+        set + self.place[contact] * state - self.place[contact] * self.state(set, contact)
+    }
+
+    /// Class of a closed contact in a state.
+    #[inline]
+    pub fn class(&self, contact: usize, state: usize) -> Class {
+        self.classes[contact][state - 1]
+    }
+
+    /// The closed contacts of a set, each with its class.
+    pub fn closed(&self, set: usize) -> impl Iterator<Item = (usize, Class)> {
+        (0..self.classes.len()).filter_map(move |contact| {
+            let state = self.state(set, contact);
+            (state > 0).then(|| (contact, self.class(contact, state)))
+        })
+    }
+
+    /// State of a contact while it is closed, at a time \[s\] of a mesh cycle; at a border that of the later segment.
+    #[inline]
+    pub fn closed_state(&self, model: &Model, contact: usize, cycle: u64, time: f64) -> usize {
+        let own = &model.contacts[contact];
+        let which = (cycle % own.cycles.len() as u64) as usize;
+        let segments = &own.cycles[which].segments;
+        let phase = time / model.period() + SAME_TIME;
+        let place = segments.partition_point(|segment| segment.end <= phase);
+        self.of_segment[contact][which][place.min(segments.len() - 1)]
+    }
+
+    /// The set of some closed contacts at a time \[s\] of a mesh cycle.
+    pub fn at(&self, model: &Model, active: ActiveSet, cycle: u64, time: f64) -> usize {
+        active.iter().fold(0, |set, contact| {
+            let state = self.closed_state(model, contact, cycle, time);
+            self.with(set, contact, state)
+        })
+    }
+
+    /// The changes out of a set that can happen, each a contact and its state behind it: it opens, closes, or comes to
+    /// another segment.
+    pub fn changes(&self, set: usize) -> Vec<(usize, usize)> {
+        let mut out = Vec::new();
+        for (contact, cycles) in self.of_segment.iter().enumerate() {
+            let now = self.state(set, contact);
+            if now == 0 {
+                out.extend((1..=self.classes[contact].len()).map(|state| (contact, state)));
+                continue;
+            }
+            out.push((contact, 0));
+            let all: Vec<usize> = cycles.iter().flatten().copied().collect();
+            let following = all.iter().copied().cycle().skip(1);
+            let mut next: Vec<usize> = (all.iter().zip(following))
+                .filter(|&(&before, after)| before == now && after != now)
+                .map(|(_, after)| after)
+                .collect();
+            next.sort_unstable();
+            next.dedup();
+            out.extend(next.into_iter().map(|state| (contact, state)));
+        }
+        out
+    }
+}
+
+/// A place in a mesh cycle at which a closed contact changes its class, or any contact its line.
+#[derive(Debug, Clone, Copy)]
+pub struct Stop {
+    /// Time within the cycle \[s\].
+    pub time: f64,
+    /// The contact.
+    pub contact: usize,
+    /// Its state from there on, where it is closed.
+    pub state: usize,
+    /// Whether its line changes.
+    pub turns: bool,
+}
+
+impl Sets {
+    /// The stops of each mesh cycle of a base period, in order; none at the start of a cycle.
+    pub fn stops(&self, model: &Model) -> Vec<Vec<Stop>> {
+        let of_cycle = |cycle: u64| {
+            let mut stops = Vec::new();
+            for (contact, own) in model.contacts.iter().enumerate() {
+                let which = (cycle % own.cycles.len() as u64) as usize;
+                let segments = &own.cycles[which].segments;
+                let states = &self.of_segment[contact][which];
+                for index in 1..segments.len() {
+                    let turns = model.line(&segments[index - 1]) != model.line(&segments[index]);
+                    if turns || states[index - 1] != states[index] {
+                        stops.push(Stop {
+                            time: model.period() * segments[index].start,
+                            contact,
+                            state: states[index],
+                            turns,
+                        });
+                    }
+                }
+            }
+            stops.sort_by(|a, b| a.time.total_cmp(&b.time));
+            stops
+        };
+        (0..model.base_cycles() as u64).map(of_cycle).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::fixtures;
+
+    /// Two flanks of two stiffness levels: nine systems, each contact's state is read back from the number.
+    #[test]
+    fn systems_are_numbered_by_the_states_of_their_contacts() {
+        let structure = fixtures::structure(&[0.0, 900.0], 0.01, &[1.0, 0.5], &[1.0, 0.5]);
+        let drive = fixtures::two_level_mesh(1e-5);
+        let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+        let sets = Sets::new(&model).unwrap();
+        assert_eq!(sets.count(), 9);
+        for set in 0..9 {
+            for contact in 0..2 {
+                for state in 0..3 {
+                    let other = sets.with(set, contact, state);
+                    assert_eq!(sets.state(other, contact), state);
+                    assert_eq!(sets.state(other, 1 - contact), sets.state(set, 1 - contact));
+                }
+            }
+            let changes = sets.changes(set);
+            // An open contact may close on either level; a closed one opens or comes to the other level.
+            assert_eq!(changes.len(), 4);
+        }
+        let stops = sets.stops(&model);
+        assert_eq!((stops.len(), stops[0].len()), (1, 2));
+        let before = sets.closed_state(&model, 0, 0, 0.99 * stops[0][0].time);
+        let on = sets.closed_state(&model, 0, 0, stops[0][0].time);
+        assert_eq!((before, on), (1, stops[0][0].state));
+        assert_eq!(sets.at(&model, ActiveSet::FREE, 0, 0.0), 0);
+        assert_eq!(
+            sets.closed(sets.at(&model, ActiveSet::DRIVE, 0, 0.0))
+                .count(),
+            1
+        );
+    }
+}

@@ -1,0 +1,174 @@
+//! Windows as observers see them: Legendre series of deflections and forces on a block, or on its part up to an event.
+
+use super::ClosedModes;
+use super::bases::{Basis, padded};
+use super::excitation::error_amplitudes;
+use super::grid::NODES;
+use super::lanes;
+use super::system::System;
+use super::workspace::{Place, Workspace};
+use crate::model::{DRIVE_FLANK, MOST_CONTACTS};
+use crate::numerics::exponential::legendre_series;
+use crate::numerics::legendre::{self, transforms24};
+use crate::propagate::observer::ShownContacts;
+use crate::propagate::vectors::{Row, TERMS};
+use crate::propagate::volterra::lanes as windows;
+use crate::propagate::{Observer, Window};
+use num_complex::{Complex64, c64};
+
+/// What a system sees along a line on a block: a series for each coordinate, then for each input.
+#[derive(Debug)]
+pub struct Series {
+    rows: Vec<Row>,
+}
+
+/// Inputs in pairs.
+fn even(inputs: usize) -> usize {
+    inputs.next_multiple_of(2)
+}
+
+impl ClosedModes<'_> {
+    /// The series of a system.
+    fn series(&self, set: usize) -> &[Series] {
+        self.series[set].get_or_init(|| {
+            let (basis, system) = (self.bases.of(set), self.system(set));
+            (0..self.model.lines.len())
+                .map(|line| self.series_along(basis, system, line))
+                .collect()
+        })
+    }
+
+    fn series_along(&self, basis: &Basis<'_>, system: &System, line: usize) -> Series {
+        let block_length = NODES as f64 * self.step;
+        let n = self.model.modes();
+        let padded = padded(n);
+        let inputs = self.frequencies.inputs();
+        let sight = &system.sights[line];
+        let mut rows = vec![Row::ZERO; 2 * padded + even(inputs)];
+        let mut terms = [Complex64::ZERO; TERMS];
+        for i in 0..n {
+            let block = basis.block(i);
+            let m = block.traceless();
+            block.exponential(block_length, &mut terms);
+            let w = [sight.row[i], sight.row[padded + i]];
+            for (k, term) in terms.iter().enumerate() {
+                let (even, odd) = (term.re, term.im);
+                let turned = [0, 1].map(|j| w[0] * m[0][j] + w[1] * m[1][j]);
+                rows[i].0[k] = w[0] * even + turned[0] * odd;
+                rows[padded + i].0[k] = w[1] * even + turned[1] * odd;
+            }
+        }
+        let constant = &mut rows[2 * padded].0;
+        constant[0] = sight.drive[0];
+        let rule = transforms24();
+        for (drift, pushes) in system.steady.drifts.iter().zip(&system.pushes) {
+            let w = [sight.row[drift.lane], sight.row[padded + drift.lane]];
+            let values = rule.nodes().map(|x| {
+                let time = 0.5 * (x + 1.0) * block_length;
+                let node = (time / self.step).floor() as usize;
+                let before = node.checked_sub(1).map_or([0.0; 2], |node| pushes[node]);
+                let [x, y] = drift.pushed(before, time - node as f64 * self.step);
+                w[0] * x + w[1] * y
+            });
+            for (sum, term) in constant.iter_mut().zip(rule.interpolate(&values)) {
+                *sum += term;
+            }
+        }
+        let errors = error_amplitudes(self.model, line, &self.frequencies);
+        for h in 0..errors.len() {
+            let [omega, _] = self.frequencies.all[h];
+            legendre_series(c64(0.0, omega), block_length, &mut terms);
+            let amplitude = c64(sight.drive[1 + 2 * h], -sight.drive[2 + 2 * h]);
+            for (k, term) in terms.iter().enumerate() {
+                let value = amplitude * term;
+                rows[2 * padded + 1 + 2 * h].0[k] = value.re;
+                rows[2 * padded + 2 + 2 * h].0[k] = -value.im;
+            }
+        }
+        Series { rows }
+    }
+
+    /// Shows a window of some length \[s\] from where the states are.
+    pub(super) fn show<O: Observer>(
+        &self,
+        place: &Place,
+        duration: f64,
+        w: &mut Workspace,
+        observer: &mut O,
+    ) {
+        let (set, model) = (self.instructions, self.model);
+        let n = model.modes();
+        let length = w.length;
+        // The modal state at the start.
+        w.spare.resize(w.states.len(), 0.0);
+        w.spare[..length].copy_from_slice(&w.states[..length]);
+        let responses = &self.system(w.set).steady.responses;
+        lanes::shift(set, responses, &w.inputs, 1.0, &mut w.spare[..length]);
+        match self.bases.of(w.set).to_modes() {
+            Some(map) => lanes::map(set, &map.columns, n, &w.spare[..length], &mut w.shown),
+            None => w.shown.copy_from_slice(&w.spare[..length]),
+        }
+        for (index, contact) in model.contacts.iter().enumerate() {
+            let cycle = contact.cycle(place.cycle);
+            w.segments[index] = *cycle.segment_at(place.time + 1e-13 * cycle.period);
+        }
+        let block_length = NODES as f64 * self.step;
+        let mut part = None;
+        if duration < block_length * (1.0 - 1e-12) {
+            let mut basis = windows::Basis::ZERO;
+            let end = 2.0 * duration / block_length - 1.0;
+            let rule = transforms24();
+            let nodes = Some([rule.nodes(), rule.weights()]);
+            windows::basis(set, nodes, end, block_length, &mut basis);
+            part = Some(basis);
+        }
+        let mut inputs = w.inputs.clone();
+        inputs.resize(even(inputs.len()), 0.0);
+        let series = self.series(w.set);
+        let along = |line: usize| {
+            let mut out = [Row::ZERO];
+            windows::free(
+                set,
+                &series[line].rows,
+                &inputs,
+                &w.states[..length],
+                &mut out,
+            );
+            if let Some(basis) = &part {
+                windows::node_values(set, basis, &mut out);
+                out[0].0 = transforms24().interpolate(&out[0].0);
+            }
+            out[0].0
+        };
+        let mesh = along(w.line_of[DRIVE_FLANK]);
+        let mut shown = ShownContacts::<TERMS, MOST_CONTACTS>::new(mesh);
+        for contact in place.active.iter() {
+            let deflection = match w.line_of[contact] == w.line_of[DRIVE_FLANK] {
+                true => mesh,
+                false => along(w.line_of[contact]),
+            };
+            let own = &model.contacts[contact];
+            let class = self.sets.class(contact, self.sets.state(w.set, contact));
+            let slope = legendre::derivative(&deflection);
+            let damping = class.damping * 2.0 / duration;
+            let mut force: [f64; TERMS] =
+                std::array::from_fn(|k| class.stiffness * deflection[k] + damping * slope[k]);
+            force[0] -= class.stiffness * own.side * own.half_gap;
+            shown.push(contact, model.of_mesh(contact), deflection, force);
+        }
+        let [first, second] = w.components(n);
+        shown.show(
+            &Window {
+                cycle: place.cycle,
+                start: place.time,
+                duration,
+                segments: &w.segments,
+                contact: place.active,
+                first,
+                second,
+                ..Window::default()
+            },
+            observer,
+        );
+    }
+}

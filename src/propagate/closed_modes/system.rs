@@ -1,0 +1,307 @@
+//! What a system needs at one operating point: how its coordinates move, what contacts see of them, and how far from a
+//! straight line a deflection may be between nodes.
+
+use super::bases::{Basis, padded};
+use super::excitation::{Drift, Frequencies, Steady, error_amplitudes};
+use super::grid::NODES;
+use super::lanes::{Chunk, Move};
+use super::sets::Class;
+use crate::model::{Block, Model};
+use crate::propagate::vectors::{LANES, Lanes};
+use num_complex::{Complex64, c64};
+
+/// A system at an operating point.
+#[derive(Debug)]
+pub struct System {
+    /// Its blocks.
+    pub chunks: Vec<Chunk>,
+    /// Amplitudes of blocks are the lengths of these products with their coordinates.
+    pub balances: Vec<Move>,
+    /// `e^{Gt}` at each node.
+    pub moves: Vec<Vec<Move>>,
+    /// Steady responses to the inputs, and blocks without one to a constant.
+    pub steady: Steady,
+    /// What each drift is pushed up to each node.
+    pub pushes: Vec<[[f64; 2]; NODES]>,
+    /// What is seen along each line of the model.
+    pub sights: Vec<Sight>,
+    /// Force inputs g of each direction of the model, padded states.
+    pub pulls: Vec<Vec<f64>>,
+}
+
+/// A line as a system sees it: `δ = row·y + drive·inputs`.
+#[derive(Debug)]
+pub struct Sight {
+    /// Of the deflection.
+    pub row: Vec<f64>,
+    /// Of its rate.
+    pub rate: Vec<f64>,
+    /// What inputs add to the deflection.
+    pub drive: Vec<f64>,
+    /// What they add to its rate.
+    pub drive_rate: Vec<f64>,
+    /// The deflection at the nodes: a row of node values for each coordinate, then for each input.
+    pub nodes: Vec<Lanes>,
+    /// What an amplitude adds at most to the deflection \[m\].
+    pub size: Vec<f64>,
+    /// What an amplitude adds at most to its second derivative \[m/s²\].
+    pub curvature: Vec<f64>,
+    /// What inputs add at most to that.
+    pub drive_curvature: f64,
+    /// The same of blocks that are no waves, by the rates of their coordinates.
+    pub others: Vec<([f64; 2], Loose)>,
+}
+
+/// A block that is no wave.
+#[derive(Debug, Clone, Copy)]
+pub struct Loose {
+    /// Its place among the blocks.
+    pub lane: usize,
+    /// Generator \[1/s\].
+    pub generator: [[f64; 2]; 2],
+    /// Constant input that is kept.
+    pub input: [f64; 2],
+}
+
+impl Loose {
+    /// Rates of its coordinates in a padded state.
+    #[inline]
+    pub fn rates(&self, state: &[f64]) -> [f64; 2] {
+        let [x, y] = [state[self.lane], state[state.len() / 2 + self.lane]];
+        let (g, s) = (self.generator, self.input);
+        [0, 1].map(|i| g[i][0] * x + g[i][1] * y + s[i])
+    }
+}
+
+/// Part of a wave's decay that its frequency has to exceed.
+const TURNS: f64 = 0.05;
+
+/// `e^{Gt}` of a block.
+fn exponential(block: &Block, time: f64) -> [[f64; 2]; 2] {
+    let (mu, m) = (block.growth(), block.traceless());
+    let grown = (mu * time).exp();
+    let [even, odd] = match (block.damped_frequency(), block.spread()) {
+        (Some(nu), _) if nu * time > 1e-4 => {
+            let (sin, cos) = (nu * time).sin_cos();
+            [grown * cos, grown * sin / nu]
+        }
+        (_, Some(sigma)) if sigma * time > 1e-4 => [
+            grown * (sigma * time).cosh(),
+            grown * (sigma * time).sinh() / sigma,
+        ],
+        _ => {
+            let square = (m[0][0] * m[0][0] + m[0][1] * m[1][0]) * time * time;
+            [
+                grown * (1.0 + 0.5 * square),
+                grown * time * (1.0 + square / 6.0),
+            ]
+        }
+    };
+    [
+        [even + odd * m[0][0], odd * m[0][1]],
+        [odd * m[1][0], even + odd * m[1][1]],
+    ]
+}
+
+/// Coordinates y in which a block is as round as it can be, `x = P y`: P and its inverse. A wave turns and shrinks
+/// in them.
+fn balance(block: &Block) -> [[[f64; 2]; 2]; 2] {
+    let m = block.traceless();
+    match block.damped_frequency() {
+        Some(nu) if nu > TURNS * block.growth().abs() && m[1][0] != 0.0 => {
+            // The first along e₁, the second along M e₁ / ν.
+            let (p, q) = (m[0][0] / nu, m[1][0] / nu);
+            [[[1.0, p], [0.0, q]], [[1.0, -p / q], [0.0, 1.0 / q]]]
+        }
+        _ => [[[1.0, 0.0], [0.0, 1.0]]; 2],
+    }
+}
+
+/// Whether a block turns and shrinks in its balanced coordinates.
+fn is_wave(block: &Block) -> bool {
+    (block.damped_frequency()).is_some_and(|nu| nu > TURNS * block.growth().abs())
+        && block.generator[1][0] != 0.0
+}
+
+fn times(g: &[[f64; 2]; 2], w: [f64; 2]) -> [f64; 2] {
+    [0, 1].map(|j| w[0] * g[0][j] + w[1] * g[1][j])
+}
+
+impl System {
+    /// A system with some closed contacts at the operating point of a model, on nodes `step` \[s\] apart.
+    pub fn new(
+        model: &Model,
+        basis: &Basis<'_>,
+        closed: &[(usize, Class)],
+        frequencies: &Frequencies,
+        step: f64,
+    ) -> Self {
+        let n = model.modes();
+        let padded = padded(n);
+        let blocks: Vec<Block> = (0..n).map(|i| basis.block(i)).collect();
+        let steady = Steady::new(model, basis, closed, frequencies);
+        let mut chunks = vec![Chunk::ZERO; padded / LANES];
+        let mut balances = vec![[Lanes::ZERO; 4]; padded / LANES];
+        let mut moves = vec![vec![[Lanes::ZERO; 4]; padded / LANES]; NODES];
+        for (i, block) in blocks.iter().enumerate() {
+            let (chunk, lane) = (&mut chunks[i / LANES], i % LANES);
+            let m = block.traceless();
+            chunk.growth.0[lane] = block.growth();
+            let [_, inverse] = balance(block);
+            for (target, value) in balances[i / LANES].iter_mut().zip(inverse.as_flattened()) {
+                target.0[lane] = *value;
+            }
+            chunk.square.0[lane] = m[0][0] * m[0][0] + m[0][1] * m[1][0];
+            for (target, value) in chunk.traceless.iter_mut().zip(m.as_flattened()) {
+                target.0[lane] = *value;
+            }
+            for (node, moves) in moves.iter_mut().enumerate() {
+                let e = exponential(block, (node + 1) as f64 * step);
+                for (target, value) in moves[i / LANES].iter_mut().zip(e.as_flattened()) {
+                    target.0[lane] = *value;
+                }
+            }
+        }
+        let pushes = (steady.drifts.iter())
+            .map(|drift| pushes(drift, &blocks[drift.lane], step))
+            .collect();
+        let mut own = Self {
+            chunks,
+            balances,
+            moves,
+            steady,
+            pushes,
+            sights: Vec::new(),
+            pulls: Vec::new(),
+        };
+        own.pulls = (model.directions.iter())
+            .map(|direction| {
+                let force: Vec<f64> = direction.gains.iter().map(|g| g.mesh_input[1]).collect();
+                basis.input(&force)
+            })
+            .collect();
+        for line in 0..model.lines.len() {
+            let sight = own.sight(model, basis, &blocks, line, frequencies, step);
+            own.sights.push(sight);
+        }
+        own
+    }
+
+    /// What it sees along a line.
+    fn sight(
+        &self,
+        model: &Model,
+        basis: &Basis<'_>,
+        blocks: &[Block],
+        line: usize,
+        frequencies: &Frequencies,
+        step: f64,
+    ) -> Sight {
+        let n = blocks.len();
+        let padded = padded(n);
+        let inputs = frequencies.inputs();
+        let along = (model.directions.iter()).find(|direction| direction.line == line);
+        let felt: Vec<f64> = along.map_or_else(Vec::new, |direction| {
+            direction
+                .gains
+                .iter()
+                .map(|gain| gain.deflection[0])
+                .collect()
+        });
+        let row = basis.row(&felt);
+        let pair = |state: &[f64], i: usize| [state[i], state[padded + i]];
+        let mut sight = Sight {
+            rate: vec![0.0; 2 * padded],
+            drive: vec![0.0; inputs],
+            drive_rate: vec![0.0; inputs],
+            nodes: vec![Lanes::ZERO; 2 * padded + inputs],
+            size: vec![0.0; padded],
+            curvature: vec![0.0; padded],
+            drive_curvature: 0.0,
+            others: Vec::new(),
+            row,
+        };
+        for (i, block) in blocks.iter().enumerate() {
+            let w = pair(&sight.row, i);
+            let rate = times(&block.generator, w);
+            (sight.rate[i], sight.rate[padded + i]) = (rate[0], rate[1]);
+            let [to, _] = balance(block);
+            let balanced = times(&to, w);
+            let size = balanced[0].hypot(balanced[1]);
+            sight.size[i] = size;
+            let grown = (block.growth().max(0.0) * NODES as f64 * step).exp();
+            if is_wave(block) {
+                sight.curvature[i] = grown * size * block.natural_frequency().powi(2);
+            } else {
+                let input = (self.steady.drifts.iter())
+                    .find(|drift| drift.lane == i)
+                    .map_or([0.0; 2], |drift| drift.input);
+                let loose = Loose {
+                    lane: i,
+                    generator: block.generator,
+                    input,
+                };
+                sight.others.push((strayed(block, rate, step), loose));
+            }
+            for node in 0..NODES {
+                let e = &self.moves[node][i / LANES];
+                let e = |k: usize| e[k].0[i % LANES];
+                sight.nodes[i].0[node] = w[0] * e(0) + w[1] * e(2);
+                sight.nodes[padded + i].0[node] = w[0] * e(1) + w[1] * e(3);
+            }
+        }
+        let response = |input: usize| -> f64 {
+            let state = &self.steady.responses[2 * padded * input..][..2 * padded];
+            sight.row.iter().zip(state).map(|(w, x)| w * x).sum()
+        };
+        let seen: Vec<f64> = (0..inputs).map(response).collect();
+        sight.drive[0] = seen[0];
+        let nodes = 2 * padded;
+        sight.nodes[nodes].0 = [seen[0]; LANES];
+        for (drift, pushes) in self.steady.drifts.iter().zip(&self.pushes) {
+            let w = pair(&sight.row, drift.lane);
+            sight.drive_rate[0] += w[0] * drift.input[0] + w[1] * drift.input[1];
+            for (value, push) in sight.nodes[nodes].0.iter_mut().zip(pushes) {
+                *value += w[0] * push[0] + w[1] * push[1];
+            }
+        }
+        let errors = error_amplitudes(model, line, frequencies);
+        for (h, (&[omega, _], error)) in frequencies.all.iter().zip(&errors).enumerate() {
+            // Re a e^{iθ}: cos has Re a, sin has −Im a.
+            let amplitude = c64(seen[1 + 2 * h], -seen[2 + 2 * h]) - error;
+            let put = |out: &mut [f64], value: Complex64| {
+                (out[1 + 2 * h], out[2 + 2 * h]) = (value.re, -value.im);
+            };
+            put(&mut sight.drive, amplitude);
+            put(&mut sight.drive_rate, c64(0.0, omega) * amplitude);
+            sight.drive_curvature += omega * omega * amplitude.norm();
+            for node in 0..NODES {
+                let there = amplitude * Complex64::cis(omega * (node + 1) as f64 * step);
+                sight.nodes[nodes + 1 + 2 * h].0[node] = there.re;
+                sight.nodes[nodes + 2 + 2 * h].0[node] = -there.im;
+            }
+        }
+        sight
+    }
+}
+
+/// What a drift is pushed up to each node.
+fn pushes(drift: &Drift, block: &Block, step: f64) -> [[f64; 2]; NODES] {
+    let (first, e) = (drift.push(step), exponential(block, step));
+    let mut all = [first; NODES];
+    for node in 1..NODES {
+        let [x, y] = all[node - 1];
+        all[node] = [0, 1].map(|i| e[i][0] * x + e[i][1] * y + first[i]);
+    }
+    all
+}
+
+/// What rates of a block's coordinates add at most to a second derivative over all nodes; `rate` is what they add to the
+/// first. `|e^{Gt}| ≤ e^{(μ+σ)t} (I + t |M|)`.
+fn strayed(block: &Block, rate: [f64; 2], step: f64) -> [f64; 2] {
+    let time = NODES as f64 * step;
+    let grown = ((block.growth() + block.spread().unwrap_or(0.0)).max(0.0) * time).exp();
+    let m = block.traceless();
+    let stays = |i: usize, j: usize| f64::from(u8::from(i == j)) + time * m[i][j].abs();
+    [0, 1].map(|j| grown * (rate[0].abs() * stays(0, j) + rate[1].abs() * stays(1, j)))
+}
