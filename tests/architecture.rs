@@ -32,8 +32,8 @@ const LONGEST: usize = 500;
 /// processor was asked for; a file mapped into memory, and the handler of the signal that such a
 /// file may raise; memory, addresses and vectors as they are, to be measured.
 const UNSAFE: [&str; 7] = [
-    "propagate/volterra/lanes.rs",
-    "propagate/volterra/lanes/wide.rs",
+    "propagate/vectors/mod.rs",
+    "propagate/vectors/wide.rs",
     "store/tables/map.rs",
     "cli/bus_fault.rs",
     "characterize/buffer.rs",
