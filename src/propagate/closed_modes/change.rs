@@ -66,7 +66,6 @@ impl ClosedModes<'_> {
             self.map(&map.columns, w);
         }
         w.take(trajectory, tangents);
-
         w.ends(trajectory);
     }
 

@@ -38,7 +38,6 @@ impl ClosedModes<'_> {
     ) -> Option<Found> {
         let set = self.instructions;
         let system = self.system(w.set);
-
         for seen in &mut w.seen {
             seen.fresh = false;
         }

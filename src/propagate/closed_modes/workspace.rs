@@ -164,7 +164,7 @@ impl Workspace {
     }
 }
 
-/// Whether contact sets are as they were where a window starts.
+/// Where an integration stands.
 #[derive(Debug, Clone, Copy)]
 pub struct Place {
     /// Mesh cycle.
