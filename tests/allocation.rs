@@ -105,6 +105,7 @@ fn kernels() -> Vec<KernelChoice> {
         "volterra" => KernelChoice::Volterra {
             tolerance: f64::EPSILON,
         },
+        "closed_modes" => KernelChoice::ClosedModes,
         "stepping" => KernelChoice::Stepping { steps: 1000 },
         "dyadic" => KernelChoice::Dyadic { cells: CELLS },
         "hermite" => KernelChoice::Hermite { cells: CELLS },

@@ -9,19 +9,6 @@ use crate::model::TrajectoryState;
 use crate::propagate::Tangents;
 
 impl ClosedModes<'_> {
-    /// Comes to the start of the next cycle.
-    pub(super) fn go_on(&self, trajectory: &TrajectoryState, w: &mut Workspace) {
-        let (model, cycle) = (self.model, trajectory.cycle);
-        self.frequencies.write(cycle, 0.0, &mut w.inputs);
-        let set = self.sets.at(model, trajectory.contact, cycle, 0.0);
-        for contact in trajectory.contact.iter() {
-            self.change(contact, self.sets.state(set, contact), w);
-        }
-        let contacts = model.contacts.iter();
-        w.begin(contacts.map(|contact| model.line(contact.cycle(cycle).segment_at(0.0))));
-        self.see_start(w);
-    }
-
     /// Takes trajectory and tangents to the coordinates of the system in force at the start of a cycle.
     pub(super) fn begin(
         &self,
@@ -29,28 +16,18 @@ impl ClosedModes<'_> {
         tangents: &Tangents,
         w: &mut Workspace,
     ) {
-        let n = self.model.modes();
-        if !w.resumes(trajectory) {
-            w.set = self
-                .sets
-                .at(self.model, trajectory.contact, trajectory.cycle, 0.0);
-            self.frequencies.write(trajectory.cycle, 0.0, &mut w.inputs);
-            w.put_state(&trajectory.state);
-            if let Some(map) = self.bases.of(w.set).of_modes() {
-                self.map(&map.columns, w);
-            }
-            self.shift(-1.0, w);
+        let (model, cycle) = (self.model, trajectory.cycle);
+        w.set = self.sets.at(model, trajectory.contact, cycle, 0.0);
+        self.frequencies.write(cycle, 0.0, &mut w.inputs);
+        w.put_state(&trajectory.state);
+        w.put_tangents(tangents);
+        if let Some(map) = self.bases.of(w.set).of_modes() {
+            self.map(&map.columns, w);
         }
-        self.go_on(trajectory, w);
-        if tangents.count() > 0 {
-            w.put_tangents(tangents);
-            w.spare.resize(w.states.len(), 0.0);
-            if let Some(map) = self.bases.of(w.set).of_modes() {
-                let (own, out) = (&w.states[w.length..], &mut w.spare[w.length..]);
-                lanes::map(self.instructions, &map.columns, n, own, out);
-                w.states[w.length..].copy_from_slice(&w.spare[w.length..]);
-            }
-        }
+        self.shift(-1.0, w);
+        let contacts = model.contacts.iter();
+        w.begin(contacts.map(|contact| model.line(contact.cycle(cycle).segment_at(0.0))));
+        self.see_start(w);
     }
 
     /// Takes trajectory and tangents back to modal states.
@@ -60,13 +37,11 @@ impl ClosedModes<'_> {
         tangents: &mut Tangents,
         w: &mut Workspace,
     ) {
-        w.keep_end();
         self.shift(1.0, w);
         if let Some(map) = self.bases.of(w.set).to_modes() {
             self.map(&map.columns, w);
         }
         w.take(trajectory, tangents);
-        w.ends(trajectory);
     }
 
     /// `states = map states`.

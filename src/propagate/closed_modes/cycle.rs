@@ -36,28 +36,6 @@ impl Kernel for ClosedModes<'_> {
         self.end(trajectory, tangents, workspace);
         Ok(())
     }
-
-    fn advance<O: Observer>(
-        &self,
-        cycles: u64,
-        trajectory: &mut TrajectoryState,
-        workspace: &mut Workspace,
-        observer: &mut O,
-        counters: &mut Counters,
-    ) -> Result<(), End> {
-        if cycles == 0 {
-            return Ok(());
-        }
-        let mut tangents = Tangents::none();
-        self.begin(trajectory, &tangents, workspace);
-        for _ in 1..cycles {
-            self.pass(trajectory, workspace, observer, counters)?;
-            self.go_on(trajectory, workspace);
-        }
-        self.pass(trajectory, workspace, observer, counters)?;
-        self.end(trajectory, &mut tangents, workspace);
-        Ok(())
-    }
 }
 
 impl ClosedModes<'_> {

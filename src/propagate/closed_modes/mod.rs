@@ -26,10 +26,10 @@ use super::dense::KeptReader;
 use super::vectors::InstructionSet;
 use super::{DenseError, KeptTables, TableArray};
 use crate::model::Model;
-use bases::Bases;
+use bases::{Bases, Basis};
 use excitation::Frequencies;
 use sets::{Sets, Stop};
-use std::sync::OnceLock;
+
 use system::System;
 
 /// The kernel of closed modes for one model.
@@ -39,10 +39,10 @@ pub struct ClosedModes<'m> {
     sets: Sets,
     bases: Bases<'m>,
     frequencies: Frequencies,
-    /// At this operating point, each made when it is first met.
-    systems: Vec<OnceLock<System>>,
+    /// At this operating point.
+    systems: Vec<System>,
     /// Series of what each system sees along each line on a block, where windows are shown.
-    series: Vec<OnceLock<Vec<shown::Series>>>,
+    series: Vec<Vec<shown::Series>>,
     stops: Vec<Vec<Stop>>,
     /// (cos, sin) of all frequencies over a block.
     turns: Vec<[f64; 2]>,
@@ -100,9 +100,18 @@ impl<'m> ClosedModes<'m> {
         let frequencies = Frequencies::new(model);
         let (step, blocks) = grid::step(model, &sets, &bases, &frequencies);
         let stops = sets.stops(model);
-        let own = Self {
-            systems: (0..sets.count()).map(|_| OnceLock::new()).collect(),
-            series: (0..sets.count()).map(|_| OnceLock::new()).collect(),
+        for set in 0..sets.count() {
+            resonates(model, bases.of(set), &frequencies)?;
+        }
+        let systems = (0..sets.count())
+            .map(|set| {
+                let closed: Vec<_> = sets.closed(set).collect();
+                System::new(model, bases.of(set), &closed, &frequencies, step)
+            })
+            .collect();
+        let mut own = Self {
+            systems,
+            series: Vec::new(),
             planned: blocks as usize + stops.iter().map(Vec::len).max().unwrap_or(0),
             farthest: super::farthest(model),
             turns: frequencies.turns(grid::NODES as f64 * step),
@@ -115,9 +124,9 @@ impl<'m> ClosedModes<'m> {
             event_limit,
             instructions,
         };
-        for set in 0..own.sets.count() {
-            own.resonates(set)?;
-        }
+        own.series = (0..own.sets.count())
+            .map(|set| own.series_of(set))
+            .collect();
         Ok(own)
     }
 
@@ -130,31 +139,25 @@ impl<'m> ClosedModes<'m> {
         bases::arrays(model)
     }
 
-    /// Whether an undamped block of a system turns with a harmonic.
-    fn resonates(&self, set: usize) -> Result<(), DenseError> {
-        let basis = self.bases.of(set);
-        for &[omega, _] in &self.frequencies.all {
-            if (0..self.model.modes()).any(|i| excitation::in_resonance(&basis.block(i), omega)) {
-                return Err(DenseError::Resonance { frequency: omega });
-            }
-        }
-        Ok(())
-    }
-
     /// A system at this operating point.
     #[inline]
     fn system(&self, set: usize) -> &System {
-        self.systems[set].get_or_init(|| {
-            let closed: Vec<_> = self.sets.closed(set).collect();
-            System::new(
-                self.model,
-                self.bases.of(set),
-                &closed,
-                &self.frequencies,
-                self.step,
-            )
-        })
+        &self.systems[set]
     }
+}
+
+/// Refuses an undamped block that turns with a harmonic.
+fn resonates(
+    model: &Model,
+    basis: &Basis<'_>,
+    frequencies: &Frequencies,
+) -> Result<(), DenseError> {
+    for &[omega, _] in &frequencies.all {
+        if (0..model.modes()).any(|i| excitation::in_resonance(&basis.block(i), omega)) {
+            return Err(DenseError::Resonance { frequency: omega });
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -29,13 +29,11 @@ fn even(inputs: usize) -> usize {
 
 impl ClosedModes<'_> {
     /// The series of a system.
-    fn series(&self, set: usize) -> &[Series] {
-        self.series[set].get_or_init(|| {
-            let (basis, system) = (self.bases.of(set), self.system(set));
-            (0..self.model.lines.len())
-                .map(|line| self.series_along(basis, system, line))
-                .collect()
-        })
+    pub(super) fn series_of(&self, set: usize) -> Vec<Series> {
+        let (basis, system) = (self.bases.of(set), self.system(set));
+        (0..self.model.lines.len())
+            .map(|line| self.series_along(basis, system, line))
+            .collect()
     }
 
     fn series_along(&self, basis: &Basis<'_>, system: &System, line: usize) -> Series {
@@ -122,15 +120,14 @@ impl ClosedModes<'_> {
             windows::basis(set, nodes, end, block_length, &mut basis);
             part = Some(basis);
         }
-        let mut inputs = w.inputs.clone();
-        inputs.resize(even(inputs.len()), 0.0);
-        let series = self.series(w.set);
+        w.pairs[..w.inputs.len()].copy_from_slice(&w.inputs);
+        let (inputs, series) = (&w.pairs, &self.series[w.set]);
         let along = |line: usize| {
             let mut out = [Row::ZERO];
             windows::free(
                 set,
                 &series[line].rows,
-                &inputs,
+                inputs,
                 &w.states[..length],
                 &mut out,
             );

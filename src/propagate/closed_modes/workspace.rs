@@ -30,12 +30,10 @@ pub struct Workspace {
     pub next_stop: usize,
     /// The segment of every contact, where windows are shown.
     pub segments: Vec<Segment>,
+    /// Inputs in pairs, where windows are shown.
+    pub pairs: Vec<f64>,
     /// State of the structure where a window starts, where windows are shown.
     pub shown: Vec<f64>,
-    /// What the last cycle ended with.
-    last: Option<TrajectoryState>,
-    /// What the last cycle ended with in the coordinates of `set`.
-    ended: Vec<f64>,
 }
 
 /// What a line sees on the present block.
@@ -63,6 +61,7 @@ impl Workspace {
             set: 0,
             length: 2 * padded,
             trial: inputs.clone(),
+            pairs: vec![0.0; inputs.len().next_multiple_of(2)],
             inputs,
             seen: vec![
                 Seen {
@@ -80,43 +79,6 @@ impl Workspace {
             next_stop: 0,
             segments: model.segments_at(0, 0.0),
             shown: vec![0.0; 2 * padded],
-            last: None,
-            ended: Vec::new(),
-        }
-    }
-
-    /// Takes up a trajectory where the last cycle left it; false where it is another one.
-    pub fn resumes(&mut self, trajectory: &TrajectoryState) -> bool {
-        let same = |last: &TrajectoryState| {
-            let bits = |state: &[f64], other: &[f64]| {
-                (state.iter().zip(other)).all(|(a, b)| a.to_bits() == b.to_bits())
-            };
-            last.cycle == trajectory.cycle
-                && last.contact == trajectory.contact
-                && last.state.len() == trajectory.state.len()
-                && bits(&last.state, &trajectory.state)
-        };
-        let resumes = self.last.as_ref().is_some_and(same);
-        if resumes {
-            self.states.clone_from(&self.ended);
-        }
-        resumes
-    }
-
-    /// Remembers the coordinates in which a cycle ended.
-    pub fn keep_end(&mut self) {
-        self.ended.clear();
-        self.ended.extend_from_slice(&self.states[..self.length]);
-    }
-
-    /// Remembers the trajectory that it ended with.
-    pub fn ends(&mut self, trajectory: &TrajectoryState) {
-        match &mut self.last {
-            Some(last) => {
-                last.state.clone_from(&trajectory.state);
-                (last.cycle, last.contact) = (trajectory.cycle, trajectory.contact);
-            }
-            None => self.last = Some(trajectory.clone()),
         }
     }
 
