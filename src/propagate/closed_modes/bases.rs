@@ -275,7 +275,6 @@ impl Found {
             to_modes: square(&found.to_structure),
             from_modes: square(&found.from_structure),
         };
-
         for i in 0..n {
             stiffness[i * n + i] += frequency[i].powi(2);
         }

@@ -3,7 +3,7 @@
 use super::ClosedModes;
 use super::lanes;
 use super::seen::now;
-use super::sets::Stop;
+use super::sets::{SAME_TIME, Stop};
 use super::workspace::{Place, Workspace};
 use crate::model::TrajectoryState;
 use crate::propagate::Tangents;
@@ -110,7 +110,7 @@ impl ClosedModes<'_> {
     /// The line of a contact behind a stop.
     pub(super) fn line_behind(&self, stop: &Stop, cycle: u64) -> usize {
         let own = self.model.contacts[stop.contact].cycle(cycle);
-        let phase = stop.time / own.period + 1e-13;
+        let phase = stop.time / own.period + SAME_TIME;
         self.model.line(own.segment_at(phase * own.period))
     }
 

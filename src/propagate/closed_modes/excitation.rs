@@ -112,7 +112,8 @@ const SHARES: [f64; TERMS] = {
 };
 
 impl Drift {
-    fn new(lane: usize, generator: [[f64; 2]; 2], input: [f64; 2]) -> Self {
+    /// A block with its constant input.
+    pub fn new(lane: usize, generator: [[f64; 2]; 2], input: [f64; 2]) -> Self {
         let [[a, b], [c, d]] = generator;
         let square = [a * a + b * c, a * b + b * d, c * a + d * c, c * b + d * d];
         // A rotation without drag has G² = 0.
@@ -140,11 +141,17 @@ impl Drift {
         sum.map(|x| time * x)
     }
 
+    /// Rates of its coordinates.
+    #[inline]
+    pub fn rates(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let (g, s) = (self.generator, self.input);
+        [0, 1].map(|i| g[i][0] * x + g[i][1] * y + s[i])
+    }
+
     /// Where a displacement and a rate are after a short time under the input.
     pub fn pushed(&self, [x, y]: [f64; 2], time: f64) -> [f64; 2] {
-        let [[a, b], [c, d]] = self.generator;
         let moved = Self {
-            input: [self.input[0] + a * x + b * y, self.input[1] + c * x + d * y],
+            input: self.rates([x, y]),
             ..*self
         };
         let [p, q] = moved.push(time);

@@ -245,11 +245,9 @@ fn advance_body<V: Vector>(moves: &[Move], states: &mut [f64]) {
             .zip(first.chunks_exact_mut(LANES))
             .zip(second.chunks_exact_mut(LANES))
         {
-            let (x, y) = (V::read(a), V::read(b));
-            let row = |k: usize| [V::read(&e[k].0), V::read(&e[k + 1].0)];
-            let ([p, q], [r, s]) = (row(0), row(2));
-            q.multiply_add(y, p.times(x)).write(a);
-            s.multiply_add(y, r.times(x)).write(b);
+            let [x, y] = applied(&read(e), [V::read(a), V::read(b)]);
+            x.write(a);
+            y.write(b);
         }
     }
 }

@@ -29,7 +29,6 @@ use crate::model::Model;
 use bases::{Bases, Basis};
 use excitation::Frequencies;
 use sets::{Sets, Stop};
-
 use system::System;
 
 /// The kernel of closed modes for one model.

@@ -124,8 +124,8 @@ impl ClosedModes<'_> {
             &mut nodes,
         );
         let others: f64 = (sight.others.iter())
-            .map(|(strayed, loose)| {
-                let rates = loose.rates(state);
+            .map(|(strayed, drift)| {
+                let rates = drift.rates([state[drift.lane], state[length / 2 + drift.lane]]);
                 strayed[0] * rates[0].abs() + strayed[1] * rates[1].abs()
             })
             .sum();

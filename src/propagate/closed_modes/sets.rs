@@ -7,7 +7,7 @@ use crate::propagate::DenseError;
 const MOST_SETS: usize = 256;
 
 /// A time this close to a breakpoint, relative to the mesh period, is on it.
-const SAME_TIME: f64 = 1e-13;
+pub const SAME_TIME: f64 = 1e-13;
 
 /// What a closed contact is like on a segment.
 #[derive(Debug, Clone, Copy, PartialEq)]

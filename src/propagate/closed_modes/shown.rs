@@ -2,9 +2,10 @@
 
 use super::ClosedModes;
 use super::bases::{Basis, padded};
-use super::excitation::error_amplitudes;
+
 use super::grid::NODES;
 use super::lanes;
+use super::sets::SAME_TIME;
 use super::system::System;
 use super::workspace::{Place, Workspace};
 use crate::model::{DRIVE_FLANK, MOST_CONTACTS};
@@ -22,11 +23,6 @@ pub struct Series {
     rows: Vec<Row>,
 }
 
-/// Inputs in pairs.
-fn even(inputs: usize) -> usize {
-    inputs.next_multiple_of(2)
-}
-
 impl ClosedModes<'_> {
     /// The series of a system.
     pub(super) fn series_of(&self, set: usize) -> Vec<Series> {
@@ -40,9 +36,10 @@ impl ClosedModes<'_> {
         let block_length = NODES as f64 * self.step;
         let n = self.model.modes();
         let padded = padded(n);
-        let inputs = self.frequencies.inputs();
+        // One more, as the workspace has them.
+        let inputs = self.frequencies.inputs() + 1;
         let sight = &system.sights[line];
-        let mut rows = vec![Row::ZERO; 2 * padded + even(inputs)];
+        let mut rows = vec![Row::ZERO; 2 * padded + inputs];
         let mut terms = [Complex64::ZERO; TERMS];
         for i in 0..n {
             let block = basis.block(i);
@@ -72,9 +69,7 @@ impl ClosedModes<'_> {
                 *sum += term;
             }
         }
-        let errors = error_amplitudes(self.model, line, &self.frequencies);
-        for h in 0..errors.len() {
-            let [omega, _] = self.frequencies.all[h];
+        for (h, &[omega, _]) in self.frequencies.all.iter().enumerate() {
             legendre_series(c64(0.0, omega), block_length, &mut terms);
             let amplitude = c64(sight.drive[1 + 2 * h], -sight.drive[2 + 2 * h]);
             for (k, term) in terms.iter().enumerate() {
@@ -108,7 +103,7 @@ impl ClosedModes<'_> {
         }
         for (index, contact) in model.contacts.iter().enumerate() {
             let cycle = contact.cycle(place.cycle);
-            w.segments[index] = *cycle.segment_at(place.time + 1e-13 * cycle.period);
+            w.segments[index] = *cycle.segment_at(place.time + SAME_TIME * cycle.period);
         }
         let block_length = NODES as f64 * self.step;
         let mut part = None;
@@ -120,8 +115,7 @@ impl ClosedModes<'_> {
             windows::basis(set, nodes, end, block_length, &mut basis);
             part = Some(basis);
         }
-        w.pairs[..w.inputs.len()].copy_from_slice(&w.inputs);
-        let (inputs, series) = (&w.pairs, &self.series[w.set]);
+        let (inputs, series) = (&w.inputs, &self.series[w.set]);
         let along = |line: usize| {
             let mut out = [Row::ZERO];
             windows::free(

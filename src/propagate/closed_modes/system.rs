@@ -49,28 +49,7 @@ pub struct Sight {
     /// What inputs add at most to that.
     pub drive_curvature: f64,
     /// The same of blocks that are no waves, by the rates of their coordinates.
-    pub others: Vec<([f64; 2], Loose)>,
-}
-
-/// A block that is no wave.
-#[derive(Debug, Clone, Copy)]
-pub struct Loose {
-    /// Its place among the blocks.
-    pub lane: usize,
-    /// Generator \[1/s\].
-    pub generator: [[f64; 2]; 2],
-    /// Constant input that is kept.
-    pub input: [f64; 2],
-}
-
-impl Loose {
-    /// Rates of its coordinates in a padded state.
-    #[inline]
-    pub fn rates(&self, state: &[f64]) -> [f64; 2] {
-        let [x, y] = [state[self.lane], state[state.len() / 2 + self.lane]];
-        let (g, s) = (self.generator, self.input);
-        [0, 1].map(|i| g[i][0] * x + g[i][1] * y + s[i])
-    }
+    pub others: Vec<([f64; 2], Drift)>,
 }
 
 /// Part of a wave's decay that its frequency has to exceed.
@@ -236,12 +215,8 @@ impl System {
                 let input = (self.steady.drifts.iter())
                     .find(|drift| drift.lane == i)
                     .map_or([0.0; 2], |drift| drift.input);
-                let loose = Loose {
-                    lane: i,
-                    generator: block.generator,
-                    input,
-                };
-                sight.others.push((strayed(block, rate, step), loose));
+                let drift = Drift::new(i, block.generator, input);
+                sight.others.push((strayed(block, rate, step), drift));
             }
             for node in 0..NODES {
                 let e = &self.moves[node][i / LANES];

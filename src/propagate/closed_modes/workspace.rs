@@ -16,7 +16,7 @@ pub struct Workspace {
     pub spare: Vec<f64>,
     /// The system whose coordinates they are.
     pub set: usize,
-    /// Values of the inputs now.
+    /// Values of the inputs now, and a zero that makes their number even.
     pub inputs: Vec<f64>,
     /// Inputs at a time that a search asks for.
     pub trial: Vec<f64>,
@@ -30,8 +30,7 @@ pub struct Workspace {
     pub next_stop: usize,
     /// The segment of every contact, where windows are shown.
     pub segments: Vec<Segment>,
-    /// Inputs in pairs, where windows are shown.
-    pub pairs: Vec<f64>,
+
     /// State of the structure where a window starts, where windows are shown.
     pub shown: Vec<f64>,
 }
@@ -54,14 +53,14 @@ impl Workspace {
     pub fn new(kernel: &ClosedModes<'_>) -> Self {
         let model = kernel.model;
         let padded = padded(model.modes());
-        let inputs = vec![0.0; kernel.frequencies.inputs()];
+        let inputs = vec![0.0; kernel.frequencies.inputs() + 1];
         Self {
             states: Vec::new(),
             spare: Vec::new(),
             set: 0,
             length: 2 * padded,
             trial: inputs.clone(),
-            pairs: vec![0.0; inputs.len().next_multiple_of(2)],
+
             inputs,
             seen: vec![
                 Seen {
