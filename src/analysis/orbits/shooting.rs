@@ -153,8 +153,11 @@ pub fn shortest<K: Kernel>(
 /// Longest integration, in mesh cycles, spent on watching a trajectory approach an orbit at once.
 const LONGEST_WATCH: f64 = 3000.0;
 
-/// Distance, in half gaps, at which a trajectory is on the orbit.
+/// Distance, in half gaps, at which a trajectory is on the orbit, if the orbit is known as well.
 const ARRIVED: f64 = 1e-9;
+
+/// Largest distance, in half gaps, up to which an orbit that is known no better counts as reached.
+const FARTHEST_ARRIVED: f64 = 1e-5;
 
 /// Part of the decrease of the distance by which the approach may miss its prediction.
 const PREDICTION_SLACK: f64 = 0.2;
@@ -182,6 +185,9 @@ struct Watch<'a, K: Kernel> {
     cut: bool,
     /// Part of a distance by which it decreases meanwhile, one half at most.
     decrease: f64,
+    /// Distance at which a trajectory is on the orbit. A residual r leaves the orbit's place open by
+    /// r / (1 - μ) along the direction of the slowest multiplier μ.
+    arrived: f64,
 }
 
 impl<'a, K: Kernel> Watch<'a, K> {
@@ -202,6 +208,8 @@ impl<'a, K: Kernel> Watch<'a, K> {
             cut: most < halving,
             // Of a radius next to 1, without cancellation.
             decrease: (-(periods * radius.ln()).exp_m1()).min(0.5),
+            arrived: norm.unit()
+                * (2.0 * orbit.residual / (1.0 - radius)).clamp(ARRIVED, FARTHEST_ARRIVED),
         })
     }
 
@@ -244,12 +252,11 @@ impl<'a, K: Kernel> Watch<'a, K> {
     fn is_linear(&self, seen: &Watched) -> bool {
         let [before, after, predicted] =
             [&seen.before, &seen.after, &seen.predicted].map(|offset| offset.norm_l2());
-        let arrived = ARRIVED * self.norm.unit();
         if !seen.same_events {
             return false;
         }
-        if before <= arrived {
-            return after <= arrived;
+        if before <= self.arrived {
+            return after <= self.arrived;
         }
         // Over a watch that was cut short, distances across and along a flat torus may differ by more
         // than they decrease.
