@@ -244,9 +244,9 @@ impl Trial<'_> {
         }
         if let Some(how) = differs(row, &again, self.model.half_gap) {
             self.fault(name, "onward", how);
-            if !same {
-                return;
-            }
+        }
+        if !same {
+            return;
         }
         let [Some(one), Some(two)] = [&row.lyapunov, &again.lyapunov] else {
             return;
@@ -458,13 +458,16 @@ fn no_row_of_a_random_drive_is_wrong() {
     }
 }
 
-/// A mode that takes thousands of cycles to decay leaves the place of the orbit open by far more than
-/// the round-off of a cycle: a state that lies within it is on the orbit.
+/// Drives that rows were once wrong of. 75 lies on a surface without a force. In 307 a mode takes
+/// thousands of cycles to decay, and round-off leaves the place of the orbit open by far more than
+/// that of a cycle. The multipliers of 407 and 730 are nearly double, two by two.
 #[test]
-fn an_orbit_is_reached_where_round_off_leaves_its_place_open() {
-    let tally = fuzz(1, 307..308, &folder(), &|_, _, _| {});
-    assert!(tally.faults.is_empty(), "{:#?}", tally.faults);
-    assert_eq!(tally.rows[&("volterra", "ok".to_owned())], 1);
+fn orbits_are_told_where_round_off_hides_them() {
+    for drive in [75, 307, 407, 730] {
+        let tally = fuzz(1, drive..drive + 1, &folder(), &|_, _, _| {});
+        assert!(tally.faults.is_empty(), "{:#?}", tally.faults);
+        assert_eq!(tally.rows[&("volterra", "ok".to_owned())], 1, "{drive}");
+    }
 }
 
 /// Asked for by `scripts/fuzz-drives`: ATLAS_FUZZ_DRIVES of them, from number ATLAS_FUZZ_FIRST on,

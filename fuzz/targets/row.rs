@@ -12,6 +12,14 @@ use atlas::analysis::{
 };
 use atlas::numerics::random::PointSeed;
 
+/// Whether a drive lies still on a surface, without a force: contact and flight are then one.
+fn lies_on_a_surface(row: &PointOutcome, half_gap: f64) -> bool {
+    row.nvh.as_ref().is_some_and(|nvh| {
+        nvh.deflection_pp <= 1e-9 * half_gap
+            && (nvh.deflection_mean.abs() - half_gap).abs() <= 1e-9 * half_gap
+    })
+}
+
 /// What a row is asked for, over so many mesh cycles behind so many that are passed over: all that
 /// [`broken`] and [`differs`] look at.
 pub fn questions(transient: u64, cycles: u64) -> Questions {
@@ -97,7 +105,8 @@ pub fn broken(row: &PointOutcome, half_gap: f64) -> Vec<(&'static str, String)> 
 /// How another answer, given the state at the end of a row of motion that repeats, differs from the row: in
 /// class, or by more than 1e-6 in RMS deflection.
 pub fn differs(row: &PointOutcome, again: &PointOutcome, half_gap: f64) -> Option<String> {
-    if again.status != row.status || again.class != row.class {
+    let still = [row, again].map(|row| lies_on_a_surface(row, half_gap));
+    if again.status != row.status || (again.class != row.class && still != [true; 2]) {
         return Some(format!(
             "{:?} ({}), then {:?} ({})",
             row.class, row.reason, again.class, again.reason

@@ -13,7 +13,7 @@ use faer::{Mat, MatRef};
 use num_complex::Complex64;
 
 /// Steps of an iteration for one eigenvalue before it is given up.
-const MOST_STEPS: usize = 60;
+const MOST_STEPS: usize = 140;
 
 /// `A B`.
 pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
@@ -252,7 +252,7 @@ mod tests {
     }
 
     /// Shifts are zero where each coordinate goes to the next, and a step gives the matrix back: only
-    /// the shifts of every tenth step move it.
+    /// the shifts of the tenth step move it.
     #[test]
     fn roots_of_unity_are_found_where_ordinary_steps_stand_still() {
         for n in 3..=12 {

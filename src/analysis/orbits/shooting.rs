@@ -124,7 +124,7 @@ pub fn shoot<K: Kernel>(
 const SAME_POINT: f64 = 1e-7;
 
 /// The orbit with its own, shortest period: a multiple of `unit` cycles that divides the
-/// period it was found with.
+/// period it was found with. The map of an orbit without events is affine, and has no other orbit.
 ///
 /// # Errors
 /// [`Stop`] as for any integration.
@@ -136,6 +136,10 @@ pub fn shortest<K: Kernel>(
     unit: u32,
     workspace: &mut K::Workspace,
 ) -> Result<PeriodicOrbit, Stop> {
+    if orbit.events == 0 && orbit.period > unit {
+        let shorter = shoot(model, kernel, norm, &orbit.start, unit, workspace)?;
+        return Ok(shorter.unwrap_or(orbit));
+    }
     let mut counters = Counters::default();
     let mut state = orbit.start.clone();
     for cycle in 1..orbit.period {
