@@ -75,7 +75,7 @@ mod tests {
         let array = |name, count: usize| TableArray {
             name,
             unit: "1",
-            values: (0..count).map(|i| i as f64 + 0.5).collect(),
+            values: (0..count).map(|i| i as f64 + 0.5).collect::<Vec<_>>()[..].into(),
         };
         let mut built_tables = BuiltTables::default();
         let built = vec![array("a", 19), array("b", 0), array("c", 8)];
@@ -93,7 +93,7 @@ mod tests {
         let copy = LocalTables::new(&built).unwrap();
         for array in &built {
             let numbers = copy.numbers(array.name).unwrap();
-            assert_eq!(numbers, array.values);
+            assert_eq!(numbers, &array.values[..]);
             assert_eq!(numbers.as_ptr() as usize % super::super::buffer::LINE, 0);
         }
         assert_eq!(copy.numbers("d"), None);

@@ -30,7 +30,7 @@ pub use interrupt::Interruptible;
 pub use observer::{ClosedContact, Event, Observer, Window};
 pub use stepping::{Stepping, SteppingWorkspace};
 pub use tangents::Tangents;
-pub use vectors::InstructionSet;
+pub use vectors::{Aligned, InstructionSet};
 pub use volterra::Volterra;
 
 use crate::model::{Model, TrajectoryState};

@@ -3,7 +3,7 @@
 use super::ClosedModes;
 use super::lanes;
 use super::seen::now;
-use super::sets::{SAME_TIME, Stop};
+use super::sets::Stop;
 use super::workspace::{Place, Workspace};
 use crate::model::TrajectoryState;
 use crate::propagate::Tangents;
@@ -19,12 +19,12 @@ impl ClosedModes<'_> {
         let (model, cycle) = (self.model, trajectory.cycle);
         w.set = self.sets.at(model, trajectory.contact, cycle, 0.0);
         self.frequencies.write(cycle, 0.0, &mut w.inputs);
-        w.put_state(&trajectory.state);
-        w.put_tangents(tangents);
-        if let Some(map) = self.bases.of(w.set).of_modes() {
-            self.map(&map.columns, w);
+        w.put(&trajectory.state, tangents);
+        let responses = &self.system(w.set).steady.responses;
+        match self.bases.of(w.set).of_modes() {
+            Some(map) => self.map(&map.columns, [&[], responses], w),
+            None => self.shift(-1.0, w),
         }
-        self.shift(-1.0, w);
         let contacts = model.contacts.iter();
         w.begin(contacts.map(|contact| model.line(contact.cycle(cycle).segment_at(0.0))));
         self.see_start(w);
@@ -37,28 +37,31 @@ impl ClosedModes<'_> {
         tangents: &mut Tangents,
         w: &mut Workspace,
     ) {
-        self.shift(1.0, w);
-        if let Some(map) = self.bases.of(w.set).to_modes() {
-            self.map(&map.columns, w);
+        let responses = &self.system(w.set).steady.responses;
+        match self.bases.of(w.set).to_modes() {
+            Some(map) => self.map(&map.columns, [responses, &[]], w),
+            None => self.shift(1.0, w),
         }
         w.take(trajectory, tangents);
     }
 
-    /// `states = map states`.
-    pub(super) fn map(&self, columns: &[f64], w: &mut Workspace) {
-        w.spare.resize(w.states.len(), 0.0);
+    /// `states = map states`, the trajectory's behind the steady response of the first and before that of the second.
+    fn map(&self, columns: &[f64], responses: [&[f64]; 2], w: &mut Workspace) {
         lanes::map(
             self.instructions,
             columns,
             self.model.modes(),
-            &w.states,
+            responses,
+            &w.inputs,
+            &mut w.states,
             &mut w.spare,
         );
         std::mem::swap(&mut w.states, &mut w.spare);
+        w.tried = None;
     }
 
     /// Adds `factor` times the steady response to the trajectory's state.
-    pub(super) fn shift(&self, factor: f64, w: &mut Workspace) {
+    fn shift(&self, factor: f64, w: &mut Workspace) {
         let responses = &self.system(w.set).steady.responses;
         let state = &mut w.states[..w.length];
         lanes::shift(self.instructions, responses, &w.inputs, factor, state);
@@ -76,19 +79,21 @@ impl ClosedModes<'_> {
             self.change(contact, state, w);
             return;
         };
-        self.shift(1.0, w);
-        self.map(&map.columns, w);
+        let responses = [w.set, to].map(|set| &self.system(set).steady.responses[..]);
+        self.map(&map.columns, responses, w);
         w.set = to;
-        self.shift(-1.0, w);
     }
 
-    /// Deflections now along the lines of all contacts.
+    /// Deflections and rates now along the lines of all contacts.
     pub(super) fn see_start(&self, w: &mut Workspace) {
         let system = self.system(w.set);
-        let length = w.length;
-        for &line in &w.line_of {
-            let sight = &system.sights[line];
-            w.seen[line].start = now(self.instructions, sight, &w.states[..length], &w.inputs)[0];
+        let state = &w.states[..w.length];
+        for (contact, &line) in w.line_of.iter().enumerate() {
+            if !w.line_of[..contact].contains(&line) {
+                let sight = &system.sights[line];
+                let seen = &mut w.seen[line];
+                [seen.start, seen.rate] = now(self.instructions, sight, state, &w.inputs);
+            }
         }
     }
 
@@ -101,17 +106,9 @@ impl ClosedModes<'_> {
         }
         let concerns = |stop: &&Stop| {
             let now = self.sets.state(w.set, stop.contact);
-            (now > 0 && now != stop.state)
-                || (stop.turns && w.line_of[stop.contact] != self.line_behind(stop, place.cycle))
+            (now > 0 && now != stop.state) || (stop.turns && w.line_of[stop.contact] != stop.line)
         };
         stops[w.next_stop..].iter().find(concerns).copied()
-    }
-
-    /// The line of a contact behind a stop.
-    pub(super) fn line_behind(&self, stop: &Stop, cycle: u64) -> usize {
-        let own = self.model.contacts[stop.contact].cycle(cycle);
-        let phase = stop.time / own.period + SAME_TIME;
-        self.model.line(own.segment_at(phase * own.period))
     }
 
     /// Takes contacts to their classes and lines behind a stop.
@@ -123,7 +120,7 @@ impl ClosedModes<'_> {
                 self.change(stop.contact, stop.state, w);
             }
             if stop.turns {
-                w.line_of[stop.contact] = self.line_behind(stop, place.cycle);
+                w.line_of[stop.contact] = stop.line;
                 turned = true;
             }
             w.next_stop += 1;

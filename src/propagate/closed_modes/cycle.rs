@@ -7,7 +7,7 @@ use super::ClosedModes;
 use super::excitation::Frequencies;
 use super::grid::NODES;
 use super::lanes;
-use super::seen::{Found, Parts, Rates, now};
+use super::seen::{Found, Parts, Rates};
 use super::workspace::{Place, Workspace};
 use crate::model::{ActiveSet, MOST_CONTACTS, TrajectoryState};
 use crate::propagate::events::{Changes, Margin};
@@ -105,12 +105,17 @@ impl ClosedModes<'_> {
             if fits {
                 self.move_whole(w);
             } else {
-                self.move_by(duration, w);
+                self.move_to(duration, place, w);
             }
             counters.partial_windows += u64::from(!fits);
             counters.tangent_windows += (w.states.len() / w.length - 1) as u64;
             let arrives = left <= whole + ROUNDING * period;
-            place.time = if arrives { limit } else { place.time + whole };
+            if fits {
+                place.time += whole;
+            }
+            if arrives {
+                place.time = limit;
+            }
             place.crossed = ActiveSet::FREE;
             if fits {
                 Frequencies::turn(&self.turns, &mut w.inputs);
@@ -118,8 +123,6 @@ impl ClosedModes<'_> {
                     seen.start = seen.nodes.0[NODES - 1];
                 }
             } else {
-                self.frequencies
-                    .write(place.cycle, place.time, &mut w.inputs);
                 self.see_start(w);
             }
             if arrives && stop.is_some() {
@@ -146,19 +149,13 @@ impl ClosedModes<'_> {
             if O::WINDOWS {
                 self.show(place, found.time, w, observer);
             }
-            self.move_by(found.time, w);
+            self.move_to(found.time, place, w);
             counters.partial_windows += 1;
             counters.tangent_windows += (w.states.len() / w.length - 1) as u64;
-            place.time += found.time;
             place.crossed = ActiveSet::FREE;
-            self.frequencies
-                .write(place.cycle, place.time, &mut w.inputs);
-            self.see_start(w);
         }
-        let line = w.line_of[contact];
-        let length = w.length;
-        let sight = &self.system(w.set).sights[line];
-        let [_, rate] = now(self.instructions, sight, &w.states[..length], &w.inputs);
+        self.see_start(w);
+        let rate = w.seen[w.line_of[contact]].rate;
         let to = place.active.toggled(contact);
         let event = Event {
             cycle: place.cycle,
@@ -172,7 +169,7 @@ impl ClosedModes<'_> {
         let state = self
             .sets
             .closed_state(self.model, contact, place.cycle, place.time);
-        if found.on_surface && w.states.len() > length {
+        if found.on_surface && w.states.len() > w.length {
             self.salt(contact, state, event.closes(), w);
         }
         self.change(contact, if event.closes() { state } else { 0 }, w);
@@ -197,17 +194,57 @@ impl ClosedModes<'_> {
         }
     }
 
-    /// Moves all states by a time within a block.
-    fn move_by(&self, time: f64, w: &mut Workspace) {
+    /// Moves all states and inputs to a time within a block, where the next one starts.
+    fn move_to(&self, time: f64, place: &mut Place, w: &mut Workspace) {
+        let set = self.instructions;
+        let system = self.system(w.set);
+        match self.beside_tried(time, w) {
+            None => self.try_at(time, place, w),
+            Some(rest) => {
+                let own = &mut w.spare[..w.length];
+                lanes::advance_near(set, &system.chunks, rest, own);
+                for drift in &system.steady.drifts {
+                    let [x, y] = drift.push(rest);
+                    own[drift.lane] += x;
+                    own[w.length / 2 + drift.lane] += y;
+                }
+                self.frequencies.turn_little(rest, &mut w.trial);
+            }
+        }
+        let (tangents, moved) = (&w.states[w.length..], &mut w.spare[w.length..]);
+        if !tangents.is_empty() {
+            let parts = Parts::new(system, self.step, time);
+            let (chunks, before) = (&system.chunks, parts.before());
+            lanes::advance_by(set, chunks, before, parts.rest, tangents, moved);
+        }
+        std::mem::swap(&mut w.states, &mut w.spare);
+        std::mem::swap(&mut w.inputs, &mut w.trial);
+        w.tried = None;
+        place.time += time;
+    }
+
+    /// Moves the trajectory and the inputs to a time within a block, beside those at its start.
+    pub(super) fn try_at(&self, time: f64, place: &Place, w: &mut Workspace) {
         let system = self.system(w.set);
         let parts = Parts::new(system, self.step, time);
         let (chunks, before) = (&system.chunks, parts.before());
-        lanes::advance_by(self.instructions, chunks, before, parts.rest, &mut w.states);
-        let half = w.length / 2;
+        let (state, own) = (&w.states[..w.length], &mut w.spare[..w.length]);
+        lanes::advance_by(self.instructions, chunks, before, parts.rest, state, own);
         for (drift, [x, y]) in parts.pushed() {
-            w.states[drift.lane] += x;
-            w.states[half + drift.lane] += y;
+            own[drift.lane] += x;
+            own[w.length / 2 + drift.lane] += y;
         }
+        let Place {
+            cycle, time: start, ..
+        } = *place;
+        self.frequencies.write(cycle, start + time, &mut w.trial);
+        w.tried = Some(time);
+    }
+
+    /// How far a time lies behind the one that was tried last, where that is near.
+    pub(super) fn beside_tried(&self, time: f64, w: &Workspace) -> Option<f64> {
+        let rest = time - w.tried?;
+        (rest.abs() <= 0.5 * lanes::NEAR * self.step).then_some(rest)
     }
 
     /// Stops a motion that has left every range.

@@ -60,6 +60,15 @@ impl Frequencies {
         }
     }
 
+    /// Turns the inputs' values on by a time \[s\] that is short beside the fastest of them.
+    #[inline]
+    pub fn turn_little(&self, time: f64, inputs: &mut [f64]) {
+        for (pair, &[angular, _]) in inputs[1..].chunks_exact_mut(2).zip(&self.all) {
+            let turned = turned_little([pair[0], pair[1]], angular * time);
+            pair.copy_from_slice(&turned);
+        }
+    }
+
     /// (cos, sin) of all frequencies over a time \[s\].
     pub fn turns(&self, time: f64) -> Vec<[f64; 2]> {
         let over = |&[angular, _]: &[f64; 2]| {
@@ -69,9 +78,31 @@ impl Frequencies {
         self.all.iter().map(over).collect()
     }
 
+    /// What the inputs add to deflection and rate a little later than `inputs`, by a time as of [`Self::turn_little`].
+    #[inline]
+    pub fn driven_beside(&self, time: f64, drives: [&[f64]; 2], inputs: &[f64]) -> [f64; 2] {
+        let mut sums = drives.map(|drive| drive[0]);
+        for (h, (pair, &[angular, _])) in inputs[1..].chunks_exact(2).zip(&self.all).enumerate() {
+            let [c, s] = turned_little([pair[0], pair[1]], angular * time);
+            for (sum, drive) in sums.iter_mut().zip(drives) {
+                *sum += c * drive[1 + 2 * h] + s * drive[2 + 2 * h];
+            }
+        }
+        sums
+    }
+
     fn place(&self, frequency: [f64; 2]) -> usize {
         (self.all.iter().position(|known| *known == frequency)).unwrap_or(0)
     }
+}
+
+/// Cosine and sine of an angle that is larger by a small one \[rad\].
+#[inline]
+fn turned_little([c, s]: [f64; 2], x: f64) -> [f64; 2] {
+    let square = x * x;
+    let cos = 1.0 - square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0));
+    let sin = x * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0)));
+    [c * cos - s * sin, s * cos + c * sin]
 }
 
 /// Error of a line as amplitudes of all frequencies, `e = Re Σ e_h e^{iθ_h}` \[m\].

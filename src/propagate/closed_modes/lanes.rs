@@ -31,10 +31,24 @@ const TERMS: usize = 8;
 /// Largest `(|μ| + √|s|) t` of short times, for which these series are exact to round-off.
 pub const SHORT: f64 = 0.47;
 
+/// Terms for times that are shorter still.
+const FEW_TERMS: usize = 4;
+
+/// Part of a short time up to which these are exact to round-off.
+pub const NEAR: f64 = 0.06;
+
 for_each_set! {
     /// `out = map x`, one padded state after another; the map has a column of as many numbers for
-    /// each of the `modes` first and second components.
-    fn map(columns: &[f64], modes: usize, states: &[f64], out: &mut [f64]) = map_body
+    /// each of the `modes` first and second components. The first state moves by `Σ input · response` with the first
+    /// responses before that, and back with the others behind it.
+    fn map(
+        columns: &[f64],
+        modes: usize,
+        responses: [&[f64]; 2],
+        inputs: &[f64],
+        states: &mut [f64],
+        out: &mut [f64],
+    ) = shifted_map_body
 }
 
 for_each_set! {
@@ -43,21 +57,27 @@ for_each_set! {
 }
 
 for_each_set! {
+    /// Amplitudes of all blocks.
+    fn amplitudes(balances: &[Move], state: &[f64], out: &mut [f64]) = amplitudes_body
+}
+
+for_each_set! {
     /// What a line sees on a block: deflections at the nodes by `nodes`, a row for each coordinate and input; and
     /// `Σ amplitude · bound` for both bounds.
     fn see(
         nodes: &[Lanes],
-        balances: &[Move],
         bounds: [&[f64]; 2],
         state: &[f64],
         inputs: &[f64],
+        amplitudes: &[f64],
         out: &mut Lanes,
     ) -> [f64; 2] = see_body
 }
 
 for_each_set! {
-    /// Intervals between nodes, the first one in bit 0, at whose ends the margin `scale δ + shift` is not beyond `sag`.
-    fn open(start: f64, nodes: &Lanes, scale: f64, shift: f64, sag: f64) -> u32 = open_body
+    /// Intervals between nodes, the first one in bit 0, on which the margin `scale δ + shift` may come to the round-off
+    /// `noise`, if its curvature bends it by `sag` below a chord at most: [`super::search::stays`] for all of them.
+    fn open(start: f64, nodes: &Lanes, margin: [f64; 2], sag: f64, noise: f64) -> u32 = open_body
 }
 
 for_each_set! {
@@ -66,14 +86,9 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// The same with `e^{Gt}` of a state instead of it.
-    fn products_at(
-        chunks: &[Chunk],
-        before: Option<&[Move]>,
-        time: f64,
-        state: &[f64],
-        rows: [&[f64]; 2],
-    ) -> [f64; 2] = products_at_body
+    /// The same with `e^{Gt}` of a state instead of it, for a time of which few terms are enough.
+    fn products_near(chunks: &[Chunk], time: f64, state: &[f64], rows: [&[f64]; 2]) -> [f64; 2]
+        = products_near_body
 }
 
 for_each_set! {
@@ -82,9 +97,34 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// `x = e^{Gt} x` of all states for a short time, behind `before` where there is one.
-    fn advance_by(chunks: &[Chunk], before: Option<&[Move]>, time: f64, states: &mut [f64])
-        = advance_by_body
+    /// `out = e^{Gt} x` of all states for a short time, behind `before` where there is one.
+    fn advance_by(
+        chunks: &[Chunk],
+        before: Option<&[Move]>,
+        time: f64,
+        states: &[f64],
+        out: &mut [f64],
+    ) = advance_by_body
+}
+
+for_each_set! {
+    /// `x = e^{Gt} x` of all states, for a time of which few terms are enough.
+    fn advance_near(chunks: &[Chunk], time: f64, states: &mut [f64]) = advance_near_body
+}
+
+#[inline(always)]
+fn shifted_map_body<V: Vector>(
+    columns: &[f64],
+    modes: usize,
+    [before, behind]: [&[f64]; 2],
+    inputs: &[f64],
+    states: &mut [f64],
+    out: &mut [f64],
+) {
+    let length = columns.len() / (2 * modes);
+    shift_body::<V>(before, inputs, 1.0, &mut states[..length]);
+    map_body::<V>(columns, modes, states, out);
+    shift_body::<V>(behind, inputs, -1.0, &mut out[..length]);
 }
 
 #[inline(always)]
@@ -180,12 +220,23 @@ fn shift_body<V: Vector>(responses: &[f64], inputs: &[f64], factor: f64, state: 
 }
 
 #[inline(always)]
+fn amplitudes_body<V: Vector>(balances: &[Move], state: &[f64], out: &mut [f64]) {
+    let (first, second) = state.split_at(out.len());
+    for (index, (balance, out)) in balances.iter().zip(out.chunks_exact_mut(LANES)).enumerate() {
+        let at = index * LANES;
+        let pair = [V::read(&first[at..]), V::read(&second[at..])];
+        let [a, b] = applied(&read(balance), pair);
+        a.multiply_add(a, b.times(b)).root().write(out);
+    }
+}
+
+#[inline(always)]
 fn see_body<V: Vector>(
     nodes: &[Lanes],
-    balances: &[Move],
     [size, curvature]: [&[f64]; 2],
     state: &[f64],
     inputs: &[f64],
+    amplitudes: &[f64],
     out: &mut Lanes,
 ) -> [f64; 2] {
     let mut sums = [V::zero(); 4];
@@ -199,27 +250,28 @@ fn see_body<V: Vector>(
         sums[0] = V::read(&row.0).multiply_add(V::splat(*weight), sums[0]);
     }
     *out = sums[0].plus(sums[1]).plus(sums[2].plus(sums[3])).lanes();
-    let (first, second) = state.split_at(size.len());
-    let mut bounds = [V::zero(); 2];
-    for (index, balance) in balances.iter().enumerate() {
-        let at = index * LANES;
-        let pair = [V::read(&first[at..]), V::read(&second[at..])];
-        let [a, b] = applied(&read(balance), pair);
-        let amplitude = a.multiply_add(a, b.times(b)).root();
-        bounds[0] = V::read(&size[at..]).multiply_add(amplitude, bounds[0]);
-        bounds[1] = V::read(&curvature[at..]).multiply_add(amplitude, bounds[1]);
-    }
-    bounds.map(V::sum)
+    two_products_body::<V>(amplitudes, size, curvature)
 }
 
 #[inline(always)]
-fn open_body<V: Vector>(start: f64, nodes: &Lanes, scale: f64, shift: f64, sag: f64) -> u32 {
-    let mut all = [0.0; 1 + LANES];
-    all[0] = start;
-    all[1..].copy_from_slice(&nodes.0);
-    let (scale, shift, sag) = (V::splat(scale), V::splat(shift), V::splat(sag));
-    let low = |at: usize| V::read(&all[at..]).multiply_add(scale, shift).at_most(sag);
-    low(0) | low(1)
+fn open_body<V: Vector>(
+    start: f64,
+    nodes: &Lanes,
+    [scale, shift]: [f64; 2],
+    sag: f64,
+    noise: f64,
+) -> u32 {
+    let b = V::read(&nodes.0).multiply_add(V::splat(scale), V::splat(shift));
+    let a = b.behind(scale * start + shift);
+    let difference = b.multiply_add(V::splat(-1.0), a).size();
+    // The lowest point of the parabola that sags most, where it lies between the ends.
+    let bend = V::splat(-1.0 / (16.0 * sag).max(f64::MIN_POSITIVE));
+    let lowest = difference
+        .times(difference)
+        .multiply_add(bend, a.plus(b).multiply_add(V::splat(0.5), V::splat(-sag)));
+    let zero = V::zero();
+    let bends = !V::splat(4.0 * sag).at_most(difference) & 0xff;
+    a.at_most(zero) | b.at_most(zero) | (bends & lowest.at_most(V::splat(noise)))
 }
 
 #[inline(always)]
@@ -252,9 +304,9 @@ fn advance_body<V: Vector>(moves: &[Move], states: &mut [f64]) {
     }
 }
 
-/// `e^{Gt}` of a lane group for a short time, row by row.
+/// `e^{Gt}` of a lane group for a short time, row by row, by so many terms.
 #[inline(always)]
-fn exponential<V: Vector>(chunk: &Chunk, time: V) -> [V; 4] {
+fn exponential<V: Vector, const TERMS: usize>(chunk: &Chunk, time: V) -> [V; 4] {
     let one = V::splat(1.0);
     let x = V::read(&chunk.growth.0).times(time);
     let square = V::read(&chunk.square.0).times(time).times(time);
@@ -297,9 +349,8 @@ fn read<V: Vector>(own: &Move) -> [V; 4] {
 }
 
 #[inline(always)]
-fn products_at_body<V: Vector>(
+fn products_near_body<V: Vector>(
     chunks: &[Chunk],
-    before: Option<&[Move]>,
     time: f64,
     state: &[f64],
     [row, rate]: [&[f64]; 2],
@@ -312,11 +363,7 @@ fn products_at_body<V: Vector>(
             let at = index * LANES;
             [V::read(&from[at..]), V::read(&from[half + at..])]
         };
-        let mut x = pair(state);
-        if let Some(before) = before {
-            x = applied(&read(&before[index]), x);
-        }
-        let [x, y] = applied(&exponential(chunk, t), x);
+        let [x, y] = applied(&exponential::<V, FEW_TERMS>(chunk, t), pair(state));
         let ([a, b], [c, d]) = (pair(row), pair(rate));
         sums[0] = b.multiply_add(y, a.multiply_add(x, sums[0]));
         sums[1] = d.multiply_add(y, c.multiply_add(x, sums[1]));
@@ -329,22 +376,38 @@ fn advance_by_body<V: Vector>(
     chunks: &[Chunk],
     before: Option<&[Move]>,
     time: f64,
-    states: &mut [f64],
+    states: &[f64],
+    out: &mut [f64],
 ) {
     let half = chunks.len() * LANES;
     let t = V::splat(time);
     for (index, chunk) in chunks.iter().enumerate() {
-        let own = exponential(chunk, t);
-        for state in states.chunks_exact_mut(2 * half) {
-            let (first, second) = state.split_at_mut(half);
-            let (first, second) = (&mut first[index * LANES..], &mut second[index * LANES..]);
-            let mut x = [V::read(first), V::read(second)];
+        let own = exponential::<V, TERMS>(chunk, t);
+        let at = index * LANES;
+        for (state, out) in (states.chunks_exact(2 * half)).zip(out.chunks_exact_mut(2 * half)) {
+            let mut x = [V::read(&state[at..]), V::read(&state[half + at..])];
             if let Some(before) = before {
                 x = applied(&read(&before[index]), x);
             }
             let [x, y] = applied(&own, x);
-            x.write(first);
-            y.write(second);
+            x.write(&mut out[at..]);
+            y.write(&mut out[half + at..]);
+        }
+    }
+}
+
+#[inline(always)]
+fn advance_near_body<V: Vector>(chunks: &[Chunk], time: f64, states: &mut [f64]) {
+    let half = chunks.len() * LANES;
+    let t = V::splat(time);
+    for (index, chunk) in chunks.iter().enumerate() {
+        let own = exponential::<V, FEW_TERMS>(chunk, t);
+        let at = index * LANES;
+        for state in states.chunks_exact_mut(2 * half) {
+            let x = [V::read(&state[at..]), V::read(&state[half + at..])];
+            let [x, y] = applied(&own, x);
+            x.write(&mut state[at..]);
+            y.write(&mut state[half + at..]);
         }
     }
 }

@@ -1,8 +1,8 @@
 //! The first moment on a short interval at which a margin becomes negative.
 //!
-//! A bound C of the margin's second derivative proves what values at the ends leave open: a margin of curvature C sags by
-//! `C h²/8` below its chord at most, and is monotone where its chord is steeper than `C h`. What neither settles is
-//! halved, the left half first, so that no event is missed.
+//! A bound C of the margin's second derivative proves what values at the ends leave open: a margin of curvature C is not
+//! below the parabola through them that bends as much, and is monotone where its chord is steeper than `C h`. What neither
+//! settles is halved, the left half first, so that no event is missed.
 
 use crate::propagate::Counters;
 
@@ -38,10 +38,22 @@ pub struct Known {
     pub noise: f64,
 }
 
-/// Whether a margin stays positive on an interval of some length \[s\] between two values.
+/// Whether a margin stays positive on an interval of some length \[s\] between two values: the parabola through both that
+/// bends most does, `(a + b)/2 − s − (a − b)²/16 s` at its lowest, with a sag s of `C h²/8`.
 #[inline(always)]
 pub fn stays(known: Known, [a, b]: [f64; 2], length: f64) -> bool {
-    a.min(b) > 0.125 * known.curvature * length * length
+    let sag = 0.125 * known.curvature * length * length;
+    let difference = (a - b).abs();
+    let lowest = 0.5 * (a + b) - sag - difference * difference / (16.0 * sag);
+    a.min(b) > 0.0 && (difference >= 4.0 * sag || lowest > known.noise)
+}
+
+/// Whether a margin that starts at zero with a rate \[m/s\] is positive from there to its value at the end of an interval:
+/// it is not below `t (rate − C t/2)` and not below `t (b/h − C (h − t)/2)`.
+#[inline(always)]
+pub fn rises(known: Known, rate: f64, end: f64, length: f64) -> bool {
+    let bent = 0.5 * known.curvature * length;
+    rate > bent || (end > 0.0 && rate + end / length > bent)
 }
 
 /// The first root on an interval at whose start the margin is not negative.
@@ -81,7 +93,7 @@ pub fn exit_behind<M: Margin>(
     counters: &mut Counters,
 ) -> Option<f64> {
     let length = own.times[1] - own.times[0];
-    if rate > 0.5 * known.curvature * length {
+    if rises(known, rate, own.margins[1], length) {
         return None;
     }
     let reach = (rate.abs() + 0.5 * known.curvature * length) * length;
@@ -156,8 +168,9 @@ pub fn near_root(mut values: [f64; POINTS], from: usize) -> f64 {
     let mut x = from as f64 + values[from] / (values[from] - values[from + 1]);
     // Newton's form: differences, divided by their factorials.
     for order in 1..POINTS {
+        let share = 1.0 / order as f64;
         for i in (order..POINTS).rev() {
-            values[i] = (values[i] - values[i - 1]) / order as f64;
+            values[i] = (values[i] - values[i - 1]) * share;
         }
     }
     for _ in 0..3 {

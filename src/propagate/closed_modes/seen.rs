@@ -1,7 +1,7 @@
 //! What happens first on a block?
 
 use super::ClosedModes;
-use super::excitation::{Drift, Frequencies};
+use super::excitation::Drift;
 use super::grid::NODES;
 use super::lanes::{self, Move};
 use super::search::{self, Interval, Known};
@@ -38,9 +38,12 @@ impl ClosedModes<'_> {
     ) -> Option<Found> {
         let set = self.instructions;
         let system = self.system(w.set);
+        w.tried = None;
         for seen in &mut w.seen {
             seen.fresh = false;
         }
+        let state = &w.states[..w.length];
+        lanes::amplitudes(set, &system.balances, state, &mut w.amplitudes);
         let count = ((left / self.step - 1e-9).ceil() as usize).clamp(1, NODES);
         let mut open_intervals = [0u32; MOST_CONTACTS];
         let mut any = 0;
@@ -69,13 +72,14 @@ impl ClosedModes<'_> {
                 set,
                 seen.start,
                 &seen.nodes,
-                margin.scale,
-                margin.shift,
+                [margin.scale, margin.shift],
                 sag,
+                seen.known.noise,
             );
             if crossed {
+                let end = margin.scale * seen.nodes.0[0] + margin.shift;
                 open &= !1;
-                open |= u32::from(rates[contact] <= 4.0 * sag / self.step);
+                open |= u32::from(!search::rises(seen.known, rates[contact], end, self.step));
             }
             open &= (1 << count) - 1;
             open_intervals[contact] = open;
@@ -117,10 +121,10 @@ impl ClosedModes<'_> {
         let [size, curved] = lanes::see(
             set,
             &sight.nodes,
-            &system.balances,
             [&sight.size, &sight.curvature],
             state,
             &w.inputs,
+            &w.amplitudes,
             &mut nodes,
         );
         let others: f64 = (sight.others.iter())
@@ -158,7 +162,6 @@ impl ClosedModes<'_> {
         w: &mut Workspace,
         counters: &mut Counters,
     ) -> Option<f64> {
-        let system = self.system(w.set);
         let line = w.line_of[contact];
         let seen = w.seen[line];
         let closed = place.active.holds(contact);
@@ -175,16 +178,11 @@ impl ClosedModes<'_> {
             margins: [start, value(seen.nodes.0[interval])],
             guess: Some(self.guess(&seen, interval, &margin)),
         };
-        let length = w.length;
         let mut at = At {
-            set: self.instructions,
-            system,
-            sight: &system.sights[line],
-            frequencies: &self.frequencies,
-            state: &w.states[..length],
-            trial: &mut w.trial,
+            kernel: self,
+            w,
             place,
-            step: self.step,
+            line,
             margin,
         };
         match crossed {
@@ -265,38 +263,44 @@ impl<'s> Parts<'s> {
 }
 
 /// A margin at times of a block.
-struct At<'a> {
-    set: InstructionSet,
-    system: &'a System,
-    sight: &'a Sight,
-    frequencies: &'a Frequencies,
-    state: &'a [f64],
-    trial: &'a mut [f64],
+struct At<'a, 'm> {
+    kernel: &'a ClosedModes<'m>,
+    w: &'a mut Workspace,
     place: &'a Place,
-    step: f64,
+    line: usize,
     margin: Margin,
 }
 
-impl search::Margin for At<'_> {
+impl search::Margin for At<'_, '_> {
     fn at(&mut self, time: f64) -> [f64; 2] {
-        let parts = Parts::new(self.system, self.step, time);
-        let rows = [&self.sight.row[..], &self.sight.rate];
-        let (chunks, before) = (&self.system.chunks, parts.before());
-        let [mut deflection, mut rate] =
-            lanes::products_at(self.set, chunks, before, parts.rest, self.state, rows);
-        let half = self.state.len() / 2;
-        for (drift, [x, y]) in parts.pushed() {
-            let seen = |row: &[f64]| row[drift.lane] * x + row[half + drift.lane] * y;
-            deflection += seen(&self.sight.row);
-            rate += seen(&self.sight.rate);
-        }
-        let Place {
-            cycle, time: start, ..
-        } = *self.place;
-        self.frequencies.write(cycle, start + time, self.trial);
-        let [driven, driven_rate] = driven(self.sight, self.trial);
-        let [deflection, rate] = [deflection + driven, rate + driven_rate];
+        let (kernel, w) = (self.kernel, &mut *self.w);
+        let set = kernel.instructions;
+        let system = kernel.system(w.set);
+        let sight = &system.sights[self.line];
+        let seen = match kernel.beside_tried(time, w) {
+            None => {
+                kernel.try_at(time, self.place, w);
+                now(set, sight, &w.spare[..w.length], &w.trial)
+            }
+            Some(rest) => {
+                let (state, half) = (&w.spare[..w.length], w.length / 2);
+                let rows = [&sight.row[..], &sight.rate];
+                let mut seen = lanes::products_near(set, &system.chunks, rest, state, rows);
+                for drift in &system.steady.drifts {
+                    let [x, y] = drift.push(rest);
+                    for (seen, row) in seen.iter_mut().zip(rows) {
+                        *seen += row[drift.lane] * x + row[half + drift.lane] * y;
+                    }
+                }
+                let driven = (kernel.frequencies).driven_beside(
+                    rest,
+                    [&sight.drive, &sight.drive_rate],
+                    &w.trial,
+                );
+                [seen[0] + driven[0], seen[1] + driven[1]]
+            }
+        };
         let Margin { scale, shift, .. } = self.margin;
-        [scale * deflection + shift, scale * rate]
+        [scale * seen[0] + shift, scale * seen[1]]
     }
 }

@@ -184,7 +184,9 @@ pub struct Stop {
     pub contact: usize,
     /// Its state from there on, where it is closed.
     pub state: usize,
-    /// Whether its line changes.
+    /// Its line from there on.
+    pub line: usize,
+    /// Whether that is another one.
     pub turns: bool,
 }
 
@@ -198,12 +200,14 @@ impl Sets {
                 let segments = &own.cycles[which].segments;
                 let states = &self.of_segment[contact][which];
                 for index in 1..segments.len() {
-                    let turns = model.line(&segments[index - 1]) != model.line(&segments[index]);
+                    let line = model.line(&segments[index]);
+                    let turns = model.line(&segments[index - 1]) != line;
                     if turns || states[index - 1] != states[index] {
                         stops.push(Stop {
                             time: model.period() * segments[index].start,
                             contact,
                             state: states[index],
+                            line,
                             turns,
                         });
                     }

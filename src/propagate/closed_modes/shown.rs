@@ -93,13 +93,15 @@ impl ClosedModes<'_> {
         let n = model.modes();
         let length = w.length;
         // The modal state at the start.
-        w.spare.resize(w.states.len(), 0.0);
-        w.spare[..length].copy_from_slice(&w.states[..length]);
-        let responses = &self.system(w.set).steady.responses;
-        lanes::shift(set, responses, &w.inputs, 1.0, &mut w.spare[..length]);
+        let [own, modal] = &mut w.shown;
+        own.copy_from_slice(&w.states[..length]);
+        let responses = [&self.system(w.set).steady.responses[..], &[]];
         match self.bases.of(w.set).to_modes() {
-            Some(map) => lanes::map(set, &map.columns, n, &w.spare[..length], &mut w.shown),
-            None => w.shown.copy_from_slice(&w.spare[..length]),
+            Some(map) => lanes::map(set, &map.columns, n, responses, &w.inputs, own, modal),
+            None => {
+                lanes::shift(set, responses[0], &w.inputs, 1.0, own);
+                modal.copy_from_slice(own);
+            }
         }
         for (index, contact) in model.contacts.iter().enumerate() {
             let cycle = contact.cycle(place.cycle);

@@ -5,21 +5,25 @@ use super::bases::padded;
 use super::search::Known;
 use crate::model::{ActiveSet, Segment, TrajectoryState};
 use crate::propagate::Tangents;
-use crate::propagate::vectors::Lanes;
+use crate::propagate::vectors::{Aligned, Lanes};
 
 /// Scratch memory of the kernel of closed modes.
 #[derive(Debug)]
 pub struct Workspace {
     /// y of the trajectory, then of its tangents: padded states in the coordinates of `set`.
-    pub states: Vec<f64>,
-    /// Room for as many.
-    pub spare: Vec<f64>,
+    pub states: Aligned,
+    /// Room for as many; the first one is the trajectory at the time `tried`, where there is one.
+    pub spare: Aligned,
+    /// Time from the start of the present block to which a search has moved the trajectory \[s\].
+    pub tried: Option<f64>,
+    /// Values of the inputs there.
+    pub trial: Vec<f64>,
+    /// Amplitudes of the trajectory's blocks, where the present block starts.
+    pub amplitudes: Aligned,
     /// The system whose coordinates they are.
     pub set: usize,
     /// Values of the inputs now, and a zero that makes their number even.
     pub inputs: Vec<f64>,
-    /// Inputs at a time that a search asks for.
-    pub trial: Vec<f64>,
     /// Numbers of a padded state.
     pub length: usize,
     /// What each line sees on the present block.
@@ -30,9 +34,8 @@ pub struct Workspace {
     pub next_stop: usize,
     /// The segment of every contact, where windows are shown.
     pub segments: Vec<Segment>,
-
-    /// State of the structure where a window starts, where windows are shown.
-    pub shown: Vec<f64>,
+    /// The trajectory's state where a window starts, where windows are shown: in the coordinates of `set`, and in modes.
+    pub shown: [Aligned; 2],
 }
 
 /// What a line sees on the present block.
@@ -40,6 +43,8 @@ pub struct Workspace {
 pub struct Seen {
     /// Deflection at its start \[m\].
     pub start: f64,
+    /// Its rate there \[m/s\]; kept at the start of a cycle and behind events and shortened blocks.
+    pub rate: f64,
     /// Deflections at its nodes \[m\].
     pub nodes: Lanes,
     /// Bounds.
@@ -55,16 +60,18 @@ impl Workspace {
         let padded = padded(model.modes());
         let inputs = vec![0.0; kernel.frequencies.inputs() + 1];
         Self {
-            states: Vec::new(),
-            spare: Vec::new(),
+            states: Aligned::zeros(2 * padded),
+            spare: Aligned::zeros(2 * padded),
+            tried: None,
+            amplitudes: Aligned::zeros(padded),
             set: 0,
             length: 2 * padded,
             trial: inputs.clone(),
-
             inputs,
             seen: vec![
                 Seen {
                     start: 0.0,
+                    rate: 0.0,
                     nodes: Lanes::ZERO,
                     known: Known {
                         curvature: 0.0,
@@ -77,24 +84,23 @@ impl Workspace {
             line_of: vec![0; model.contacts.len()],
             next_stop: 0,
             segments: model.segments_at(0, 0.0),
-            shown: vec![0.0; 2 * padded],
+            shown: [0, 1].map(|_| Aligned::zeros(2 * padded)),
         }
     }
 
-    /// Puts the trajectory's modal state where [`Self::states`] begin.
-    pub fn put_state(&mut self, state: &[f64]) {
-        self.states.clear();
-        self.states.resize(self.length, 0.0);
-        pad(state, &mut self.states);
-    }
-
-    /// Appends the modal states of tangents.
-    pub fn put_tangents(&mut self, tangents: &Tangents) {
-        let length = self.length;
-        for i in 0..tangents.count() {
-            let from = self.states.len();
-            self.states.resize(from + length, 0.0);
-            pad(tangents.vector(i), &mut self.states[from..]);
+    /// Puts the modal states of a trajectory and its tangents in.
+    pub fn put(&mut self, state: &[f64], tangents: &Tangents) {
+        let needed = self.length * (1 + tangents.count());
+        if self.states.len() != needed {
+            self.states = Aligned::zeros(needed);
+            self.spare = Aligned::zeros(needed);
+        }
+        let mut own = self.states.chunks_exact_mut(self.length);
+        if let Some(first) = own.next() {
+            pad(state, first);
+        }
+        for (i, own) in own.enumerate() {
+            pad(tangents.vector(i), own);
         }
     }
 
@@ -112,7 +118,7 @@ impl Workspace {
 
     /// The trajectory's modal state where a window starts, first and second components.
     pub fn components(&self, modes: usize) -> [&[f64]; 2] {
-        let (first, second) = self.shown.split_at(self.length / 2);
+        let (first, second) = self.shown[1].split_at(self.length / 2);
         [&first[..modes], &second[..modes]]
     }
 

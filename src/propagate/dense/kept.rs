@@ -5,6 +5,7 @@
 
 use super::DenseError;
 use super::matrix::LANES;
+use crate::propagate::vectors::Aligned;
 
 /// Largest count that a kept table may state.
 const MOST: f64 = 1e6;
@@ -17,7 +18,7 @@ pub struct TableArray {
     /// Its unit; `mixed` where entries differ in theirs.
     pub unit: &'static str,
     /// Its numbers.
-    pub values: Vec<f64>,
+    pub values: Aligned,
 }
 
 /// Tables that are kept somewhere, by the names under which they were handed over.
@@ -29,29 +30,32 @@ pub trait KeptTables {
 impl KeptTables for Vec<TableArray> {
     fn numbers(&self, name: &str) -> Option<&[f64]> {
         let array = self.iter().find(|array| array.name == name);
-        array.map(|array| array.values.as_slice())
+        array.map(|array| &array.values[..])
     }
 }
 
 /// Collects arrays.
 #[derive(Debug, Default)]
-pub struct Writer(Vec<TableArray>);
+pub struct Writer(Vec<(&'static str, &'static str, Vec<f64>)>);
 
 impl Writer {
     /// Appends to the array of a name.
     pub fn push(&mut self, name: &'static str, unit: &'static str, values: &[f64]) {
-        match self.0.iter_mut().find(|array| array.name == name) {
-            Some(array) => array.values.extend_from_slice(values),
-            None => self.0.push(TableArray {
-                name,
-                unit,
-                values: values.to_vec(),
-            }),
+        match self.0.iter_mut().find(|(known, ..)| *known == name) {
+            Some((.., all)) => all.extend_from_slice(values),
+            None => self.0.push((name, unit, values.to_vec())),
         }
     }
 
     pub fn finish(self) -> Vec<TableArray> {
-        self.0
+        let arrays = self.0.into_iter();
+        arrays
+            .map(|(name, unit, values)| TableArray {
+                name,
+                unit,
+                values: values[..].into(),
+            })
+            .collect()
     }
 }
 

@@ -5,11 +5,13 @@
 //! differ between instruction sets within rounding (fused or separate multiply-add), never
 //! between runs on one.
 
+mod aligned;
 mod shapes;
 mod vector;
 #[cfg(target_arch = "x86_64")]
 mod wide;
 
+pub use aligned::Aligned;
 pub use shapes::{LANES, Lanes, Row, Series, TERMS};
 pub use vector::{Packed, Vector};
 #[cfg(target_arch = "x86_64")]

@@ -40,6 +40,9 @@ pub trait Vector: Copy {
     /// The last lane first.
     fn reversed(self) -> Self;
 
+    /// Every lane one further on, with a number in the first.
+    fn behind(self, first: f64) -> Self;
+
     /// Square roots.
     fn root(self) -> Self;
 
@@ -153,6 +156,13 @@ impl<const FUSED: bool> Vector for Packed<FUSED> {
     #[inline(always)]
     fn reversed(mut self) -> Self {
         self.0.reverse();
+        self
+    }
+
+    #[inline(always)]
+    fn behind(mut self, first: f64) -> Self {
+        self.0.rotate_right(1);
+        self.0[0] = first;
         self
     }
 

@@ -54,7 +54,7 @@ impl TableStore {
         self.get_or_build(kind(table), &inputs(table, model), || {
             let mut arrays = Arrays::new();
             for TableArray { name, unit, values } in table.arrays(model)? {
-                arrays.push(name, unit, &[values.len()], values)?;
+                arrays.push(name, unit, &[values.len()], values.to_vec())?;
             }
             Ok(arrays)
         })

@@ -1,0 +1,87 @@
+//! Numbers from the start of a cache line on, so that a vector load never straddles two.
+
+use super::shapes::LANES;
+use std::ops::{Deref, DerefMut};
+
+/// A cache line \[bytes\].
+const LINE: usize = LANES * size_of::<f64>();
+
+/// Numbers, the first of them on a cache line of its own.
+#[derive(Debug, Default)]
+pub struct Aligned {
+    /// With room for a start anywhere in a line.
+    room: Vec<f64>,
+    first: usize,
+    length: usize,
+}
+
+impl Aligned {
+    /// So many zeros.
+    pub fn zeros(length: usize) -> Self {
+        let room = vec![0.0; length + LANES - 1];
+        // Where an address cannot be told, as in Miri, the place does not matter.
+        let first = room.as_ptr().align_offset(LINE).min(LANES - 1);
+        Self {
+            room,
+            first,
+            length,
+        }
+    }
+}
+
+impl From<&[f64]> for Aligned {
+    fn from(values: &[f64]) -> Self {
+        let mut own = Self::zeros(values.len());
+        own.copy_from_slice(values);
+        own
+    }
+}
+
+impl Clone for Aligned {
+    fn clone(&self) -> Self {
+        (&self[..]).into()
+    }
+}
+
+impl PartialEq for Aligned {
+    fn eq(&self, other: &Self) -> bool {
+        self[..] == other[..]
+    }
+}
+
+impl Deref for Aligned {
+    type Target = [f64];
+
+    #[inline]
+    fn deref(&self) -> &[f64] {
+        &self.room[self.first..][..self.length]
+    }
+}
+
+impl DerefMut for Aligned {
+    #[inline]
+    fn deref_mut(&mut self) -> &mut [f64] {
+        &mut self.room[self.first..][..self.length]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_start_on_a_line_and_are_kept() {
+        for length in [0, 1, 7, 8, 83, 1000] {
+            let values: Vec<f64> = (0..length).map(f64::from).collect();
+            let own = Aligned::from(&values[..]);
+            assert_eq!(own[..], values[..]);
+            let copy = own.clone();
+            assert_eq!(copy, own);
+            if cfg!(not(miri)) {
+                assert!(
+                    own.as_ptr().align_offset(LINE) == 0 && copy.as_ptr().align_offset(LINE) == 0
+                );
+            }
+        }
+    }
+}
