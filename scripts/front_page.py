@@ -5,7 +5,7 @@ each of them is a record's and none is chosen by hand.
     .venv/bin/python scripts/front_page.py           rewrites that part of README.md
     .venv/bin/python scripts/front_page.py --check   status 1 where README.md says something else
 
-There is one record of a kind: `cycle` (scripts/bench), `peers` (scripts/peers), `settling`
+There is one record of a kind: `cycle` (scripts/bench), `peers` and `by-hand` (scripts/peers), `settling`
 (scripts/settling) and `verify` (scripts/verify).
 """
 
@@ -131,6 +131,26 @@ def solvers() -> list[str]:
     ]
 
 
+def by_hand() -> list[str]:
+    """A program that was written for one drive."""
+    cases = load("by-hand", "raw.json")["cases"]
+    kinds = ("bare", "tangent")
+    peer = [[case["peer"][kind][1] for kind in kinds] for case in cases]
+    lines = [
+        "An expert's program in C for the same drive with mirrored flanks and nothing else, without proof that it misses no "
+        "event, and how many times as long the kernels take for the same motion, bare / with a tangent "
+        f"({link('by hand', 'by-hand', 'summary.md')}):",
+        "",
+        "| one cycle | " + " | ".join(f"{case['modes']} modes" for case in cases) + " |",
+        "|---" * (1 + len(cases)) + "|",
+        "| in C, by hand | " + " | ".join(" / ".join(significant(1e6 * t) for t in own) + " µs" for own in peer) + " |",
+    ]
+    for name in ("closed_modes", "volterra"):
+        times = [[case[name][kind][1] / t for kind, t in zip(kinds, own)] for case, own in zip(cases, peer)]
+        lines.append(f"| `{name}` | " + " | ".join(" / ".join(map(significant, own)) for own in times) + " |")
+    return lines
+
+
 def campaign() -> str:
     """flex80 as a whole."""
     r = load("settling", "record.json")
@@ -149,7 +169,7 @@ def campaign() -> str:
 
 
 def main(arguments: list[str]) -> None:
-    parts = [*cycles(), "", accuracy(), "", *solvers(), "", campaign()]
+    parts = [*cycles(), "", accuracy(), "", *solvers(), "", *by_hand(), "", campaign()]
     text = README.read_text()
     head, rest = text.split(BEGIN)
     tail = rest.split(END)[1]

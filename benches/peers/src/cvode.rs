@@ -4,7 +4,7 @@ use crate::events::{Failure, SmoothSolver};
 use crate::field::Field;
 use crate::sundials as c;
 use crate::vectors::accelerate;
-use atlas::model::{ActiveSet, COAST_FLANK, DRIVE_FLANK};
+use atlas::model::{COAST_FLANK, DRIVE_FLANK};
 use std::ffi::{c_char, c_int};
 use std::ptr::null_mut;
 
@@ -123,10 +123,9 @@ impl SmoothSolver for Cvode {
         state: &mut [f64],
     ) -> Result<Option<(f64, usize)>, Failure> {
         // Of δ − b and δ + b: which way they pass zero when this contact state ends.
-        let mut directions: [c_int; 2] = match field.contact {
-            ActiveSet::DRIVE => [-1, 1],
-            ActiveSet::FREE => [1, -1],
-            ActiveSet::COAST => [-1, 1],
+        let mut directions: [c_int; 2] = match field.contact.touching() {
+            true => [-1, 1],
+            false => [1, -1],
         };
         let data = std::ptr::from_ref(field).cast_mut().cast();
         // SAFETY: the handles live as long as `self`; `field` outlives the calls that see it

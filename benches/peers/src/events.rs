@@ -29,7 +29,7 @@ pub fn advance(
     start: &TrajectoryState,
     cycles: u64,
 ) -> Result<(Vec<f64>, u64), Failure> {
-    let cycle = &model.cycle;
+    let cycle = model.first_cycle();
     let segments = cycle.segments.len();
     let mut field = Field::new(model, start.cycle);
     let mut state = start.state.clone();

@@ -1,0 +1,199 @@
+//! The program of by_hand/peer.c, called.
+
+use crate::clock;
+use atlas::model::{Model, Release, TrajectoryState};
+use serde_json::{Value, json};
+use std::ffi::{CString, c_char, c_int, c_long, c_void};
+use std::path::Path;
+use std::process::Command;
+
+#[link(name = "by_hand", kind = "static")]
+unsafe extern "C" {
+    fn by_hand_load(path: *const c_char) -> *mut c_void;
+    fn by_hand_free(drive: *mut c_void);
+    fn by_hand_set(
+        drive: *mut c_void,
+        motion: *const f64,
+        tangent: *const f64,
+        closed: *const c_int,
+    );
+    fn by_hand_get(drive: *const c_void, column: c_int, out: *mut f64);
+    fn by_hand_run(drive: *mut c_void, cycles: c_long, tangent: c_int);
+}
+
+/// Folder of descriptions and tables, from the root of the repository.
+const FOLDER: &str = "target/by-hand";
+
+/// Participations in deflections, of the largest one, below which a mode is not felt.
+const UNFELT: f64 = 1e-9;
+
+/// A drive of two flanks, as its author sees it: of the modes that a flank feels.
+pub struct HandWritten {
+    drive: *mut c_void,
+    /// Places of its modes among those of the model.
+    felt: Vec<usize>,
+    all: usize,
+}
+
+impl HandWritten {
+    /// Describes a model to `by_hand/tables.py` and loads what that computes, both in files of this name.
+    pub fn new(model: &Model, name: &str) -> Self {
+        let felt = felt(model);
+        let [case, tables] =
+            ["json", "tables"].map(|kind| Path::new(FOLDER).join(format!("{name}.{kind}")));
+        std::fs::create_dir_all(FOLDER).expect("target can be written");
+        std::fs::write(&case, format!("{:#}\n", description(model, &felt)))
+            .expect("target can be written");
+        let status = Command::new(".venv/bin/python")
+            .arg("benches/peers/by_hand/tables.py")
+            .args([&case, &tables])
+            .status()
+            .expect("scripts/setup --python has been run");
+        assert!(status.success(), "no tables of {name}");
+        let path =
+            CString::new(tables.to_str().expect("the path is text")).expect("the path is text");
+        // SAFETY: the path ends in a zero.
+        let drive = unsafe { by_hand_load(path.as_ptr()) };
+        assert!(!drive.is_null(), "the tables of {name} cannot be read");
+        Self {
+            drive,
+            felt,
+            all: model.modes(),
+        }
+    }
+
+    /// How many modes it has.
+    pub fn modes(&self) -> usize {
+        self.felt.len()
+    }
+
+    /// Of a vector over all components of a state those of its modes.
+    pub fn felt(&self, all: &[f64]) -> Vec<f64> {
+        let part = |offset: usize| self.felt.iter().map(move |i| all[offset + i]);
+        part(0).chain(part(self.all)).collect()
+    }
+
+    /// The inverse of it: nothing in the other modes.
+    pub fn padded(&self, own: &[f64]) -> Vec<f64> {
+        let mut all = vec![0.0; 2 * self.all];
+        for (place, &i) in self.felt.iter().enumerate() {
+            all[i] = own[place];
+            all[self.all + i] = own[self.modes() + place];
+        }
+        all
+    }
+
+    /// Takes a motion and a tangent at the start of a cycle.
+    pub fn set(&mut self, start: &TrajectoryState, tangent: &[f64]) {
+        let [motion, tangent] = [&start.state[..], tangent].map(|all| self.felt(all));
+        let closed = [0, 1].map(|flank| c_int::from(start.contact.holds(flank)));
+        // SAFETY: the vectors have two numbers for each of the drive's modes, and there are two flanks.
+        unsafe {
+            by_hand_set(
+                self.drive,
+                motion.as_ptr(),
+                tangent.as_ptr(),
+                closed.as_ptr(),
+            )
+        }
+    }
+
+    /// Its motion (0) or tangent (1).
+    pub fn get(&self, column: usize) -> Vec<f64> {
+        let mut out = vec![0.0; 2 * self.modes()];
+        // SAFETY: there is room for two numbers for each of the drive's modes.
+        unsafe { by_hand_get(self.drive, column as c_int, out.as_mut_ptr()) }
+        out
+    }
+
+    /// Advances by whole cycles, with no tangent or one.
+    pub fn run(&mut self, cycles: u64, tangents: usize) {
+        // SAFETY: the drive was loaded and is this object's own.
+        unsafe { by_hand_run(self.drive, cycles as c_long, tangents as c_int) }
+    }
+
+    /// Seconds a cycle over some cycles from a state.
+    pub fn time(&mut self, start: &TrajectoryState, cycles: u64, tangents: usize) -> f64 {
+        self.set(start, &vec![1e-9; 2 * self.all]);
+        let begin = clock::now();
+        self.run(cycles, tangents);
+        (clock::now() - begin) / cycles as f64
+    }
+}
+
+impl Drop for HandWritten {
+    fn drop(&mut self) {
+        // SAFETY: the drive was loaded, and nothing else has it.
+        unsafe { by_hand_free(self.drive) }
+    }
+}
+
+/// Participations (w, g) of a model's flanks in deflection and force, one entry a mode.
+fn participations(model: &Model) -> Vec<[Vec<f64>; 2]> {
+    let direction = |flank: usize| model.contacts[flank].cycles[0].segments[0].direction;
+    (0..2)
+        .map(|flank| model.participations(direction(flank)))
+        .collect()
+}
+
+/// The modes that a flank feels.
+fn felt(model: &Model) -> Vec<usize> {
+    let w: Vec<_> = participations(model).into_iter().map(|[w, _]| w).collect();
+    let largest = w
+        .iter()
+        .flatten()
+        .fold(0.0_f64, |most, w| most.max(w.abs()));
+    let is_felt = |&i: &usize| w.iter().any(|w| w[i].abs() > UNFELT * largest);
+    (0..model.modes()).filter(is_felt).collect()
+}
+
+/// What `by_hand/tables.py` reads. The drive must be one that the program was written for.
+fn description(model: &Model, felt: &[usize]) -> Value {
+    assert!(
+        model.contacts.len() == 2 && model.ripple.is_empty(),
+        "two flanks, nothing else"
+    );
+    let block = |&i: &usize| {
+        let block = &model.blocks[i];
+        let [companion, [stiffness, damping]] = block.generator;
+        assert_eq!(companion, [0.0, 1.0], "the modes are coupled");
+        [-stiffness, -damping, block.static_input[1]]
+    };
+    let of_felt = |all: Vec<f64>| -> Vec<f64> { felt.iter().map(|&i| all[i]).collect() };
+    let flanks = participations(model)
+        .into_iter()
+        .zip(&model.contacts)
+        .map(|([w, g], contact)| {
+            let cycle = &contact.cycles[0];
+            let first = &cycle.segments[0];
+            let [error] = &model.lines[model.line(first)].transmission_error[..] else {
+                panic!("the transmission error is one wave");
+            };
+            assert_eq!(
+                error.turns_per_cycle, 1.0,
+                "the transmission error has the mesh frequency"
+            );
+            assert!(contact.cycles.len() == 1 && contact.release == Release::Deflection);
+            for segment in &cycle.segments {
+                assert!(segment.stiffness.is_constant() && segment.error.is_none());
+                assert_eq!(
+                    (segment.direction, segment.damping),
+                    (first.direction, first.damping)
+                );
+            }
+            let segment = |s: &atlas::model::Segment| (s.end, s.stiffness.mean());
+            json!({
+                "w": of_felt(w),
+                "g": of_felt(g),
+                "error": [error.amplitude, error.phase],
+                "segments": cycle.segments.iter().map(segment).collect::<Vec<_>>(),
+            })
+        });
+    json!({
+        "period": model.period(),
+        "half_gap": model.half_gap,
+        "contact_damping": model.first_cycle().segments[0].damping,
+        "modes": felt.iter().map(block).collect::<Vec<_>>(),
+        "flanks": flanks.collect::<Vec<_>>(),
+    })
+}
