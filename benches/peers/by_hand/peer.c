@@ -16,24 +16,36 @@
 #include <stdlib.h>
 #include <string.h>
 
+#ifndef __AVX512F__
+#error "this program is written for AVX-512: GCC makes slow code of its vectors elsewhere, and its times would say nothing"
+#endif
+
 typedef double v8 __attribute__((vector_size(64)));
 typedef long m8 __attribute__((vector_size(64)));
 
 #define INLINE static inline __attribute__((always_inline))
 
-enum { NODES = 8, FLANKS = 2, SEGMENTS = 3, LEVELS = 3 };
-enum { FREE = 0, MODAL = 9, SYSTEMS = 10 }; // MODAL: displacements and velocities of the modes
-static const v8 NODE = {0, 1, 2, 3, 4, 5, 6, 7};
-enum { MOST = 5 };                          // most vectors of eight real parts
-enum { LONG = 15, SHORT = 5 };              // terms of e^w for |w| < 0.5 and |w| < 1e-3
+enum {
+    NODES = 8,
+    FLANKS = 2,
+    SEGMENTS = 3, // most stretches of one level in a cycle
+    STATES = 3,   // of a flank: open, or closed on one of its levels
+    FREE = 0,
+    MODAL = 9, // not a system, but the modes: what is a real part elsewhere is a displacement, what is imaginary a velocity
+    SYSTEMS = 10,
+    MOST = 5, // most vectors of eight real parts
+    LONG = 15,
+    SHORT = 5, // terms of the series of e^w for |w| < 0.5 and for |w| < 1e-3
+};
 
-// Vectors over the amplitudes have all real parts first, padded to whole vectors, then all imaginary parts.
+// A row over the amplitudes, or a column of them, has all real parts first, padded to V vectors of eight, then all
+// imaginary parts. Functions are compiled for every V, and for one column, the motion, or two, motion and tangent.
 typedef struct {
     const v8 *rates;                          // λ
     const v8 *turns;                          // e^{λ n step}, n = 0 ... NODES
     const v8 *margin[FLANKS], *slope[FLANKS]; // each flank's margin, and its rate of change, as a row
     const v8 *salt[FLANKS];                   // what a tangent gains at an event per unit of its own margin
-    const v8 *nodes;                          // margins at the nodes: per amplitude four vectors, re of both flanks, im of both
+    const v8 *nodes; // margins at the nodes: four vectors per amplitude, of its real part for both flanks, of its imaginary one
 } System;
 
 typedef struct {
@@ -43,9 +55,11 @@ typedef struct {
 } Header;
 
 typedef struct {
-    v8 z[2][2 * MOST]; // amplitudes of the motion and of its tangent
-    double time, limit, start[FLANKS]; // limit: when the level or the cycle ends; start: margins at the block's start
-    int system, crossed, vectors, slots;
+    v8 z[2][2 * MOST];    // amplitudes of the motion and of its tangent
+    double time, limit;   // within the cycle; when a closed flank changes its level next, or the cycle ends
+    double start[FLANKS]; // margins now
+    int system, crossed;  // crossed: the flank that has just opened or closed, or -1
+    int vectors, slots;
     Header head;
     System systems[MODAL];
     const v8 *changes;
@@ -69,21 +83,23 @@ INLINE double dot(const v8 *row, const v8 *z, const int V) {
     return sum(re + im);
 }
 
+// 1/n!
+static const double FACTOR[LONG] = {
+    1,          1,          1. / 2,      1. / 6,        1. / 24,        1. / 120,        1. / 720,         1. / 5040,
+    1. / 40320, 1. / 362880, 1. / 3628800, 1. / 39916800, 1. / 479001600, 1. / 6227020800, 1. / 87178291200,
+};
+
 // e^{λt} by its series. A polynomial p with real coefficients at a complex w takes two real products a term: divided by
 // x² - 2 Re(w) x + |w|² it leaves a line, which has the value p(w) at w (Knuth, TAOCP 4.6.4).
 INLINE void exponential(const v8 *rates, double t, const int terms, v8 *e, const int V) {
-    static const double c[LONG] = {
-        1,         1,          1. / 2,      1. / 6,        1. / 24,        1. / 120,        1. / 720,        1. / 5040,
-        1. / 40320, 1. / 362880, 1. / 3628800, 1. / 39916800, 1. / 479001600, 1. / 6227020800, 1. / 87178291200,
-    };
     for (int k = 0; k < V; k++) {
         v8 re = rates[k] * t, im = rates[V + k] * t, twice = re + re, square = re * re + im * im;
-        v8 a = (v8){0} + c[terms - 1], b = (v8){0} + c[terms - 2];
+        v8 a = (v8){0} + FACTOR[terms - 1], b = (v8){0} + FACTOR[terms - 2];
 #pragma GCC unroll 16
         for (int n = terms - 3; n >= 0; n--) {
             v8 before = a;
             a = b + twice * a;
-            b = c[n] - square * before;
+            b = FACTOR[n] - square * before;
         }
         e[k] = a * re + b;
         e[V + k] = a * im;
@@ -143,7 +159,7 @@ INLINE void change(Drive *d, int to, const int V, const int columns) {
 
 // State of a flank in a system: open, or closed on a level; and the system with another state.
 static const int PLACE[FLANKS] = {3, 1};
-INLINE int state(int system, int flank) { return system / PLACE[flank] % LEVELS; }
+INLINE int state(int system, int flank) { return system / PLACE[flank] % STATES; }
 INLINE int with(int system, int flank, int to) { return system + PLACE[flank] * (to - state(system, flank)); }
 
 INLINE int segment(const Drive *d, int flank) {
@@ -152,19 +168,20 @@ INLINE int segment(const Drive *d, int flank) {
     return place;
 }
 
-// When a closed flank changes its level next, or the cycle ends.
 INLINE void plan(Drive *d) {
     d->limit = d->head.period;
     for (int f = 0; f < FLANKS; f++)
         if (state(d->system, f)) d->limit = fmin(d->limit, d->head.end[f][segment(d, f)]);
 }
 
+// All numbers a place later, the first of another vector before them.
+INLINE v8 behind(v8 first, v8 x) { return __builtin_shufflevector(first, x, 0, 8, 9, 10, 11, 12, 13, 14); }
+
 // Nodes at which a margin is negative, or low between higher neighbours: before these it may pass zero. Behind the last
 // node the parabola through three goes on.
 INLINE m8 suspects(double start, v8 g) {
     v8 first = (v8){0} + start;
-    v8 left = __builtin_shufflevector(first, g, 0, 8, 9, 10, 11, 12, 13, 14);
-    v8 farther = __builtin_shufflevector(first, left, 0, 8, 9, 10, 11, 12, 13, 14);
+    v8 left = behind(first, g), farther = behind(first, left);
     v8 next = 3 * (g - left) + farther;
     v8 right = __builtin_shufflevector(g, next, 1, 2, 3, 4, 5, 6, 7, 15);
     return (g < 0) | ((g < 0.2 * (left - 2 * g + right)) & (g < left) & (g < right));
@@ -187,14 +204,17 @@ INLINE double polynomial(const double *d, int first, double x, double *slope) {
     return value;
 }
 
-// The first root of the polynomial through the margins g at the nodes 0, 1 ... NODES, in distances of nodes. The root at
-// the start, where the flank has just `crossed`, is none.
-static double first_root(const double *g, int crossed) {
-    double d[NODES + 1], slope;
-    memcpy(d, g, sizeof d);
+// The first root of the polynomial through a margin at the nodes 0, 1 ... NODES, in distances of nodes. The root at the
+// start, where the flank has just `crossed`, is none.
+static double first_root(double start, v8 margin, int crossed) {
+    double g[NODES + 1] = {start}, d[NODES + 1] = {start}, slope;
+    memcpy(g + 1, &margin, sizeof margin);
+    v8 differences = margin - behind((v8){0} + start, margin);
 #pragma GCC unroll 8
-    for (int order = 1; order <= NODES; order++)
-        for (int i = NODES; i >= order; i--) d[i] = (d[i] - d[i - 1]) * (1.0 / order);
+    for (int order = 1; order <= NODES; order++) {
+        d[order] = FACTOR[order] * differences[0];
+        differences = __builtin_shufflevector(differences, differences, 1, 2, 3, 4, 5, 6, 7, 7) - differences;
+    }
     for (int n = 0; n < NODES; n++) {
         int first = crossed && n == 0;
         double low = n, high = n + 1;
@@ -285,14 +305,12 @@ INLINE void run(Drive *d, long cycles, const int V, const int columns) {
         int flank = 0;
         v8 g[FLANKS];
         look(d, g, V);
-        m8 found[FLANKS] = {suspects(d->start[0], g[0]), suspects(d->start[1], g[1])}, both = found[0] | found[1];
-        // Nodes behind the end of the level do not count, but for the first.
-        if (any(both & (NODE < left))) {
+        m8 live = (v8){0, 1, 2, 3, 4, 5, 6, 7} < left; // of the nodes behind the limit only the first counts
+        m8 found[FLANKS] = {suspects(d->start[0], g[0]) & live, suspects(d->start[1], g[1]) & live};
+        m8 both = found[0] | found[1];
+        if (any(both)) {
             for (int f = 0; f < FLANKS; f++) {
-                if (!any(found[f])) continue;
-                double nodes[NODES + 1] = {d->start[f]};
-                memcpy(nodes + 1, &g[f], sizeof g[f]);
-                double root = first_root(nodes, d->crossed == f);
+                double root = any(found[f]) ? first_root(d->start[f], g[f], d->crossed == f) : INFINITY;
                 if (root < event) event = root, flank = f;
             }
         }

@@ -15,7 +15,8 @@ from pathlib import Path
 import numpy as np
 
 NODES, SEGMENTS = 8, 3
-# Largest angle that the fastest amplitude turns by from node to node, and fewest blocks of a cycle.
+# Largest angle by which the fastest amplitude turns from node to node (peer.c has terms for half of it), and fewest blocks
+# of a cycle.
 TURN, FEWEST = 1.0, 3.0
 LONG, COMPLEX = np.longdouble, np.clongdouble
 SIDES = [1.0, -1.0]

@@ -68,24 +68,19 @@ impl HandWritten {
     }
 
     /// Of a vector over all components of a state those of its modes.
-    pub fn felt(&self, all: &[f64]) -> Vec<f64> {
+    fn of_felt(&self, all: &[f64]) -> Vec<f64> {
         let part = |offset: usize| self.felt.iter().map(move |i| all[offset + i]);
         part(0).chain(part(self.all)).collect()
     }
 
-    /// The inverse of it: nothing in the other modes.
-    pub fn padded(&self, own: &[f64]) -> Vec<f64> {
-        let mut all = vec![0.0; 2 * self.all];
-        for (place, &i) in self.felt.iter().enumerate() {
-            all[i] = own[place];
-            all[self.all + i] = own[self.modes() + place];
-        }
-        all
-    }
-
-    /// Takes a motion and a tangent at the start of a cycle.
-    pub fn set(&mut self, start: &TrajectoryState, tangent: &[f64]) {
-        let [motion, tangent] = [&start.state[..], tangent].map(|all| self.felt(all));
+    /// Advances by whole cycles from the start of one, with a tangent or, where that is empty, without: gives the seconds.
+    pub fn advance(&mut self, start: &TrajectoryState, tangent: &[f64], cycles: u64) -> f64 {
+        let motion = self.of_felt(&start.state);
+        let count = c_int::from(!tangent.is_empty());
+        let tangent = match count {
+            0 => vec![0.0; motion.len()],
+            _ => self.of_felt(tangent),
+        };
         let closed = [0, 1].map(|flank| c_int::from(start.contact.holds(flank)));
         // SAFETY: the vectors have two numbers for each of the drive's modes, and there are two flanks.
         unsafe {
@@ -95,29 +90,25 @@ impl HandWritten {
                 tangent.as_ptr(),
                 closed.as_ptr(),
             )
-        }
-    }
-
-    /// Its motion (0) or tangent (1).
-    pub fn get(&self, column: usize) -> Vec<f64> {
-        let mut out = vec![0.0; 2 * self.modes()];
-        // SAFETY: there is room for two numbers for each of the drive's modes.
-        unsafe { by_hand_get(self.drive, column as c_int, out.as_mut_ptr()) }
-        out
-    }
-
-    /// Advances by whole cycles, with no tangent or one.
-    pub fn run(&mut self, cycles: u64, tangents: usize) {
-        // SAFETY: the drive was loaded and is this object's own.
-        unsafe { by_hand_run(self.drive, cycles as c_long, tangents as c_int) }
-    }
-
-    /// Seconds a cycle over some cycles from a state.
-    pub fn time(&mut self, start: &TrajectoryState, cycles: u64, tangents: usize) -> f64 {
-        self.set(start, &vec![1e-9; 2 * self.all]);
+        };
         let begin = clock::now();
-        self.run(cycles, tangents);
-        (clock::now() - begin) / cycles as f64
+        // SAFETY: the drive was loaded and is this object's own.
+        unsafe { by_hand_run(self.drive, cycles as c_long, count) };
+        clock::now() - begin
+    }
+
+    /// Its motion (0) or tangent (1) less another one, over all components; nothing in modes that it leaves out.
+    pub fn difference(&self, column: usize, other: &[f64]) -> Vec<f64> {
+        let mut own = vec![0.0; 2 * self.modes()];
+        // SAFETY: there is room for two numbers for each of the drive's modes.
+        unsafe { by_hand_get(self.drive, column as c_int, own.as_mut_ptr()) }
+        let mut apart = vec![0.0; 2 * self.all];
+        for (place, &i) in self.felt.iter().enumerate() {
+            for (own, i) in [(own[place], i), (own[self.modes() + place], self.all + i)] {
+                apart[i] = own - other[i];
+            }
+        }
+        apart
     }
 }
 
