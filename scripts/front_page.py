@@ -137,9 +137,9 @@ def by_hand() -> list[str]:
     kinds = ("bare", "tangent")
     peer = [[case["peer"][kind][1] for kind in kinds] for case in cases]
     lines = [
-        "An expert's program in C for the same drive with mirrored flanks and nothing else, without proof that it misses no "
-        "event, and how many times as long the kernels take for the same motion, bare / with a tangent "
-        f"({link('by hand', 'by-hand', 'summary.md')}):",
+        "A program in C, written by hand for this drive with mirrored flanks and for nothing else, computes the same motion "
+        f"({link('by hand', 'by-hand', 'summary.md')}). It does not prove that it misses no event. The table has its time, bare / "
+        "with a tangent, and how many times as long the kernels take:",
         "",
         "| one cycle | " + " | ".join(f"{case['modes']} modes" for case in cases) + " |",
         "|---" * (1 + len(cases)) + "|",
