@@ -12,9 +12,6 @@ pub use symmetric::symmetric_eigen;
 use faer::{Mat, MatRef};
 use num_complex::Complex64;
 
-/// Steps of an iteration for one eigenvalue before it is given up.
-const MOST_STEPS: usize = 140;
-
 /// `A B`.
 pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
     let mut out = Mat::zeros(a.nrows(), b.ncols());
@@ -252,7 +249,7 @@ mod tests {
     }
 
     /// Shifts are zero where each coordinate goes to the next, and a step gives the matrix back: only
-    /// the shifts of the tenth step move it.
+    /// exceptional shifts move it.
     #[test]
     fn roots_of_unity_are_found_where_ordinary_steps_stand_still() {
         for n in 3..=12 {
@@ -265,6 +262,53 @@ mod tests {
                     (0..found.len()).min_by(|&a, &b| far(&found[a]).total_cmp(&far(&found[b])));
                 let apart = far(&found.swap_remove(nearest.unwrap()));
                 assert!(apart < 1e-14, "{n} {k}: {apart:e}");
+            }
+        }
+    }
+
+    /// The maps exp(r [0 1; -1 -2 z]) of modes with damping z next to 1 and nearly one rate r, and
+    /// rotations, reflected together some times.
+    #[test]
+    fn clusters_of_nearly_double_eigenvalues_are_found() {
+        for number in 0..300 {
+            let mut stream = Stream::new(12, number, 0);
+            let size = 2 * (4 + number as usize % 4);
+            let rate = 0.5 + 2.0 * stream.uniform();
+            let missing = 10f64.powf(-4.0 - 5.0 * stream.uniform());
+            let (z, w) = (1.0 - missing, (missing * (2.0 - missing)).sqrt());
+            let (mut matrix, mut known) = (Mat::zeros(size, size), Vec::new());
+            for k in (0..size).step_by(2) {
+                let (root, block) = if k % 4 == 0 {
+                    let r = rate * (1.0 + 1e-6 * stream.normal());
+                    let root = (r * Complex64::new(-z, w)).exp();
+                    let (a, b) = (root.re + root.im * z / w, root.im / w);
+                    (root, [[a, b], [-b, 2.0 * root.re - a]])
+                } else {
+                    let root = Complex64::cis(3.0 * stream.uniform());
+                    (root, [[root.re, root.im], [-root.im, root.re]])
+                };
+                known.extend([root, root.conj()]);
+                for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                    matrix[(k + i, k + j)] = block[i][j];
+                }
+            }
+            for _ in 0..size {
+                let u = Mat::from_fn(size, 1, |_, _| stream.normal());
+                let square = product(u.transpose(), u.as_ref())[(0, 0)];
+                let reflection = Mat::from_fn(size, size, |i, j| {
+                    f64::from(u8::from(i == j)) - 2.0 * u[(i, 0)] * u[(j, 0)] / square
+                });
+                let half = product(reflection.as_ref(), matrix.as_ref());
+                matrix = product(half.as_ref(), reflection.as_ref());
+            }
+            let found = eigenvalues(matrix.as_ref());
+            let mut found = found.unwrap_or_else(|| panic!("not found: {number}"));
+            for root in known {
+                let far = |v: &Complex64| (v - root).norm();
+                let nearest =
+                    (0..found.len()).min_by(|&a, &b| far(&found[a]).total_cmp(&far(&found[b])));
+                let apart = far(&found.swap_remove(nearest.unwrap()));
+                assert!(apart < 1e-9, "{number}: {apart:e}");
             }
         }
     }

@@ -1,11 +1,18 @@
 //! Eigenvalues of a real matrix, by the algorithms `orthes` and `hqr` of EISPACK (Smith et al.,
-//! *Matrix Eigensystem Routines*, 1976).
+//! *Matrix Eigensystem Routines*, 1976) with the shifts of `dlahqr` of LAPACK.
 
-use super::MOST_STEPS;
 use faer::MatRef;
 use multiversion::multiversion;
 use num_complex::{Complex64, c64};
 use std::ops::Range;
+
+/// Steps of an iteration for one eigenvalue before it is given up. Among several nearly equal, nearly double
+/// eigenvalues shifts wander until one hits; many such matrices take more than the 300 steps of LAPACK, and
+/// every 180 steps leave a third of them.
+const MOST_STEPS: usize = 3000;
+
+/// Every so many steps for one eigenvalue shifts are exceptional, so that no step repeats the last for ever.
+const EXCEPTIONAL: usize = 10;
 
 /// Eigenvalues of a real matrix, in no order; none where the iteration fails or an
 /// entry is not finite.
@@ -148,6 +155,20 @@ impl Reflection {
     }
 }
 
+/// Eigenvalues of a matrix of two rows with x the last diagonal entry, y the other, and w the product of
+/// the two beside them; of real ones the nearer to x last.
+fn of_two(x: f64, y: f64, w: f64) -> [Complex64; 2] {
+    let p = 0.5 * (y - x);
+    let q = p * p + w;
+    let z = q.abs().sqrt();
+    if q < 0.0 {
+        return [c64(x + p, z), c64(x + p, -z)];
+    }
+    let z = if p >= 0.0 { p + z } else { p - z };
+    let nearer = if z == 0.0 { x } else { x - w / z };
+    [(x + z).into(), nearer.into()]
+}
+
 /// Francis' double QR steps on a Hessenberg matrix. (`hqr`)
 #[multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512dq+avx2"))]
 fn shifted_steps(h: &mut [f64], size: usize) -> Option<Vec<Complex64>> {
@@ -159,8 +180,8 @@ fn shifted_steps(h: &mut [f64], size: usize) -> Option<Vec<Complex64>> {
             norm += h[at(i, j)].abs();
         }
     }
-    // Eigenvalues below `end` are still sought; what exceptional shifts took away is in `moved`.
-    let (mut end, mut moved, mut steps) = (size, 0.0, 0);
+    // Eigenvalues below `end` are still sought.
+    let (mut end, mut steps) = (size, 0);
     while end > 0 {
         let n = end - 1;
         let mut l = n;
@@ -173,26 +194,16 @@ fn shifted_steps(h: &mut [f64], size: usize) -> Option<Vec<Complex64>> {
             l -= 1;
         }
         if l == n {
-            values[n] = (h[at(n, n)] + moved).into();
+            values[n] = h[at(n, n)].into();
             end -= 1;
             steps = 0;
             continue;
         }
         let (mut x, mut y) = (h[at(n, n)], h[at(n - 1, n - 1)]);
         let mut w = h[at(n, n - 1)] * h[at(n - 1, n)];
+        let own = of_two(x, y, w);
         if l + 1 == n {
-            let p = 0.5 * (y - x);
-            let q = p * p + w;
-            let z = q.abs().sqrt();
-            let middle = x + moved;
-            if q >= 0.0 {
-                let z = if p >= 0.0 { p + z } else { p - z };
-                values[n - 1] = (middle + z).into();
-                values[n] = if z == 0.0 { middle + z } else { middle - w / z }.into();
-            } else {
-                values[n - 1] = c64(middle + p, z);
-                values[n] = c64(middle + p, -z);
-            }
+            [values[n - 1], values[n]] = own;
             end -= 2;
             steps = 0;
             continue;
@@ -201,14 +212,20 @@ fn shifted_steps(h: &mut [f64], size: usize) -> Option<Vec<Complex64>> {
         if steps > MOST_STEPS {
             return None;
         }
-        // More often, they would keep two nearly double eigenvalues from ever parting.
-        if matches!(steps, 10 | 20) || steps % 50 == 0 {
-            moved += x;
-            for i in 0..=n {
-                h[at(i, i)] -= x;
-            }
-            let s = h[at(n, n - 1)].abs() + h[at(n - 1, n - 2)].abs();
-            (x, y, w) = (0.75 * s, 0.75 * s, -0.4375 * s * s);
+        // The shifts are the roots of (x - s) (y - s) = w.
+        if steps % EXCEPTIONAL == 0 {
+            // At the upper end and at the lower one by turns.
+            let (at_end, beside) = match steps % (2 * EXCEPTIONAL) {
+                0 => (x, [at(n, n - 1), at(n - 1, n - 2)]),
+                _ => (h[at(l, l)], [at(l + 1, l), at(l + 2, l + 1)]),
+            };
+            let s: f64 = beside.map(|place| h[place].abs()).iter().sum();
+            x = at_end + 0.75 * s;
+            (y, w) = (x, -0.4375 * s * s);
+        } else if own[1].im == 0.0 {
+            // Of two real ones the nearer, twice: both would keep nearly double eigenvalues from parting.
+            let nearer = own[1].re;
+            (x, y, w) = (nearer, nearer, 0.0);
         }
         let mut m = n - 2;
         let (mut p, mut q, mut r);

@@ -1,8 +1,10 @@
 //! Eigenvalues and eigenvectors of a symmetric matrix, by the algorithms `tred2` and `tql2` of
 //! EISPACK (Smith et al., *Matrix Eigensystem Routines*, 1976).
 
-use super::MOST_STEPS;
 use faer::Mat;
+
+/// Steps of an iteration for one eigenvalue before it is given up.
+const MOST_STEPS: usize = 60;
 
 /// Eigenvalues, ascending, and orthonormal eigenvectors of a symmetric matrix; none where the
 /// iteration fails.
