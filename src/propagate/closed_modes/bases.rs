@@ -10,7 +10,7 @@ use crate::model::{Block, Model};
 use crate::numerics::decoupling::decouple;
 use crate::propagate::dense::{KeptReader, KeptWriter};
 use crate::propagate::vectors::LANES;
-use crate::propagate::{DenseError, TableArray};
+use crate::propagate::{DenseError, TableArray, TableSize};
 use faer::Mat;
 use std::borrow::Cow;
 
@@ -163,14 +163,11 @@ fn between(sets: &Sets, set: usize) -> impl Iterator<Item = (usize, usize)> {
 }
 
 impl Bases<'static> {
-    /// Computes them.
+    /// Computes them; modes are not coupled.
     ///
     /// # Errors
     /// As of [`arrays`].
     pub fn new(model: &Model, sets: &Sets) -> Result<Self, DenseError> {
-        if model.basis.coupled().is_some() {
-            return Err(DenseError::Coupled);
-        }
         let found: Vec<Found> = (0..sets.count())
             .map(|set| Found::new(model, sets, set))
             .collect::<Result<_, _>>()?;
@@ -200,13 +197,26 @@ impl Bases<'static> {
     }
 }
 
-/// The bases of a model as arrays to be kept: they serve every speed, load and gap.
+/// Size of the arrays of so many modes.
+pub fn size(modes: usize, sets: &Sets) -> TableSize {
+    let maps = |set| match set {
+        Sets::FREE => 0,
+        _ => 2 + between(sets, set).count(),
+    };
+    let maps: usize = (0..sets.count()).map(maps).sum();
+    TableSize {
+        operators: sets.count(),
+        bytes: 4 * modes * (maps * padded(modes) + sets.count()) * size_of::<f64>(),
+        cells: 0,
+    }
+}
+
+/// The bases of a model as arrays to be kept: they serve every speed, load and gap. Modes are not coupled.
 ///
 /// # Errors
-/// As of [`super::ClosedModes::arrays`].
-pub fn arrays(model: &Model) -> Result<Vec<TableArray>, DenseError> {
-    let sets = Sets::new(model)?;
-    let Bases { bases, changes } = Bases::new(model, &sets)?;
+/// Eigenvectors too nearly parallel.
+pub fn arrays(model: &Model, sets: &Sets) -> Result<Vec<TableArray>, DenseError> {
+    let Bases { bases, changes } = Bases::new(model, sets)?;
     let mut out = KeptWriter::default();
     for (basis, changes) in bases.iter().zip(&changes) {
         if let Some([to, from]) = &basis.maps {

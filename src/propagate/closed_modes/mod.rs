@@ -24,12 +24,15 @@ mod workspace;
 
 use super::dense::KeptReader;
 use super::vectors::InstructionSet;
-use super::{DenseError, KeptTables, TableArray};
+use super::{DenseError, KeptTables, TableArray, TableSize};
 use crate::model::Model;
-use bases::{Bases, Basis};
+use bases::Bases;
 use excitation::Frequencies;
 use sets::{Sets, Stop};
 use system::System;
+
+/// Most bytes of the tables of a structure: they are kept on disk and in memory, once for all points.
+const MOST_BYTES: usize = 256_000_000;
 
 /// The kernel of closed modes for one model.
 #[derive(Debug)]
@@ -66,7 +69,7 @@ impl<'m> ClosedModes<'m> {
         event_limit: u32,
         instructions: InstructionSet,
     ) -> Result<Self, DenseError> {
-        let sets = Sets::new(model)?;
+        let (sets, _) = suited(model)?;
         let bases = Bases::new(model, &sets)?;
         Self::of_bases(model, event_limit, sets, bases, instructions)
     }
@@ -82,11 +85,26 @@ impl<'m> ClosedModes<'m> {
         kept: &'m dyn KeptTables,
         instructions: InstructionSet,
     ) -> Result<Self, DenseError> {
-        let sets = Sets::new(model)?;
-        let mut reader = KeptReader::new(kept);
-        let bases = Bases::read(model, &sets, &mut reader)?;
-        reader.finish()?;
+        let (sets, bases) = read(model, kept)?;
         Self::of_bases(model, event_limit, sets, bases, instructions)
+    }
+
+    /// Refuses what [`Self::arrays`] refuses for its shape, without eigenvectors; gives the size of the tables: systems, each with
+    /// the products that lead to others, and their bytes.
+    ///
+    /// # Errors
+    /// As of [`Self::arrays`], nearly parallel eigenvectors aside.
+    pub fn suits(model: &Model) -> Result<TableSize, DenseError> {
+        suited(model).map(|(_, size)| size)
+    }
+
+    /// Refuses what [`Self::of_kept`] refuses, without building the kernel.
+    ///
+    /// # Errors
+    /// As of [`Self::of_kept`].
+    pub fn takes(model: &Model, kept: &dyn KeptTables) -> Result<(), DenseError> {
+        let (sets, bases) = read(model, kept)?;
+        unresonant(model, &sets, &bases, &Frequencies::new(model))
     }
 
     fn of_bases(
@@ -99,9 +117,7 @@ impl<'m> ClosedModes<'m> {
         let frequencies = Frequencies::new(model);
         let (step, blocks) = grid::step(model, &sets, &bases, &frequencies);
         let stops = sets.stops(model);
-        for set in 0..sets.count() {
-            resonates(model, bases.of(set), &frequencies)?;
-        }
+        unresonant(model, &sets, &bases, &frequencies)?;
         let systems = (0..sets.count())
             .map(|set| {
                 let closed: Vec<_> = sets.closed(set).collect();
@@ -133,9 +149,10 @@ impl<'m> ClosedModes<'m> {
     ///
     /// # Errors
     /// Stiffness that varies within a segment, flanks with errors, contacts that let go by force, coupled modes, too many
-    /// sets of closed contacts, eigenvectors too nearly parallel.
+    /// sets of closed contacts, too large tables, eigenvectors too nearly parallel.
     pub fn arrays(model: &Model) -> Result<Vec<TableArray>, DenseError> {
-        bases::arrays(model)
+        let (sets, _) = suited(model)?;
+        bases::arrays(model, &sets)
     }
 
     /// A system at this operating point.
@@ -145,15 +162,44 @@ impl<'m> ClosedModes<'m> {
     }
 }
 
+/// The systems of a model that tables are made for, and the size of these.
+fn suited(model: &Model) -> Result<(Sets, TableSize), DenseError> {
+    if model.basis.coupled().is_some() {
+        return Err(DenseError::Coupled);
+    }
+    let sets = Sets::new(model)?;
+    let size = bases::size(model.modes(), &sets);
+    match size.bytes <= MOST_BYTES {
+        true => Ok((sets, size)),
+        false => Err(DenseError::TooLarge {
+            size,
+            most: MOST_BYTES,
+        }),
+    }
+}
+
+/// The systems of a model and their kept bases.
+fn read<'k>(model: &Model, kept: &'k dyn KeptTables) -> Result<(Sets, Bases<'k>), DenseError> {
+    let sets = Sets::new(model)?;
+    let mut reader = KeptReader::new(kept);
+    let bases = Bases::read(model, &sets, &mut reader)?;
+    reader.finish()?;
+    Ok((sets, bases))
+}
+
 /// Refuses an undamped block that turns with a harmonic.
-fn resonates(
+fn unresonant(
     model: &Model,
-    basis: &Basis<'_>,
+    sets: &Sets,
+    bases: &Bases<'_>,
     frequencies: &Frequencies,
 ) -> Result<(), DenseError> {
-    for &[omega, _] in &frequencies.all {
-        if (0..model.modes()).any(|i| excitation::in_resonance(&basis.block(i), omega)) {
-            return Err(DenseError::Resonance { frequency: omega });
+    for set in 0..sets.count() {
+        let basis = bases.of(set);
+        for &[omega, _] in &frequencies.all {
+            if (0..model.modes()).any(|i| excitation::in_resonance(&basis.block(i), omega)) {
+                return Err(DenseError::Resonance { frequency: omega });
+            }
         }
     }
     Ok(())

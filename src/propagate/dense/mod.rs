@@ -127,6 +127,18 @@ pub enum DenseError {
         /// The most that are kept.
         most: usize,
     },
+    /// Tables would be larger than they should be.
+    #[error(
+        "the tables of the {} ways in which contacts may be closed would take {:.0} MB, at most {:.0} MB are kept; keep fewer \
+         modes or fewer levels of stiffness",
+        size.operators, megabytes(size.bytes), megabytes(*most)
+    )]
+    TooLarge {
+        /// What they would take.
+        size: TableSize,
+        /// The most \[bytes\].
+        most: usize,
+    },
     /// A cycle would take more cells than tables should have.
     #[error(
         "one mesh cycle would take {cells:.0} table steps; raise the speed or leave out high modes"
@@ -142,6 +154,17 @@ impl DenseError {
     pub fn concerns_the_model(&self) -> bool {
         !matches!(self, Self::Kept { .. })
     }
+
+    /// What is wrong, without the figures and the remedy that follow it.
+    pub fn cause(&self) -> String {
+        let text = self.to_string();
+        text.split([':', ';']).next().unwrap_or_default().to_owned()
+    }
+}
+
+/// Bytes in megabytes.
+pub fn megabytes(bytes: usize) -> f64 {
+    1e-6 * bytes as f64
 }
 
 /// Size of a kernel's tables.
