@@ -5,9 +5,7 @@
 
 use atlas::manifest::{self, Job};
 use atlas::model::TrajectoryState;
-use atlas::propagate::{
-    Counters, Event, Kernel, KernelChoice, Observer, Tangents, Volterra, Window,
-};
+use atlas::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra, Window};
 use atlas::store::TableStore;
 use atlas::sweep::{CycleMap, MapImage, MapQuestion, MapTangents, Parts};
 use std::path::Path;
@@ -19,7 +17,8 @@ const CYCLES: u64 = 3;
 
 fn job() -> Job {
     let text = include_str!("../manifests/quickstart.toml");
-    manifest::parse(text, "quickstart.toml", Path::new("")).unwrap()
+    let text = text.replacen("[run]", "[run]\nkernel = \"volterra\"\n#", 1);
+    manifest::parse(&text, "quickstart.toml", Path::new("")).unwrap()
 }
 
 /// The map of a point that rattles, and states along its trajectory.
@@ -70,10 +69,8 @@ impl Observer for Log {
 
 /// The same by the kernel alone: states, matrices, events.
 fn by_the_kernel(map: &CycleMap, states: &[f64]) -> (Vec<f64>, Vec<f64>, Vec<(usize, Event)>) {
-    let KernelChoice::Volterra { tolerance } = map.point().run.kernel else {
-        panic!("the manifest has another kernel");
-    };
     let model = map.model();
+    let tolerance = map.point().run.kernel.tolerance();
     let kernel = Volterra::new(model, tolerance, map.point().run.event_limit);
     let (n, mut workspace) = (map.dimension(), kernel.workspace());
     let (mut ends, mut matrices, mut events) = (Vec::new(), Vec::new(), Vec::new());

@@ -9,7 +9,7 @@ use atlas::manifest::{
     PointSpec, StiffnessSpec, StructureSource,
 };
 use atlas::model::{DriveShaft, InitialState, MeshHarmonic, Release};
-use atlas::propagate::KernelChoice;
+use atlas::propagate::{KernelChoice, KernelSetting};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -96,9 +96,9 @@ fn flex80_is_the_default_drive() {
     assert!((values[35] - 4.444e8).abs() < 1e5 && (values[36] - 3.333e8).abs() < 1e5);
     assert_eq!(
         point.run.kernel,
-        KernelChoice::Volterra {
+        KernelSetting::Named(KernelChoice::Volterra {
             tolerance: f64::EPSILON
-        }
+        })
     );
     assert_eq!((point.run.transient, point.run.cycles), (500, 160_000));
     assert_eq!(point.analyses.lyapunov.unwrap().stop_at_stderr, Some(0.01));
@@ -315,9 +315,9 @@ fn defaults_are_the_documented_ones() {
     assert_eq!(run.initial, InitialState::Static);
     assert_eq!(
         run.kernel,
-        KernelChoice::Volterra {
+        KernelSetting::Named(KernelChoice::Volterra {
             tolerance: f64::EPSILON
-        }
+        })
     );
     let analyses = &job.points.at(0).analyses;
     assert!(analyses.lyapunov.is_none() && analyses.poincare.is_none() && analyses.nvh.is_none());
@@ -378,7 +378,7 @@ fn table_kernels_are_named_in_the_manifest() {
         ("\"fused\"", KernelChoice::Fused { cells: 60 }),
     ] {
         let job = job_with("[grid]", &format!("[run]\nkernel = {settings}\n\n[grid]"));
-        assert_eq!(job.points.at(0).run.kernel, kernel);
+        assert_eq!(job.points.at(0).run.kernel, KernelSetting::Named(kernel));
         hashes.push(job.hash);
     }
     hashes.sort();

@@ -339,6 +339,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         },
         forecast: None,
         totals: Totals::new(count, count - failed, failed, 1000 * (count - failed), 1.0),
+        kernels: Vec::new(),
         shards: Vec::new(),
         tables: written.tables.clone(),
         retries: Vec::new(),

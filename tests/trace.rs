@@ -7,7 +7,7 @@ mod common;
 
 use atlas::manifest::{self, Job};
 use atlas::model::{Model, TrajectoryState};
-use atlas::propagate::{Counters, Event, Kernel, KernelChoice, Observer, Volterra, Window};
+use atlas::propagate::{Counters, Event, Kernel, Observer, Volterra, Window};
 use atlas::reference::Reference;
 use atlas::shaft::ModalStructure;
 use atlas::store::{ResultTable, TableKind};
@@ -17,10 +17,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
-/// Both flanks on one line, along which the trace is.
+/// Both flanks on one line, along which the trace is; the structured kernel.
 static QUICKSTART: LazyLock<String> = LazyLock::new(|| {
     let text = include_str!("../manifests/quickstart.toml");
     text.replacen("[mesh]", "[mesh]\ncoast_flank = \"same_line\"\n#", 1)
+        .replacen("[run]", "[run]\nkernel = \"volterra\"\n#", 1)
 });
 
 /// Light load and high speed: rattles on both flanks.
@@ -61,10 +62,7 @@ fn model(load: f64, speed: f64) -> (ModalStructure, Model) {
 
 fn kernel(model: &Model) -> Volterra<'_> {
     let run = &job(&QUICKSTART).points.at(0).run;
-    let KernelChoice::Volterra { tolerance } = run.kernel else {
-        panic!("another kernel");
-    };
-    Volterra::new(model, tolerance, run.event_limit)
+    Volterra::new(model, run.kernel.tolerance(), run.event_limit)
 }
 
 /// The columns of `trace.parquet` that every trace has.

@@ -3,6 +3,7 @@
 use super::analyses::analyses;
 use super::excitation::{self, Cause};
 use super::gear_mesh::GearMesh;
+use super::kernel::{self, FirstKernel};
 use super::manifest_args::{ManifestArgs, report, warn};
 use super::structure::Structure;
 use super::{BAD_INPUT, answer, grid, words};
@@ -11,7 +12,6 @@ use crate::manifest::{
     CoastSpec, CycleDivision, DampingSpec, Diagnostic, Job, ManifestErrors, MeshTableSpec,
     PointSpec, Source, StiffnessSpec, advice,
 };
-use crate::propagate::KernelChoice;
 use clap::Args;
 use serde_json::{Value, json};
 use std::process::ExitCode;
@@ -130,9 +130,11 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
             "{} cycles of transient, at most {} measured; {}",
             first.run.transient,
             first.run.cycles,
-            kernel(&first.run.kernel)
+            kernel::setting(&first.run.kernel)
         ),
     ));
+    let kernel = FirstKernel::of(job, first).line();
+    lines.extend(kernel.map(|line| ("kernel".to_owned(), line)));
     lines.push(("analyses".to_owned(), analyses(first)));
     match Structure::of(job, first) {
         Ok(structure) => lines.extend(structure.lines()),
@@ -268,22 +270,6 @@ fn tabled(job: &Job, table: &MeshTableSpec) -> String {
     )
 }
 
-fn kernel(kernel: &KernelChoice) -> String {
-    let name = kernel.name();
-    match kernel {
-        KernelChoice::Volterra { tolerance } if *tolerance == f64::EPSILON => {
-            format!("kernel {name} to round-off")
-        }
-        KernelChoice::Volterra { tolerance } => format!("kernel {name} to {tolerance:e}"),
-        KernelChoice::ClosedModes => format!("kernel {name} to round-off"),
-        KernelChoice::Stepping { steps } => format!("kernel {name}, {steps} steps a cycle"),
-        tables => {
-            let cells = tables.cells().unwrap_or_default();
-            format!("kernel {name}, at least {cells} cells")
-        }
-    }
-}
-
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
         (low.min(value), high.max(value))
@@ -328,6 +314,7 @@ fn job_json(name: &str, job: &Job) -> Value {
     );
     let first = job.points.first();
     let gear_mesh = first.as_ref().map(GearMesh::of);
+    let kernel = first.as_ref().map(|p| FirstKernel::of(job, p));
     json!({
         "valid": true,
         "file": name,
@@ -356,7 +343,8 @@ fn job_json(name: &str, job: &Job) -> Value {
             .map(|structure| structure.json()),
         "warnings": diagnostics_json(&job.warnings.sources, job.warnings.diagnostics.iter()),
         "advice": words::json(&advice(job)),
-        "kernel": first.as_ref().map(|p| p.run.kernel.name()),
+        "kernel": kernel.as_ref().and_then(|kernel| kernel.taken),
+        "kernel_why": kernel.as_ref().and_then(|kernel| kernel.why.as_ref()),
         "analyses": first.as_ref().map(|p| {
             let names = [
                 ("lyapunov", p.analyses.lyapunov.is_some()),

@@ -14,6 +14,7 @@ pub mod follow;
 mod gear_mesh;
 mod grid;
 pub mod help;
+mod kernel;
 mod line;
 pub mod machine;
 pub mod man;

@@ -16,7 +16,7 @@ use super::axis::{AxisKey, AxisValues};
 use crate::analysis::Analyses;
 use crate::gear::GearPair;
 use crate::model::{InitialState, MeshHarmonic, TorqueRipple};
-use crate::propagate::KernelChoice;
+use crate::propagate::KernelSetting;
 use crate::shaft::{Drag, FlexibleDrive, ModalStructure, RigidDrive, TrainDrive};
 use serde::Serialize;
 use std::sync::Arc;
@@ -241,8 +241,8 @@ pub struct RunSpec {
     pub transient: u64,
     /// Most mesh cycles measured; a point stops earlier once its answers are settled.
     pub cycles: u64,
-    /// The kernel.
-    pub kernel: KernelChoice,
+    /// The kernel, or how it is chosen.
+    pub kernel: KernelSetting,
     /// Where the state starts.
     pub initial: InitialState,
     /// Whether attracting periodic orbits are sought by Newton's method instead of integrated

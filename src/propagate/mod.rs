@@ -6,6 +6,7 @@
 //! and an integrated cycle allocates nothing. Kernels are statically dispatched over the
 //! observer, so that what nobody watches is not computed.
 
+mod auto;
 mod choice;
 mod closed_modes;
 mod counters;
@@ -19,6 +20,7 @@ mod tangents;
 mod vectors;
 mod volterra;
 
+pub use auto::{KernelSetting, Why};
 pub use choice::{KernelChoice, KernelTable, KernelUse};
 pub use closed_modes::ClosedModes;
 pub use counters::Counters;

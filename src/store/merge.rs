@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use super::file::{create_folder, remove_stale, table_path};
 use super::interleave::{Finished, Interleaved, Source, interleave};
-use super::run::{RunRecord, RunState, ShardRecord, Totals, mixed};
+use super::run::{KernelRecord, RunRecord, RunState, ShardRecord, Totals, mixed};
 use super::seal::Seals;
 use super::table_kind::TableKind;
 use super::{StoreError, read_runs, write_run};
@@ -382,6 +382,7 @@ fn record(parts: &[Part]) -> RunRecord {
         }
         if part.index > 1 {
             whole.retries.extend(record.retries.iter().cloned());
+            KernelRecord::join(&mut whole.kernels, &record.kernels);
         }
         whole.shards.extend(record.shard.map(|shard| ShardRecord {
             shard,

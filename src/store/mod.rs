@@ -94,8 +94,8 @@ pub use read::{
 pub use refined::RefinedColumns;
 pub use replace::{Exchange, replace, statuses};
 pub use run::{
-    ForecastRecord, MachineRecord, PlacementRecord, ProgramRecord, RetryRecord, RunRecord,
-    RunState, ShardRecord, Totals, mixed, run_path, write_run,
+    ForecastRecord, KernelRecord, MachineRecord, PlacementRecord, ProgramRecord, RetryRecord,
+    RunRecord, RunState, ShardRecord, Totals, mixed, run_path, write_run,
 };
 pub use seal::TableRecord;
 pub use table::{Column, Table};

@@ -38,6 +38,10 @@ pub struct RunRecord {
     pub forecast: Option<ForecastRecord>,
     /// Counts and times over all points.
     pub totals: Totals,
+    /// The kernels that `run.kernel = "auto"` took, by name; empty where the manifest names one. A retry of failed points
+    /// leaves them as they are.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub kernels: Vec<KernelRecord>,
     /// The shards that it was joined from, where it was.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shards: Vec<ShardRecord>,
@@ -56,6 +60,38 @@ pub struct RunRecord {
     /// with these values.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub set: Vec<String>,
+}
+
+/// A kernel that was chosen for points of a run.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct KernelRecord {
+    /// Its name.
+    pub kernel: String,
+    /// Points that it integrated.
+    pub points: u64,
+    /// The first of them.
+    pub first_point: u64,
+    /// Why that one got this kernel, in words.
+    pub why: String,
+}
+
+impl KernelRecord {
+    /// Joins what two parts of a job say.
+    pub fn join(all: &mut Vec<Self>, other: &[Self]) {
+        for own in other {
+            match all.iter_mut().find(|known| known.kernel == own.kernel) {
+                Some(known) => {
+                    let points = known.points + own.points;
+                    if own.first_point < known.first_point {
+                        known.clone_from(own);
+                    }
+                    known.points = points;
+                }
+                None => all.push(own.clone()),
+            }
+        }
+        all.sort_by(|a, b| a.kernel.cmp(&b.kernel));
+    }
 }
 
 /// What a run forecast of its wall time.
@@ -356,6 +392,7 @@ pub(super) mod tests {
             },
             forecast: None,
             totals: Totals::new(80, 70, 4, 50_000, 2.0),
+            kernels: Vec::new(),
             shards: Vec::new(),
             tables: Vec::new(),
             retries: Vec::new(),

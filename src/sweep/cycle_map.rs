@@ -4,17 +4,18 @@
 //! Every state is integrated by the kernel of the manifest as a run would, so that its bits are those
 //! of a run, whatever else is asked for and on however many threads.
 
-use super::build::{BuildError, affordable};
+use super::build::BuildError;
 use super::family::PointFamily;
 use super::parts::Parts;
+use super::point_kernel::PointKernel;
 use crate::analysis::continuation::drive::Family;
 use crate::analysis::sensitivity::tangent::ParameterTangent;
 use crate::analysis::{EnergyNorm, excitation_period};
 use crate::manifest::{Job, Parameter, PointSpec};
 use crate::model::{InitialState, Model, TrajectoryState};
 use crate::propagate::{
-    Counters, Event, Interruptible, Kernel, KernelChoice, KernelUse, Observer, Stop, Tangents,
-    Volterra, Window,
+    Counters, Event, Interruptible, Kernel, KernelChoice, KernelSetting, KernelUse, Observer, Stop,
+    Tangents, Volterra, Window,
 };
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -35,7 +36,7 @@ pub struct CycleMap {
 #[derive(Debug)]
 enum MapKernel {
     Kept(Box<Volterra<'static>>),
-    Built(Box<Model>),
+    Built(Box<(Model, PointKernel)>),
 }
 
 /// Why there is no map, or no derivative of it.
@@ -115,16 +116,17 @@ impl CycleMap {
     ///
     /// # Errors
     /// [`MapError::Build`] where there is no drive, or none that the kernel gets through.
-    pub fn new(point: PointSpec, parts: Arc<Parts>) -> Result<Self, MapError> {
+    pub fn new(mut point: PointSpec, parts: Arc<Parts>) -> Result<Self, MapError> {
         let model = parts.model(&point)?;
-        affordable(&model, &point.run.kernel)?;
-        let kernel = match point.run.kernel {
+        let own = PointKernel::of(&point, &model, &parts)?;
+        Arc::make_mut(&mut point.run).kernel = KernelSetting::Named(own.taken);
+        let kernel = match own.taken {
             KernelChoice::Volterra { tolerance } => MapKernel::Kept(Box::new(Volterra::of(
                 model,
                 tolerance,
                 point.run.event_limit,
             ))),
-            _ => MapKernel::Built(Box::new(model)),
+            _ => MapKernel::Built(Box::new((model, own))),
         };
         Ok(Self {
             point,
@@ -133,7 +135,7 @@ impl CycleMap {
         })
     }
 
-    /// The operating point.
+    /// The operating point, with the kernel that is taken.
     pub fn point(&self) -> &PointSpec {
         &self.point
     }
@@ -142,7 +144,7 @@ impl CycleMap {
     pub fn model(&self) -> &Model {
         match &self.kernel {
             MapKernel::Kept(kernel) => kernel.model(),
-            MapKernel::Built(model) => model,
+            MapKernel::Built(built) => &built.0,
         }
     }
 
@@ -206,11 +208,9 @@ impl CycleMap {
         };
         match &self.kernel {
             MapKernel::Kept(kernel) => Ok(work.with(&**kernel)),
-            MapKernel::Built(model) => {
-                let run = &self.point.run;
-                let kept = |table| self.parts.kernels().get(table, model);
-                let mapped = (run.kernel).apply(model, run.event_limit, kept, work);
-                mapped.map_err(|error| BuildError::tables(error, model).into())
+            MapKernel::Built(built) => {
+                let (model, kernel) = &**built;
+                Ok(kernel.apply(model, &self.parts, work)?)
             }
         }
     }

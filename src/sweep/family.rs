@@ -6,7 +6,6 @@ use crate::analysis::continuation::drive::Family;
 use crate::analysis::continuation::map::At;
 use crate::manifest::{Between, Parameter, PointSpec};
 use crate::model::{Model, ShapeChange};
-use crate::propagate::KernelChoice;
 
 /// Steps of difference quotients of models, relative to the parameter's size, in the order in which
 /// they are tried: a smaller one where the model's shape changes within a larger one.
@@ -164,9 +163,6 @@ impl Family for PointFamily<'_> {
     }
 
     fn tolerance(&self) -> f64 {
-        match self.point.run.kernel {
-            KernelChoice::Volterra { tolerance } => tolerance,
-            _ => f64::EPSILON,
-        }
+        self.point.run.kernel.tolerance()
     }
 }

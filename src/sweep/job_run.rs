@@ -110,6 +110,7 @@ impl JobRun<'_> {
                 return Err(error.into());
             }
         };
+        let kernels = finished.kernels.records(job, &parts);
         warnings.extend(parts.warnings());
         let record = RunRecord {
             job: job.name.clone(),
@@ -141,6 +142,7 @@ impl JobRun<'_> {
                 wall_time_high: forecast.wall_time.high,
             }),
             totals: totals(&finished, watch.elapsed().as_secs_f64()),
+            kernels,
             shards: Vec::new(),
             tables: finished.written.tables.clone(),
             retries: Vec::new(),

@@ -2,7 +2,7 @@
 //! that share them; on a machine with several NUMA nodes copied where that pays.
 
 use crate::model::Model;
-use crate::propagate::KernelTable;
+use crate::propagate::{DenseError, KernelTable};
 use crate::store::{Fetched, MappedTable, OperatorFetchError, TableStore};
 use crate::topology::{Room, TABLES_AT_HAND};
 use std::collections::{BTreeSet, HashMap, VecDeque};
@@ -12,8 +12,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 /// An array of bases that is large.
 const LARGE: &str = "inverse";
 
-/// A table, for as long as some kernel uses it.
-type Place = Arc<Mutex<Weak<MappedTable>>>;
+/// A table, for as long as some kernel uses it, or why the model has none: that is found out once.
+type Place = Arc<Mutex<Result<Weak<MappedTable>, DenseError>>>;
 
 /// What workers of all nodes share.
 #[derive(Debug)]
@@ -126,17 +126,24 @@ impl Common {
         table: KernelTable,
         model: &Model,
     ) -> Result<Arc<MappedTable>, OperatorFetchError> {
-        let place = lock(&self.places).entry(path.into()).or_default().clone();
+        let nothing = || Arc::new(Mutex::new(Ok(Weak::new())));
+        let place = (lock(&self.places).entry(path.into()))
+            .or_insert_with(nothing)
+            .clone();
         let mut held = lock(&place);
-        if let Some(table) = held.upgrade() {
+        if let Some(table) = held.clone()?.upgrade() {
             return Ok(table);
+        }
+        let fetched = self.store.kernel_table(table, model);
+        if let Err(OperatorFetchError::Dense(error)) = &fetched {
+            *held = Err(*error);
         }
         let Fetched {
             table, warnings, ..
-        } = self.store.kernel_table(table, model)?;
+        } = fetched?;
         lock(&self.warnings).extend(warnings.iter().map(ToString::to_string));
         let table = Arc::new(table);
-        *held = Arc::downgrade(&table);
+        *held = Ok(Arc::downgrade(&table));
         Ok(table)
     }
 }

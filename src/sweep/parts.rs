@@ -11,7 +11,7 @@ use crate::manifest::{
     Job, MeshTableSpec, ModelSpec, PointSpec, StiffnessSpec, StructureSource, Variant,
 };
 use crate::model::Model;
-use crate::propagate::KernelChoice;
+use crate::propagate::{KernelChoice, KernelSetting};
 use crate::shaft::{ModalStructure, ShaftError};
 use crate::store::{MeshUnderLoad, TableStore};
 use crate::topology::{Room, Topology};
@@ -101,8 +101,9 @@ impl Structures {
 /// kept of it. Two of one number would only be taken for one when chains are dealt out.
 pub(super) fn table_number(point: &PointSpec) -> Option<u64> {
     let runs = match point.run.kernel {
-        KernelChoice::Spectral { .. } | KernelChoice::ClosedModes => None,
-        KernelChoice::Fused { .. } => Some(point.speed.to_bits()),
+        KernelSetting::Auto { .. }
+        | KernelSetting::Named(KernelChoice::Spectral { .. } | KernelChoice::ClosedModes) => None,
+        KernelSetting::Named(KernelChoice::Fused { .. }) => Some(point.speed.to_bits()),
         _ => return None,
     };
     // A mesh computed from the gears is another under another load.

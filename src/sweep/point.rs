@@ -1,8 +1,9 @@
 //! One point, from specification to answer; whatever goes wrong becomes part of the answer.
 
-use super::build::{BuildError, affordable, questions};
+use super::build::{BuildError, questions};
 use super::carried::CarriedState;
 use super::parts::Parts;
+use super::point_kernel::PointKernel;
 use crate::analysis::{
     Analyses, CalledOff, Class, CovariantError, CovariantOutcome, ExpansionError, ExpansionOutcome,
     HorizonError, HorizonOutcome, MultistabilityOutcome, OrbitSurvey, PointOutcome, Probes,
@@ -41,10 +42,12 @@ pub(super) struct Answer {
     pub mesh: Option<MeshUnderLoad>,
     /// Where the integration ended; none where it diverged or was never begun.
     pub end: Option<ChainEnd>,
+    /// Name of the kernel that integrated the point, or of what was to choose it.
+    pub kernel: &'static str,
 }
 
 impl Answer {
-    fn failed(reason: String) -> Self {
+    fn failed(point: &PointSpec, reason: String) -> Self {
         Self {
             outcome: PointOutcome::unanswered(Status::Failed, reason),
             multistability: None,
@@ -54,6 +57,7 @@ impl Answer {
             covariant: None,
             mesh: None,
             end: None,
+            kernel: point.run.kernel.name(),
         }
     }
 }
@@ -69,14 +73,15 @@ pub(super) fn attempt(
     let attempt = catch_unwind(AssertUnwindSafe(|| answer(point, start, parts, called_off)));
     match attempt {
         Ok(Ok(answered)) => answered,
-        Ok(Err(error)) => Ok(Answer::failed(error.to_string())),
+        Ok(Err(error)) => Ok(Answer::failed(point, error.to_string())),
         Err(panic) => {
             let message = panic
                 .downcast_ref::<String>()
                 .map(String::as_str)
                 .or_else(|| panic.downcast_ref::<&str>().copied())
                 .unwrap_or("no message");
-            Ok(Answer::failed(format!("the program panicked: {message}")))
+            let reason = format!("the program panicked: {message}");
+            Ok(Answer::failed(point, reason))
         }
     }
 }
@@ -99,7 +104,7 @@ pub(super) fn row(
         cycle_expansion: answer.cycle_expansion,
         covariant: answer.covariant,
         mesh: answer.mesh,
-        kernel: point.run.kernel.name().to_owned(),
+        kernel: answer.kernel.to_owned(),
         placement: Placement {
             worker: worker.index,
             numa_node: worker.topology.and_then(Topology::current_numa_node),
@@ -115,7 +120,7 @@ fn answer(
     called_off: &AtomicBool,
 ) -> Result<Result<Answer, CalledOff>, BuildError> {
     let (model, mesh) = parts.model_and_mesh(point)?;
-    affordable(&model, &point.run.kernel)?;
+    let kernel = PointKernel::of(point, &model, parts)?;
     let own = model.start(&point.run.initial);
     let seed = PointSeed {
         seed: point.seed,
@@ -130,6 +135,7 @@ fn answer(
         .transpose()?;
     let ask = Ask {
         model: &model,
+        kernel: kernel.taken.name(),
         start,
         own,
         mesh,
@@ -139,15 +145,14 @@ fn answer(
         seed,
         called_off,
     };
-    let kept = |table| parts.kernels().get(table, &model);
-    let asked = (point.run.kernel).apply(&model, point.run.event_limit, kept, ask);
-    let answered = asked.map_err(|error| BuildError::tables(error, &model))?;
-    Ok(answered)
+    kernel.apply(&model, parts, ask)
 }
 
 /// All that is asked of a point.
 struct Ask<'a> {
     model: &'a Model,
+    /// Name of its kernel.
+    kernel: &'static str,
     /// What the mean load makes of its mesh.
     mesh: Option<MeshUnderLoad>,
     /// Where the point's trajectory starts.
@@ -243,6 +248,7 @@ impl KernelUse for Ask<'_> {
             cycle_expansion: expansion,
             covariant,
             mesh: self.mesh,
+            kernel: self.kernel,
             end: whole.then_some(ChainEnd {
                 state: trajectory.state,
                 cycle: trajectory.cycle,

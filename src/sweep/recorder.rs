@@ -2,6 +2,7 @@
 //! watch, and to the result files.
 
 use super::early_forecast::{EarlyForecast, EarlySample};
+use super::point_kernel::KernelTally;
 use super::refine::{Refinement, lock};
 use crate::analysis::Status;
 use crate::store::{Journal, PointRow, ResultWriter, SYNC_INTERVAL, StoreError, Written};
@@ -98,6 +99,7 @@ pub(super) struct Recorder<'a> {
     pub writer: ResultWriter,
     pub journal: &'a mut Journal,
     pub progress: Progress,
+    pub kernels: KernelTally,
     pub watcher: &'a mut dyn Watcher,
     /// When the first point was begun.
     pub begun: Instant,
@@ -116,6 +118,7 @@ pub(super) struct Recorder<'a> {
 /// What was recorded when everything is written.
 pub(super) struct Recorded {
     pub progress: Progress,
+    pub kernels: KernelTally,
     pub written: Written,
     /// Whether the sweep was called off for its failed points.
     pub gave_up: bool,
@@ -154,6 +157,7 @@ impl Recorder<'_> {
         let written = self.writer.finish()?;
         Ok(Recorded {
             progress: self.progress,
+            kernels: self.kernels,
             gave_up: gave_up && written.missing > 0,
             written,
             forecast: self.forecast.forecast(),
@@ -163,6 +167,7 @@ impl Recorder<'_> {
     fn record(&mut self, row: PointRow) -> Result<(), StoreError> {
         self.journal.append(&row)?;
         self.progress.count(&row);
+        self.kernels.count(&row);
         self.progress.cycles += row.outcome.cycles;
         self.progress.elapsed = self.begun.elapsed();
         self.progress.points = self.points.load(Ordering::Relaxed);

@@ -6,6 +6,7 @@ use super::hush::WORKER;
 use super::layout::layout;
 use super::parts::Parts;
 use super::point::Worker;
+use super::point_kernel::KernelTally;
 use super::queue::Queue;
 use super::recorder::{Begun, Progress, Recorder, Watcher};
 use super::refine::{Refinement, lock};
@@ -45,6 +46,8 @@ pub struct Finished {
     pub points: u64,
     /// What was done of them.
     pub progress: Progress,
+    /// Which kernels computed its points.
+    pub kernels: KernelTally,
     /// The tables, and points not computed because the sweep was called off.
     pub written: Written,
     /// Worker threads used.
@@ -125,8 +128,10 @@ pub fn run(
     if refinement.is_none() {
         writer.expect(share.clone().ids());
     }
+    let mut kernels = KernelTally::default();
     let mut taken_over = TakenOver::replay(job, journal, |row| {
         progress.count(&row);
+        kernels.count(&row);
         match &mut refinement {
             Some(refinement) => {
                 refinement.learn(&row);
@@ -192,7 +197,8 @@ pub fn run(
             writer,
             journal,
             progress,
-            watcher,
+            kernels,
+            watcher: &mut *watcher,
             begun: Instant::now(),
             forecast,
             written: &written,
@@ -249,10 +255,14 @@ pub fn run(
             .unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
         Ok::<_, SweepError>(recorded)
     });
+    for warning in parts.kernels().warnings() {
+        watcher.warning(&warning);
+    }
     let recorded = ended?;
     Ok(Finished {
         points: points.into_inner(),
         progress: recorded.progress,
+        kernels: recorded.kernels,
         written: recorded.written,
         threads,
         asked,

@@ -1,8 +1,9 @@
 //! How the answers of a point change with keys of its manifest.
 
-use super::build::{BuildError, affordable, questions};
+use super::build::{BuildError, questions};
 use super::family::PointFamily;
 use super::parts::Parts;
+use super::point_kernel::PointKernel;
 use crate::analysis::continuation::drive::Family;
 use crate::analysis::orbits::shooting::shoot;
 use crate::analysis::sensitivity::ensemble::{
@@ -121,7 +122,6 @@ pub fn sensitivities(
     called_off: &AtomicBool,
 ) -> Result<Sensitivities, SensitivityError> {
     let model = parts.model(point)?;
-    affordable(&model, &point.run.kernel)?;
     let seed = PointSeed {
         seed: point.seed,
         point_id: point.point_id,
@@ -169,12 +169,7 @@ fn with_kernel<U: KernelUse>(
     parts: &Parts,
     user: U,
 ) -> Result<U::Output, BuildError> {
-    let kept = |table| parts.kernels().get(table, model);
-    let done = point
-        .run
-        .kernel
-        .apply(model, point.run.event_limit, kept, user);
-    done.map_err(|error| BuildError::tables(error, model))
+    PointKernel::of(point, model, parts)?.apply(model, parts, user)
 }
 
 struct Settle<'a> {

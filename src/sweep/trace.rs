@@ -1,8 +1,9 @@
 //! The trajectory of one operating point, recorded.
 
-use super::build::{BuildError, affordable};
+use super::build::BuildError;
 use super::chain::lead_up;
 use super::parts::Parts;
+use super::point_kernel::PointKernel;
 use crate::analysis::{CalledOff, TraceOutcome, TraceQuestion, TraceSink, trace};
 use crate::manifest::{Job, PointSpec};
 use crate::model::{Model, TrajectoryState};
@@ -46,7 +47,7 @@ impl PointTrace<'_> {
     /// There is no such drive, or its mesh cycle would take too long.
     pub fn model(&self) -> Result<Model, BuildError> {
         let model = self.parts.model(self.point)?;
-        affordable(&model, &self.point.run.kernel)?;
+        PointKernel::of(self.point, &model, self.parts)?;
         Ok(model)
     }
 
@@ -76,9 +77,8 @@ impl PointTrace<'_> {
             called_off,
             open,
         };
-        let kept = |table| self.parts.kernels().get(table, model);
-        let recorded = (run.kernel).apply(model, run.event_limit, kept, recording);
-        let recorded = recorded.map_err(|error| BuildError::tables(error, model))?;
+        let kernel = PointKernel::of(self.point, model, self.parts)?;
+        let recorded = kernel.apply(model, self.parts, recording)?;
         recorded.map_err(PointTraceError::Sink)
     }
 }

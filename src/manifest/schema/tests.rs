@@ -1,5 +1,5 @@
 use super::*;
-use crate::propagate::KernelChoice;
+use crate::propagate::KernelSetting;
 
 #[test]
 fn paths_are_unique_and_their_parents_known() {
@@ -96,13 +96,13 @@ fn examples_are_accepted() {
 
 #[test]
 fn every_kernel_can_be_chosen() {
-    let names: Vec<&str> = KernelChoice::SETTINGS
+    let names: Vec<&str> = KernelSetting::SETTINGS
         .iter()
         .map(|(name, _)| *name)
         .collect();
     let key = find(MANIFEST, "run.kernel").expect("a key");
     assert!(matches!(key.kind, Kind::Choice(choices) if choices == names));
-    for (name, settings) in KernelChoice::SETTINGS {
+    for (name, settings) in KernelSetting::SETTINGS {
         for setting in settings {
             let path = format!("run.{setting}");
             assert!(find(MANIFEST, &path).is_some(), "{name}: {path}");

@@ -8,7 +8,7 @@ use crate::manifest::schema;
 use crate::manifest::spec::RunSpec;
 use crate::manifest::tree::Value;
 use crate::model::InitialState;
-use crate::propagate::KernelChoice;
+use crate::propagate::{KernelChoice, KernelSetting};
 use crate::units::Dimension;
 use std::collections::BTreeSet;
 
@@ -78,9 +78,16 @@ fn default_cycles(root: &Section) -> u64 {
 }
 
 /// `instructions`: what the processor has, or what every processor has.
-fn portable(section: &Section, issues: &mut Issues, kernel: Option<&KernelChoice>) -> Option<bool> {
+fn portable(
+    section: &Section,
+    issues: &mut Issues,
+    kernel: Option<&KernelSetting>,
+) -> Option<bool> {
     let portable = section.choice_or_default(issues, "instructions")? == "portable";
-    if let Some(kernel) = kernel.filter(|kernel| portable && kernel.keeps_tables()) {
+    if let Some(KernelSetting::Named(kernel)) = kernel
+        && portable
+        && kernel.keeps_tables()
+    {
         issues.push(
             Diagnostic::new(
                 DiagnosticKind::Unavailable,
@@ -99,9 +106,9 @@ fn portable(section: &Section, issues: &mut Issues, kernel: Option<&KernelChoice
     Some(portable)
 }
 
-fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelChoice> {
+fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSetting> {
     let chosen = section.choice_or_default(issues, "kernel");
-    let settings = KernelChoice::SETTINGS;
+    let settings = KernelSetting::SETTINGS;
     if let Some((name, own)) = settings.iter().find(|(name, _)| Some(*name) == chosen) {
         let all = settings.iter().flat_map(|(_, own)| own.iter());
         let idle: BTreeSet<&str> = all.filter(|key| !own.contains(key)).copied().collect();
@@ -116,6 +123,7 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelChoice> {
             "closed_modes" => {
                 "remove it, or set the kernel it belongs to; closed_modes has no settings"
             }
+            "auto" => "remove it, or set the kernel it belongs to",
             _ => "remove it; `cells` sets the unit steps of a table kernel, which is exact",
         };
         let idle: Vec<&str> = idle.into_iter().collect();
@@ -125,7 +133,12 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelChoice> {
         let cells = section.integer_or_default(issues, "cells")?;
         u32::try_from(cells).ok()
     };
-    Some(match chosen {
+    Some(KernelSetting::Named(match chosen {
+        Some("auto") => {
+            return Some(KernelSetting::Auto {
+                tolerance: tolerance(section, issues)?,
+            });
+        }
         Some("volterra") => KernelChoice::Volterra {
             tolerance: tolerance(section, issues)?,
         },
@@ -164,7 +177,7 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelChoice> {
             section.integer_or(issues, "event_grid", 1);
             return None;
         }
-    })
+    }))
 }
 
 fn tolerance(section: &Section, issues: &mut Issues) -> Option<f64> {

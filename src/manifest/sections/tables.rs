@@ -5,7 +5,7 @@ use crate::manifest::reader::{Child, Section};
 use crate::manifest::spec::{CoastSpec, MeshSpec, RunSpec};
 use crate::manifest::tree::Value;
 use crate::model::Release;
-use crate::propagate::KernelChoice;
+use crate::propagate::{KernelChoice, KernelSetting};
 
 /// Whether `[run]` names a kernel of tables.
 pub(super) fn are_asked_for(root: &Section) -> bool {
@@ -27,7 +27,10 @@ pub(super) fn check_kernel(
     let (Some(mesh), Some(run)) = (mesh, run) else {
         return;
     };
-    if run.kernel.cells().is_none() {
+    let KernelSetting::Named(kernel) = run.kernel else {
+        return;
+    };
+    if kernel.cells().is_none() {
         return;
     }
     let Child::Present(section) = root.child(issues, "run") else {
@@ -60,7 +63,7 @@ pub(super) fn check_kernel(
         ),
     ];
     for (_, what, label, key) in unknown.into_iter().filter(|(asked, ..)| *asked) {
-        let kernel = run.kernel.name();
+        let kernel = kernel.name();
         issues.push(
             Diagnostic::new(
                 DiagnosticKind::Unavailable,

@@ -125,6 +125,7 @@ fn record(folder: &Path, written: &Written, state: RunState, points: u64, comput
         },
         forecast: None,
         totals: Totals::new(points, computed, 0, 1000 * computed, 0.5),
+        kernels: Vec::new(),
         shards: Vec::new(),
         tables: written.tables.clone(),
         retries: Vec::new(),

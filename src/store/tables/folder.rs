@@ -26,6 +26,8 @@ const USE_RESOLUTION: Duration = Duration::from_secs(3600);
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TableStore {
     folder: PathBuf,
+    /// Whether tables are looked for in the folder and written there.
+    keeps: bool,
 }
 
 /// A table, and how it was come by.
@@ -46,7 +48,7 @@ pub enum Origin {
     Found,
     /// Computed, and kept for the next time.
     Built,
-    /// Computed, and lost when it is dropped: it could not be kept.
+    /// Computed, and lost when it is dropped: it could not be kept, or was not to be.
     BuiltInMemory,
 }
 
@@ -118,6 +120,15 @@ impl TableStore {
     pub fn open(folder: impl Into<PathBuf>) -> Self {
         Self {
             folder: folder.into(),
+            keeps: true,
+        }
+    }
+
+    /// A store without a folder: every table is computed, and lost when it is dropped.
+    pub fn in_memory() -> Self {
+        Self {
+            folder: PathBuf::new(),
+            keeps: false,
         }
     }
 
@@ -155,6 +166,13 @@ impl TableStore {
         let inputs = canonical(inputs);
         let path = self.path_of(kind, &inputs);
         let mut warnings = Vec::new();
+        if !self.keeps {
+            return Ok(Fetched {
+                table: MappedTable::in_memory(kind, inputs, build()?),
+                origin: Origin::BuiltInMemory,
+                warnings,
+            });
+        }
         match MappedTable::open_as(&path, kind, &inputs) {
             Ok(table) => {
                 note_use(&path);

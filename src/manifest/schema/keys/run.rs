@@ -14,16 +14,17 @@ pub(super) const KEYS: &[Key] = &[
     integer("run.cycles", 1.0, MANY, "100000").otherwise("160000, or 40000 where no analysis has a `stop_at_stderr`")
         .about("Most mesh cycles measured, of all trajectories of a point together. A point stops earlier once its answers \
                 are settled."),
-    choice("run.kernel", &["volterra", "closed_modes", "stepping", "dyadic", "hermite", "spectral", "fused"], r#""stepping""#)
+    choice("run.kernel", &["volterra", "closed_modes", "stepping", "dyadic", "hermite", "spectral", "fused", "auto"], r#""stepping""#)
         .or(r#""volterra""#)
         .about("How the motion is computed. `volterra` is exact to round-off and takes every drive. `closed_modes` is as exact and faster up to some \
                 twenty modes where nothing but exponents is asked for; it keeps the eigenvectors of each set of closed \
                 contacts in `tables/`, once for all speeds and loads, and takes constant levels of stiffness and modal \
                 damping. `stepping` takes fixed steps. `dyadic`, `hermite`, `spectral` and `fused` are kernels of dense tables from the \
                 literature, for comparison; the bases of the last two are kept in `tables/`, once for all \
-                speeds."),
+                speeds. `auto` takes, at each point by its own drive, `closed_modes` where that takes the drive and is faster, else \
+                `volterra`; `atlas check` and `kernels` in `run.json` say which and why."),
     key("run.tolerance", Kind::Tolerance, bounds(1e-16, false, 1e-3, false), "1e-12").or(r#""roundoff""#)
-        .about("Relative truncation of the series of `volterra`; \"roundoff\" is 2^-52. Only with that kernel."),
+        .about("Relative truncation of the series of `volterra`; \"roundoff\" is 2^-52. Only with that kernel and with `auto`."),
     integer("run.steps", 16.0, 1e6, "8192").or("4096").because("each is kept: 60 bytes of every point at work")
         .about("Steps a mesh cycle of `stepping`, which sets its accuracy. Only with that kernel."),
     integer("run.cells", 1.0, 1e4, "120").or("60")
@@ -33,7 +34,7 @@ pub(super) const KEYS: &[Key] = &[
                 this makes. Only with `spectral`."),
     choice("run.instructions", &["auto", "portable"], r#""portable""#).or(r#""auto""#)
         .about("Whether the processor's widest instructions are used, or only those that every x86-64 processor \
-                has, for the same bits everywhere. `portable` is slower and takes `volterra` or `stepping`."),
+                has, for the same bits everywhere. `portable` is slower and takes `volterra`, `stepping` or `auto`."),
     key("run.initial", Kind::Initial, ANY, r#""rest""#).or(r#""static""#)
         .about("Where the state starts: `static` equilibrium under the mean load, in contact; `rest`, all modal \
                 coordinates 0; or a table with a modal state."),

@@ -1,0 +1,92 @@
+//! Which kernel the points of a manifest get, for `atlas check`.
+
+use crate::manifest::{Job, PointSpec};
+use crate::propagate::{ClosedModes, KernelChoice, KernelSetting, Why};
+use crate::store::TableStore;
+use crate::sweep::{Parts, PointKernel};
+
+/// The kernel of a grid's first point.
+pub struct FirstKernel {
+    /// Name of the one that is taken; none where there is no drive.
+    pub taken: Option<&'static str>,
+    /// Why, or why not, where that depends on the drive.
+    pub why: Option<String>,
+    asked: KernelSetting,
+    /// Whether other points may get another one.
+    alone: bool,
+}
+
+impl FirstKernel {
+    /// That of a job's first point. Tables that decide are computed and not kept.
+    pub fn of(job: &Job, first: &PointSpec) -> Self {
+        let asked = first.run.kernel;
+        let parts = Parts::new(TableStore::in_memory());
+        let found = match asked {
+            KernelSetting::Auto { .. } => parts.model(first).and_then(|model| {
+                let own = PointKernel::of(first, &model, &parts)?;
+                Ok((own.taken.name(), own.why.map(|why| why.to_string())))
+            }),
+            KernelSetting::Named(kernel @ KernelChoice::ClosedModes) => {
+                parts.model(first).map(|model| {
+                    let modes = model.modes();
+                    let why = match ClosedModes::suits(&model) {
+                        Ok(size) => Why::Small { modes, size }.to_string(),
+                        Err(error) => format!("it does not take this drive: {error}"),
+                    };
+                    (kernel.name(), Some(why))
+                })
+            }
+            KernelSetting::Named(kernel) => Ok((kernel.name(), None)),
+        };
+        let (taken, why) = match found {
+            Ok((taken, why)) => (Some(taken), why),
+            Err(error) => (None, Some(error.to_string())),
+        };
+        Self {
+            taken,
+            why,
+            asked,
+            alone: job.points.variants().len() == 1,
+        }
+    }
+
+    /// `closed_modes (auto: 12 modes, …)`; nothing where it does not depend on the drive.
+    pub fn line(&self) -> Option<String> {
+        let why = self.why.as_ref()?;
+        let auto = match self.asked {
+            KernelSetting::Auto { .. } => "auto: ",
+            KernelSetting::Named(_) => "",
+        };
+        let which = if self.alone { "" } else { "; the first point" };
+        Some(format!(
+            "{} ({auto}{why}{which})",
+            self.taken.unwrap_or("none")
+        ))
+    }
+}
+
+/// What `[run]` says of the kernel, in words.
+pub fn setting(setting: &KernelSetting) -> String {
+    let name = setting.name();
+    match setting {
+        KernelSetting::Auto { tolerance } if *tolerance == f64::EPSILON => format!("kernel {name}"),
+        KernelSetting::Auto { tolerance } => {
+            format!("kernel {name}, volterra to {tolerance:e}")
+        }
+        KernelSetting::Named(KernelChoice::Volterra { tolerance })
+            if *tolerance != f64::EPSILON =>
+        {
+            format!("kernel {name} to {tolerance:e}")
+        }
+        KernelSetting::Named(KernelChoice::Volterra { .. } | KernelChoice::ClosedModes) => {
+            format!("kernel {name} to round-off")
+        }
+        KernelSetting::Named(KernelChoice::Stepping { steps }) => {
+            format!("kernel {name}, {steps} steps a cycle")
+        }
+        KernelSetting::Named(tables) => {
+            let cells = tables.cells().unwrap_or_default();
+            format!("kernel {name}, at least {cells} cells")
+        }
+    }
+}

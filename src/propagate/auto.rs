@@ -1,0 +1,164 @@
+//! `run.kernel = "auto"`: which kernel a drive gets by its structure, and why.
+
+use super::dense::megabytes;
+use super::{ClosedModes, DenseError, KernelChoice, TableSize};
+use crate::model::Model;
+use serde::{Serialize, Serializer};
+use std::fmt;
+use strum::EnumCount;
+
+/// What `run.kernel` says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum KernelSetting {
+    /// Closed modes where these take the drive and cost less ([`Why::of`]), else the structured kernel.
+    Auto {
+        /// Relative truncation of the structured kernel's series.
+        tolerance: f64,
+    },
+    /// This one.
+    Named(KernelChoice),
+}
+
+impl KernelSetting {
+    /// The word for a choice by structure.
+    pub const AUTO: &'static str = "auto";
+
+    /// What can be set, each with the settings that it has in `[run]`.
+    pub const SETTINGS: [(&'static str, &'static [&'static str]); KernelChoice::COUNT + 1] = {
+        let mut all = [(Self::AUTO, &["tolerance"] as &[&str]); KernelChoice::COUNT + 1];
+        let mut kernel = 0;
+        while kernel < KernelChoice::COUNT {
+            all[kernel] = KernelChoice::SETTINGS[kernel];
+            kernel += 1;
+        }
+        all
+    };
+
+    /// Its name in manifests.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Auto { .. } => Self::AUTO,
+            Self::Named(kernel) => kernel.name(),
+        }
+    }
+
+    /// Relative truncation of series where the structured kernel is taken.
+    pub fn tolerance(&self) -> f64 {
+        match *self {
+            Self::Auto { tolerance } | Self::Named(KernelChoice::Volterra { tolerance }) => {
+                tolerance
+            }
+            Self::Named(_) => f64::EPSILON,
+        }
+    }
+}
+
+impl Serialize for KernelSetting {
+    /// A kernel by its name is that kernel.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Auto { tolerance } => (Self::AUTO, tolerance).serialize(serializer),
+            Self::Named(kernel) => kernel.serialize(serializer),
+        }
+    }
+}
+
+/// Most modes at which a cycle of closed modes costs less than one of the structured kernel
+/// (`benches/runs/2026-11-26-closed-modes-a68263b`).
+const MOST_MODES: usize = 24;
+
+/// Why `auto` takes a kernel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Why {
+    /// Closed modes: the drive is small enough.
+    Small {
+        /// Modes of the structure.
+        modes: usize,
+        /// The tables.
+        size: TableSize,
+    },
+    /// The structured kernel costs less.
+    ManyModes {
+        /// Modes of the structure.
+        modes: usize,
+    },
+    /// Tables are not the same on every processor.
+    Portable,
+    /// Closed modes do not take the drive.
+    Refused(DenseError),
+}
+
+impl Why {
+    /// Whether the shape of a drive is one for closed modes ([`Why::Small`]), or why it is not.
+    ///
+    /// * `portable`: whether the bits are to be the same on every processor.
+    pub fn of(model: &Model, portable: bool) -> Self {
+        let modes = model.modes();
+        if portable {
+            return Self::Portable;
+        }
+        if modes > MOST_MODES {
+            return Self::ManyModes { modes };
+        }
+        match ClosedModes::suits(model) {
+            Ok(size) => Self::Small { modes, size },
+            Err(error) => Self::Refused(error),
+        }
+    }
+}
+
+impl fmt::Display for Why {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Small { modes, size } => write!(
+                f,
+                "{modes} mode{}, {} sets of closed contacts, {:.3} MB of tables",
+                if *modes == 1 { "" } else { "s" },
+                size.operators,
+                megabytes(size.bytes)
+            ),
+            Self::ManyModes { modes } => write!(f, "{modes} modes, more than {MOST_MODES}"),
+            Self::Portable => f.write_str("instructions = \"portable\""),
+            Self::Refused(error) => f.write_str(&error.cause()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Release, fixtures};
+
+    /// Three modes suit, and what they say of their tables is the size of these; twenty-five are too many; a contact that lets go
+    /// by force is refused, and portable bits come before all.
+    #[test]
+    fn drives_get_a_kernel_by_their_shape() {
+        let model = |modes: usize, release| {
+            let frequency: Vec<f64> = (0..modes).map(|mode| 900.0 * mode as f64).collect();
+            let ones = vec![1.0; modes];
+            let structure = fixtures::structure(&frequency, 0.01, &ones, &ones);
+            let mut drive = fixtures::two_level_mesh(1e-5);
+            drive.release = release;
+            Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap()
+        };
+        let small = model(3, Release::Deflection);
+        let Why::Small { modes: 3, size } = Why::of(&small, false) else {
+            panic!("{:?}", Why::of(&small, false));
+        };
+        let arrays = ClosedModes::arrays(&small).unwrap();
+        let numbers: usize = arrays.iter().map(|array| array.values.len()).sum();
+        assert_eq!((size.operators, size.bytes), (9, 8 * numbers));
+        let why = |model: &Model, portable| Why::of(model, portable).to_string();
+        assert_eq!(
+            why(&small, false),
+            "3 modes, 9 sets of closed contacts, 0.035 MB of tables"
+        );
+        assert_eq!(why(&small, true), "instructions = \"portable\"");
+        let many = model(25, Release::Deflection);
+        assert_eq!(why(&many, false), "25 modes, more than 24");
+        assert_eq!(
+            why(&model(3, Release::Force), false),
+            "tables do not know contacts that let go where their force vanishes"
+        );
+    }
+}
