@@ -19,13 +19,14 @@ mod common;
 #[path = "cycle/scenes.rs"]
 mod scenes;
 
+use atlas::analysis::Nvh;
 use atlas::model::{Division, Model};
 use atlas::propagate::{
-    ClosedModes, Counters, InstructionSet, Kernel, Stepping, Tangents, Volterra,
+    ClosedModes, Counters, InstructionSet, Kernel, Observer, Stepping, Tangents, Volterra,
 };
 use atlas::reference::Reference;
 use common::Case;
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use criterion::{Bencher, BenchmarkId, Criterion, criterion_group, criterion_main};
 use scenes::{computed, drive, quiet, settled, volterra};
 use serde_json::{Map, Value, json};
 use std::hint::black_box;
@@ -39,10 +40,21 @@ const SPEEDS: [f64; 5] = [600.0, 900.0, 1100.0, 1500.0, 2400.0];
 
 /// Advances a settled trajectory, cycle after cycle.
 fn advance<K: Kernel>(
-    bench: &mut criterion::Bencher<'_>,
+    bench: &mut Bencher<'_>,
     kernel: &K,
     model: &Model,
     tangents: usize,
+) {
+    advance_watched(bench, kernel, model, tangents, &mut ());
+}
+
+/// The same with an observer.
+fn advance_watched<K: Kernel, O: Observer>(
+    bench: &mut Bencher<'_>,
+    kernel: &K,
+    model: &Model,
+    tangents: usize,
+    observer: &mut O,
 ) {
     let mut trajectory = settled(model);
     let mut tangent = Tangents::zeros(model.modes(), tangents);
@@ -57,7 +69,7 @@ fn advance<K: Kernel>(
                 black_box(&mut trajectory),
                 &mut tangent,
                 &mut workspace,
-                &mut (),
+                observer,
                 &mut counters,
             )
             .expect("the default drive does not diverge");
@@ -140,6 +152,35 @@ fn closed_modes(criterion: &mut Criterion) {
         });
     }
     group.finish();
+}
+
+/// All statistics with ten harmonics, by both exact kernels; beside them the same cycles unwatched.
+fn nvh(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("nvh");
+    for modes in [6, 40] {
+        let model = common::model(&drive(modes, 0.05, 1200.0));
+        let arrays = ClosedModes::arrays(&model).unwrap();
+        let closed = ClosedModes::of_kept(&model, 1000, &arrays, InstructionSet::best()).unwrap();
+        let structured = volterra(&model);
+        for harmonics in [None, Some(0), Some(10)] {
+            let name = harmonics.map_or("bare".to_owned(), |h| format!("harmonics-{h}"));
+            let mut watch = |kernel: &str, advance: &mut dyn FnMut(&mut Bencher<'_>)| {
+                group.bench_function(BenchmarkId::new(format!("{kernel}-{name}"), modes), advance);
+            };
+            let statistics = || harmonics.map(|h| Nvh::new(&model, h));
+            watch("closed", &mut |b| watched(b, &closed, &model, statistics()));
+            watch("volterra", &mut |b| watched(b, &structured, &model, statistics()));
+        }
+    }
+    group.finish();
+}
+
+/// Advances under statistics, if any.
+fn watched<K: Kernel>(bench: &mut Bencher<'_>, kernel: &K, model: &Model, nvh: Option<Nvh>) {
+    match nvh {
+        Some(mut nvh) => advance_watched(bench, kernel, model, 0, &mut nvh),
+        None => advance(bench, kernel, model, 0),
+    }
 }
 
 /// One cycle from rest: what it meets is made.
@@ -240,6 +281,6 @@ fn quick() -> Criterion {
 criterion_group! {
     name = benches;
     config = quick();
-    targets = facts, cycles, tangents, closed_modes, set_up, instruction_sets, others
+    targets = facts, cycles, tangents, closed_modes, nvh, set_up, instruction_sets, others
 }
 criterion_main!(benches);

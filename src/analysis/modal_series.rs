@@ -193,7 +193,10 @@ fn add_constant(exponential: &Exponential, weights: (f64, f64), tau: f64, out: &
 
 /// A window's series with all its terms.
 pub fn padded(series: &[f64]) -> Series {
-    std::array::from_fn(|n| series.get(n).copied().unwrap_or(0.0))
+    let mut out = [0.0; TERMS];
+    let count = series.len().min(TERMS);
+    out[..count].copy_from_slice(&series[..count]);
+    out
 }
 
 /// `cos(ωt + phase)` on a window.

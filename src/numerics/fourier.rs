@@ -52,25 +52,6 @@ pub fn add_lines(stretch: Stretch, series: &[[f64; ORDERS]], sums: &mut [Vec<Com
     }
 }
 
-/// Writes `∫₀^τ P_n(2t/τ − 1) e^{−iωt} dt = τ e^{−iκ} (−i)ⁿ j_n(κ)` for every n, κ = ωτ/2 being the
-/// half turn.
-pub fn line_integrals(half_turn: f64, duration: f64, out: &mut [Complex64; ORDERS]) {
-    let (sin, cos) = half_turn.sin_cos();
-    let mut bessel = [[0.0; LANES]; ORDERS];
-    spherical_bessel(
-        &[half_turn; LANES],
-        &[sin; LANES],
-        &[cos; LANES],
-        &mut bessel,
-    );
-    // τ e^{−iκ} (−i)ⁿ, from n = 0 on.
-    let mut factor = duration * c64(cos, -sin);
-    for (value, j) in out.iter_mut().zip(&bessel) {
-        *value = factor * j[0];
-        factor = c64(factor.im, -factor.re);
-    }
-}
-
 /// `Σ (−i)ⁿ a_n j_n`, real and imaginary parts.
 #[inline(always)]
 fn about_the_middle(a: &[f64; ORDERS], bessel: &[Lanes; ORDERS]) -> [Lanes; 2] {
@@ -137,27 +118,6 @@ mod tests {
     use super::*;
     use crate::numerics::legendre::evaluate;
     use crate::numerics::quadrature::GaussLegendre;
-
-    /// Twenty times the slowest frequency is a frequency of its own.
-    #[test]
-    fn one_frequency_is_one_of_the_multiples() {
-        for half_turn in [0.3, 5.0, 9.0, 23.0, 24.0, 61.0] {
-            let mut found = [Complex64::ZERO; ORDERS];
-            line_integrals(half_turn, 0.3, &mut found);
-            let stretch = Stretch {
-                duration: 0.3,
-                half_turn: half_turn / 20.0,
-                phase: half_turn / 20.0,
-            };
-            for (n, value) in found.into_iter().enumerate() {
-                let series: [f64; ORDERS] = std::array::from_fn(|i| f64::from(u8::from(i == n)));
-                let mut sums = vec![vec![Complex64::ZERO; 20]];
-                add_lines(stretch, &[series], &mut sums);
-                let error = (sums[0][19] - value).norm();
-                assert!(error < 1e-15, "{n} at {half_turn}: {error:e}");
-            }
-        }
-    }
 
     /// A thousand multiples of turns from next to nothing to a whole cycle, against a Gauss rule
     /// with enough nodes for the fastest.

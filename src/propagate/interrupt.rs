@@ -57,6 +57,10 @@ struct Attentive<'a, O> {
 impl<O: Observer> Observer for Attentive<'_, O> {
     const WINDOWS: bool = O::WINDOWS;
 
+    fn states(&self) -> bool {
+        self.observer.states()
+    }
+
     fn window(&mut self, window: &Window<'_>) {
         self.observer.window(window);
     }

@@ -17,7 +17,7 @@ mod observer;
 pub mod saltation;
 mod stepping;
 mod tangents;
-mod vectors;
+pub(crate) mod vectors;
 mod volterra;
 
 pub use auto::{KernelSetting, Why};

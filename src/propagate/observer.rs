@@ -25,9 +25,10 @@ pub struct Window<'a> {
     pub force: &'a [f64],
     /// Every closed contact, in order.
     pub closed: &'a [ClosedContact<'a>],
-    /// First components of the blocks at the window's start, length N.
+    /// First components of the blocks at the window's start, length N; they may be left out where
+    /// the observer does not read states.
     pub first: &'a [f64],
-    /// Second components of the blocks at the window's start, length N.
+    /// Second components, likewise.
     pub second: &'a [f64],
 }
 
@@ -120,6 +121,11 @@ pub trait Observer {
     /// Whether windows are to be shown; where false their series are not even formed.
     const WINDOWS: bool;
 
+    /// Whether the blocks' states at the starts of windows are read; asked before every window.
+    fn states(&self) -> bool {
+        true
+    }
+
     /// A window was passed.
     fn window(&mut self, window: &Window<'_>);
 
@@ -145,6 +151,10 @@ impl Observer for () {
 impl<A: Observer, B: Observer> Observer for (A, B) {
     const WINDOWS: bool = A::WINDOWS || B::WINDOWS;
 
+    fn states(&self) -> bool {
+        (A::WINDOWS && self.0.states()) || (B::WINDOWS && self.1.states())
+    }
+
     fn window(&mut self, window: &Window<'_>) {
         self.0.window(window);
         self.1.window(window);
@@ -162,6 +172,10 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
 
 impl<O: Observer> Observer for &mut O {
     const WINDOWS: bool = O::WINDOWS;
+
+    fn states(&self) -> bool {
+        (**self).states()
+    }
 
     fn window(&mut self, window: &Window<'_>) {
         (**self).window(window);

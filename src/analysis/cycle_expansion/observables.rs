@@ -6,7 +6,7 @@ use crate::analysis::modal_series::padded;
 use crate::analysis::nvh::rule::Rules;
 use crate::model::{Flanks, Model};
 use crate::numerics::legendre::variation;
-use crate::propagate::{Event, Observer, Window};
+use crate::propagate::{Event, InstructionSet, Observer, Window};
 use serde::{Deserialize, Serialize};
 
 /// Sums of a mesh cycle.
@@ -94,6 +94,7 @@ impl ExpansionQuantity {
 /// Adds up what is averaged, mesh cycle by mesh cycle.
 pub struct Cycles<'m> {
     model: &'m Model,
+    set: InstructionSet,
     sums: Sums,
     peak: f64,
 }
@@ -103,6 +104,7 @@ impl<'m> Cycles<'m> {
     pub fn new(model: &'m Model) -> Self {
         Self {
             model,
+            set: InstructionSet::best(),
             sums: [0.0; SUMS],
             peak: 0.0,
         }
@@ -134,8 +136,8 @@ impl Observer for Cycles<'_> {
             let force = padded(closed.force).map(|f| side * f);
             self.sums[2] += share * force[0];
             if force[0] + variation(&force) > self.peak {
-                let rule = &Rules::shared().long;
-                self.peak = self.peak.max(rule.maximum(&force, &rule.values(&force)));
+                let largest = Rules::shared().long.maximum(self.set, &force);
+                self.peak = self.peak.max(largest);
             }
         }
         if window.contact.flanks() == Flanks::Free {

@@ -1,21 +1,19 @@
 //! Fourier integrals of the deflection at whole mesh orders and at fractions of them.
 //!
-//! `∫ δ e^{−iωt} dt = Σ a_n ∫ P_n e^{−iωt} dt`. Of few orders, integrals of P_n are kept for windows
-//! of the kernel's own length; windows cut short are integrated by the Gauss rule, all
-//! frequencies being powers of one slow exponential. Of many, and where an order turns too fast for
-//! the rule, each order takes the same few operations ([`crate::numerics::fourier`]).
+//! `∫ δ e^{−iωt} dt = e^{−iφ} Σ a_n ∫ P_n e^{−iω(t − middle)} dt`, φ the phase of the window's middle: the
+//! integrals of even terms are real, those of odd ones imaginary. Of windows of the kernel's own lengths
+//! they are kept. Others are integrated by the Gauss rule, all frequencies being powers of one slow
+//! exponential, unless orders are many or turn too fast for the rule.
 
-use super::rule::{LANES, LONG, Rule};
+use super::lanes::{self, Complex, Eight, Integrals, Stretch};
+use super::rule::{Parts, Rule};
 use super::stretches::{Stretches, Summable};
 use crate::analysis::modal_series::TERMS;
 use crate::analysis::recurring::Recurring;
-use crate::numerics::exponential::{LARGEST_HALF_ARGUMENT, legendre_series};
-use crate::numerics::fourier::{Stretch, add_lines, line_integrals};
-use crate::numerics::legendre::polynomials;
-use crate::numerics::quadrature::GaussLegendre;
-use crate::propagate::Window;
+use crate::propagate::vectors::{LANES, Lanes};
+use crate::propagate::{InstructionSet, Window};
 use num_complex::{Complex64, c64};
-use std::slice;
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Sub-orders looked at, in twelfths of the mesh frequency: 1/4, 1/3, 1/2, 2/3, 3/4.
@@ -31,63 +29,54 @@ const DENOMINATORS: [u32; SUBORDERS] = [4, 3, 2, 3, 4];
 /// periods of every sub-order.
 pub(super) const SUBORDER_WINDOW: u64 = 24;
 
-/// `∫ P_n e^{−iωt} dt` for eight frequencies, the lanes, by term.
-#[derive(Debug, Clone)]
-struct EightFrequencies {
-    re: [[f64; LANES]; TERMS],
-    im: [[f64; LANES]; TERMS],
-}
+/// Most whole orders that nodes and tables are used for: beyond, integrals order by order take
+/// less work.
+const MOST_AT_NODES: usize = 32;
 
-/// The same for every frequency, in eights.
+/// Integrals of the polynomials at every frequency.
 /// Shared, because a clone of the statistics is taken whenever they are looked at.
-type Table = Arc<[EightFrequencies]>;
-
-/// Writes `∫ δ e^{−iω t} dt` over a window, t from its start, for every frequency of a table.
-/// The same on every instruction set: nothing is fused.
-#[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn integrals(table: &[EightFrequencies], series: &[f64; TERMS], out: &mut [Complex64]) {
-    for (eight, out) in table.iter().zip(out.chunks_mut(LANES)) {
-        // Even and odd terms apart: two short chains of sums instead of a long one.
-        let mut sums = [Lanes::ZERO; 2];
-        for n in (0..TERMS).step_by(2) {
-            for (odd, sum) in sums.iter_mut().enumerate() {
-                let a = series[n + odd];
-                for i in 0..LANES {
-                    sum.re[i] += a * eight.re[n + odd][i];
-                    sum.im[i] += a * eight.im[n + odd][i];
-                }
-            }
-        }
-        for (i, value) in out.iter_mut().enumerate() {
-            *value = c64(sums[0].re[i] + sums[1].re[i], sums[0].im[i] + sums[1].im[i]);
-        }
-    }
-}
+type Table = Arc<[Integrals]>;
 
 /// Fourier integrals at sub-orders and whole orders.
 #[derive(Debug, Clone)]
 pub(super) struct Fourier {
-    mesh_frequency: f64,
-    /// Sub-orders, then whole orders \[rad/s\].
-    frequencies: Vec<f64>,
+    set: InstructionSet,
+    period: f64,
+    harmonics: usize,
+    /// Sub-orders, then whole orders; more of them up to an even number of eights.
+    frequencies: Vec<Eight>,
     /// Integrals of the Legendre polynomials on windows of the kernel's own lengths.
     known: Recurring<Table>,
-    /// Room for the integrals at all frequencies.
-    values: Vec<Complex64>,
+    /// Room for them on another window.
+    other: Vec<Integrals>,
+    /// Over the present mesh cycle.
+    sums: Vec<Complex>,
     pub(super) suborders: Suborders,
 }
 
 impl Fourier {
     /// At sub-orders and the first `harmonics` whole orders.
-    pub(super) fn new(mesh_frequency: f64, harmonics: usize) -> Self {
-        let fractions = TWELFTHS.iter().map(|m| *m as f64 / 12.0);
-        let orders = fractions.chain((1..=harmonics).map(|h| h as f64));
-        let frequencies: Vec<f64> = orders.map(|order| order * mesh_frequency).collect();
+    pub(super) fn new(set: InstructionSet, period: f64, harmonics: usize) -> Self {
+        let eights = (SUBORDERS + harmonics).div_ceil(2 * LANES) * 2;
+        let frequency = |index: usize| match TWELFTHS.get(index) {
+            Some(&twelfths) => (twelfths as f64 / 12.0, 1.0),
+            None => ((index - SUBORDERS + 1) as f64, 0.0),
+        };
+        let eight = |first: usize| -> Eight {
+            let own: [(f64, f64); LANES] = std::array::from_fn(|i| frequency(first + i));
+            Eight {
+                orders: Lanes(own.map(|(order, _)| order)),
+                fractions: Lanes(own.map(|(_, fraction)| fraction)),
+            }
+        };
         Self {
-            mesh_frequency,
-            values: vec![Complex64::ZERO; frequencies.len()],
-            frequencies,
+            set,
+            period,
+            harmonics,
+            frequencies: (0..eights).map(|i| eight(i * LANES)).collect(),
             known: Recurring::new(),
+            other: vec![[Lanes::ZERO; TERMS]; eights],
+            sums: vec![[Lanes::ZERO; 2]; eights],
             suborders: Suborders::new(),
         }
     }
@@ -95,200 +84,85 @@ impl Fourier {
     /// Half turn \[rad\] over a window of the length `tau` \[s\] of the highest frequency that
     /// nodes may be asked for.
     pub(super) fn half_turn(&self, tau: f64) -> f64 {
-        let highest = match self.many() {
-            true => self.frequencies[SUBORDERS - 1],
-            false => self.frequencies.last().copied().unwrap_or(0.0),
-        };
-        0.5 * highest * tau
+        match self.many() {
+            true => 0.0,
+            false => PI * self.harmonics as f64 * tau / self.period,
+        }
     }
 
     /// Whether orders are too many for nodes and tables.
     fn many(&self) -> bool {
-        self.frequencies.len() > SUBORDERS + MOST_AT_NODES
+        self.harmonics > MOST_AT_NODES
     }
 
-    /// Adds a window; `at_nodes` is the series at the rule's nodes, and `sums` are those of
-    /// the whole orders.
-    pub(super) fn add<const M: usize>(
+    /// Adds a window; `parts` are those of its `series` at the rule's nodes.
+    pub(super) fn add(
         &mut self,
         window: &Window<'_>,
         series: &[f64; TERMS],
-        rule: &Rule<M>,
-        at_nodes: &[f64; M],
-        sums: &mut Vec<Complex64>,
+        rule: &Rule,
+        parts: &Parts,
     ) {
         let tau = window.duration;
+        let stretch = Stretch {
+            duration: tau,
+            cycles: tau / self.period,
+            middle: (window.start + 0.5 * tau) / self.period,
+            // A twelfth of the mesh frequency has its phase back after twelve cycles.
+            before: (window.cycle % 12) as f64,
+        };
         let (many, turned) = (self.many(), self.half_turn(tau));
-        let frequencies = &self.frequencies;
+        let (set, frequencies) = (self.set, &self.frequencies);
         let known = match many {
             true => None,
-            false => self.known.find(tau, || table(frequencies, tau)),
+            false => self.known.find(tau, || {
+                let mut own = vec![[Lanes::ZERO; TERMS]; frequencies.len()];
+                lanes::integrate(set, frequencies, &stretch, &mut own);
+                own.into()
+            }),
         };
-        let whole_at_once = known.is_none() && (many || turned > Rule::<M>::WIDEST_TURN);
-        let (below, whole) = self.values.split_at_mut(SUBORDERS);
-        match known {
-            Some(known) => integrals(known, series, &mut self.values),
+        let integrals = match known {
+            Some(known) => known,
+            None if many || turned > rule.widest_turn => {
+                lanes::integrate(set, frequencies, &stretch, &mut self.other);
+                &self.other[..]
+            }
             None => {
-                let weighted = std::array::from_fn(|j| tau * rule.weights[j] * at_nodes[j]);
-                let slowest = self.mesh_frequency * tau / 12.0;
-                let whole = match whole_at_once {
-                    true => &mut [],
-                    false => whole,
-                };
-                sum_nodes(&rule.places, &weighted, slowest, below, whole);
+                let (places, weights) = (&rule.places, &rule.weights);
+                let parts = rule.own(parts);
+                let sums = &mut self.sums;
+                lanes::add_by_nodes(set, frequencies, places, weights, parts, &stretch, sums);
+                return;
             }
-        }
-        // A twelfth of the mesh frequency has its phase back after twelve cycles.
-        let twelfth = turn(self.mesh_frequency / 12.0 * window.start);
-        let twelfth = twelfth * TWELFTH_TURNS[(window.cycle % 12) as usize];
-        let three = twelfth * (twelfth * twelfth);
-        let six = three * three;
-        let (below, whole) = self.values.split_at(SUBORDERS);
-        if whole_at_once {
-            let stretch = Stretch {
-                duration: tau,
-                half_turn: 0.5 * self.mesh_frequency * tau,
-                phase: self.mesh_frequency * (window.start + 0.5 * tau),
-            };
-            add_lines(stretch, slice::from_ref(series), slice::from_mut(sums));
-        } else {
-            let start = six * six;
-            let mut rotation = start;
-            for (sum, value) in sums.iter_mut().zip(whole) {
-                *sum += rotation * value;
-                rotation *= start;
-            }
-        }
-        let four = three * twelfth;
-        let factors = [three, four, six, four * four, six * three];
-        self.suborders.add(&factors, below);
-    }
-}
-
-/// The integrals of the polynomials on windows of the length `tau` \[s\].
-fn table(frequencies: &[f64], tau: f64) -> Table {
-    let eight = |frequencies: &[f64]| {
-        let mut out = EightFrequencies {
-            re: [[0.0; LANES]; TERMS],
-            im: [[0.0; LANES]; TERMS],
         };
-        for (i, omega) in frequencies.iter().enumerate() {
-            let mut integrals = [Complex64::ZERO; TERMS];
-            window_integrals(*omega, tau, &mut integrals);
-            for (n, integral) in integrals.into_iter().enumerate() {
-                out.re[n][i] = integral.re;
-                out.im[n][i] = integral.im;
-            }
-        }
-        out
-    };
-    frequencies.chunks(LANES).map(eight).collect()
-}
+        lanes::add_by_terms(
+            set,
+            frequencies,
+            integrals,
+            series,
+            &stretch,
+            &mut self.sums,
+        );
+    }
 
-/// Most whole orders that nodes and tables are used for: beyond, integrals order by order take
-/// less work.
-const MOST_AT_NODES: usize = 32;
-
-/// Complex numbers, one a lane.
-#[derive(Debug, Clone, Copy)]
-struct Lanes {
-    re: [f64; LANES],
-    im: [f64; LANES],
-}
-
-impl Lanes {
-    const ZERO: Self = Self {
-        re: [0.0; LANES],
-        im: [0.0; LANES],
-    };
-
-    /// `e^{−iθ}` for 0 ≤ θ ≤ 0.6 by its series: 2π/12 is the most a window turns, and
-    /// `0.6¹⁶/16!` is below round-off.
-    #[inline(always)]
-    fn slow_turn(theta: [f64; LANES]) -> Self {
-        let mut out = Self {
-            re: [1.0; LANES],
-            im: [1.0; LANES],
+    /// A mesh cycle is over: `harmonics` are the sums of the whole orders.
+    pub(super) fn advance(&mut self, harmonics: &mut [Complex64]) {
+        let value = |index: usize| {
+            let [re, im] = &self.sums[index / LANES];
+            c64(re.0[index % LANES], im.0[index % LANES])
         };
-        let mut n = 14.0;
-        while n > 0.0 {
-            let (even, odd) = (-1.0 / (n * (n - 1.0)), -1.0 / (n * (n + 1.0)));
-            for i in 0..LANES {
-                let square = theta[i] * theta[i];
-                out.re[i] = 1.0 + even * square * out.re[i];
-                out.im[i] = 1.0 + odd * square * out.im[i];
-            }
-            n -= 2.0;
+        self.suborders.add(&std::array::from_fn(value));
+        for (h, sum) in harmonics.iter_mut().enumerate() {
+            *sum += value(SUBORDERS + h);
         }
-        for i in 0..LANES {
-            out.im[i] *= -theta[i];
-        }
-        out
+        self.sums.fill([Lanes::ZERO; 2]);
+        self.suborders.advance(self.period);
     }
 
-    #[inline(always)]
-    fn times(self, other: Self) -> Self {
-        let mut out = Self::ZERO;
-        for i in 0..LANES {
-            out.re[i] = self.re[i] * other.re[i] - self.im[i] * other.im[i];
-            out.im[i] = self.re[i] * other.im[i] + self.im[i] * other.re[i];
-        }
-        out
-    }
-
-    /// Adds real multiples of other lanes.
-    #[inline(always)]
-    fn add(&mut self, amounts: &[f64; LANES], other: Self) {
-        for i in 0..LANES {
-            self.re[i] += amounts[i] * other.re[i];
-            self.im[i] += amounts[i] * other.im[i];
-        }
-    }
-
-    fn total(&self) -> Complex64 {
-        c64(self.re.iter().sum::<f64>(), self.im.iter().sum())
-    }
-}
-
-/// Writes the sums of `weighted` over the nodes at `places` times `e^{−imθ}`: m the sub-orders' twelfths
-/// (`below`) and 12, 24, … (`whole`), θ growing from 0 to `slowest` over the window. The same on every instruction set: nothing is fused.
-#[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn sum_nodes<const M: usize>(
-    places: &[f64; M],
-    weighted: &[f64; M],
-    slowest: f64,
-    below: &mut [Complex64],
-    whole: &mut [Complex64],
-) {
-    let mut parts = [Lanes::ZERO; SUBORDERS];
-    let mut orders = [Lanes::ZERO; MOST_AT_NODES];
-    for base in (0..M).step_by(LANES) {
-        let mut theta = [0.0; LANES];
-        let mut amounts = [0.0; LANES];
-        for i in 0..LANES {
-            theta[i] = 0.5 * slowest * (places[base + i] + 1.0);
-            amounts[i] = weighted[base + i];
-        }
-        let one = Lanes::slow_turn(theta);
-        let three = one.times(one).times(one);
-        let four = three.times(one);
-        let six = three.times(three);
-        let powers = [three, four, six, four.times(four), six.times(three)];
-        for (part, z) in parts.iter_mut().zip(powers) {
-            part.add(&amounts, z);
-        }
-        let twelve = six.times(six);
-        let mut z = twelve;
-        for order in orders.iter_mut().take(whole.len()) {
-            order.add(&amounts, z);
-            z = z.times(twelve);
-        }
-    }
-    for (value, part) in below.iter_mut().zip(&parts) {
-        *value = part.total();
-    }
-    for (value, order) in whole.iter_mut().zip(&orders) {
-        *value = order.total();
+    /// Forgets everything accumulated.
+    pub(super) fn restart(&mut self) {
+        self.sums.fill([Lanes::ZERO; 2]);
+        self.suborders.restart();
     }
 }
 
@@ -321,10 +195,10 @@ impl Suborders {
         self.powers.restart();
     }
 
-    /// Adds the integrals of a window, turned by `factors` to its place in time.
-    fn add(&mut self, factors: &[Complex64; SUBORDERS], window: &[Complex64]) {
-        for ((sum, factor), value) in self.present.iter_mut().zip(factors).zip(window) {
-            *sum += factor * value;
+    /// Adds the integrals over a mesh cycle.
+    fn add(&mut self, cycle: &[Complex64; SUBORDERS]) {
+        for (sum, value) in self.present.iter_mut().zip(cycle) {
+            *sum += value;
         }
     }
 
@@ -390,62 +264,79 @@ impl Suborders {
     }
 }
 
-/// `e^{−i 2π n/12}`.
-const TWELFTH_TURNS: [Complex64; 12] = {
-    const R: f64 = 0.866_025_403_784_438_6;
-    [
-        Complex64::new(1.0, 0.0),
-        Complex64::new(R, -0.5),
-        Complex64::new(0.5, -R),
-        Complex64::new(0.0, -1.0),
-        Complex64::new(-0.5, -R),
-        Complex64::new(-R, -0.5),
-        Complex64::new(-1.0, 0.0),
-        Complex64::new(-R, 0.5),
-        Complex64::new(-0.5, R),
-        Complex64::new(0.0, 1.0),
-        Complex64::new(0.5, R),
-        Complex64::new(R, 0.5),
-    ]
-};
-
-/// `e^{−i phase}`.
-fn turn(phase: f64) -> Complex64 {
-    Complex64::cis(phase).conj()
-}
-
-/// `∫₀^τ P_n(2t/τ − 1) e^{−iωt} dt` for n < 24: by the series of the exponential, by a Gauss
-/// rule, and by Bessel functions, the faster it turns.
-fn window_integrals(omega: f64, tau: f64, out: &mut [Complex64; TERMS]) {
-    let turned = 0.5 * omega * tau;
-    if turned <= LARGEST_HALF_ARGUMENT {
-        legendre_series(c64(0.0, -omega), tau, out);
-        for (n, value) in out.iter_mut().enumerate() {
-            *value *= tau / (2 * n + 1) as f64;
-        }
-        return;
-    }
-    if turned > Rule::<LONG>::WIDEST_TURN {
-        line_integrals(turned, tau, out);
-        return;
-    }
-    out.fill(Complex64::ZERO);
-    let nodes = LONG + (omega * tau) as usize;
-    let gauss = GaussLegendre::new(nodes);
-    let mut p = [0.0; TERMS];
-    for (x, w) in gauss.nodes.iter().zip(&gauss.weights) {
-        polynomials(*x, &mut p);
-        let turn = turn(0.5 * omega * tau * (x + 1.0));
-        let weight = 0.5 * tau * w;
-        for (value, p) in out.iter_mut().zip(&p) {
-            *value += weight * p * turn;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::nvh::rule::Rules;
+    use crate::numerics::legendre::evaluate;
+    use crate::numerics::quadrature::GaussLegendre;
+
+    /// `∫ δ e^{−iωt} dt` over a window by enough nodes, ω being `order` times the mesh frequency.
+    fn by_many_nodes(order: f64, period: f64, window: &Window<'_>, series: &[f64]) -> Complex64 {
+        let rule = GaussLegendre::new(200);
+        let nodes = rule.nodes.iter().zip(&rule.weights);
+        nodes
+            .map(|(x, w)| {
+                let time = window.start + 0.5 * (x + 1.0) * window.duration;
+                // Whole mesh cycles turn whole orders by whole turns.
+                let turns = order * (time / period) + (order * window.cycle as f64).fract();
+                let weight = 0.5 * window.duration * w * evaluate(series, *x);
+                weight * Complex64::cis(-2.0 * PI * turns)
+            })
+            .sum()
+    }
+
+    /// Every way of integration, with few orders and with many, on windows of any length: by nodes
+    /// where a length is met for the first time, by kept integrals from the second time on.
+    #[test]
+    fn all_ways_agree_with_quadrature() {
+        let (period, rules) = (0.7, Rules::shared());
+        // One falls off as a smooth motion does, one as little as the long rule may meet.
+        let series: [[f64; TERMS]; 2] = [0.3_f64, 0.9]
+            .map(|ratio| std::array::from_fn(|n| ratio.powi(n as i32) * (1.3 * n as f64).cos()));
+        for set in InstructionSet::available() {
+            for (harmonics, share) in [1, 4, 10, 11, 28, 32, 60]
+                .into_iter()
+                .flat_map(|h| [1e-7, 0.013, 0.2, 0.37, 0.8, 1.0].map(|share| (h, share)))
+            {
+                for (smooth, series) in series.iter().enumerate().map(|(i, s)| (i == 0, s)) {
+                    let mut fourier = Fourier::new(set, period, harmonics);
+                    let window = Window {
+                        cycle: 31,
+                        start: 0.15 * (1.0 - share) * period,
+                        duration: share * period,
+                        ..Window::default()
+                    };
+                    let short = fourier.half_turn(window.duration) <= rules.short.widest_turn;
+                    let rule = if short { &rules.short } else { &rules.long };
+                    assert_eq!(smooth, rules.sizes(set, series).falls_off(0.0));
+                    let parts = rule.parts(set, series);
+                    let mut seen = vec![Complex64::ZERO; SUBORDERS + harmonics];
+                    for round in 0..3 {
+                        fourier.add(&window, series, rule, &parts);
+                        let suborders = std::mem::take(&mut fourier.suborders.present);
+                        let mut whole = vec![Complex64::ZERO; harmonics];
+                        fourier.advance(&mut whole);
+                        let present = fourier.suborders.present;
+                        assert_eq!(suborders, [Complex64::ZERO; SUBORDERS]);
+                        fourier.suborders.restart();
+                        seen[..SUBORDERS].copy_from_slice(&present);
+                        seen[SUBORDERS..].copy_from_slice(&whole);
+                        let below = TWELFTHS.map(|m| m as f64 / 12.0);
+                        let orders = below.into_iter().chain((1..=harmonics).map(|h| h as f64));
+                        for (order, found) in orders.zip(&seen) {
+                            let exact = by_many_nodes(order, period, &window, series);
+                            let error = (found - exact).norm() / window.duration;
+                            assert!(
+                                error < 2e-14 + 2e-15 * order,
+                                "order {order} of {harmonics}, {share} of a cycle, round {round}: {error:e}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
 
     /// A wave of half the mesh frequency keeps its amplitude where windows are joined to bound the memory.
     #[test]
@@ -459,7 +350,7 @@ mod tests {
         window[0] = one;
         for cycles in [SUBORDER_WINDOW * 100, SUBORDER_WINDOW * 9000] {
             for _ in 0..cycles {
-                suborders.add(&[Complex64::ONE; SUBORDERS], &window);
+                suborders.add(&window);
                 suborders.advance(period);
             }
             let [values, _] = suborders.of_windows(|_| 0.0);

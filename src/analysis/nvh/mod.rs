@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! ∫ δ dt = Δ a₀,   ∫ δ² dt = Δ Σ a_n²/(2n+1),   ∫ δ³, δ⁴: Gauss rule, exact to round-off
-//! ∫ δ e^{−iωt} dt = Σ a_n ∫ P_n e^{−iωt} dt     (Bessel series of the exponential)
+//! ∫ δ e^{−iωt} dt = Σ a_n ∫ P_n e^{−iωt} dt     (Bessel functions, or the same Gauss rule)
 //! ```
 //!
 //! A motion that repeats is measured over whole periods and has exact statistics; any other
@@ -12,6 +12,7 @@
 
 mod contacts;
 mod fourier;
+mod lanes;
 mod losses;
 mod peaks;
 pub(super) mod rule;
@@ -23,12 +24,12 @@ use super::modal_series::{Series, padded};
 use super::outcome::{DurationOutcome, NvhErrors, NvhOutcome};
 use crate::model::Model;
 use crate::numerics::statistics::{FEWEST_VALUES, standard_error};
-use crate::propagate::{Event, Observer, Window};
+use crate::propagate::{Event, InstructionSet, Observer, Window};
 use contacts::Contacts;
 use fourier::Fourier;
 use losses::Losses;
-use peaks::{Extremes, Peaks};
-use rule::{Rule, Rules, SHORT, falls_off};
+use peaks::{Extremes, Peaks, Seen};
+use rule::{Rules, Sizes};
 use stretches::Stretches;
 use sums::{Origin, Sums, ratio};
 
@@ -44,8 +45,8 @@ const SHARES: [f64; 3] = [0.5, 0.9, 0.99];
 /// Accumulates statistics while a trajectory is integrated.
 #[derive(Debug, Clone)]
 pub struct Nvh {
-    period: f64,
     rules: &'static Rules,
+    set: InstructionSet,
     origin: Origin,
     /// Whether the origin is that of another trajectory, which no window moves.
     shares_origin: bool,
@@ -71,7 +72,7 @@ impl Nvh {
     /// Statistics of a model with amplitudes at the first `harmonics` mesh orders; without
     /// any, fractions of the mesh order are left out as well.
     pub fn new(model: &Model, harmonics: usize) -> Self {
-        let mesh_frequency = std::f64::consts::TAU / model.period();
+        let set = InstructionSet::best();
         let places: Vec<(usize, f64)> = (model.contacts.iter().enumerate())
             .map(|(contact, own)| match model.of_mesh(contact) {
                 true => (usize::from(own.side < 0.0), own.side),
@@ -80,8 +81,8 @@ impl Nvh {
             .collect();
         let told = model.contacts.len() - model.flank_springs + FLANKS;
         Self {
-            period: model.period(),
             rules: Rules::shared(),
+            set,
             origin: Origin {
                 centre: [0.0; 2],
                 half_gap: model.half_gap,
@@ -94,7 +95,7 @@ impl Nvh {
             stretches: Stretches::new(Sums::empty(harmonics, told), CYCLES_PER_STRETCH),
             peaks: Peaks::new(),
             contacts: Contacts::new(model),
-            fourier: (harmonics > 0).then(|| Fourier::new(mesh_frequency, harmonics)),
+            fourier: (harmonics > 0).then(|| Fourier::new(set, model.period(), harmonics)),
             repeats: None,
             losses: Losses::of(model),
             places,
@@ -119,7 +120,7 @@ impl Nvh {
         self.peaks.restart();
         self.contacts.restart();
         if let Some(fourier) = &mut self.fourier {
-            fourier.suborders.restart();
+            fourier.restart();
         }
         self.repeats = None;
     }
@@ -275,61 +276,31 @@ impl Nvh {
     /// A mesh cycle is over.
     fn advance(&mut self) {
         self.over += 1;
+        if let Some(fourier) = &mut self.fourier {
+            fourier.advance(&mut self.stretches.open().harmonics);
+        }
         self.stretches.advance();
         self.peaks.advance();
-        if let Some(fourier) = &mut self.fourier {
-            fourier.suborders.advance(self.period);
-        }
-    }
-
-    /// Adds a window by a rule that serves it.
-    fn add<const M: usize>(
-        &mut self,
-        rule: &Rule<M>,
-        window: &Window<'_>,
-        deflection: &Series,
-        force: &Series,
-    ) {
-        let tau = window.duration;
-        let values = rule.values(deflection);
-        self.peaks.window(rule, deflection, &values, force);
-
-        let Origin {
-            centre, half_gap, ..
-        } = self.origin;
-        let sums = self.stretches.open();
-        sums.time += tau;
-        sums.times[window.contact.flanks().index()] += tau;
-        let powers = rule.powers(&values, centre[0], half_gap);
-        for (moment, power) in sums.moments.iter_mut().zip(powers) {
-            *moment += tau * power;
-        }
-        if let Some(losses) = &self.losses {
-            sums.loss += losses.over(window);
-        }
-        for closed in window.closed {
-            let (place, side) = self.places[closed.contact];
-            sums.pressing[place] += tau * side * closed.force[0];
-        }
-        let mut about = *force;
-        about[0] -= centre[1];
-        sums.force[0] += tau * about[0];
-        for (n, f) in about.iter().enumerate() {
-            sums.force[1] += tau * f * f / (2 * n + 1) as f64;
-        }
-        if let Some(fourier) = &mut self.fourier {
-            fourier.add(window, deflection, rule, &values, &mut sums.harmonics);
-        }
     }
 }
 
 impl Observer for Nvh {
     const WINDOWS: bool = true;
 
+    fn states(&self) -> bool {
+        false
+    }
+
     fn window(&mut self, window: &Window<'_>) {
         let tau = window.duration;
-        let deflection = padded(window.deflection);
-        let force = padded(window.force);
+        let rooms;
+        let [deflection, force] = match [window.deflection, window.force].map(<&Series>::try_from) {
+            [Ok(deflection), Ok(force)] => [deflection, force],
+            _ => {
+                rooms = [padded(window.deflection), padded(window.force)];
+                rooms.each_ref()
+            }
+        };
         match self.cycles {
             None => {
                 self.cycles = Some([window.cycle; 2]);
@@ -344,11 +315,50 @@ impl Observer for Nvh {
             Some(_) => {}
         }
         self.open = true;
-        let turns = self.fourier.as_ref().map_or(0.0, |f| f.half_turn(tau));
-        if turns <= Rule::<SHORT>::WIDEST_TURN && falls_off(&deflection, self.origin.centre[0]) {
-            self.add(&self.rules.short, window, &deflection, &force);
-        } else {
-            self.add(&self.rules.long, window, &deflection, &force);
+
+        let (rules, set) = (self.rules, self.set);
+        let Origin {
+            centre, half_gap, ..
+        } = self.origin;
+        let sizes = rules.sizes(set, deflection);
+        let turned = self.fourier.as_ref().map_or(0.0, |f| f.half_turn(tau));
+        let short = turned <= rules.short.widest_turn && sizes.falls_off(deflection[0] - centre[0]);
+        let rule = if short { &rules.short } else { &rules.long };
+        let parts = rule.parts(set, deflection);
+        let of_force = match force.iter().all(|f| *f == 0.0) {
+            true => Sizes::default(),
+            false => rules.sizes(set, force),
+        };
+        let seen = |series, sizes| Seen {
+            rule,
+            set,
+            series,
+            sizes,
+        };
+        self.peaks
+            .window(&seen(deflection, sizes), &parts, &seen(force, of_force));
+
+        let sums = self.stretches.open();
+        sums.time += tau;
+        sums.times[window.contact.flanks().index()] += tau;
+        let first = (deflection[0] - centre[0]) / half_gap;
+        let second = first * first + sizes.square / (half_gap * half_gap);
+        let [third, fourth] = rule.powers(set, &parts, centre[0], half_gap);
+        for (sum, moment) in sums.moments.iter_mut().zip([first, second, third, fourth]) {
+            *sum += tau * moment;
+        }
+        let about = force[0] - centre[1];
+        sums.force[0] += tau * about;
+        sums.force[1] += tau * (about * about + of_force.square);
+        if let Some(losses) = &self.losses {
+            sums.loss += losses.over(window);
+        }
+        for closed in window.closed {
+            let (place, side) = self.places[closed.contact];
+            sums.pressing[place] += tau * side * closed.force[0];
+        }
+        if let Some(fourier) = &mut self.fourier {
+            fourier.add(window, deflection, rule, &parts);
         }
     }
 

@@ -6,11 +6,11 @@
 //! bound the extremes of a window. Only the window that holds the extreme of its cycle is
 //! searched, once the cycle is over.
 
-use super::rule::{Range, Rule, peaks};
+use super::rule::{Parts, Range, Rule, Sizes, peaks};
 use super::sample::Sample;
 use crate::analysis::modal_series::{Series, TERMS};
-use crate::numerics::legendre::variation;
 use crate::numerics::statistics::quantile;
+use crate::propagate::InstructionSet;
 
 /// Shares of mesh cycles whose peaks stay below the quantiles.
 pub(super) const PEAK_SHARES: [f64; 2] = [0.99, 0.999];
@@ -83,15 +83,8 @@ impl Highest {
         self.most > self.least
     }
 
-    /// Takes a window in, by a rule that serves it, with the series' values at the nodes.
-    fn offer<const M: usize>(
-        &mut self,
-        rule: &Rule<M>,
-        series: &Series,
-        values: &[f64; M],
-        range: Range,
-        upwards: bool,
-    ) {
+    /// Takes a window in.
+    fn offer(&mut self, seen: &Seen<'_>, parts: &Parts, range: Range, upwards: bool) {
         let high = if upwards { range.high } else { -range.low };
         let most = high + range.rise;
         if most <= self.least {
@@ -105,9 +98,28 @@ impl Highest {
         self.most = most;
         if self.waits() {
             let sign = if upwards { 1.0 } else { -1.0 };
-            self.series = series.map(|a| sign * a);
-            self.place = rule.place(series, values, sign * high);
+            self.series = seen.series.map(|a| sign * a);
+            self.place = seen.rule.start(parts, &seen.sizes, sign * high);
         }
+    }
+}
+
+/// A series on a window.
+pub(super) struct Seen<'a> {
+    /// A rule that serves it.
+    pub(super) rule: &'a Rule,
+    pub(super) set: InstructionSet,
+    pub(super) series: &'a Series,
+    pub(super) sizes: Sizes,
+}
+
+impl Seen<'_> {
+    fn parts(&self) -> Parts {
+        self.rule.parts(self.set, self.series)
+    }
+
+    fn range(&self, parts: &Parts) -> Range {
+        self.rule.range(self.set, parts, &self.sizes)
     }
 }
 
@@ -142,28 +154,21 @@ impl Peaks {
         }
     }
 
-    /// Takes a window in, by a rule that serves it; `values` are those of the deflection.
-    pub(super) fn window<const M: usize>(
-        &mut self,
-        rule: &Rule<M>,
-        deflection: &Series,
-        values: &[f64; M],
-        force: &Series,
-    ) {
+    /// Takes a window in; `parts` are those of the deflection at the nodes.
+    pub(super) fn window(&mut self, deflection: &Seen<'_>, parts: &Parts, force: &Seen<'_>) {
         let [lowest, highest, strongest] = &mut self.present;
-        let spread = variation(deflection);
-        let bounds = [spread - deflection[0], spread + deflection[0]];
-        if bounds[0] > lowest.least || bounds[1] > highest.least {
-            let range = rule.range(deflection, values);
-            lowest.offer(rule, deflection, values, range, false);
-            highest.offer(rule, deflection, values, range, true);
+        let (spread, mean) = (deflection.sizes.variation, deflection.series[0]);
+        if spread - mean > lowest.least || spread + mean > highest.least {
+            let range = deflection.range(parts);
+            lowest.offer(deflection, parts, range, false);
+            highest.offer(deflection, parts, range, true);
         }
-        if force[0].abs() + variation(force) > strongest.least {
+        if force.series[0].abs() + force.sizes.variation > strongest.least {
             // Contact damping pulls before it lets go: either sign may be the larger.
-            let values = rule.values(force);
-            let range = rule.range(force, &values);
-            strongest.offer(rule, force, &values, range, true);
-            strongest.offer(rule, force, &values, range, false);
+            let parts = force.parts();
+            let range = force.range(&parts);
+            strongest.offer(force, &parts, range, true);
+            strongest.offer(force, &parts, range, false);
         }
     }
 

@@ -1,33 +1,62 @@
 //! Values of a window's series at the nodes of a Gauss rule, and its extremes from there.
 
+use super::lanes::{self, SIZES};
 use crate::analysis::modal_series::TERMS;
-use crate::numerics::legendre::{at_end, at_start, derivative, evaluate, polynomials};
+use crate::numerics::legendre::{derivative, evaluate, polynomials};
 use crate::numerics::quadrature::GaussLegendre;
+use crate::propagate::InstructionSet;
+use crate::propagate::vectors::{LANES, Lanes, Row};
 use std::sync::OnceLock;
 
-/// Nodes of the rule for every series: exact to degree 95 ≥ 4·23, so for fourth powers.
-pub const LONG: usize = 48;
+/// Groups of positive nodes of the rule for every series: 48 nodes, exact to degree 95 ≥ 4·23, so
+/// for fourth powers.
+const LONG: usize = 3;
 
-/// Nodes of the rule for series that fall off as a smooth motion's do.
-pub(super) const SHORT: usize = 24;
-
-/// Nodes worked on at a time.
-pub(super) const LANES: usize = 8;
+/// The same of the rule for series that fall off as a smooth motion's do: 32 nodes, exact to degree
+/// 63.
+const SHORT: usize = 2;
 
 /// Error of a fourth power's mean, relative to the fourth power of the series' bound, at which
 /// the short rule is as good as the long one.
 const ROUND_OFF: f64 = 1e-16;
 
-/// Legendre polynomials at M nodes, a multiple of eight, and the weights, which add up to 1.
+/// A Gauss rule on \[−1, 1\] by its positive nodes.
 #[derive(Debug, Clone)]
-pub struct Rule<const M: usize> {
-    polynomials: Box<[[f64; M]; TERMS]>,
-    pub(super) weights: Box<[f64; M]>,
-    /// The nodes, in (−1, 1).
-    pub(super) places: Box<[f64; M]>,
-    /// By term, how far a series may rise above its values at the nodes and at both ends.
-    rises: Box<[f64; TERMS]>,
+pub struct Rule {
+    /// Groups of positive nodes.
+    groups: usize,
+    /// P_0, P_1, … at the positive nodes, term after term.
+    polynomials: Vec<Lanes>,
+    /// Weights of the positive nodes, which add up to 1.
+    pub(super) weights: Vec<Lanes>,
+    /// The positive nodes.
+    pub(super) places: Vec<Lanes>,
+    /// Half turn \[rad\] of an exponential over a window up to which the rule integrates it with a
+    /// 23rd-degree series to round-off: `(2l+1) j_l` is below 1e-16 there from the first degree l on
+    /// that the rule misses, 41 of the short one and 73 of the long one.
+    pub(super) widest_turn: f64,
 }
+
+/// Even and odd part of a series at the positive nodes of a rule.
+pub(super) type Parts = [Lanes; 2 * LONG];
+
+/// Sums over a series.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Sizes {
+    /// The most by which the series leaves its mean.
+    pub(super) variation: f64,
+    /// Mean square about its mean.
+    pub(super) square: f64,
+    /// Values at both ends.
+    ends: [f64; 2],
+    /// The most by which the series leaves its values at the nodes of either rule and at both ends.
+    rise: f64,
+    /// Sums of the sizes of the terms from the 9th, the 14th and the 16th on.
+    tails: [f64; 3],
+}
+
+/// Where the tails begin.
+const TAILS: [usize; 3] = [9, 14, 16];
 
 /// What the values at nodes and ends say of the extremes of a series.
 #[derive(Debug, Clone, Copy)]
@@ -44,103 +73,163 @@ pub(super) struct Range {
 #[derive(Debug, Clone)]
 pub struct Rules {
     /// For series that fall off.
-    pub(super) short: Rule<SHORT>,
+    pub(super) short: Rule,
     /// For every series.
-    pub long: Rule<LONG>,
+    pub long: Rule,
+    /// Weights of [`lanes::sizes`].
+    weights: [Row; SIZES],
 }
 
 impl Rules {
     /// The rules, which know nothing of any drive and are made once.
     pub fn shared() -> &'static Self {
         static RULES: OnceLock<Rules> = OnceLock::new();
-        RULES.get_or_init(|| Self {
-            short: Rule::new(),
-            long: Rule::new(),
+        RULES.get_or_init(|| {
+            let (short, long) = (Rule::new(SHORT, 12.0), Rule::new(LONG, 28.0));
+            let rises = [&short, &long].map(|rule| rises(&rule.nodes()));
+            let from = |first: usize| move |n: usize| f64::from(u8::from(n >= first));
+            let row = |of: &dyn Fn(usize) -> f64| Row(std::array::from_fn(of));
+            Self {
+                weights: [
+                    row(&|n| from(1)(n) - from(TAILS[0])(n)),
+                    row(&from(TAILS[0])),
+                    row(&from(TAILS[1])),
+                    row(&from(TAILS[2])),
+                    row(&|n| rises[0][n].max(rises[1][n])),
+                    row(&|n| from(1)(n) / (2 * n + 1) as f64),
+                    row(&|n| ((n + 1) % 2) as f64),
+                    row(&|n| (n % 2) as f64),
+                ],
+                short,
+                long,
+            }
         })
     }
-}
 
-/// Whether the short rule, exact to degree 47, integrates the fourth power of a series about
-/// `centre` to round-off. With `t_m = Σ_{n≥m} |a_n|` and s the sum of all: four degrees that
-/// add up to 48 or more hold one of 16 and another of 9, or three of 9, so that what is missed
-/// is at most `12 t₁₆ t₉ s² + 4 t₉³ s`. Squares are exact.
-pub(super) fn falls_off(series: &[f64; TERMS], centre: f64) -> bool {
-    let sum = |terms: &[f64]| terms.iter().map(|a| a.abs()).sum::<f64>();
-    let last = sum(&series[16..]);
-    let late = last + sum(&series[9..16]);
-    let all = late + sum(&series[1..9]) + (series[0] - centre).abs();
-    12.0 * last * late * all + 4.0 * late * late * late <= ROUND_OFF * all * all * all
-}
-
-impl<const M: usize> Rule<M> {
-    /// Half turn \[rad\] of an exponential over a window up to which the rule integrates it with
-    /// a 23rd-degree series to round-off: the exponential's terms from degree 2M − 23 on are
-    /// below 1e-16 at 4 for the short rule, and far below at 8 for the long one.
-    pub(super) const WIDEST_TURN: f64 = M as f64 / 6.0;
-
-    fn new() -> Self {
-        let gauss = GaussLegendre::new(M);
-        let mut table = Box::new([[0.0; M]; TERMS]);
-        let mut weights = Box::new([0.0; M]);
-        let mut at_node = [0.0; TERMS];
-        for j in 0..M {
-            polynomials(gauss.nodes[j], &mut at_node);
-            for (row, value) in table.iter_mut().zip(at_node) {
-                row[j] = value;
-            }
-            weights[j] = 0.5 * gauss.weights[j];
+    /// Sums over a series.
+    pub(super) fn sizes(&self, set: InstructionSet, series: &[f64; TERMS]) -> Sizes {
+        let [low, ninth, fourteenth, sixteenth, rise, square, even, odd] =
+            lanes::sizes(set, &self.weights, series);
+        Sizes {
+            variation: low + ninth,
+            square,
+            ends: [even - odd, even + odd],
+            rise,
+            tails: [ninth, fourteenth, sixteenth],
         }
+    }
+}
+
+impl Sizes {
+    /// Whether the short rule, exact to degree 63, integrates the fourth power of the series to
+    /// round-off, taken `about` so much less than its mean. With `t_m = Σ_{n≥m} |a_n|` and s the sum
+    /// of all: four degrees that add up to 64 or more hold one of 16, another of 14 and another of
+    /// 9, so that what is missed is about `24 t₁₆ t₁₄ t₉ s`. Squares are exact.
+    pub(super) fn falls_off(&self, about: f64) -> bool {
+        let all = self.variation + about.abs();
+        24.0 * self.tails.iter().product::<f64>() <= ROUND_OFF * all * all * all
+    }
+}
+
+impl Rule {
+    fn new(groups: usize, widest_turn: f64) -> Self {
+        let half = groups * LANES;
+        let gauss = GaussLegendre::new(2 * half);
+        let positive = |of: &dyn Fn(usize) -> f64| -> Vec<Lanes> {
+            let all: Vec<f64> = (0..2 * half)
+                .filter(|&j| gauss.nodes[j] > 0.0)
+                .map(of)
+                .collect();
+            (all.as_chunks::<LANES>().0.iter())
+                .map(|&eight| Lanes(eight))
+                .collect()
+        };
+        let polynomial = |j: usize, n: usize| {
+            let mut values = [0.0; TERMS];
+            polynomials(gauss.nodes[j], &mut values);
+            values[n]
+        };
         Self {
-            rises: Box::new(rises(&gauss.nodes)),
-            places: Box::new(table[1]),
-            polynomials: table,
-            weights,
+            groups,
+            polynomials: (0..TERMS)
+                .flat_map(|n| positive(&|j| polynomial(j, n)))
+                .collect(),
+            weights: positive(&|j| gauss.weights[j]),
+            places: positive(&|j| gauss.nodes[j]),
+            widest_turn,
         }
     }
 
-    /// Values of a series at the nodes: the nodes are the lanes.
-    pub fn values(&self, series: &[f64; TERMS]) -> [f64; M] {
-        let mut values = [0.0; M];
-        combine(series, &self.polynomials, &mut values);
-        values
+    /// All nodes.
+    fn nodes(&self) -> Vec<f64> {
+        let positive = self.places.iter().flat_map(|eight| eight.0);
+        positive.flat_map(|x| [x, -x]).collect()
     }
 
-    /// Weighted sums of powers 1 … 4 of `(values − centre)/unit`.
-    pub(super) fn powers(&self, values: &[f64; M], centre: f64, unit: f64) -> [f64; 4] {
-        powers(values, &self.weights, centre, unit)
+    /// The parts of a series at the nodes; those of a short rule are followed by nothing of use.
+    pub(super) fn parts(&self, set: InstructionSet, series: &[f64; TERMS]) -> Parts {
+        let mut parts = [Lanes::ZERO; 2 * LONG];
+        lanes::parts(
+            set,
+            &self.polynomials,
+            series,
+            &mut parts[..2 * self.groups],
+        );
+        parts
     }
 
-    /// Largest value of a series, from its `values` at the nodes.
-    pub fn maximum(&self, series: &[f64; TERMS], values: &[f64; M]) -> f64 {
-        let mut best = 0;
-        for j in 1..M {
-            if values[j] > values[best] {
-                best = j;
-            }
-        }
-        maximum(series, self.places[best])
+    /// Weighted sums of the third and fourth powers of `(value − centre)/unit`.
+    pub(super) fn powers(
+        &self,
+        set: InstructionSet,
+        parts: &Parts,
+        centre: f64,
+        unit: f64,
+    ) -> [f64; 2] {
+        lanes::powers(set, &self.weights, self.own(parts), centre, unit)
     }
 
-    /// Between what its `values` at the nodes say the extremes of a series lie.
-    pub(super) fn range(&self, series: &[f64; TERMS], values: &[f64; M]) -> Range {
-        let [low, high, rise] = range(series, values, &self.rises);
-        let [start, end] = [at_start(series), at_end(series)];
+    /// Those of the parts that belong to the rule.
+    pub(super) fn own<'a>(&self, parts: &'a Parts) -> &'a [Lanes] {
+        &parts[..2 * self.groups]
+    }
+
+    /// Largest value of a series.
+    pub fn maximum(&self, set: InstructionSet, series: &[f64; TERMS]) -> f64 {
+        let parts = self.parts(set, series);
+        let [_, high] = lanes::range(set, self.own(&parts));
+        let place = self.place(&parts, high);
+        maximum(series, place.unwrap_or(0.0))
+    }
+
+    /// Between what its values at the nodes and its sizes say the extremes of a series lie.
+    pub(super) fn range(&self, set: InstructionSet, parts: &Parts, sizes: &Sizes) -> Range {
+        let [low, high] = lanes::range(set, self.own(parts));
+        let [start, end] = sizes.ends;
         Range {
             low: low.min(start.min(end)),
             high: high.max(start.max(end)),
-            rise,
+            rise: sizes.rise,
         }
+    }
+
+    /// The node at which the series has a value; none where none has it.
+    fn place(&self, parts: &Parts, value: f64) -> Option<f64> {
+        let (even, odd) = self.own(parts).split_at(self.groups);
+        (self.places.iter().zip(even).zip(odd)).find_map(|((x, e), o)| {
+            (0..LANES).find_map(|i| match (e.0[i] + o.0[i], e.0[i] - o.0[i]) {
+                (right, _) if right == value => Some(x.0[i]),
+                (_, left) if left == value => Some(-x.0[i]),
+                _ => None,
+            })
+        })
     }
 
     /// Where the search for an extreme begins that is `value` at nodes and ends: at the node
     /// that has it, else at the end that has it.
-    pub(super) fn place(&self, series: &[f64; TERMS], values: &[f64; M], value: f64) -> f64 {
-        let node = place_of(values, &self.places, value);
-        match node.is_nan() {
-            true if at_start(series) == value => -1.0,
-            true => 1.0,
-            false => node,
-        }
+    pub(super) fn start(&self, parts: &Parts, sizes: &Sizes, value: f64) -> f64 {
+        let end = if sizes.ends[0] == value { -1.0 } else { 1.0 };
+        self.place(parts, value).unwrap_or(end)
     }
 }
 
@@ -177,33 +266,6 @@ fn rises(nodes: &[f64]) -> [f64; TERMS] {
     rises
 }
 
-/// Smallest and largest of the `values`, and `Σ |series[n]| rises[n]`. The same on every
-/// instruction set: nothing is fused.
-#[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn range<const M: usize>(
-    series: &[f64; TERMS],
-    values: &[f64; M],
-    rises: &[f64; TERMS],
-) -> [f64; 3] {
-    let mut low = [f64::INFINITY; LANES];
-    let mut high = [f64::NEG_INFINITY; LANES];
-    for eight in values.as_chunks::<LANES>().0 {
-        low = std::array::from_fn(|i| smaller(low[i], eight[i]));
-        high = std::array::from_fn(|i| larger(high[i], eight[i]));
-    }
-    let mut rise = [0.0; LANES];
-    let (terms, _) = series.as_chunks::<LANES>();
-    let (rises, _) = rises.as_chunks::<LANES>();
-    for (terms, rises) in terms.iter().zip(rises) {
-        rise = std::array::from_fn(|i| rise[i] + terms[i].abs() * rises[i]);
-    }
-    [
-        halved(low, smaller),
-        halved(high, larger),
-        halved(rise, |a, b| a + b),
-    ]
-}
-
 /// Plain comparisons: `f64::min` and `f64::max` would look for values that are no numbers.
 #[inline(always)]
 fn smaller(a: f64, b: f64) -> f64 {
@@ -213,28 +275,6 @@ fn smaller(a: f64, b: f64) -> f64 {
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
-}
-
-/// What an operation makes of all lanes: one half with the other, three times.
-#[inline(always)]
-fn halved(lanes: [f64; LANES], join: impl Fn(f64, f64) -> f64) -> f64 {
-    let four: [f64; 4] = std::array::from_fn(|i| join(lanes[i], lanes[i + 4]));
-    let two: [f64; 2] = std::array::from_fn(|i| join(four[i], four[i + 2]));
-    join(two[0], two[1])
-}
-
-/// Mean of the places at which `values` are equal to one of them; no number where none is.
-#[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn place_of<const M: usize>(values: &[f64; M], places: &[f64; M], value: f64) -> f64 {
-    let [mut sum, mut count] = [[0.0; LANES]; 2];
-    let (values, _) = values.as_chunks::<LANES>();
-    let (places, _) = places.as_chunks::<LANES>();
-    for (values, places) in values.iter().zip(places) {
-        let own: [f64; LANES] = std::array::from_fn(|i| f64::from(u8::from(values[i] == value)));
-        sum = std::array::from_fn(|i| sum[i] + own[i] * places[i]);
-        count = std::array::from_fn(|i| count[i] + own[i]);
-    }
-    halved(sum, |a, b| a + b) / halved(count, |a, b| a + b)
 }
 
 /// Factors of Clenshaw's recurrence, `(2n+1)/(n+1)` and `(n+1)/(n+2)`.
@@ -305,40 +345,6 @@ pub(super) fn peaks(series: [&[f64; TERMS]; 4], mut x: [f64; 4]) -> [f64; 4] {
     best
 }
 
-/// `Σ series[n] rows[n]`. The same on every instruction set: nothing is fused.
-#[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn combine<const M: usize>(series: &[f64; TERMS], rows: &[[f64; M]; TERMS], values: &mut [f64; M]) {
-    for (a, row) in series.iter().zip(rows) {
-        for (value, p) in values.iter_mut().zip(row) {
-            *value += a * p;
-        }
-    }
-}
-
-/// Powers 1 … 4 of `(values − centre)/unit`, weighted and added up. The same on every
-/// instruction set: nothing is fused.
-#[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn powers<const M: usize>(
-    values: &[f64; M],
-    weights: &[f64; M],
-    centre: f64,
-    unit: f64,
-) -> [f64; 4] {
-    let scale = 1.0 / unit;
-    let mut sums = [[0.0; LANES]; 4];
-    for base in (0..M).step_by(LANES) {
-        for i in 0..LANES {
-            let u = scale * (values[base + i] - centre);
-            let mut power = weights[base + i];
-            for sum in &mut sums {
-                power *= u;
-                sum[i] += power;
-            }
-        }
-    }
-    sums.map(|lanes| lanes.iter().sum())
-}
-
 /// Largest of a series' values at its ends and at the stationary point next to x.
 fn maximum(series: &[f64; TERMS], mut x: f64) -> f64 {
     let slope = derivative(series);
@@ -360,38 +366,79 @@ fn maximum(series: &[f64; TERMS], mut x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::modal_series::cosine_series;
+    use crate::numerics::legendre::{at_end, at_start, variation};
+
+    /// Means of the third and fourth powers of `series − centre` by enough nodes for any.
+    fn by_many_nodes(series: &[f64; TERMS], centre: f64) -> [f64; 2] {
+        let rule = GaussLegendre::new(60);
+        [3, 4].map(|power| {
+            let nodes = rule.nodes.iter().zip(&rule.weights);
+            let values = nodes.map(|(x, w)| 0.5 * w * (evaluate(series, *x) - centre).powi(power));
+            values.sum()
+        })
+    }
 
     #[test]
-    fn both_rules_agree_wherever_the_short_one_is_trusted() {
+    fn powers_are_exact_wherever_a_rule_is_trusted() {
         let rules = Rules::shared();
-        let mut trusted = 0;
-        for (step, ratio) in [0.02, 0.05, 0.1, 0.12, 0.14, 0.3, 0.9]
-            .into_iter()
-            .enumerate()
-        {
-            let series: [f64; TERMS] = std::array::from_fn(|n| {
-                f64::powi(ratio, n as i32) * (n as f64 + step as f64).cos()
-            });
-            let centre = 0.9 * series[0];
-            if !falls_off(&series, centre) {
-                continue;
+        for set in InstructionSet::available() {
+            let mut trusted = 0;
+            for (step, ratio) in [0.02_f64, 0.1, 0.2, 0.3, 0.35, 0.7, 1.0]
+                .into_iter()
+                .enumerate()
+            {
+                let series: [f64; TERMS] =
+                    std::array::from_fn(|n| ratio.powi(n as i32) * (n as f64 + step as f64).cos());
+                let centre = 0.9 * series[0];
+                let about = series[0] - centre;
+                let short = rules.sizes(set, &series).falls_off(about);
+                trusted += usize::from(short);
+                let exact = by_many_nodes(&series, centre);
+                let bound = variation(&series) + about.abs();
+                let own = [short.then_some(&rules.short), Some(&rules.long)];
+                for rule in own.into_iter().flatten() {
+                    let parts = rule.parts(set, &series);
+                    let found = rule.powers(set, &parts, centre, 0.5);
+                    for (power, (found, exact)) in [3, 4].into_iter().zip(found.iter().zip(&exact))
+                    {
+                        let error = found * 0.5_f64.powi(power) - exact;
+                        assert!(
+                            error.abs() <= 4e-15 * bound.powi(power),
+                            "{ratio}: {error:e}"
+                        );
+                    }
+                }
             }
-            trusted += 1;
-            let short = &rules.short;
-            let long = &rules.long;
-            let found = short.powers(&short.values(&series), centre, 1.0);
-            let exact = long.powers(&long.values(&series), centre, 1.0);
-            let bound: f64 =
-                series[1..].iter().map(|a| a.abs()).sum::<f64>() + (series[0] - centre).abs();
-            for (j, (a, b)) in found.iter().zip(&exact).enumerate() {
-                let scale = bound.powi(j as i32 + 1);
-                assert!(
-                    (a - b).abs() <= 2e-15 * scale,
-                    "{ratio}: power {j}: {a} {b}"
-                );
+            assert!((3..7).contains(&trusted), "{trusted} of 7 trusted");
+        }
+    }
+
+    /// `∫ cos⁴` and the mean square of a cosine, and what its sizes say of it.
+    #[test]
+    fn a_cosine_has_the_means_of_the_textbook() {
+        let rules = Rules::shared();
+        // Over two radians from a on: mean of cos² and cos⁴ by their double angles.
+        let a: f64 = -0.4;
+        let series = cosine_series(2.0, a, 1.0);
+        let primitive = |n: f64, x: f64| (n * x).sin() / n;
+        let mean = |n: f64| 0.5 * (primitive(n, a + 2.0) - primitive(n, a));
+        let square = 0.5 + 0.5 * mean(2.0);
+        let fourth = 0.375 + 0.5 * mean(2.0) + 0.125 * mean(4.0);
+        for set in InstructionSet::available() {
+            let sizes = rules.sizes(set, &series);
+            assert!(sizes.falls_off(series[0]));
+            assert!((sizes.square + series[0] * series[0] - square).abs() < 1e-15);
+            assert!((sizes.variation - variation(&series)).abs() < 1e-15);
+            let ends = [at_start(&series), at_end(&series)];
+            for (found, exact) in sizes.ends.into_iter().zip(ends) {
+                assert!((found - exact).abs() < 1e-15);
+            }
+            for rule in [&rules.short, &rules.long] {
+                let [_, found] = rule.powers(set, &rule.parts(set, &series), 0.0, 1.0);
+                assert!((found - fourth).abs() < 1e-15, "{found} {fourth}");
             }
         }
-        assert!((3..7).contains(&trusted), "{trusted} of 7 trusted");
     }
 
     /// Series of which some fall off and some do not.
@@ -411,49 +458,49 @@ mod tests {
         values.fold(f64::NEG_INFINITY, f64::max)
     }
 
-    fn held<const M: usize>(rule: &Rule<M>) {
-        for series in some_series() {
-            let values = rule.values(&series);
-            let Range { low, high, rise } = rule.range(&series, &values);
-            let highest = by_search(&series);
-            let lowest = -by_search(&series.map(|a| -a));
-            assert!(highest <= high + rise, "{highest} {high} {rise}");
-            assert!(lowest >= low - rise, "{lowest} {low} {rise}");
-            // The search misses 1e-9 of the curvature.
-            assert!(high <= highest + 1e-6 && low >= lowest - 1e-6);
-        }
-    }
-
     #[test]
     fn values_at_nodes_bound_the_extremes() {
-        held(&Rules::shared().short);
-        held(&Rules::shared().long);
+        let (rules, set) = (Rules::shared(), InstructionSet::best());
+        for rule in [&rules.short, &rules.long] {
+            for series in some_series() {
+                let sizes = rules.sizes(set, &series);
+                let Range { low, high, rise } = rule.range(set, &rule.parts(set, &series), &sizes);
+                let highest = by_search(&series);
+                let lowest = -by_search(&series.map(|a| -a));
+                assert!(highest <= high + rise, "{highest} {high} {rise}");
+                assert!(lowest >= low - rise, "{lowest} {low} {rise}");
+                // The search misses 1e-9 of the curvature.
+                assert!(high <= highest + 1e-6 && low >= lowest - 1e-6);
+            }
+        }
         // Far closer than the sum of all coefficients where a series falls off.
         let mut smooth = [0.0; TERMS];
         smooth[..4].copy_from_slice(&[0.3, 0.2, -0.5, 0.1]);
-        let rule = &Rules::shared().short;
-        assert!(rule.range(&smooth, &rule.values(&smooth)).rise < 0.01);
+        assert!(rules.sizes(set, &smooth).rise < 0.01);
     }
 
     #[test]
     fn peaks_are_found_to_round_off() {
-        let rule = &Rules::shared().short;
+        let (rules, set) = (Rules::shared(), InstructionSet::best());
+        let rule = &rules.short;
+        let start = |series: &[f64; TERMS]| {
+            let (sizes, parts) = (rules.sizes(set, series), rule.parts(set, series));
+            let Range { high, .. } = rule.range(set, &parts, &sizes);
+            (high, rule.start(&parts, &sizes, high))
+        };
         let mut count = 0;
-        for series in some_series().filter(|series| falls_off(series, 0.0)) {
+        for series in some_series().filter(|series| rules.sizes(set, series).falls_off(0.0)) {
             let exact = by_search(&series);
-            let values = rule.values(&series);
-            let Range { high, .. } = rule.range(&series, &values);
+            let (high, place) = start(&series);
             let other = series.map(|a| -a);
-            let place = rule.place(&series, &values, high);
             let [first, ..] = peaks([&series, &other, &series, &other], [place, 0.3, -0.3, 0.0]);
             let found = first.max(high);
             assert!((found - exact).abs() < 1e-7, "{found} {exact}");
             count += 1;
         }
         assert!(count > 30, "{count}");
-        let cosine = crate::analysis::modal_series::cosine_series(2.0, -0.9, 1.0);
-        let values = rule.values(&cosine);
-        let place = rule.place(&cosine, &values, rule.range(&cosine, &values).high);
+        let cosine = cosine_series(2.0, -0.9, 1.0);
+        let (_, place) = start(&cosine);
         for found in peaks([&cosine; 4], [place, place - 0.1, place + 0.1, place]) {
             assert!((found - 1.0).abs() < 1e-14, "{found:e}");
         }
@@ -461,13 +508,12 @@ mod tests {
 
     #[test]
     fn a_rough_series_is_not_trusted_to_the_short_rule() {
+        let (rules, set) = (Rules::shared(), InstructionSet::best());
         let mut series = [0.0; TERMS];
         series[TERMS - 1] = 1.0;
-        assert!(!falls_off(&series, 0.0));
-        let rules = Rules::shared();
-        let fourth = |found: [f64; 4]| found[3];
-        let short = fourth(rules.short.powers(&rules.short.values(&series), 0.0, 1.0));
-        let long = fourth(rules.long.powers(&rules.long.values(&series), 0.0, 1.0));
-        assert!((short - long).abs() > 1e-4 * long);
+        assert!(!rules.sizes(set, &series).falls_off(0.0));
+        let fourth = |rule: &Rule| rule.powers(set, &rule.parts(set, &series), 0.0, 1.0)[1];
+        let (short, long) = (fourth(&rules.short), fourth(&rules.long));
+        assert!((short - long).abs() > 1e-6 * long, "{short} {long}");
     }
 }

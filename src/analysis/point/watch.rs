@@ -176,6 +176,11 @@ impl Watch {
 impl Observer for Watch {
     const WINDOWS: bool = true;
 
+    fn states(&self) -> bool {
+        let rebuilt = self.outputs.is_some() || self.power.is_some();
+        (rebuilt && !self.enough) || self.poincare.watches()
+    }
+
     fn window(&mut self, window: &Window<'_>) {
         self.poincare.window(window);
         if self.enough {

@@ -12,7 +12,7 @@ use crate::model::{DRIVE_FLANK, MOST_CONTACTS};
 use crate::numerics::exponential::legendre_series;
 use crate::numerics::legendre::{self, transforms24};
 use crate::propagate::observer::ShownContacts;
-use crate::propagate::vectors::{Row, TERMS};
+use crate::propagate::vectors::{Row, TERMS, interpolation};
 use crate::propagate::volterra::lanes as windows;
 use crate::propagate::{Observer, Window};
 use num_complex::{Complex64, c64};
@@ -89,52 +89,62 @@ impl ClosedModes<'_> {
         w: &mut Workspace,
         observer: &mut O,
     ) {
-        let (set, model) = (self.instructions, self.model);
-        let n = model.modes();
-        let length = w.length;
-        // The modal state at the start.
+        if observer.states() {
+            self.show_state(w);
+        }
+        for (index, contact) in self.model.contacts.iter().enumerate() {
+            let cycle = contact.cycle(place.cycle);
+            w.segments[index] = *cycle.segment_at(place.time + SAME_TIME * cycle.period);
+        }
+        // Room for many is not made where it is not needed.
+        match place.active.count() <= 1 {
+            true => self.show_few::<O, 1>(place, duration, w, observer),
+            false => self.show_few::<O, MOST_CONTACTS>(place, duration, w, observer),
+        }
+    }
+
+    /// Writes the structure's state at the start of a window.
+    fn show_state(&self, w: &mut Workspace) {
+        let set = self.instructions;
         let [own, modal] = &mut w.shown;
-        own.copy_from_slice(&w.states[..length]);
+        own.copy_from_slice(&w.states[..w.length]);
         let responses = [&self.system(w.set).steady.responses[..], &[]];
         match self.bases.of(w.set).to_modes() {
-            Some(map) => lanes::map(set, &map.columns, n, responses, &w.inputs, own, modal),
+            Some(map) => {
+                let modes = self.model.modes();
+                lanes::map(set, &map.columns, modes, responses, &w.inputs, own, modal);
+            }
             None => {
                 lanes::shift(set, responses[0], &w.inputs, 1.0, own);
                 modal.copy_from_slice(own);
             }
         }
-        for (index, contact) in model.contacts.iter().enumerate() {
-            let cycle = contact.cycle(place.cycle);
-            w.segments[index] = *cycle.segment_at(place.time + SAME_TIME * cycle.period);
-        }
+    }
+
+    /// As [`Self::show`], with at most M contacts closed.
+    fn show_few<O: Observer, const M: usize>(
+        &self,
+        place: &Place,
+        duration: f64,
+        w: &Workspace,
+        observer: &mut O,
+    ) {
+        let (set, model) = (self.instructions, self.model);
         let block_length = NODES as f64 * self.step;
-        let mut part = None;
-        if duration < block_length * (1.0 - 1e-12) {
-            let mut basis = windows::Basis::ZERO;
-            let end = 2.0 * duration / block_length - 1.0;
-            let rule = transforms24();
-            let nodes = Some([rule.nodes(), rule.weights()]);
-            windows::basis(set, nodes, end, block_length, &mut basis);
-            part = Some(basis);
-        }
-        let (inputs, series) = (&w.inputs, &self.series[w.set]);
+        let is_part = duration < block_length * (1.0 - 1e-12);
+        let end = 2.0 * duration / block_length - 1.0;
+        let (state, series) = (&w.states[..w.length], &self.series[w.set]);
         let along = |line: usize| {
             let mut out = [Row::ZERO];
-            windows::free(
-                set,
-                &series[line].rows,
-                inputs,
-                &w.states[..length],
-                &mut out,
-            );
-            if let Some(basis) = &part {
-                windows::node_values(set, basis, &mut out);
-                out[0].0 = transforms24().interpolate(&out[0].0);
+            windows::free(set, &series[line].rows, &w.inputs, state, &mut out);
+            if is_part {
+                let nodes = transforms24().nodes();
+                windows::restrict_to(set, nodes, interpolation(), end, &mut out[0]);
             }
             out[0].0
         };
         let mesh = along(w.line_of[DRIVE_FLANK]);
-        let mut shown = ShownContacts::<TERMS, MOST_CONTACTS>::new(mesh);
+        let mut shown = ShownContacts::<TERMS, M>::new(mesh);
         for contact in place.active.iter() {
             let deflection = match w.line_of[contact] == w.line_of[DRIVE_FLANK] {
                 true => mesh,
@@ -149,7 +159,10 @@ impl ClosedModes<'_> {
             force[0] -= class.stiffness * own.side * own.half_gap;
             shown.push(contact, model.of_mesh(contact), deflection, force);
         }
-        let [first, second] = w.components(n);
+        let [first, second] = match observer.states() {
+            true => w.components(model.modes()),
+            false => [&[][..]; 2],
+        };
         shown.show(
             &Window {
                 cycle: place.cycle,

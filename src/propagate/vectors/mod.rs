@@ -12,7 +12,7 @@ mod vector;
 mod wide;
 
 pub use aligned::Aligned;
-pub use shapes::{LANES, Lanes, Row, Series, TERMS};
+pub use shapes::{LANES, Lanes, Row, Series, TERMS, interpolation};
 pub use vector::{Packed, Vector};
 #[cfg(target_arch = "x86_64")]
 pub use wide::Wide;
@@ -65,7 +65,7 @@ impl InstructionSet {
     }
 
     /// Which one it is, for [`for_each_set`].
-    pub(in crate::propagate) fn level(self) -> Level {
+    pub(crate) fn level(self) -> Level {
         self.0
     }
 
@@ -108,4 +108,4 @@ macro_rules! for_each_set {
         }
     };
 }
-pub(in crate::propagate) use for_each_set;
+pub(crate) use for_each_set;

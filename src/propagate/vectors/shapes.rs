@@ -1,5 +1,8 @@
 //! In what groups do numbers lie?
 
+use crate::numerics::legendre::transforms24;
+use std::sync::OnceLock;
+
 /// Terms of every series on a window.
 pub const TERMS: usize = 24;
 
@@ -27,4 +30,16 @@ pub struct Lanes(pub [f64; LANES]);
 impl Lanes {
     /// All zero.
     pub const ZERO: Self = Self([0.0; LANES]);
+}
+
+/// What a value at each node of [`transforms24`] adds to a series.
+pub fn interpolation() -> &'static [Row; TERMS] {
+    static ROWS: OnceLock<[Row; TERMS]> = OnceLock::new();
+    ROWS.get_or_init(|| {
+        std::array::from_fn(|node| {
+            let mut values = [0.0; TERMS];
+            values[node] = 1.0;
+            Row(transforms24().interpolate(&values))
+        })
+    })
 }

@@ -52,6 +52,18 @@ pub trait Vector: Copy {
     /// `self + other`.
     fn plus(self, other: Self) -> Self;
 
+    /// `self − other`.
+    fn minus(self, other: Self) -> Self;
+
+    /// The larger number of each lane; of lanes that are no numbers the other's.
+    fn larger(self, other: Self) -> Self;
+
+    /// The smaller number of each lane, likewise.
+    fn smaller(self, other: Self) -> Self;
+
+    /// The sum of every vector, one a lane.
+    fn sums(vectors: [Self; LANES]) -> Self;
+
     /// `Σ_j rows[k][j] weights[j]` for every k.
     fn products_of_rows(rows: &[Row; TERMS], weights: &Row) -> Series;
 
@@ -146,6 +158,43 @@ impl<const FUSED: bool> Vector for Packed<FUSED> {
             self.0[l] += other.0[l];
         }
         self
+    }
+
+    #[inline(always)]
+    fn minus(mut self, other: Self) -> Self {
+        for l in 0..LANES {
+            self.0[l] -= other.0[l];
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn larger(mut self, other: Self) -> Self {
+        for l in 0..LANES {
+            self.0[l] = if self.0[l] > other.0[l] {
+                self.0[l]
+            } else {
+                other.0[l]
+            };
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn smaller(mut self, other: Self) -> Self {
+        for l in 0..LANES {
+            self.0[l] = if self.0[l] < other.0[l] {
+                self.0[l]
+            } else {
+                other.0[l]
+            };
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn sums(vectors: [Self; LANES]) -> Self {
+        Self(vectors.map(Self::sum))
     }
 
     #[inline(always)]

@@ -128,6 +128,22 @@ for_each_set! {
 }
 
 for_each_set! {
+    /// Series on the part, in place of those on the full window; `interpolation` is that from the
+    /// part's nodes.
+    fn restrict(basis: &Basis, interpolation: &[Row; TERMS], series: &mut [Row]) = restrict_body
+}
+
+for_each_set! {
+    /// The same for the part up to `end` ∈ (−1, 1] without a basis, where no other series needs one.
+    fn restrict_to(
+        nodes: &Series,
+        interpolation: &[Row; TERMS],
+        end: f64,
+        series: &mut Row,
+    ) = restrict_to_body
+}
+
+for_each_set! {
     /// `∫₀^τ P_k(ξ(τ−s)) F(s) ds` for every k, in place of every F's values at the nodes. Apart
     /// from [`node_values`], lest the compiler hold all polynomials for both.
     fn moments(basis: &Basis, values: &mut [Row]) = moments_body
@@ -171,7 +187,10 @@ for_each_set! {
 }
 
 use crossing::first_crossing_body;
-use cut::{basis_body, cut_body, moments_body, node_values_body, push_body, salt_body};
+use cut::{
+    basis_body, cut_body, moments_body, node_values_body, push_body, restrict_body,
+    restrict_to_body, salt_body,
+};
 use truncated::truncated_body;
 use varying::{deflection_body, factorise_body, force_body};
 use window::{advance_body, close_body, free_body, solve_body, yielded_body};

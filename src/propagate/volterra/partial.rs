@@ -12,7 +12,7 @@
 
 use super::Volterra;
 use super::lanes::{self, Basis};
-use super::shapes::{Lanes, Row, Series};
+use super::shapes::{Lanes, Row, Series, interpolation};
 use super::window_table::WindowTable;
 use crate::numerics::legendre::transforms24;
 use num_complex::c64;
@@ -113,10 +113,14 @@ impl Volterra<'_> {
         lanes::moments(self.instructions, basis, series);
     }
 
-    /// A window's series on its part up to the cut, as the observer sees it.
-    pub(super) fn cut_series(&self, cut: &Cut, series: &Series) -> Series {
-        let mut values = [Row(*series)];
-        lanes::node_values(self.instructions, &cut.basis, &mut values);
-        transforms24().interpolate(&values[0].0)
+    /// A window's series on its part up to the cut, as the observer sees them.
+    pub(super) fn cut_series<const COUNT: usize>(
+        &self,
+        cut: &Cut,
+        series: [&Series; COUNT],
+    ) -> [Series; COUNT] {
+        let mut parts = series.map(|series| Row(*series));
+        lanes::restrict(self.instructions, &cut.basis, interpolation(), &mut parts);
+        parts.map(|part| part.0)
     }
 }

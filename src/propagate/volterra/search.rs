@@ -11,7 +11,7 @@ use crate::model::{ActiveSet, DRIVE_FLANK, MOST_CONTACTS};
 use crate::numerics::legendre;
 use crate::propagate::events::{Crossing, Guard, Margin, ROUND_OFF};
 use crate::propagate::observer::ShownContacts;
-use crate::propagate::{Counters, Observer, Window};
+use crate::propagate::{ClosedContact, Counters, Observer, Window};
 
 /// Most contacts on one line that are looked at together.
 const MOST_GUARDS: usize = 4;
@@ -35,6 +35,23 @@ pub(super) struct View<'a> {
     pub duration: f64,
     /// Where it is cut; none for a full window.
     pub cut: Option<&'a Cut>,
+}
+
+impl<'a> View<'a> {
+    /// The window without its series.
+    fn window(&self, modes: usize, workspace: &'a Workspace) -> Window<'a> {
+        let [first, second] = workspace.components(modes);
+        Window {
+            cycle: self.position.cycle,
+            start: self.position.time,
+            duration: self.duration,
+            segments: &workspace.segments,
+            contact: self.active,
+            first,
+            second,
+            ..Window::default()
+        }
+    }
 }
 
 impl Volterra<'_> {
@@ -183,11 +200,58 @@ impl Volterra<'_> {
         workspace: &Workspace,
         observer: &mut O,
     ) {
+        let place = view.track.place_of(DRIVE_FLANK);
+        let contact = view.active.only();
+        let along = |contact| view.track.place_of(contact) == place && self.model.of_mesh(contact);
         // Room for many is not made where it is not needed.
-        match view.active.count() <= 2 {
-            true => self.show_few::<O, 2>(view, workspace, observer),
-            false => self.show_few::<O, MOST_CONTACTS>(view, workspace, observer),
+        match view.active.count() {
+            0 => self.show_one(view, place, None, workspace, observer),
+            1 if contact.is_some_and(along) => {
+                self.show_one(view, place, contact, workspace, observer);
+            }
+            1 | 2 => self.show_few::<O, 2>(view, workspace, observer),
+            _ => self.show_few::<O, MOST_CONTACTS>(view, workspace, observer),
         }
+    }
+
+    /// As [`Self::show`], with no contact closed, or one of the mesh on the first one's line.
+    fn show_one<O: Observer>(
+        &self,
+        view: View<'_>,
+        place: usize,
+        contact: Option<usize>,
+        workspace: &Workspace,
+        observer: &mut O,
+    ) {
+        let whole = &workspace.solutions[place].deflection;
+        let force = match (contact, view.track) {
+            (None, _) => &[0.0; TERMS],
+            (_, Track::Course(..)) => &workspace.forces[0].0,
+            (_, Track::Joint(_)) => &workspace.joint.forces[0].0,
+        };
+        let parts = match (view.cut, contact) {
+            (None, _) => None,
+            (Some(cut), None) => {
+                let [deflection] = self.cut_series(cut, [whole]);
+                Some([deflection, *force])
+            }
+            (Some(cut), _) => Some(self.cut_series(cut, [whole, force])),
+        };
+        let [deflection, force] = match &parts {
+            Some([deflection, force]) => [deflection, force],
+            None => [whole, force],
+        };
+        let closed = contact.map(|contact| ClosedContact {
+            contact,
+            deflection,
+            force,
+        });
+        observer.window(&Window {
+            deflection,
+            force,
+            closed: closed.as_slice(),
+            ..view.window(self.model.modes(), workspace)
+        });
     }
 
     /// As [`Self::show`], with at most M contacts closed.
@@ -198,14 +262,10 @@ impl Volterra<'_> {
         observer: &mut O,
     ) {
         let View {
-            position,
-            track,
-            active,
-            duration,
-            cut,
+            track, active, cut, ..
         } = view;
         let seen = |series: &Series| match cut {
-            Some(cut) => self.cut_series(cut, series),
+            Some(cut) => self.cut_series(cut, [series])[0],
             None => *series,
         };
         let place = track.place_of(DRIVE_FLANK);
@@ -224,20 +284,7 @@ impl Volterra<'_> {
             let of_mesh = self.model.of_mesh(contact);
             shown.push(contact, of_mesh, along(contact), seen(force));
         }
-        let [first, second] = workspace.components(self.model.modes());
-        shown.show(
-            &Window {
-                cycle: position.cycle,
-                start: position.time,
-                duration,
-                segments: &workspace.segments,
-                contact: active,
-                first,
-                second,
-                ..Window::default()
-            },
-            observer,
-        );
+        shown.show(&view.window(self.model.modes(), workspace), observer);
     }
 }
 

@@ -1,7 +1,7 @@
 //! In what shapes do the numbers of tables and windows lie?
 
 use crate::model::{Model, STIFFNESS_TERMS};
-pub use crate::propagate::vectors::{LANES, Lanes, Row, Series, TERMS};
+pub use crate::propagate::vectors::{LANES, Lanes, Row, Series, TERMS, interpolation};
 
 /// What a chunk of blocks is made of.
 #[derive(Debug, Clone, Copy)]

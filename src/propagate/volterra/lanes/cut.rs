@@ -157,6 +157,62 @@ fn node_values_batch<V: Vector, const COLUMNS: usize>(basis: &Basis, rows: &mut 
 }
 
 #[inline(always)]
+pub(super) fn restrict_body<V: Vector>(
+    basis: &Basis,
+    interpolation: &[Row; TERMS],
+    parts: &mut [Row],
+) {
+    in_batches!(V, parts.len(), |first| restrict_batch(
+        basis,
+        interpolation,
+        &mut parts[first..],
+    ));
+}
+
+#[inline(always)]
+fn restrict_batch<V: Vector, const COLUMNS: usize>(
+    basis: &Basis,
+    interpolation: &[Row; TERMS],
+    rows: &mut [Row],
+) {
+    if let Some(rows) = rows.first_chunk_mut::<COLUMNS>() {
+        let values = combine::<V, COLUMNS>(&basis.values, &series(rows));
+        *rows = combine::<V, COLUMNS>(interpolation, &series(&values));
+    }
+}
+
+/// Clenshaw's recurrence at the part's nodes.
+#[inline(always)]
+pub(super) fn restrict_to_body<V: Vector>(
+    nodes: &Series,
+    interpolation: &[Row; TERMS],
+    end: f64,
+    series: &mut Row,
+) {
+    let share = V::splat(0.5 * (end + 1.0));
+    let mut x = [V::zero(); GROUPS];
+    for g in 0..GROUPS {
+        let from_start = V::read(&nodes[g * LANES..]).plus(V::splat(1.0));
+        x[g] = from_start.times(share).plus(V::splat(-1.0));
+    }
+    let (mut above, mut now) = ([V::zero(); GROUPS], [V::zero(); GROUPS]);
+    for n in (0..TERMS).rev() {
+        let up = RECURRENCE[n][0];
+        let down = V::splat(-RECURRENCE[n + 1][1]);
+        for g in 0..GROUPS {
+            let early = above[g].multiply_add(down, V::splat(series.0[n]));
+            above[g] = now[g];
+            now[g] = x[g].times(V::splat(up)).multiply_add(now[g], early);
+        }
+    }
+    let mut values = Row::ZERO;
+    for g in 0..GROUPS {
+        now[g].write(&mut values.0[g * LANES..]);
+    }
+    [*series] = combine::<V, 1>(interpolation, &[&values.0]);
+}
+
+#[inline(always)]
 pub(super) fn moments_body<V: Vector>(basis: &Basis, values: &mut [Row]) {
     for values in values {
         let mut mirrored = Row::ZERO;
