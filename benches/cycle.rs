@@ -39,12 +39,7 @@ const LOADS: [f64; 2] = [0.05, 0.30];
 const SPEEDS: [f64; 5] = [600.0, 900.0, 1100.0, 1500.0, 2400.0];
 
 /// Advances a settled trajectory, cycle after cycle.
-fn advance<K: Kernel>(
-    bench: &mut Bencher<'_>,
-    kernel: &K,
-    model: &Model,
-    tangents: usize,
-) {
+fn advance<K: Kernel>(bench: &mut Bencher<'_>, kernel: &K, model: &Model, tangents: usize) {
     advance_watched(bench, kernel, model, tangents, &mut ());
 }
 
@@ -169,7 +164,9 @@ fn nvh(criterion: &mut Criterion) {
             };
             let statistics = || harmonics.map(|h| Nvh::new(&model, h));
             watch("closed", &mut |b| watched(b, &closed, &model, statistics()));
-            watch("volterra", &mut |b| watched(b, &structured, &model, statistics()));
+            watch("volterra", &mut |b| {
+                watched(b, &structured, &model, statistics())
+            });
         }
     }
     group.finish();

@@ -108,7 +108,10 @@ fn statistics_do_not_depend_on_the_kernel() {
                 let impacts = [n.impact_velocity, n.impact_velocity_max.unwrap_or(0.0)];
                 [
                     (model.half_gap, [&deflections[..], &n.harmonics].concat()),
-                    (n.force_peak, [&forces[..], &n.force_peak_quantiles].concat()),
+                    (
+                        n.force_peak,
+                        [&forces[..], &n.force_peak_quantiles].concat(),
+                    ),
                     (n.impact_velocity, impacts.to_vec()),
                     (1.0, [&n.fractions[..], &[n.deflection_kurtosis]].concat()),
                     (n.impact_rate, vec![n.impact_rate]),
