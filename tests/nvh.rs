@@ -432,7 +432,7 @@ fn a_line_of_a_shaft_order_has_its_exact_amplitude() {
 #[test]
 fn lines_of_rattle_are_its_harmonics_and_suborders() {
     for (load, speed, period) in [(0.3, 600.0, 1), (0.2, 1800.0, 2), (2.0, 1500.0, 3)] {
-        let model = common::model_at(&one_degree(), load, speed);
+        let model = model_at(&one_degree(), load, speed);
         let found = ask(&model, 8);
         let repeats = found.class.and_then(|class| class.period());
         assert_eq!(repeats, Some(period), "{}", found.reason);

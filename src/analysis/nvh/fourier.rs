@@ -47,8 +47,6 @@ pub(super) struct Fourier {
     frequencies: Vec<Eight>,
     /// Integrals of the Legendre polynomials on windows of the kernel's own lengths.
     known: Recurring<Table>,
-    /// Room for them on another window.
-    other: Vec<Integrals>,
     /// Over the present mesh cycle.
     sums: Vec<Complex>,
     pub(super) suborders: Suborders,
@@ -75,7 +73,6 @@ impl Fourier {
             harmonics,
             frequencies: (0..eights).map(|i| eight(i * LANES)).collect(),
             known: Recurring::new(),
-            other: vec![[Lanes::ZERO; TERMS]; eights],
             sums: vec![[Lanes::ZERO; 2]; eights],
             suborders: Suborders::new(),
         }
@@ -121,28 +118,19 @@ impl Fourier {
                 own.into()
             }),
         };
-        let integrals = match known {
-            Some(known) => known,
-            None if many || turned > rule.widest_turn => {
-                lanes::integrate(set, frequencies, &stretch, &mut self.other);
-                &self.other[..]
+        let sums = &mut self.sums;
+        if let Some(known) = known {
+            lanes::add_by_terms(set, frequencies, known, series, &stretch, sums);
+        } else if many || turned > rule.widest_turn {
+            for (own, sums) in frequencies.chunks_exact(2).zip(sums.chunks_exact_mut(2)) {
+                let mut integrals = [[Lanes::ZERO; TERMS]; 2];
+                lanes::integrate(set, own, &stretch, &mut integrals);
+                lanes::add_by_terms(set, own, &integrals, series, &stretch, sums);
             }
-            None => {
-                let (places, weights) = (&rule.places, &rule.weights);
-                let parts = rule.own(parts);
-                let sums = &mut self.sums;
-                lanes::add_by_nodes(set, frequencies, places, weights, parts, &stretch, sums);
-                return;
-            }
-        };
-        lanes::add_by_terms(
-            set,
-            frequencies,
-            integrals,
-            series,
-            &stretch,
-            &mut self.sums,
-        );
+        } else {
+            let (places, weights, parts) = (&rule.places, &rule.weights, rule.own(parts));
+            lanes::add_by_nodes(set, frequencies, places, weights, parts, &stretch, sums);
+        }
     }
 
     /// A mesh cycle is over: `harmonics` are the sums of the whole orders.

@@ -120,6 +120,53 @@ fn it_moves_as_volterra_does() {
     }
 }
 
+/// Takes the first window's state.
+struct Start {
+    read: bool,
+    state: Option<Vec<f64>>,
+}
+
+impl Observer for Start {
+    const WINDOWS: bool = true;
+
+    fn states(&self) -> bool {
+        self.read
+    }
+
+    fn window(&mut self, window: &Window<'_>) {
+        (self.state).get_or_insert_with(|| [window.first, window.second].concat());
+    }
+
+    fn event(&mut self, _: &Event) {}
+}
+
+#[test]
+fn states_are_shown_where_they_are_read_alone() {
+    let model = Model::new(&structure(), &drive(), fixtures::strong_rattle()).unwrap();
+    let kernel = ClosedModes::new(&model, 100, InstructionSet::best()).unwrap();
+    let mut start = model.start(&InitialState::Static);
+    start.state[2] += 1e-6;
+    for read in [true, false] {
+        let mut observer = Start { read, state: None };
+        let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
+        kernel
+            .advance(
+                1,
+                &mut start.clone(),
+                &mut workspace,
+                &mut observer,
+                &mut counters,
+            )
+            .unwrap();
+        let shown = observer.state.unwrap();
+        assert_eq!(shown.is_empty(), !read);
+        if read {
+            let off = distance(&model, &shown, &start.state) / model.half_gap;
+            assert!(off < 1e-10, "{off:e}");
+        }
+    }
+}
+
 /// A trajectory that is stopped and taken up with other memory has the bits of one that is not.
 #[test]
 fn a_trajectory_goes_on_from_anywhere() {

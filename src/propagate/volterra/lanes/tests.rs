@@ -8,7 +8,7 @@ use crate::numerics::random::Stream;
 use crate::propagate::events::Margin;
 use crate::propagate::saltation;
 use crate::propagate::volterra::feedback::Feedback;
-use crate::propagate::volterra::shapes::LANES;
+use crate::propagate::volterra::shapes::{LANES, interpolation};
 use crate::propagate::volterra::varying::{Factors, Nodal};
 
 /// Numbers of modes about the edges of one chunk and of five.
@@ -303,6 +303,28 @@ fn a_part_has_the_window_s_polynomials() {
                     .map(|j| found.weights[j] * found.values[n].0[j])
                     .sum();
                 close(found.constant.0[n] / delta, sum / delta, 1.0, set.name());
+            }
+        }
+    }
+}
+
+/// Both ways of restricting series to a part give that part of the polynomial.
+#[test]
+fn a_restricted_series_is_the_same_polynomial() {
+    let mut stream = Stream::new(5, 0, 0);
+    for set in InstructionSet::available() {
+        let whole = [Row(series(&mut stream)), Row(series(&mut stream))];
+        for end in [-0.999, -0.2, 0.6, 1.0] {
+            let mut both = whole;
+            restrict(set, &part(set, end, 0.3), interpolation(), &mut both);
+            let mut alone = whole[0];
+            let nodes = transforms24().nodes();
+            restrict_to(set, nodes, interpolation(), end, &mut alone);
+            for (found, whole) in [(both[0], whole[0]), (both[1], whole[1]), (alone, whole[0])] {
+                for x in [-1.0, -0.7, 0.1, 1.0] {
+                    let exact = evaluate(&whole.0, 0.5 * (end + 1.0) * (x + 1.0) - 1.0);
+                    close(evaluate(&found.0, x), exact, 240.0, set.name());
+                }
             }
         }
     }
