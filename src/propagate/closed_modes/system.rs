@@ -83,14 +83,18 @@ fn exponential(block: &Block, time: f64) -> [[f64; 2]; 2] {
 }
 
 /// Coordinates y in which a block is as round as it can be, `x = P y`: P and its inverse. A wave turns and shrinks
-/// in them.
-fn balance(block: &Block) -> [[[f64; 2]; 2]; 2] {
+/// in them. The rate of a displacement that is none counts by what it moves over a block of nodes.
+fn balance(block: &Block, step: f64) -> [[[f64; 2]; 2]; 2] {
     let m = block.traceless();
     match block.damped_frequency() {
         Some(nu) if nu > TURNS * block.growth().abs() && m[1][0] != 0.0 => {
             // The first along e₁, the second along M e₁ / ν.
             let (p, q) = (m[0][0] / nu, m[1][0] / nu);
             [[[1.0, p], [0.0, q]], [[1.0, -p / q], [0.0, 1.0 / q]]]
+        }
+        _ if block.generator[0] == [0.0, 1.0] => {
+            let time = NODES as f64 * step;
+            [[[1.0, 0.0], [0.0, 1.0 / time]], [[1.0, 0.0], [0.0, time]]]
         }
         _ => [[[1.0, 0.0], [0.0, 1.0]]; 2],
     }
@@ -126,7 +130,7 @@ impl System {
             let (chunk, lane) = (&mut chunks[i / LANES], i % LANES);
             let m = block.traceless();
             chunk.growth.0[lane] = block.growth();
-            let [_, inverse] = balance(block);
+            let [_, inverse] = balance(block, step);
             for (target, value) in balances[i / LANES].iter_mut().zip(inverse.as_flattened()) {
                 target.0[lane] = *value;
             }
@@ -204,7 +208,7 @@ impl System {
             let w = pair(&sight.row, i);
             let rate = times(&block.generator, w);
             (sight.rate[i], sight.rate[padded + i]) = (rate[0], rate[1]);
-            let [to, _] = balance(block);
+            let [to, _] = balance(block, step);
             let balanced = times(&to, w);
             let size = balanced[0].hypot(balanced[1]);
             sight.size[i] = size;
