@@ -78,7 +78,7 @@ pub fn precision() -> Value {
     let mut arrays = Spectral::arrays(&model).expect("tables");
     for array in &mut arrays {
         if ["inverse", "matrix"].contains(&array.name) {
-            for value in &mut array.values {
+            for value in array.values.iter_mut() {
                 *value = f64::from(*value as f32);
             }
         }
