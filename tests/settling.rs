@@ -4,7 +4,8 @@
 
 mod common;
 
-use atlas::analysis::orbits::shooting::{approaches, shoot, shortest};
+use atlas::analysis::orbits::attracting::approaches;
+use atlas::analysis::orbits::shooting::{shoot, shortest};
 use atlas::analysis::orbits::twins::leading_exponent;
 use atlas::analysis::{
     Class, Effort, EnergyNorm, LyapunovMethod, LyapunovQuestion, PointOutcome, Questions, Section,

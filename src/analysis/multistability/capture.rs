@@ -6,7 +6,8 @@
 
 use super::field::{Field, Integrated};
 use crate::analysis::called_off::CalledOff;
-use crate::analysis::orbits::shooting::{PeriodicOrbit, approaches};
+use crate::analysis::orbits::attracting::approaches;
+use crate::analysis::orbits::shooting::PeriodicOrbit;
 use crate::analysis::questions::Questions;
 use crate::model::TrajectoryState;
 use crate::propagate::{Counters, Kernel, Stop};

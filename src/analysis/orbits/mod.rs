@@ -1,5 +1,6 @@
 //! Periodic orbits.
 
+pub mod attracting;
 pub mod character;
 pub mod floquet;
 pub mod kick;

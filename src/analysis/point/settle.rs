@@ -3,8 +3,9 @@
 use super::instruments::Instruments;
 use super::run::{Halt, PointRun};
 use crate::analysis::called_off::CalledOff;
+use crate::analysis::orbits::attracting::{Approach, Attracting, attracting};
 use crate::analysis::orbits::floquet::{exponents, monodromy};
-use crate::analysis::orbits::shooting::{Approach, Attracting, PeriodicOrbit, attracting};
+use crate::analysis::orbits::shooting::PeriodicOrbit;
 use crate::analysis::orbits::twins;
 use crate::analysis::outcome::{
     Class, KaplanYorke, LyapunovMethod, LyapunovOutcome, PointOutcome, Status,

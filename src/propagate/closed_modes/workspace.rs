@@ -91,10 +91,9 @@ impl Workspace {
     /// Puts the modal states of a trajectory and its tangents in.
     pub fn put(&mut self, state: &[f64], tangents: &Tangents) {
         let needed = self.length * (1 + tangents.count());
-        if self.states.len() != needed {
-            self.states = Aligned::zeros(needed);
-            self.spare = Aligned::zeros(needed);
-        }
+        // What pads a state stays zero.
+        self.states.hold(needed);
+        self.spare.hold(needed);
         let mut own = self.states.chunks_exact_mut(self.length);
         if let Some(first) = own.next() {
             pad(state, first);

@@ -27,6 +27,14 @@ impl Aligned {
             length,
         }
     }
+
+    /// As many numbers as asked for, of any value; room is made where there is too little.
+    pub fn hold(&mut self, length: usize) {
+        match self.first + length <= self.room.len() {
+            true => self.length = length,
+            false => *self = Self::zeros(length),
+        }
+    }
 }
 
 impl From<&[f64]> for Aligned {
@@ -77,6 +85,9 @@ mod tests {
             assert_eq!(own[..], values[..]);
             let copy = own.clone();
             assert_eq!(copy, own);
+            let mut held = Aligned::from(&[1.0; 100][..]);
+            held.hold(length as usize);
+            assert_eq!(held.len(), length as usize);
             if cfg!(not(miri)) {
                 assert!(
                     own.as_ptr().align_offset(LINE) == 0 && copy.as_ptr().align_offset(LINE) == 0
