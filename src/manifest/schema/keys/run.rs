@@ -17,7 +17,7 @@ pub(super) const KEYS: &[Key] = &[
     choice("run.kernel", &["volterra", "closed_modes", "stepping", "dyadic", "hermite", "spectral", "fused", "auto"], r#""stepping""#)
         .or(r#""volterra""#)
         .about("How the motion is computed. `volterra` is exact to round-off and takes every drive. `closed_modes` is as exact and faster up to some \
-                twenty modes where nothing but exponents is asked for; it keeps the eigenvectors of each set of closed \
+                twenty modes; it keeps the eigenvectors of each set of closed \
                 contacts in `tables/`, once for all speeds and loads, and takes constant levels of stiffness and modal \
                 damping. `stepping` takes fixed steps. `dyadic`, `hermite`, `spectral` and `fused` are kernels of dense tables from the \
                 literature, for comparison; the bases of the last two are kept in `tables/`, once for all \
