@@ -1,5 +1,5 @@
 //! Time of one cycle of the first mesh over the number of meshes: a gearbox of two flexible shafts
-//! with one to six pairs, whose second gears run loose and are braked. Kernel alone, rattling with and
+//! with one to six pairs, whose second gears run loose and are braked. Two kernels alone, rattling with and
 //! without ripple of the torque.
 //!
 //! ```text
@@ -14,9 +14,10 @@ mod common;
 
 use atlas::manifest;
 use atlas::model::{InitialState, Model};
-use atlas::propagate::{Counters, Kernel, Tangents};
+use atlas::propagate::{ClosedModes, Counters, InstructionSet, Kernel, Tangents};
 use common::advance::{advance, volterra};
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use std::path::Path;
 
@@ -71,32 +72,45 @@ fn gearbox(meshes: usize, ripple: f64) -> Model {
 
 fn meshes(criterion: &mut Criterion) {
     for (name, ripple) in [("ripple", 20.0), ("no ripple", 0.0)] {
-        let mut group = criterion.benchmark_group(name);
         for count in 1..=PAIRS.len() {
             let model = gearbox(count, ripple);
-            let kernel = volterra(&model);
-            let mut trajectory = advance(&kernel, &model.start(&InitialState::Static), 200);
-            let mut tangents = Tangents::zeros(model.modes(), 0);
-            let mut workspace = kernel.workspace();
-            let mut counters = Counters::default();
-            group.bench_function(BenchmarkId::from_parameter(count), |bench| {
-                bench.iter(|| {
-                    let trajectory = black_box(&mut trajectory);
-                    let (tangents, workspace) = (&mut tangents, &mut workspace);
-                    kernel
-                        .advance_cycle(trajectory, tangents, workspace, &mut (), &mut counters)
-                        .unwrap();
-                });
-            });
-            let cycles = counters.cycles as f64;
-            println!(
-                "{name}, {count} meshes: {:.1} windows and {:.2} events a cycle",
-                counters.windows as f64 / cycles,
-                counters.events as f64 / cycles
-            );
+            let scene = format!("{name}, {count} meshes");
+            let mut group = criterion.benchmark_group(&scene);
+            cycles(&mut group, &scene, "volterra", &model, &volterra(&model));
+            let closed_modes = ClosedModes::new(&model, 1000, InstructionSet::best()).unwrap();
+            cycles(&mut group, &scene, "closed_modes", &model, &closed_modes);
+            group.finish();
         }
-        group.finish();
     }
+}
+
+/// Times the cycles of a kernel and tells what they consist of.
+fn cycles<K: Kernel>(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    scene: &str,
+    name: &str,
+    model: &Model,
+    kernel: &K,
+) {
+    let mut trajectory = advance(kernel, &model.start(&InitialState::Static), 200);
+    let mut tangents = Tangents::zeros(model.modes(), 0);
+    let mut workspace = kernel.workspace();
+    let mut counters = Counters::default();
+    group.bench_function(name, |bench| {
+        bench.iter(|| {
+            let trajectory = black_box(&mut trajectory);
+            let (tangents, workspace) = (&mut tangents, &mut workspace);
+            kernel
+                .advance_cycle(trajectory, tangents, workspace, &mut (), &mut counters)
+                .unwrap();
+        });
+    });
+    let cycles = counters.cycles as f64;
+    println!(
+        "{scene}, {name}: {:.1} windows and {:.2} events a cycle",
+        counters.windows as f64 / cycles,
+        counters.events as f64 / cycles
+    );
 }
 
 criterion_group!(benches, meshes);

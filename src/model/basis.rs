@@ -35,6 +35,10 @@ pub struct Coupled {
     pub to_modes: Vec<f64>,
     /// Its inverse.
     pub from_modes: Vec<f64>,
+    /// Frequencies of the modes alone \[rad/s\]: 0 of rigid ones.
+    pub frequency: Vec<f64>,
+    /// Whether gyroscopic terms change it with the speed.
+    pub turns: bool,
     /// All damping and gyroscopic terms \[1/s\], N × N row by row.
     pub damping: Vec<f64>,
     /// All stiffness, `ω²` on the diagonal included \[1/s²\], N × N row by row.
@@ -82,6 +86,8 @@ impl Basis {
         basis.coupled = Some(Coupled {
             to_modes: found.to_structure,
             from_modes: found.from_structure,
+            frequency: structure.frequency.clone(),
+            turns: coupling.gyroscopic.iter().any(|g| *g != 0.0),
             damping,
             stiffness,
         });
@@ -159,6 +165,20 @@ impl Basis {
         let components = |part: usize| inputs.iter().map(move |input| input[part]);
         let state: Vec<f64> = components(0).chain(components(1)).collect();
         self.turned_modes(&state).split_off(n)
+    }
+
+    /// The participations of the turned modal displacements in a sum over the blocks' states that is one over these.
+    pub fn felt(&self, rows: &[[f64; 2]]) -> Vec<f64> {
+        let n = rows.len();
+        let Some(coupled) = &self.coupled else {
+            return rows.iter().map(|row| row[0]).collect();
+        };
+        let of = |mode: usize| -> f64 {
+            let entry = |k: usize| coupled.from_modes[2 * n * k + mode];
+            let of_block = |(k, row): (usize, &[f64; 2])| row[0] * entry(k) + row[1] * entry(n + k);
+            rows.iter().enumerate().map(of_block).sum()
+        };
+        (0..n).map(of).collect()
     }
 
     /// What a sum `Σ values · q` of turned modal displacements is of the blocks' states, and what

@@ -22,7 +22,7 @@ mod volterra;
 
 pub use auto::{KernelSetting, Why};
 pub use choice::{KernelChoice, KernelTable, KernelUse};
-pub use closed_modes::ClosedModes;
+pub use closed_modes::{ClosedModes, MetSets};
 pub use counters::Counters;
 pub use dense::{
     Conditioning, DYADIC_BYTES, DenseError, Dyadic, Fused, Hermite, KeptTables, Operator,
@@ -98,6 +98,16 @@ pub enum Stop {
         phase: f64,
         /// Windows taken in this cycle.
         windows: u64,
+    },
+    /// The motion has come to a set of closed contacts of which the kernel has no table.
+    #[error(
+        "mesh cycle {cycle} comes to a set of closed contacts without a table, because {}; set run.kernel = \"volterra\"", error.cause()
+    )]
+    Refused {
+        /// The mesh cycle.
+        cycle: u64,
+        /// Why it has none.
+        error: DenseError,
     },
     /// Nobody waits for the rest: the trajectory is as good as any.
     #[error("called off in mesh cycle {cycle}")]

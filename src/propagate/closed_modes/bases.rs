@@ -1,18 +1,23 @@
 //! The eigenvectors of each system, and the products that lead from one to another.
 //!
 //! In modal displacements and velocities x a system obeys `x' = A x`, with
-//! `A = [0 I; −W² − Σ k g wᵀ, −D − Σ c g wᵀ]`, sums over its closed contacts. Its coordinates z make A fall apart into
-//! 2 × 2 blocks: `x = T z`, `z' = G z`. Neither speed nor load nor gap is in it. The coordinates of free flight are the
-//! modes themselves.
+//! `A = [0 I; −K − Σ k g wᵀ, −D − Σ c g wᵀ]`, sums over its closed contacts; K and D are diagonal, or full where dampers,
+//! drag, gyroscopic terms or cross-coupled bearings couple modes. Its coordinates z make A fall apart into
+//! 2 × 2 blocks: `x = T z`, `z' = G z`. Neither load nor gap is in it, and the speed only with gyroscopic terms. The
+//! coordinates of free flight are the model's own blocks, which are the modes where nothing couples these; what leads from
+//! and to "modes" here leads from and to those.
 
+use super::met::MetSets;
 use super::sets::Sets;
 use crate::model::{Block, Model};
 use crate::numerics::decoupling::decouple;
 use crate::propagate::dense::{KeptReader, KeptWriter};
 use crate::propagate::vectors::LANES;
-use crate::propagate::{DenseError, TableArray, TableSize};
+use crate::propagate::{Aligned, DenseError, TableArray, TableSize};
 use faer::Mat;
 use std::borrow::Cow;
+use std::ops::Deref;
+use std::sync::Arc;
 
 /// Largest error of `A T = T G`, relative.
 const LARGEST_ERROR: f64 = 1e-11;
@@ -25,15 +30,29 @@ pub fn padded(modes: usize) -> usize {
     modes.next_multiple_of(LANES)
 }
 
-/// A map between padded states: one column of `2 padded` numbers for each of the `2 modes` components.
-#[derive(Debug, Clone)]
-pub struct Map<'t> {
-    /// Column after column.
-    pub columns: Cow<'t, [f64]>,
+/// A map between padded states: one column of `2 padded` numbers for each of the `2 modes` components, column after column.
+#[derive(Debug)]
+pub enum Map<'t> {
+    /// In kept tables.
+    Kept(&'t [f64]),
+    /// In memory of its own.
+    Own(Aligned),
+}
+
+impl Deref for Map<'_> {
+    type Target = [f64];
+
+    #[inline]
+    fn deref(&self) -> &[f64] {
+        match self {
+            Self::Kept(columns) => columns,
+            Self::Own(columns) => columns,
+        }
+    }
 }
 
 /// The coordinates of a system.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Basis<'t> {
     /// Blocks G, four numbers each \[1/s\].
     generators: Cow<'t, [f64]>,
@@ -51,6 +70,11 @@ impl<'t> Basis<'t> {
         }
     }
 
+    /// How many modes the structure has.
+    pub fn modes(&self) -> usize {
+        self.generators.len() / 4
+    }
+
     /// What leads to modes; nothing where the coordinates are these.
     pub fn to_modes(&self) -> Option<&Map<'t>> {
         self.maps.as_ref().map(|[to, _]| to)
@@ -61,32 +85,36 @@ impl<'t> Basis<'t> {
         self.maps.as_ref().map(|[_, from]| from)
     }
 
-    /// What a row over modal displacements is over padded coordinates.
-    pub fn row(&self, felt: &[f64]) -> Vec<f64> {
+    /// What a row over the states of the model's blocks is over padded coordinates.
+    pub fn row(&self, felt: &[[f64; 2]]) -> Vec<f64> {
         let (n, padded) = (felt.len(), padded(felt.len()));
         let mut row = vec![0.0; 2 * padded];
         match self.to_modes() {
-            None => row[..n].copy_from_slice(felt),
+            None => put(felt, &mut row),
             Some(map) => {
-                for (j, column) in map.columns.chunks_exact(2 * padded).enumerate() {
+                for (j, column) in map.chunks_exact(2 * padded).enumerate() {
                     let place = if j < n { j } else { padded + j - n };
-                    row[place] = felt.iter().zip(column).map(|(w, t)| w * t).sum();
+                    let (first, second) = column.split_at(padded);
+                    row[place] = (felt.iter().zip(first).zip(second))
+                        .map(|((w, a), b)| w[0] * a + w[1] * b)
+                        .sum();
                 }
             }
         }
         row
     }
 
-    /// What modal forces are to the padded coordinates.
-    pub fn input(&self, force: &[f64]) -> Vec<f64> {
-        let (n, padded) = (force.len(), padded(force.len()));
+    /// What inputs of the model's blocks are to the padded coordinates.
+    pub fn input(&self, inputs: &[[f64; 2]]) -> Vec<f64> {
+        let (n, padded) = (inputs.len(), padded(inputs.len()));
         let mut out = vec![0.0; 2 * padded];
         match self.of_modes() {
-            None => out[padded..padded + n].copy_from_slice(force),
+            None => put(inputs, &mut out),
             Some(map) => {
-                // Forces act on velocities: the second half of the columns.
-                let columns = map.columns.chunks_exact(2 * padded).skip(n);
-                for (column, f) in columns.zip(force) {
+                let columns = map.chunks_exact(2 * padded);
+                let components = [0, 1].map(|part| (0..n).map(move |i| inputs[i][part]));
+                let [first, second] = components;
+                for (column, f) in columns.zip(first.chain(second)) {
                     for (sum, entry) in out.iter_mut().zip(column) {
                         *sum += entry * f;
                     }
@@ -97,61 +125,159 @@ impl<'t> Basis<'t> {
     }
 }
 
-/// The bases of all systems of a structure and its mesh.
+/// Writes pairs as a padded state.
+fn put(pairs: &[[f64; 2]], state: &mut [f64]) {
+    let padded = state.len() / 2;
+    for (i, pair) in pairs.iter().enumerate() {
+        [state[i], state[padded + i]] = *pair;
+    }
+}
+
+/// The bases of a structure and its mesh.
 #[derive(Debug)]
-pub struct Bases<'t> {
-    bases: Vec<Basis<'t>>,
-    /// Of each set: contact, state behind, the map.
-    changes: Vec<Vec<(usize, usize, Map<'t>)>>,
+pub enum Bases<'t> {
+    /// Of all systems, where these are few.
+    All {
+        /// System after system.
+        bases: Vec<Arc<Basis<'t>>>,
+        /// Of each system what leads to closed neighbours: contact, state behind, the map.
+        changes: Vec<Vec<(usize, usize, Arc<Map<'t>>)>>,
+    },
+    /// Of those that are met.
+    Met {
+        /// Fastest rate of all \[1/s\].
+        fastest: f64,
+        /// The bases so far.
+        met: Arc<MetSets>,
+    },
 }
 
 impl<'t> Bases<'t> {
-    /// Those handed over by [`arrays`].
+    /// Computes them.
+    ///
+    /// # Errors
+    /// As of [`arrays`].
+    pub fn new(model: &Model, sets: &Sets) -> Result<Self, DenseError> {
+        if !sets.are_few() {
+            let generators = stiffest(model, sets)?.generators;
+            return Ok(Self::Met {
+                fastest: fastest(&generators),
+                met: Arc::default(),
+            });
+        }
+        let found: Vec<Found> = (0..sets.count())
+            .map(|set| Found::new(model, sets, set))
+            .collect::<Result<_, _>>()?;
+        let changes = (0..sets.count()).map(|set| {
+            between(sets, set)
+                .map(|(contact, state)| {
+                    let to = &found[sets.with(set, contact, state)];
+                    let map = columns(&(&to.from_modes * &found[set].to_modes));
+                    (contact, state, Arc::new(map))
+                })
+                .collect()
+        });
+        Ok(Self::All {
+            changes: changes.collect(),
+            bases: (found.iter().enumerate())
+                .map(|(set, own)| Arc::new(own.basis(set)))
+                .collect(),
+        })
+    }
+
+    /// Those handed over by [`arrays`]; `met` are the ones that other kernels of the structure met.
     ///
     /// # Errors
     /// They are of another model.
-    pub fn read(model: &Model, sets: &Sets, kept: &mut KeptReader<'t>) -> Result<Self, DenseError> {
+    pub fn read(
+        model: &Model,
+        sets: &Sets,
+        kept: &mut KeptReader<'t>,
+        met: Option<Arc<MetSets>>,
+    ) -> Result<Self, DenseError> {
         let n = model.modes();
-        let mut out = Self {
-            bases: Vec::new(),
-            changes: Vec::new(),
-        };
+        if !sets.are_few() {
+            let generators = kept.take("generators", 4 * n)?;
+            return Ok(Self::Met {
+                fastest: fastest(generators.as_chunks::<2>().0.as_chunks::<2>().0),
+                met: met.unwrap_or_default(),
+            });
+        }
+        let (mut bases, mut all_changes) = (Vec::new(), Vec::new());
         for set in 0..sets.count() {
-            let mut map = |name| -> Result<Map<'t>, DenseError> {
-                let columns = kept.take(name, 4 * n * padded(n))?.into();
-                Ok(Map { columns })
+            let mut map = |name| -> Result<_, DenseError> {
+                Ok(Map::Kept(kept.take(name, 4 * n * padded(n))?))
             };
             let maps = match set {
                 Sets::FREE => None,
                 _ => Some([map("to_modes")?, map("from_modes")?]),
             };
             let changes = between(sets, set)
-                .map(|(contact, state)| Ok((contact, state, map("changes")?)))
+                .map(|(contact, state)| Ok((contact, state, Arc::new(map("changes")?))))
                 .collect::<Result<_, DenseError>>()?;
-            out.changes.push(changes);
+            all_changes.push(changes);
             let generators = kept.take("generators", 4 * n)?.into();
-            out.bases.push(Basis { generators, maps });
+            bases.push(Arc::new(Basis { generators, maps }));
         }
-        Ok(out)
+        Ok(Self::All {
+            bases,
+            changes: all_changes,
+        })
     }
 
     /// That of a set.
-    pub fn of(&self, set: usize) -> &Basis<'t> {
-        &self.bases[set]
-    }
-
-    /// What leads from a set to another one, in which a contact has another state; none where these are no neighbours.
-    #[inline]
-    pub fn change(&self, set: usize, to: usize, contact: usize, state: usize) -> Option<&Map<'t>> {
-        // Free flight is in modes: other systems have what leads there and back.
-        match (set, to) {
-            (Sets::FREE, _) => self.bases[to].of_modes(),
-            (_, Sets::FREE) => self.bases[set].to_modes(),
-            _ => (self.changes[set].iter())
-                .find(|(own, behind, _)| (*own, *behind) == (contact, state))
-                .map(|(_, _, map)| map),
+    ///
+    /// # Errors
+    /// It is met for the first time, and its eigenvectors are too nearly parallel.
+    pub fn of(&self, model: &Model, sets: &Sets, set: usize) -> Result<Arc<Basis<'t>>, DenseError> {
+        match self {
+            Self::All { bases, .. } => Ok(bases[set].clone()),
+            Self::Met { met, .. } => met.basis(model, sets, set),
         }
     }
+
+    /// What leads from a closed set to a closed neighbour, in which a contact has another state; none where they are no neighbours.
+    pub fn change(
+        &self,
+        [set, to]: [usize; 2],
+        [own, behind]: [&Arc<Basis<'t>>; 2],
+        (contact, state): (usize, usize),
+    ) -> Option<Arc<Map<'t>>> {
+        match self {
+            Self::All { changes, .. } => (changes[set].iter())
+                .find(|(known, behind, _)| (*known, *behind) == (contact, state))
+                .map(|(_, _, map)| map.clone()),
+            Self::Met { met, .. } => met.change([set, to], [own, behind]),
+        }
+    }
+
+    /// Fastest rate of a pair of coordinates in any system \[1/s\].
+    pub fn fastest(&self) -> f64 {
+        match self {
+            Self::All { bases, .. } => (bases.iter())
+                .map(|basis| fastest(basis.generators.as_chunks::<2>().0.as_chunks::<2>().0))
+                .fold(0.0, f64::max),
+            Self::Met { fastest, .. } => *fastest,
+        }
+    }
+}
+
+/// Fastest rate of some blocks \[1/s\].
+fn fastest(generators: &[[[f64; 2]; 2]]) -> f64 {
+    let rate = |&generator: &[[f64; 2]; 2]| {
+        let block = Block {
+            generator,
+            static_input: [0.0; 2],
+        };
+        let turns = block.damped_frequency().or(block.spread()).unwrap_or(0.0);
+        block.growth().abs() + turns
+    };
+    generators.iter().map(rate).fold(0.0, f64::max)
+}
+
+/// The system in which every contact is closed at its stiffest: none turns faster.
+fn stiffest(model: &Model, sets: &Sets) -> Result<Found, DenseError> {
+    Found::new(model, sets, sets.stiffest())
 }
 
 /// The changes out of a closed set that do not lead to free flight.
@@ -162,113 +288,143 @@ fn between(sets: &Sets, set: usize) -> impl Iterator<Item = (usize, usize)> {
     sets.changes(set).into_iter().filter(closed)
 }
 
-impl Bases<'static> {
-    /// Computes them; modes are not coupled.
-    ///
-    /// # Errors
-    /// As of [`arrays`].
-    pub fn new(model: &Model, sets: &Sets) -> Result<Self, DenseError> {
-        let found: Vec<Found> = (0..sets.count())
-            .map(|set| Found::new(model, sets, set))
-            .collect::<Result<_, _>>()?;
-        let map = |matrix: &Mat<f64>| Map {
-            columns: columns(matrix).into(),
-        };
-        let changes = (0..sets.count()).map(|set| {
-            between(sets, set)
-                .map(|(contact, state)| {
-                    let to = &found[sets.with(set, contact, state)];
-                    (
-                        contact,
-                        state,
-                        map(&(&to.from_modes * &found[set].to_modes)),
-                    )
-                })
-                .collect()
-        });
-        let bases = found.iter().enumerate().map(|(set, own)| Basis {
-            generators: own.generators.as_flattened().as_flattened().to_vec().into(),
-            maps: (set != Sets::FREE).then(|| [map(&own.to_modes), map(&own.from_modes)]),
-        });
-        Ok(Self {
-            bases: bases.collect(),
-            changes: changes.collect(),
-        })
-    }
-}
-
-/// Size of the arrays of so many modes.
+/// Size of the arrays of so many modes; of many sets what each of them takes that is met.
 pub fn size(modes: usize, sets: &Sets) -> TableSize {
     let maps = |set| match set {
         Sets::FREE => 0,
         _ => 2 + between(sets, set).count(),
     };
-    let maps: usize = (0..sets.count()).map(maps).sum();
+    let numbers = match sets.are_few() {
+        true => (0..sets.count()).map(maps).sum::<usize>() * padded(modes) + sets.count(),
+        false => 1,
+    };
     TableSize {
         operators: sets.count(),
-        bytes: 4 * modes * (maps * padded(modes) + sets.count()) * size_of::<f64>(),
+        bytes: 4 * modes * numbers * size_of::<f64>(),
         cells: 0,
     }
 }
 
-/// The bases of a model as arrays to be kept: they serve every speed, load and gap. Modes are not coupled.
+/// The bases of a model as arrays to be kept: they serve every load and gap, and every speed that does not
+/// change the structure.
 ///
 /// # Errors
 /// Eigenvectors too nearly parallel.
 pub fn arrays(model: &Model, sets: &Sets) -> Result<Vec<TableArray>, DenseError> {
-    let Bases { bases, changes } = Bases::new(model, sets)?;
     let mut out = KeptWriter::default();
-    for (basis, changes) in bases.iter().zip(&changes) {
-        if let Some([to, from]) = &basis.maps {
-            out.push("to_modes", "mixed", &to.columns);
-            out.push("from_modes", "mixed", &from.columns);
+    match Bases::new(model, sets)? {
+        Bases::All { bases, changes } => {
+            for (basis, changes) in bases.iter().zip(&changes) {
+                if let Some([to, from]) = &basis.maps {
+                    out.push("to_modes", "mixed", to);
+                    out.push("from_modes", "mixed", from);
+                }
+                for (_, _, map) in changes {
+                    out.push("changes", "mixed", map);
+                }
+                out.push("generators", "1/s", &basis.generators);
+            }
         }
-        for (_, _, map) in changes {
-            out.push("changes", "mixed", &map.columns);
+        Bases::Met { .. } => {
+            let generators = stiffest(model, sets)?.generators;
+            out.push(
+                "generators",
+                "1/s",
+                generators.as_flattened().as_flattened(),
+            );
         }
-        out.push("generators", "1/s", &basis.generators);
     }
     Ok(out.finish())
 }
 
-/// A matrix as the columns of a [`Map`].
-fn columns(matrix: &Mat<f64>) -> Vec<f64> {
+/// A matrix as a map between padded states.
+pub fn columns(matrix: &Mat<f64>) -> Map<'static> {
     let n = matrix.nrows() / 2;
     let padded = padded(n);
-    let mut out = vec![0.0; 4 * n * padded];
+    let mut out = Aligned::zeros(4 * n * padded);
     for (j, column) in out.chunks_exact_mut(2 * padded).enumerate() {
         for i in 0..n {
             column[i] = matrix[(i, j)];
             column[padded + i] = matrix[(n + i, j)];
         }
     }
-    out
+    Map::Own(out)
+}
+
+/// A structure before any contact closes: `q'' + D q' + (W² + S) q = 0`.
+struct Modes {
+    /// W \[rad/s\].
+    frequency: Vec<f64>,
+    /// D, row by row \[1/s\].
+    damping: Vec<f64>,
+    /// S, row by row \[1/s²\].
+    stiffness: Vec<f64>,
+}
+
+impl Modes {
+    fn of(model: &Model) -> Self {
+        let n = model.modes();
+        if let Some(coupled) = model.basis.coupled() {
+            let mut stiffness = coupled.stiffness.clone();
+            for (i, w) in coupled.frequency.iter().enumerate() {
+                stiffness[i * n + i] -= w.powi(2);
+            }
+            return Self {
+                frequency: coupled.frequency.clone(),
+                damping: coupled.damping.clone(),
+                stiffness,
+            };
+        }
+        let generator = |i: usize| model.blocks[i].generator;
+        let mut damping = vec![0.0; n * n];
+        for i in 0..n {
+            damping[i * n + i] = -generator(i)[1][1];
+        }
+        Self {
+            frequency: (0..n)
+                .map(|i| (-generator(i)[1][0]).max(0.0).sqrt())
+                .collect(),
+            damping,
+            stiffness: vec![0.0; n * n],
+        }
+    }
 }
 
 /// The basis of one system.
-struct Found {
+pub struct Found {
     generators: Vec<[[f64; 2]; 2]>,
     to_modes: Mat<f64>,
     from_modes: Mat<f64>,
 }
 
 impl Found {
-    fn new(model: &Model, sets: &Sets, set: usize) -> Result<Self, DenseError> {
+    /// Computes that of a set.
+    ///
+    /// # Errors
+    /// Its eigenvectors are too nearly parallel.
+    pub fn new(model: &Model, sets: &Sets, set: usize) -> Result<Self, DenseError> {
         let n = model.modes();
-        let generator = |i: usize| model.blocks[i].generator;
-        let frequency: Vec<f64> = (0..n)
-            .map(|i| (-generator(i)[1][0]).max(0.0).sqrt())
-            .collect();
-        let mut damping = vec![0.0; n * n];
-        let mut stiffness = vec![0.0; n * n];
-        for i in 0..n {
-            damping[i * n + i] = -generator(i)[1][1];
+        if set == Sets::FREE {
+            let same = || Mat::identity(2 * n, 2 * n);
+            return Ok(Self {
+                generators: model.blocks.iter().map(|block| block.generator).collect(),
+                to_modes: same(),
+                from_modes: same(),
+            });
         }
+        let Modes {
+            frequency,
+            mut damping,
+            mut stiffness,
+        } = Modes::of(model);
         for (_, class) in sets.closed(set) {
             let gains = &model.directions[class.direction].gains;
+            let rows: Vec<[f64; 2]> = gains.iter().map(|gain| gain.deflection).collect();
+            let inputs: Vec<[f64; 2]> = gains.iter().map(|gain| gain.mesh_input).collect();
+            let (w, g) = (model.basis.felt(&rows), model.basis.force(&inputs));
             for i in 0..n {
                 for j in 0..n {
-                    let felt = gains[i].mesh_input[1] * gains[j].deflection[0];
+                    let felt = g[i] * w[j];
                     damping[i * n + j] += class.damping * felt;
                     stiffness[i * n + j] += class.stiffness * felt;
                 }
@@ -280,7 +436,7 @@ impl Found {
                 error: f64::INFINITY,
             })?;
         let square = |rows: &[f64]| Mat::from_fn(2 * n, 2 * n, |i, j| rows[2 * n * i + j]);
-        let own = Self {
+        let mut own = Self {
             generators: found.generators,
             to_modes: square(&found.to_structure),
             from_modes: square(&found.from_structure),
@@ -289,12 +445,30 @@ impl Found {
             stiffness[i * n + i] += frequency[i].powi(2);
         }
         let error = own.error(&frequency, &damping, &stiffness);
+        if let Some(coupled) = model.basis.coupled() {
+            own.to_modes = square(&coupled.from_modes) * own.to_modes;
+            own.from_modes = own.from_modes * square(&coupled.to_modes);
+        }
         match error <= LARGEST_ERROR {
             true => Ok(own),
             false => Err(DenseError::Defective {
                 error,
                 condition: found.condition,
             }),
+        }
+    }
+
+    /// The same as a basis.
+    pub fn basis(&self, set: usize) -> Basis<'static> {
+        let maps = [&self.to_modes, &self.from_modes];
+        Basis {
+            generators: self
+                .generators
+                .as_flattened()
+                .as_flattened()
+                .to_vec()
+                .into(),
+            maps: (set != Sets::FREE).then(|| maps.map(columns)),
         }
     }
 

@@ -6,7 +6,7 @@ use super::seen::now;
 use super::sets::Stop;
 use super::workspace::{Place, Workspace};
 use crate::model::TrajectoryState;
-use crate::propagate::Tangents;
+use crate::propagate::{DenseError, Tangents};
 
 impl ClosedModes<'_> {
     /// Takes trajectory and tangents to the coordinates of the system in force at the start of a cycle.
@@ -15,19 +15,21 @@ impl ClosedModes<'_> {
         trajectory: &TrajectoryState,
         tangents: &Tangents,
         w: &mut Workspace,
-    ) {
+    ) -> Result<(), DenseError> {
         let (model, cycle) = (self.model, trajectory.cycle);
         w.set = self.sets.at(model, trajectory.contact, cycle, 0.0);
+        let slot = self.enter(w.set)?;
         self.frequencies.write(cycle, 0.0, &mut w.inputs);
         w.put(&trajectory.state, tangents);
-        let responses = &self.system(w.set).steady.responses;
-        match self.bases.of(w.set).of_modes() {
-            Some(map) => self.map(&map.columns, [&[], responses], w),
+        let responses = &slot.system.steady.responses;
+        match slot.basis.of_modes() {
+            Some(map) => self.map(map, [&[], responses], w),
             None => self.shift(-1.0, w),
         }
         let contacts = model.contacts.iter();
         w.begin(contacts.map(|contact| model.line(contact.cycle(cycle).segment_at(0.0))));
         self.see_start(w);
+        Ok(())
     }
 
     /// Takes trajectory and tangents back to modal states.
@@ -37,9 +39,10 @@ impl ClosedModes<'_> {
         tangents: &mut Tangents,
         w: &mut Workspace,
     ) {
-        let responses = &self.system(w.set).steady.responses;
-        match self.bases.of(w.set).to_modes() {
-            Some(map) => self.map(&map.columns, [responses, &[]], w),
+        let slot = self.slot(w.set);
+        let responses = &slot.system.steady.responses;
+        match slot.basis.to_modes() {
+            Some(map) => self.map(map, [responses, &[]], w),
             None => self.shift(1.0, w),
         }
         w.take(trajectory, tangents);
@@ -68,20 +71,29 @@ impl ClosedModes<'_> {
     }
 
     /// Gives a contact another state.
-    pub(super) fn change(&self, contact: usize, state: usize, w: &mut Workspace) {
-        if self.sets.state(w.set, contact) == state {
-            return;
+    ///
+    /// # Errors
+    /// The system behind has no table.
+    pub(super) fn change(
+        &self,
+        contact: usize,
+        state: usize,
+        w: &mut Workspace,
+    ) -> Result<(), DenseError> {
+        if self.slot(w.set).states[contact] == state {
+            return Ok(());
         }
         let to = self.sets.with(w.set, contact, state);
-        let Some(map) = self.bases.change(w.set, to, contact, state) else {
+        self.enter(to)?;
+        let Some(map) = self.between([w.set, to], (contact, state)) else {
             // Not between neighbours: by way of the open contact.
-            self.change(contact, 0, w);
-            self.change(contact, state, w);
-            return;
+            self.change(contact, 0, w)?;
+            return self.change(contact, state, w);
         };
         let responses = [w.set, to].map(|set| &self.system(set).steady.responses[..]);
-        self.map(&map.columns, responses, w);
+        self.map(map, responses, w);
         w.set = to;
+        Ok(())
     }
 
     /// Deflections and rates now along the lines of all contacts.
@@ -105,19 +117,24 @@ impl ClosedModes<'_> {
             w.next_stop += 1;
         }
         let concerns = |stop: &&Stop| {
-            let now = self.sets.state(w.set, stop.contact);
+            let now = self.slot(w.set).states[stop.contact];
             (now > 0 && now != stop.state) || (stop.turns && w.line_of[stop.contact] != stop.line)
         };
         stops[w.next_stop..].iter().find(concerns).copied()
     }
 
     /// Takes contacts to their classes and lines behind a stop.
-    pub(super) fn pass_stops(&self, place: &Place, time: f64, w: &mut Workspace) {
+    pub(super) fn pass_stops(
+        &self,
+        place: &Place,
+        time: f64,
+        w: &mut Workspace,
+    ) -> Result<(), DenseError> {
         let stops = &self.stops[(place.cycle % self.stops.len() as u64) as usize];
         let mut turned = false;
         while let Some(stop) = stops.get(w.next_stop).filter(|stop| stop.time <= time) {
-            if self.sets.state(w.set, stop.contact) > 0 {
-                self.change(stop.contact, stop.state, w);
+            if self.slot(w.set).states[stop.contact] > 0 {
+                self.change(stop.contact, stop.state, w)?;
             }
             if stop.turns {
                 w.line_of[stop.contact] = stop.line;
@@ -128,6 +145,7 @@ impl ClosedModes<'_> {
         if turned {
             self.see_start(w);
         }
+        Ok(())
     }
 
     /// Applies the saltation matrix of an event to all tangents, before the coordinates change.

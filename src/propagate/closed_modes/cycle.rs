@@ -31,7 +31,9 @@ impl Kernel for ClosedModes<'_> {
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), End> {
-        self.begin(trajectory, tangents, workspace);
+        let cycle = trajectory.cycle;
+        (self.begin(trajectory, tangents, workspace))
+            .map_err(|error| End::Refused { cycle, error })?;
         self.pass(trajectory, workspace, observer, counters)?;
         self.end(trajectory, tangents, workspace);
         Ok(())
@@ -126,7 +128,7 @@ impl ClosedModes<'_> {
                 self.see_start(w);
             }
             if arrives && stop.is_some() {
-                self.pass_stops(place, limit, w);
+                (self.pass_stops(place, limit, w)).map_err(|error| place.refused(error))?;
             }
             return Ok(());
         };
@@ -172,7 +174,8 @@ impl ClosedModes<'_> {
         if found.on_surface && w.states.len() > w.length {
             self.salt(contact, state, event.closes(), w);
         }
-        self.change(contact, if event.closes() { state } else { 0 }, w);
+        (self.change(contact, if event.closes() { state } else { 0 }, w))
+            .map_err(|error| place.refused(error))?;
         place.active = to;
         if place.crossed.holds(contact) != found.on_surface {
             place.crossed = place.crossed.toggled(contact);

@@ -209,12 +209,14 @@ impl Steady {
     ) -> Self {
         let n = model.modes();
         let padded = padded(n);
-        let mut constant: Vec<f64> = model.blocks.iter().map(|b| b.static_input[1]).collect();
-        let mut harmonic = vec![vec![Complex64::ZERO; n]; frequencies.all.len()];
+        let mut constant: Vec<[f64; 2]> = model.blocks.iter().map(|b| b.static_input).collect();
+        let mut harmonic = vec![vec![[Complex64::ZERO; 2]; n]; frequencies.all.len()];
         for ripple in &model.ripple {
             let place = frequencies.place([ripple.angular_frequency, ripple.turns_per_cycle]);
-            for (sum, input) in harmonic[place].iter_mut().zip(&ripple.input) {
-                *sum += input[1] * Complex64::cis(ripple.phase);
+            for (sums, input) in harmonic[place].iter_mut().zip(&ripple.input) {
+                for (sum, input) in sums.iter_mut().zip(input) {
+                    *sum += input * Complex64::cis(ripple.phase);
+                }
             }
         }
         for (contact, class) in closed {
@@ -223,12 +225,13 @@ impl Steady {
             let pull = class.stiffness * own.side * own.half_gap;
             let errors = error_amplitudes(model, direction.line, frequencies);
             for (i, gain) in direction.gains.iter().enumerate() {
-                let g = gain.mesh_input[1];
-                constant[i] += g * pull;
-                for ((sum, error), [omega, _]) in
-                    harmonic.iter_mut().zip(&errors).zip(&frequencies.all)
-                {
-                    sum[i] += g * c64(class.stiffness, class.damping * omega) * error;
+                for (part, g) in gain.mesh_input.into_iter().enumerate() {
+                    constant[i][part] += g * pull;
+                    for ((sum, error), [omega, _]) in
+                        harmonic.iter_mut().zip(&errors).zip(&frequencies.all)
+                    {
+                        sum[i][part] += g * c64(class.stiffness, class.damping * omega) * error;
+                    }
                 }
             }
         }
@@ -236,8 +239,8 @@ impl Steady {
             responses: vec![0.0; frequencies.inputs() * 2 * padded],
             drifts: Vec::new(),
         };
-        let forced = |force: &[f64]| -> Vec<[f64; 2]> {
-            let input = basis.input(force);
+        let forced = |inputs: &[[f64; 2]]| -> Vec<[f64; 2]> {
+            let input = basis.input(inputs);
             (0..n).map(|i| [input[i], input[padded + i]]).collect()
         };
         let slowest = DRIFT / model.period();
@@ -254,7 +257,10 @@ impl Steady {
         for (h, force) in harmonic.iter().enumerate() {
             let [omega, _] = frequencies.all[h];
             let parts = [|f: &Complex64| f.re, |f: &Complex64| f.im];
-            let [re, im] = parts.map(|part| forced(&force.iter().map(part).collect::<Vec<f64>>()));
+            let [re, im] = parts.map(|part| {
+                let inputs: Vec<[f64; 2]> = force.iter().map(|f| f.each_ref().map(part)).collect();
+                forced(&inputs)
+            });
             let (cos, sin) = own.responses[(1 + 2 * h) * 2 * padded..].split_at_mut(2 * padded);
             for i in 0..n {
                 let block = basis.block(i);

@@ -4,7 +4,8 @@
 //! system ([`bases`]) every coordinate pair moves by itself. A block of a mesh cycle costs one 2 × 2 product a pair, and
 //! the deflection of each line at eight nodes one small product. Bounds of the deflection's second derivative prove that
 //! nothing happens between the nodes ([`search`]); what they cannot prove is halved. A change of the system is one dense
-//! product. The bases depend on neither speed nor load nor gap: they are made once for a structure and its mesh.
+//! product. The bases depend on neither speed nor load nor gap: they are made once for a structure and its mesh, all of them
+//! where contacts may be closed in few ways, else those of the sets that a motion meets ([`slot`]).
 //!
 //! Inputs (constant torques, ripple, transmission errors) have steady responses in closed form ([`excitation`]): a state
 //! is `z = y + steady · inputs`, and y moves without any input.
@@ -15,10 +16,12 @@ mod cycle;
 mod excitation;
 mod grid;
 mod lanes;
+mod met;
 mod search;
 mod seen;
 mod sets;
 mod shown;
+mod slot;
 mod system;
 mod workspace;
 
@@ -26,10 +29,13 @@ use super::dense::KeptReader;
 use super::vectors::InstructionSet;
 use super::{DenseError, KeptTables, TableArray, TableSize};
 use crate::model::Model;
-use bases::Bases;
+use bases::{Bases, Basis};
 use excitation::Frequencies;
+pub use met::MetSets;
 use sets::{Sets, Stop};
-use system::System;
+use slot::Slot;
+use std::sync::OnceLock;
+use std::sync::atomic::AtomicUsize;
 
 /// Most bytes of the tables of a structure: they are kept on disk and in memory, once for all points.
 const MOST_BYTES: usize = 256_000_000;
@@ -41,10 +47,10 @@ pub struct ClosedModes<'m> {
     sets: Sets,
     bases: Bases<'m>,
     frequencies: Frequencies,
-    /// At this operating point.
-    systems: Vec<System>,
-    /// Series of what each system sees along each line on a block, where windows are shown.
-    series: Vec<Vec<shown::Series>>,
+    /// The systems at this operating point, each from when it is met.
+    slots: Vec<OnceLock<Box<Slot<'m>>>>,
+    /// Bytes of the bases of those met.
+    taken: AtomicUsize,
     stops: Vec<Vec<Stop>>,
     /// (cos, sin) of all frequencies over a block.
     turns: Vec<[f64; 2]>,
@@ -104,7 +110,7 @@ impl<'m> ClosedModes<'m> {
     /// As of [`Self::of_kept`].
     pub fn takes(model: &Model, kept: &dyn KeptTables) -> Result<(), DenseError> {
         let (sets, bases) = read(model, kept)?;
-        unresonant(model, &sets, &bases, &Frequencies::new(model))
+        all_unresonant(model, &sets, &bases, &Frequencies::new(model))
     }
 
     fn of_bases(
@@ -115,18 +121,12 @@ impl<'m> ClosedModes<'m> {
         instructions: InstructionSet,
     ) -> Result<Self, DenseError> {
         let frequencies = Frequencies::new(model);
-        let (step, blocks) = grid::step(model, &sets, &bases, &frequencies);
+        let (step, blocks) = grid::step(model, &bases, &frequencies);
         let stops = sets.stops(model);
-        unresonant(model, &sets, &bases, &frequencies)?;
-        let systems = (0..sets.count())
-            .map(|set| {
-                let closed: Vec<_> = sets.closed(set).collect();
-                System::new(model, bases.of(set), &closed, &frequencies, step)
-            })
-            .collect();
-        let mut own = Self {
-            systems,
-            series: Vec::new(),
+        all_unresonant(model, &sets, &bases, &frequencies)?;
+        Ok(Self {
+            slots: (0..sets.count()).map(|_| OnceLock::new()).collect(),
+            taken: AtomicUsize::new(0),
             planned: blocks as usize + stops.iter().map(Vec::len).max().unwrap_or(0),
             farthest: super::farthest(model),
             turns: frequencies.turns(grid::NODES as f64 * step),
@@ -138,35 +138,22 @@ impl<'m> ClosedModes<'m> {
             step,
             event_limit,
             instructions,
-        };
-        own.series = (0..own.sets.count())
-            .map(|set| own.series_of(set))
-            .collect();
-        Ok(own)
+        })
     }
 
     /// The bases of a model as arrays to be kept.
     ///
     /// # Errors
-    /// Stiffness that varies within a segment, flanks with errors, contacts that let go by force, coupled modes, too many
+    /// Stiffness that varies within a segment, flanks with errors, contacts that let go by force, too many
     /// sets of closed contacts, too large tables, eigenvectors too nearly parallel.
     pub fn arrays(model: &Model) -> Result<Vec<TableArray>, DenseError> {
         let (sets, _) = suited(model)?;
         bases::arrays(model, &sets)
     }
-
-    /// A system at this operating point.
-    #[inline]
-    fn system(&self, set: usize) -> &System {
-        &self.systems[set]
-    }
 }
 
 /// The systems of a model that tables are made for, and the size of these.
 fn suited(model: &Model) -> Result<(Sets, TableSize), DenseError> {
-    if model.basis.coupled().is_some() {
-        return Err(DenseError::Coupled);
-    }
     let sets = Sets::new(model)?;
     let size = bases::size(model.modes(), &sets);
     match size.bytes <= MOST_BYTES {
@@ -182,27 +169,39 @@ fn suited(model: &Model) -> Result<(Sets, TableSize), DenseError> {
 fn read<'k>(model: &Model, kept: &'k dyn KeptTables) -> Result<(Sets, Bases<'k>), DenseError> {
     let sets = Sets::new(model)?;
     let mut reader = KeptReader::new(kept);
-    let bases = Bases::read(model, &sets, &mut reader)?;
+    let bases = Bases::read(model, &sets, &mut reader, kept.met())?;
     reader.finish()?;
     Ok((sets, bases))
 }
 
-/// Refuses an undamped block that turns with a harmonic.
-fn unresonant(
+/// Refuses an undamped block that turns with a harmonic, where all systems are known.
+fn all_unresonant(
     model: &Model,
     sets: &Sets,
     bases: &Bases<'_>,
     frequencies: &Frequencies,
 ) -> Result<(), DenseError> {
-    for set in 0..sets.count() {
-        let basis = bases.of(set);
-        for &[omega, _] in &frequencies.all {
-            if (0..model.modes()).any(|i| excitation::in_resonance(&basis.block(i), omega)) {
-                return Err(DenseError::Resonance { frequency: omega });
-            }
+    if let Bases::All { bases, .. } = bases {
+        for set in 0..sets.count() {
+            unresonant(model, &bases[set], frequencies)?;
         }
     }
     Ok(())
+}
+
+/// The same of one system.
+fn unresonant(
+    model: &Model,
+    basis: &Basis<'_>,
+    frequencies: &Frequencies,
+) -> Result<(), DenseError> {
+    let resonant = |&&[omega, _]: &&[f64; 2]| {
+        (0..model.modes()).any(|i| excitation::in_resonance(&basis.block(i), omega))
+    };
+    match frequencies.all.iter().find(resonant) {
+        Some(&[frequency, _]) => Err(DenseError::Resonance { frequency }),
+        None => Ok(()),
+    }
 }
 
 #[cfg(test)]

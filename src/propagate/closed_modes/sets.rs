@@ -3,8 +3,11 @@
 use crate::model::{ActiveSet, Model, Release};
 use crate::propagate::DenseError;
 
+/// Most systems of which all tables are made.
+const FEW: usize = 256;
+
 /// Most systems of a drive.
-const MOST_SETS: usize = 256;
+const MOST_SETS: usize = 1 << 20;
 
 /// A time this close to a breakpoint, relative to the mesh period, is on it.
 pub const SAME_TIME: f64 = 1e-13;
@@ -29,8 +32,6 @@ pub struct Sets {
     of_segment: Vec<Vec<Vec<usize>>>,
     /// What a state of each contact adds to the number.
     place: Vec<usize>,
-    /// State of each contact in each set.
-    states: Vec<usize>,
     count: usize,
 }
 
@@ -44,7 +45,6 @@ impl Sets {
             classes: Vec::new(),
             of_segment: Vec::new(),
             place: Vec::new(),
-            states: Vec::new(),
             count: 1,
         };
         for contact in &model.contacts {
@@ -86,14 +86,6 @@ impl Sets {
                 most: MOST_SETS,
             });
         }
-        let state = |set: usize, contact: usize| {
-            set / sets.place[contact] % (1 + sets.classes[contact].len())
-        };
-        let contacts = 0..sets.classes.len();
-        sets.states = (0..sets.count)
-            .flat_map(|set| contacts.clone().map(move |contact| (set, contact)))
-            .map(|(set, contact)| state(set, contact))
-            .collect();
         Ok(sets)
     }
 
@@ -105,10 +97,25 @@ impl Sets {
         self.count
     }
 
+    /// Whether tables of all of them are made.
+    pub fn are_few(&self) -> bool {
+        self.count <= FEW
+    }
+
+    /// The set in which every contact is closed at its stiffest.
+    pub fn stiffest(&self) -> usize {
+        let stiffness = |contact: usize, state: usize| self.class(contact, state).stiffness;
+        (0..self.classes.len()).fold(Self::FREE, |set, contact| {
+            let states = 1..=self.classes[contact].len();
+            let state =
+                states.max_by(|&a, &b| stiffness(contact, a).total_cmp(&stiffness(contact, b)));
+            self.with(set, contact, state.unwrap_or(0))
+        })
+    }
+
     /// State of a contact in a set.
-    #[inline]
     pub fn state(&self, set: usize, contact: usize) -> usize {
-        self.states[set * self.place.len() + contact]
+        set / self.place[contact] % (1 + self.classes[contact].len())
     }
 
     /// The set with another state of a contact.

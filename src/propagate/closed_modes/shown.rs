@@ -6,6 +6,7 @@ use super::bases::{Basis, padded};
 use super::grid::NODES;
 use super::lanes;
 use super::sets::SAME_TIME;
+use super::slot::Slot;
 use super::system::System;
 use super::workspace::{Place, Workspace};
 use crate::model::{DRIVE_FLANK, MOST_CONTACTS};
@@ -25,10 +26,9 @@ pub struct Series {
 
 impl ClosedModes<'_> {
     /// The series of a system.
-    pub(super) fn series_of(&self, set: usize) -> Vec<Series> {
-        let (basis, system) = (self.bases.of(set), self.system(set));
+    pub(super) fn series_of(&self, slot: &Slot<'_>) -> Vec<Series> {
         (0..self.model.lines.len())
-            .map(|line| self.series_along(basis, system, line))
+            .map(|line| self.series_along(&slot.basis, &slot.system, line))
             .collect()
     }
 
@@ -108,11 +108,12 @@ impl ClosedModes<'_> {
         let set = self.instructions;
         let [own, modal] = &mut w.shown;
         own.copy_from_slice(&w.states[..w.length]);
-        let responses = [&self.system(w.set).steady.responses[..], &[]];
-        match self.bases.of(w.set).to_modes() {
+        let slot = self.slot(w.set);
+        let responses = [&slot.system.steady.responses[..], &[]];
+        match slot.basis.to_modes() {
             Some(map) => {
                 let modes = self.model.modes();
-                lanes::map(set, &map.columns, modes, responses, &w.inputs, own, modal);
+                lanes::map(set, map, modes, responses, &w.inputs, own, modal);
             }
             None => {
                 lanes::shift(set, responses[0], &w.inputs, 1.0, own);
@@ -133,7 +134,7 @@ impl ClosedModes<'_> {
         let block_length = NODES as f64 * self.step;
         let is_part = duration < block_length * (1.0 - 1e-12);
         let end = 2.0 * duration / block_length - 1.0;
-        let (state, series) = (&w.states[..w.length], &self.series[w.set]);
+        let (state, series) = (&w.states[..w.length], self.series(w.set));
         let along = |line: usize| {
             let mut out = [Row::ZERO];
             windows::free(set, &series[line].rows, &w.inputs, state, &mut out);
@@ -151,7 +152,7 @@ impl ClosedModes<'_> {
                 false => along(w.line_of[contact]),
             };
             let own = &model.contacts[contact];
-            let class = self.sets.class(contact, self.sets.state(w.set, contact));
+            let class = self.sets.class(contact, self.slot(w.set).states[contact]);
             let slope = legendre::derivative(&deflection);
             let damping = class.damping * 2.0 / duration;
             let mut force: [f64; TERMS] =

@@ -159,8 +159,8 @@ impl System {
         };
         own.pulls = (model.directions.iter())
             .map(|direction| {
-                let force: Vec<f64> = direction.gains.iter().map(|g| g.mesh_input[1]).collect();
-                basis.input(&force)
+                let inputs: Vec<_> = direction.gains.iter().map(|g| g.mesh_input).collect();
+                basis.input(&inputs)
             })
             .collect();
         for line in 0..model.lines.len() {
@@ -184,12 +184,8 @@ impl System {
         let padded = padded(n);
         let inputs = frequencies.inputs();
         let along = (model.directions.iter()).find(|direction| direction.line == line);
-        let felt: Vec<f64> = along.map_or_else(Vec::new, |direction| {
-            direction
-                .gains
-                .iter()
-                .map(|gain| gain.deflection[0])
-                .collect()
+        let felt: Vec<[f64; 2]> = along.map_or_else(Vec::new, |direction| {
+            direction.gains.iter().map(|gain| gain.deflection).collect()
         });
         let row = basis.row(&felt);
         let pair = |state: &[f64], i: usize| [state[i], state[padded + i]];

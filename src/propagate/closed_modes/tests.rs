@@ -1,7 +1,8 @@
 use super::*;
 use crate::model::{Drive, InitialState, OperatingPoint, TrajectoryState, fixtures};
 use crate::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra, Window};
-use crate::shaft::ModalStructure;
+use crate::shaft::{Coupling, ModalStructure, StructureContact};
+use std::sync::Arc;
 
 fn structure() -> ModalStructure {
     let mut structure = fixtures::structure(
@@ -77,15 +78,42 @@ fn motion<K: Kernel>(
     (trajectory, tangents, seen, counters)
 }
 
+/// Largest distance of two states in a mode \[m √kg\], velocities by a rate.
 fn distance(model: &Model, a: &[f64], b: &[f64]) -> f64 {
-    let n = model.modes();
-    let rate = 1e4;
+    let (n, rate) = (model.modes(), 1e4);
+    let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+    let modes = model.basis.turned_modes(&difference);
     (0..n)
-        .map(|i| ((a[i] - b[i]).powi(2) + ((a[n + i] - b[n + i]) / rate).powi(2)).sqrt())
+        .map(|i| modes[i].hypot(modes[n + i] / rate))
         .fold(0.0, f64::max)
 }
 
 /// Both kernels pass the same events to the same states, tangents and windows included.
+fn moves_as_volterra_does(model: &Model, kernel: &ClosedModes<'_>) {
+    let reference = Volterra::new(model, f64::EPSILON, 100);
+    let (a, ta, seen, counters) = motion(kernel, model, 6);
+    let (b, tb, known, _) = motion(&reference, model, 6);
+    assert_eq!(a.contact, b.contact);
+    assert_eq!(seen.events.len(), known.events.len());
+    assert!(counters.events > 0 || model.load.abs() > 0.2);
+    for (a, b) in seen.events.iter().zip(&known.events) {
+        assert_eq!((a.cycle, a.from, a.to), (b.cycle, b.from, b.to));
+        assert!(
+            (a.time - b.time).abs() < 1e-11 * model.period(),
+            "{a:?} {b:?}"
+        );
+    }
+    let off = distance(model, &a.state, &b.state) / model.half_gap;
+    assert!(off < 1e-10, "{} {off:e}", kernel.instructions.name());
+    for i in 0..2 {
+        let size = distance(model, tb.vector(i), &vec![0.0; 2 * model.modes()]);
+        let off = distance(model, ta.vector(i), tb.vector(i)) / size;
+        assert!(off < 1e-9, "tangent {i}: {off:e}");
+    }
+    assert!((seen.time / known.time - 1.0).abs() < 1e-12);
+    assert!((seen.work - known.work).abs() < 1e-10 * known.work.abs());
+}
+
 #[test]
 fn it_moves_as_volterra_does() {
     for (load, speed) in [(0.1, 1200.0), (0.3, 900.0), (-0.2, 700.0), (0.02, 2500.0)] {
@@ -94,29 +122,108 @@ fn it_moves_as_volterra_does() {
         let arrays = ClosedModes::arrays(&model).unwrap();
         for set in InstructionSet::available() {
             let kernel = ClosedModes::of_kept(&model, 100, &arrays, set).unwrap();
-            let reference = Volterra::new(&model, f64::EPSILON, 100);
-            let (a, ta, seen, counters) = motion(&kernel, &model, 6);
-            let (b, tb, known, _) = motion(&reference, &model, 6);
-            assert_eq!(a.contact, b.contact);
-            assert_eq!(seen.events.len(), known.events.len());
-            assert!(counters.events > 0 || load.abs() > 0.2, "{load} {speed}");
-            for (a, b) in seen.events.iter().zip(&known.events) {
-                assert_eq!((a.cycle, a.from, a.to), (b.cycle, b.from, b.to));
-                assert!(
-                    (a.time - b.time).abs() < 1e-11 * model.period(),
-                    "{a:?} {b:?}"
-                );
-            }
-            let off = distance(&model, &a.state, &b.state) / model.half_gap;
-            assert!(off < 1e-10, "{load} {speed} {} {off:e}", set.name());
-            for i in 0..2 {
-                let size = distance(&model, tb.vector(i), &vec![0.0; 2 * model.modes()]);
-                let off = distance(&model, ta.vector(i), tb.vector(i)) / size;
-                assert!(off < 1e-9, "tangent {i}: {off:e}");
-            }
-            assert!((seen.time / known.time - 1.0).abs() < 1e-12);
-            assert!((seen.work - known.work).abs() < 1e-10 * known.work.abs());
+            moves_as_volterra_does(&model, &kernel);
         }
+    }
+}
+
+/// Dampers, gyroscopic terms and cross-coupled springs between all modes.
+fn coupled(structure: ModalStructure) -> ModalStructure {
+    let n = structure.modes();
+    let entries = |size: f64, skew: f64| -> Vec<f64> {
+        let entry = |i: usize, j: usize| {
+            let [low, high] = [i.min(j), i.max(j)];
+            let value = size * ((3 * low + 7 * high) as f64).sin() / (1.0 + (high - low) as f64);
+            if i > j { skew * value } else { value }
+        };
+        let all = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+        all.map(|(i, j)| {
+            if skew < 0.0 && i == j {
+                0.0
+            } else {
+                entry(i, j)
+            }
+        })
+        .collect()
+    };
+    let mut damping = entries(20.0, 1.0);
+    for i in 0..n {
+        damping[i * n + i] = 200.0;
+    }
+    ModalStructure {
+        coupling: Some(Coupling {
+            damping,
+            gyroscopic: entries(0.1, -1.0),
+            stiffness: entries(1e4, 0.5),
+        }),
+        ..structure
+    }
+}
+
+#[test]
+fn coupled_modes_move_as_volterra_moves_them() {
+    for (load, speed) in [(0.1, 1200.0), (0.3, 900.0), (0.02, 2500.0)] {
+        let point = OperatingPoint { load, speed };
+        let model = Model::new(&coupled(structure()), &drive(), point).unwrap();
+        let arrays = ClosedModes::arrays(&model).unwrap();
+        let kernel = ClosedModes::of_kept(&model, 100, &arrays, InstructionSet::best()).unwrap();
+        moves_as_volterra_does(&model, &kernel);
+    }
+}
+
+/// Tables with a place for what is met.
+struct Shared(Vec<TableArray>, Arc<MetSets>);
+
+impl KeptTables for Shared {
+    fn numbers(&self, name: &str) -> Option<&[f64]> {
+        self.0.numbers(name)
+    }
+
+    fn met(&self) -> Option<Arc<MetSets>> {
+        Some(self.1.clone())
+    }
+}
+
+/// Six contacts, of two levels each, may be closed in 729 ways: their tables are made when they are met, once for two loads, and the
+/// bits do not depend on who met them first.
+#[test]
+fn sets_of_many_contacts_are_made_when_they_are_met() {
+    for couple in [false, true] {
+        let mut own = structure();
+        for (k, gap) in [2e-6, 5e-6, 8e-6, -1e-6].into_iter().enumerate() {
+            let felt: Vec<f64> = (0..9)
+                .map(|i| 0.4 * ((i * i + 5 * k) as f64).cos())
+                .collect();
+            let mut stop = StructureContact::stop(&felt, gap, 2e8);
+            let mut stiffer = stop.law.stiffness[0];
+            stiffer.1[0] = 3e8;
+            stop.law.stiffness = vec![(0.3 + 0.1 * k as f64, stop.law.stiffness[0].1), stiffer];
+            own.contacts.push(stop);
+        }
+        if couple {
+            own = coupled(own);
+        }
+        let models = [0.1, 0.4].map(|load| {
+            let point = OperatingPoint {
+                load,
+                speed: 1200.0,
+            };
+            Model::new(&own, &drive(), point).unwrap()
+        });
+        let shared = || Shared(ClosedModes::arrays(&models[0]).unwrap(), Arc::default());
+        let (one, other) = (shared(), shared());
+        let set = InstructionSet::best();
+        let moved = |model: &Model, tables: &Shared| {
+            let kernel = ClosedModes::of_kept(model, 100, tables, set).unwrap();
+            moves_as_volterra_does(model, &kernel);
+            motion(&kernel, model, 6).0.state
+        };
+        let alone = [moved(&models[0], &one), moved(&models[1], &other)];
+        assert_eq!(moved(&models[1], &one), alone[1]);
+        assert_eq!(moved(&models[0], &other), alone[0]);
+        let met = one.1.count();
+        assert!(met > 10 && met < 200, "{met}");
+        assert_eq!(other.1.count(), met);
     }
 }
 

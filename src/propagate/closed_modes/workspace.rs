@@ -4,8 +4,8 @@ use super::ClosedModes;
 use super::bases::padded;
 use super::search::Known;
 use crate::model::{ActiveSet, Segment, TrajectoryState};
-use crate::propagate::Tangents;
 use crate::propagate::vectors::{Aligned, Lanes};
+use crate::propagate::{DenseError, Stop, Tangents};
 
 /// Scratch memory of the kernel of closed modes.
 #[derive(Debug)]
@@ -141,6 +141,16 @@ pub struct Place {
     pub active: ActiveSet,
     /// Contacts that opened or closed here.
     pub crossed: ActiveSet,
+}
+
+impl Place {
+    /// The end of a motion that has met a system without a table.
+    pub fn refused(&self, error: DenseError) -> Stop {
+        Stop::Refused {
+            cycle: self.cycle,
+            error,
+        }
+    }
 }
 
 fn pad(from: &[f64], to: &mut [f64]) {

@@ -5,7 +5,9 @@
 
 use super::DenseError;
 use super::matrix::LANES;
+use crate::propagate::MetSets;
 use crate::propagate::vectors::Aligned;
+use std::sync::Arc;
 
 /// Largest count that a kept table may state.
 const MOST: f64 = 1e6;
@@ -25,6 +27,11 @@ pub struct TableArray {
 pub trait KeptTables {
     /// The numbers of an array, from a multiple of 64 bytes on where products should be fast.
     fn numbers(&self, name: &str) -> Option<&[f64]>;
+
+    /// Where kernels of the same structure share what they make when they need it; nowhere, unless these tables have a place for it.
+    fn met(&self) -> Option<Arc<MetSets>> {
+        None
+    }
 }
 
 impl KeptTables for Vec<TableArray> {

@@ -11,6 +11,8 @@ use super::key::CacheKind;
 use super::layout::PRELUDE;
 use super::map::Mapping;
 use super::{CacheError, CacheFault};
+use crate::propagate::MetSets;
+use std::sync::Arc;
 
 /// A read-only table. Cloning is not offered: share it by reference or in an `Arc`.
 #[derive(Debug)]
@@ -18,6 +20,8 @@ pub struct MappedTable {
     header: CacheHeader,
     inputs: String,
     body: Body,
+    /// What kernels make of it when they need it.
+    pub(super) met: Arc<MetSets>,
 }
 
 #[derive(Debug)]
@@ -51,6 +55,7 @@ impl MappedTable {
             header,
             inputs,
             body,
+            met: Arc::default(),
         })
     }
 
@@ -75,6 +80,7 @@ impl MappedTable {
             header: CacheHeader::new(kind, &inputs, &arrays, String::new()),
             inputs,
             body: Body::Memory(arrays),
+            met: Arc::default(),
         }
     }
 
@@ -92,6 +98,7 @@ impl MappedTable {
             header: self.header.clone(),
             inputs: self.inputs.clone(),
             body,
+            met: Arc::default(),
         })
     }
 

@@ -10,7 +10,8 @@ use thiserror::Error;
 
 use super::{Arrays, CacheError, CacheKind, Fetched, MappedTable, TableStore};
 use crate::model::Model;
-use crate::propagate::{DenseError, KeptTables, KernelTable, TableArray, bases_form};
+use crate::propagate::{DenseError, KeptTables, KernelTable, MetSets, TableArray, bases_form};
+use std::sync::Arc;
 
 /// Part of every key: changes whenever the same model gives other numbers or other arrays.
 const METHOD: &str = "atlas kernel tables 3";
@@ -37,6 +38,10 @@ pub enum OperatorFetchError {
 impl KeptTables for MappedTable {
     fn numbers(&self, name: &str) -> Option<&[f64]> {
         self.array(name).ok().map(|(_, values)| values)
+    }
+
+    fn met(&self) -> Option<Arc<MetSets>> {
+        Some(self.met.clone())
     }
 }
 

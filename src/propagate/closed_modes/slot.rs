@@ -1,0 +1,139 @@
+//! A system of a kernel with all that its operating point makes of it: made when a motion first meets it.
+
+use super::bases::{Basis, Map};
+use super::met;
+use super::sets::Sets;
+use super::shown::Series;
+use super::system::System;
+use super::{ClosedModes, MOST_BYTES, unresonant};
+use crate::propagate::{DenseError, TableSize};
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, OnceLock};
+
+/// A system at an operating point.
+#[derive(Debug)]
+pub struct Slot<'m> {
+    /// State of each contact.
+    pub states: Vec<usize>,
+    /// Its coordinates.
+    pub basis: Arc<Basis<'m>>,
+    /// How they move.
+    pub system: System,
+    /// Series of what it sees along each line on a block, where windows are shown.
+    series: OnceLock<Vec<Series>>,
+    /// What leads to closed neighbours.
+    changes: Vec<Change<'m>>,
+}
+
+/// What leads to a neighbour: that in which a contact has another state.
+#[derive(Debug)]
+struct Change<'m> {
+    contact: usize,
+    state: usize,
+    map: OnceLock<Option<Arc<Map<'m>>>>,
+}
+
+impl<'m> ClosedModes<'m> {
+    /// A system that was entered.
+    #[inline]
+    pub(super) fn slot(&self, set: usize) -> &Slot<'m> {
+        match self.slots[set].get() {
+            Some(slot) => slot,
+            None => unreachable!("a set is entered before it is used"),
+        }
+    }
+
+    /// The same without its surroundings.
+    #[inline]
+    pub(super) fn system(&self, set: usize) -> &System {
+        &self.slot(set).system
+    }
+
+    /// Enters a system, which is made where it is met for the first time.
+    ///
+    /// # Errors
+    /// Its eigenvectors are too nearly parallel, an undamped mode is in resonance with a harmonic, or the systems met take
+    /// too much room.
+    #[inline]
+    pub(super) fn enter(&self, set: usize) -> Result<&Slot<'m>, DenseError> {
+        match self.slots[set].get() {
+            Some(slot) => Ok(slot),
+            None => {
+                let slot = Box::new(self.made(set)?);
+                Ok(self.slots[set].get_or_init(|| slot))
+            }
+        }
+    }
+
+    fn made(&self, set: usize) -> Result<Slot<'m>, DenseError> {
+        let (model, sets) = (self.model, &self.sets);
+        let basis = self.bases.of(model, sets, set)?;
+        unresonant(model, &basis, &self.frequencies)?;
+        self.take_room(2 * met::bytes(model.modes()))?;
+        let closed: Vec<_> = sets.closed(set).collect();
+        let change = |(contact, state)| Change {
+            contact,
+            state,
+            map: OnceLock::new(),
+        };
+        Ok(Slot {
+            states: (0..model.contacts.len())
+                .map(|contact| sets.state(set, contact))
+                .collect(),
+            system: System::new(model, &basis, &closed, &self.frequencies, self.step),
+            basis,
+            series: OnceLock::new(),
+            changes: sets.changes(set).into_iter().map(change).collect(),
+        })
+    }
+
+    /// Counts bytes of what a motion meets. That depends on nothing else, so that every point has its limit at the same place.
+    fn take_room(&self, bytes: usize) -> Result<(), DenseError> {
+        let taken = self.taken.fetch_add(bytes, Ordering::Relaxed) + bytes;
+        match taken <= MOST_BYTES {
+            true => Ok(()),
+            false => Err(DenseError::TooLarge {
+                size: TableSize {
+                    operators: self
+                        .slots
+                        .iter()
+                        .filter(|slot| slot.get().is_some())
+                        .count(),
+                    bytes: taken,
+                    cells: 0,
+                },
+                most: MOST_BYTES,
+            }),
+        }
+    }
+
+    /// What leads from one entered set to another, in which a contact has another state; none where these are no neighbours.
+    #[inline]
+    pub(super) fn between(
+        &self,
+        sets: [usize; 2],
+        (contact, state): (usize, usize),
+    ) -> Option<&Map<'m>> {
+        let [own, behind] = sets.map(|set| self.slot(set));
+        // Free flight is in modes: other systems have what leads there and back.
+        match sets {
+            [Sets::FREE, _] => behind.basis.of_modes(),
+            [_, Sets::FREE] => own.basis.to_modes(),
+            _ => (own.changes.iter())
+                .find(|known| (known.contact, known.state) == (contact, state))?
+                .map
+                .get_or_init(|| {
+                    let bases = [&own.basis, &behind.basis];
+                    self.bases.change(sets, bases, (contact, state))
+                })
+                .as_deref(),
+        }
+    }
+
+    /// The series of an entered system.
+    #[inline]
+    pub(super) fn series(&self, set: usize) -> &[Series] {
+        let slot = self.slot(set);
+        slot.series.get_or_init(|| self.series_of(slot))
+    }
+}
