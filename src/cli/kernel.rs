@@ -30,7 +30,7 @@ impl FirstKernel {
                 parts.model(first).map(|model| {
                     let modes = model.modes();
                     let why = match ClosedModes::suits(&model) {
-                        Ok(size) => Why::Small { modes, size }.to_string(),
+                        Ok(size) => Why::of_tables(modes, size).to_string(),
                         Err(error) => format!("it does not take this drive: {error}"),
                     };
                     (kernel.name(), Some(why))

@@ -67,6 +67,9 @@ impl Serialize for KernelSetting {
 /// (`benches/runs/2026-11-26-closed-modes-a68263b`).
 const MOST_MODES: usize = 24;
 
+/// The same of many contacts (`benches/runs/2026-11-26-meshes`).
+const MOST_MODES_MET: usize = 80;
+
 /// Why `auto` takes a kernel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Why {
@@ -77,10 +80,23 @@ pub enum Why {
         /// The tables.
         size: TableSize,
     },
+    /// Closed modes: the contacts are many, and few of the ways in which they may be closed will be met.
+    Met {
+        /// Modes of the structure.
+        modes: usize,
+        /// Sets of closed contacts.
+        sets: usize,
+    },
+    /// A motion has come to a set of closed contacts without a table.
+    NoTable,
+    /// Gyroscopic terms change the structure with the speed: every speed would have tables of its own.
+    Turns,
     /// The structured kernel costs less.
     ManyModes {
         /// Modes of the structure.
         modes: usize,
+        /// The most at which closed modes are taken.
+        most: usize,
     },
     /// Tables are not the same on every processor.
     Portable,
@@ -97,12 +113,27 @@ impl Why {
         if portable {
             return Self::Portable;
         }
-        if modes > MOST_MODES {
-            return Self::ManyModes { modes };
-        }
+        let turns = model.basis.coupled().is_some_and(|coupled| coupled.turns);
         match ClosedModes::suits(model) {
-            Ok(size) => Self::Small { modes, size },
             Err(error) => Self::Refused(error),
+            Ok(_) if turns => Self::Turns,
+            Ok(size) => {
+                let few = size.operators <= ClosedModes::FEW;
+                let most = if few { MOST_MODES } else { MOST_MODES_MET };
+                match modes <= most {
+                    true => Self::of_tables(modes, size),
+                    false => Self::ManyModes { modes, most },
+                }
+            }
+        }
+    }
+
+    /// Which tables closed modes have of a structure of so many modes.
+    pub fn of_tables(modes: usize, size: TableSize) -> Self {
+        let sets = size.operators;
+        match sets <= ClosedModes::FEW {
+            true => Self::Small { modes, size },
+            false => Self::Met { modes, sets },
         }
     }
 }
@@ -117,7 +148,13 @@ impl fmt::Display for Why {
                 size.operators,
                 megabytes(size.bytes)
             ),
-            Self::ManyModes { modes } => write!(f, "{modes} modes, more than {MOST_MODES}"),
+            Self::Met { modes, sets } => write!(
+                f,
+                "{modes} modes, {sets} sets of closed contacts, of which those that are met get tables"
+            ),
+            Self::NoTable => f.write_str("a set of closed contacts that was met has no table"),
+            Self::Turns => f.write_str("gyroscopic terms change the structure with the speed"),
+            Self::ManyModes { modes, most } => write!(f, "{modes} modes, more than {most}"),
             Self::Portable => f.write_str("instructions = \"portable\""),
             Self::Refused(error) => f.write_str(&error.cause()),
         }

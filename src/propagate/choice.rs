@@ -145,7 +145,10 @@ impl KernelChoice {
             Self::ClosedModes => {
                 let systems = kept(KernelTable::Systems)?;
                 let set = InstructionSet::best();
-                user.with(&ClosedModes::of_kept(model, event_limit, &*systems, set)?)
+                let kernel = ClosedModes::of_kept(model, event_limit, &*systems, set)?;
+                let done = user.with(&kernel);
+                // Part of what was to be done is missing.
+                kernel.refusal().map_or(Ok(done), Err)?
             }
             Self::Stepping { steps } => user.with(&Stepping::new(model, steps, event_limit)),
             Self::Dyadic { cells } => user.with(&Dyadic::new(model, cells, event_limit)?),

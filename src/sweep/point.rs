@@ -133,19 +133,22 @@ fn answer(
     let probes = (point.analyses.multistability)
         .map(|asked| Probes::new(&model, asked, seed, point.run.settle))
         .transpose()?;
-    let ask = Ask {
+    let ask = |kernel: &PointKernel| Ask {
         model: &model,
         kernel: kernel.taken.name(),
-        start,
-        own,
+        start: start.clone(),
+        own: own.clone(),
         mesh,
         questions: questions(point, seed),
-        probes,
+        probes: probes.clone(),
         analyses: &point.analyses,
         seed,
         called_off,
     };
-    kernel.apply(&model, parts, ask)
+    match (kernel.apply(&model, parts, ask(&kernel)), kernel.instead()) {
+        (Err(BuildError::Tables { .. }), Some(other)) => other.apply(&model, parts, ask(&other)),
+        (done, _) => done,
+    }
 }
 
 /// All that is asked of a point.

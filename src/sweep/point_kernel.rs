@@ -17,6 +17,8 @@ pub struct PointKernel {
     pub taken: KernelChoice,
     /// Why, where the manifest leaves it to the program.
     pub why: Option<Why>,
+    /// What the manifest says.
+    asked: KernelSetting,
     /// The tables that decided for closed modes.
     systems: Option<Arc<MappedTable>>,
     event_limit: u32,
@@ -44,8 +46,23 @@ impl PointKernel {
         Ok(Self {
             taken,
             why,
+            asked: run.kernel,
             systems,
             event_limit: run.event_limit,
+        })
+    }
+
+    /// The kernel of a point that comes to a set of closed contacts without a table, where the program may choose.
+    pub fn instead(&self) -> Option<Self> {
+        let (Some(Why::Met { .. }), KernelSetting::Auto { tolerance }) = (self.why, self.asked)
+        else {
+            return None;
+        };
+        Some(Self {
+            taken: KernelChoice::Volterra { tolerance },
+            why: Some(Why::NoTable),
+            systems: None,
+            ..*self
         })
     }
 
@@ -75,7 +92,7 @@ fn systems(
     parts: &Parts,
 ) -> Result<(Why, Option<Arc<MappedTable>>), BuildError> {
     let why = Why::of(model, portable);
-    if !matches!(why, Why::Small { .. }) {
+    if !matches!(why, Why::Small { .. } | Why::Met { .. }) {
         return Ok((why, None));
     }
     let fits = |systems: Arc<MappedTable>| {
@@ -122,6 +139,10 @@ impl KernelTally {
         let record = |(kernel, &(points, first)): (&String, &(u64, u64))| {
             let point = job.points.at(first as usize);
             let own = PointKernel::of(&point, &parts.model(&point).ok()?, parts).ok()?;
+            let own = match own.taken.name() == kernel {
+                true => own,
+                false => own.instead()?,
+            };
             Some(KernelRecord {
                 kernel: kernel.clone(),
                 points,

@@ -70,11 +70,6 @@ impl<'t> Basis<'t> {
         }
     }
 
-    /// How many modes the structure has.
-    pub fn modes(&self) -> usize {
-        self.generators.len() / 4
-    }
-
     /// What leads to modes; nothing where the coordinates are these.
     pub fn to_modes(&self) -> Option<&Map<'t>> {
         self.maps.as_ref().map(|[to, _]| to)
@@ -141,7 +136,7 @@ pub enum Bases<'t> {
         /// System after system.
         bases: Vec<Arc<Basis<'t>>>,
         /// Of each system what leads to closed neighbours: contact, state behind, the map.
-        changes: Vec<Vec<(usize, usize, Arc<Map<'t>>)>>,
+        changes: Vec<Vec<(usize, usize, Map<'t>)>>,
     },
     /// Of those that are met.
     Met {
@@ -173,7 +168,7 @@ impl<'t> Bases<'t> {
                 .map(|(contact, state)| {
                     let to = &found[sets.with(set, contact, state)];
                     let map = columns(&(&to.from_modes * &found[set].to_modes));
-                    (contact, state, Arc::new(map))
+                    (contact, state, map)
                 })
                 .collect()
         });
@@ -213,7 +208,7 @@ impl<'t> Bases<'t> {
                 _ => Some([map("to_modes")?, map("from_modes")?]),
             };
             let changes = between(sets, set)
-                .map(|(contact, state)| Ok((contact, state, Arc::new(map("changes")?))))
+                .map(|(contact, state)| Ok((contact, state, map("changes")?)))
                 .collect::<Result<_, DenseError>>()?;
             all_changes.push(changes);
             let generators = kept.take("generators", 4 * n)?.into();
@@ -236,19 +231,15 @@ impl<'t> Bases<'t> {
         }
     }
 
-    /// What leads from a closed set to a closed neighbour, in which a contact has another state; none where they are no neighbours.
-    pub fn change(
-        &self,
-        [set, to]: [usize; 2],
-        [own, behind]: [&Arc<Basis<'t>>; 2],
-        (contact, state): (usize, usize),
-    ) -> Option<Arc<Map<'t>>> {
-        match self {
-            Self::All { changes, .. } => (changes[set].iter())
-                .find(|(known, behind, _)| (*known, *behind) == (contact, state))
-                .map(|(_, _, map)| map.clone()),
-            Self::Met { met, .. } => met.change([set, to], [own, behind]),
-        }
+    /// What leads from a closed set to a closed neighbour, in which a contact has another state; none where there is no such table.
+    #[inline]
+    pub fn change(&self, set: usize, contact: usize, state: usize) -> Option<&Map<'t>> {
+        let Self::All { changes, .. } = self else {
+            return None;
+        };
+        (changes[set].iter())
+            .find(|(known, behind, _)| (*known, *behind) == (contact, state))
+            .map(|(_, _, map)| map)
     }
 
     /// Fastest rate of a pair of coordinates in any system \[1/s\].
@@ -338,7 +329,7 @@ pub fn arrays(model: &Model, sets: &Sets) -> Result<Vec<TableArray>, DenseError>
 }
 
 /// A matrix as a map between padded states.
-pub fn columns(matrix: &Mat<f64>) -> Map<'static> {
+fn columns(matrix: &Mat<f64>) -> Map<'static> {
     let n = matrix.nrows() / 2;
     let padded = padded(n);
     let mut out = Aligned::zeros(4 * n * padded);

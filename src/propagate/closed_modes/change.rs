@@ -84,14 +84,20 @@ impl ClosedModes<'_> {
             return Ok(());
         }
         let to = self.sets.with(w.set, contact, state);
-        self.enter(to)?;
-        let Some(map) = self.between([w.set, to], (contact, state)) else {
-            // Not between neighbours: by way of the open contact.
-            self.change(contact, 0, w)?;
-            return self.change(contact, state, w);
-        };
-        let responses = [w.set, to].map(|set| &self.system(set).steady.responses[..]);
-        self.map(map, responses, w);
+        let (own, behind) = (self.slot(w.set), self.enter(to)?);
+        let [before, after] = [own, behind].map(|slot| &slot.system.steady.responses[..]);
+        // Free flight is in modes: other systems have what leads there and back.
+        match (own.basis.to_modes(), behind.basis.of_modes()) {
+            (Some(to_modes), Some(of_modes)) => match self.bases.change(w.set, contact, state) {
+                Some(map) => self.map(map, [before, after], w),
+                None => {
+                    self.map(to_modes, [before, &[]], w);
+                    self.map(of_modes, [&[], after], w);
+                }
+            },
+            (Some(map), None) | (None, Some(map)) => self.map(map, [before, after], w),
+            (None, None) => unreachable!("one of two systems has a closed contact"),
+        }
         w.set = to;
         Ok(())
     }

@@ -51,6 +51,8 @@ pub struct ClosedModes<'m> {
     slots: Vec<OnceLock<Box<Slot<'m>>>>,
     /// Bytes of the bases of those met.
     taken: AtomicUsize,
+    /// Why one of them has no table.
+    refusal: OnceLock<DenseError>,
     stops: Vec<Vec<Stop>>,
     /// (cos, sin) of all frequencies over a block.
     turns: Vec<[f64; 2]>,
@@ -64,6 +66,9 @@ pub struct ClosedModes<'m> {
 }
 
 impl<'m> ClosedModes<'m> {
+    /// Most sets of closed contacts of which all tables are made: of more, those that are met.
+    pub const FEW: usize = sets::FEW;
+
     /// Builds the kernel of a model, bases included.
     ///
     /// * `event_limit`: most events in a mesh cycle before integration stops.
@@ -127,6 +132,7 @@ impl<'m> ClosedModes<'m> {
         Ok(Self {
             slots: (0..sets.count()).map(|_| OnceLock::new()).collect(),
             taken: AtomicUsize::new(0),
+            refusal: OnceLock::new(),
             planned: blocks as usize + stops.iter().map(Vec::len).max().unwrap_or(0),
             farthest: super::farthest(model),
             turns: frequencies.turns(grid::NODES as f64 * step),
@@ -139,6 +145,11 @@ impl<'m> ClosedModes<'m> {
             event_limit,
             instructions,
         })
+    }
+
+    /// Why a motion was stopped at a set of closed contacts that has no table, if one was.
+    pub fn refusal(&self) -> Option<DenseError> {
+        self.refusal.get().copied()
     }
 
     /// The bases of a model as arrays to be kept.

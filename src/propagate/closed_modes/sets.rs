@@ -4,7 +4,7 @@ use crate::model::{ActiveSet, Model, Release};
 use crate::propagate::DenseError;
 
 /// Most systems of which all tables are made.
-const FEW: usize = 256;
+pub const FEW: usize = 256;
 
 /// Most systems of a drive.
 const MOST_SETS: usize = 1 << 20;

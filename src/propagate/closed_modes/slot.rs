@@ -1,8 +1,7 @@
 //! A system of a kernel with all that its operating point makes of it: made when a motion first meets it.
 
-use super::bases::{Basis, Map};
+use super::bases::Basis;
 use super::met;
-use super::sets::Sets;
 use super::shown::Series;
 use super::system::System;
 use super::{ClosedModes, MOST_BYTES, unresonant};
@@ -21,16 +20,6 @@ pub struct Slot<'m> {
     pub system: System,
     /// Series of what it sees along each line on a block, where windows are shown.
     series: OnceLock<Vec<Series>>,
-    /// What leads to closed neighbours.
-    changes: Vec<Change<'m>>,
-}
-
-/// What leads to a neighbour: that in which a contact has another state.
-#[derive(Debug)]
-struct Change<'m> {
-    contact: usize,
-    state: usize,
-    map: OnceLock<Option<Arc<Map<'m>>>>,
 }
 
 impl<'m> ClosedModes<'m> {
@@ -59,8 +48,11 @@ impl<'m> ClosedModes<'m> {
         match self.slots[set].get() {
             Some(slot) => Ok(slot),
             None => {
-                let slot = Box::new(self.made(set)?);
-                Ok(self.slots[set].get_or_init(|| slot))
+                let made = self.made(set);
+                let slot = made.inspect_err(|error| {
+                    self.refusal.get_or_init(|| *error);
+                })?;
+                Ok(self.slots[set].get_or_init(|| Box::new(slot)))
             }
         }
     }
@@ -69,13 +61,8 @@ impl<'m> ClosedModes<'m> {
         let (model, sets) = (self.model, &self.sets);
         let basis = self.bases.of(model, sets, set)?;
         unresonant(model, &basis, &self.frequencies)?;
-        self.take_room(2 * met::bytes(model.modes()))?;
+        self.take_room(met::bytes(model.modes()))?;
         let closed: Vec<_> = sets.closed(set).collect();
-        let change = |(contact, state)| Change {
-            contact,
-            state,
-            map: OnceLock::new(),
-        };
         Ok(Slot {
             states: (0..model.contacts.len())
                 .map(|contact| sets.state(set, contact))
@@ -83,7 +70,6 @@ impl<'m> ClosedModes<'m> {
             system: System::new(model, &basis, &closed, &self.frequencies, self.step),
             basis,
             series: OnceLock::new(),
-            changes: sets.changes(set).into_iter().map(change).collect(),
         })
     }
 
@@ -104,29 +90,6 @@ impl<'m> ClosedModes<'m> {
                 },
                 most: MOST_BYTES,
             }),
-        }
-    }
-
-    /// What leads from one entered set to another, in which a contact has another state; none where these are no neighbours.
-    #[inline]
-    pub(super) fn between(
-        &self,
-        sets: [usize; 2],
-        (contact, state): (usize, usize),
-    ) -> Option<&Map<'m>> {
-        let [own, behind] = sets.map(|set| self.slot(set));
-        // Free flight is in modes: other systems have what leads there and back.
-        match sets {
-            [Sets::FREE, _] => behind.basis.of_modes(),
-            [_, Sets::FREE] => own.basis.to_modes(),
-            _ => (own.changes.iter())
-                .find(|known| (known.contact, known.state) == (contact, state))?
-                .map
-                .get_or_init(|| {
-                    let bases = [&own.basis, &behind.basis];
-                    self.bases.change(sets, bases, (contact, state))
-                })
-                .as_deref(),
         }
     }
 

@@ -15,14 +15,14 @@ pub(super) const KEYS: &[Key] = &[
         .about("Most mesh cycles measured, of all trajectories of a point together. A point stops earlier once its answers \
                 are settled."),
     choice("run.kernel", &["volterra", "closed_modes", "stepping", "dyadic", "hermite", "spectral", "fused", "auto"], r#""stepping""#)
-        .or(r#""volterra""#)
-        .about("How the motion is computed. `volterra` is exact to round-off and takes every drive. `closed_modes` is as exact and faster up to some \
-                twenty modes; it keeps the eigenvectors of each set of closed \
-                contacts in `tables/`, once for all speeds and loads, and takes constant levels of stiffness and modal \
-                damping. `stepping` takes fixed steps. `dyadic`, `hermite`, `spectral` and `fused` are kernels of dense tables from the \
+        .or(r#""auto""#)
+        .about("How the motion is computed. `auto` takes, at each point by its own drive, `closed_modes` where that takes the drive and is faster, else \
+                `volterra`; `atlas check` and `kernels` in `run.json` say which and why. \
+                `volterra` is exact to round-off and takes every drive. `closed_modes` is as exact and faster up to some \
+                twenty modes, and with many contacts; it makes the eigenvectors of each set of closed \
+                contacts once for all loads and, without gyroscopic terms, speeds, keeps those of few sets in `tables/`, and takes constant levels of stiffness. `stepping` takes fixed steps. `dyadic`, `hermite`, `spectral` and `fused` are kernels of dense tables from the \
                 literature, for comparison; the bases of the last two are kept in `tables/`, once for all \
-                speeds. `auto` takes, at each point by its own drive, `closed_modes` where that takes the drive and is faster, else \
-                `volterra`; `atlas check` and `kernels` in `run.json` say which and why."),
+                speeds."),
     key("run.tolerance", Kind::Tolerance, bounds(1e-16, false, 1e-3, false), "1e-12").or(r#""roundoff""#)
         .about("Relative truncation of the series of `volterra`; \"roundoff\" is 2^-52. Only with that kernel and with `auto`."),
     integer("run.steps", 16.0, 1e6, "8192").or("4096").because("each is kept: 60 bytes of every point at work")
