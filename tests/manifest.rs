@@ -314,10 +314,11 @@ fn defaults_are_the_documented_ones() {
     assert_eq!((run.audit_cycles, run.event_limit), (20, 1000));
     assert_eq!(run.initial, InitialState::Static);
     assert_eq!(
+    assert_eq!(
         run.kernel,
-        KernelSetting::Named(KernelChoice::Volterra {
+        KernelSetting::Auto {
             tolerance: f64::EPSILON
-        })
+        }
     );
     let analyses = &job.points.at(0).analyses;
     assert!(analyses.lyapunov.is_none() && analyses.poincare.is_none() && analyses.nvh.is_none());
