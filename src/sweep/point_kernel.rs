@@ -31,11 +31,11 @@ impl PointKernel {
         let run = &point.run;
         let (taken, why, systems) = match run.kernel {
             KernelSetting::Named(kernel) => (kernel, None, None),
-            KernelSetting::Auto { tolerance } => {
+            KernelSetting::Auto => {
                 let (why, systems) = systems(model, run.portable, parts)?;
                 let taken = match systems {
                     Some(_) => KernelChoice::ClosedModes,
-                    None => KernelChoice::Volterra { tolerance },
+                    None => KernelChoice::Volterra,
                 };
                 (taken, Some(why), systems)
             }

@@ -1,8 +1,6 @@
 //! `[run]`.
 
-use crate::manifest::schema::key::{
-    ANY, Key, Kind, MANY, bounds, choice, integer, key, quantity, table,
-};
+use crate::manifest::schema::key::{ANY, Key, Kind, MANY, choice, integer, key, quantity, table};
 use crate::units::Dimension::{ModalDisplacement, ModalVelocity};
 
 #[rustfmt::skip]
@@ -23,8 +21,6 @@ pub(super) const KEYS: &[Key] = &[
                 literature, for comparison; the bases of the last two are kept in `tables/`, once for all \
                 speeds. `auto` takes, at each point by its own drive, `closed_modes` where that takes the drive and is faster, else \
                 `volterra`; `atlas check` and `kernels` in `run.json` say which and why."),
-    key("run.tolerance", Kind::Tolerance, bounds(1e-16, false, 1e-3, false), "1e-12").or(r#""roundoff""#)
-        .about("Relative truncation of the series of `volterra`; \"roundoff\" is 2^-52. Only with that kernel and with `auto`."),
     integer("run.steps", 16.0, 1e6, "8192").or("4096").because("each is kept: 60 bytes of every point at work")
         .about("Steps a mesh cycle of `stepping`, which sets its accuracy. Only with that kernel."),
     integer("run.cells", 1.0, 1e4, "120").or("60")
