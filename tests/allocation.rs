@@ -102,9 +102,7 @@ const CELLS: u32 = 60;
 /// Every kernel there is, with settings for the drives here.
 fn kernels() -> Vec<KernelChoice> {
     let choice = |name| match name {
-        "volterra" => KernelChoice::Volterra {
-            tolerance: f64::EPSILON,
-        },
+        "volterra" => KernelChoice::Volterra,
         "closed_modes" => KernelChoice::ClosedModes,
         "stepping" => KernelChoice::Stepping { steps: 1000 },
         "dyadic" => KernelChoice::Dyadic { cells: CELLS },

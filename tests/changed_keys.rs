@@ -130,10 +130,10 @@ fn portable_instructions_take_pipes() {
 fn keys_are_taken_out() {
     let place = Place::new(OSCILLATOR);
     let stepping = ["check", "m.toml", "--set", "run.kernel=stepping"];
-    let exact = "--set=run.tolerance=roundoff";
+    let exact = "--set=run.cells=60";
     let told = stderr(&place.atlas(&[&stepping[..], &[exact]].concat()));
     assert!(told.contains("no effect"), "{told}");
-    let output = place.atlas(&[&stepping[..], &[exact, "--set", "run.tolerance="]].concat());
+    let output = place.atlas(&[&stepping[..], &[exact, "--set", "run.cells="]].concat());
     assert_eq!(status(&output), 0, "{}", stderr(&output));
     let output = place.atlas(&["check", "m.toml", "--set", "run.steps="]);
     assert_eq!(status(&output), 2);

@@ -214,10 +214,6 @@ impl Family for Pressed {
     fn event_limit(&self) -> u32 {
         1000
     }
-
-    fn tolerance(&self) -> f64 {
-        f64::EPSILON
-    }
 }
 
 /// A force that turns twice in five mesh cycles has the map repeat after five.

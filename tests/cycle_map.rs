@@ -70,8 +70,7 @@ impl Observer for Log {
 /// The same by the kernel alone: states, matrices, events.
 fn by_the_kernel(map: &CycleMap, states: &[f64]) -> (Vec<f64>, Vec<f64>, Vec<(usize, Event)>) {
     let model = map.model();
-    let tolerance = map.point().run.kernel.tolerance();
-    let kernel = Volterra::new(model, tolerance, map.point().run.event_limit);
+    let kernel = Volterra::new(model, f64::EPSILON, map.point().run.event_limit);
     let (n, mut workspace) = (map.dimension(), kernel.workspace());
     let (mut ends, mut matrices, mut events) = (Vec::new(), Vec::new(), Vec::new());
     for (row, state) in states.chunks_exact(n).enumerate() {

@@ -455,7 +455,6 @@ fn speeds_of_a_grid_share_one_file() {
     let text = include_str!("../manifests/flex80.toml");
     let text = text
         .replace("kernel = \"volterra\"", "kernel = \"spectral\"")
-        .replace("tolerance = \"roundoff\"", "")
         .replace("[mesh]", "[mesh]\ncoast_flank = \"same_line\"");
     let job = atlas::manifest::parse(&text, "m.toml", std::path::Path::new("")).unwrap();
     let folder = tempfile::tempdir().unwrap();

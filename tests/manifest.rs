@@ -96,9 +96,7 @@ fn flex80_is_the_default_drive() {
     assert!((values[35] - 4.444e8).abs() < 1e5 && (values[36] - 3.333e8).abs() < 1e5);
     assert_eq!(
         point.run.kernel,
-        KernelSetting::Named(KernelChoice::Volterra {
-            tolerance: f64::EPSILON
-        })
+        KernelSetting::Named(KernelChoice::Volterra)
     );
     assert_eq!((point.run.transient, point.run.cycles), (500, 160_000));
     assert_eq!(point.analyses.lyapunov.unwrap().stop_at_stderr, Some(0.01));
@@ -313,13 +311,7 @@ fn defaults_are_the_documented_ones() {
     assert_eq!((job.seed, run.transient, run.cycles), (1, 200, cycles));
     assert_eq!((run.audit_cycles, run.event_limit), (20, 1000));
     assert_eq!(run.initial, InitialState::Static);
-    assert_eq!(
-    assert_eq!(
-        run.kernel,
-        KernelSetting::Auto {
-            tolerance: f64::EPSILON
-        }
-    );
+    assert_eq!(run.kernel, KernelSetting::Auto);
     let analyses = &job.points.at(0).analyses;
     assert!(analyses.lyapunov.is_none() && analyses.poincare.is_none() && analyses.nvh.is_none());
     let all = job_with(
@@ -585,7 +577,7 @@ fn the_hash_ignores_how_it_is_written() {
         ),
         (
             "[grid]",
-            "[run]\ntransient = 200\nkernel = \"volterra\"\ntolerance = \"roundoff\"\n\n[grid]",
+            "[run]\ntransient = 200\nkernel = \"volterra\"\n\n[grid]",
         ),
         (
             "amplitude = \"5 um\"",
@@ -669,7 +661,6 @@ fn the_hash_sees_every_change_that_matters() {
             "[grid]",
             "[run]\nkernel = \"stepping\"\nsteps = 8192\n\n[grid]",
         ),
-        ("[grid]", "[run]\ntolerance = 1e-12\n\n[grid]"),
         ("[grid]", "[run]\ninitial = \"rest\"\n\n[grid]"),
         (
             "[grid]",

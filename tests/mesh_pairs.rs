@@ -184,8 +184,7 @@ fn what_pairs_do_not_take_is_said() {
     let straight = manifest(&format!("{pairs}\nmisalignment = 0"), "");
     assert!(manifest::parse(&straight, "m.toml", Path::new("")).is_ok());
     let tables = manifest(&format!("{pairs}\ncoast_flank = \"same_line\""), "")
-        .replace("kernel = \"volterra\"", "kernel = \"dyadic\"")
-        .replace("tolerance = \"roundoff\"", "");
+        .replace("kernel = \"volterra\"", "kernel = \"dyadic\"");
     let said = format!(
         "{:?}",
         manifest::parse(&tables, "m.toml", Path::new("")).unwrap_err()

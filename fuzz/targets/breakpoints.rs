@@ -13,9 +13,7 @@ use atlas::shaft::{ContactLaw, FlankParticipation, ModalStructure, StructureCont
 
 /// Every kernel.
 pub const KERNELS: [KernelChoice; 7] = [
-    KernelChoice::Volterra {
-        tolerance: f64::EPSILON,
-    },
+    KernelChoice::Volterra,
     KernelChoice::ClosedModes,
     KernelChoice::Stepping { steps: 3200 },
     KernelChoice::Dyadic { cells: 32 },

@@ -22,7 +22,7 @@ impl FirstKernel {
         let asked = first.run.kernel;
         let parts = Parts::new(TableStore::in_memory());
         let found = match asked {
-            KernelSetting::Auto { .. } => parts.model(first).and_then(|model| {
+            KernelSetting::Auto => parts.model(first).and_then(|model| {
                 let own = PointKernel::of(first, &model, &parts)?;
                 Ok((own.taken.name(), own.why.map(|why| why.to_string())))
             }),
@@ -54,7 +54,7 @@ impl FirstKernel {
     pub fn line(&self) -> Option<String> {
         let why = self.why.as_ref()?;
         let auto = match self.asked {
-            KernelSetting::Auto { .. } => "auto: ",
+            KernelSetting::Auto => "auto: ",
             KernelSetting::Named(_) => "",
         };
         let which = if self.alone { "" } else { "; the first point" };
@@ -69,16 +69,8 @@ impl FirstKernel {
 pub fn setting(setting: &KernelSetting) -> String {
     let name = setting.name();
     match setting {
-        KernelSetting::Auto { tolerance } if *tolerance == f64::EPSILON => format!("kernel {name}"),
-        KernelSetting::Auto { tolerance } => {
-            format!("kernel {name}, volterra to {tolerance:e}")
-        }
-        KernelSetting::Named(KernelChoice::Volterra { tolerance })
-            if *tolerance != f64::EPSILON =>
-        {
-            format!("kernel {name} to {tolerance:e}")
-        }
-        KernelSetting::Named(KernelChoice::Volterra { .. } | KernelChoice::ClosedModes) => {
+        KernelSetting::Auto => format!("kernel {name}"),
+        KernelSetting::Named(KernelChoice::Volterra | KernelChoice::ClosedModes) => {
             format!("kernel {name} to round-off")
         }
         KernelSetting::Named(KernelChoice::Stepping { steps }) => {

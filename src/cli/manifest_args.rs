@@ -14,7 +14,7 @@ pub struct ManifestArgs {
     #[arg(value_name = "MANIFEST")]
     pub path: PathBuf,
     /// Give a key another value than the manifest has: --set mesh.half_gap="20 um", --set grid.load=0.1. The value
-    /// is TOML, or a text without quotes; without one the key is taken out of the manifest: --set run.tolerance=. May be
+    /// is TOML, or a text without quotes; without one the key is taken out of the manifest: --set run.initial=. May be
     /// given more than once. Results keep what was set, and the same command goes on from them.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,

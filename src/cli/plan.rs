@@ -1,4 +1,4 @@
-//! `atlas plan m.toml`: what a run will take. Computes a few points, keeps none of them. Where
+//! `atlas plan m.toml`: what a run will take. Tries out a few points, keeps none of them. Where
 //! `atlas machine` has measured this machine, says what its threads are worth; where it has
 //! measured another one too, what the run would take there.
 

@@ -213,14 +213,14 @@ mod tests {
     fn a_key_without_a_value_is_taken_out() {
         let take = |change: &str| {
             let mut issues = Issues::default();
-            let text = "[run]\ncycles = 3\ntolerance = 1\n[[a.b]]\nc = 1\n";
+            let text = "[run]\ncycles = 3\nsteps = 1\n[[a.b]]\nc = 1\n";
             let source = issues.add_source("m.toml".to_owned(), text.to_owned());
             let mut root = tree::parse(source, &mut issues);
             apply(&mut root, &[change.to_owned()], &mut issues);
-            let left = [&["run", "tolerance"][..], &["a", "b", "0", "c"]];
+            let left = [&["run", "steps"][..], &["a", "b", "0", "c"]];
             (left.map(|path| root.take_out(path)), issues.count())
         };
-        assert_eq!(take("run.tolerance="), ([false, true], 0));
+        assert_eq!(take("run.steps="), ([false, true], 0));
         assert_eq!(take("a.b.0.c = "), ([true, false], 0));
         for element in ["a.b.0=", "a.b="] {
             assert_eq!(take(element), ([true, false], 0), "{element}");

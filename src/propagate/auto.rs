@@ -11,10 +11,7 @@ use strum::EnumCount;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum KernelSetting {
     /// Closed modes where these take the drive and cost less ([`Why::of`]), else the structured kernel.
-    Auto {
-        /// Relative truncation of the structured kernel's series.
-        tolerance: f64,
-    },
+    Auto,
     /// This one.
     Named(KernelChoice),
 }
@@ -25,7 +22,7 @@ impl KernelSetting {
 
     /// What can be set, each with the settings that it has in `[run]`.
     pub const SETTINGS: [(&'static str, &'static [&'static str]); KernelChoice::COUNT + 1] = {
-        let mut all = [(Self::AUTO, &["tolerance"] as &[&str]); KernelChoice::COUNT + 1];
+        let mut all = [(Self::AUTO, &[] as &[&str]); KernelChoice::COUNT + 1];
         let mut kernel = 0;
         while kernel < KernelChoice::COUNT {
             all[kernel] = KernelChoice::SETTINGS[kernel];
@@ -37,18 +34,8 @@ impl KernelSetting {
     /// Its name in manifests.
     pub fn name(&self) -> &'static str {
         match self {
-            Self::Auto { .. } => Self::AUTO,
+            Self::Auto => Self::AUTO,
             Self::Named(kernel) => kernel.name(),
-        }
-    }
-
-    /// Relative truncation of series where the structured kernel is taken.
-    pub fn tolerance(&self) -> f64 {
-        match *self {
-            Self::Auto { tolerance } | Self::Named(KernelChoice::Volterra { tolerance }) => {
-                tolerance
-            }
-            Self::Named(_) => f64::EPSILON,
         }
     }
 }
@@ -57,7 +44,7 @@ impl Serialize for KernelSetting {
     /// A kernel by its name is that kernel.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
-            Self::Auto { tolerance } => (Self::AUTO, tolerance).serialize(serializer),
+            Self::Auto => Self::AUTO.serialize(serializer),
             Self::Named(kernel) => kernel.serialize(serializer),
         }
     }

@@ -14,10 +14,7 @@ use strum::{EnumCount, IntoStaticStr};
 #[strum(serialize_all = "snake_case")]
 pub enum KernelChoice {
     /// The structured kernel.
-    Volterra {
-        /// Relative truncation of a window's series; round-off is 2⁻⁵².
-        tolerance: f64,
-    },
+    Volterra,
     /// Each set of closed contacts in its own eigenvectors.
     ClosedModes,
     /// Fixed small steps.
@@ -89,7 +86,7 @@ pub trait KernelUse {
 impl KernelChoice {
     /// Names of all kernels, each with the settings that it has in `[run]`.
     pub const SETTINGS: [(&'static str, &'static [&'static str]); Self::COUNT] = [
-        ("volterra", &["tolerance"]),
+        ("volterra", &[]),
         ("closed_modes", &[]),
         ("stepping", &["steps"]),
         ("dyadic", &["cells"]),
@@ -106,7 +103,7 @@ impl KernelChoice {
     /// Fewest unit steps of its tables a mesh cycle; none of a kernel without tables.
     pub fn cells(&self) -> Option<u32> {
         match *self {
-            Self::Volterra { .. } | Self::ClosedModes | Self::Stepping { .. } => None,
+            Self::Volterra | Self::ClosedModes | Self::Stepping { .. } => None,
             Self::Dyadic { cells }
             | Self::Hermite { cells }
             | Self::Spectral { cells, .. }
@@ -139,9 +136,7 @@ impl KernelChoice {
         E: From<DenseError>,
     {
         Ok(match self {
-            Self::Volterra { tolerance } => {
-                user.with(&Volterra::new(model, tolerance, event_limit))
-            }
+            Self::Volterra => user.with(&Volterra::new(model, f64::EPSILON, event_limit)),
             Self::ClosedModes => {
                 let systems = kept(KernelTable::Systems)?;
                 let set = InstructionSet::best();
@@ -182,7 +177,7 @@ mod tests {
     #[test]
     fn every_kernel_stands_in_the_list_with_its_own_settings() {
         let all = [
-            KernelChoice::Volterra { tolerance: 1e-9 },
+            KernelChoice::Volterra,
             KernelChoice::ClosedModes,
             KernelChoice::Stepping { steps: 16 },
             KernelChoice::Dyadic { cells: 1 },

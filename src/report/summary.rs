@@ -120,7 +120,8 @@ pub struct Summary {
     #[serde(skip)]
     pub map: Option<Map>,
     /// Every point, in `point_id` order, where they were asked for, where attractors or orbits
-    /// are told of them, or where the grid is refined.
+    /// are told of them, or where the grid is refined; without their reasons and the
+    /// lives of their chaos.
     #[serde(skip)]
     pub all: Vec<PointSummary>,
 }
@@ -193,7 +194,7 @@ impl Summary {
             ..
         } = census;
         let mut all = all.unwrap_or_default();
-        all.sort_by_key(|point| point.point_id);
+        all.sort_unstable_by_key(|point| point.point_id);
         if let Some(refined) = &refined {
             complete(&mut axes, refined, &all);
         }

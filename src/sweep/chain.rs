@@ -25,6 +25,7 @@ use crate::manifest::{AxisKey, Direction, Job, PointSpec, RunSpec};
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::store::{ChainEnd, ChainPart, Level, PointRow, Transition};
+use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -198,6 +199,14 @@ fn apart([a, b]: [Level; 2], half_gap: f64) -> f64 {
     beyond(a.mean, b.mean).max(beyond(a.rms, b.rms)) / scale
 }
 
+/// The point with all that is asked of it where it belongs to a chain whose changes are refined.
+pub(super) fn asked(point: &PointSpec) -> Cow<'_, PointSpec> {
+    match point.direction.is_some() && halvings(point) > 0 {
+        true => Cow::Owned(with_level(point)),
+        false => Cow::Borrowed(point),
+    }
+}
+
 /// The point with its deflection's level asked for.
 fn with_level(point: &PointSpec) -> PointSpec {
     let mut asked = point.clone();
@@ -226,9 +235,7 @@ pub fn compute(
     called_off: &AtomicBool,
 ) -> Result<PointRow, CalledOff> {
     let clock = Instant::now();
-    let refined = point.direction.is_some() && halvings(point) > 0;
-    let levelled = refined.then(|| with_level(point));
-    let asked = levelled.as_ref().unwrap_or(point);
+    let asked = &*asked(point);
     let start = taken_over(job, link.end.as_ref());
     let mut answer = attempt(asked, start, parts, called_off)?;
     let level = level(&answer.outcome).filter(|_| point.direction.is_some());

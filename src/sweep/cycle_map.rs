@@ -121,9 +121,9 @@ impl CycleMap {
         let own = PointKernel::of(&point, &model, &parts)?;
         Arc::make_mut(&mut point.run).kernel = KernelSetting::Named(own.taken);
         let kernel = match own.taken {
-            KernelChoice::Volterra { tolerance } => MapKernel::Kept(Box::new(Volterra::of(
+            KernelChoice::Volterra => MapKernel::Kept(Box::new(Volterra::of(
                 model,
-                tolerance,
+                f64::EPSILON,
                 point.run.event_limit,
             ))),
             _ => MapKernel::Built(Box::new((model, own))),

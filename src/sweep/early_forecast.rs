@@ -120,6 +120,7 @@ impl<'a> EarlySample<'a> {
         }
         self.sampled.push(Sampled {
             time: row.placement.wall_time,
+            spread: 0.0,
             work: work(self.job.points.variant_near(row.point_id as usize)),
         });
         if self.sampled.len() == self.needed {

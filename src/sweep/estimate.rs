@@ -4,6 +4,9 @@
 //! estimate); the interval is Student's at 95 % for a sample from so many points, so few points or very
 //! different ones make it wide. Where every point was computed nothing is open but their order. Samples are drawn over the grid by the golden ratio, which meets
 //! no period of the grid.
+//!
+//! Of a point that was only tried out the time is itself expected, with a spread. Points of a job are alike, so
+//! that a part of what is not known of them is the same for all ([`ALIKE`]) and does not average out.
 
 use crate::numerics::statistics::student;
 use serde::Serialize;
@@ -20,11 +23,19 @@ pub struct Interval {
     pub high: f64,
 }
 
-/// A point that was computed.
+/// Correlation of what is not known of the times of two points.
+const ALIKE: f64 = 0.25;
+
+/// Half width of the interval of the time that a single point tells, over that time.
+const LONE: f64 = 2.0;
+
+/// A point that was computed or tried out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Sampled {
-    /// What it took \[s\].
+    /// What it took, or is expected to take \[s\].
     pub time: f64,
+    /// Standard deviation of what it is expected to take \[s\]; 0 where it was computed.
+    pub spread: f64,
     /// Its work, in cycles times modes.
     pub work: f64,
 }
@@ -33,6 +44,11 @@ impl Sampled {
     /// Time per work \[s\].
     pub fn ratio(&self) -> f64 {
         self.time / self.work
+    }
+
+    /// What it takes at least \[s\].
+    fn least(&self) -> f64 {
+        (self.time - 2.0 * self.spread).max(0.0)
     }
 }
 
@@ -86,13 +102,27 @@ impl Load {
         let spread = sample.iter().map(rest).sum::<f64>() / (n - 1.0).max(1.0);
         // Of points drawn without putting them back, the last ones leave nothing open.
         let left = (1.0 - n / self.points as f64).max(0.0);
-        let half = student(sample.len() - 1) * (spread / n * left).sqrt() / mean_work;
+        let half = match sample.len() {
+            // One point says nothing of how much others differ.
+            1 => LONE * rate * left.sqrt(),
+            many => student(many - 1) * (spread / n * left).sqrt() / mean_work,
+        };
+        let half = (self.work * half).hypot(2.0 * self.spread(sample));
+        let expected = self.work * rate;
         Interval {
             // What was computed takes its time again.
-            low: (self.work * (rate - half)).max(time),
-            expected: self.work * rate,
-            high: self.work * (rate + half),
+            low: (expected - half).max(sample.iter().map(Sampled::least).sum()),
+            expected,
+            high: expected + half,
         }
+    }
+
+    /// Standard deviation of the computing time, by what is not known of points that were tried out \[s\].
+    fn spread(&self, sample: &[Sampled]) -> f64 {
+        let scale = self.work / totals(sample).1;
+        let each: f64 = sample.iter().map(|point| point.spread.powi(2)).sum();
+        let alike: f64 = sample.iter().map(|point| point.spread).sum();
+        ((1.0 - ALIKE) * scale * each + ALIKE * (scale * alike).powi(2)).sqrt()
     }
 
     /// Wall time on all threads \[s\]. At best the work is evenly shared; at worst the longest
@@ -106,12 +136,12 @@ impl Load {
         }
         if self.length == 1 && sample.len() == self.points {
             let longest = sample.iter().map(|point| point.time).fold(0.0, f64::max);
-            let even = computing.expected / threads;
+            let least = sample.iter().map(Sampled::least).fold(0.0, f64::max);
             return Interval {
-                low: even.max(longest),
+                low: (computing.low / threads).max(least),
                 expected: schedule(sample, self.threads),
                 // Graham's bound, in whatever order points are begun.
-                high: even + longest * (1.0 - 1.0 / threads),
+                high: computing.high / threads + longest * (1.0 - 1.0 / threads),
             };
         }
         let chains = self.chains.max(1) as f64;
@@ -207,7 +237,11 @@ mod tests {
 
     /// Points of work 1 that took so long.
     fn took(times: &[f64]) -> Vec<Sampled> {
-        let of = |&time: &f64| Sampled { time, work: 1.0 };
+        let of = |&time: &f64| Sampled {
+            time,
+            spread: 0.0,
+            work: 1.0,
+        };
         times.iter().map(of).collect()
     }
 
@@ -217,10 +251,12 @@ mod tests {
         let sample = [
             Sampled {
                 time: 1.0,
+                spread: 0.0,
                 work: 1.0,
             },
             Sampled {
                 time: 7.0,
+                spread: 0.0,
                 work: 3.0,
             },
         ];
@@ -259,6 +295,7 @@ mod tests {
         let sample: Vec<Sampled> = (1..=4)
             .map(|k| Sampled {
                 time: 0.5 * f64::from(k),
+                spread: 0.0,
                 work: f64::from(k),
             })
             .collect();
@@ -281,5 +318,21 @@ mod tests {
             covered += usize::from(found.low <= truth && truth <= found.high);
         }
         assert!((180..=200).contains(&covered), "{covered} of 200");
+    }
+
+    /// Of four points, two of them tried out, what is not known of them is partly the same.
+    #[test]
+    fn what_is_not_known_of_points_widens_the_interval() {
+        let mut sample = took(&[1.0, 1.0, 4.0, 4.0]);
+        sample[2].spread = 1.0;
+        sample[3].spread = 1.0;
+        // A variance of 0.75 * 2 + 0.25 * 2^2.
+        let half = 2.0 * 2.5f64.sqrt();
+        let found = load(4, 1, 4.0, 1).computing(&sample);
+        assert_eq!(ends(found), [10.0 - half, 10.0, 10.0 + half]);
+        // Twice as many points: 0.75 * 2 * 2 + 0.25 * 4^2, and the sample's own error comes on top.
+        let found = load(8, 1, 8.0, 1).computing(&sample);
+        assert!(found.high - found.expected > 2.0 * 7f64.sqrt());
+        assert!(found.low >= 1.0 + 1.0 + 2.0 + 2.0);
     }
 }

@@ -161,8 +161,4 @@ impl Family for PointFamily<'_> {
     fn event_limit(&self) -> u32 {
         self.point.run.event_limit
     }
-
-    fn tolerance(&self) -> f64 {
-        self.point.run.kernel.tolerance()
-    }
 }

@@ -1,32 +1,31 @@
 //! What a run will take: its time with an interval, its memory and its disk space, from a few
-//! points computed beforehand.
+//! points that are tried out beforehand.
 //!
-//! Points are drawn over the grid until the time is known well enough, or the time for that is
-//! over. Of a chain, the point before is computed too, as if it were the first, so that
+//! Points are drawn over the grid until the time is known well enough, or [`SHARE`] of it is spent. Of a
+//! chain, the point before is tried out too, as if it were the first, so that
 //! the one that is timed starts from a settled motion as it does in a sweep. What the
 //! refinement of changes takes is added for every change between neighbours of the sample: most
 //! points meet none, and a few would say little of how many do.
 
-use super::chain::{Link, compute, verdict};
 use super::early_forecast::{sample, shared};
 use super::estimate::{Interval, Load, Sampled, drawn};
 use super::layout::layout;
-use super::memory::{Memory, Rows};
+use super::memory::{Memory, Rows, record_bytes};
 use super::parts::{Parts, tables_wanted};
 use super::point::Worker;
 use super::queue::{ahead, work};
 use super::run::{Options, SweepError, pieces, start_workers};
+use super::trial::{Tried, try_out};
 use super::turns::Share;
-use crate::analysis::{Analyses, LyapunovQuestion};
-use crate::manifest::{Job, PointSpec};
+use crate::manifest::Job;
 use crate::numerics::statistics::mean;
 use crate::store::{PointRow, ResultWriter, StoreError, journal_bytes};
-use crate::topology::{Topology, peak_memory};
+use crate::topology::{ProcessorClock, Topology, peak_memory};
 use serde::Serialize;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Half width of the interval of the computing time, over the time, at which it is known well
@@ -40,8 +39,11 @@ const MOST_A_WORKER: usize = 64;
 /// that is quick to settle.
 const FEWEST: usize = 8;
 
-/// Most mesh tables of a run that are all built to forecast it.
-const FEW_TABLES: usize = 8;
+/// Processor time that trying out may take, over that of the run at least; one point is tried out in any case.
+const SHARE: f64 = 0.03;
+
+/// Processor time that trying out may take in any case \[s\].
+const FLOOR: f64 = 0.15;
 
 /// Time between two looks at the clock.
 const LOOK_UP: Duration = Duration::from_millis(20);
@@ -63,14 +65,14 @@ pub struct Forecast {
     pub threads: u64,
     /// Where they are to run, in words.
     pub placement: String,
-    /// Points computed to know.
+    /// Points tried out to know.
     pub calibrated: u64,
     /// Of these, given up because they took too long: the times are then at least what is
     /// said.
     pub cut_short: u64,
     /// Wall time of the calibration, tables included \[s\].
     pub calibration_time: f64,
-    /// Wall time of the run \[s\].
+    /// Wall time of the run, where nothing else works on its cores \[s\].
     pub time: Interval,
     /// Most memory that it takes \[bytes\]; absent where the system does not tell what the
     /// calibration took.
@@ -83,8 +85,8 @@ pub struct Forecast {
     pub journal: u64,
 }
 
-/// Computes a few points for at most about `budget` (tables that they need come on top), and
-/// says what the run will take; nothing where `called_off` was raised meanwhile. Result files
+/// Tries out a few points for at most about `budget` (tables that they need come on top, and are kept
+/// for the run), and says what the run will take; nothing where `called_off` was raised meanwhile. Result files
 /// are tried out in `scratch`, an empty folder.
 ///
 /// # Errors
@@ -114,23 +116,19 @@ pub fn forecast(
     };
     let tables = tables_wanted(job, ids());
     let least = sample(all, threads).max(FEWEST.min(all));
-    let most = match tables <= FEW_TABLES {
-        true => least.max(all.min(MOST_A_WORKER * threads)),
-        // Each may need a table of its own.
-        false => least,
-    };
-    let places = drawn(all, most);
-    let sample = || places.iter().map(|&n| share.id(n));
+    let places = drawn(all, least.max(all.min(MOST_A_WORKER * threads)));
 
     let clock = Instant::now();
-    crew.pool
-        .install(|| parts.prepare(job, sample(), called_off, &mut || ()));
-    let prepared = clock.elapsed().as_secs_f64();
     let calibration = Calibration {
         job,
         parts,
         load,
         least,
+        begun: ProcessorClock::Process.now(),
+        clock: match load.shared {
+            true => ProcessorClock::Process,
+            false => ProcessorClock::Thread,
+        },
         over: AtomicBool::new(false),
         tried: Mutex::default(),
     };
@@ -154,8 +152,12 @@ pub fn forecast(
                 index: context.index() as u32,
                 topology,
             };
+            if load.shared && worker.index > 0 {
+                // The others help with the point.
+                return;
+            }
             while let Some(&n) = places.get(next.fetch_add(1, Ordering::Relaxed)) {
-                if over.load(Ordering::Relaxed) || calibration.is_close() {
+                if over.load(Ordering::Relaxed) || calibration.is_enough() {
                     return;
                 }
                 calibration.try_out(share.id(n), worker);
@@ -169,10 +171,10 @@ pub fn forecast(
     }
     let calibration_time = clock.elapsed().as_secs_f64();
     let refining = calibration.refining();
+    let prepared = calibration.preparing(tables);
     let (sampled, cut_short, rows) = calibration.found();
     let calibrated = rows.len() as u64 + cut_short;
 
-    let known = tables_wanted(job, sample()).max(1);
     let mut time = load.wall_time(&sampled);
     time.expected += refining / threads as f64;
     // A change may come and go between two neighbours.
@@ -187,9 +189,11 @@ pub fn forecast(
         }),
         beside: layout(job, None).beside(),
     };
+    let most_cycles = (job.points.variants().iter()).map(|variant| variant.run.cycles);
+    let records = threads as u64 * record_bytes(most_cycles.max().unwrap_or(0));
     // Before the memory is looked at, which encoding takes up too.
     let disk = disk(job, all, rows, scratch)?;
-    let memory = peak_memory().map(|peak| Memory::of(peak, size_of_rows));
+    let memory = peak_memory().map(|peak| Memory::of(peak + records, size_of_rows));
     Ok(Some(Forecast {
         points: all as u64,
         chain_length: length as u64,
@@ -200,7 +204,7 @@ pub fn forecast(
         calibrated,
         cut_short,
         calibration_time,
-        time: time.after(prepared * (tables as f64 / known as f64)),
+        time: time.after(prepared / threads as f64),
         memory: memory.map(|memory| memory.total()),
         memory_parts: memory,
         disk,
@@ -215,64 +219,71 @@ struct Calibration<'a> {
     load: Load,
     /// Fewest points that the time is known from.
     least: usize,
+    /// Processor time of the process when trying out began \[s\].
+    begun: f64,
+    /// What points are timed with.
+    clock: ProcessorClock,
     /// Raised when no more time is left.
     over: AtomicBool,
     tried: Mutex<Vec<Tried>>,
 }
 
-/// A point that was tried out.
-struct Tried {
-    id: usize,
-    sampled: Sampled,
-    /// None where it was given up.
-    row: Option<PointRow>,
-}
-
 impl Calibration<'_> {
-    /// Whether the time is known well enough.
-    fn is_close(&self) -> bool {
-        let tried = self.tried.lock().unwrap_or_else(PoisonError::into_inner);
-        if tried.len() < self.least {
-            return false;
-        }
-        let sampled: Vec<Sampled> = tried.iter().map(|tried| tried.sampled).collect();
-        let Interval { expected, high, .. } = self.load.computing(&sampled);
-        high - expected <= CLOSE * expected
+    fn tried(&self) -> MutexGuard<'_, Vec<Tried>> {
+        self.tried.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Computes a point and keeps what it took.
-    fn try_out(&self, id: usize, worker: Worker<'_>) {
-        let (job, over) = (self.job, &self.over);
-        let (mut point, mut link) = (job.points.at(id), Link::default());
-        if let Some(poincare) = &mut Arc::make_mut(&mut point.analyses).poincare {
-            poincare.refine = 0;
-        }
-        if !id.is_multiple_of(job.chain_length()) {
-            let before = led_to(job.points.at(id - 1));
-            match compute(job, &before, &link, self.parts, worker, over) {
-                Ok(row) => link.pass(job, &row),
-                // Nothing was learnt of the point.
-                Err(_) => return,
-            }
-        }
-        let clock = Instant::now();
-        let row = compute(job, &point, &link, self.parts, worker, over);
-        let sampled = Sampled {
-            time: clock.elapsed().as_secs_f64(),
-            work: work(job.points.variant_near(id)),
+    /// Whether the time is known well enough, or trying out has taken its share.
+    fn is_enough(&self) -> bool {
+        let sampled: Vec<Sampled> = self.tried().iter().map(|tried| tried.sampled).collect();
+        let Interval {
+            low,
+            expected,
+            high,
+        } = self.load.computing(&sampled);
+        let many = sampled.len() >= self.least;
+        let spent = ProcessorClock::Process.now() - self.begun;
+        let next = spent / sampled.len().max(1) as f64;
+        // A few points may all be of the motion that settles.
+        let run = if many { low } else { self.most() };
+        many && high - expected <= CLOSE * expected
+            || !sampled.is_empty() && spent + next >= FLOOR.max(SHARE * run)
+    }
+
+    /// Computing time of all points if none settled \[s\].
+    fn most(&self) -> f64 {
+        let tried = self.tried();
+        let work: f64 = tried.iter().map(|tried| tried.sampled.work).sum();
+        self.load.work * tried.iter().map(|tried| tried.most).sum::<f64>() / work
+    }
+
+    /// Processor time of all mesh tables and structures \[s\], by those of the points that were tried out.
+    fn preparing(&self, tables: usize) -> f64 {
+        let tried = self.tried();
+        let known = tables_wanted(self.job, tried.iter().map(|tried| tried.id));
+        let all = match (tables, self.job.points.variants().len()) {
+            // One structure serves all points.
+            (0, 1) => 1.0,
+            (0, _) => self.load.points as f64 / tried.len().max(1) as f64,
+            _ => tables as f64 / known.max(1) as f64,
         };
-        let mut tried = self.tried.lock().unwrap_or_else(PoisonError::into_inner);
-        let row = row.ok();
-        tried.push(Tried { id, sampled, row });
+        all * tried.iter().map(|tried| tried.prepared).sum::<f64>()
+    }
+
+    /// Tries out a point and keeps what was learnt.
+    fn try_out(&self, id: usize, worker: Worker<'_>) {
+        let (job, parts, over) = (self.job, self.parts, &self.over);
+        if let Ok(tried) = try_out(job, id, parts, worker, self.clock, over) {
+            self.tried().push(tried);
+        }
     }
 
     /// Computing time that narrowing down changes of motion takes \[s\], by those between
     /// neighbours of the sample.
     fn refining(&self) -> f64 {
         let (job, length) = (self.job, self.job.chain_length());
-        let mut tried = self.tried.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut tried = self.tried();
         tried.sort_by_key(|tried| tried.id);
-        let motion = |tried: &Tried| tried.row.as_ref().and_then(|row| verdict(&row.outcome));
         let between = |pair: &[Tried]| {
             let [a, b] = [&pair[0], &pair[1]];
             let variant = job.points.variant_near(b.id);
@@ -281,7 +292,7 @@ impl Calibration<'_> {
                 .poincare
                 .as_ref()
                 .map_or(0, |asked| asked.refine);
-            let (Some(from), Some(to)) = (motion(a), motion(b)) else {
+            let (Some(from), Some(to)) = (a.motion, b.motion) else {
                 return 0.0;
             };
             match a.id / length == b.id / length && from != to {
@@ -317,21 +328,6 @@ impl Calibration<'_> {
         let rows = tried.into_iter().filter_map(|tried| tried.row).collect();
         (sampled, cut_short, rows)
     }
-}
-
-/// A point of which only the motion is wanted: it is integrated as long as a sweep would, since one
-/// that has not settled would leave that to the next.
-fn led_to(mut point: PointSpec) -> PointSpec {
-    Arc::make_mut(&mut point.run).audit_cycles = 0;
-    let asked = point.analyses.lyapunov;
-    point.analyses = Arc::new(Analyses {
-        lyapunov: asked.map(|asked| LyapunovQuestion {
-            twin: false,
-            ..asked
-        }),
-        ..Analyses::default()
-    });
-    point
 }
 
 fn mean_or_zero(rows: &[PointRow], value: impl Fn(&PointRow) -> f64) -> f64 {

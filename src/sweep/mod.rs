@@ -39,6 +39,7 @@ mod refine;
 mod run;
 mod sensitivity;
 mod trace;
+mod trial;
 mod turns;
 
 pub use branch_tables::write_branches;

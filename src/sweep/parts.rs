@@ -101,7 +101,7 @@ impl Structures {
 /// kept of it. Two of one number would only be taken for one when chains are dealt out.
 pub(super) fn table_number(point: &PointSpec) -> Option<u64> {
     let runs = match point.run.kernel {
-        KernelSetting::Auto { .. }
+        KernelSetting::Auto
         | KernelSetting::Named(KernelChoice::Spectral { .. } | KernelChoice::ClosedModes) => None,
         KernelSetting::Named(KernelChoice::Fused { .. }) => Some(point.speed.to_bits()),
         _ => return None,

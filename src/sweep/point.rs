@@ -15,7 +15,7 @@ use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::propagate::{Interruptible, Kernel, KernelUse};
 use crate::store::{ChainEnd, MeshUnderLoad, Placement, PointRow};
-use crate::topology::Topology;
+use crate::topology::{ProcessorClock, Topology};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -44,6 +44,50 @@ pub(super) struct Answer {
     pub end: Option<ChainEnd>,
     /// Name of the kernel that integrated the point, or of what was to choose it.
     pub kernel: &'static str,
+    /// What each [`Step`] took.
+    pub times: Times,
+}
+
+/// What a point is asked, in the order of its work.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Step {
+    Integration,
+    Multistability,
+    Orbits,
+    Horizon,
+    CycleExpansion,
+    Covariant,
+}
+
+/// Processor time of each [`Step`] \[s\]: of this thread, or of all where they share the point.
+pub(super) type Times = [f64; 6];
+
+/// Tells what steps take.
+struct Laps {
+    clock: ProcessorClock,
+    last: f64,
+    times: Times,
+}
+
+impl Laps {
+    fn new(clock: ProcessorClock) -> Self {
+        Self {
+            clock,
+            last: clock.now(),
+            times: Times::default(),
+        }
+    }
+
+    /// `step` is over, and the next one begins. Reading the clock takes a while, so that it is left out
+    /// where nothing was asked.
+    fn end(&mut self, step: Step, asked: bool) {
+        if !asked {
+            return;
+        }
+        let now = self.clock.now();
+        self.times[step as usize] = now - self.last;
+        self.last = now;
+    }
 }
 
 impl Answer {
@@ -58,6 +102,7 @@ impl Answer {
             mesh: None,
             end: None,
             kernel: point.run.kernel.name(),
+            times: Times::default(),
         }
     }
 }
@@ -177,13 +222,19 @@ impl KernelUse for Ask<'_> {
             model, called_off, ..
         } = self;
         let kernel = &Interruptible::new(kernel, called_off);
+        let mut laps = Laps::new(match self.probes {
+            Some(_) => ProcessorClock::Process,
+            None => ProcessorClock::Thread,
+        });
         let mut trajectory = self.start;
         let mut outcome =
             investigate_onward(model, kernel, &mut trajectory, &self.questions, called_off)?;
+        laps.end(Step::Integration, true);
         let multistability = (self.probes.as_ref())
             .map(|probes| probe_basins(model, kernel, &self.own, probes, called_off))
             .transpose()?;
         outcome.cycles += multistability.iter().map(|m| m.cycles()).sum::<u64>();
+        laps.end(Step::Multistability, self.probes.is_some());
         let whole = matches!(outcome.status, Status::Ok | Status::NotConverged);
         // The survey's own integration is no part of the chain.
         let orbits = match &self.analyses.orbits {
@@ -195,6 +246,7 @@ impl KernelUse for Ask<'_> {
             }
             _ => None,
         };
+        laps.end(Step::Orbits, orbits.is_some());
         let chaotic = whole && outcome.class.is_some_and(|class| class.is_chaos());
         let asked = self.analyses.horizon.filter(|_| chaotic);
         let measured = asked.map(|question| {
@@ -210,6 +262,7 @@ impl KernelUse for Ask<'_> {
             }
         };
         outcome.cycles += horizon.iter().map(|h| h.cycles).sum::<u64>();
+        laps.end(Step::Horizon, horizon.is_some());
         let asked = self.analyses.cycle_expansion.filter(|_| chaotic);
         let averaged = asked.map(|question| {
             cycle_expansion(model, kernel, &trajectory, &question, self.seed, called_off)
@@ -225,6 +278,7 @@ impl KernelUse for Ask<'_> {
             }
         };
         outcome.cycles += expansion.iter().map(|e| 2 * e.cycles).sum::<u64>();
+        laps.end(Step::CycleExpansion, expansion.is_some());
         let aperiodic = chaotic || whole && outcome.class == Some(Class::QuasiPeriodic);
         let asked = self.analyses.covariant.filter(|_| aperiodic);
         let found = asked.map(|question| {
@@ -241,6 +295,7 @@ impl KernelUse for Ask<'_> {
             }
         };
         outcome.cycles += covariant.iter().map(|c| c.cycles).sum::<u64>();
+        laps.end(Step::Covariant, covariant.is_some());
         // An integration that was cut short may have been taken for one that found nothing.
         CalledOff::check(called_off)?;
         Ok(Answer {
@@ -252,6 +307,7 @@ impl KernelUse for Ask<'_> {
             covariant,
             mesh: self.mesh,
             kernel: self.kernel,
+            times: laps.times,
             end: whole.then_some(ChainEnd {
                 state: trajectory.state,
                 cycle: trajectory.cycle,

@@ -33,11 +33,11 @@ impl PointKernel {
         let run = &point.run;
         let (taken, why, systems) = match run.kernel {
             KernelSetting::Named(kernel) => (kernel, None, None),
-            KernelSetting::Auto { tolerance } => {
+            KernelSetting::Auto => {
                 let (why, systems) = systems(model, run.portable, parts)?;
                 let taken = match systems {
                     Some(_) => KernelChoice::ClosedModes,
-                    None => KernelChoice::Volterra { tolerance },
+                    None => KernelChoice::Volterra,
                 };
                 (taken, Some(why), systems)
             }
@@ -54,12 +54,11 @@ impl PointKernel {
 
     /// The kernel of a point that comes to a set of closed contacts without a table, where the program may choose.
     pub fn instead(&self) -> Option<Self> {
-        let (Some(Why::Met { .. }), KernelSetting::Auto { tolerance }) = (self.why, self.asked)
-        else {
+        let (Some(Why::Met { .. }), KernelSetting::Auto) = (self.why, self.asked) else {
             return None;
         };
         Some(Self {
-            taken: KernelChoice::Volterra { tolerance },
+            taken: KernelChoice::Volterra,
             why: Some(Why::NoTable),
             systems: None,
             ..*self

@@ -1,6 +1,7 @@
 //! What the machine is called, how much memory it has and which instruction sets it
 //! offers: for the record, not for decisions.
 
+use rustix::time::{ClockId, clock_gettime};
 use std::fs;
 use std::path::Path;
 
@@ -37,6 +38,26 @@ impl Machine {
 pub fn peak_memory() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     kibibytes(&status, "VmHWM")
+}
+
+/// A clock of processor time, which other programs on the machine do not move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ProcessorClock {
+    /// Of the calling thread.
+    Thread,
+    /// Of all threads of the process.
+    Process,
+}
+
+impl ProcessorClock {
+    /// Processor time used so far \[s\].
+    pub fn now(self) -> f64 {
+        let time = clock_gettime(match self {
+            Self::Thread => ClockId::ThreadCPUTime,
+            Self::Process => ClockId::ProcessCPUTime,
+        });
+        time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+    }
 }
 
 /// Memory free on a NUMA node \[bytes\]; none where the system does not tell.

@@ -18,7 +18,7 @@ mod system;
 pub use affinity::{Nearness, Shelves, TABLES_AT_HAND};
 pub use copies::{Copies, Room, copies};
 pub use description::{Cache, Core, NumaNode, Topology, TopologyError};
-pub use machine::{Machine, peak_memory};
+pub use machine::{Machine, ProcessorClock, peak_memory};
 pub(crate) use machine::{field, kibibytes};
 pub use placement::{Pinning, Place, Plan, default_workers, plan};
 pub use system::{BindingError, MemoryPath, Source};

@@ -75,8 +75,4 @@ impl Family for Stopped {
     fn event_limit(&self) -> u32 {
         1000
     }
-
-    fn tolerance(&self) -> f64 {
-        f64::EPSILON
-    }
 }

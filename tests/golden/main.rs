@@ -79,40 +79,40 @@ golden! {
     matrices_same_line: "run tests/golden/matrices.toml" [
         "mesh.coast_flank=same_line", "mesh.coast_symmetry=", "excitation.coast_transmission_error=",
         "mesh.stiffness=piecewise", "mesh.stiffness_harmonics=", "mesh.values=[3e8,2e8,2.5e8]",
-        "mesh.mean_stiffness=", "run.tolerance=1e-10", "mesh.release=force",
+        "mesh.mean_stiffness=", "mesh.release=force",
         "analyses.poincare.section=coast_entry",
     ];
     geared_pair: "run tests/manifests/geared-pair.toml" [
         "run.transient=5", "run.cycles=30", "analyses={poincare={samples=3},nvh={harmonics=2}}",
     ];
     stepping: "run manifests/tiers/translational.toml" [
-        "run.kernel=stepping", "run.steps=256", "run.tolerance=", "grid.load=0.3", "grid.speed=1400",
+        "run.kernel=stepping", "run.steps=256", "grid.load=0.3", "grid.speed=1400",
         "run.transient=2", "run.cycles=10", "run.settle=false", "mesh.release=force", "analyses.poincare.samples=3",
         "analyses.lyapunov={align=2}",
     ];
     dyadic: "run manifests/tiers/torsional.toml" [
-        "run.kernel=dyadic", "run.cells=40", "run.tolerance=", "grid.load=0.3", "run.transient=2", "run.cycles=10",
+        "run.kernel=dyadic", "run.cells=40", "grid.load=0.3", "run.transient=2", "run.cycles=10",
         "run.settle=false", "mesh.coast_flank=same_line", "analyses.poincare.samples=3",
         "analyses.lyapunov={align=2}",
     ];
     hermite: "run manifests/tiers/translational.toml" [
-        "run.kernel=hermite", "run.tolerance=", "grid.load=0.3", "grid.speed=1400", "run.transient=2",
+        "run.kernel=hermite", "grid.load=0.3", "grid.speed=1400", "run.transient=2",
         "run.cycles=10", "run.settle=false", "mesh.coast_flank=same_line", "analyses.poincare.samples=3",
         "analyses.lyapunov={align=2}",
     ];
     spectral: "run manifests/tiers/translational.toml" [
-        "run.kernel=spectral", "run.tolerance=", "grid.load=0.3", "grid.speed=1200", "run.transient=2",
+        "run.kernel=spectral", "grid.load=0.3", "grid.speed=1200", "run.transient=2",
         "run.cycles=10", "run.settle=false", "mesh.coast_flank=same_line",
         r#"excitation.torque_ripple=[{shaft="pinion",order=2,amplitude="3 N*m"}]"#, "analyses.poincare.samples=3",
         "analyses.lyapunov={align=2}",
     ];
     event_grid: "run manifests/tiers/torsional.toml" [
-        "run.kernel=spectral", "run.event_grid=64", "run.tolerance=", "grid.load=0.3", "run.transient=2",
+        "run.kernel=spectral", "run.event_grid=64", "grid.load=0.3", "run.transient=2",
         "run.cycles=10", "run.settle=false", "mesh.coast_flank=same_line", "analyses.poincare.samples=3",
         "analyses.lyapunov={align=2}",
     ];
     fused: "run manifests/tiers/tilting.toml" [
-        "run.kernel=fused", "run.tolerance=", "grid.load=0.3", "grid.speed=1200", "run.transient=2",
+        "run.kernel=fused", "grid.load=0.3", "grid.speed=1200", "run.transient=2",
         "run.cycles=10", "run.settle=false", "mesh.coast_flank=same_line", "analyses.poincare.samples=3",
         "analyses.lyapunov={align=2}",
     ];
@@ -277,7 +277,7 @@ golden! {
         "run.transient=50", "run.cycles=320",
     ];
     ripple_fused: "run manifests/tiers/translational.toml" [
-        "run.kernel=fused", "run.tolerance=", "grid.load=0.3", "grid.speed=1200", "run.transient=2", "run.cycles=8",
+        "run.kernel=fused", "grid.load=0.3", "grid.speed=1200", "run.transient=2", "run.cycles=8",
         "run.settle=false", "analyses.lyapunov={align=2}", "analyses.poincare.samples=3",
         "mesh.coast_flank=same_line", r#"excitation.torque_ripple=[{shaft="wheel",order=1.5,amplitude="3 N*m"}]"#,
         "mesh.friction=0.1",
@@ -316,12 +316,12 @@ golden! {
         "mesh.stiffness=continuous", "mesh.segments=", "analyses.lyapunov={}",
     ];
     dyadic_continuous: "run manifests/tiers/torsional.toml" [
-        "run.kernel=dyadic", "run.tolerance=", "mesh.stiffness=continuous", "mesh.segments=",
+        "run.kernel=dyadic", "mesh.stiffness=continuous", "mesh.segments=",
         "mesh.coast_flank=same_line", "grid.load=0.3", "grid.speed=1200", "run.transient=2", "run.cycles=8",
         "run.settle=false", "analyses.lyapunov={align=2}", "analyses.poincare.samples=3",
     ];
     hermite_continuous: "run manifests/tiers/torsional.toml" [
-        "run.kernel=hermite", "run.tolerance=", "mesh.stiffness=continuous", "mesh.segments=",
+        "run.kernel=hermite", "mesh.stiffness=continuous", "mesh.segments=",
         "mesh.coast_flank=same_line", "grid.load=0.3", "grid.speed=1200", "run.transient=2", "run.cycles=8",
         "run.settle=false", "analyses.lyapunov={align=2}", "analyses.poincare.samples=3",
     ];

@@ -30,9 +30,6 @@ pub trait Family {
 
     /// Most events in a mesh cycle before integration stops.
     fn event_limit(&self) -> u32;
-
-    /// Relative truncation of the structured kernel.
-    fn tolerance(&self) -> f64;
 }
 
 /// The flag of a map that nothing calls off.
@@ -65,7 +62,7 @@ impl Built {
     fn new(family: &impl Family, at: At) -> Result<Self, MapError> {
         let model = family.model(at).map_err(MapError::NoModel)?;
         let norm = EnergyNorm::new(&model);
-        let kernel = Volterra::of(model, family.tolerance(), family.event_limit());
+        let kernel = Volterra::of(model, f64::EPSILON, family.event_limit());
         let workspace = kernel.workspace();
         Ok(Self {
             at,

@@ -17,7 +17,7 @@ use crate::propagate::Kernel;
 const MEMORIES: f64 = 20.0;
 
 /// Cycles from which on skew statistics are believed.
-const SKEWED: u64 = 80_000;
+pub(super) const SKEWED: u64 = 80_000;
 
 /// Largest skewness of means over [`SKEW_CYCLES`] cycles that is believed before.
 const SKEWNESS: f64 = 0.8;
@@ -26,7 +26,7 @@ const SKEWNESS: f64 = 0.8;
 const SKEW_CYCLES: u64 = 100;
 
 /// Standard errors by which an exponent must exceed zero to be known.
-const SIGMAS: f64 = 5.0;
+pub(super) const SIGMAS: f64 = 5.0;
 
 /// What a look at the records of all trajectories shows.
 #[derive(Debug, Clone, Default)]

@@ -19,10 +19,13 @@ mod ensemble;
 mod instruments;
 mod looks;
 mod members;
+mod outlook;
 mod plan;
 mod run;
 mod settle;
 mod watch;
+
+pub use outlook::Outlook;
 
 use super::called_off::CalledOff;
 use super::norm::EnergyNorm;

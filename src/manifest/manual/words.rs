@@ -26,7 +26,6 @@ pub(super) fn takes(key: &Key) -> String {
             "damping ratio, or damping coefficient [{}]",
             Dimension::Damping.unit()
         ),
-        Kind::Tolerance => "\"roundoff\", or number".to_owned(),
         Kind::Initial => "\"static\", \"rest\", or table".to_owned(),
         Kind::Table => "table".to_owned(),
         Kind::Points => "list of tables, or path of a file".to_owned(),

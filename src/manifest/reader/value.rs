@@ -14,7 +14,6 @@ pub(in crate::manifest) fn wrong_type(issues: &mut Issues, node: &Node, path: &s
         Kind::Text | Kind::Choice(_) => "a text in quotes",
         Kind::List(_) => "a list in [ ]",
         Kind::ContactDamping => "a damping ratio or coefficient",
-        Kind::Tolerance => "\"roundoff\" or a number",
         Kind::Initial => "\"static\", \"rest\" or a table",
         Kind::Table => "a table",
         Kind::Axis(_) => "a value or a table of values",

@@ -33,7 +33,7 @@ impl Key {
         let word = quoted(self.default_text());
         match (self.kind, word) {
             (Kind::Choice(choices), Some(word)) if choices.contains(&word) => word,
-            (Kind::Tolerance | Kind::Initial, Some(word)) => word,
+            (Kind::Initial, Some(word)) => word,
             _ => self.no_such_default(),
         }
     }

@@ -54,8 +54,6 @@ pub(in crate::manifest) enum Kind {
     List(&'static str),
     /// A damping ratio (bare number, `%`) or a coefficient (`N*s/m`).
     ContactDamping,
-    /// `"roundoff"` or a number.
-    Tolerance,
     /// `"static"`, `"rest"` or a modal state.
     Initial,
     /// A table; its keys are listed on their own.
@@ -254,7 +252,7 @@ impl Key {
     pub fn can_be_axis(&self) -> bool {
         let number = matches!(
             self.kind,
-            Kind::Quantity(_) | Kind::Integer | Kind::ContactDamping | Kind::Tolerance
+            Kind::Quantity(_) | Kind::Integer | Kind::ContactDamping
         );
         number && self.is_variable() && self.shared().is_none()
     }
@@ -310,7 +308,6 @@ impl Key {
                 "a damping ratio (bare number or %){range}, or a coefficient with its unit ({}); for example 0.05 or \"1483 N*s/m\"",
                 Dimension::Damping.units()
             ),
-            Kind::Tolerance => format!("\"roundoff\", or a number{range}"),
             Kind::Initial => "\"static\", \"rest\", or { displacement = [...], velocity = [...] } in modal coordinates".to_owned(),
             Kind::Table => {
                 let names = children(MANIFEST, self.path);

@@ -3,20 +3,16 @@
 use super::modal_state;
 use crate::analysis::Effort;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
-use crate::manifest::reader::{self, Child, Section, wrong_type};
+use crate::manifest::reader::{Child, Section, wrong_type};
 use crate::manifest::schema;
 use crate::manifest::spec::RunSpec;
 use crate::manifest::tree::Value;
 use crate::model::InitialState;
 use crate::propagate::{KernelChoice, KernelSetting};
-use crate::units::Dimension;
 use std::collections::BTreeSet;
 
 /// Mesh cycles of the audit where as many are measured.
 const AUDIT_CYCLES: u64 = 20;
-
-/// `tolerance = "roundoff"`: 2⁻⁵², the spacing of doubles at 1.
-const ROUNDOFF: f64 = f64::EPSILON;
 
 pub(super) fn read(
     root: &Section,
@@ -114,16 +110,10 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSetting> {
         let idle: BTreeSet<&str> = all.filter(|key| !own.contains(key)).copied().collect();
         let why = format!("with kernel = \"{name}\"");
         let remedy = match *name {
-            "volterra" => {
-                "remove it, or set the kernel it belongs to; `tolerance` sets the accuracy of volterra"
-            }
             "stepping" => {
-                "remove it, or set kernel = \"volterra\"; `steps` sets the accuracy of stepping"
+                "remove it, or set the kernel it belongs to; `steps` sets the accuracy of stepping"
             }
-            "closed_modes" => {
-                "remove it, or set the kernel it belongs to; closed_modes has no settings"
-            }
-            "auto" => "remove it, or set the kernel it belongs to",
+            "volterra" | "closed_modes" | "auto" => "remove it, or set the kernel it belongs to",
             _ => "remove it; `cells` sets the unit steps of a table kernel, which is exact",
         };
         let idle: Vec<&str> = idle.into_iter().collect();
@@ -135,13 +125,9 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSetting> {
     };
     Some(KernelSetting::Named(match chosen {
         Some("auto") => {
-            return Some(KernelSetting::Auto {
-                tolerance: tolerance(section, issues)?,
-            });
+            return Some(KernelSetting::Auto);
         }
-        Some("volterra") => KernelChoice::Volterra {
-            tolerance: tolerance(section, issues)?,
-        },
+        Some("volterra") => KernelChoice::Volterra,
         Some("closed_modes") => KernelChoice::ClosedModes,
         Some("stepping") => {
             let steps = section.integer_or_default(issues, "steps")?;
@@ -171,40 +157,12 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSetting> {
         },
         None => {
             // Which settings count is open; their own faults show all the same.
-            tolerance(section, issues);
             section.integer_or_default(issues, "steps");
             cells(issues);
             section.integer_or(issues, "event_grid", 1);
             return None;
         }
     }))
-}
-
-fn tolerance(section: &Section, issues: &mut Issues) -> Option<f64> {
-    const PATH: &str = "run.tolerance";
-    let Some(entry) = section.entry("tolerance") else {
-        return Some(ROUNDOFF);
-    };
-    let (node, spec) = (&entry.node, section.spec(PATH));
-    if let Value::Text(text) = &node.value {
-        if text == "roundoff" {
-            return Some(ROUNDOFF);
-        }
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::OutOfRange,
-                node.span,
-                PATH,
-                format!("`{PATH}` cannot be \"{text}\""),
-            )
-            .label("neither \"roundoff\" nor a number")
-            .accepted(spec.accepted())
-            .suggestion(schema::nearest(text, &["roundoff"]).map(|near| format!("\"{near}\""))),
-        );
-        return None;
-    }
-    let value = reader::quantity_unbounded(issues, node, PATH, Dimension::Ratio, spec)?;
-    reader::in_range(issues, node, PATH, value, Dimension::Ratio, spec)
 }
 
 fn initial(

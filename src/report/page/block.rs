@@ -43,14 +43,15 @@ impl Blocks {
         self.texts.len()
     }
 
-    /// Elements with those that the first picture needs, or with the others, in the order of their numbers.
-    pub fn elements(&self, first: bool) -> String {
-        let all = self.texts.iter().zip(&self.is_first).enumerate();
-        let own = all.filter(|(_, (_, is_first))| **is_first == first);
-        let elements = own.map(|(number, (text, _))| {
-            format!("<script type=\"text/plain\" id=\"block-{number}\">{text}</script>\n")
-        });
-        elements.collect()
+    /// Appends elements with those that the first picture needs, or with the others, in the order of their
+    /// numbers; their texts are gone afterwards.
+    pub fn write(&mut self, first: bool, html: &mut String) {
+        let all = self.texts.iter_mut().zip(&self.is_first).enumerate();
+        for (number, (text, _)) in all.filter(|(_, (_, is_first))| **is_first == first) {
+            *html += &format!("<script type=\"text/plain\" id=\"block-{number}\">");
+            *html += &std::mem::take(text);
+            *html += "</script>\n";
+        }
     }
 }
 

@@ -136,7 +136,7 @@ pub fn results_page(folder: &Path, request: PageRequest) -> Result<ResultsPage, 
     told["tables"] = json!(tables);
     told["left_out"] = json!(left_out);
     Ok(ResultsPage {
-        html: written(&told, &blocks),
+        html: written(&told, blocks),
         left_out,
     })
 }
@@ -174,23 +174,25 @@ fn name(folder: &Path) -> PathBuf {
 }
 
 /// The skeleton with its parts in their places. What the folder says comes last and is not looked at again.
-fn written(told: &Value, blocks: &Blocks) -> String {
+fn written(told: &Value, mut blocks: Blocks) -> String {
     let title = told["job"].as_str().or(told["folder"].as_str());
-    let parts = [
-        ("{{licence}}", LICENCE.to_owned()),
-        ("{{styles}}", STYLES.join("\n")),
-        ("{{title}}", in_html(title.unwrap_or_default())),
-        ("{{head}}", in_script(told)),
-        ("{{first}}", blocks.elements(true)),
-        ("{{programs}}", PROGRAMS.join("\n")),
-        ("{{blocks}}", blocks.elements(false)),
-    ];
-    let mut html = String::new();
+    // Pages of many points are large: room for all of it at once, and no copy of a block.
+    let mut html = String::with_capacity(blocks.bytes() as usize + PAGE.len());
     let mut rest = PAGE;
-    for (place, text) in parts {
-        let (before, after) = rest.split_once(place).unwrap_or((rest, ""));
+    while let Some((before, (place, after))) = (rest.split_once("{{"))
+        .and_then(|(before, behind)| Some((before, behind.split_once("}}")?)))
+    {
         html += before;
-        html += &text;
+        match place {
+            "licence" => html += LICENCE,
+            "styles" => html += &STYLES.join("\n"),
+            "title" => html += &in_html(title.unwrap_or_default()),
+            "head" => html += &in_script(told),
+            "first" => blocks.write(true, &mut html),
+            "programs" => html += &PROGRAMS.join("\n"),
+            "blocks" => blocks.write(false, &mut html),
+            _ => {}
+        }
         rest = after;
     }
     html + rest

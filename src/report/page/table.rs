@@ -12,13 +12,16 @@ use serde_json::{Value, json};
 use super::block::Blocks;
 use super::columns::{Gathered, Packed};
 use crate::report::numbers::plural;
-use crate::store::{ResultTable, StoreError, TableKind};
+use crate::store::{ColumnHead, ColumnKind, ResultTable, StoreError, TableKind};
 
 /// Columns of a table of points that a page cannot do without.
 const NEEDED: [&str; 5] = ["point_id", "status", "reason", "class", "period"];
 
 /// Columns beside axes that the first picture of points shows.
 const SHOWN_FIRST: [&str; 3] = ["lambda_max", "errors_verified", "direction"];
+
+/// Numbers that are gathered of a table of points at a time: 32 MB.
+const TOGETHER: usize = 1 << 22;
 
 /// What is gathered may be this much larger than its room: it is packed after.
 const SHRINKS: u64 = 4;
@@ -129,6 +132,7 @@ impl Rows {
 }
 
 /// Embeds a table of points, in the order of their numbers: all its rows, and the columns that there is room for.
+/// Columns are read few at a time, because all of them take a gigabyte of memory where points are a million.
 ///
 /// # Errors
 /// The table cannot be read.
@@ -138,30 +142,48 @@ pub(super) fn embed_points(
     most: u64,
     blocks: &mut Blocks,
 ) -> Result<Embedded, StoreError> {
-    let rows = Rows::read(folder, TableKind::Points, u64::MAX)?;
-    let (count, mut told, mut empty, mut left) =
-        (rows.keys.len(), Vec::new(), Vec::new(), Vec::new());
+    let order = point_order(folder)?;
+    let (mut told, mut empty, mut left) = (Vec::new(), Vec::new(), Vec::new());
     let mut room = most;
-    for column in rows.columns {
-        let name = column.head.name.clone();
-        let needed = NEEDED.contains(&name.as_str()) || axes.contains(&name);
-        if column.is_empty() && !needed {
-            empty.push(name);
-            continue;
-        }
-        let packed = column.packed();
-        match needed || packed.bytes() <= room {
-            true => {
-                room = room.saturating_sub(packed.bytes());
-                let from = blocks.count();
-                told.push(packed.embed(blocks));
-                if SHOWN_FIRST.contains(&name.as_str()) || axes.contains(&name) {
-                    blocks.come_first(from);
-                }
+    let heads = ResultTable::head(folder, TableKind::Points)?.columns()?;
+    let together = (TOGETHER / order.len().max(1)).max(1);
+    let is_list = |head: &ColumnHead| head.kind == ColumnKind::List;
+    // Lists are as large as many columns: each is read alone.
+    let alike = heads.chunk_by(|a, b| !is_list(a) && !is_list(b));
+    for heads in alike.flat_map(|heads| heads.chunks(together)) {
+        let names: Vec<&str> = heads.iter().map(|head| head.name.as_str()).collect();
+        let mut columns: Vec<Gathered> = heads.iter().cloned().map(Gathered::new).collect();
+        ResultTable::scan(folder, TableKind::Points, &names, |part| {
+            let all = vec![true; part.rows()];
+            (columns.iter_mut()).try_for_each(|column| column.take(part, &all))
+        })?;
+        for mut column in columns {
+            if !order.is_sorted() {
+                column.rearrange(&order);
             }
-            false => left.push(name),
+            let name = column.head.name.clone();
+            let needed = NEEDED.contains(&name.as_str()) || axes.contains(&name);
+            if column.is_empty() && !needed {
+                empty.push(name);
+                continue;
+            }
+            // Packing takes most of the time: what will hardly fit is not packed.
+            let likely = needed || column.likely_bytes() <= 2 * room;
+            let packed = likely.then(|| column.packed());
+            match packed.filter(|packed| needed || packed.bytes() <= room) {
+                Some(packed) => {
+                    room = room.saturating_sub(packed.bytes());
+                    let from = blocks.count();
+                    told.push(packed.embed(blocks));
+                    if SHOWN_FIRST.contains(&name.as_str()) || axes.contains(&name) {
+                        blocks.come_first(from);
+                    }
+                }
+                None => left.push(name),
+            }
         }
     }
+    let count = order.len();
     let left_out = (!left.is_empty()).then(|| format!("points: columns {}", left.join(", ")));
     Ok(Embedded {
         told: json!({
@@ -173,6 +195,18 @@ pub(super) fn embed_points(
         }),
         left_out,
     })
+}
+
+/// Places of the rows of a table of points, in the order of their numbers.
+fn point_order(folder: &Path) -> Result<Vec<usize>, StoreError> {
+    let mut ids = Vec::new();
+    ResultTable::scan(folder, TableKind::Points, &["point_id"], |part| {
+        ids.extend(part.u64("point_id")?);
+        Ok::<_, StoreError>(())
+    })?;
+    let mut order: Vec<usize> = (0..ids.len()).collect();
+    order.sort_by_key(|&row| ids[row]);
+    Ok(order)
 }
 
 /// Embeds another table: all its columns, and the rows that there is room for.

@@ -2,8 +2,11 @@
 //!
 //! The backends take whole pixels. SVG is therefore drawn ten times as large and scaled by
 //! its view box, PNG four times as large and averaged down by two, which also smooths edges.
-//! Same canvas, same bytes.
+//! In SVG a picture of very many shapes is an image with its texts above it, so that no file grows with the
+//! number of points. Same canvas, same bytes.
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use plotters::prelude::{BitMapBackend, DrawingBackend, SVGBackend};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{
@@ -22,6 +25,8 @@ const SVG_SCALE: f64 = 10.0;
 pub(super) const PNG_SCALE: usize = 2;
 /// How far beyond the picture shapes reach \[px\].
 const ASIDE: f64 = 100.0;
+/// Most shapes that an SVG document has as shapes: these take 2 MB.
+const MOST_SHAPES: usize = 20_000;
 /// Drawn pixels averaged into one of a PNG, each way.
 const OVERSAMPLING: usize = 2;
 
@@ -37,10 +42,21 @@ enum Medium {
 /// The backend refuses.
 pub(super) fn svg(canvas: &Canvas) -> Result<String, PlotError> {
     let [width, height] = canvas.size().map(|length| (length * SVG_SCALE) as u32);
+    let pressed = canvas.shapes.len() > MOST_SHAPES;
     let mut text = String::new();
     {
         let mut backend = SVGBackend::with_string(&mut text, (width, height));
-        draw(canvas, &mut backend, SVG_SCALE, Medium::Svg)?;
+        let shown = |shape: &Shape| !pressed || is_text(shape);
+        draw(canvas, shown, &mut backend, SVG_SCALE, Medium::Svg)?;
+    }
+    if pressed {
+        let image = STANDARD.encode(image(canvas, |shape| !is_text(shape))?);
+        let image = format!(
+            "<image width=\"{width}\" height=\"{height}\" href=\"data:image/png;base64,{image}\"/>\n"
+        );
+        // Above the background, the first of all shapes, and below the texts.
+        let place = text.find("<text").unwrap_or(text.len());
+        text.insert_str(place, &image);
     }
     let drawn = format!("width=\"{width}\" height=\"{height}\"");
     let shown = format!(
@@ -56,13 +72,22 @@ pub(super) fn svg(canvas: &Canvas) -> Result<String, PlotError> {
 /// # Errors
 /// The backend or the encoder refuses.
 pub(super) fn png(canvas: &Canvas) -> Result<Vec<u8>, PlotError> {
+    image(canvas, |_| true)
+}
+
+fn is_text(shape: &Shape) -> bool {
+    matches!(shape, Shape::Text { .. })
+}
+
+/// Those shapes of a canvas that are `shown`, as a PNG file.
+fn image(canvas: &Canvas, shown: impl Fn(&Shape) -> bool) -> Result<Vec<u8>, PlotError> {
     let scale = PNG_SCALE * OVERSAMPLING;
     let [width, height] = canvas.size().map(|length| length as usize * scale);
     let mut pixels = vec![0; 3 * width * height];
     {
         let size = (width as u32, height as u32);
         let mut backend = BitMapBackend::with_buffer(&mut pixels, size);
-        draw(canvas, &mut backend, scale as f64, Medium::Bitmap)?;
+        draw(canvas, shown, &mut backend, scale as f64, Medium::Bitmap)?;
     }
     let averaged = average(&pixels, width);
     let mut bytes = Vec::new();
@@ -104,6 +129,7 @@ fn average(pixels: &[u8], width: usize) -> Vec<u8> {
 
 fn draw<B: DrawingBackend>(
     canvas: &Canvas,
+    shown: impl Fn(&Shape) -> bool,
     backend: &mut B,
     scale: f64,
     medium: Medium,
@@ -119,7 +145,7 @@ fn draw<B: DrawingBackend>(
     backend
         .draw_rect((0, 0), whole(canvas.size()), &white, true)
         .map_err(PlotError::drawing)?;
-    for shape in &canvas.shapes {
+    for shape in canvas.shapes.iter().filter(|shape| shown(shape)) {
         match shape {
             Shape::Line {
                 points,
@@ -257,5 +283,47 @@ mod tests {
         let document = roxmltree::Document::parse(&document).unwrap();
         let text = document.descendants().find(|n| n.has_tag_name("text"));
         assert_eq!(text.unwrap().text().unwrap().trim(), "a<b> & \"c\"");
+    }
+
+    /// A mark on every second pixel, and a text: as a few shapes, and as very many.
+    #[test]
+    fn very_many_shapes_are_an_image_below_the_texts() {
+        let of = |side: usize| {
+            let mut canvas = Canvas::titled("a title", "");
+            for place in 0..side * side {
+                let [x, y] = [place % side, place / side].map(|i| 100.0 + 2.0 * i as f64);
+                canvas.rectangle([x, y], [x + 1.0, y + 1.0], BLUE);
+            }
+            svg(&canvas).unwrap()
+        };
+        let (few, many) = (of(20), of(220));
+        let count = |text: &str, tag: &str| {
+            let document = roxmltree::Document::parse(text).unwrap();
+            document
+                .descendants()
+                .filter(|node| node.has_tag_name(tag))
+                .count()
+        };
+        assert_eq!((count(&few, "image"), count(&few, "rect")), (0, 401));
+        assert_eq!((count(&many, "image"), count(&many, "rect")), (1, 1));
+        assert!(many.len() < 200_000, "{} bytes", many.len());
+        assert!(many.find("<image") < many.find("<text"));
+        let base64 = many
+            .split("base64,")
+            .nth(1)
+            .unwrap()
+            .split('"')
+            .next()
+            .unwrap();
+        let bytes = STANDARD.decode(base64).unwrap();
+        let mut reader = png::Decoder::new(bytes.as_slice()).read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size()];
+        let width = reader.next_frame(&mut pixels).unwrap().width as usize;
+        let at = |x: usize, y: usize| pixels[3 * (y * width + x)];
+        assert_eq!(
+            [at(200, 200), at(202, 200)],
+            [BLUE.0, 255],
+            "a mark and none"
+        );
     }
 }

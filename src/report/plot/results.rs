@@ -24,7 +24,8 @@ pub(super) struct Results {
     pub job: String,
     /// Unit of every column of points.parquet.
     pub units: BTreeMap<String, String>,
-    /// Root mean square deflection of every point \[m\], where measured.
+    /// Root mean square deflection of every point \[m\], where measured; empty where there is no table with
+    /// pictures of single points.
     pub loudness: Vec<Option<f64>>,
     /// What is missing, if anything.
     caveat: Option<String>,
@@ -54,14 +55,17 @@ impl Results {
         }
         let summary = Summary::with_points(folder)?;
         let of_columns = ResultTable::head(folder, TableKind::Points)?.units()?;
-        let mut loudness = Vec::with_capacity(summary.points);
-        let columns = ["point_id", "deflection_rms"];
-        ResultTable::scan(folder, TableKind::Points, &columns, |part| {
-            let ids = part.u64("point_id")?.into_iter();
-            loudness.extend(ids.zip(part.f64("deflection_rms")?));
-            Ok::<_, StoreError>(())
-        })?;
-        loudness.sort_by_key(|(id, _)| *id);
+        let mut loudness = Vec::new();
+        let of_points = [TableKind::Poincare, TableKind::Spectra, TableKind::Branches];
+        if (of_points.iter()).any(|kind| folder.join(kind.file_name()).exists()) {
+            let columns = ["point_id", "deflection_rms"];
+            ResultTable::scan(folder, TableKind::Points, &columns, |part| {
+                let ids = part.u64("point_id")?.into_iter();
+                loudness.extend(ids.zip(part.f64("deflection_rms")?));
+                Ok::<_, StoreError>(())
+            })?;
+            loudness.sort_by_key(|(id, _)| *id);
+        }
         let name = folder.file_name().map(|name| name.to_string_lossy());
         let job = summary.job.clone().or(name.map(Into::into));
         let caveat = match summary.state {
@@ -94,6 +98,15 @@ impl Results {
     /// A table beside the points; `None` where it does not exist.
     pub fn table(&self, kind: TableKind) -> Result<Option<ResultTable>, PlotError> {
         match ResultTable::read(&self.folder, kind) {
+            Ok(table) => Ok(Some(table)),
+            Err(StoreError::Missing { .. }) => Ok(None),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// What a table beside the points says of itself, without its rows; `None` where it does not exist.
+    pub fn head(&self, kind: TableKind) -> Result<Option<ResultTable>, PlotError> {
+        match ResultTable::head(&self.folder, kind) {
             Ok(table) => Ok(Some(table)),
             Err(StoreError::Missing { .. }) => Ok(None),
             Err(error) => Err(error.into()),

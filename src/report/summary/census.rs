@@ -225,7 +225,13 @@ impl Census {
             }
         }
         if let Some(all) = &mut self.all {
-            all.extend(points);
+            // Reasons and lives are told of the few points listed above; those of all take more memory than all else.
+            let none: Arc<str> = Arc::default();
+            all.extend(points.into_iter().map(|point| PointSummary {
+                reason: none.clone(),
+                chaos: None,
+                ..point
+            }));
         }
     }
 
@@ -332,7 +338,7 @@ fn read_points(
                 axis_values,
                 direction: directions[row].as_deref().map(&mut shared),
                 status: shared((statuses[row].as_deref()).ok_or_else(|| incomplete("status"))?),
-                reason: shared(reasons[row].as_deref().unwrap_or_default()),
+                reason: reasons[row].as_deref().unwrap_or_default().into(),
                 class: classes[row].as_deref().map(&mut shared),
                 period: periods[row],
                 lambda: lambda[row],

@@ -37,12 +37,6 @@ pub(super) fn scalar(key: &Key) -> Vec<Value> {
             forms.extend(text(Dimension::Damping));
             forms
         }
-        Kind::Tolerance => {
-            let mut forms = vec![json!({ "enum": ["roundoff"] })];
-            forms.push(number("number", key.bounds));
-            forms.extend(text(Dimension::Ratio));
-            forms
-        }
         Kind::Text | Kind::List(_) | Kind::Initial | Kind::Table | Kind::Points => {
             vec![json!({ "type": "string" })]
         }

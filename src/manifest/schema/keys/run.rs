@@ -1,8 +1,6 @@
 //! `[run]`.
 
-use crate::manifest::schema::key::{
-    ANY, Key, Kind, MANY, bounds, choice, integer, key, quantity, table,
-};
+use crate::manifest::schema::key::{ANY, Key, Kind, MANY, choice, integer, key, quantity, table};
 use crate::units::Dimension::{ModalDisplacement, ModalVelocity};
 
 #[rustfmt::skip]
@@ -23,8 +21,6 @@ pub(super) const KEYS: &[Key] = &[
                 contacts once for all loads and, without gyroscopic terms, speeds, keeps those of few sets in `tables/`, and takes constant levels of stiffness. `stepping` takes fixed steps. `dyadic`, `hermite`, `spectral` and `fused` are kernels of dense tables from the \
                 literature, for comparison; the bases of the last two are kept in `tables/`, once for all \
                 speeds."),
-    key("run.tolerance", Kind::Tolerance, bounds(1e-16, false, 1e-3, false), "1e-12").or(r#""roundoff""#)
-        .about("Relative truncation of the series of `volterra`; \"roundoff\" is 2^-52. Only with that kernel and with `auto`."),
     integer("run.steps", 16.0, 1e6, "8192").or("4096").because("each is kept: 60 bytes of every point at work")
         .about("Steps a mesh cycle of `stepping`, which sets its accuracy. Only with that kernel."),
     integer("run.cells", 1.0, 1e4, "120").or("60")

@@ -1,6 +1,6 @@
 //! Order cuts: the level of chosen mesh orders over an axis.
 
-use super::series::{Sample, Series};
+use super::series::{Sample, Samples, Series};
 use super::{Source, draw_series};
 use crate::report::numbers::number;
 use crate::report::plot::error::PlotError;
@@ -39,9 +39,12 @@ pub(in crate::report::plot) fn draw(
                 part: format!("mesh order {}", number(order)),
                 unit: found.unit.clone(),
                 scattered: false,
-                samples: places
-                    .map(|place| found.at(place, order).map(sample).into_iter().collect())
-                    .collect(),
+                samples: Samples::new(
+                    (places.clone())
+                        .filter_map(|place| Some((place, sample(found.at(place, order)?))))
+                        .collect(),
+                    places.len(),
+                ),
             });
         }
         all.push(series);

@@ -109,7 +109,7 @@ impl Plan {
                     }
                     let samples = results
                         .place(point.point_id)
-                        .map(|place| &series.samples[place]);
+                        .map(|place| series.samples.of(place));
                     let before = curve.dots.len();
                     for sample in samples.into_iter().flatten() {
                         let Some(value) = scale.shown(sample.value) else {

@@ -33,15 +33,40 @@ pub(in crate::report::plot) struct Series {
     pub unit: String,
     /// Whether a point may have several values, which belong to no curve.
     pub scattered: bool,
-    /// Values of each point, in the order of the summary.
-    pub samples: Vec<Vec<Sample>>,
+    pub samples: Samples,
+}
+
+/// Values of each point, in the order of the summary, one behind the other.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::report::plot) struct Samples {
+    /// Where those of each point end.
+    ends: Vec<usize>,
+    all: Vec<Sample>,
+}
+
+impl Samples {
+    /// Of so many points, each with the place of its point; those of a point keep their order.
+    pub fn new(mut placed: Vec<(usize, Sample)>, points: usize) -> Self {
+        placed.sort_by_key(|(place, _)| *place);
+        let ends = (0..points).map(|point| placed.partition_point(|(place, _)| *place <= point));
+        Self {
+            ends: ends.collect(),
+            all: placed.into_iter().map(|(_, sample)| sample).collect(),
+        }
+    }
+
+    /// Those of a point.
+    pub fn of(&self, point: usize) -> &[Sample] {
+        let start = point.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.all[start..self.ends[point]]
+    }
 }
 
 impl Series {
     /// The value of a point; none where it has none, or several.
     pub fn one(&self, point: usize) -> Option<Sample> {
-        match self.samples[point][..] {
-            [one] => Some(one),
+        match self.samples.of(point) {
+            [one] => Some(*one),
             _ => None,
         }
     }
@@ -52,7 +77,7 @@ impl Series {
 /// # Errors
 /// There is no such column of numbers, or no such element.
 pub(super) fn read(results: &Results, column: &ColumnName) -> Result<Vec<Series>, PlotError> {
-    let Some(table) = results.table(column.table)? else {
+    let Some(table) = results.head(column.table)? else {
         return Err(PlotError::NoTable {
             column: column.to_string(),
             folder: results.folder.clone(),
@@ -67,33 +92,54 @@ pub(super) fn read(results: &Results, column: &ColumnName) -> Result<Vec<Series>
         (false, Some(unit)) => unit,
         (false, None) => return Err(unknown(results, column, units.contains_key(&column.name))?),
     };
-    let values = match modulus {
-        true => moduli(&table)?,
-        false => table.numbers(&column.name)?,
-    };
     let partner = match column.name.as_str() {
         "lambda_max" => "lambda_stderr".to_owned(),
         name => format!("{name}_stderr"),
     };
-    let errors = match units.contains_key(&partner) {
-        true => table.numbers(&partner)?,
-        false => vec![Vec::new(); values.len()],
-    };
-    let ids = table.u64("point_id")?;
-    let longest = values.iter().map(Vec::len).max().unwrap_or(0);
-    let is_list = modulus || table.is_list(&column.name);
+    let partner = units.contains_key(&partner).then_some(partner);
     let head = table.columns()?.into_iter();
     let names = head
         .filter(|head| head.name == column.name)
         .flat_map(|head| head.elements);
     let names: Vec<String> = names.collect();
-    // Where the structures of a grid differ in what they have, a place is not the same element throughout.
-    let alike = |values: &Vec<Option<f64>>| values.is_empty() || values.len() == names.len();
-    let names = if values.iter().all(alike) {
-        names
-    } else {
-        Vec::new()
-    };
+    let mut wanted = vec!["point_id"];
+    match modulus {
+        true => wanted.extend(MULTIPLIERS),
+        false => wanted.extend(
+            [Some(column.name.as_str()), partner.as_deref()]
+                .into_iter()
+                .flatten(),
+        ),
+    }
+    let (mut placed, mut alike): (Vec<Vec<(usize, Sample)>>, _) = (Vec::new(), true);
+    // Only these columns, some thousand rows at a time: a million points have a gigabyte of others.
+    ResultTable::scan(&results.folder, column.table, &wanted, |part| {
+        let values = match modulus {
+            true => moduli(part)?,
+            false => part.numbers(&column.name)?,
+        };
+        let errors = partner
+            .as_ref()
+            .map(|partner| part.numbers(partner))
+            .transpose()?;
+        for (row, (id, values)) in part.u64("point_id")?.into_iter().zip(values).enumerate() {
+            // Where the structures of a grid differ in what they have, a place is not the same element throughout.
+            alike &= values.is_empty() || values.len() == names.len();
+            placed.resize_with(placed.len().max(values.len()), Vec::new);
+            let Some(place) = id.and_then(|id| results.place(id)) else {
+                continue;
+            };
+            for (element, value) in values.into_iter().enumerate() {
+                let error = || errors.as_ref()?[row].get(element).copied().flatten();
+                let error = error().unwrap_or(0.0).abs();
+                placed[element].extend(value.map(|value| (place, Sample { value, error })));
+            }
+        }
+        Ok::<_, StoreError>(())
+    })?;
+    let longest = placed.len();
+    let names = if alike { names } else { Vec::new() };
+    let is_list = modulus || table.is_list(&column.name);
     let elements: Vec<usize> = match (is_list, &column.element) {
         (false, None) => vec![0],
         (true, None) => (0..longest).collect(),
@@ -113,16 +159,9 @@ pub(super) fn read(results: &Results, column: &ColumnName) -> Result<Vec<Series>
         element: None,
         ..column.clone()
     };
-    let of_element = |element: usize| {
-        let mut samples = vec![Vec::new(); results.summary.all.len()];
-        for (row, id) in ids.iter().enumerate() {
-            let number = |values: &[Vec<Option<f64>>]| values[row].get(element).copied().flatten();
-            let place = id.and_then(|id| results.place(id));
-            if let (Some(place), Some(value)) = (place, number(&values)) {
-                let error = number(&errors).unwrap_or(0.0).abs();
-                samples[place].push(Sample { value, error });
-            }
-        }
+    let mut of_element = |element: usize| {
+        let placed = placed.get_mut(element).map(std::mem::take);
+        let samples = Samples::new(placed.unwrap_or_default(), results.summary.all.len());
         Series {
             name: whole.to_string(),
             part: match is_list {
@@ -137,7 +176,7 @@ pub(super) fn read(results: &Results, column: &ColumnName) -> Result<Vec<Series>
             samples,
         }
     };
-    Ok(elements.into_iter().map(of_element).collect())
+    Ok(elements.into_iter().map(&mut of_element).collect())
 }
 
 /// `order 3` of harmonics, else the number from 1.
@@ -152,12 +191,12 @@ fn element_words(column: &str, element: usize) -> String {
     }
 }
 
+/// Columns of the multipliers of orbits.
+const MULTIPLIERS: [&str; 2] = ["multipliers_re", "multipliers_im"];
+
 /// Moduli of the multipliers of orbits.
 fn moduli(table: &ResultTable) -> Result<Vec<Vec<Option<f64>>>, StoreError> {
-    let [re, im] = [
-        table.lists("multipliers_re")?,
-        table.lists("multipliers_im")?,
-    ];
+    let [re, im] = [table.lists(MULTIPLIERS[0])?, table.lists(MULTIPLIERS[1])?];
     let orbits = re.into_iter().zip(im).map(|(re, im)| {
         let pairs = re
             .unwrap_or_default()
@@ -175,7 +214,7 @@ fn moduli(table: &ResultTable) -> Result<Vec<Vec<Option<f64>>>, StoreError> {
 pub(in crate::report::plot) fn listed(results: &Results) -> Result<Vec<ColumnHead>, PlotError> {
     let mut all = Vec::new();
     for kind in TABLES {
-        if let Some(table) = results.table(kind)? {
+        if let Some(table) = results.head(kind)? {
             for head in table.columns()? {
                 let numbers = [ColumnKind::Whole, ColumnKind::Number, ColumnKind::List];
                 if !numbers.contains(&head.kind) {

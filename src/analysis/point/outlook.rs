@@ -1,0 +1,143 @@
+//! How long will a motion be measured that did not settle over its first cycles?
+//!
+//! Looks come at known cycles, and the errors over the first cycles tell at which one those that are asked
+//! for can be met. What they do not tell is whether motion is skew, which doubles the cycles, and whether
+//! a motion whose neighbours do not part yet is about to settle. Both are given as a spread.
+
+use super::looks::{SIGMAS, SKEWED};
+use super::plan::Plan;
+use crate::analysis::outcome::PointOutcome;
+use crate::analysis::questions::{Effort, Questions};
+
+/// Cycles of a motion whose neighbours do not part over the first cycles, as a part of those at the first
+/// look, and their standard deviation: between an orbit that is found soon and chaos that shows late. Of
+/// the 15 such points of `manifests/flex80.toml` they are 0.68 and 0.95.
+const UNDECIDED: [f64; 2] = [0.7, 1.0];
+
+/// Errors by which an exponent exceeds zero where neighbours are taken to part.
+const PARTS: f64 = 3.0;
+
+/// Measured mesh cycles that a point will take.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outlook {
+    /// Expected.
+    pub expected: f64,
+    /// Standard deviation.
+    pub spread: f64,
+}
+
+impl Outlook {
+    /// For questions to a motion that was `seen` over some cycles without settling.
+    pub fn of(questions: &Questions, seen: &PointOutcome) -> Self {
+        let plan = Plan::of(questions);
+        let (first, budget) = (plan.first as f64, plan.budget as f64);
+        let lyapunov = questions.lyapunov;
+        let statistics = questions.nvh.and_then(|asked| asked.stop_at_stderr);
+        let target = lyapunov.and_then(|asked| asked.stop_at_stderr);
+        let ends_early = match lyapunov {
+            Some(_) => target.is_some(),
+            None => statistics.is_some(),
+        };
+        if !ends_early || budget <= first {
+            return Self {
+                expected: budget,
+                spread: 0.0,
+            };
+        }
+        let exponent = seen
+            .lyapunov
+            .as_ref()
+            .filter(|found| found.stderr().is_finite());
+        let parting = exponent.filter(|found| found.exponents[0] > PARTS * found.stderr());
+        let (Some(found), Some(target)) = (parting, target) else {
+            let [expected, spread] = UNDECIDED.map(|part| part * first);
+            return Self { expected, spread };
+        };
+        let (lambda, error) = (found.exponents[0], found.stderr());
+        let ratio = (error / target).max(SIGMAS * error / lambda);
+        let wanted = seen.measured_cycles as f64 * ratio * ratio;
+        // Beyond the budget the first look ends the point.
+        let looks = (wanted / first).log2().ceil().max(0.0);
+        let enough = match wanted <= budget {
+            true => (first * looks.exp2()).min(budget),
+            false => first,
+        };
+        let skew = match questions.effort() {
+            Effort::Verified => enough.max(SKEWED as f64).min(budget),
+            Effort::Survey => (2.0 * enough).min(budget),
+        };
+        Self {
+            expected: 0.5 * (enough + skew),
+            spread: 0.5 * (skew - enough),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::outcome::{LyapunovMethod, LyapunovOutcome, Status};
+    use crate::analysis::poincare::Section;
+    use crate::analysis::questions::LyapunovQuestion;
+    use crate::numerics::random::PointSeed;
+
+    /// For an exponent with a stop rule or without, after 400 cycles that gave λ = 0.2 with an error.
+    fn outlook(effort: Effort, target: Option<f64>, error: f64, cycles: u64) -> [f64; 2] {
+        let questions = Questions {
+            point: PointSeed {
+                seed: 1,
+                point_id: 0,
+            },
+            transient: 500,
+            cycles,
+            settle: true,
+            audit_cycles: 0,
+            lyapunov: Some(LyapunovQuestion {
+                stop_at_stderr: target,
+                effort,
+                ..LyapunovQuestion::default()
+            }),
+            poincare_samples: 0,
+            section: Section::default(),
+            nvh: None,
+        };
+        let seen = PointOutcome {
+            lyapunov: Some(LyapunovOutcome {
+                exponents: vec![0.2],
+                errors: vec![error],
+                dimension: None,
+                twin: None,
+                twin_stderr: None,
+                twin_agrees: None,
+                method: LyapunovMethod::Tangent,
+                course: None,
+            }),
+            measured_cycles: 400,
+            ..PointOutcome::unanswered(Status::NotConverged, String::new())
+        };
+        let found = Outlook::of(&questions, &seen);
+        [found.expected, found.spread]
+    }
+
+    /// By hand from the rule of looks: 40 000, 80 000, 160 000 cycles with verified errors, 2000, 4000, … in a
+    /// survey; the error falls with the root of the cycles.
+    #[test]
+    fn looks_tell_how_many_cycles_come() {
+        let verified = |target, error, cycles| outlook(Effort::Verified, target, error, cycles);
+        // 400 (0.05 / 0.01)^2 = 10 000 cycles: the first look may do, and at the second motion may be skew.
+        assert_eq!(verified(Some(0.01), 0.05, 160_000), [60_000.0, 20_000.0]);
+        // 400 (0.06 / 0.01)^2 = 14 400 cycles: the same.
+        assert_eq!(verified(Some(0.01), 0.06, 160_000), [60_000.0, 20_000.0]);
+        // Within three errors of zero: not seen to part.
+        assert_eq!(verified(Some(0.01), 0.12, 160_000), [28_000.0, 40_000.0]);
+        // 400 (0.05 / 0.004)^2 = 62 500 cycles: the second look for certain.
+        assert_eq!(verified(Some(0.004), 0.05, 160_000), [80_000.0, 0.0]);
+        // Beyond the budget the first look says that it is futile.
+        assert_eq!(verified(Some(0.001), 0.05, 160_000), [60_000.0, 20_000.0]);
+        // Without a rule, or where the first look does not come, all cycles.
+        assert_eq!(verified(None, 0.05, 160_000), [160_000.0, 0.0]);
+        assert_eq!(verified(Some(0.01), 0.05, 10_000), [10_000.0, 0.0]);
+        let survey = outlook(Effort::Survey, Some(0.05), 0.05, 10_000);
+        assert_eq!(survey, [3000.0, 1000.0]);
+    }
+}
