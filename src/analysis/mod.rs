@@ -17,6 +17,7 @@ mod evidence;
 mod frequencies;
 mod horizon;
 mod known;
+mod lasting_contact;
 mod lyapunov;
 mod modal_series;
 mod multistability;

@@ -2,9 +2,11 @@
 //!
 //! Newton's method finds an orbit next to a trajectory whether or not that ends there. The trajectory is
 //! watched while the slowest multiplier halves its distance: where it comes as near as the map of a period
-//! predicts, the orbit attracts it.
+//! predicts, the orbit attracts it. Where neither the orbit nor the way to it has an event, the map alone may
+//! prove it, without watching.
 
 use super::shooting::{PeriodicOrbit, SAME_POINT, shoot, shortest};
+use crate::analysis::lasting_contact::LastingContact;
 use crate::analysis::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::linalg::{eigenpair, product};
@@ -32,6 +34,8 @@ struct Watched {
     predicted: Mat<f64>,
     /// Whether the events were those of the orbit.
     same_events: bool,
+    /// Whether contact is certain to last until the orbit is reached.
+    certain: bool,
 }
 
 /// How the approach to an orbit is watched.
@@ -80,10 +84,12 @@ impl<'a, K: Kernel> Watch<'a, K> {
     }
 
     /// Advances `trajectory`, which starts a period. An integration ends early where its events are
-    /// not those of the orbit; an event too many or too few may have slipped past the start of a cycle.
+    /// not those of the orbit (an event too many or too few may have slipped past the start of a cycle), or where
+    /// contact is certain to last.
     fn follow(
         &self,
         trajectory: &mut TrajectoryState,
+        mut lasting: Option<&mut LastingContact<'_>>,
         workspace: &mut K::Workspace,
         counters: &mut Counters,
     ) -> Result<Watched, Stop> {
@@ -91,8 +97,17 @@ impl<'a, K: Kernel> Watch<'a, K> {
         let mut predicted = before.clone();
         let period = u64::from(self.orbit.period);
         let events = counters.events;
-        let mut same_events = true;
+        let (mut same_events, mut certain) = (true, false);
         for passed in 1..=self.periods {
+            if let Some(lasting) = &mut lasting {
+                let away = self
+                    .norm
+                    .difference(&trajectory.state, &self.orbit.start.state);
+                certain = lasting.is_certain(self.kernel, &away, workspace);
+                if certain {
+                    break;
+                }
+            }
             predicted = product(self.orbit.monodromy.as_ref(), predicted.as_ref());
             self.kernel
                 .advance(period, trajectory, workspace, &mut (), counters)?;
@@ -106,7 +121,26 @@ impl<'a, K: Kernel> Watch<'a, K> {
             after: self.offset(&trajectory.state),
             predicted,
             same_events,
+            certain,
         })
+    }
+
+    /// What may prove that contact lasts on the way of a trajectory to an orbit without events, where that takes less time
+    /// than watching.
+    fn lasting_contact(
+        &self,
+        model: &'a Model,
+        trajectory: &TrajectoryState,
+    ) -> Option<LastingContact<'a>> {
+        let orbit = self.orbit;
+        let bounds = BOUND * (self.norm.dimension() as u64 + 1);
+        let asked = orbit.events == 0
+            && trajectory.contact == orbit.start.contact
+            && self.periods >= bounds;
+        let at = (orbit.start.clone(), orbit.period);
+        asked
+            .then(|| LastingContact::new(model, self.norm, &orbit.monodromy, at))
+            .flatten()
     }
 
     /// Whether the linear map governs an approach.
@@ -147,7 +181,7 @@ pub fn approaches<K: Kernel>(
     let Some(watch) = Watch::new(kernel, norm, orbit) else {
         return Ok(false);
     };
-    let seen = watch.follow(trajectory, workspace, counters)?;
+    let seen = watch.follow(trajectory, None, workspace, counters)?;
     Ok(watch.is_linear(&seen))
 }
 
@@ -174,10 +208,19 @@ pub enum Approach {
     AsPredicted,
     /// Along the slowest direction, on which states nearer to the orbit move as predicted.
     AlongALine,
+    /// In contact that is certain to last, so that the map of a period holds all the way.
+    InContact,
 }
 
-/// Advances `trajectory` and tells how it comes to `orbit`; none where it is not seen to.
-fn comes<K: Kernel>(
+/// Periods whose integration takes as long as bounding what is felt of one multiplier over a period.
+const BOUND: u64 = 2;
+
+/// Tells how `trajectory` comes to `orbit`, and advances it while it is watched; none where it is not
+/// seen to.
+///
+/// # Errors
+/// [`Stop`] as for any integration.
+pub fn comes<K: Kernel>(
     model: &Model,
     kernel: &K,
     norm: &EnergyNorm,
@@ -189,7 +232,11 @@ fn comes<K: Kernel>(
     let Some(watch) = Watch::new(kernel, norm, orbit) else {
         return Ok(None);
     };
-    let seen = watch.follow(trajectory, workspace, counters)?;
+    let mut lasting = watch.lasting_contact(model, trajectory);
+    let seen = watch.follow(trajectory, lasting.as_mut(), workspace, counters)?;
+    if seen.certain {
+        return Ok(Some(Approach::InContact));
+    }
     if watch.is_linear(&seen) {
         return Ok(Some(Approach::AsPredicted));
     }
@@ -226,8 +273,8 @@ fn comes_along_a_line<K: Kernel>(
     let mut between = trajectory.clone();
     for tried in 0..=MOST_BETWEEN {
         let seen = match tried {
-            0 => watch.follow(trajectory, workspace, counters)?,
-            _ => watch.follow(&mut between, workspace, counters)?,
+            0 => watch.follow(trajectory, None, workspace, counters)?,
+            _ => watch.follow(&mut between, None, workspace, counters)?,
         };
         if watch.is_linear(&seen) {
             return Ok(Some(match tried {

@@ -11,7 +11,7 @@
 
 use super::floquet::monodromy;
 use crate::analysis::norm::EnergyNorm;
-use crate::model::{Model, TrajectoryState};
+use crate::model::{ActiveSet, Model, TrajectoryState};
 use crate::numerics::linalg::{eigenvalues, solve};
 use crate::propagate::{Counters, Kernel, Stop};
 use faer::Mat;
@@ -70,54 +70,155 @@ pub fn shoot<K: Kernel>(
     period: u32,
     workspace: &mut K::Workspace,
 ) -> Result<Option<PeriodicOrbit>, Stop> {
-    let mut counters = Counters::default();
-    let (weights, felt) = (norm.weights(), norm.felt());
-    let mut start = guess.clone();
-    let mut last = f64::INFINITY;
-    for _ in 0..MOST_STEPS {
-        let mut end = start.clone();
-        let before = counters.events;
-        let matrix = monodromy(
+    Shooting::new(model, kernel, norm, period).orbit(guess, workspace)
+}
+
+/// As [`shoot`], for an orbit on which no contact opens or closes: the solution of a linear system. None where
+/// there is an event in the period from `guess`, or in that from the solution.
+///
+/// # Errors
+/// As [`shoot`].
+pub fn shoot_without_event<K: Kernel>(
+    model: &Model,
+    kernel: &K,
+    norm: &EnergyNorm,
+    guess: &TrajectoryState,
+    period: u32,
+    workspace: &mut K::Workspace,
+) -> Result<Option<PeriodicOrbit>, Stop> {
+    let mut shooting = Shooting::new(model, kernel, norm, period);
+    shooting.without_event = true;
+    shooting.orbit(guess, workspace)
+}
+
+/// Newton's method on the map of a period.
+struct Shooting<'a, K: Kernel> {
+    model: &'a Model,
+    kernel: &'a K,
+    norm: &'a EnergyNorm,
+    period: u32,
+    counters: Counters,
+    /// Whether an iterate with an event ends the search.
+    without_event: bool,
+    /// Closed contacts and derivative of a period without an event: all that start with the same contacts
+    /// closed share it.
+    lasting: Option<(ActiveSet, Mat<f64>)>,
+}
+
+/// A period that was integrated.
+struct Passed {
+    end: TrajectoryState,
+    matrix: Mat<f64>,
+    events: u64,
+}
+
+impl<'a, K: Kernel> Shooting<'a, K> {
+    fn new(model: &'a Model, kernel: &'a K, norm: &'a EnergyNorm, period: u32) -> Self {
+        Self {
             model,
             kernel,
             norm,
-            &mut end,
             period,
-            workspace,
-            &mut counters,
-        )?;
-        let residual = norm.distance(&end.state, &start.state) / norm.unit();
-        if residual.is_nan() || residual > 2.0 * last.max(1.0) {
-            return Ok(None);
+            counters: Counters::default(),
+            without_event: false,
+            lasting: None,
         }
-        let stagnant = last <= STAGNANT && residual > 0.5 * last;
-        if last <= CONVERGED || stagnant {
-            return Ok(
-                eigenvalues(matrix.as_ref()).map(|multipliers| PeriodicOrbit {
-                    start,
-                    period,
-                    residual,
-                    events: counters.events - before,
-                    monodromy: matrix,
-                    multipliers,
-                }),
-            );
-        }
-        last = residual;
-        let defect = norm.difference(&start.state, &end.state);
-        let n = felt.len();
-        let system = Mat::from_fn(n, n, |i, j| matrix[(i, j)] - f64::from(u8::from(i == j)));
-        let step = solve(system.as_ref(), &defect);
-        let length = step.iter().map(|s| s * s).sum::<f64>().sqrt();
-        if length.is_nan() || length > LONGEST_STEP * norm.unit() {
-            return Ok(None);
-        }
-        for (&i, s) in felt.iter().zip(&step) {
-            start.state[i] += s / weights[i];
-        }
-        start = TrajectoryState::new(model, start.state, start.cycle);
     }
-    Ok(None)
+
+    /// Integrates a period, with tangents only where its derivative is not known.
+    fn pass(
+        &mut self,
+        start: &TrajectoryState,
+        workspace: &mut K::Workspace,
+    ) -> Result<Passed, Stop> {
+        let counters = &mut self.counters;
+        let before = counters.events;
+        if let Some((contact, matrix)) = &self.lasting
+            && *contact == start.contact
+        {
+            let (mut end, period) = (start.clone(), u64::from(self.period));
+            self.kernel
+                .advance(period, &mut end, workspace, &mut (), counters)?;
+            if counters.events == before || self.without_event {
+                return Ok(Passed {
+                    end,
+                    matrix: matrix.clone(),
+                    events: counters.events - before,
+                });
+            }
+        }
+        let (mut end, before) = (start.clone(), counters.events);
+        let matrix = monodromy(
+            self.model,
+            self.kernel,
+            self.norm,
+            &mut end,
+            self.period,
+            workspace,
+            counters,
+        )?;
+        let events = counters.events - before;
+        if events == 0 {
+            self.lasting = Some((start.contact, matrix.clone()));
+        }
+        Ok(Passed {
+            end,
+            matrix,
+            events,
+        })
+    }
+
+    fn orbit(
+        &mut self,
+        guess: &TrajectoryState,
+        workspace: &mut K::Workspace,
+    ) -> Result<Option<PeriodicOrbit>, Stop> {
+        let norm = self.norm;
+        let (weights, felt) = (norm.weights(), norm.felt());
+        let mut start = guess.clone();
+        let mut last = f64::INFINITY;
+        for _ in 0..MOST_STEPS {
+            let Passed {
+                end,
+                matrix,
+                events,
+            } = self.pass(&start, workspace)?;
+            if self.without_event && events > 0 {
+                return Ok(None);
+            }
+            let residual = norm.distance(&end.state, &start.state) / norm.unit();
+            if residual.is_nan() || residual > 2.0 * last.max(1.0) {
+                return Ok(None);
+            }
+            let stagnant = last <= STAGNANT && residual > 0.5 * last;
+            if last <= CONVERGED || stagnant {
+                return Ok(
+                    eigenvalues(matrix.as_ref()).map(|multipliers| PeriodicOrbit {
+                        start,
+                        period: self.period,
+                        residual,
+                        events,
+                        monodromy: matrix,
+                        multipliers,
+                    }),
+                );
+            }
+            last = residual;
+            let defect = norm.difference(&start.state, &end.state);
+            let n = felt.len();
+            let system = Mat::from_fn(n, n, |i, j| matrix[(i, j)] - f64::from(u8::from(i == j)));
+            let step = solve(system.as_ref(), &defect);
+            let length = step.iter().map(|s| s * s).sum::<f64>().sqrt();
+            if length.is_nan() || length > LONGEST_STEP * norm.unit() {
+                return Ok(None);
+            }
+            for (&i, s) in felt.iter().zip(&step) {
+                start.state[i] += s / weights[i];
+            }
+            start = TrajectoryState::new(self.model, start.state, start.cycle);
+        }
+        Ok(None)
+    }
 }
 
 /// Distance, in half gaps, at which two points of an orbit are one.
@@ -136,7 +237,10 @@ pub fn shortest<K: Kernel>(
     unit: u32,
     workspace: &mut K::Workspace,
 ) -> Result<PeriodicOrbit, Stop> {
-    if orbit.events == 0 && orbit.period > unit {
+    if orbit.period == unit {
+        return Ok(orbit);
+    }
+    if orbit.events == 0 {
         let shorter = shoot(model, kernel, norm, &orbit.start, unit, workspace)?;
         return Ok(shorter.unwrap_or(orbit));
     }

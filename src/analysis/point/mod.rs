@@ -23,6 +23,7 @@ mod outlook;
 mod plan;
 mod run;
 mod settle;
+mod steady;
 mod watch;
 
 pub use outlook::Outlook;
@@ -38,6 +39,7 @@ use crate::propagate::{Counters, Kernel};
 use run::{Halt, PointRun};
 use settle::{Repeating, Searches, WORTH_A_SEARCH};
 use std::sync::atomic::AtomicBool;
+use steady::Steady;
 
 /// Answers all questions to one point.
 ///
@@ -112,18 +114,32 @@ impl<K: Kernel> PointRun<'_, K> {
             return Ok(None);
         }
         let mut recurrence = Recurrence::new(self.model);
-        if let Some(period) = self.starts_locked(&recurrence)
-            && let Some(orbit) = self.seek_orbit(&[period])?
+        let mut steady = Steady::new(&recurrence);
+        if let Some(steady) = &mut steady
+            && self.stays_locked(steady.period())
         {
-            return Ok(Some(orbit));
+            let mut orbit = self.seek_steady(steady)?;
+            if !steady.attracts() {
+                orbit = self.seek_orbit(&[steady.period()])?;
+            }
+            if orbit.is_some() {
+                return Ok(orbit);
+            }
         }
         while self.counters.cycles < self.questions.transient {
+            let events = self.counters.events;
             self.plain_cycle(&mut ())?;
             recurrence.push(&self.trajectory.state);
-            if searches
-                .as_mut()
-                .is_some_and(|s| s.due(self.counters.cycles))
+            let quiet = self.counters.events == events && self.trajectory.contact.touching();
+            if let Some(steady) = &mut steady
+                && steady.is_due(quiet, self.trajectory.cycle)
+                && self.stays_locked(steady.period())
+                && let Some(orbit) = self.seek_steady(steady)?
             {
+                return Ok(Some(orbit));
+            }
+            let awaited = (steady.as_ref()).is_some_and(|s| s.is_quiet() && s.attracts());
+            if (searches.as_mut()).is_some_and(|s| s.due(self.counters.cycles)) && !awaited {
                 let candidates = recurrence.candidates(&self.norm, WORTH_A_SEARCH);
                 let orbit = self.seek_orbit(&candidates)?;
                 if orbit.is_some() {

@@ -11,7 +11,7 @@ use crate::analysis::outcome::{
     Class, KaplanYorke, LyapunovMethod, LyapunovOutcome, PointOutcome, Status,
 };
 use crate::analysis::questions::Questions;
-use crate::analysis::recurrence::{Recurrence, excitation_period};
+use crate::analysis::recurrence::excitation_period;
 use crate::analysis::spectrum::{Lines, Spectra};
 use crate::model::TrajectoryState;
 use crate::numerics::linalg::{eigenpair, eigenvalues};
@@ -70,35 +70,15 @@ pub(super) struct Repeating {
 pub(super) struct Turn {
     monodromy: Mat<f64>,
     multipliers: Vec<Complex64>,
+    /// Events in the period.
+    events: u64,
 }
 
 /// Round-off of the map of a period, as a part of a multiplier, from which on the maps of its cycles are
 /// taken one by one.
 const TOLD: f64 = 1e-9;
 
-/// Longest period of an excitation, in mesh cycles, over which contact is watched.
-const LONGEST_LOOK: u32 = 64;
-
 impl<K: Kernel> PointRun<'_, K> {
-    /// The excitation's period, where the trajectory stays in contact over the first: the map
-    /// of a period is then affine, and its fixed point needs no transient.
-    pub(super) fn starts_locked(&mut self, recurrence: &Recurrence) -> Option<u32> {
-        let period = recurrence
-            .excitation()
-            .filter(|period| *period <= LONGEST_LOOK)?;
-        let mut ahead = self.trajectory.clone();
-        let mut counters = Counters::default();
-        for _ in 0..period {
-            let integrated =
-                self.kernel
-                    .advance(1, &mut ahead, &mut self.workspace, &mut (), &mut counters);
-            if integrated.is_err() || counters.events > 0 || !ahead.contact.touching() {
-                return None;
-            }
-        }
-        Some(period)
-    }
-
     /// Seeks an attracting orbit next to the trajectory. Where one is found and the
     /// trajectory is seen to approach it, the trajectory is put on it.
     pub(super) fn seek_orbit(&mut self, candidates: &[u32]) -> Result<Option<Repeating>, Halt> {
@@ -115,48 +95,59 @@ impl<K: Kernel> PointRun<'_, K> {
                 &mut self.workspace,
                 &mut self.counters,
             )?;
-            let Some(Attracting {
-                orbit,
-                doubled,
-                approach,
-            }) = found
-            else {
-                continue;
-            };
-            let watched = self.counters.cycles - before;
-            let from = match doubled {
-                true => " from beside the unstable orbit of half its period",
-                false => "",
-            };
-            let how_near = match approach {
-                Approach::AsPredicted => "as its multipliers predict",
-                Approach::AlongALine => {
-                    "along its slowest direction, near it as its multipliers predict"
-                }
-            };
-            let how = format!(
-                "orbit found by Newton's method after {before} cycles (residual {:.0e} half gaps), approached{from} {how_near} over {watched} cycles",
-                orbit.residual
-            );
-            let cycle = self.trajectory.cycle;
-            let PeriodicOrbit {
-                start,
-                period,
-                monodromy,
-                multipliers,
-                ..
-            } = orbit;
-            self.trajectory = TrajectoryState::new(self.model, start.state, cycle);
-            return Ok(Some(Repeating {
-                period,
-                how,
-                turn: Some(Turn {
-                    monodromy,
-                    multipliers,
-                }),
-            }));
+            if let Some(found) = found {
+                return Ok(Some(self.put_on(found, before)));
+            }
         }
         Ok(None)
+    }
+
+    /// Puts the trajectory on an orbit that it was seen to approach after so many cycles.
+    pub(super) fn put_on(&mut self, found: Attracting, before: u64) -> Repeating {
+        let Attracting {
+            orbit,
+            doubled,
+            approach,
+        } = found;
+        let from = match doubled {
+            true => " from beside the unstable orbit of half its period",
+            false => "",
+        };
+        let watched = self.counters.cycles - before;
+        let approached = match approach {
+            Approach::AsPredicted => {
+                format!("approached{from} as its multipliers predict over {watched} cycles")
+            }
+            Approach::AlongALine => format!(
+                "approached{from} along its slowest direction, near it as its multipliers predict over {watched} cycles"
+            ),
+            Approach::InContact => {
+                format!("contact is certain to last on the way there after {watched} more")
+            }
+        };
+        let how = format!(
+            "orbit found by Newton's method after {before} cycles (residual {:.0e} half gaps), {approached}",
+            orbit.residual
+        );
+        let cycle = self.trajectory.cycle;
+        let PeriodicOrbit {
+            start,
+            period,
+            monodromy,
+            multipliers,
+            events,
+            ..
+        } = orbit;
+        self.trajectory = TrajectoryState::new(self.model, start.state, cycle);
+        Repeating {
+            period,
+            how,
+            turn: Some(Turn {
+                monodromy,
+                multipliers,
+                events,
+            }),
+        }
     }
 
     /// Confirms a motion that repeats by its multipliers and measures one period, which is all
@@ -166,21 +157,22 @@ impl<K: Kernel> PointRun<'_, K> {
         let Repeating { period, how, turn } = found;
         let start = self.trajectory.clone();
         let mut end = start.clone();
-        let Some(Turn {
-            monodromy: first,
-            multipliers,
-        }) = (match turn {
+        let Some(turn) = (match turn {
             Some(turn) => {
-                self.go_round(&mut end, period)?;
+                match turn.events {
+                    // Maps of its cycles are the same wherever contact lasts.
+                    0 => end.cycle += u64::from(period),
+                    _ => self.go_round(&mut end, period)?,
+                }
                 Some(turn)
             }
             None => self.turn(&mut end, period)?,
-        })
-        else {
+        }) else {
             return Ok(None);
         };
-        let leading = multipliers.first().copied().unwrap_or(f64::NAN.into());
-        let Some(exponents) = self.exponents(&first, &multipliers, &mut end, period)? else {
+        let (first, leading) = (&turn.monodromy, turn.multipliers.first());
+        let leading = leading.copied().unwrap_or(f64::NAN.into());
+        let Some(exponents) = self.exponents(&turn, &mut end, period)? else {
             return Ok(None);
         };
         let largest = exponents.first().map_or(f64::NAN, |own| own.value);
@@ -190,7 +182,7 @@ impl<K: Kernel> PointRun<'_, K> {
         let lyapunov = match self.questions.lyapunov {
             Some(asked) => {
                 // Of multipliers in round-off it is none.
-                let told = round_off(&first, leading.norm()) <= TOLD;
+                let told = round_off(first, leading.norm()) <= TOLD;
                 let direction = match asked.twin && told {
                     true => eigenpair(first.as_ref(), leading),
                     false => None,
@@ -289,20 +281,23 @@ impl<K: Kernel> PointRun<'_, K> {
         )))
     }
 
-    /// As many exponents as are asked for, one at least, of an orbit with this map of a period and these
-    /// multipliers, largest first, and how well they are known; none where their
+    /// As many exponents as are asked for, one at least, of an orbit with this map of a period,
+    /// largest first, and how well they are known; none where their
     /// iteration fails. `at` is on the orbit at the start of a period, and is advanced by whole ones.
     fn exponents(
         &mut self,
-        monodromy: &Mat<f64>,
-        multipliers: &[Complex64],
+        turn: &Turn,
         at: &mut TrajectoryState,
         period: u32,
     ) -> Result<Option<Vec<Logarithm>>, Halt> {
+        let (monodromy, multipliers) = (&turn.monodromy, &turn.multipliers);
         let asked = self.questions.lyapunov.map_or(1, |l| l.exponents.max(1));
         // A second, independent turn around the orbit shows how well the first is known, but not
         // where contact lasts: the map of a period has the same bits each time.
-        let second = self.monodromy(at, period)?;
+        let second = match turn.events {
+            0 => monodromy.clone(),
+            _ => self.monodromy(at, period, &mut Counters::default())?,
+        };
         let again = match (asked, multipliers.first()) {
             (1, Some(leading)) => eigenpair(second.as_ref(), *leading).map(|pair| vec![pair.value]),
             _ => eigenvalues(second.as_ref()),
@@ -333,7 +328,7 @@ impl<K: Kernel> PointRun<'_, K> {
         if period > 1 && blurs.iter().any(blurred) {
             let mut maps = Vec::with_capacity(period as usize);
             for _ in 0..period {
-                maps.push(self.monodromy(at, 1)?);
+                maps.push(self.monodromy(at, 1, &mut Counters::default())?);
             }
             let apart = logarithms(&maps, asked, TOLD).unwrap_or_default();
             for ((own, blur), apart) in found.iter_mut().zip(&blurs).zip(apart) {
@@ -351,15 +346,22 @@ impl<K: Kernel> PointRun<'_, K> {
     /// The linearised map of a period from `start`, which is advanced by it; none where its
     /// multipliers cannot be had.
     fn turn(&mut self, start: &mut TrajectoryState, period: u32) -> Result<Option<Turn>, Halt> {
-        let monodromy = self.monodromy(start, period)?;
+        let mut counters = Counters::default();
+        let monodromy = self.monodromy(start, period, &mut counters)?;
         Ok(eigenvalues(monodromy.as_ref()).map(|multipliers| Turn {
             monodromy,
             multipliers,
+            events: counters.events,
         }))
     }
 
     /// The monodromy matrix of a period from `start`, which is advanced by it.
-    fn monodromy(&mut self, start: &mut TrajectoryState, period: u32) -> Result<Mat<f64>, Halt> {
+    fn monodromy(
+        &mut self,
+        start: &mut TrajectoryState,
+        period: u32,
+        counters: &mut Counters,
+    ) -> Result<Mat<f64>, Halt> {
         Ok(monodromy(
             self.model,
             self.kernel,
@@ -367,7 +369,7 @@ impl<K: Kernel> PointRun<'_, K> {
             start,
             period,
             &mut self.workspace,
-            &mut Counters::default(),
+            counters,
         )?)
     }
 

@@ -26,7 +26,7 @@ trait Map {
     }
 }
 
-/// A map as a kernel without events.
+/// A map as a kernel with an event in every cycle: without one it would be affine.
 struct Cycles<M> {
     map: M,
     weights: [f64; 2],
@@ -62,6 +62,7 @@ impl<M: Map> Kernel for Cycles<M> {
         }
         trajectory.cycle += 1;
         counters.cycles += 1;
+        counters.events += 1;
         Ok(())
     }
 }

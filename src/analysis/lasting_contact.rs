@@ -1,0 +1,338 @@
+//! Is contact certain to last on the way to a periodic motion?
+//!
+//! While no contact opens or closes, the map of a period is affine. With its fixed point x* and the eigenvectors v and
+//! multipliers μ of its matrix,
+//!
+//! ```text
+//! x₀ − x* = Σ c v,   margin(t) ≥ least of x* − Σ |c| |μ|ⁿ max |dmargin/dx · v| > 0
+//! ```
+//!
+//! in every later period n, since no |μ| exceeds 1: the margin of a contact is `±(s δ − b)`, or its
+//! force where it lets go by force. Both come from windows that the kernel shows of x* and of
+//! states beside it, and are bounded by their Legendre series, not sampled. They serve all motions that
+//! come to x*.
+
+use super::modal_series::{ModalMotion, Series, TERMS, padded};
+use super::norm::EnergyNorm;
+use crate::model::{Model, Release, TrajectoryState};
+use crate::numerics::legendre::{evaluate, transforms24};
+use crate::numerics::linalg::{eigenpair, eigenvalues, solve};
+use crate::propagate::{Counters, Event, Kernel, Observer, Window};
+use faer::Mat;
+
+/// Size of a disturbance, in units of the norm.
+const DISTURBANCE: f64 = 1e-4;
+
+/// Room for rounding in bounds.
+const SLACK: f64 = 1.0 + 1e-6;
+
+/// Residual of an eigenvector basis that is let pass, relative to the state taken apart in it.
+const RESIDUAL: f64 = 1e-9;
+
+/// Halvings of a window in the search for its least margin.
+const HALVINGS: u32 = 5;
+
+/// Motions in constant contact that decay to a periodic one.
+#[derive(Debug)]
+pub(super) struct LastingContact<'a> {
+    model: &'a Model,
+    norm: &'a EnergyNorm,
+    /// The periodic motion at the start of a period.
+    orbit: TrajectoryState,
+    /// Mesh cycles.
+    period: u32,
+    modes: Modes,
+    /// The margins of the periodic motion, once they were asked for.
+    steady: Option<Margins<'a>>,
+    /// How far margins change at most with each mode, by contact; as far as it was asked for.
+    reaches: Vec<Option<Vec<f64>>>,
+}
+
+impl<'a> LastingContact<'a> {
+    /// To the motion through a state, of so many mesh cycles, with the map of a period in energy coordinates,
+    /// without the neutral pair. None where it does not decay, or where eigenvectors do not tell its parts.
+    pub(super) fn new(
+        model: &'a Model,
+        norm: &'a EnergyNorm,
+        map: &Mat<f64>,
+        (orbit, period): (TrajectoryState, u32),
+    ) -> Option<Self> {
+        let modes = Modes::new(map)?;
+        Some(Self {
+            model,
+            norm,
+            orbit,
+            period,
+            steady: None,
+            reaches: vec![None; modes.vectors.len()],
+            modes,
+        })
+    }
+
+    /// Whether contact is certain to be kept for ever by a motion that starts a period so far from the periodic one, in
+    /// energy coordinates.
+    pub(super) fn is_certain<K: Kernel>(
+        &mut self,
+        kernel: &K,
+        away: &[f64],
+        workspace: &mut K::Workspace,
+    ) -> bool {
+        self.left(kernel, away, workspace)
+            .is_some_and(|left| left.iter().all(|left| *left > 0.0))
+    }
+
+    /// What is left of the margins, or of those that are spent first; none where that is not known.
+    fn left<K: Kernel>(
+        &mut self,
+        kernel: &K,
+        away: &[f64],
+        workspace: &mut K::Workspace,
+    ) -> Option<Vec<f64>> {
+        let sizes = self.modes.sizes(away)?;
+        let mut order: Vec<usize> = (0..sizes.len()).collect();
+        // What is too much is soon seen.
+        order.sort_by(|a, b| sizes[*b].total_cmp(&sizes[*a]));
+        if self.steady.is_none() {
+            self.steady = Some(self.seen(kernel, None, workspace)?);
+        }
+        let mut left = self.steady.as_ref()?.least.clone()?;
+        for mode in order {
+            if left.iter().any(|left| *left <= 0.0) {
+                break;
+            }
+            let reach = self.reach(kernel, mode, workspace)?;
+            for (left, reach) in left.iter_mut().zip(reach) {
+                *left -= SLACK * sizes[mode] * reach;
+            }
+        }
+        Some(left)
+    }
+
+    /// How far margins change at most, by contact, with a unit of a mode.
+    fn reach<K: Kernel>(
+        &mut self,
+        kernel: &K,
+        mode: usize,
+        workspace: &mut K::Workspace,
+    ) -> Option<&Vec<f64>> {
+        if self.reaches[mode].is_none() {
+            let steady = &self.steady.as_ref()?.windows;
+            let mut both = vec![0.0_f64; self.model.contacts.len()];
+            for v in &self.modes.vectors[mode] {
+                if v.iter().any(|x| *x != 0.0) {
+                    let beside = self.seen(kernel, Some(v), workspace)?;
+                    for (both, one) in both.iter_mut().zip(apart(steady, &beside.windows)?) {
+                        *both = both.hypot(one / (DISTURBANCE * self.norm.unit()));
+                    }
+                }
+            }
+            self.reaches[mode] = Some(both);
+        }
+        self.reaches[mode].as_ref()
+    }
+
+    /// A period of the periodic motion, or of one displaced along a direction; none where there is an event.
+    fn seen<K: Kernel>(
+        &self,
+        kernel: &K,
+        along: Option<&Vec<f64>>,
+        workspace: &mut K::Workspace,
+    ) -> Option<Margins<'a>> {
+        let mut state = self.orbit.clone();
+        for (&i, v) in self.norm.felt().iter().zip(along.into_iter().flatten()) {
+            state.state[i] += DISTURBANCE * self.norm.unit() * v / self.norm.weights()[i];
+        }
+        let mut seen = Margins::new(self.model, along.is_none());
+        let mut counters = Counters::default();
+        let period = u64::from(self.period);
+        let advanced = kernel.advance(period, &mut state, workspace, &mut seen, &mut counters);
+        (advanced.is_ok() && counters.events == 0 && seen.whole).then_some(seen)
+    }
+}
+
+/// Eigenvectors of a map, real and imaginary part, a pair of conjugates as one.
+#[derive(Debug)]
+struct Modes {
+    vectors: Vec<[Vec<f64>; 2]>,
+    /// Where the columns of each start, and how many they are.
+    columns: Vec<(usize, usize)>,
+    /// All columns.
+    basis: Mat<f64>,
+}
+
+impl Modes {
+    /// None where one grows or stays, or where there are not enough.
+    fn new(map: &Mat<f64>) -> Option<Self> {
+        let size = map.nrows();
+        let mut all: Vec<Vec<f64>> = Vec::new();
+        let (mut vectors, mut columns) = (Vec::new(), Vec::new());
+        for value in eigenvalues(map.as_ref())? {
+            // A conjugate comes with its other half; what grows or stays is no transient.
+            if value.norm() >= 1.0 {
+                return None;
+            }
+            if value.im < 0.0 {
+                continue;
+            }
+            let [real, imaginary] = eigenpair(map.as_ref(), value)?.vector;
+            let first = all.len();
+            all.push(real.clone());
+            if value.im > 0.0 {
+                all.push(imaginary.clone());
+            }
+            columns.push((first, all.len() - first));
+            vectors.push([real, imaginary]);
+        }
+        (all.len() == size).then(|| Self {
+            vectors,
+            columns,
+            basis: Mat::from_fn(size, size, |i, j| all[j][i]),
+        })
+    }
+
+    /// How much of each a state is made of; none where they do not tell.
+    fn sizes(&self, state: &[f64]) -> Option<Vec<f64>> {
+        let size = state.len();
+        let shares = solve(self.basis.as_ref(), state);
+        let length = |x: &dyn Fn(usize) -> f64| (0..size).map(|i| x(i) * x(i)).sum::<f64>().sqrt();
+        let rebuilt = |i: usize| -> f64 { (0..size).map(|j| self.basis[(i, j)] * shares[j]).sum() };
+        let off = length(&|i| rebuilt(i) - state[i]);
+        // Written so that what is no number is refused.
+        let told = off <= RESIDUAL * length(&|i| state[i]);
+        let part = |&(first, count): &(usize, usize)| match count {
+            1 => shares[first].abs(),
+            _ => shares[first].hypot(shares[first + 1]),
+        };
+        told.then(|| self.columns.iter().map(part).collect())
+    }
+}
+
+/// What is seen of the margins of all contacts.
+#[derive(Debug)]
+struct Margins<'m> {
+    model: &'m Model,
+    motion: ModalMotion<'m>,
+    /// Margins but for gaps and errors, which are the same for all motions, window after window.
+    windows: Vec<Vec<Series>>,
+    /// The least margin of every contact, if it is asked for.
+    least: Option<Vec<f64>>,
+    /// Whether every margin of every window could be told.
+    whole: bool,
+}
+
+impl<'m> Margins<'m> {
+    fn new(model: &'m Model, least: bool) -> Self {
+        Self {
+            model,
+            motion: ModalMotion::new(model),
+            windows: Vec::new(),
+            least: least.then(|| vec![f64::INFINITY; model.contacts.len()]),
+            whole: true,
+        }
+    }
+}
+
+impl Margins<'_> {
+    /// Takes note of the margin of a contact over a window.
+    fn note(&mut self, contact: usize, margin: &Series) {
+        if let Some(all) = &mut self.least {
+            all[contact] = all[contact].min(least(margin, HALVINGS));
+        }
+    }
+}
+
+impl Observer for Margins<'_> {
+    const WINDOWS: bool = true;
+
+    fn window(&mut self, window: &Window<'_>) {
+        let model = self.model;
+        let mut all = Vec::with_capacity(model.contacts.len());
+        for (index, contact) in model.contacts.iter().enumerate() {
+            let segment = &window.segments[index];
+            let closed = window.closed.iter().find(|closed| closed.contact == index);
+            if let Some(closed) = closed
+                && contact.release == Release::Force
+            {
+                let margin = padded(closed.force).map(|force| contact.side * force);
+                self.note(index, &margin);
+                all.push(margin);
+                continue;
+            }
+            let inside = match (closed.is_some(), window.contact.holds(index)) {
+                (true, true) => 1.0,
+                (false, false) => -1.0,
+                _ => {
+                    self.whole = false;
+                    return;
+                }
+            };
+            let own = segment.direction != window.segments[0].direction;
+            // The line of an open contact is seen through the blocks, where it is its own.
+            let (series, errors) = match closed {
+                Some(closed) => (padded(closed.deflection), false),
+                None if !own => (padded(window.deflection), false),
+                None => {
+                    let motion = self.motion.on(window);
+                    let mut sum: Series = [0.0; TERMS];
+                    for (block, gain) in model.gains(segment).iter().enumerate() {
+                        for (row, w) in gain.deflection.into_iter().enumerate() {
+                            if w == 0.0 {
+                                continue;
+                            }
+                            for (sum, x) in sum.iter_mut().zip(motion.component(block, row)) {
+                                *sum += w * x;
+                            }
+                        }
+                    }
+                    (sum, true)
+                }
+            };
+            all.push(series.map(|a| inside * contact.side * a));
+            if self.least.is_none() {
+                continue;
+            }
+            let transforms = transforms24();
+            let margin = transforms.nodes().map(|x| {
+                let time = window.start + 0.5 * (x + 1.0) * window.duration;
+                let line = &model.lines[model.line(segment)];
+                let error = match errors {
+                    true => line.transmission_error_at(window.cycle, time).0,
+                    false => 0.0,
+                };
+                let deflection = evaluate(&series, x) - error;
+                inside * (contact.side * deflection - contact.gap(segment, time)[0])
+            });
+            self.note(index, &transforms.interpolate(&margin));
+        }
+        self.windows.push(all);
+    }
+
+    fn event(&mut self, _: &Event) {}
+}
+
+/// The least value of a series, or something smaller.
+fn least(series: &Series, halvings: u32) -> f64 {
+    let bound = series[0] - series[1..].iter().map(|a| a.abs()).sum::<f64>();
+    if halvings == 0 {
+        return bound;
+    }
+    let half = |side| least(&transforms24().half(series, side), halvings - 1);
+    half(0).min(half(1)).max(bound)
+}
+
+/// How far margins are apart at most, by contact; none where the windows are others.
+fn apart(steady: &[Vec<Series>], beside: &[Vec<Series>]) -> Option<Vec<f64>> {
+    if steady.len() != beside.len() {
+        return None;
+    }
+    let contacts = steady.first().map_or(0, Vec::len);
+    let change = |contact: usize| {
+        (steady.iter().zip(beside))
+            .map(|(a, b)| {
+                let terms = a[contact].iter().zip(&b[contact]);
+                terms.map(|(a, b)| (b - a).abs()).sum::<f64>()
+            })
+            .fold(0.0, f64::max)
+    };
+    Some((0..contacts).map(change).collect())
+}
