@@ -172,6 +172,7 @@ pub fn forecast(
     let calibration_time = clock.elapsed().as_secs_f64();
     let refining = calibration.refining();
     let prepared = calibration.preparing(tables);
+    let most = calibration.most();
     let (sampled, cut_short, rows) = calibration.found();
     let calibrated = rows.len() as u64 + cut_short;
 
@@ -179,6 +180,10 @@ pub fn forecast(
     time.expected += refining / threads as f64;
     // A change may come and go between two neighbours.
     time.high += 2.0 * refining / threads as f64;
+    // A few points may all be of the motion that settles, and the others of none.
+    if sampled.len() < least && most.is_finite() {
+        time.high = time.high.max(2.0 * most / threads as f64);
+    }
     let row_bytes = mean_or_zero(&rows, |row| journal_bytes(row) as f64);
     let size_of_rows = Rows {
         points: all as u64,
