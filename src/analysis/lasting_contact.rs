@@ -232,12 +232,11 @@ impl<'m> Margins<'m> {
     }
 }
 
-impl Margins<'_> {
-    /// Takes note of the margin of a contact over a window.
-    fn note(&mut self, contact: usize, margin: &Series) {
-        if let Some(all) = &mut self.least {
-            all[contact] = all[contact].min(least(margin, HALVINGS));
-        }
+/// Takes note of the margin of a contact over a window, if that is asked for.
+fn note(all: &mut Option<Vec<f64>>, contact: usize, margin: &Series) {
+    if let Some(all) = all {
+        let known = all[contact];
+        all[contact] = known.min(least(margin, HALVINGS, known));
     }
 }
 
@@ -246,6 +245,12 @@ impl Observer for Margins<'_> {
 
     fn window(&mut self, window: &Window<'_>) {
         let model = self.model;
+        let own = |index: usize| window.segments[index].direction != window.segments[0].direction;
+        // The line of an open contact is seen through the blocks, where it is its own.
+        let seen = (0..model.contacts.len())
+            .any(|index| own(index) && !window.closed.iter().any(|c| c.contact == index));
+        let motion = seen.then(|| self.motion.on(window));
+        let mut components = vec![[None; 2]; model.modes()];
         let mut all = Vec::with_capacity(model.contacts.len());
         for (index, contact) in model.contacts.iter().enumerate() {
             let segment = &window.segments[index];
@@ -254,7 +259,7 @@ impl Observer for Margins<'_> {
                 && contact.release == Release::Force
             {
                 let margin = padded(closed.force).map(|force| contact.side * force);
-                self.note(index, &margin);
+                note(&mut self.least, index, &margin);
                 all.push(margin);
                 continue;
             }
@@ -266,26 +271,25 @@ impl Observer for Margins<'_> {
                     return;
                 }
             };
-            let own = segment.direction != window.segments[0].direction;
-            // The line of an open contact is seen through the blocks, where it is its own.
-            let (series, errors) = match closed {
-                Some(closed) => (padded(closed.deflection), false),
-                None if !own => (padded(window.deflection), false),
-                None => {
-                    let motion = self.motion.on(window);
+            let (series, errors) = match (closed, &motion) {
+                (Some(closed), _) => (padded(closed.deflection), false),
+                (None, Some(motion)) if own(index) => {
                     let mut sum: Series = [0.0; TERMS];
                     for (block, gain) in model.gains(segment).iter().enumerate() {
                         for (row, w) in gain.deflection.into_iter().enumerate() {
                             if w == 0.0 {
                                 continue;
                             }
-                            for (sum, x) in sum.iter_mut().zip(motion.component(block, row)) {
-                                *sum += w * x;
+                            let known = &mut components[block][row];
+                            let series = known.get_or_insert_with(|| motion.component(block, row));
+                            for (sum, x) in sum.iter_mut().zip(series) {
+                                *sum += w * *x;
                             }
                         }
                     }
                     (sum, true)
                 }
+                (None, _) => (padded(window.deflection), false),
             };
             all.push(series.map(|a| inside * contact.side * a));
             if self.least.is_none() {
@@ -302,7 +306,7 @@ impl Observer for Margins<'_> {
                 let deflection = evaluate(&series, x) - error;
                 inside * (contact.side * deflection - contact.gap(segment, time)[0])
             });
-            self.note(index, &transforms.interpolate(&margin));
+            note(&mut self.least, index, &transforms.interpolate(&margin));
         }
         self.windows.push(all);
     }
@@ -310,14 +314,15 @@ impl Observer for Margins<'_> {
     fn event(&mut self, _: &Event) {}
 }
 
-/// The least value of a series, or something smaller.
-fn least(series: &Series, halvings: u32) -> f64 {
+/// The least value of a series, or something smaller; something between where it is above `known`.
+fn least(series: &Series, halvings: u32, known: f64) -> f64 {
     let bound = series[0] - series[1..].iter().map(|a| a.abs()).sum::<f64>();
-    if halvings == 0 {
+    if halvings == 0 || bound >= known {
         return bound;
     }
-    let half = |side| least(&transforms24().half(series, side), halvings - 1);
-    half(0).min(half(1)).max(bound)
+    let half = |side, known| least(&transforms24().half(series, side), halvings - 1, known);
+    let low = half(0, known);
+    low.min(half(1, known.min(low))).max(bound)
 }
 
 /// How far margins are apart at most, by contact; none where the windows are others.
