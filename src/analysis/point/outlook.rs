@@ -11,7 +11,7 @@ use crate::analysis::questions::{Effort, Questions};
 
 /// Cycles of a motion whose neighbours do not part over the first cycles, as a part of those at the first
 /// look, and their standard deviation: between an orbit that is found soon and chaos that shows late. Chosen
-/// by the 16 points of `manifests/flex80.toml` that take more than 1000 cycles and are not chaotic: 0.61 and 1.03.
+/// by the 16 points of `manifests/flex80.toml` that take more than 1000 cycles and are not chaotic: 0.61 and 1.04.
 const UNDECIDED: [f64; 2] = [0.7, 1.0];
 
 /// Errors by which an exponent exceeds zero where neighbours are taken to part.
