@@ -3,7 +3,7 @@
 //!
 //! A kernel is built for one [`Model`], owns no state, and advances
 //! whole mesh cycles: the caller supplies the trajectory, the tangents and the workspace,
-//! and an integrated cycle allocates nothing. Kernels are statically dispatched over the
+//! and an integrated cycle allocates nothing, but where it meets one of very many sets of closed contacts for the first time. Kernels are statically dispatched over the
 //! observer, so that what nobody watches is not computed.
 
 mod auto;
@@ -22,7 +22,7 @@ mod volterra;
 
 pub use auto::{KernelSetting, Why};
 pub use choice::{KernelChoice, KernelTable, KernelUse};
-pub use closed_modes::{ClosedModes, MetSets};
+pub use closed_modes::ClosedModes;
 pub use counters::Counters;
 pub use dense::{
     Conditioning, DYADIC_BYTES, DenseError, Dyadic, Fused, Hermite, KeptTables, Operator,

@@ -68,7 +68,8 @@ const MOST_WINDOWS: f64 = 20_000.0;
 /// # Errors
 /// [`BuildError::TooFast`] where the structured kernel would need too many windows.
 pub fn affordable(model: &Model, kernel: &KernelChoice) -> Result<(), BuildError> {
-    if *kernel != KernelChoice::Volterra {
+    // Closed modes take about as many blocks.
+    if !matches!(kernel, KernelChoice::Volterra | KernelChoice::ClosedModes) {
         return Ok(());
     }
     let windows = Volterra::windows_needed(model, f64::EPSILON);

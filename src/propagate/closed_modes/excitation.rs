@@ -3,9 +3,10 @@
 //! Inputs are 1 and (cos θ, sin θ) of each frequency of loads and transmission errors. A system's state is
 //! `z = y + Σ steady · inputs`, with `y' = G y`. Blocks so slow that they would rest far away keep their constant input.
 
-use super::bases::{Basis, padded};
+use super::basis::{Basis, padded};
 use super::sets::Class;
 use crate::model::{Block, Model, turned};
+use crate::propagate::DenseError;
 use num_complex::{Complex64, c64};
 
 /// Mesh radians that a block turns in a cycle, below which it drifts.
@@ -285,11 +286,28 @@ fn solve(block: &Block, s: Complex64, f: [Complex64; 2]) -> [Complex64; 2] {
 }
 
 /// Whether an undamped block turns with a harmonic \[rad/s\].
-pub fn in_resonance(block: &Block, omega: f64) -> bool {
+fn in_resonance(block: &Block, omega: f64) -> bool {
     let [[a, b], [c, d]] = block.generator;
     let s = c64(0.0, omega);
     let det = (s - a) * (s - d) - b * c;
     det.norm() < RESONANCE * (block.natural_frequency().powi(2) + omega * omega)
+}
+
+/// Refuses an undamped block of a system that turns with a harmonic.
+///
+/// # Errors
+/// [`DenseError::Resonance`].
+pub fn unresonant(
+    model: &Model,
+    basis: &Basis<'_>,
+    frequencies: &Frequencies,
+) -> Result<(), DenseError> {
+    let resonant =
+        |&&[omega, _]: &&[f64; 2]| (0..model.modes()).any(|i| in_resonance(&basis.block(i), omega));
+    match frequencies.all.iter().find(resonant) {
+        Some(&[frequency, _]) => Err(DenseError::Resonance { frequency }),
+        None => Ok(()),
+    }
 }
 
 #[cfg(test)]

@@ -1,12 +1,18 @@
 //! Bases of the sets that some motion met, where there are too many sets to make them all.
 
-use super::MOST_BYTES;
-use super::bases::{Basis, Found, padded};
+use super::basis::{Basis, Found, padded};
 use super::sets::Sets;
 use crate::model::Model;
 use crate::propagate::DenseError;
+use std::any::Any;
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+
+/// Most bytes of the tables of a structure, or of the sets that are met.
+pub const MOST_BYTES: usize = 256_000_000;
+
+/// A place beside kept tables where kernels share what they make when they need it.
+pub type Beside = OnceLock<Arc<dyn Any + Send + Sync>>;
 
 /// Bases of the sets that the motions of a structure and its mesh have met: each a function of its set alone, whoever
 /// meets it first. What leads from one to another goes by way of modes: tables of its own would be used too seldom to stay in
@@ -15,6 +21,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 pub struct MetSets(Mutex<HashMap<usize, Arc<Basis<'static>>>>);
 
 impl MetSets {
+    /// Those that kernels of a structure share, or none yet.
+    pub fn beside(place: Option<&Beside>) -> Arc<Self> {
+        let shared = place.map(|place| place.get_or_init(|| Arc::<Self>::default()).clone());
+        (shared.and_then(|shared| shared.downcast().ok())).unwrap_or_default()
+    }
+
     /// That of a set.
     ///
     /// # Errors
@@ -42,6 +54,7 @@ impl MetSets {
     }
 
     /// How many sets were met.
+    #[cfg(test)]
     pub fn count(&self) -> usize {
         self.lock().len()
     }

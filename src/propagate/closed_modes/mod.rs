@@ -5,14 +5,16 @@
 //! the deflection of each line at eight nodes one small product. Bounds of the deflection's second derivative prove that
 //! nothing happens between the nodes ([`search`]); what they cannot prove is halved. A change of the system is one dense
 //! product. The bases depend on neither speed nor load nor gap: they are made once for a structure and its mesh, all of them
-//! where contacts may be closed in few ways, else those of the sets that a motion meets ([`slot`]).
+//! where contacts may be closed in few ways, else those of the sets that a motion meets ([`enter`]).
 //!
 //! Inputs (constant torques, ripple, transmission errors) have steady responses in closed form ([`excitation`]): a state
 //! is `z = y + steady · inputs`, and y moves without any input.
 
 mod bases;
+mod basis;
 mod change;
 mod cycle;
+mod enter;
 mod excitation;
 mod grid;
 mod lanes;
@@ -29,16 +31,13 @@ use super::dense::KeptReader;
 use super::vectors::InstructionSet;
 use super::{DenseError, KeptTables, TableArray, TableSize};
 use crate::model::Model;
-use bases::{Bases, Basis};
-use excitation::Frequencies;
-pub use met::MetSets;
+use bases::Bases;
+use excitation::{Frequencies, unresonant};
+use met::MOST_BYTES;
 use sets::{Sets, Stop};
 use slot::Slot;
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicUsize;
-
-/// Most bytes of the tables of a structure: they are kept on disk and in memory, once for all points.
-const MOST_BYTES: usize = 256_000_000;
 
 /// The kernel of closed modes for one model.
 #[derive(Debug)]
@@ -129,7 +128,7 @@ impl<'m> ClosedModes<'m> {
         let (step, blocks) = grid::step(model, &bases, &frequencies);
         let stops = sets.stops(model);
         all_unresonant(model, &sets, &bases, &frequencies)?;
-        Ok(Self {
+        let own = Self {
             slots: (0..sets.count()).map(|_| OnceLock::new()).collect(),
             taken: AtomicUsize::new(0),
             refusal: OnceLock::new(),
@@ -144,7 +143,15 @@ impl<'m> ClosedModes<'m> {
             step,
             event_limit,
             instructions,
-        })
+        };
+        if own.sets.are_few() {
+            // An integrated cycle allocates nothing.
+            for set in 0..own.sets.count() {
+                own.enter(set)?;
+                own.series(set);
+            }
+        }
+        Ok(own)
     }
 
     /// Why a motion was stopped at a set of closed contacts that has no table, if one was.
@@ -180,7 +187,7 @@ fn suited(model: &Model) -> Result<(Sets, TableSize), DenseError> {
 fn read<'k>(model: &Model, kept: &'k dyn KeptTables) -> Result<(Sets, Bases<'k>), DenseError> {
     let sets = Sets::new(model)?;
     let mut reader = KeptReader::new(kept);
-    let bases = Bases::read(model, &sets, &mut reader, kept.met())?;
+    let bases = Bases::read(model, &sets, &mut reader, kept.beside())?;
     reader.finish()?;
     Ok((sets, bases))
 }
@@ -198,21 +205,6 @@ fn all_unresonant(
         }
     }
     Ok(())
-}
-
-/// The same of one system.
-fn unresonant(
-    model: &Model,
-    basis: &Basis<'_>,
-    frequencies: &Frequencies,
-) -> Result<(), DenseError> {
-    let resonant = |&&[omega, _]: &&[f64; 2]| {
-        (0..model.modes()).any(|i| excitation::in_resonance(&basis.block(i), omega))
-    };
-    match frequencies.all.iter().find(resonant) {
-        Some(&[frequency, _]) => Err(DenseError::Resonance { frequency }),
-        None => Ok(()),
-    }
 }
 
 #[cfg(test)]

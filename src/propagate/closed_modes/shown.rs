@@ -1,12 +1,12 @@
 //! Windows as observers see them: Legendre series of deflections and forces on a block, or on its part up to an event.
 
 use super::ClosedModes;
-use super::bases::{Basis, padded};
+use super::basis::{Basis, padded};
 
 use super::grid::NODES;
 use super::lanes;
 use super::sets::SAME_TIME;
-use super::slot::Slot;
+use super::slot::{Series, Slot};
 use super::system::System;
 use super::workspace::{Place, Workspace};
 use crate::model::{DRIVE_FLANK, MOST_CONTACTS};
@@ -17,12 +17,6 @@ use crate::propagate::vectors::{Row, TERMS, interpolation};
 use crate::propagate::volterra::lanes as windows;
 use crate::propagate::{Observer, Window};
 use num_complex::{Complex64, c64};
-
-/// What a system sees along a line on a block: a series for each coordinate, then for each input.
-#[derive(Debug)]
-pub struct Series {
-    rows: Vec<Row>,
-}
 
 impl ClosedModes<'_> {
     /// The series of a system.

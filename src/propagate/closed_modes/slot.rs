@@ -1,12 +1,8 @@
-//! A system of a kernel with all that its operating point makes of it: made when a motion first meets it.
+//! A system of a kernel with all that its operating point makes of it.
 
-use super::bases::Basis;
-use super::met;
-use super::shown::Series;
+use super::basis::Basis;
 use super::system::System;
-use super::{ClosedModes, MOST_BYTES, unresonant};
-use crate::propagate::{DenseError, TableSize};
-use std::sync::atomic::Ordering;
+use crate::propagate::vectors::Row;
 use std::sync::{Arc, OnceLock};
 
 /// A system at an operating point.
@@ -19,84 +15,12 @@ pub struct Slot<'m> {
     /// How they move.
     pub system: System,
     /// Series of what it sees along each line on a block, where windows are shown.
-    series: OnceLock<Vec<Series>>,
+    pub series: OnceLock<Vec<Series>>,
 }
 
-impl<'m> ClosedModes<'m> {
-    /// A system that was entered.
-    #[inline]
-    pub(super) fn slot(&self, set: usize) -> &Slot<'m> {
-        match self.slots[set].get() {
-            Some(slot) => slot,
-            None => unreachable!("a set is entered before it is used"),
-        }
-    }
-
-    /// The same without its surroundings.
-    #[inline]
-    pub(super) fn system(&self, set: usize) -> &System {
-        &self.slot(set).system
-    }
-
-    /// Enters a system, which is made where it is met for the first time.
-    ///
-    /// # Errors
-    /// Its eigenvectors are too nearly parallel, an undamped mode is in resonance with a harmonic, or the systems met take
-    /// too much room.
-    #[inline]
-    pub(super) fn enter(&self, set: usize) -> Result<&Slot<'m>, DenseError> {
-        match self.slots[set].get() {
-            Some(slot) => Ok(slot),
-            None => {
-                let made = self.made(set);
-                let slot = made.inspect_err(|error| {
-                    self.refusal.get_or_init(|| *error);
-                })?;
-                Ok(self.slots[set].get_or_init(|| Box::new(slot)))
-            }
-        }
-    }
-
-    fn made(&self, set: usize) -> Result<Slot<'m>, DenseError> {
-        let (model, sets) = (self.model, &self.sets);
-        let basis = self.bases.of(model, sets, set)?;
-        unresonant(model, &basis, &self.frequencies)?;
-        self.take_room(met::bytes(model.modes()))?;
-        let closed: Vec<_> = sets.closed(set).collect();
-        Ok(Slot {
-            states: (0..model.contacts.len())
-                .map(|contact| sets.state(set, contact))
-                .collect(),
-            system: System::new(model, &basis, &closed, &self.frequencies, self.step),
-            basis,
-            series: OnceLock::new(),
-        })
-    }
-
-    /// Counts bytes of what a motion meets. That depends on nothing else, so that every point has its limit at the same place.
-    fn take_room(&self, bytes: usize) -> Result<(), DenseError> {
-        let taken = self.taken.fetch_add(bytes, Ordering::Relaxed) + bytes;
-        match taken <= MOST_BYTES {
-            true => Ok(()),
-            false => Err(DenseError::TooLarge {
-                size: TableSize {
-                    operators: self
-                        .slots
-                        .iter()
-                        .filter(|slot| slot.get().is_some())
-                        .count(),
-                    bytes: taken,
-                    cells: 0,
-                },
-                most: MOST_BYTES,
-            }),
-        }
-    }
-
-    /// The series of an entered system.
-    #[inline]
-    pub(super) fn series(&self, set: usize) -> &[Series] {
-        let slot = self.slot(set);
-        slot.series.get_or_init(|| self.series_of(slot))
-    }
+/// What a system sees along a line on a block: a series for each coordinate, then for each input.
+#[derive(Debug)]
+pub struct Series {
+    /// One after the other.
+    pub rows: Vec<Row>,
 }

@@ -1,7 +1,7 @@
 //! What a system needs at one operating point: how its coordinates move, what contacts see of them, and how far from a
 //! straight line a deflection may be between nodes.
 
-use super::bases::{Basis, padded};
+use super::basis::{Basis, padded};
 use super::excitation::{Drift, Frequencies, Steady, error_amplitudes};
 use super::grid::NODES;
 use super::lanes::{Chunk, Move};

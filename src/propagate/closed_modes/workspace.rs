@@ -1,7 +1,7 @@
 //! What an integration works on.
 
 use super::ClosedModes;
-use super::bases::padded;
+use super::basis::padded;
 use super::search::Known;
 use crate::model::{ActiveSet, Segment, TrajectoryState};
 use crate::propagate::vectors::{Aligned, Lanes};

@@ -5,9 +5,9 @@
 
 use super::DenseError;
 use super::matrix::LANES;
-use crate::propagate::MetSets;
 use crate::propagate::vectors::Aligned;
-use std::sync::Arc;
+use std::any::Any;
+use std::sync::{Arc, OnceLock};
 
 /// Largest count that a kept table may state.
 const MOST: f64 = 1e6;
@@ -29,7 +29,7 @@ pub trait KeptTables {
     fn numbers(&self, name: &str) -> Option<&[f64]>;
 
     /// Where kernels of the same structure share what they make when they need it; nowhere, unless these tables have a place for it.
-    fn met(&self) -> Option<Arc<MetSets>> {
+    fn beside(&self) -> Option<&OnceLock<Arc<dyn Any + Send + Sync>>> {
         None
     }
 }

@@ -11,8 +11,8 @@ use super::key::CacheKind;
 use super::layout::PRELUDE;
 use super::map::Mapping;
 use super::{CacheError, CacheFault};
-use crate::propagate::MetSets;
-use std::sync::Arc;
+use std::any::Any;
+use std::sync::{Arc, OnceLock};
 
 /// A read-only table. Cloning is not offered: share it by reference or in an `Arc`.
 #[derive(Debug)]
@@ -21,7 +21,7 @@ pub struct MappedTable {
     inputs: String,
     body: Body,
     /// What kernels make of it when they need it.
-    pub(super) met: Arc<MetSets>,
+    pub(super) beside: OnceLock<Arc<dyn Any + Send + Sync>>,
 }
 
 #[derive(Debug)]
@@ -55,7 +55,7 @@ impl MappedTable {
             header,
             inputs,
             body,
-            met: Arc::default(),
+            beside: OnceLock::new(),
         })
     }
 
@@ -80,7 +80,7 @@ impl MappedTable {
             header: CacheHeader::new(kind, &inputs, &arrays, String::new()),
             inputs,
             body: Body::Memory(arrays),
-            met: Arc::default(),
+            beside: OnceLock::new(),
         }
     }
 
@@ -98,7 +98,7 @@ impl MappedTable {
             header: self.header.clone(),
             inputs: self.inputs.clone(),
             body,
-            met: Arc::default(),
+            beside: OnceLock::new(),
         })
     }
 

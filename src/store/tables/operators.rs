@@ -10,8 +10,9 @@ use thiserror::Error;
 
 use super::{Arrays, CacheError, CacheKind, Fetched, MappedTable, TableStore};
 use crate::model::Model;
-use crate::propagate::{DenseError, KeptTables, KernelTable, MetSets, TableArray, bases_form};
-use std::sync::Arc;
+use crate::propagate::{DenseError, KeptTables, KernelTable, TableArray, bases_form};
+use std::any::Any;
+use std::sync::{Arc, OnceLock};
 
 /// Part of every key: changes whenever the same model gives other numbers or other arrays.
 const METHOD: &str = "atlas kernel tables 3";
@@ -40,8 +41,8 @@ impl KeptTables for MappedTable {
         self.array(name).ok().map(|(_, values)| values)
     }
 
-    fn met(&self) -> Option<Arc<MetSets>> {
-        Some(self.met.clone())
+    fn beside(&self) -> Option<&OnceLock<Arc<dyn Any + Send + Sync>>> {
+        Some(&self.beside)
     }
 }
 

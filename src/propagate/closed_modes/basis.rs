@@ -1,0 +1,369 @@
+//! The eigenvectors of one system.
+//!
+//! In modal displacements and velocities x a system obeys `x' = A x`, with
+//! `A = [0 I; −K − Σ k g wᵀ, −D − Σ c g wᵀ]`, sums over its closed contacts; K and D are diagonal, or full where dampers,
+//! drag, gyroscopic terms or cross-coupled bearings couple modes. Its coordinates z make A fall apart into
+//! 2 × 2 blocks: `x = T z`, `z' = G z`. Neither load nor gap is in it, and the speed only with gyroscopic terms. The
+//! coordinates of free flight are the model's own blocks, which are the modes where nothing couples these; what leads from
+//! and to "modes" here leads from and to those.
+
+use super::sets::Sets;
+use crate::model::{Block, Model};
+use crate::numerics::decoupling::decouple;
+use crate::propagate::vectors::LANES;
+use crate::propagate::{Aligned, DenseError};
+use faer::Mat;
+use std::borrow::Cow;
+use std::ops::Deref;
+
+/// Largest error of `A T = T G`, relative.
+const LARGEST_ERROR: f64 = 1e-11;
+
+/// Frequency by which rigid displacements are measured, relative to the fastest rate.
+const SLOW: f64 = 1e-2;
+
+/// Components of a state, padded: first ones in whole lane groups, then second ones.
+pub fn padded(modes: usize) -> usize {
+    modes.next_multiple_of(LANES)
+}
+
+/// A map between padded states: one column of `2 padded` numbers for each of the `2 modes` components, column after column.
+#[derive(Debug)]
+pub enum Map<'t> {
+    /// In kept tables.
+    Kept(&'t [f64]),
+    /// In memory of its own.
+    Own(Aligned),
+}
+
+impl Deref for Map<'_> {
+    type Target = [f64];
+
+    #[inline]
+    fn deref(&self) -> &[f64] {
+        match self {
+            Self::Kept(columns) => columns,
+            Self::Own(columns) => columns,
+        }
+    }
+}
+
+/// The coordinates of a system.
+#[derive(Debug)]
+pub struct Basis<'t> {
+    /// Blocks G, four numbers each \[1/s\].
+    pub generators: Cow<'t, [f64]>,
+    /// T and its inverse; none where the coordinates are the modes.
+    pub maps: Option<[Map<'t>; 2]>,
+}
+
+impl<'t> Basis<'t> {
+    /// Block of a pair of coordinates.
+    pub fn block(&self, index: usize) -> Block {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k| self.generators[4 * index + k]);
+        Block {
+            generator: [[a, b], [c, d]],
+            static_input: [0.0; 2],
+        }
+    }
+
+    /// What leads to modes; nothing where the coordinates are these.
+    pub fn to_modes(&self) -> Option<&Map<'t>> {
+        self.maps.as_ref().map(|[to, _]| to)
+    }
+
+    /// What leads back from them.
+    pub fn of_modes(&self) -> Option<&Map<'t>> {
+        self.maps.as_ref().map(|[_, from]| from)
+    }
+
+    /// What a row over the states of the model's blocks is over padded coordinates.
+    pub fn row(&self, felt: &[[f64; 2]]) -> Vec<f64> {
+        let (n, padded) = (felt.len(), padded(felt.len()));
+        let mut row = vec![0.0; 2 * padded];
+        match self.to_modes() {
+            None => put(felt, &mut row),
+            Some(map) => {
+                for (j, column) in map.chunks_exact(2 * padded).enumerate() {
+                    let place = if j < n { j } else { padded + j - n };
+                    let (first, second) = column.split_at(padded);
+                    row[place] = (felt.iter().zip(first).zip(second))
+                        .map(|((w, a), b)| w[0] * a + w[1] * b)
+                        .sum();
+                }
+            }
+        }
+        row
+    }
+
+    /// What inputs of the model's blocks are to the padded coordinates.
+    pub fn input(&self, inputs: &[[f64; 2]]) -> Vec<f64> {
+        let (n, padded) = (inputs.len(), padded(inputs.len()));
+        let mut out = vec![0.0; 2 * padded];
+        match self.of_modes() {
+            None => put(inputs, &mut out),
+            Some(map) => {
+                let columns = map.chunks_exact(2 * padded);
+                let components = [0, 1].map(|part| (0..n).map(move |i| inputs[i][part]));
+                let [first, second] = components;
+                for (column, f) in columns.zip(first.chain(second)) {
+                    for (sum, entry) in out.iter_mut().zip(column) {
+                        *sum += entry * f;
+                    }
+                }
+            }
+        }
+        out
+    }
+}
+
+/// Writes pairs as a padded state.
+fn put(pairs: &[[f64; 2]], state: &mut [f64]) {
+    let padded = state.len() / 2;
+    for (i, pair) in pairs.iter().enumerate() {
+        [state[i], state[padded + i]] = *pair;
+    }
+}
+
+/// A matrix as a map between padded states.
+pub fn columns(matrix: &Mat<f64>) -> Map<'static> {
+    let n = matrix.nrows() / 2;
+    let padded = padded(n);
+    let mut out = Aligned::zeros(4 * n * padded);
+    for (j, column) in out.chunks_exact_mut(2 * padded).enumerate() {
+        for i in 0..n {
+            column[i] = matrix[(i, j)];
+            column[padded + i] = matrix[(n + i, j)];
+        }
+    }
+    Map::Own(out)
+}
+
+/// A structure before any contact closes: `q'' + D q' + (W² + S) q = 0`.
+struct Modes {
+    /// W \[rad/s\].
+    frequency: Vec<f64>,
+    /// D, row by row \[1/s\].
+    damping: Vec<f64>,
+    /// S, row by row \[1/s²\].
+    stiffness: Vec<f64>,
+}
+
+impl Modes {
+    fn of(model: &Model) -> Self {
+        let n = model.modes();
+        if let Some(coupled) = model.basis.coupled() {
+            let mut stiffness = coupled.stiffness.clone();
+            for (i, w) in coupled.frequency.iter().enumerate() {
+                stiffness[i * n + i] -= w.powi(2);
+            }
+            return Self {
+                frequency: coupled.frequency.clone(),
+                damping: coupled.damping.clone(),
+                stiffness,
+            };
+        }
+        let generator = |i: usize| model.blocks[i].generator;
+        let mut damping = vec![0.0; n * n];
+        for i in 0..n {
+            damping[i * n + i] = -generator(i)[1][1];
+        }
+        Self {
+            frequency: (0..n)
+                .map(|i| (-generator(i)[1][0]).max(0.0).sqrt())
+                .collect(),
+            damping,
+            stiffness: vec![0.0; n * n],
+        }
+    }
+}
+
+/// The basis of one system.
+pub struct Found {
+    /// Blocks G \[1/s\].
+    pub generators: Vec<[[f64; 2]; 2]>,
+    /// T.
+    pub to_modes: Mat<f64>,
+    /// Its inverse.
+    pub from_modes: Mat<f64>,
+}
+
+impl Found {
+    /// Computes that of a set.
+    ///
+    /// # Errors
+    /// Its eigenvectors are too nearly parallel.
+    pub fn new(model: &Model, sets: &Sets, set: usize) -> Result<Self, DenseError> {
+        let n = model.modes();
+        if set == Sets::FREE {
+            let same = || Mat::identity(2 * n, 2 * n);
+            return Ok(Self {
+                generators: model.blocks.iter().map(|block| block.generator).collect(),
+                to_modes: same(),
+                from_modes: same(),
+            });
+        }
+        let Modes {
+            frequency,
+            mut damping,
+            mut stiffness,
+        } = Modes::of(model);
+        for (_, class) in sets.closed(set) {
+            let gains = &model.directions[class.direction].gains;
+            let rows: Vec<[f64; 2]> = gains.iter().map(|gain| gain.deflection).collect();
+            let inputs: Vec<[f64; 2]> = gains.iter().map(|gain| gain.mesh_input).collect();
+            let (w, g) = (model.basis.felt(&rows), model.basis.force(&inputs));
+            for i in 0..n {
+                for j in 0..n {
+                    let felt = g[i] * w[j];
+                    damping[i * n + j] += class.damping * felt;
+                    stiffness[i * n + j] += class.stiffness * felt;
+                }
+            }
+        }
+        let found =
+            decouple(&frequency, &damping, &stiffness).map_err(|_| DenseError::Defective {
+                condition: f64::INFINITY,
+                error: f64::INFINITY,
+            })?;
+        let square = |rows: &[f64]| Mat::from_fn(2 * n, 2 * n, |i, j| rows[2 * n * i + j]);
+        let mut own = Self {
+            generators: found.generators,
+            to_modes: square(&found.to_structure),
+            from_modes: square(&found.from_structure),
+        };
+        for i in 0..n {
+            stiffness[i * n + i] += frequency[i].powi(2);
+        }
+        let error = own.error(&frequency, &damping, &stiffness);
+        if let Some(coupled) = model.basis.coupled() {
+            own.to_modes = square(&coupled.from_modes) * own.to_modes;
+            own.from_modes = own.from_modes * square(&coupled.to_modes);
+        }
+        match error <= LARGEST_ERROR {
+            true => Ok(own),
+            false => Err(DenseError::Defective {
+                error,
+                condition: found.condition,
+            }),
+        }
+    }
+
+    /// The same as a basis.
+    pub fn basis(&self, set: usize) -> Basis<'static> {
+        let maps = [&self.to_modes, &self.from_modes];
+        Basis {
+            generators: self
+                .generators
+                .as_flattened()
+                .as_flattened()
+                .to_vec()
+                .into(),
+            maps: (set != Sets::FREE).then(|| maps.map(columns)),
+        }
+    }
+
+    /// Largest entry of `A T − T G`, by the fastest rate and the size of each column, and of `T T⁻¹ − I`; displacements are
+    /// measured by their frequencies, rigid ones by a slow one.
+    fn error(&self, frequency: &[f64], damping: &[f64], stiffness: &[f64]) -> f64 {
+        let n = self.generators.len();
+        let block = |generator: &[[f64; 2]; 2]| Block {
+            generator: *generator,
+            static_input: [0.0; 2],
+        };
+        let rates = self.generators.iter().map(|own| block(own).fastest());
+        // A rotation alone has no rate.
+        let rate = rates.fold(1.0, f64::max);
+        let (t, inverse) = (&self.to_modes, &self.from_modes);
+        let product = t * inverse;
+        let unit = |i: usize| match i < n {
+            true => frequency[i].max(SLOW * rate),
+            false => 1.0,
+        };
+        let mut worst = 0.0_f64;
+        for i in 0..2 * n {
+            for j in 0..2 * n {
+                let identity = f64::from(u8::from(i == j));
+                let off = (product[(i, j)] - identity).abs() * unit(i) / unit(j);
+                worst = worst.max(if off.is_nan() { f64::INFINITY } else { off });
+            }
+        }
+        for (k, g) in self.generators.iter().enumerate() {
+            for part in 0..2 {
+                let column = |i: usize, part: usize| t[(i, k + n * part)];
+                let size =
+                    (0..2 * n).fold(0.0_f64, |most, i| most.max(column(i, part).abs() * unit(i)));
+                for i in 0..2 * n {
+                    let moved = match i < n {
+                        true => column(n + i, part),
+                        false => -(0..n)
+                            .map(|j| {
+                                stiffness[(i - n) * n + j] * column(j, part)
+                                    + damping[(i - n) * n + j] * column(n + j, part)
+                            })
+                            .sum::<f64>(),
+                    };
+                    let own = g[0][part] * column(i, 0) + g[1][part] * column(i, 1);
+                    let off = (moved - own).abs() * unit(i) / (rate * size);
+                    worst = worst.max(if off.is_nan() { f64::INFINITY } else { off });
+                }
+            }
+        }
+        worst
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{OperatingPoint, fixtures};
+
+    /// `x' = A x` in every system: what leads to modes and back is the identity, blocks are those of A; a basis that is
+    /// off by 1e-9 is refused.
+    #[test]
+    fn bases_take_systems_apart() {
+        let structure = fixtures::structure(
+            &[0.0, 900.0, 9000.0],
+            0.01,
+            &[1.0, 0.5, 0.4],
+            &[1.0, 0.5, 0.4],
+        );
+        let (drive, load) = (fixtures::two_level_mesh(1e-5), 0.1);
+        let model = Model::new(
+            &structure,
+            &drive,
+            OperatingPoint {
+                load,
+                speed: 1200.0,
+            },
+        )
+        .unwrap();
+        let sets = Sets::new(&model).unwrap();
+        let n = model.modes();
+        for set in 0..sets.count() {
+            let mut found = Found::new(&model, &sets, set).unwrap();
+            let own = |found: &Found| {
+                let frequency = [0.0_f64, 900.0, 9000.0];
+                let (mut damping, mut stiffness) = (vec![0.0; n * n], vec![0.0; n * n]);
+                for i in 0..n {
+                    damping[i * n + i] = 0.02 * frequency[i];
+                    stiffness[i * n + i] = frequency[i].powi(2);
+                    for (_, class) in sets.closed(set) {
+                        let gains = &model.directions[class.direction].gains;
+                        for j in 0..n {
+                            let felt = gains[i].mesh_input[1] * gains[j].deflection[0];
+                            damping[i * n + j] += class.damping * felt;
+                            stiffness[i * n + j] += class.stiffness * felt;
+                        }
+                    }
+                }
+                found.error(&frequency, &damping, &stiffness)
+            };
+            let error = own(&found);
+            assert!(error < 1e-13, "{set}: {error:e}");
+            found.to_modes[(1, 1)] *= 1.0 + 1e-9;
+            let error = own(&found);
+            assert!(error > LARGEST_ERROR, "{set}: {error:e}");
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! Systems are made when a motion first meets them, and beforehand where there are few.
+
+use super::ClosedModes;
+use super::excitation::unresonant;
+use super::met::{self, MOST_BYTES};
+use super::slot::{Series, Slot};
+use super::system::System;
+use crate::propagate::{DenseError, TableSize};
+use std::sync::OnceLock;
+use std::sync::atomic::Ordering;
+
+impl<'m> ClosedModes<'m> {
+    /// A system that was entered.
+    #[inline]
+    pub(super) fn slot(&self, set: usize) -> &Slot<'m> {
+        match self.slots[set].get() {
+            Some(slot) => slot,
+            None => unreachable!("a set is entered before it is used"),
+        }
+    }
+
+    /// The same without its surroundings.
+    #[inline]
+    pub(super) fn system(&self, set: usize) -> &System {
+        &self.slot(set).system
+    }
+
+    /// Enters a system, which is made where it is met for the first time.
+    ///
+    /// # Errors
+    /// Its eigenvectors are too nearly parallel, an undamped mode is in resonance with a harmonic, or the systems met take
+    /// too much room.
+    #[inline]
+    pub(super) fn enter(&self, set: usize) -> Result<&Slot<'m>, DenseError> {
+        match self.slots[set].get() {
+            Some(slot) => Ok(slot),
+            None => {
+                let made = self.made(set);
+                let slot = made.inspect_err(|error| {
+                    self.refusal.get_or_init(|| *error);
+                })?;
+                Ok(self.slots[set].get_or_init(|| Box::new(slot)))
+            }
+        }
+    }
+
+    fn made(&self, set: usize) -> Result<Slot<'m>, DenseError> {
+        let (model, sets) = (self.model, &self.sets);
+        let basis = self.bases.of(model, sets, set)?;
+        unresonant(model, &basis, &self.frequencies)?;
+        self.take_room(met::bytes(model.modes()))?;
+        let closed: Vec<_> = sets.closed(set).collect();
+        Ok(Slot {
+            states: (0..model.contacts.len())
+                .map(|contact| sets.state(set, contact))
+                .collect(),
+            system: System::new(model, &basis, &closed, &self.frequencies, self.step),
+            basis,
+            series: OnceLock::new(),
+        })
+    }
+
+    /// Counts bytes of what a motion meets. That depends on nothing else, so that every point has its limit at the same place.
+    fn take_room(&self, bytes: usize) -> Result<(), DenseError> {
+        let taken = self.taken.fetch_add(bytes, Ordering::Relaxed) + bytes;
+        match taken <= MOST_BYTES {
+            true => Ok(()),
+            false => Err(DenseError::TooLarge {
+                size: TableSize {
+                    operators: self
+                        .slots
+                        .iter()
+                        .filter(|slot| slot.get().is_some())
+                        .count(),
+                    bytes: taken,
+                    cells: 0,
+                },
+                most: MOST_BYTES,
+            }),
+        }
+    }
+
+    /// The series of an entered system.
+    #[inline]
+    pub(super) fn series(&self, set: usize) -> &[Series] {
+        let slot = self.slot(set);
+        slot.series.get_or_init(|| self.series_of(slot))
+    }
+}
