@@ -128,7 +128,10 @@ fn records_of_others_are_only_shown() {
         .collect();
     left.retain(|name| !["pictures", "sheets", "joined", "joined-json"].contains(&&**name));
     left.sort();
-    assert_eq!(left, ["m.toml", "oscillator.modal.toml", "parts", "r"]);
+    assert_eq!(
+        left,
+        ["m.toml", "oscillator.modal.toml", "parts", "r", "tables"]
+    );
 }
 
 #[test]

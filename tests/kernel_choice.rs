@@ -263,6 +263,48 @@ fn nearly_defective_systems_go_to_the_structured_kernel() {
     );
 }
 
+/// Nine contacts may be closed in 512 ways, and a set gets its table when it is met. Where that of the first contact is nearly
+/// defective, as above, the point is computed anew by the structured kernel.
+#[test]
+fn a_point_that_meets_a_set_without_a_table_is_computed_anew() {
+    let both =
+        "load = 0.1\n\"mesh.contact_damping\" = { values = [\"6000 N*s/m\", \"600 N*s/m\"] }";
+    let both = DRIVE.replace("load = 0.1", both);
+    let place = Place::new(&both.replace("[250, 300]", "[300, 310]"));
+    let mut structure = TWO_MODES.to_owned();
+    for stop in 1..8 {
+        writeln!(
+            structure,
+            "[[contact]]\nname = \"stop {stop}\"\nparticipation = [0.2, 0.{stop}]\ngap = 1.0\nstiffness = 1e7"
+        )
+        .unwrap();
+    }
+    fs::write(place.path("two.modal.toml"), structure).unwrap();
+    let auto = place.whole("auto", &["--threads", "2"]);
+    let met = "2 modes, 512 sets of closed contacts, of which those that are met get tables";
+    let records = json!([
+        kernel_record("closed_modes", 2, 2, met),
+        kernel_record(
+            "volterra",
+            2,
+            0,
+            "a set of closed contacts that was met has no table"
+        ),
+    ]);
+    assert_eq!(place.record("auto")["kernels"], records);
+    let volterra = place.whole("volterra", &["--set", "run.kernel=volterra"]);
+    let output = place.run("closed", &["--set", "run.kernel=closed_modes"]);
+    assert_eq!(status(&output), 3, "{}", stderr(&output));
+    let closed = place.path("closed");
+    for id in 0..4 {
+        let named = if id < 2 { &volterra } else { &closed };
+        assert_eq!(row(&auto, id), row(named, id), "{id}");
+    }
+    let refused = row(&closed, 0);
+    let why = "the eigenvectors of a mesh segment are nearly parallel";
+    assert!(refused.contains(why), "{refused}");
+}
+
 /// A run that was interrupted and goes on counts the points of both parts, and its rows are those of one.
 #[test]
 fn an_interrupted_run_takes_the_same_kernels() {

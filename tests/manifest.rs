@@ -577,7 +577,7 @@ fn the_hash_ignores_how_it_is_written() {
         ),
         (
             "[grid]",
-            "[run]\ntransient = 200\nkernel = \"volterra\"\n\n[grid]",
+            "[run]\ntransient = 200\nkernel = \"auto\"\n\n[grid]",
         ),
         (
             "amplitude = \"5 um\"",

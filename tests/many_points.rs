@@ -24,7 +24,7 @@ const PIECE: usize = 50_000;
 /// What a picture or a page of a million points may take on a machine with other work.
 const LONGEST: Duration = Duration::from_secs(60);
 /// \[bytes\]
-const MOST_MEMORY: u64 = 340 << 20;
+const MOST_MEMORY: u64 = 480 << 20;
 /// Largest picture \[bytes\].
 const LARGEST: u64 = 2 << 20;
 

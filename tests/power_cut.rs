@@ -102,7 +102,7 @@ fn check(calls: &[Call], folder: &str) -> Vec<String> {
 
 #[test]
 fn a_run_leaves_nothing_to_a_power_cut() {
-    let place = Place::new(OSCILLATOR);
+    let place = Place::new(&OSCILLATOR.replace("[run]", "[run]\nkernel = \"volterra\""));
     let arguments = ["run", "m.toml", "--out", "deep/results", "--threads", "1"];
     let Some(calls) = watched(&place, &arguments) else {
         return;
