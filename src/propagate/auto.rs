@@ -54,7 +54,7 @@ impl Serialize for KernelSetting {
 /// (`benches/runs/2026-11-26-closed-modes-a68263b`).
 const MOST_MODES: usize = 24;
 
-/// The same of many contacts (`benches/runs/2026-11-26-meshes-9b525da8`).
+/// The same of many contacts: measured at 24 modes (`benches/runs/2026-11-26-meshes-9b525da8`), an estimate beyond.
 const MOST_MODES_MET: usize = 80;
 
 /// Why `auto` takes a kernel.
