@@ -228,6 +228,19 @@ fn other_drives_get_the_structured_kernel() {
     assert!(rows.contains(&format!("{said}{remedy}")), "{rows}");
 }
 
+/// Of four points the first two are those of `volterra` and the others those of `closed_modes`, which refuses the first: its row.
+fn refused_beside(place: &Place, auto: &Path) -> String {
+    let volterra = place.whole("volterra", &["--set", "run.kernel=volterra"]);
+    let output = place.run("closed", &["--set", "run.kernel=closed_modes"]);
+    assert_eq!(status(&output), 3, "{}", stderr(&output));
+    let closed = place.path("closed");
+    for id in 0..4 {
+        let named = if id < 2 { &volterra } else { &closed };
+        assert_eq!(row(auto, id), row(named, id), "{id}");
+    }
+    row(&closed, 0)
+}
+
 /// Closed contacts in which `λ² + 3000 λ + 1.6e7` is a factor twice and the eigenvectors of both pairs are the same: with
 /// w = (0.8, 0.6), k = 0.64 · 5000² and c = 1.2 · 5000 the characteristic polynomial is its square.
 #[test]
@@ -247,15 +260,7 @@ fn nearly_defective_systems_go_to_the_structured_kernel() {
     ]);
     assert_eq!(place.record("auto")["kernels"], records);
     assert_eq!(fs::read_dir(place.path("tables")).unwrap().count(), 1);
-    let volterra = place.whole("volterra", &["--set", "run.kernel=volterra"]);
-    let output = place.run("closed", &["--set", "run.kernel=closed_modes"]);
-    assert_eq!(status(&output), 3, "{}", stderr(&output));
-    let closed = place.path("closed");
-    for id in 0..4 {
-        let named = if id < 2 { &volterra } else { &closed };
-        assert_eq!(row(&auto, id), row(named, id), "{id}");
-    }
-    let refused = row(&closed, 0);
+    let refused = refused_beside(&place, &auto);
     let remedy = "or set run.kernel = \\\"volterra\\\", which takes this mesh cycle in";
     assert!(
         refused.contains(why) && refused.contains(remedy),
@@ -292,15 +297,7 @@ fn a_point_that_meets_a_set_without_a_table_is_computed_anew() {
         ),
     ]);
     assert_eq!(place.record("auto")["kernels"], records);
-    let volterra = place.whole("volterra", &["--set", "run.kernel=volterra"]);
-    let output = place.run("closed", &["--set", "run.kernel=closed_modes"]);
-    assert_eq!(status(&output), 3, "{}", stderr(&output));
-    let closed = place.path("closed");
-    for id in 0..4 {
-        let named = if id < 2 { &volterra } else { &closed };
-        assert_eq!(row(&auto, id), row(named, id), "{id}");
-    }
-    let refused = row(&closed, 0);
+    let refused = refused_beside(&place, &auto);
     let why = "the eigenvectors of a mesh segment are nearly parallel";
     assert!(refused.contains(why), "{refused}");
 }

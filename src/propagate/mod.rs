@@ -25,7 +25,7 @@ pub use choice::{KernelChoice, KernelTable, KernelUse};
 pub use closed_modes::ClosedModes;
 pub use counters::Counters;
 pub use dense::{
-    Conditioning, DYADIC_BYTES, DenseError, Dyadic, Fused, Hermite, KeptTables, Operator,
+    Beside, Conditioning, DYADIC_BYTES, DenseError, Dyadic, Fused, Hermite, KeptTables, Operator,
     PowerJumps, Spectral, TableArray, TableSize, bases_form,
 };
 pub use interrupt::Interruptible;

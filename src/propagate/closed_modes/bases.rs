@@ -1,11 +1,11 @@
 //! The eigenvectors of each system of a structure and its mesh, and the products that lead from one to another.
 
 use super::basis::{Basis, Found, Map, columns, padded};
-use super::met::{Beside, MetSets};
+use super::met::MetSets;
 use super::sets::Sets;
 use crate::model::{Block, Model};
 use crate::propagate::dense::{KeptReader, KeptWriter};
-use crate::propagate::{DenseError, TableArray, TableSize};
+use crate::propagate::{Beside, DenseError, TableArray, TableSize};
 use std::sync::Arc;
 
 /// The bases of a structure and its mesh.
@@ -34,9 +34,8 @@ impl<'t> Bases<'t> {
     /// As of [`arrays`].
     pub fn new(model: &Model, sets: &Sets) -> Result<Self, DenseError> {
         if !sets.are_few() {
-            let generators = stiffest(model, sets)?.generators;
             return Ok(Self::Met {
-                fastest: fastest(&generators),
+                fastest: fastest(&stiffest(model, sets)?),
                 met: Arc::default(),
             });
         }
@@ -72,9 +71,8 @@ impl<'t> Bases<'t> {
     ) -> Result<Self, DenseError> {
         let n = model.modes();
         if !sets.are_few() {
-            let generators = kept.take("generators", 4 * n)?;
             return Ok(Self::Met {
-                fastest: fastest(generators.as_chunks::<2>().0.as_chunks::<2>().0),
+                fastest: fastest(kept.take("generators", 4 * n)?),
                 met: MetSets::beside(beside),
             });
         }
@@ -126,29 +124,31 @@ impl<'t> Bases<'t> {
     pub fn fastest(&self) -> f64 {
         match self {
             Self::All { bases, .. } => (bases.iter())
-                .map(|basis| fastest(basis.generators.as_chunks::<2>().0.as_chunks::<2>().0))
+                .map(|basis| fastest(&basis.generators))
                 .fold(0.0, f64::max),
             Self::Met { fastest, .. } => *fastest,
         }
     }
 }
 
-/// Fastest rate of some blocks \[1/s\].
-fn fastest(generators: &[[[f64; 2]; 2]]) -> f64 {
-    let rate = |&generator: &[[f64; 2]; 2]| {
+/// Fastest rate of some blocks, four numbers each \[1/s\].
+fn fastest(generators: &[f64]) -> f64 {
+    let rate = |&[a, b, c, d]: &[f64; 4]| {
         let block = Block {
-            generator,
+            generator: [[a, b], [c, d]],
             static_input: [0.0; 2],
         };
         let turns = block.damped_frequency().or(block.spread()).unwrap_or(0.0);
         block.growth().abs() + turns
     };
-    generators.iter().map(rate).fold(0.0, f64::max)
+    let blocks = generators.as_chunks().0;
+    blocks.iter().map(rate).fold(0.0, f64::max)
 }
 
-/// The system in which every contact is closed at its stiffest: none turns faster.
-fn stiffest(model: &Model, sets: &Sets) -> Result<Found, DenseError> {
-    Found::new(model, sets, sets.stiffest())
+/// The blocks of the system in which every contact is closed at its stiffest: none turns faster.
+fn stiffest(model: &Model, sets: &Sets) -> Result<Vec<f64>, DenseError> {
+    let found = Found::new(model, sets, sets.stiffest())?;
+    Ok(found.generators.as_flattened().as_flattened().to_vec())
 }
 
 /// The changes out of a closed set that do not lead to free flight.
@@ -183,26 +183,18 @@ pub fn size(modes: usize, sets: &Sets) -> TableSize {
 /// Eigenvectors too nearly parallel.
 pub fn arrays(model: &Model, sets: &Sets) -> Result<Vec<TableArray>, DenseError> {
     let mut out = KeptWriter::default();
-    match Bases::new(model, sets)? {
-        Bases::All { bases, changes } => {
-            for (basis, changes) in bases.iter().zip(&changes) {
-                if let Some([to, from]) = &basis.maps {
-                    out.push("to_modes", "mixed", to);
-                    out.push("from_modes", "mixed", from);
-                }
-                for (_, _, map) in changes {
-                    out.push("changes", "mixed", map);
-                }
-                out.push("generators", "1/s", &basis.generators);
+    if !sets.are_few() {
+        out.push("generators", "1/s", &stiffest(model, sets)?);
+    } else if let Bases::All { bases, changes } = Bases::new(model, sets)? {
+        for (basis, changes) in bases.iter().zip(&changes) {
+            if let Some([to, from]) = &basis.maps {
+                out.push("to_modes", "mixed", to);
+                out.push("from_modes", "mixed", from);
             }
-        }
-        Bases::Met { .. } => {
-            let generators = stiffest(model, sets)?.generators;
-            out.push(
-                "generators",
-                "1/s",
-                generators.as_flattened().as_flattened(),
-            );
+            for (_, _, map) in changes {
+                out.push("changes", "mixed", map);
+            }
+            out.push("generators", "1/s", &basis.generators);
         }
     }
     Ok(out.finish())

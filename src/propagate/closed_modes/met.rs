@@ -3,16 +3,12 @@
 use super::basis::{Basis, Found, padded};
 use super::sets::Sets;
 use crate::model::Model;
-use crate::propagate::DenseError;
-use std::any::Any;
+use crate::propagate::{Beside, DenseError};
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Most bytes of the tables of a structure, or of the sets that are met.
 pub const MOST_BYTES: usize = 256_000_000;
-
-/// A place beside kept tables where kernels share what they make when they need it.
-pub type Beside = OnceLock<Arc<dyn Any + Send + Sync>>;
 
 /// Bases of the sets that the motions of a structure and its mesh have met: each a function of its set alone, whoever
 /// meets it first. What leads from one to another goes by way of modes: tables of its own would be used too seldom to stay in

@@ -1,8 +1,8 @@
 use super::*;
 use crate::model::{Drive, InitialState, OperatingPoint, TrajectoryState, fixtures};
-use crate::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra, Window};
+use crate::propagate::{Beside, Counters, Event, Kernel, Observer, Tangents, Volterra, Window};
 use crate::shaft::{Coupling, ModalStructure, StructureContact};
-use met::{Beside, MetSets};
+use met::MetSets;
 
 fn structure() -> ModalStructure {
     let mut structure = fixtures::structure(

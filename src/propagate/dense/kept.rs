@@ -23,13 +23,16 @@ pub struct TableArray {
     pub values: Aligned,
 }
 
+/// A place beside kept tables where kernels share what they make when they need it.
+pub type Beside = OnceLock<Arc<dyn Any + Send + Sync>>;
+
 /// Tables that are kept somewhere, by the names under which they were handed over.
 pub trait KeptTables {
     /// The numbers of an array, from a multiple of 64 bytes on where products should be fast.
     fn numbers(&self, name: &str) -> Option<&[f64]>;
 
     /// Where kernels of the same structure share what they make when they need it; nowhere, unless these tables have a place for it.
-    fn beside(&self) -> Option<&OnceLock<Arc<dyn Any + Send + Sync>>> {
+    fn beside(&self) -> Option<&Beside> {
         None
     }
 }

@@ -47,7 +47,7 @@ pub use dyadic::Dyadic;
 pub use fused::Fused;
 pub use hermite::Hermite;
 pub use jumps::PowerJumps;
-pub use kept::{KeptTables, Reader as KeptReader, TableArray, Writer as KeptWriter};
+pub use kept::{Beside, KeptTables, Reader as KeptReader, TableArray, Writer as KeptWriter};
 pub use matrix::Operator;
 pub use spectral::Spectral;
 

@@ -11,8 +11,7 @@ use super::key::CacheKind;
 use super::layout::PRELUDE;
 use super::map::Mapping;
 use super::{CacheError, CacheFault};
-use std::any::Any;
-use std::sync::{Arc, OnceLock};
+use crate::propagate::Beside;
 
 /// A read-only table. Cloning is not offered: share it by reference or in an `Arc`.
 #[derive(Debug)]
@@ -21,7 +20,7 @@ pub struct MappedTable {
     inputs: String,
     body: Body,
     /// What kernels make of it when they need it.
-    pub(super) beside: OnceLock<Arc<dyn Any + Send + Sync>>,
+    pub(super) beside: Beside,
 }
 
 #[derive(Debug)]
@@ -55,7 +54,7 @@ impl MappedTable {
             header,
             inputs,
             body,
-            beside: OnceLock::new(),
+            beside: Beside::new(),
         })
     }
 
@@ -80,7 +79,7 @@ impl MappedTable {
             header: CacheHeader::new(kind, &inputs, &arrays, String::new()),
             inputs,
             body: Body::Memory(arrays),
-            beside: OnceLock::new(),
+            beside: Beside::new(),
         }
     }
 
@@ -98,7 +97,7 @@ impl MappedTable {
             header: self.header.clone(),
             inputs: self.inputs.clone(),
             body,
-            beside: OnceLock::new(),
+            beside: Beside::new(),
         })
     }
 

@@ -10,9 +10,7 @@ use thiserror::Error;
 
 use super::{Arrays, CacheError, CacheKind, Fetched, MappedTable, TableStore};
 use crate::model::Model;
-use crate::propagate::{DenseError, KeptTables, KernelTable, TableArray, bases_form};
-use std::any::Any;
-use std::sync::{Arc, OnceLock};
+use crate::propagate::{Beside, DenseError, KeptTables, KernelTable, TableArray, bases_form};
 
 /// Part of every key: changes whenever the same model gives other numbers or other arrays.
 const METHOD: &str = "atlas kernel tables 3";
@@ -41,7 +39,7 @@ impl KeptTables for MappedTable {
         self.array(name).ok().map(|(_, values)| values)
     }
 
-    fn beside(&self) -> Option<&OnceLock<Arc<dyn Any + Send + Sync>>> {
+    fn beside(&self) -> Option<&Beside> {
         Some(&self.beside)
     }
 }
