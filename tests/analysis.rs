@@ -19,7 +19,7 @@ use atlas::propagate::{
     Tangents, Volterra, Window,
 };
 use atlas::reference::Reference;
-use atlas::shaft::ModalStructure;
+use atlas::structure::ModalStructure;
 use common::advance::{advance, advance_with, settled, volterra};
 use common::{drives, relative_difference};
 use std::f64::consts::TAU;

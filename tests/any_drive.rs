@@ -13,7 +13,7 @@ use atlas::model::{
 };
 use atlas::propagate::{Counters, Kernel, Stepping, Tangents};
 use atlas::reference::{Extended, Reference};
-use atlas::shaft::{ContactLaw, Coupling, HarmonicLoad, ModalStructure, StructureContact};
+use atlas::structure::{ContactLaw, Coupling, HarmonicLoad, ModalStructure, StructureContact};
 use common::advance::{Events, advance, advance_with, volterra};
 use common::relative_difference;
 

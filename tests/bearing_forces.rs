@@ -7,7 +7,7 @@ mod common;
 use atlas::analysis::{Outputs, Signals};
 use atlas::model::{Division, Drive, InitialState, Model, OperatingPoint, Quantity};
 use atlas::propagate::{Event, Observer, Window};
-use atlas::shaft::{ModalStructure, StaticShare};
+use atlas::structure::{ModalStructure, StaticShare};
 use common::advance::{advance, advance_with, volterra};
 use common::default_drive::flexible;
 

@@ -11,7 +11,8 @@ use atlas::model::{
     COAST_FLANK, CoastFlank, DRIVE_FLANK, Division, Drive, MeshHarmonic, Model, OperatingPoint,
     Release, Stiffness,
 };
-use atlas::shaft::{ModalStructure, RigidDrive, Tier};
+use atlas::shaft::{RigidDrive, Tier};
+use atlas::structure::ModalStructure;
 use default_drive::{DENSITY, gears, shafts};
 use nalgebra::{Matrix6, Vector6};
 use proptest::prelude::*;

@@ -14,7 +14,7 @@ use atlas::analysis::continuation::onset::onset;
 use atlas::analysis::continuation::orbit::{Border, find};
 use atlas::analysis::continuation::path::Span;
 use atlas::model::{Division, Drive, Model, OperatingPoint, Release};
-use atlas::shaft::{HarmonicLoad, ModalStructure};
+use atlas::structure::{HarmonicLoad, ModalStructure};
 use stopped::{OFF, PUBLISHED, Stopped};
 
 /// The amplitude at which the linear oscillator just reaches the stop.

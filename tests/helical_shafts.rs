@@ -5,7 +5,8 @@
 #[path = "common/default_drive.rs"]
 mod default_drive;
 
-use atlas::shaft::{Bearing, ModalStructure, RigidDrive, Tier};
+use atlas::shaft::{Bearing, RigidDrive, Tier};
+use atlas::structure::ModalStructure;
 
 const RIGID_MODES: usize = 2;
 

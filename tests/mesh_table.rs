@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, dead_code)]
 
-#[path = "../src/gear/fixtures.rs"]
+#[path = "../src/gears/gear/fixtures.rs"]
 mod fixtures;
 #[path = "common/flank.rs"]
 mod flank;

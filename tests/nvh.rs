@@ -15,7 +15,7 @@ use atlas::model::{
 use atlas::numerics::exponential::legendre_series;
 use atlas::numerics::random::{PointSeed, Stream};
 use atlas::propagate::{ClosedModes, Event, InstructionSet, Observer, Window};
-use atlas::shaft::{BearingGain, MotionKind, PlaceMotion, StaticShare, TorqueGain};
+use atlas::structure::{BearingGain, MotionKind, PlaceMotion, StaticShare, TorqueGain};
 use common::advance::{Events, advance_with, settled, volterra};
 use common::{forty_modes, model, model_at, one_degree, six_modes, two_modes};
 use num_complex::{Complex64, c64};

@@ -15,7 +15,7 @@ use atlas::model::{
 };
 use atlas::numerics::random::PointSeed;
 use atlas::reference::{Moment, Reference};
-use atlas::shaft::Coupling;
+use atlas::structure::Coupling;
 use common::advance::{advance_with, settled, volterra};
 use num_complex::{Complex64, c64};
 use std::f64::consts::TAU;

@@ -192,7 +192,9 @@ fn undamped_rattle_conserves_energy() {
     assert!(change < 1e-11, "{change:e}");
 }
 
-fn structure_without_damping(mut s: atlas::shaft::ModalStructure) -> atlas::shaft::ModalStructure {
+fn structure_without_damping(
+    mut s: atlas::structure::ModalStructure,
+) -> atlas::structure::ModalStructure {
     s.damping.fill(0.0);
     s
 }

@@ -10,7 +10,8 @@ use atlas::analysis::EnergyNorm;
 use atlas::gear::GearPair;
 use atlas::model::{Division, Drive, InitialState, Model, OperatingPoint, TrajectoryState};
 use atlas::propagate::{DenseError, Fused, Kernel, Spectral, Volterra};
-use atlas::shaft::{Bearing, FlexibleDrive, ModalStructure, RigidDrive, Shaft, Tier};
+use atlas::shaft::{Bearing, FlexibleDrive, RigidDrive, Shaft, Tier};
+use atlas::structure::ModalStructure;
 use common::advance::{advance, volterra};
 use common::{default_drive, structure};
 

@@ -8,7 +8,7 @@ mod common;
 use atlas::analysis::Frequencies;
 use atlas::manifest;
 use atlas::model::{Drive, InitialState, Model, ModelError, OperatingPoint};
-use atlas::shaft::{ContactLaw, ModalStructure, StructureContact};
+use atlas::structure::{ContactLaw, ModalStructure, StructureContact};
 use common::constant_mesh;
 use std::f64::consts::TAU;
 use std::path::Path;

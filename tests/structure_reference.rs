@@ -6,7 +6,7 @@
 #[path = "common/default_drive.rs"]
 mod default_drive;
 
-use atlas::shaft::ModalStructure;
+use atlas::structure::ModalStructure;
 use std::f64::consts::PI;
 
 const MODES: usize = 40;

@@ -7,9 +7,9 @@
 mod default_drive;
 
 use atlas::shaft::{
-    Bearing, Disc, Drag, FlexibleDrive, ModalStructure, Pedestal, RigidDrive, Shaft, ShaftError,
-    Tier,
+    Bearing, Disc, Drag, FlexibleDrive, Pedestal, RigidDrive, Shaft, ShaftError, Tier,
 };
+use atlas::structure::{ModalStructure, ModeCount};
 use default_drive::{DENSITY, gears, shafts};
 use proptest::prelude::*;
 use std::f64::consts::PI;
@@ -415,11 +415,11 @@ fn more_modes_than_freedoms_are_refused() {
         );
         assert_eq!(
             drive.modes(freedoms + 1, 2, false),
-            Err(ShaftError::ModeCount {
+            Err(ShaftError::ModeCount(ModeCount {
                 requested: freedoms + 1,
                 least: 1,
                 available: freedoms
-            })
+            }))
         );
     }
 }

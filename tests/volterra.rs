@@ -356,7 +356,7 @@ fn small_steps_converge_to_it() {
 mod random_drives {
     use super::*;
     use atlas::model::{Drive, DriveShaft, OperatingPoint, Release, TorqueRipple};
-    use atlas::shaft::ModalStructure;
+    use atlas::structure::ModalStructure;
     use proptest::collection::vec;
     use proptest::prelude::*;
 

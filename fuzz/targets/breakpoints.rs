@@ -9,7 +9,7 @@ use atlas::model::{
 use atlas::propagate::{
     Counters, DenseError, Event, Kernel, KernelChoice, KernelUse, Observer, Stop, Window,
 };
-use atlas::shaft::{ContactLaw, FlankParticipation, ModalStructure, StructureContact};
+use atlas::structure::{ContactLaw, FlankParticipation, ModalStructure, StructureContact};
 
 /// Every kernel.
 pub const KERNELS: [KernelChoice; 7] = [

@@ -42,6 +42,7 @@ mod _atlas {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         atlas::sweep::hush_workers();
+        atlas::store::ProgramRecord::set_commit(atlas::COMMIT);
         let program = atlas::store::ProgramRecord::current();
         module.add("__version__", program.version)?;
         module.add("COMMIT", program.commit)

@@ -10,7 +10,7 @@
 
 pub mod advance;
 pub mod default_drive;
-#[path = "../../src/model/fixtures.rs"]
+#[path = "../../src/core/model/fixtures.rs"]
 pub mod fixtures;
 pub mod motions;
 pub mod skipped;
@@ -18,10 +18,10 @@ pub mod skipped;
 pub use fixtures::*;
 
 use atlas::model::{
-    Division, Drive, DriveShaft, MeshHarmonic, Model, OperatingPoint, Release, TorqueRipple,
+    Division, Drive, DriveShaft, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
 };
-use atlas::shaft::{FlankParticipation, ModalStructure};
 use atlas::store::TableStore;
+use atlas::structure::{FlankParticipation, ModalStructure};
 use atlas::sweep::Parts;
 use std::path::Path;
 

@@ -10,7 +10,7 @@ use atlas::model::{
 };
 use atlas::numerics::random::Stream;
 use atlas::propagate::Volterra;
-use atlas::shaft::ModalStructure;
+use atlas::structure::ModalStructure;
 
 /// Why a planted motion is regular.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,7 +6,7 @@
 use atlas::analysis::continuation::drive::Family;
 use atlas::analysis::continuation::map::At;
 use atlas::model::{Division, Drive, Model, OperatingPoint, Release};
-use atlas::shaft::{HarmonicLoad, ModalStructure};
+use atlas::structure::{HarmonicLoad, ModalStructure};
 
 /// Where the flank that the oscillator must not meet is out of its way.
 pub const OFF: f64 = 50.0;

@@ -6,7 +6,7 @@ use atlas::model::{
     Division, Drive, DriveShaft, InitialState, MeshHarmonic, OperatingPoint, Release, TorqueRipple,
 };
 use atlas::numerics::random::Stream;
-use atlas::shaft::ModalStructure;
+use atlas::structure::ModalStructure;
 use std::fmt::Write;
 
 /// The drawing by which friction turns, as a manifest has it beside a modal file.
@@ -110,7 +110,7 @@ impl Drawn {
         let stiffness = dice.decades(7.3, 9.2);
         let (divisions, text) = Self::mesh(&mut dice, stiffness);
         let divisions = match rubs {
-            true => Division::turning(&divisions, &pairs()),
+            true => pairs().cut(&divisions),
             false => divisions,
         };
         let inertia: f64 = mesh.iter().map(|w| w * w).sum();

@@ -1,0 +1,196 @@
+//! What a Campbell diagram shows, computed from a manifest: natural frequencies over the speed, with
+//! contacts open and closed, and the orders of mesh, shafts and torque ripple.
+
+use std::f64::consts::TAU;
+use std::path::Path;
+
+use super::{manifest_args, with_causes};
+use crate::analysis::Frequencies;
+use crate::manifest::{self, AxisKey, Job, ManifestText, PointSpec};
+use crate::model::DriveShaft;
+use crate::report::{Campbell, ModeLine, NEAR_GRID, Ray, USUAL_ORDERS, to_digits};
+use crate::store::read_runs;
+use crate::structure::ModalStructure;
+use crate::sweep::build;
+use crate::units;
+
+/// Speeds at which modes are computed: between them frequencies are nearly linear.
+const SPEEDS: usize = 9;
+
+/// Lowest of them, as part of the highest.
+const LOWEST: f64 = 0.05;
+
+/// How far the diagram goes beyond the only speed of a grid.
+const BEYOND_ONE: f64 = 1.5;
+
+/// The diagram of a job's first structure, with the orders of the mesh that are asked for, or the usual ones.
+///
+/// # Errors
+/// Why there is none, in a sentence.
+pub fn of(job: &Job, orders: &[f64]) -> Result<Campbell, String> {
+    let axis = job.axes.iter().find(|axis| axis.key == AxisKey::Speed);
+    let first = job
+        .points
+        .first()
+        .ok_or_else(|| "the grid has no point".to_owned())?;
+    let (low, high) = axis.map_or((first.speed, first.speed), |axis| axis.values.ends());
+    let last = high
+        * if low == high {
+            BEYOND_ONE
+        } else {
+            1.0 + NEAR_GRID
+        };
+    let lowest = (LOWEST * last).min((1.0 - NEAR_GRID) * low);
+    let structure = build::structure(&first.model).map_err(|error| with_causes(&error))?;
+    let speeds: Vec<f64> = (0..SPEEDS)
+        .map(|i| lowest + (last - lowest) * i as f64 / (SPEEDS - 1) as f64)
+        .collect();
+    let at_speed = at_speeds(&structure, &first, &speeds).map_err(|error| with_causes(&error))?;
+    // Modes are told by their place in ascending frequency; rigid motions are no line.
+    let count = |of: fn(&Frequencies) -> usize| at_speed.iter().map(of).min().unwrap_or(0);
+    let lines = |count: usize, of: &dyn Fn(&Frequencies, usize) -> [f64; 2]| -> Vec<ModeLine> {
+        let all = (0..count).map(|mode| {
+            let values: Vec<[f64; 2]> = at_speed.iter().map(|at| of(at, mode)).collect();
+            ModeLine {
+                mode: mode + 1,
+                frequencies: values
+                    .iter()
+                    .map(|[frequency, _]| frequency / TAU)
+                    .collect(),
+                mesh_share: values.iter().map(|[_, share]| *share).fold(0.0, f64::max),
+            }
+        });
+        all.filter(|line| line.frequencies.iter().any(|f| *f > 0.0))
+            .collect()
+    };
+    let open = lines(count(|at| at.open.len()), &|at, mode| {
+        [at.open[mode].frequency, 0.0]
+    });
+    let closed = lines(count(|at| at.closed.len()), &|at, mode| {
+        let closed = &at.closed[mode];
+        [closed.mode.frequency, closed.mesh_share]
+    });
+    let teeth = f64::from(structure.teeth);
+    let orders = if orders.is_empty() {
+        &USUAL_ORDERS[..]
+    } else {
+        orders
+    };
+    let mesh = orders.iter().map(|order| Ray {
+        name: format!("{} × mesh", to_digits(*order, 4)),
+        order: order * teeth,
+        of_mesh: true,
+    });
+    let shafts = [
+        ("pinion", DriveShaft::Pinion, Some(1.0)),
+        (
+            "wheel",
+            DriveShaft::Wheel,
+            structure.wheel_teeth.map(|wheel| teeth / f64::from(wheel)),
+        ),
+    ];
+    let shafts = shafts.iter().flat_map(|(name, shaft, turns)| {
+        let turns = turns.iter().flat_map(|turns| {
+            let orders = shaft_orders(&first, *shaft).into_iter();
+            orders.map(move |order| (order, order * turns))
+        });
+        turns.map(move |(own, order)| Ray {
+            name: format!("{} × {name}", to_digits(own, 4)),
+            order,
+            of_mesh: false,
+        })
+    });
+    let mut written = job.written().axis_units();
+    let load = match written.remove("load") {
+        Some(unit) => {
+            let factor = units::conversion("1", &unit).unwrap_or(1.0);
+            format!("{} {unit}", to_digits(first.load * factor, 4))
+        }
+        None => to_digits(first.load, 4),
+    };
+    Ok(Campbell {
+        unit: written.remove("speed"),
+        words: match job.points.variants().len() {
+            1 => format!(
+                "load {load}  ·  closed: the contacts that bear the static load, with their mean stiffness"
+            ),
+            count => format!(
+                "load {load}, the first of {count} structures  ·  closed: the contacts that bear the static load"
+            ),
+        },
+        job: job.name.clone(),
+        grid: [low, high],
+        speeds,
+        open,
+        closed,
+        rays: mesh.chain(shafts).collect(),
+    })
+}
+
+/// Modes at every speed. Without gyroscopic terms, which alone go with the speed, all are those of one.
+fn at_speeds(
+    structure: &ModalStructure,
+    first: &PointSpec,
+    speeds: &[f64],
+) -> Result<Vec<Frequencies>, build::BuildError> {
+    let turning = (structure.coupling.iter())
+        .any(|coupling| coupling.gyroscopic.iter().any(|term| *term != 0.0));
+    let distinct = if turning { speeds } else { &speeds[..1] };
+    let models = build::mean_models(structure, first, distinct)?;
+    let mut found: Vec<Frequencies> = models.iter().map(Frequencies::of).collect();
+    let last = found.last().cloned();
+    found.extend(last.into_iter().cycle().take(speeds.len() - found.len()));
+    Ok(found)
+}
+
+/// Orders of a shaft that excite: once a turn, and those of torque ripple; ascending.
+fn shaft_orders(first: &PointSpec, shaft: DriveShaft) -> Vec<f64> {
+    let ripples = first.excitation.torque_ripple.iter();
+    let ripples = ripples.filter(|ripple| ripple.shaft == shaft);
+    let mut orders: Vec<f64> = ripples.map(|ripple| ripple.order).chain([1.0]).collect();
+    orders.sort_by(f64::total_cmp);
+    orders.dedup();
+    orders
+}
+
+/// The job of a manifest, or of the record of a results folder.
+///
+/// # Errors
+/// Why there is none, in a sentence; none where the errors of the manifest were already shown.
+pub fn job(source: &Path) -> Result<Job, Option<String>> {
+    if source.is_file() {
+        return match manifest::load(source) {
+            Ok(job) => {
+                manifest_args::warn(&job.warnings);
+                Ok(job)
+            }
+            Err(errors) => {
+                manifest_args::report(&errors);
+                Err(None)
+            }
+        };
+    }
+    let runs = read_runs(source).map_err(|error| Some(with_causes(&error)))?;
+    let remedy = "give the manifest itself: atlas plot m.toml --what campbell";
+    let Some(run) = runs.into_iter().next() else {
+        let here = source.display();
+        return Err(Some(format!(
+            "`{here}` has no run.json with a manifest; {remedy}"
+        )));
+    };
+    let written = ManifestText {
+        text: &run.manifest,
+        changes: &run.set,
+    };
+    let job = written.job("the manifest in run.json", Path::new(""));
+    job.map_err(|errors| {
+        let first = errors
+            .diagnostics
+            .first()
+            .map_or("", |first| &first.message);
+        Some(format!(
+            "the manifest in `{}` cannot be read here: {first}; {remedy}",
+            source.join("run.json").display()
+        ))
+    })
+}

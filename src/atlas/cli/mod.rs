@@ -1,0 +1,229 @@
+//! Arguments, and one thin file per subcommand: the only code that prints or sets an
+//! exit status.
+
+mod activity;
+mod analyses;
+mod bus_fault;
+mod campbell;
+pub mod check;
+mod console;
+mod events;
+mod excitation;
+pub mod export;
+pub mod follow;
+mod gear_mesh;
+mod grid;
+pub mod help;
+mod kernel;
+mod line;
+pub mod machine;
+pub mod man;
+mod manifest_args;
+pub mod merge;
+pub mod plan;
+pub mod plot;
+mod point;
+mod portable;
+mod process;
+mod progress;
+pub mod report;
+mod resonances;
+mod retry;
+pub mod run;
+mod run_args;
+pub mod sensitivity;
+pub mod show;
+mod size;
+mod status;
+mod structure;
+pub mod table;
+mod threads;
+pub mod trace;
+pub mod verify;
+mod words;
+
+use crate::input::{printable, printable_but_colours, with_causes};
+use crate::store::ProgramRecord;
+use crate::sweep::hush_workers;
+use clap::{CommandFactory, Parser, Subcommand};
+use std::borrow::Cow;
+use std::ffi::OsString;
+use std::io::{ErrorKind, Write};
+use std::process::ExitCode;
+use threads::Threads;
+
+/// Exit status for bad input.
+const BAD_INPUT: u8 = 2;
+
+/// Exit status of a job with points that did not end well.
+const FAILED_POINTS: u8 = 3;
+
+/// Exit status where another process is at work on the same results: to be waited for.
+const BUSY: u8 = 4;
+
+/// Exit status after Ctrl-C or SIGTERM.
+const INTERRUPTED: u8 = 130;
+
+/// Gear rattle over grids of operating points: exact propagation, Lyapunov exponents with
+/// error bars, Poincaré samples, NVH statistics, in Parquet.
+#[derive(Debug, Parser)]
+#[command(
+    name = "atlas",
+    version,
+    arg_required_else_help = true,
+    disable_help_subcommand = true
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Compute every point of a manifest, or what an interrupted run left, and write the
+    /// result files
+    Run(run_args::RunArgs),
+    /// Show all errors of a manifest, or what it expands to
+    Check(check::CheckArgs),
+    /// Follow periodic orbits over an axis of the grid, through their bifurcations
+    Follow(follow::FollowArgs),
+    /// Join the shards of a job into one set of results
+    Merge(merge::MergeArgs),
+    /// Say what a run will take, from a few of its points: time, memory, disk, placement
+    Plan(plan::PlanArgs),
+    /// Summarise a results folder
+    Show(show::ShowArgs),
+    /// Draw SVG and PNG pictures of a results or trace folder, or of a mesh table
+    Plot(plot::PlotArgs),
+    /// Write one HTML file that explores a results or trace folder in a browser, without a network
+    Report(report::ReportArgs),
+    /// Write the tables of a results or trace folder for other programs: CSV, NumPy, MATLAB, Excel
+    Export(export::ExportArgs),
+    /// Tell how the answers of a point change with keys of the manifest
+    Sensitivity(sensitivity::SensitivityArgs),
+    /// Record one trajectory with its events
+    Trace(trace::TraceArgs),
+    /// Measure this machine: memory, arithmetic, kernels on all cores, and what a campaign will cost
+    Machine(machine::MachineArgs),
+    /// Build, list, show, verify or remove computed tables
+    Table(table::TableArgs),
+    /// Check this build on this machine against closed forms, published values and independent
+    /// integrators
+    Verify(verify::VerifyArgs),
+    /// Explain a subcommand, or a table or key of a manifest
+    Help(help::HelpArgs),
+    /// Print a completion script for a shell
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+    /// Write manual pages: atlas.1 and one for every subcommand
+    Man(man::ManArgs),
+}
+
+/// Runs the program with the process's own arguments.
+pub fn main() -> ExitCode {
+    ProgramRecord::set_commit(crate::COMMIT);
+    hush_workers();
+    bus_fault::say_which();
+    match process::end_when_interrupted() {
+        Ok(()) => process::attend(carry_out),
+        Err(error) => fail(1, &format!("cannot watch for signals: {error}")),
+    }
+}
+
+/// Carries out the command of the process's own arguments.
+fn carry_out() -> ExitCode {
+    let arguments = match Cli::try_parse() {
+        Ok(arguments) => arguments,
+        Err(refusal) => return refused(&refusal),
+    };
+    match arguments.command {
+        Command::Run(args) => run::run(&args),
+        Command::Check(args) => check::run(&args),
+        Command::Follow(args) => follow::run(&args),
+        Command::Merge(args) => merge::run(&args),
+        Command::Plan(args) => plan::run(&args),
+        Command::Show(args) => show::run(&args),
+        Command::Plot(args) => plot::run(&args),
+        Command::Report(args) => report::run(&args),
+        Command::Export(args) => export::run(&args),
+        Command::Sensitivity(args) => sensitivity::run(&args),
+        Command::Trace(args) => trace::run(&args),
+        Command::Machine(args) => machine::run(&args),
+        Command::Table(args) => table::run(&args),
+        Command::Verify(args) => verify::run(&args),
+        Command::Help(args) => help::run(&args),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "atlas", &mut script);
+            answer(&String::from_utf8_lossy(&script), ExitCode::SUCCESS)
+        }
+        Command::Man(args) => man::run(&args),
+    }
+}
+
+/// Whether arguments, the program's name first, are those of a command; nothing is carried out.
+///
+/// # Errors
+/// What is wrong with them, or the text that was asked for, as help is.
+pub fn understood(arguments: impl IntoIterator<Item = OsString>) -> Result<(), clap::Error> {
+    Cli::try_parse_from(arguments).map(drop)
+}
+
+/// Says what is wrong with the arguments, or the help that they ask for. Arguments may be names of
+/// files of others (`atlas show *`), which a terminal must not obey.
+fn refused(refusal: &clap::Error) -> ExitCode {
+    let text = refusal.render().to_string();
+    match (printable(&text), refusal.exit_code()) {
+        (Cow::Owned(shown), _) => {
+            _ = std::io::stderr().lock().write_all(shown.as_bytes());
+            ExitCode::from(BAD_INPUT)
+        }
+        (Cow::Borrowed(_), status) => {
+            // In colours, where the terminal has them.
+            _ = refusal.print();
+            ExitCode::from(u8::try_from(status).unwrap_or(BAD_INPUT))
+        }
+    }
+}
+
+/// Starts the threads that computations outside a sweep share. They would start
+/// themselves when first needed, and panic where the system refuses.
+fn start_threads(threads: &Threads) -> Result<(), String> {
+    let pool = (rayon::ThreadPoolBuilder::new()).num_threads(threads.count().unwrap_or(0));
+    let pool = pool.build_global();
+    pool.map_err(|error| {
+        format!(
+            "cannot start worker threads: {error}; raise the limit on threads (`ulimit -u`, or \
+             pids.max of the control group)"
+        )
+    })
+}
+
+/// Prints to standard output and gives the exit status. A closed pipe (`atlas … | head`) is
+/// no error worth a word: its reader has what it wanted.
+fn answer(text: &str, status: ExitCode) -> ExitCode {
+    let mut stdout = std::io::stdout().lock();
+    match stdout
+        .write_all(printable_but_colours(text).as_bytes())
+        .and_then(|()| stdout.flush())
+    {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            fail(1, &format!("cannot write to standard output: {error}"))
+        }
+        _ => status,
+    }
+}
+
+/// Prints one error line and gives the exit status.
+fn fail(status: u8, message: &str) -> ExitCode {
+    // Nothing can be done when standard error is closed as well.
+    _ = writeln!(std::io::stderr().lock(), "error: {}", printable(message));
+    ExitCode::from(status)
+}
+
+/// Prints one line of what the user should know.
+fn warn(sentence: &str) {
+    _ = writeln!(std::io::stderr().lock(), "warning: {}", printable(sentence));
+}

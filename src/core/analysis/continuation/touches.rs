@@ -1,0 +1,425 @@
+//! How does an orbit touch its contacts, and how near is it to touching them otherwise?
+//!
+//! The depth of a contact is `s δ − b`, b the gap: negative where it is open. Where an extreme of the
+//! depth passes zero the orbit grazes the contact, from outside (a maximum) or from inside (a minimum),
+//! and the sequence of contact changes becomes another.
+
+use crate::analysis::modal_series::{ModalMotion, Series, TERMS, cosine_series, padded};
+use crate::model::Model;
+use crate::numerics::legendre::{derivative, evaluate, transforms24};
+use crate::numerics::roots::sign_changes;
+use crate::propagate::{Event, Observer, Window};
+use std::collections::BTreeMap;
+
+/// Round-off of the derivative of a series, in units of the sum of its terms' sizes.
+const SLOPE_NOISE: f64 = 1024.0 * f64::EPSILON;
+
+/// An extreme of the depth of a contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extreme {
+    /// The contact.
+    pub contact: usize,
+    /// Whether the depth has a minimum there.
+    pub minimum: bool,
+    /// Time from the start of the period, in cycles.
+    pub time: f64,
+    /// Depth \[half gaps\]; negative where the contact is open.
+    pub depth: f64,
+}
+
+/// How an orbit touches its contacts over a period.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Touches {
+    /// Contact changes in order: the contact, and whether it closes.
+    pub sequence: Vec<(usize, bool)>,
+    /// Extremes of the depths, in order of time.
+    pub extremes: Vec<Extreme>,
+}
+
+impl Touches {
+    /// Whether two sequences are one, whichever change is counted first.
+    pub fn alike(&self, other: &Self) -> bool {
+        let (a, b) = (&self.sequence, &other.sequence);
+        a.len() == b.len()
+            && (a.is_empty()
+                || (0..a.len()).any(|shift| (0..a.len()).all(|i| a[(i + shift) % a.len()] == b[i])))
+    }
+
+    /// The smallest distance of an extreme from its surface \[half gaps\].
+    pub fn margin(&self) -> Option<f64> {
+        self.extremes
+            .iter()
+            .map(|e| e.depth.abs())
+            .min_by(f64::total_cmp)
+    }
+
+    /// Contact changes over the period, by the signs of the depths at their extremes, but for those that the graze of a
+    /// contact makes, whose depth is round-off.
+    pub fn changes_beside(&self, graze: &Extreme) -> usize {
+        let same = |e: &&Extreme| e.contact == graze.contact && e.minimum == graze.minimum;
+        let grazing = (self.extremes.iter().filter(same))
+            .min_by(|a, b| a.depth.abs().total_cmp(&b.depth.abs()));
+        let mut closed: BTreeMap<usize, Vec<bool>> = BTreeMap::new();
+        for extreme in self.extremes.iter().filter(|e| Some(*e) != grazing) {
+            closed
+                .entry(extreme.contact)
+                .or_default()
+                .push(extreme.depth > 0.0);
+        }
+        let changes = |own: &Vec<bool>| {
+            (0..own.len())
+                .filter(|&i| own[i] != own[(i + 1) % own.len()])
+                .count()
+        };
+        closed.values().map(changes).sum()
+    }
+
+    /// Half of the largest difference of two extremes of one contact's depth \[half gaps\].
+    pub fn swing(&self) -> f64 {
+        let mut bounds: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
+        for extreme in &self.extremes {
+            let own = bounds.entry(extreme.contact).or_insert([extreme.depth; 2]);
+            *own = [own[0].min(extreme.depth), own[1].max(extreme.depth)];
+        }
+        let swings = bounds.values().map(|[low, high]| 0.5 * (high - low));
+        swings.fold(0.0, f64::max)
+    }
+
+    /// The sequence in letters: contacts by their places from 1, capital where they close.
+    pub fn text(&self) -> String {
+        let word = |&(contact, closes): &(usize, bool)| {
+            let sign = if closes { '+' } else { '-' };
+            format!("{}{sign}", contact + 1)
+        };
+        self.sequence.iter().map(word).collect::<Vec<_>>().join(" ")
+    }
+
+    /// The extreme of the same contact and kind that is nearest in time to another on an orbit of
+    /// `period` cycles.
+    pub fn nearest(&self, to: &Extreme, period: f64) -> Option<&Extreme> {
+        let apart = |e: &Extreme| {
+            let d = (e.time - to.time).rem_euclid(period);
+            d.min(period - d)
+        };
+        (self.extremes.iter())
+            .filter(|e| e.contact == to.contact && e.minimum == to.minimum)
+            .min_by(|a, b| apart(a).total_cmp(&apart(b)))
+    }
+}
+
+/// Watches an orbit.
+#[derive(Debug)]
+pub struct Watch<'m> {
+    model: &'m Model,
+    motion: Option<ModalMotion<'m>>,
+    /// Whether every depth was rising.
+    rising: Vec<Option<bool>>,
+    /// For every contact an extreme where its depth was first seen to rise or to fall, as it is if
+    /// the depth came there otherwise.
+    first: Vec<Option<Extreme>>,
+    touches: Touches,
+    sums: [f64; 3],
+    /// Smallest and largest δ, largest |F|.
+    bounds: [f64; 3],
+}
+
+impl<'m> Watch<'m> {
+    /// Nothing seen yet.
+    pub fn new(model: &'m Model) -> Self {
+        Self {
+            model,
+            motion: (model.lines.len() > 1).then(|| ModalMotion::new(model)),
+            rising: vec![None; model.contacts.len()],
+            first: vec![None; model.contacts.len()],
+            touches: Touches::default(),
+            sums: [0.0; 3],
+            bounds: [f64::INFINITY, f64::NEG_INFINITY, 0.0],
+        }
+    }
+
+    /// How a whole period touches its contacts: a depth that turns where the period begins has an
+    /// extreme there, which no window shows.
+    pub fn of_period(self) -> Touches {
+        let mut touches = self.touches;
+        let turned = (self.first.into_iter().flatten())
+            .filter(|first| self.rising[first.contact] == Some(!first.minimum));
+        touches.extremes.splice(0..0, turned);
+        touches
+    }
+
+    /// The motion of the mesh.
+    pub fn motion(&self) -> super::map::Motion {
+        let [time, first, second] = self.sums;
+        let mean = first / time;
+        super::map::Motion {
+            rms: (second / time - mean * mean).max(0.0).sqrt(),
+            mean,
+            smallest: self.bounds[0],
+            largest: self.bounds[1],
+            force_peak: self.bounds[2],
+        }
+    }
+
+    /// The depth of a contact over a window \[m\].
+    pub(super) fn depth(&mut self, contact: usize, window: &Window<'_>) -> Series {
+        let own = &self.model.contacts[contact];
+        let segment = &window.segments[contact];
+        let line = self.model.line(segment);
+        let shown = window
+            .closed
+            .iter()
+            .find(|closed| closed.contact == contact);
+        let mut out = if let Some(closed) = shown {
+            padded(closed.deflection)
+        } else if line == self.model.line(&window.segments[0]) {
+            padded(window.deflection)
+        } else {
+            self.along(segment.direction, window)
+        };
+        for a in &mut out {
+            *a *= own.side;
+        }
+        if segment.error.is_none() {
+            out[0] -= own.half_gap;
+            return out;
+        }
+        let time = |x: f64| window.start + 0.5 * window.duration * (1.0 + x);
+        let gap = transforms24()
+            .interpolate(&transforms24().nodes().map(|x| own.gap(segment, time(x))[0]));
+        std::array::from_fn(|n| out[n] - gap[n])
+    }
+
+    /// The deflection along a direction that the window does not show.
+    fn along(&mut self, direction: usize, window: &Window<'_>) -> Series {
+        let direction = &self.model.directions[direction];
+        let mut out = [0.0; TERMS];
+        if let Some(motion) = &mut self.motion {
+            let series = motion.on(window);
+            for (i, gain) in direction.gains.iter().enumerate() {
+                for row in 0..2 {
+                    let w = gain.deflection[row];
+                    if w != 0.0 {
+                        for (value, x) in out.iter_mut().zip(series.component(i, row)) {
+                            *value += w * x;
+                        }
+                    }
+                }
+            }
+        }
+        for h in &self.model.lines[direction.line].transmission_error {
+            let phase = h.turned(window.cycle, window.start) + h.phase;
+            let cosine = cosine_series(h.angular_frequency, phase, window.duration);
+            for (value, cos) in out.iter_mut().zip(cosine) {
+                *value -= h.amplitude * cos;
+            }
+        }
+        out
+    }
+}
+
+impl Observer for Watch<'_> {
+    const WINDOWS: bool = true;
+
+    fn window(&mut self, window: &Window<'_>) {
+        let half_gap = self.model.half_gap;
+        let start = window.cycle as f64 + window.start / self.model.period();
+        let length = window.duration / self.model.period();
+        let deflection = padded(window.deflection);
+        let square: f64 = (deflection.iter().enumerate())
+            .map(|(n, a)| a * a / (2 * n + 1) as f64)
+            .sum();
+        for (sum, value) in self.sums.iter_mut().zip([1.0, deflection[0], square]) {
+            *sum += window.duration * value;
+        }
+        let mut extreme_of = |series: &Series, x: f64, peak: bool| {
+            let value = evaluate(series, x);
+            match peak {
+                true => self.bounds[2] = self.bounds[2].max(value.abs()),
+                false => {
+                    self.bounds[0] = self.bounds[0].min(value);
+                    self.bounds[1] = self.bounds[1].max(value);
+                }
+            }
+        };
+        let force = padded(window.force);
+        for x in [-1.0, 1.0] {
+            extreme_of(&deflection, x, false);
+            extreme_of(&force, x, true);
+        }
+        for (series, peak) in [(&deflection, false), (&force, true)] {
+            let slope = derivative(series);
+            let size: f64 = series.iter().map(|a| a.abs()).sum();
+            let mut rising = Some(evaluate(&slope, -1.0) > 0.0);
+            sign_changes(
+                transforms24(),
+                &slope,
+                SLOPE_NOISE * size,
+                &mut rising,
+                |x, _| extreme_of(series, x, peak),
+            );
+        }
+        for contact in 0..self.model.contacts.len() {
+            let depth = self.depth(contact, window);
+            let size: f64 = depth.iter().map(|a| a.abs()).sum();
+            let noise = SLOPE_NOISE * (size + self.model.contacts[contact].half_gap.abs());
+            let (mut rising, extremes) = (self.rising[contact], &mut self.touches.extremes);
+            let before = extremes.len();
+            sign_changes(
+                transforms24(),
+                &derivative(&depth),
+                noise,
+                &mut rising,
+                |x, minimum| {
+                    extremes.push(Extreme {
+                        contact,
+                        minimum,
+                        time: start + 0.5 * length * (1.0 + x),
+                        depth: evaluate(&depth, x) / half_gap,
+                    });
+                },
+            );
+            if self.rising[contact].is_none() {
+                let odd = (extremes.len() - before) % 2 == 1;
+                self.first[contact] = rising.map(|last| Extreme {
+                    contact,
+                    minimum: last != odd,
+                    time: start,
+                    depth: evaluate(&depth, -1.0) / half_gap,
+                });
+            }
+            self.rising[contact] = rising;
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        self.touches.sequence.push((event.contact, event.closes()));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{
+        ActiveSet, COAST_FLANK, DRIVE_FLANK, Division, FlankError, InitialState, STIFFNESS_TERMS,
+        fixtures,
+    };
+    use crate::propagate::{Counters, Kernel, Volterra};
+    use crate::structure::StructureContact;
+
+    /// The depth of a contact at both ends of every window.
+    struct Ends<'m> {
+        watch: Watch<'m>,
+        contact: usize,
+        seen: Vec<[f64; 2]>,
+    }
+
+    impl Observer for Ends<'_> {
+        const WINDOWS: bool = true;
+
+        fn window(&mut self, window: &Window<'_>) {
+            let depth = self.watch.depth(self.contact, window);
+            self.seen.push([-1.0, 1.0].map(|x| evaluate(&depth, x)));
+        }
+
+        fn event(&mut self, _: &Event) {}
+    }
+
+    /// A stop far off, on a line that no window shows, with an error of its own, and the drive flank,
+    /// whose teeth are relieved: their depths are those of the states.
+    #[test]
+    fn a_contact_is_as_deep_as_the_states_say() {
+        let own = [0.9, 0.4, 0.2];
+        let mut structure = fixtures::structure(&[0.0, 900.0, 4000.0], 0.01, &own, &own);
+        let mut stop = StructureContact::stop(&[0.5, -0.7, 0.3], 1e-3, 3e8);
+        stop.law.error = vec![(1, 2e-6, 0.4)];
+        structure.contacts = vec![stop];
+        let mut drive = fixtures::two_level_mesh(1e-5);
+        drive.mesh = Division::levels(&[4e8, 3e8], &[0.6]);
+        // Three micrometres where the divisions meet.
+        for (division, bend) in drive.mesh.iter_mut().zip([1e-6, 2e-6]) {
+            let mut series = [0.0; STIFFNESS_TERMS];
+            (series[0], series[2]) = (3e-6 - bend, bend);
+            division.error = FlankError::series(series);
+        }
+        let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+        for contact in [DRIVE_FLANK, model.contacts.len() - 1] {
+            depths_are_those_of_states(&model, contact);
+        }
+    }
+
+    /// A deflection that falls and rises: besides the minimum between, of which a window shows the other
+    /// side, it has a maximum where the period begins, at either depth.
+    #[test]
+    fn an_extreme_where_the_period_begins_is_seen() {
+        let own = [0.9, 0.4];
+        let structure = fixtures::structure(&[0.0, 900.0], 0.01, &own, &own);
+        let drive = fixtures::two_level_mesh(1e-5);
+        let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+        let mut watch = Watch::new(&model);
+        for (half, slope) in [(0.0, -1e-6), (0.5, 1e-6)] {
+            watch.window(&Window {
+                cycle: 4,
+                start: half * model.period(),
+                duration: 0.5 * model.period(),
+                segments: &model.segments_at(4, 0.0),
+                contact: ActiveSet::FREE,
+                deflection: &[5e-6, slope],
+                force: &[0.0],
+                closed: &[],
+                first: &[],
+                second: &[],
+            });
+        }
+        let touches = watch.of_period();
+        for contact in [DRIVE_FLANK, COAST_FLANK] {
+            let side = model.contacts[contact].side;
+            let own: Vec<&Extreme> = (touches.extremes.iter())
+                .filter(|extreme| extreme.contact == contact)
+                .collect();
+            let [begin, middle] = own[..] else {
+                panic!("{own:?}");
+            };
+            assert_eq!([begin, middle].map(|e| e.minimum), [side < 0.0, side > 0.0]);
+            for (extreme, time, deflection) in [(begin, 4.0, 6e-6), (middle, 4.5, 4e-6)] {
+                assert!((extreme.time - time).abs() < 1e-12, "{extreme:?}");
+                let depth = (side * deflection - 1e-5) / 1e-5;
+                assert!((extreme.depth - depth).abs() < 1e-12, "{extreme:?} {depth}");
+            }
+        }
+    }
+
+    fn depths_are_those_of_states(model: &Model, contact: usize) {
+        let kernel = Volterra::new(model, f64::EPSILON, 1000);
+        let mut workspace = kernel.workspace();
+        let mut trajectory = model.start(&InitialState::Static);
+        let mut depths = Vec::new();
+        for _ in 0..5 {
+            let depth = |state: &[f64], cycle: u64| {
+                let segment = &model.segments_at(cycle, 0.0)[contact];
+                let own = &model.contacts[contact];
+                own.side * model.deflection_on(segment, cycle, state, 0.0).0
+                    - own.gap(segment, 0.0)[0]
+            };
+            let before = depth(&trajectory.state, trajectory.cycle);
+            let mut ends = Ends {
+                watch: Watch::new(model),
+                contact,
+                seen: Vec::new(),
+            };
+            let mut counters = Counters::default();
+            (kernel.advance(1, &mut trajectory, &mut workspace, &mut ends, &mut counters)).unwrap();
+            let after = depth(&trajectory.state, trajectory.cycle);
+            let (first, last) = (ends.seen[0][0], ends.seen[ends.seen.len() - 1][1]);
+            assert!((first - before).abs() < 1e-17, "{first} {before}");
+            assert!((last - after).abs() < 1e-17, "{last} {after}");
+            for pair in ends.seen.windows(2) {
+                assert!((pair[0][1] - pair[1][0]).abs() < 1e-17, "{pair:?}");
+            }
+            depths.push(after);
+        }
+        assert!(
+            depths.iter().any(|depth| (depth - depths[0]).abs() > 1e-7),
+            "{depths:?}"
+        );
+    }
+}

@@ -1,0 +1,268 @@
+//! The norm in which tangents and distances are measured.
+//!
+//! A raw norm mixes metres with metres a second and lets rigid rotation count; it is kept
+//! ([`EnergyNorm::raw`]) to show what that does to an estimate. In the energy norm a mode counts
+//! with its kinetic and potential energy, `‖x‖² = Σ v² + max(ω, ω_mesh)² q²` with `ω_mesh² = k Σ w·g` the scale
+//! of the closed mesh (a rigid rotation has no stiffness of its own). The neutral pair is
+//! left out. Under drag the neutral rotation decays and is felt, but where it has come to is not:
+//! states that differ by a displacement nobody feels are one ([`EnergyNorm::project`]).
+
+use crate::model::Model;
+use std::cmp::Ordering;
+
+/// Energy-scaled norm without the neutral pair.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EnergyNorm {
+    /// Weight of each component of a state, length 2N; 0 for the neutral pair.
+    weights: Vec<f64>,
+    /// Displacements that nothing feels, other than single components: each is taken out of a
+    /// difference so that the component with this index vanishes, which has no weight.
+    unfelt: Vec<(usize, Vec<f64>)>,
+    /// Norm of the rigid displacement that closes the half gap: the natural unit of a state.
+    unit: f64,
+}
+
+impl EnergyNorm {
+    /// The norm of a model.
+    pub fn new(model: &Model) -> Self {
+        let n = model.modes();
+        let gains = model.first_gains();
+        let participation: f64 = gains.iter().map(|gain| gain.deflection[0].powi(2)).sum();
+        let mesh = mesh_scale(model);
+        let mut weights = vec![1.0; 2 * n];
+        for (i, block) in model.blocks.iter().enumerate() {
+            // A block of coupled modes has scaled components; a mode has a displacement.
+            let is_mode = block.generator[0] == [0.0, 1.0];
+            weights[i] = match is_mode {
+                true => block.natural_frequency().max(mesh),
+                false => 1.0,
+            };
+        }
+        for &i in &model.neutral {
+            weights[i] = 0.0;
+            weights[n + i] = 0.0;
+        }
+        // Where the whole drive has turned to is nothing that it feels.
+        let unfelt = reduced(model.unfelt_displacements());
+        for (index, _) in &unfelt {
+            weights[*index] = 0.0;
+        }
+        Self {
+            weights,
+            unfelt,
+            unit: mesh * model.half_gap / participation.sqrt(),
+        }
+    }
+
+    /// The Euclidean norm of modal displacements and velocities as they stand, metres and
+    /// metres a second added, the neutral pair included.
+    pub fn raw(model: &Model) -> Self {
+        let gains = model.first_gains();
+        let participation: f64 = gains.iter().map(|gain| gain.deflection[0].powi(2)).sum();
+        Self {
+            weights: vec![1.0; 2 * model.modes()],
+            unfelt: Vec::new(),
+            unit: model.half_gap / participation.sqrt(),
+        }
+    }
+
+    /// Weights of the components, length 2N; 0 for the neutral pair.
+    pub fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    /// Dimension of the space without the neutral pair: the number of exponents.
+    pub fn dimension(&self) -> usize {
+        self.felt().len()
+    }
+
+    /// Indices of the components that count: all but the neutral pair.
+    pub fn felt(&self) -> Vec<usize> {
+        (0..self.weights.len())
+            .filter(|&i| self.weights[i] > 0.0)
+            .collect()
+    }
+
+    /// The natural unit: the norm of a displacement by half a gap.
+    pub fn unit(&self) -> f64 {
+        self.unit
+    }
+
+    /// Norm of a vector.
+    pub fn length(&self, x: &[f64]) -> f64 {
+        self.product(x, x).sqrt()
+    }
+
+    /// Norm of a difference.
+    pub fn distance(&self, x: &[f64], y: &[f64]) -> f64 {
+        if !self.unfelt.is_empty() {
+            let apart = self.difference(x, y);
+            return apart.iter().map(|d| d * d).sum::<f64>().sqrt();
+        }
+        let mut sum = 0.0;
+        for ((w, a), b) in self.weights.iter().zip(x).zip(y) {
+            let d = w * (a - b);
+            sum += d * d;
+        }
+        sum.sqrt()
+    }
+
+    /// Whether a difference is no longer than `limit`; most that are longer show it in their first
+    /// components.
+    pub fn within(&self, limit: f64, x: &[f64], y: &[f64]) -> bool {
+        if !self.unfelt.is_empty() {
+            return self.distance(x, y) <= limit;
+        }
+        let limit = limit * limit;
+        let mut sum = 0.0;
+        for ((w, a), b) in self.weights.iter().zip(x).zip(y) {
+            let d = w * (a - b);
+            sum += d * d;
+            // Written so that what is no number is not within.
+            if !matches!(
+                sum.partial_cmp(&limit),
+                Some(Ordering::Less | Ordering::Equal)
+            ) {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Scalar product.
+    pub fn product(&self, x: &[f64], y: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        for ((w, a), b) in self.weights.iter().zip(x).zip(y) {
+            sum += (w * a) * (w * b);
+        }
+        sum
+    }
+
+    /// The weighted components of a difference, in the order of [`Self::felt`].
+    pub fn difference(&self, x: &[f64], y: &[f64]) -> Vec<f64> {
+        let mut apart: Vec<f64> = x.iter().zip(y).map(|(a, b)| a - b).collect();
+        self.project(&mut apart);
+        let weighted = self.weights.iter().zip(&apart);
+        weighted
+            .filter(|(w, _)| **w > 0.0)
+            .map(|(w, a)| w * a)
+            .collect()
+    }
+
+    /// Removes the neutral pair, and displacements that nothing feels, from a vector.
+    pub fn project(&self, x: &mut [f64]) {
+        for (index, along) in &self.unfelt {
+            let part = x[*index];
+            for (a, n) in x.iter_mut().zip(along) {
+                *a -= part * n;
+            }
+        }
+        for (w, a) in self.weights.iter().zip(x) {
+            if *w == 0.0 {
+                *a = 0.0;
+            }
+        }
+    }
+}
+
+/// Scale of the closed mesh `√(k Σ w·g)` \[rad/s\].
+fn mesh_scale(model: &Model) -> f64 {
+    let mut coupling = 0.0;
+    for gain in model.first_gains() {
+        let (rate, g) = (gain.rate, gain.mesh_input);
+        coupling += rate[0] * g[0] + rate[1] * g[1];
+    }
+    (model.first_cycle().mean_stiffness() * coupling.abs()).sqrt()
+}
+
+/// Scale of the displacement of each mode in energy, `max(ω, ω_mesh)` \[rad/s\], whatever couples the
+/// modes.
+pub fn modal_scales(model: &Model) -> Vec<f64> {
+    let (n, mesh) = (model.modes(), mesh_scale(model));
+    let frequency = |mode: usize| match model.basis.coupled() {
+        None => model.blocks[mode].natural_frequency(),
+        Some(coupled) => coupled.stiffness[mode * n + mode].max(0.0).sqrt(),
+    };
+    (0..n).map(|mode| frequency(mode).max(mesh)).collect()
+}
+
+/// Vectors, each scaled to 1 at the index of its largest component, where the others are made 0.
+fn reduced(vectors: Vec<Vec<f64>>) -> Vec<(usize, Vec<f64>)> {
+    let mut out: Vec<(usize, Vec<f64>)> = Vec::new();
+    for mut vector in vectors {
+        for (index, other) in &out {
+            let part = vector[*index];
+            subtract(&mut vector, part, other);
+        }
+        let largest = (vector.iter().enumerate()).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        let Some((index, &value)) = largest else {
+            continue;
+        };
+        vector.iter_mut().for_each(|v| *v /= value);
+        for (_, other) in &mut out {
+            let part = other[index];
+            subtract(other, part, &vector);
+        }
+        out.push((index, vector));
+    }
+    out
+}
+
+fn subtract(from: &mut [f64], factor: f64, vector: &[f64]) {
+    for (a, b) in from.iter_mut().zip(vector) {
+        *a -= factor * b;
+    }
+}
+
+#[cfg(test)]
+pub mod tests {
+    use super::*;
+    use crate::model::{OperatingPoint, fixtures};
+    use crate::structure::Coupling;
+
+    /// The structure of the tests of probes, whose rotations drag damps \[1/s\].
+    pub fn dragged(drag: f64) -> Model {
+        let mesh = [0.8, -0.6, 0.5, 0.1];
+        let mut structure = fixtures::structure(&[0.0, 0.0, 2.0, 3.0], 0.1, &mesh, &mesh);
+        structure.rated_force = 1.0;
+        let mut damping = vec![0.0; 16];
+        (damping[0], damping[5]) = (drag, 2.0 * drag);
+        structure.coupling = Some(Coupling {
+            damping,
+            gyroscopic: vec![0.0; 16],
+            stiffness: vec![0.0; 16],
+        });
+        let point = OperatingPoint {
+            load: 1.0,
+            speed: 1.0,
+        };
+        Model::new(&structure, &fixtures::constant_mesh(1.0, 1.0), point).unwrap()
+    }
+
+    /// Reduced vectors span the same: a vector of the span is their sum, weighed by its own components at their indices.
+    #[test]
+    fn reduced_vectors_span_what_they_came_from() {
+        let vectors = vec![
+            vec![3.0, 1.0, 0.0, 2.0, -1.0],
+            vec![1.0, 4.0, 1.0, 0.0, 0.5],
+            vec![2.0, -1.0, 0.5, 1.0, 6.0],
+        ];
+        let found = reduced(vectors.clone());
+        assert_eq!(found.len(), 3);
+        for (number, (index, own)) in found.iter().enumerate() {
+            assert!((own[*index] - 1.0).abs() < 1e-15);
+            for (other, _) in found.iter().filter(|(other, _)| other != index) {
+                assert!(own[*other].abs() < 1e-15, "{number}: {own:?}");
+            }
+        }
+        for vector in vectors {
+            for (i, value) in vector.iter().enumerate() {
+                let sum: f64 = found
+                    .iter()
+                    .map(|(index, own)| vector[*index] * own[i])
+                    .sum();
+                assert!((sum - value).abs() < 1e-14, "{i}: {sum} {value}");
+            }
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! How robust is a periodic orbit, and how does it lose its stability?
+
+use super::kick::{KICK, Kicked};
+use super::shooting::PeriodicOrbit;
+use crate::analysis::continuation::touches::Watch;
+use crate::analysis::norm::EnergyNorm;
+use crate::model::{Model, TrajectoryState};
+use crate::propagate::{Counters, Kernel, Stop};
+use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
+
+/// Modulus of the leading multiplier from which a stable orbit is near losing its stability.
+const NEAR_THE_CIRCLE: f64 = 0.9;
+
+/// What its leading multiplier crosses the unit circle as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Bifurcation {
+    /// At +1: a fold (saddle-node), or a symmetry that breaks.
+    Fold,
+    /// At −1: the period doubles.
+    Flip,
+    /// As a complex pair: a torus is born.
+    NeimarkSacker,
+}
+
+impl Bifurcation {
+    /// The word stored in result files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fold => "fold",
+            Self::Flip => "flip",
+            Self::NeimarkSacker => "neimark_sacker",
+        }
+    }
+
+    /// By the leading multiplier; none of one well inside the unit circle, where a
+    /// complex pair may yet meet on the real axis, and nothing is told by where it stands.
+    fn of(leading: Complex64) -> Option<Self> {
+        (leading.norm() >= NEAR_THE_CIRCLE).then_some(if leading.im != 0.0 {
+            Self::NeimarkSacker
+        } else if leading.re < 0.0 {
+            Self::Flip
+        } else {
+            Self::Fold
+        })
+    }
+}
+
+/// What is to be said of an orbit beside its multipliers.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Character {
+    /// Whether all multipliers lie inside the unit circle.
+    pub stable: bool,
+    /// How it gains or loses stability; none where its leading multiplier is well inside the
+    /// unit circle.
+    pub bifurcation: Option<Bifurcation>,
+    /// Contact-state changes in a period.
+    pub events: u64,
+    /// Largest minus smallest δ \[m\].
+    pub deflection_pp: f64,
+    /// Smallest distance of an extreme of a contact's depth from its surface, in half gaps: 0 is
+    /// grazing, where the event sequence changes. None where no depth has an extreme.
+    pub grazing_margin: Option<f64>,
+    /// Growth, over one period of the full system, of a kick of [`KICK`] in the direction of
+    /// strongest growth.
+    pub kick_growth: f64,
+    /// The same as the monodromy matrix has it: its largest singular value.
+    pub kick_growth_linear: f64,
+}
+
+/// The strobe states of an orbit's period, and its character.
+///
+/// # Errors
+/// [`Stop`] as for any integration.
+pub fn of<K: Kernel>(
+    model: &Model,
+    kernel: &K,
+    norm: &EnergyNorm,
+    orbit: &PeriodicOrbit,
+    workspace: &mut K::Workspace,
+) -> Result<(Vec<TrajectoryState>, Character), Stop> {
+    let mut counters = Counters::default();
+    let mut watch = Watch::new(model);
+    let mut points = Vec::with_capacity(orbit.period as usize);
+    let mut state = orbit.start.clone();
+    for _ in 0..orbit.period {
+        points.push(state.clone());
+        kernel.advance(1, &mut state, workspace, &mut watch, &mut counters)?;
+    }
+    let events = counters.events;
+    let motion = watch.motion();
+    let [kicked, kicked_linear] =
+        Kicked::new(model, norm, orbit).after_return(kernel, workspace)?;
+    let character = Character {
+        stable: orbit.spectral_radius() < 1.0,
+        bifurcation: Bifurcation::of(orbit.multipliers.first().copied().unwrap_or_default()),
+        events,
+        deflection_pp: motion.largest - motion.smallest,
+        grazing_margin: watch.of_period().margin(),
+        kick_growth: kicked / KICK,
+        kick_growth_linear: kicked_linear / KICK,
+    };
+    Ok((points, character))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::orbits::shooting::shoot;
+    use crate::model::{InitialState, OperatingPoint, fixtures};
+    use crate::propagate::Volterra;
+    use crate::structure::StructureContact;
+    use num_complex::c64;
+
+    /// A stop that the orbit nearly reaches is as near as it is, however far the flanks are.
+    #[test]
+    fn the_margin_is_that_of_any_contact() {
+        // The stop does not feel what the flanks lack.
+        let mut drive = fixtures::two_level_mesh(1e-5);
+        drive.transmission_error.clear();
+        let point = OperatingPoint {
+            load: 2.0,
+            speed: 300.0,
+        };
+        let of_stop = |gap: Option<f64>| {
+            let mut structure = fixtures::structure(&[900.0], 0.05, &[1.0], &[1.0]);
+            let stop = gap.map(|gap| StructureContact::stop(&[1.0], gap, 1e8));
+            structure.contacts = stop.into_iter().collect();
+            let model = Model::new(&structure, &drive, point).unwrap();
+            let kernel = Volterra::new(&model, f64::EPSILON, 1000);
+            let (norm, mut workspace) = (EnergyNorm::new(&model), kernel.workspace());
+            let mut start = model.start(&InitialState::Static);
+            let mut counters = Counters::default();
+            (kernel.advance(300, &mut start, &mut workspace, &mut (), &mut counters)).unwrap();
+            let orbit = shoot(&model, &kernel, &norm, &start, 1, &mut workspace)
+                .unwrap()
+                .unwrap();
+            let (_, character) = of(&model, &kernel, &norm, &orbit, &mut workspace).unwrap();
+            let mut watch = Watch::new(&model);
+            let mut state = orbit.start.clone();
+            (kernel.advance(1, &mut state, &mut workspace, &mut watch, &mut counters)).unwrap();
+            (character, watch.motion().largest)
+        };
+        let (alone, largest) = of_stop(None);
+        let (beside, _) = of_stop(Some(largest + 1e-8));
+        assert!(alone.grazing_margin.unwrap() > 0.1, "{alone:?}");
+        let margin = beside.grazing_margin.unwrap();
+        assert!((margin - 1e-3).abs() < 1e-9, "{margin}");
+        assert!((beside.deflection_pp / alone.deflection_pp - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn only_a_multiplier_near_the_circle_or_outside_is_said_to_cross_it() {
+        for (multiplier, crossing) in [
+            (c64(1.3, 0.0), Some(Bifurcation::Fold)),
+            (c64(0.95, 0.0), Some(Bifurcation::Fold)),
+            (c64(-1.29, 0.0), Some(Bifurcation::Flip)),
+            (c64(-0.91, 0.0), Some(Bifurcation::Flip)),
+            (c64(0.6, 0.8), Some(Bifurcation::NeimarkSacker)),
+            (c64(0.5, 0.2), None),
+            (c64(-0.6, 0.6), None),
+            (c64(0.4, 0.0), None),
+            (c64(-0.89, 0.0), None),
+        ] {
+            assert_eq!(Bifurcation::of(multiplier), crossing, "{multiplier}");
+        }
+    }
+}

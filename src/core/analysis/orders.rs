@@ -1,0 +1,354 @@
+//! Amplitude and phase of signals at multiples of the mesh frequency and of both shafts' speeds.
+//!
+//! `c = 2/T ∫ f e^{−iωt} dt` is the exact integral of the windows' series, t counted from the start of
+//! mesh cycle 0: `f = … + |c| cos(ωt + arg c)`. Orders of a shaft are taken over whole revolutions, so
+//! that neither the mean nor mesh orders leak into them. Standard errors are those of the parts of
+//! c over successive stretches, along c and across it.
+
+use super::modal_series::Series;
+use super::nvh::stretches::{Stretches, Summable};
+use super::outcome::{OrderLine, OrderReference, SignalOrders};
+use super::questions::{NvhQuestion, OrderQuestion};
+use super::signal::Signal;
+use crate::model::Model;
+use crate::numerics::fourier::{Stretch, add_lines};
+use crate::numerics::statistics::standard_error;
+use crate::propagate::Window;
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// Fewest mesh cycles in a stretch.
+const CYCLES_PER_STRETCH: u64 = 10;
+
+/// Integrals over a stretch.
+#[derive(Debug, Clone)]
+struct Sums {
+    /// Its length \[s\].
+    time: f64,
+    /// `∫ (f − centre) e^{−iωt} dt`, by signal and multiple.
+    lines: Vec<Vec<Complex64>>,
+}
+
+impl Summable for Sums {
+    fn add(&mut self, other: &Self) {
+        self.time += other.time;
+        let pairs = self.lines.iter_mut().zip(&other.lines);
+        for (sum, value) in pairs.flat_map(|(sums, values)| sums.iter_mut().zip(values)) {
+            *sum += value;
+        }
+    }
+
+    fn clear(&mut self) {
+        self.time = 0.0;
+        for sums in &mut self.lines {
+            sums.fill(Complex64::ZERO);
+        }
+    }
+}
+
+/// The multiples of one frequency.
+#[derive(Debug, Clone)]
+struct Family {
+    reference: OrderReference,
+    /// Mesh cycles in a period of the frequency.
+    teeth: u32,
+    stretches: Stretches<Sums>,
+}
+
+impl Family {
+    fn new(reference: OrderReference, teeth: u32, count: usize, signals: usize) -> Self {
+        let empty = Sums {
+            time: 0.0,
+            lines: vec![vec![Complex64::ZERO; count]; signals],
+        };
+        let period = u64::from(teeth);
+        let length = CYCLES_PER_STRETCH.div_ceil(period) * period;
+        Self {
+            reference,
+            teeth,
+            stretches: Stretches::new(empty, length),
+        }
+    }
+
+    /// What of a record counts: all of one whose length is a whole number of periods, else the
+    /// whole stretches; none before any.
+    fn counted(&self, all: bool) -> Option<Sums> {
+        if all {
+            return Some(self.stretches.total());
+        }
+        let mut closed = self.stretches.closed().iter();
+        let mut sum = closed.next()?.clone();
+        closed.for_each(|stretch| sum.add(stretch));
+        Some(sum)
+    }
+
+    /// The lines of a signal, from what counts of the record; exact where it `repeats` after so
+    /// many mesh cycles.
+    fn lines(
+        &self,
+        signal: usize,
+        sums: &Sums,
+        mesh_period: f64,
+        repeats: Option<u32>,
+    ) -> Vec<OrderLine> {
+        let line = |(index, sum): (usize, &Complex64)| {
+            let multiple = index as u32 + 1;
+            let order = f64::from(multiple) / f64::from(self.teeth);
+            // A motion of period k holds multiples of 1/k of the mesh order.
+            let held = repeats.is_none_or(|k| (multiple * k).is_multiple_of(self.teeth));
+            let value = match held {
+                true => 2.0 / sums.time * sum,
+                false => Complex64::ZERO,
+            };
+            let amplitude = value.norm();
+            let error = |part: fn(Complex64) -> f64| {
+                if repeats.is_some() || amplitude == 0.0 {
+                    return None;
+                }
+                let along = value.conj() / amplitude;
+                let parts = self.stretches.closed().iter().map(|stretch| {
+                    part(along * (2.0 / stretch.time * stretch.lines[signal][index]))
+                });
+                let error = standard_error(&parts.collect::<Vec<_>>());
+                error.is_finite().then_some(error)
+            };
+            OrderLine {
+                reference: self.reference,
+                multiple,
+                order,
+                frequency: order / mesh_period,
+                amplitude,
+                stderr: error(|part| part.re),
+                phase: (amplitude > 0.0).then(|| value.arg()),
+                phase_stderr: error(|part| part.im).map(|error| error / amplitude),
+            }
+        };
+        sums.lines[signal].iter().enumerate().map(line).collect()
+    }
+}
+
+/// Accumulates orders while a trajectory is integrated.
+#[derive(Debug, Clone)]
+pub struct Orders {
+    /// Mesh period \[s\].
+    period: f64,
+    signals: Vec<Signal>,
+    /// Mean of each signal in the first window.
+    centres: Vec<f64>,
+    families: Vec<Family>,
+    cycle: Option<u64>,
+    /// Whether the present cycle still counts as going on.
+    open: bool,
+    /// The present window's signals.
+    series: Vec<Series>,
+    repeats: Option<u32>,
+}
+
+impl Orders {
+    /// The orders asked for of a model, as a part of all that is asked.
+    pub fn new(model: &Model, asked: &OrderQuestion, all: &NvhQuestion) -> Self {
+        let signals = Signal::asked(model, asked.signals, all.computed());
+        let mesh = Family::new(OrderReference::Mesh, 1, asked.mesh as usize, signals.len());
+        let shafts = [OrderReference::Pinion, OrderReference::Wheel].into_iter();
+        let shafts = shafts.zip(model.teeth).filter_map(|(reference, teeth)| {
+            let teeth = teeth?;
+            // From the number of teeth on they are mesh orders, or between those.
+            let count = asked.shafts.min(teeth - 1) as usize;
+            (count > 0).then(|| Family::new(reference, teeth, count, signals.len()))
+        });
+        Self {
+            period: model.period(),
+            families: std::iter::once(mesh).chain(shafts).collect(),
+            centres: vec![0.0; signals.len()],
+            series: Vec::with_capacity(signals.len()),
+            signals,
+            cycle: None,
+            open: false,
+            repeats: None,
+        }
+    }
+
+    /// Forgets everything accumulated.
+    pub fn restart(&mut self) {
+        self.cycle = None;
+        self.open = false;
+        self.repeats = None;
+        for family in &mut self.families {
+            family.stretches.restart();
+        }
+    }
+
+    /// Says that the motion measured repeats after `period` mesh cycles, whole periods of which
+    /// were integrated: its orders are exact.
+    pub fn repeats(&mut self, period: u32) {
+        self.repeats = Some(period);
+    }
+
+    /// Adds the record of another trajectory of the same model behind this one; of both, whole
+    /// mesh cycles have been integrated. Phases belong together, as both count time from the
+    /// start of mesh cycle 0. The sum is for looking at, not for going on.
+    pub(in crate::analysis) fn append(&mut self, other: &Self) {
+        if other.cycle.is_none() {
+            return;
+        }
+        self.finish();
+        let mut other = other.clone();
+        other.finish();
+        self.cycle = self.cycle.or(other.cycle);
+        // The centres may differ: over the whole periods that count, a constant has no lines.
+        for (family, own) in self.families.iter_mut().zip(&other.families) {
+            family.stretches.append(&own.stretches);
+        }
+    }
+
+    /// Takes a window in, with the series of the outputs.
+    pub fn window(&mut self, window: &Window<'_>, outputs: &[Series]) {
+        self.series.clear();
+        let signals = self.signals.iter();
+        (self.series).extend(signals.map(|signal| signal.series(window, outputs)));
+        match self.cycle {
+            None => {
+                for (centre, series) in self.centres.iter_mut().zip(&self.series) {
+                    *centre = series[0];
+                }
+            }
+            Some(cycle) if cycle != window.cycle => self.finish(),
+            Some(_) => {}
+        }
+        self.cycle = Some(window.cycle);
+        self.open = true;
+        for (series, centre) in self.series.iter_mut().zip(&self.centres) {
+            series[0] -= centre;
+        }
+        for family in &mut self.families {
+            let slowest = TAU / (f64::from(family.teeth) * self.period);
+            let cycle = window.cycle % u64::from(family.teeth);
+            let middle = window.start + 0.5 * window.duration;
+            let stretch = Stretch {
+                duration: window.duration,
+                half_turn: 0.5 * slowest * window.duration,
+                phase: slowest * (cycle as f64 * self.period + middle),
+            };
+            let sums = family.stretches.open();
+            sums.time += window.duration;
+            add_lines(stretch, &self.series, &mut sums.lines);
+        }
+    }
+
+    /// Counts the cycle integrated last, which is over though no window has shown it.
+    fn finish(&mut self) {
+        if std::mem::take(&mut self.open) {
+            for family in &mut self.families {
+                family.stretches.advance();
+            }
+        }
+    }
+
+    /// The orders of every signal so far, whole mesh cycles having been integrated; those of a shaft
+    /// only after enough whole revolutions.
+    pub fn outcome(&self) -> Vec<SignalOrders> {
+        if self.cycle.is_none() {
+            return Vec::new();
+        }
+        let mut closed = self.clone();
+        closed.finish();
+        let families: Vec<(&Family, Sums)> = (closed.families.iter())
+            .filter_map(|family| {
+                let all = self.repeats.is_some() || family.teeth == 1;
+                Some((family, family.counted(all)?))
+            })
+            .collect();
+        let orders = |(index, signal): (usize, &Signal)| SignalOrders {
+            signal: signal.name.clone(),
+            unit: signal.unit.to_owned(),
+            lines: (families.iter())
+                .flat_map(|(family, sums)| family.lines(index, sums, self.period, self.repeats))
+                .collect(),
+        };
+        self.signals.iter().enumerate().map(orders).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::modal_series::cosine_series;
+    use crate::analysis::questions::Signals;
+    use crate::model::OperatingPoint;
+    use crate::model::fixtures::{constant_mesh, one_mode};
+    use crate::numerics::random::Stream;
+    use crate::structure::ModalStructure;
+
+    /// Shows a wave of mesh order 1 whose amplitude wanders, and one of the pinion's order 2.
+    fn show(orders: &mut Orders, cycles: std::ops::Range<u64>) {
+        for cycle in cycles {
+            let amplitude = 3.0 + Stream::new(5, cycle, 0).normal();
+            for part in 0..4 {
+                let (start, tau) = (0.25 * f64::from(part), 0.25);
+                let turned = |order: f64| TAU * order * (cycle as f64 + start);
+                let mesh = cosine_series(TAU, turned(1.0) + 0.3, tau);
+                let shaft = cosine_series(TAU * 0.4, turned(0.4) + 0.7, tau);
+                let mut sum: Series = std::array::from_fn(|n| amplitude * mesh[n] + 2.0 * shaft[n]);
+                sum[0] += 10.0;
+                let window = Window {
+                    cycle,
+                    start,
+                    duration: tau,
+                    deflection: &sum,
+                    force: &[0.0],
+                    ..Window::default()
+                };
+                orders.window(&window, &[]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_record_in_two_parts_has_the_orders_of_the_whole() {
+        let structure = ModalStructure {
+            teeth: 5,
+            ..one_mode(1.0)
+        };
+        let point = OperatingPoint {
+            load: 0.0,
+            speed: TAU / 5.0,
+        };
+        let model = Model::new(&structure, &constant_mesh(1.0, 1.0), point).unwrap();
+        let asked = OrderQuestion {
+            signals: Signals {
+                deflection: true,
+                ..Signals::NONE
+            },
+            mesh: 2,
+            shafts: 3,
+        };
+        let all = NvhQuestion {
+            harmonics: 0,
+            outputs: Signals::NONE,
+            power: false,
+            spectrum: None,
+            orders: Some(asked),
+            stop_at_stderr: None,
+        };
+        let record = |cycles: std::ops::Range<u64>| {
+            let mut orders = Orders::new(&model, &asked, &all);
+            show(&mut orders, cycles);
+            orders
+        };
+        let whole = record(7..727).outcome();
+        let mut parts = record(7..367);
+        parts.append(&record(367..727));
+        let parts = parts.outcome();
+        let (whole, parts) = (&whole[0].lines, &parts[0].lines);
+        assert_eq!(whole.len(), 2 + 3);
+        for (a, b) in whole.iter().zip(parts) {
+            assert!((a.amplitude - b.amplitude).abs() < 1e-12, "{a:?} {b:?}");
+            let (a, b) = (a.stderr.unwrap(), b.stderr.unwrap());
+            assert!((a - b).abs() < 1e-12, "{a} {b}");
+        }
+        // The first of the mesh and the second of the pinion.
+        for (line, exact) in [(&parts[0], 3.0), (&parts[3], 2.0)] {
+            assert!((line.amplitude - exact).abs() < 4.0 * line.stderr.unwrap());
+        }
+    }
+}

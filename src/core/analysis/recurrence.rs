@@ -1,0 +1,237 @@
+//! Does the motion repeat?
+//!
+//! Strobe states of the last mesh cycles are kept; the shortest period is sought for which
+//! a whole stretch of them comes back, in the energy norm without the neutral pair.
+//!
+//! No motion repeats sooner than what drives it: torque ripple of a shaft order comes back
+//! after as many mesh cycles as the shaft has teeth, of both shafts after their common
+//! multiple. The motion's own period is a multiple of that.
+
+use super::norm::EnergyNorm;
+use crate::model::Model;
+
+/// Period, in mesh cycles, up to which every one is looked for, and over which a motion is
+/// watched to return; the excitation's where that is longer.
+const SHORT: usize = 32;
+
+/// Longest period looked for, and longest of an excitation that is waited for, in mesh cycles.
+const LONGEST: usize = 1024;
+
+/// Turns \[1\] by which a ripple's phase may miss a whole number and still count as repeating.
+const PHASE_TOLERANCE: f64 = 1e-9;
+
+/// Return distance, in units of the half gap, below which a motion counts as repeating.
+/// A slow decay rate λ leaves an error of this over |λ|.
+pub const TOLERANCE: f64 = 1e-10;
+
+/// Return distance below which a period is the motion's own. A decaying oscillation of
+/// angle θ a cycle comes back best after some lag with kθ near a turn; the orbit it decays
+/// to repeats sooner. Points of a genuine orbit lie apart by far more than this.
+const SAME_POINT: f64 = 1e-7;
+
+/// Part of the closest return after a short lag at which one after a longer lag is another
+/// period, not the same motion met again.
+const MUCH_CLOSER: f64 = 1e-3;
+
+/// Strobe states of the last cycles.
+#[derive(Debug, Clone)]
+pub struct Recurrence {
+    /// Every period up to here is looked for, and multiples of the excitation's beyond.
+    short: usize,
+    excitation: usize,
+    excitation_repeats: bool,
+    /// A stretch as long as the longest period, and its image.
+    kept: usize,
+    states: Vec<Vec<f64>>,
+    next: usize,
+}
+
+impl Recurrence {
+    /// No states yet; how long a period is looked for depends on the model's excitation.
+    pub fn new(model: &Model) -> Self {
+        let excitation = excitation_period(model);
+        Self {
+            short: SHORT.max(excitation.unwrap_or(1)),
+            excitation: excitation.unwrap_or(1),
+            excitation_repeats: excitation.is_some(),
+            kept: 2 * LONGEST + 1,
+            states: Vec::new(),
+            next: 0,
+        }
+    }
+
+    /// Longest period looked for among the states at hand, in mesh cycles: twice as long must
+    /// have been watched to see one.
+    pub fn longest(&self) -> usize {
+        let seen = (self.states.len().saturating_sub(1) / 2).min(LONGEST);
+        self.short.max(seen / self.excitation * self.excitation)
+    }
+
+    /// Period of what drives the motion, in mesh cycles, where it has one worth waiting for.
+    pub fn excitation(&self) -> Option<u32> {
+        self.excitation_repeats.then_some(self.excitation as u32)
+    }
+
+    /// Whether what drives the motion repeats within the longest period; if not, the motion
+    /// cannot.
+    pub fn excitation_repeats(&self) -> bool {
+        self.excitation_repeats
+    }
+
+    /// Notes the state at the end of a cycle.
+    pub fn push(&mut self, state: &[f64]) {
+        if self.states.len() < self.kept {
+            self.states.push(state.to_vec());
+        } else {
+            self.states[self.next].copy_from_slice(state);
+        }
+        self.next = (self.next + 1) % self.kept;
+    }
+
+    /// The states kept, the oldest first.
+    pub fn states(&self) -> impl ExactSizeIterator<Item = &[f64]> + Clone {
+        let count = self.states.len();
+        let oldest = self.next % count.max(1);
+        (0..count).map(move |i| self.states[(oldest + i) % count].as_slice())
+    }
+
+    /// The state `back` cycles ago.
+    fn past(&self, back: usize) -> &[f64] {
+        let newest = self.next + self.kept - 1;
+        &self.states[(newest - back) % self.kept]
+    }
+
+    /// The period of the motion, once it repeats to [`TOLERANCE`] over long enough a stretch: as
+    /// many cycles as the longest of the short periods for one of those, a whole period for a
+    /// longer one.
+    pub fn period(&self, norm: &EnergyNorm) -> Option<u32> {
+        if self.states.len() < 2 * self.short + 1 {
+            return None;
+        }
+        let repeats = |period: usize, tolerance: f64| {
+            (0..self.short.max(period)).all(|back| {
+                let limit = tolerance * norm.unit();
+                norm.within(limit, self.past(back), self.past(back + period))
+            })
+        };
+        let beyond = (self.short / self.excitation + 1..).map(|times| times * self.excitation);
+        let found = (1..=self.short)
+            .chain(beyond.take_while(|&period| period <= self.longest()))
+            .find(|&period| repeats(period, TOLERANCE))?;
+        (1..=found)
+            .find(|&period| found.is_multiple_of(period) && repeats(period, SAME_POINT))
+            .map(|period| period as u32)
+    }
+
+    /// Periods worth a Newton search from the newest state, where any of its returns comes
+    /// nearer than `nearest` half gaps: the excitation's own period and twice that, which a
+    /// decaying oscillation hides behind a closer return at a longer lag, then that lag, and a
+    /// longer one after which the motion comes back [`MUCH_CLOSER`].
+    pub fn candidates(&self, norm: &EnergyNorm, nearest: f64) -> Vec<u32> {
+        if !self.excitation_repeats {
+            return Vec::new();
+        }
+        let known = self.states.len().saturating_sub(1);
+        let apart = |lag: usize| norm.distance(self.past(0), self.past(lag)) / norm.unit();
+        let closest = (1..=known.min(self.short))
+            .filter(|lag| lag.is_multiple_of(self.excitation))
+            .min_by(|a, b| apart(*a).total_cmp(&apart(*b)));
+        let Some(closest) = closest else {
+            return Vec::new();
+        };
+        let much_closer = MUCH_CLOSER * apart(closest).min(nearest) * norm.unit();
+        let beyond = (self.short + 1..=known.min(LONGEST))
+            .filter(|lag| lag.is_multiple_of(self.excitation))
+            .find(|lag| norm.within(much_closer, self.past(0), self.past(*lag)));
+        let mut candidates = Vec::new();
+        if apart(closest) <= nearest {
+            candidates.extend([self.excitation, 2 * self.excitation, closest]);
+        }
+        candidates.extend(beyond);
+        candidates.sort_unstable();
+        candidates.dedup();
+        candidates.into_iter().map(|lag| lag as u32).collect()
+    }
+
+    /// The smallest distance, in units of the half gap, between the newest state and an
+    /// earlier one kept.
+    pub fn closest_return(&self, norm: &EnergyNorm) -> Option<f64> {
+        (1..self.states.len().min(self.longest() + 1))
+            .map(|back| norm.distance(self.past(0), self.past(back)) / norm.unit())
+            .min_by(f64::total_cmp)
+    }
+}
+
+/// The base period: mesh cycles after which all torque ripple, all errors and all contacts start
+/// anew; none where that takes more than 1024 or never happens.
+pub fn excitation_period(model: &Model) -> Option<usize> {
+    let ripples = model.ripple.iter().map(|ripple| ripple.turns_per_cycle);
+    let errors = model.transmission_errors().map(|h| h.turns_per_cycle);
+    let turns: Vec<f64> = ripples.chain(errors).collect();
+    (1..=LONGEST).find(|&period| {
+        let whole = |turns: &f64| {
+            let turns = turns * period as f64;
+            (turns - turns.round()).abs() < PHASE_TOLERANCE
+        };
+        period.is_multiple_of(model.base_cycles()) && turns.iter().all(whole)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::OperatingPoint;
+    use crate::model::fixtures::{constant_mesh, one_mode};
+    use crate::structure::ModalStructure;
+
+    fn model() -> Model {
+        let structure = ModalStructure {
+            teeth: 20,
+            damping: vec![0.1],
+            ..one_mode(1.0)
+        };
+        let point = OperatingPoint {
+            load: 1.0,
+            speed: 1.0,
+        };
+        Model::new(&structure, &constant_mesh(1.0, 1.0), point).unwrap()
+    }
+
+    fn period(cycles: usize, state: impl Fn(f64) -> [f64; 2]) -> Option<u32> {
+        let mut recurrence = Recurrence::new(&model());
+        for n in 0..cycles {
+            recurrence.push(&state(n as f64));
+        }
+        recurrence.period(&EnergyNorm::new(&model()))
+    }
+
+    #[test]
+    fn short_periods_are_told_apart_and_irrational_ones_have_none() {
+        for k in [1.0, 2.0, 3.0, 7.0, 32.0] {
+            let turn = std::f64::consts::TAU / k;
+            let found = period(100, |n| [(turn * (n % k)).cos(), (turn * (n % k)).sin()]);
+            assert_eq!(found, Some(k as u32));
+        }
+        assert_eq!(period(100, |n| [n.sin(), n.cos()]), None);
+        // Too few cycles to tell.
+        assert_eq!(period(64, |_| [1.0, 0.0]), None);
+    }
+
+    #[test]
+    fn a_decaying_oscillation_is_given_the_period_of_its_orbit() {
+        // Angle near 2π/5: the fifth return is the first below the tolerance.
+        let decay = |n: f64| {
+            let size = 3e-9 * (-0.02 * n).exp();
+            let angle = 1.2566 * n;
+            [1.0 + size * angle.cos(), size * angle.sin()]
+        };
+        let mut recurrence = Recurrence::new(&model());
+        let norm = EnergyNorm::new(&model());
+        let mut first = None;
+        for n in 0..400 {
+            recurrence.push(&decay(f64::from(n)));
+            first = first.or(recurrence.period(&norm));
+        }
+        assert_eq!(first, Some(1));
+    }
+}

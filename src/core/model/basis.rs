@@ -1,0 +1,292 @@
+//! The coordinates in which a structure falls apart into blocks.
+//!
+//! Modal displacements and velocities (q, v) of the structure become the blocks' states z by
+//! `(q, v) = T z`. With modal damping T turns nothing but the rigid rotations, among themselves, so
+//! that one of them at most is felt by the mesh, and blocks are modes: `z = (q, v)`. Where dampers,
+//! drag, gyroscopic terms or cross-coupled springs couple modes, T comes from the eigenvectors of
+//! the coupled ones ([`crate::numerics::decoupling`]).
+
+use super::error::ModelError;
+use super::{Block, MeshGain};
+use crate::numerics::decoupling::decouple;
+use crate::structure::ModalStructure;
+
+/// Generators of blocks, row by row.
+type Generators = Vec<[[f64; 2]; 2]>;
+
+/// From modes to blocks and back.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Basis {
+    /// Indices of the structure's rigid modes.
+    rigid: Vec<usize>,
+    /// Rows: the rigid motions that serve, in the structure's rigid modes (orthogonal): those that
+    /// no contact feels, then those that further contacts feel, the last felt by the mesh.
+    turned: Vec<Vec<f64>>,
+    /// How many of them no contact feels.
+    unfelt: usize,
+    /// What couples the modes, after that.
+    coupled: Option<Coupled>,
+}
+
+/// Coupled modes, in the turned rigid motions and the elastic modes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coupled {
+    /// T, 2N × 2N row by row.
+    pub to_modes: Vec<f64>,
+    /// Its inverse.
+    pub from_modes: Vec<f64>,
+    /// Frequencies of the modes alone \[rad/s\]: 0 of rigid ones.
+    pub frequency: Vec<f64>,
+    /// Whether gyroscopic terms change it with the speed.
+    pub turns: bool,
+    /// All damping and gyroscopic terms \[1/s\], N × N row by row.
+    pub damping: Vec<f64>,
+    /// All stiffness, `ω²` on the diagonal included \[1/s²\], N × N row by row.
+    pub stiffness: Vec<f64>,
+}
+
+impl Basis {
+    /// The basis of a structure that turns at a pinion speed \[rad/s\], with the generators of its
+    /// blocks.
+    ///
+    /// # Errors
+    /// [`ModelError::Coupling`] where modes cannot be told apart.
+    pub(super) fn new(
+        structure: &ModalStructure,
+        speed: f64,
+    ) -> Result<(Self, Generators), ModelError> {
+        let n = structure.modes();
+        let rigid: Vec<usize> = (0..n).filter(|&i| structure.frequency[i] == 0.0).collect();
+        let (turned, unfelt) = turned_basis(&rigid, structure.felt_rotations());
+        let mut basis = Self {
+            rigid,
+            turned,
+            unfelt,
+            coupled: None,
+        };
+        let damped = structure.frequency.iter().zip(&structure.damping);
+        let modes = damped.map(|(&frequency, &ratio)| Block::mode(frequency, ratio, 0.0).generator);
+        let Some(coupling) = &structure.coupling else {
+            return Ok((basis, modes.collect()));
+        };
+        let mut damping: Vec<f64> = (coupling.damping.iter().zip(&coupling.gyroscopic))
+            .map(|(c, g)| c + speed * g)
+            .collect();
+        let mut stiffness = coupling.stiffness.clone();
+        for matrix in [&mut damping, &mut stiffness] {
+            basis.turn_matrix(matrix);
+        }
+        for i in 0..n {
+            damping[i * n + i] += 2.0 * structure.damping[i] * structure.frequency[i];
+        }
+        let found = decouple(&structure.frequency, &damping, &stiffness)?;
+        for i in 0..n {
+            stiffness[i * n + i] += structure.frequency[i].powi(2);
+        }
+        basis.coupled = Some(Coupled {
+            to_modes: found.to_structure,
+            from_modes: found.from_structure,
+            frequency: structure.frequency.clone(),
+            turns: coupling.gyroscopic.iter().any(|g| *g != 0.0),
+            damping,
+            stiffness,
+        });
+        Ok((basis, found.generators))
+    }
+
+    /// What couples the modes; none where damping is modal.
+    pub fn coupled(&self) -> Option<&Coupled> {
+        self.coupled.as_ref()
+    }
+
+    /// The structure's rigid modes.
+    pub(super) fn rigid(&self) -> &[usize] {
+        &self.rigid
+    }
+
+    /// Those of the turned rigid modes that no contact feels.
+    pub fn unfelt(&self) -> &[usize] {
+        &self.rigid[..self.unfelt]
+    }
+
+    /// Modal values of the structure with its rigid motions turned.
+    pub(super) fn turn(&self, values: &[f64]) -> Vec<f64> {
+        let mut out = values.to_vec();
+        for (row, &target) in self.turned.iter().zip(&self.rigid) {
+            out[target] = row
+                .iter()
+                .zip(&self.rigid)
+                .map(|(b, &i)| b * values[i])
+                .sum();
+        }
+        out
+    }
+
+    /// Undoes [`Self::turn`].
+    fn turn_back(&self, values: &[f64]) -> Vec<f64> {
+        let mut out = values.to_vec();
+        for (j, &target) in self.rigid.iter().enumerate() {
+            let rows = self.turned.iter().zip(&self.rigid);
+            out[target] = rows.map(|(row, &i)| row[j] * values[i]).sum();
+        }
+        out
+    }
+
+    /// Turns rows and columns of an N × N matrix.
+    fn turn_matrix(&self, matrix: &mut Vec<f64>) {
+        let n = (matrix.len() as f64).sqrt() as usize;
+        for _ in 0..2 {
+            let mut transposed = vec![0.0; n * n];
+            for (i, row) in matrix.chunks_exact(n).enumerate() {
+                for (j, value) in self.turn(row).into_iter().enumerate() {
+                    transposed[j * n + i] = value;
+                }
+            }
+            *matrix = transposed;
+        }
+    }
+
+    /// Inputs of the blocks by a modal force in turned values.
+    pub(super) fn input(&self, force: &[f64]) -> Vec<[f64; 2]> {
+        let n = force.len();
+        let Some(coupled) = &self.coupled else {
+            return force.iter().map(|f| [0.0, *f]).collect();
+        };
+        let of = |row: usize| -> f64 {
+            let row = &coupled.from_modes[2 * n * row + n..][..n];
+            row.iter().zip(force).map(|(t, f)| t * f).sum()
+        };
+        (0..n).map(|i| [of(i), of(n + i)]).collect()
+    }
+
+    /// The modal force, in turned values, that gives the blocks these inputs.
+    pub fn force(&self, inputs: &[[f64; 2]]) -> Vec<f64> {
+        let n = inputs.len();
+        let components = |part: usize| inputs.iter().map(move |input| input[part]);
+        let state: Vec<f64> = components(0).chain(components(1)).collect();
+        self.turned_modes(&state).split_off(n)
+    }
+
+    /// The participations of the turned modal displacements in a sum over the blocks' states that is one over these.
+    pub fn felt(&self, rows: &[[f64; 2]]) -> Vec<f64> {
+        let n = rows.len();
+        let Some(coupled) = &self.coupled else {
+            return rows.iter().map(|row| row[0]).collect();
+        };
+        let of = |mode: usize| -> f64 {
+            let entry = |k: usize| coupled.from_modes[2 * n * k + mode];
+            let of_block = |(k, row): (usize, &[f64; 2])| row[0] * entry(k) + row[1] * entry(n + k);
+            rows.iter().enumerate().map(of_block).sum()
+        };
+        (0..n).map(of).collect()
+    }
+
+    /// What a sum `Σ values · q` of turned modal displacements is of the blocks' states, and what
+    /// its rate is.
+    pub(super) fn output(&self, values: &[f64]) -> [Vec<[f64; 2]>; 2] {
+        let n = values.len();
+        let Some(coupled) = &self.coupled else {
+            return [
+                values.iter().map(|w| [*w, 0.0]).collect(),
+                values.iter().map(|w| [0.0, *w]).collect(),
+            ];
+        };
+        [0, n].map(|first| {
+            let of = |column: usize| -> f64 {
+                let entry = |k: usize| coupled.to_modes[2 * n * (first + k) + column];
+                (0..n).map(|k| values[k] * entry(k)).sum()
+            };
+            (0..n).map(|i| [of(i), of(n + i)]).collect()
+        })
+    }
+
+    /// How a contact meets the blocks, given its turned participations in deflection and force.
+    pub(super) fn gains(&self, blocks: &[Block], w: &[f64], g: &[f64]) -> Vec<MeshGain> {
+        if self.coupled.is_none() {
+            let modes = blocks.iter().zip(w.iter().zip(g));
+            return modes
+                .map(|(block, (w, g))| MeshGain::mode(block, *w, *g))
+                .collect();
+        }
+        let [deflection, rate] = self.output(w);
+        let inputs = self.input(g);
+        (deflection.into_iter().zip(rate).zip(inputs))
+            .map(|((deflection, rate), mesh_input)| MeshGain {
+                deflection,
+                rate,
+                mesh_input,
+            })
+            .collect()
+    }
+
+    /// The blocks' state (length 2N: first components, then second) of modal displacements
+    /// \[m √kg\] and velocities \[m √kg/s\] of the structure.
+    pub fn state(&self, displacement: &[f64], velocity: &[f64]) -> Vec<f64> {
+        let mut modes = self.turn(displacement);
+        modes.extend(self.turn(velocity));
+        self.state_of_turned(&modes)
+    }
+
+    /// The blocks' state of turned modal displacements and velocities, one after the other.
+    pub fn state_of_turned(&self, modes: &[f64]) -> Vec<f64> {
+        match &self.coupled {
+            None => modes.to_vec(),
+            Some(coupled) => times(&coupled.from_modes, modes),
+        }
+    }
+
+    /// Turned modal displacements and velocities of a state, one after the other.
+    pub fn turned_modes(&self, state: &[f64]) -> Vec<f64> {
+        match &self.coupled {
+            None => state.to_vec(),
+            Some(coupled) => times(&coupled.to_modes, state),
+        }
+    }
+
+    /// Modal displacements \[m √kg\] and velocities \[m √kg/s\] of the structure in a state.
+    pub fn modes(&self, state: &[f64]) -> [Vec<f64>; 2] {
+        let modes = self.turned_modes(state);
+        let (displacement, velocity) = modes.split_at(modes.len() / 2);
+        [self.turn_back(displacement), self.turn_back(velocity)]
+    }
+}
+
+/// A square matrix, row by row, times a vector.
+fn times(matrix: &[f64], vector: &[f64]) -> Vec<f64> {
+    let row = |row: &[f64]| row.iter().zip(vector).map(|(a, x)| a * x).sum();
+    matrix.chunks_exact(vector.len()).map(row).collect()
+}
+
+/// Orthonormal rows spanning the rigid modes, the last one along the first of the `felt` rotations,
+/// the one before it in the plane of the first two, and so on; and how many none of them has a part
+/// in.
+fn turned_basis(rigid: &[usize], felt: Vec<Vec<f64>>) -> (Vec<Vec<f64>>, usize) {
+    let n = rigid.len();
+    let identity = |i: usize| (0..n).map(|j| f64::from(u8::from(i == j))).collect();
+    let mut rows: Vec<Vec<f64>> = (0..n).map(identity).collect();
+    let mut unfelt = n;
+    for direction in felt {
+        let last = unfelt - 1;
+        let w: Vec<f64> = (rows[..unfelt].iter())
+            .map(|row| row.iter().zip(&direction).map(|(r, d)| r * d).sum())
+            .collect();
+        let norm = w.iter().map(|v| v * v).sum::<f64>().sqrt();
+        // Householder reflection that sends w/|w| to the last axis that is left.
+        let side = if w[last] > 0.0 { 1.0 } else { -1.0 };
+        let mut v: Vec<f64> = w.iter().map(|x| x / norm).collect();
+        v[last] += side;
+        let square: f64 = v.iter().map(|x| x * x).sum();
+        let reflected = (0..unfelt)
+            .map(|i| {
+                let flip = if i == last { -side } else { 1.0 };
+                let factor =
+                    |j: usize| flip * (f64::from(u8::from(i == j)) - 2.0 * v[i] * v[j] / square);
+                let entry = |k: usize| (0..unfelt).map(|j| factor(j) * rows[j][k]).sum();
+                (0..n).map(entry).collect()
+            })
+            .collect::<Vec<_>>();
+        rows.splice(..unfelt, reflected);
+        unfelt = last;
+    }
+    (rows, unfelt)
+}

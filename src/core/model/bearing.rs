@@ -1,0 +1,68 @@
+//! What bearings feel of the blocks, and at rest of modes that are left out.
+
+use super::basis::Basis;
+use super::{DriveShaft, OperatingPoint, TorqueRipple};
+use crate::structure::{BearingGain, ModalStructure, StaticShare};
+
+/// The force on a bearing in one direction, springs and dampers, `Σ gain·x` \[N\], and what modes that are left out
+/// add as they follow their loads at rest: the constant, so much of every ripple, and of every contact force what its
+/// [direction](super::Direction::on_bearings) says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BearingOutput {
+    /// Shaft, bearing and direction.
+    pub name: String,
+    /// Force per unit of both components of each block.
+    pub gain: Vec<[f64; 2]>,
+    /// Static force of the modes left out under the mean load \[N\].
+    pub constant: f64,
+    /// Amplitude of their force under each of [`super::Model::ripple`] \[N\].
+    pub by_ripple: Vec<f64>,
+}
+
+impl BearingOutput {
+    /// That of a bearing of a structure.
+    pub(super) fn new(
+        bearing: &BearingGain,
+        structure: &ModalStructure,
+        torques: &[TorqueRipple],
+        point: OperatingPoint,
+        basis: &Basis,
+    ) -> Self {
+        let [mut gain, _] = basis.output(&basis.turn(&bearing.gain));
+        if !bearing.rate_gain.is_empty() {
+            let [_, by_velocity] = basis.output(&basis.turn(&bearing.rate_gain));
+            for (gain, own) in gain.iter_mut().zip(by_velocity) {
+                *gain = [gain[0] + own[0], gain[1] + own[1]];
+            }
+        }
+        let share = &bearing.left_out;
+        let [pinion, wheel] = share.shaft_torques;
+        let by_torque = torques.iter().map(|ripple| {
+            ripple.amplitude
+                * match ripple.shaft {
+                    DriveShaft::Pinion => pinion,
+                    DriveShaft::Wheel => wheel,
+                }
+        });
+        Self {
+            name: bearing.name.clone(),
+            gain,
+            constant: share.torque * structure.rated_force * point.load
+                + share.constant_load
+                + share.load_by_speed * point.speed,
+            by_ripple: by_torque
+                .chain(share.harmonic_loads.iter().copied())
+                .collect(),
+        }
+    }
+}
+
+/// Static forces on every bearing per unit force of one kind of contact; none where no mode is left out.
+pub(super) fn on_each<T>(structure: &ModalStructure, pick: impl Fn(&StaticShare) -> T) -> Vec<T> {
+    let nothing = StaticShare::default();
+    let shares = structure.bearings.iter().map(|bearing| &bearing.left_out);
+    match shares.clone().all(|share| *share == nothing) {
+        true => Vec::new(),
+        false => shares.map(pick).collect(),
+    }
+}

@@ -1,0 +1,169 @@
+//! Where and how contact forces act on the blocks: the line of action, the load centroid and the
+//! friction of every segment.
+
+use super::basis::Basis;
+use super::{Block, Division, MeshGain, TransmissionErrorHarmonic};
+use crate::structure::FlankParticipation;
+
+/// Distance from mid-face \[m\] that is none.
+const MID_FACE: f64 = 1e-12;
+
+/// How a contact meets the blocks while its line of action and the direction of its friction
+/// stay as they are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Direction {
+    /// One entry a block.
+    pub gains: Vec<MeshGain>,
+    /// Along which of [`super::Model::lines`] it sees its deflection.
+    pub line: usize,
+    /// What friction takes of the contact force and of the speed at which the gears turn against each
+    /// other, `μ_f Σ p |s|` \[m\]: p shares of pairs in the load, s their places on the path of contact. Negative
+    /// where a pair that joins takes load from one that slides faster.
+    pub rubbing: f64,
+    /// Static force on each bearing per unit of the contact force, from the modes that are left out; none where
+    /// nothing is.
+    pub on_bearings: Vec<f64>,
+}
+
+impl Direction {
+    /// `Σ |w·g|` and `Σ |w A·g|` over the blocks: bounds of what a unit force does to the rate
+    /// of the deflection and to its acceleration \[1/kg\].
+    pub fn felt_at_most(&self) -> [f64; 2] {
+        let sum = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
+            (self.gains.iter())
+                .map(|gain| {
+                    let ([r1, r2], [g1, g2]) = (row(gain), gain.mesh_input);
+                    (r1 * g1 + r2 * g2).abs()
+                })
+                .sum()
+        };
+        [sum(|gain| gain.deflection), sum(|gain| gain.rate)]
+    }
+
+    /// `|Σ w·g|` and `|Σ w A·g|` with the g of another direction: what a unit force along that does to the rate of this one's
+    /// deflection and to its acceleration \[1/kg\].
+    pub fn felt_from(&self, other: &Self) -> [f64; 2] {
+        let sum = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
+            let pairs = self.gains.iter().zip(&other.gains);
+            let felt = pairs.map(|(own, other)| {
+                let ([r1, r2], [g1, g2]) = (row(own), other.mesh_input);
+                r1 * g1 + r2 * g2
+            });
+            felt.sum::<f64>().abs()
+        };
+        [sum(|gain| gain.deflection), sum(|gain| gain.rate)]
+    }
+}
+
+/// What a deflection is measured along: `δ = Σ w·x − e(t)`, the w being those of every direction
+/// of this line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Line {
+    /// Harmonics of the transmission error e that is imposed.
+    pub transmission_error: Vec<TransmissionErrorHarmonic>,
+}
+
+impl Line {
+    /// Transmission error and its rate, `(e [m], e' [m/s])`, at a time \[s\] within a mesh cycle.
+    pub fn transmission_error_at(&self, cycle: u64, time: f64) -> (f64, f64) {
+        let mut error = 0.0;
+        let mut rate = 0.0;
+        for h in &self.transmission_error {
+            let (sin, cos) = (h.turned(cycle, time) + h.phase).sin_cos();
+            error += h.amplitude * cos;
+            rate -= h.amplitude * h.angular_frequency * sin;
+        }
+        (error, rate)
+    }
+}
+
+/// The distinct directions and lines of a model's contacts.
+#[derive(Debug, Default)]
+pub(super) struct Directions {
+    pub directions: Vec<Direction>,
+    pub lines: Vec<Line>,
+}
+
+impl Directions {
+    /// The directions of a flank's divisions, `w = mesh + z_c tilt` and
+    /// `g = w + μ (Λ₀ friction + Λ₁ lever)` of every block: which one each division has. `left_out` are the shares
+    /// of each bearing in a unit force of the flank ([`crate::structure::StaticShare`]).
+    pub fn of_flank(
+        &mut self,
+        flank: &FlankParticipation,
+        mesh: &[Division],
+        friction: f64,
+        error: &[TransmissionErrorHarmonic],
+        left_out: &[[f64; 4]],
+        (basis, blocks): (&Basis, &[Block]),
+    ) -> Vec<usize> {
+        // Most divisions have the direction of the one before.
+        let mut last: Option<([f64; 3], usize)> = None;
+        (mesh.iter())
+            .map(|division| {
+                let [turn, lever] = division.friction;
+                // A place within a picometre of mid-face is there: only round-off moved it, and
+                // would make a line of every division.
+                let centre = match division.load_centre.abs() < MID_FACE {
+                    true => 0.0,
+                    false => division.load_centre,
+                };
+                let law = [centre, turn, lever];
+                if let Some((_, same)) = last.filter(|(known, _)| *known == law) {
+                    return same;
+                }
+                let (w, g): (Vec<f64>, Vec<f64>) = (0..blocks.len())
+                    .map(|i| {
+                        let w = flank.mesh[i] + centre * flank.tilt[i];
+                        let rubbing = turn * flank.friction[i] + lever * flank.lever[i];
+                        (w, w + friction * rubbing)
+                    })
+                    .unzip();
+                let weights = [1.0, centre, friction * turn, friction * lever];
+                let on_bearings = (left_out.iter())
+                    .map(|share| -share.iter().zip(weights).map(|(s, w)| s * w).sum::<f64>())
+                    .collect();
+                let gains = basis.gains(blocks, &w, &g);
+                let own = self.add(gains, -friction * lever, error, on_bearings);
+                last = Some((law, own));
+                own
+            })
+            .collect()
+    }
+
+    /// The direction with these gains, this arm of friction \[m\], this transmission error and these static forces
+    /// on bearings, added where it is new.
+    pub fn add(
+        &mut self,
+        gains: Vec<MeshGain>,
+        rubbing: f64,
+        error: &[TransmissionErrorHarmonic],
+        on_bearings: Vec<f64>,
+    ) -> usize {
+        let along = |known: &Direction| {
+            let pairs = known.gains.iter().zip(&gains);
+            let mut same = pairs.map(|(a, b)| a.deflection == b.deflection);
+            self.lines[known.line].transmission_error == error && same.all(|same| same)
+        };
+        let line = match self.directions.iter().find(|known| along(known)) {
+            Some(known) => known.line,
+            None => {
+                self.lines.push(Line {
+                    transmission_error: error.to_vec(),
+                });
+                self.lines.len() - 1
+            }
+        };
+        let direction = Direction {
+            gains,
+            line,
+            rubbing,
+            on_bearings,
+        };
+        let known = self.directions.iter().position(|known| *known == direction);
+        known.unwrap_or_else(|| {
+            self.directions.push(direction);
+            self.directions.len() - 1
+        })
+    }
+}

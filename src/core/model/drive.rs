@@ -1,0 +1,325 @@
+//! Mesh and excitation of a drive, and where it is operated.
+
+use super::error::{ModelError, positive};
+use super::{FlankError, Release, STIFFNESS_TERMS, Stiffness};
+use crate::numerics::quadrature::GaussLegendre;
+use serde::Serialize;
+use std::f64::consts::TAU;
+
+/// Breakpoints closer than this \[cycles\] are one. Values of twelve digits put two that belong together up to some
+/// 6e-12 apart: half a unit of the last digit of each, twice that of a symmetry. To move a step Δk of a stiffness by so
+/// much changes the rate of a deflection x by `1e-11 T Δk x/m`: in units of ω x, 1e-11 Δk/k times the radians ω T that
+/// the contact turns in a cycle.
+pub const SAME_PHASE: f64 = 1e-11;
+
+/// A gap that no deflection closes \[m\].
+const OUT_OF_REACH: f64 = 1.0;
+
+/// Divisions for each turn of the highest harmonic of a stiffness.
+const PIECES_A_HARMONIC: u32 = 15;
+
+/// Mesh and excitation of a drive, without its operating point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drive {
+    /// Backlash half gap b \[m\] of either flank, > 0.
+    pub half_gap: f64,
+    /// The divisions of the mesh cycle on the drive flank, in order; the last ends at 1.
+    pub mesh: Vec<Division>,
+    /// Springs of the drive flank beside that one, each with the divisions of its own cycle: what further pairs
+    /// of teeth add from gaps of their own on. They have no dampers.
+    pub further: Vec<Vec<Division>>,
+    /// Contact damping c \[N s/m\].
+    pub damping: f64,
+    /// Coulomb friction coefficient μ.
+    pub friction: f64,
+    /// When contacts let go, further ones included.
+    pub release: Release,
+    /// The coast flank; none where it is the drive flank's own line, pushed from behind.
+    pub coast: Option<CoastFlank>,
+    /// Transmission error that is imposed, `e(φ) = Σ amplitude cos(2π harmonic φ + phase)`, φ the
+    /// mesh phase in cycles.
+    pub transmission_error: Vec<MeshHarmonic>,
+    /// Torque ripple, `T(t) = Σ amplitude cos(order Ω_shaft t + phase)`.
+    pub torque_ripple: Vec<TorqueRipple>,
+}
+
+impl Drive {
+    /// A mesh of constant stiffness \[N/m\] between flanks that are half a gap \[m\] from its middle: no damping, no
+    /// friction, no errors.
+    pub fn constant(half_gap: f64, stiffness: f64) -> Self {
+        Self {
+            half_gap,
+            mesh: Division::levels(&[stiffness], &[]),
+            damping: 0.0,
+            friction: 0.0,
+            release: Release::Deflection,
+            coast: None,
+            transmission_error: Vec::new(),
+            torque_ripple: Vec::new(),
+            further: Vec::new(),
+        }
+    }
+}
+
+/// The coast (back) flank as a flank of its own, along its own line of action.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CoastFlank {
+    /// The divisions of its cycle, in order; the last ends at 1.
+    pub mesh: Vec<Division>,
+    /// Springs beside that one, as many as the drive flank has.
+    pub further: Vec<Vec<Division>>,
+    /// Transmission error that is imposed on it, of the sign of the drive flank's.
+    pub transmission_error: Vec<MeshHarmonic>,
+}
+
+/// A division of the mesh cycle: the stretch from the end of the one before to its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Division {
+    /// Mesh phase at its end, in cycles.
+    pub end: f64,
+    /// Mesh stiffness over it.
+    pub stiffness: Stiffness,
+    /// What loaded flanks lack over it.
+    pub error: FlankError,
+    /// Load centroid z_c: where along the face the mesh force acts \[m\].
+    pub load_centre: f64,
+    /// Friction direction Λ: what μ times the mesh force weighs of the structure's
+    /// participation in a friction force at the pitch point \[1\], and of that by the position
+    /// along the path of contact \[m\].
+    pub friction: [f64; 2],
+}
+
+impl Division {
+    /// A division over which there is nothing to touch, its gap far beyond any deflection. The stiffness \[N/m\]
+    /// is never felt.
+    pub fn absent(end: f64, stiffness: f64) -> Self {
+        let mut gap = [0.0; STIFFNESS_TERMS];
+        gap[0] = OUT_OF_REACH;
+        Self {
+            error: FlankError::series(gap),
+            ..Self::level(end, stiffness)
+        }
+    }
+
+    /// A division of constant stiffness \[N/m\], loaded at mid-face, whose friction acts at the
+    /// pitch point in its positive direction.
+    pub const fn level(end: f64, stiffness: f64) -> Self {
+        Self {
+            end,
+            stiffness: Stiffness::constant(stiffness),
+            error: FlankError::NONE,
+            load_centre: 0.0,
+            friction: [1.0, 0.0],
+        }
+    }
+
+    /// The divisions of the coast flank, from those of the drive flank.
+    ///
+    /// Flanks of a tooth are mirror images of one another. Where the pinion's tooth stands on the
+    /// line of centres, at the mesh phase `symmetry` \[cycles\], the coast flanks touch at the
+    /// mirror images of the drive flanks' places; as the gears turn on, they have what the drive
+    /// flanks had as long before: `k_coast(symmetry + φ) = k_drive(symmetry − φ)`, and so the
+    /// error. A load off mid-face lies at the other end of the face, since a misalignment that
+    /// brings the drive flanks closer there takes the coast flanks apart. Pairs stand on the other side of
+    /// the pitch point, where they slide the other way: Λ₀ changes its sign.
+    pub fn mirrored(drive: &[Self], symmetry: f64) -> Vec<Self> {
+        let starts = std::iter::once(0.0).chain(drive.iter().map(|division| division.end));
+        // A division [a, b] of the drive flank is [2 symmetry − b, 2 symmetry − a] of the coast's; ends that are one
+        // breakpoint may change places by rounding.
+        let mut pieces: Vec<(f64, f64, &Self)> = (starts.zip(drive))
+            .filter(|(start, division)| division.end - start > SAME_PHASE)
+            .map(|(start, division)| {
+                let from = (2.0 * symmetry - division.end).rem_euclid(1.0);
+                let from = if 1.0 - from < SAME_PHASE { 0.0 } else { from };
+                (from, division.end - start, division)
+            })
+            .collect();
+        pieces.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut out = Vec::with_capacity(pieces.len() + 1);
+        if let Some(&(start, length, division)) = pieces.last() {
+            let place = 2.0 * (1.0 - start) / length - 1.0;
+            let over = pieces[0].0 > SAME_PHASE;
+            // The piece that reaches over the end of the cycle is cut there.
+            if over {
+                out.push(division.mirror_image([place, 1.0], pieces[0].0));
+            }
+            let ends = pieces[1..].iter().map(|piece| piece.0);
+            for (&(_, _, division), end) in pieces.iter().zip(ends) {
+                out.push(division.mirror_image([-1.0, 1.0], end));
+            }
+            out.push(division.mirror_image([-1.0, if over { place } else { 1.0 }], 1.0));
+        }
+        out
+    }
+
+    /// Part of the mirror image of this division of a drive flank, which ends at the phase `end`.
+    fn mirror_image(&self, [from, to]: [f64; 2], end: f64) -> Self {
+        Self {
+            end,
+            stiffness: self.stiffness.reversed().part(from, to),
+            error: self.error.reversed().part(from, to),
+            load_centre: -self.load_centre,
+            friction: [-self.friction[0], self.friction[1]],
+        }
+    }
+
+    /// Divisions of a stiffness that is a Fourier series, a mean \[N/m\] and its harmonics. On each
+    /// of equal divisions it is the polynomial through its values at the Gauss nodes; there are so
+    /// many that this is the series to 1e-12 of the amplitudes.
+    pub fn fourier(mean: f64, harmonics: &[StiffnessHarmonic]) -> Vec<Self> {
+        let highest = harmonics.iter().map(|h| h.harmonic).max().unwrap_or(0);
+        let count = (PIECES_A_HARMONIC * highest).max(1);
+        let rule = GaussLegendre::new(STIFFNESS_TERMS);
+        (0..count)
+            .map(|i| {
+                let values = std::array::from_fn(|node| {
+                    let place = 0.5 * (rule.nodes[node] + 1.0);
+                    let phase = (f64::from(i) + place) / f64::from(count);
+                    let waves = harmonics.iter().map(|h| {
+                        h.amplitude * (TAU * f64::from(h.harmonic) * phase + h.phase).cos()
+                    });
+                    mean + waves.sum::<f64>()
+                });
+                let stiffness = match harmonics.is_empty() {
+                    true => Stiffness::constant(mean),
+                    false => Stiffness::through(&values),
+                };
+                Self {
+                    stiffness,
+                    ..Self::level(f64::from(i + 1) / f64::from(count), mean)
+                }
+            })
+            .collect()
+    }
+
+    /// Divisions of one stiffness \[N/m\] each.
+    ///
+    /// * `transitions`: where each stiffness gives way to the next, increasing, inside
+    ///   (0, 1), one fewer than `stiffness`; none for equal divisions.
+    pub fn levels(stiffness: &[f64], transitions: &[f64]) -> Vec<Self> {
+        let count = stiffness.len() as f64;
+        let end = |i: usize| match transitions.is_empty() {
+            true => (i + 1) as f64 / count,
+            false => transitions.get(i).copied().unwrap_or(1.0),
+        };
+        (stiffness.iter().enumerate())
+            .map(|(i, &level)| Self::level(end(i), level))
+            .collect()
+    }
+}
+
+/// One harmonic of the transmission error: of the mesh, or of an order of a shaft.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MeshHarmonic {
+    /// How often it repeats in so many mesh cycles as `cycles` says, ≥ 1.
+    pub harmonic: u32,
+    /// 1: `harmonic` is a multiple of the mesh frequency. The teeth of a gear: it is an order of its shaft.
+    pub cycles: u32,
+    /// Amplitude \[m\].
+    pub amplitude: f64,
+    /// Phase \[rad\].
+    pub phase: f64,
+}
+
+impl MeshHarmonic {
+    /// A harmonic of the mesh frequency, of some amplitude \[m\] and phase \[rad\].
+    pub const fn new(harmonic: u32, amplitude: f64, phase: f64) -> Self {
+        Self {
+            harmonic,
+            cycles: 1,
+            amplitude,
+            phase,
+        }
+    }
+
+    /// Turns of its phase in a mesh cycle.
+    pub fn turns_per_cycle(&self) -> f64 {
+        f64::from(self.harmonic) / f64::from(self.cycles)
+    }
+}
+
+/// One harmonic of a stiffness over its cycle, `amplitude cos(2π harmonic φ + phase)`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct StiffnessHarmonic {
+    /// Multiple of the cycle's frequency, ≥ 1.
+    pub harmonic: u32,
+    /// Amplitude \[N/m\].
+    pub amplitude: f64,
+    /// Phase \[rad\].
+    pub phase: f64,
+}
+
+/// One harmonic of the torque on a shaft.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct TorqueRipple {
+    /// Which shaft.
+    pub shaft: DriveShaft,
+    /// Multiple of that shaft's speed, > 0 (need not be whole: firing orders).
+    pub order: f64,
+    /// Amplitude \[N m\].
+    pub amplitude: f64,
+    /// Phase \[rad\].
+    pub phase: f64,
+}
+
+/// One of the two shafts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum DriveShaft {
+    /// The driving shaft.
+    Pinion,
+    /// The driven shaft.
+    Wheel,
+}
+
+/// Load and speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OperatingPoint {
+    /// Fraction of the rated mesh force.
+    pub load: f64,
+    /// Pinion speed Ω \[rad/s\], > 0.
+    pub speed: f64,
+}
+
+/// That divisions end one after the other, the last at 1.
+pub(super) fn ends_are_in_order(mesh: &[Division]) -> Result<(), ModelError> {
+    let mut before = 0.0;
+    for division in mesh {
+        let inside = before < division.end && division.end <= 1.0;
+        let accepted = "between its neighbours";
+        positive("mesh transition", division.end, inside, accepted)?;
+        before = division.end;
+    }
+    positive("end of the mesh cycle", before, before == 1.0, "1")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn divisions_end_one_after_the_other_and_the_last_at_1() {
+        let refused = |ends: &[f64]| {
+            let mesh: Vec<Division> = ends.iter().map(|&end| Division::level(end, 4e8)).collect();
+            ends_are_in_order(&mesh).is_err()
+        };
+        assert!(!refused(&[1.0]) && !refused(&[0.2, 0.6, 1.0]));
+        assert!(refused(&[0.6, 0.2, 1.0]) && refused(&[0.5, 0.5, 1.0]));
+        assert!(refused(&[0.5]) && refused(&[0.5, 1.2]) && refused(&[0.0, 1.0]));
+        assert!(refused(&[]) && refused(&[f64::NAN, 1.0]));
+    }
+
+    /// A division whose mirror image starts where the cycle does, but for rounding, is not cut there.
+    #[test]
+    fn rounding_cuts_no_mirror_image() {
+        let drive = [(0.3, 4e8), (0.7, 3e8), (1.0, 2e8)].map(|(end, k)| Division::level(end, k));
+        for off in [-1e-14, 0.0, 1e-14] {
+            let coast = Division::mirrored(&drive, 0.5 * (0.7 + off));
+            let found: Vec<f64> = coast.iter().map(|own| own.stiffness.mean()).collect();
+            assert_eq!(found, [3e8, 4e8, 2e8], "{off}");
+            for (own, end) in coast.iter().zip([0.4, 0.7, 1.0]) {
+                assert!((own.end - end).abs() < 1e-13, "{off}: {}", own.end);
+            }
+            assert!(ends_are_in_order(&coast).is_ok());
+        }
+    }
+}

@@ -1,0 +1,485 @@
+//! Static equilibrium: which contacts bear the mean load, and how far the structure yields.
+
+use super::error::ModelError;
+use super::rest::{self, Bearer, Contacts, ROUND_OFF, Rest, Unrest, dot, dot_of_moduli};
+use super::{ActiveSet, COAST_FLANK, DRIVE_FLANK, Model};
+use crate::numerics::linalg;
+use faer::Mat;
+
+/// A contact as a static state meets it, in the turned modes.
+struct Standing {
+    /// +1 or −1, as that of the contact.
+    side: f64,
+    /// Participation w of its deflection.
+    deflection: Vec<f64>,
+    /// Modal force g of a unit of its force, with a minus sign.
+    force: Vec<f64>,
+    /// Stiffness k \[N/m\].
+    stiffness: f64,
+    /// `Σ w q` at which it closes \[m\].
+    shut: f64,
+    /// Rate of that \[m/s\].
+    shut_rate: f64,
+}
+
+impl Standing {
+    /// That of a contact of a model.
+    fn of(model: &Model, contact: usize) -> Self {
+        let contact = &model.contacts[contact];
+        let segment = &contact.cycle(0).segments[0];
+        let [gap, opening] = contact.gap(segment, 0.0);
+        let (error, error_rate) = model.lines[model.line(segment)].transmission_error_at(0, 0.0);
+        let [deflection, force] = model.participations(segment.direction);
+        Self {
+            side: contact.side,
+            deflection,
+            force,
+            stiffness: segment.stiffness_at(0.0),
+            shut: error + contact.side * gap,
+            shut_rate: error_rate + contact.side * opening,
+        }
+    }
+
+    /// Whether modal displacements stretch it beyond round-off of the place where it closes.
+    fn is_stretched(&self, modes: &[f64]) -> bool {
+        let stretch = self.side * (dot(&self.deflection, modes) - self.shut);
+        stretch > ROUND_OFF * (self.shut.abs() + dot_of_moduli(&self.deflection, modes))
+    }
+
+    /// What it is to a structure at rest: `at_load` displacements of the elastic modes under the load, `push` and
+    /// `yielding` what this and all contacts do with their forces, `felt` the rigid motions that contacts feel.
+    fn bearer(&self, at_load: &[f64], push: &[f64], yielding: Vec<f64>, felt: &[usize]) -> Bearer {
+        Bearer {
+            reach: self.side * (dot(&self.deflection, at_load) - self.shut),
+            size: self.shut.abs() + dot_of_moduli(&self.deflection, at_load),
+            stiffness: self.stiffness,
+            along: self.rigid_part(&self.deflection, felt),
+            push: self.rigid_part(push, felt),
+            yielding,
+        }
+    }
+
+    /// Its participations in rigid motions, along its side and without round-off.
+    fn rigid_part(&self, values: &[f64], felt: &[usize]) -> Vec<f64> {
+        let noise = ROUND_OFF * values.iter().fold(0.0_f64, |most, w| w.abs().max(most));
+        (felt.iter())
+            .map(|&r| match values[r].abs() > noise {
+                true => self.side * values[r],
+                false => 0.0,
+            })
+            .collect()
+    }
+}
+
+/// Static equilibrium under the mean torques with all contacts at the start of their cycles.
+pub(super) struct Equilibrium {
+    /// The blocks' state.
+    pub state: Vec<f64>,
+    /// The contacts that bear a force beyond round-off.
+    pub bearing: ActiveSet,
+}
+
+impl Model {
+    /// The contacts that bear the mean load at rest beyond round-off, all at the start of their cycles.
+    ///
+    /// # Panics
+    /// Of a model changed since [`Model::new`] so that it has no static equilibrium.
+    pub fn bearing_contacts(&self) -> ActiveSet {
+        self.resting().bearing
+    }
+
+    /// The static equilibrium of a model as [`Model::new`] makes it.
+    pub(super) fn resting(&self) -> Equilibrium {
+        self.static_equilibrium()
+            .unwrap_or_else(|error| panic!("a model changed since it was made: {error}"))
+    }
+
+    /// Static equilibrium under the mean torques with all contacts at the start of their cycles: on
+    /// one of the flanks where there is nothing else that it closes, else on all contacts that share
+    /// the load.
+    ///
+    /// # Errors
+    /// [`ModelError::NoEquilibrium`].
+    pub(super) fn static_equilibrium(&self) -> Result<Equilibrium, ModelError> {
+        let (mut state, mut force) = self.equilibrium_on(DRIVE_FLANK);
+        let mut flank = DRIVE_FLANK;
+        if force < 0.0 {
+            (state, force) = self.equilibrium_on(COAST_FLANK);
+            flank = COAST_FLANK;
+        }
+        let modes = self.basis.turned_modes(&state);
+        let all: Vec<Standing> = (0..self.contacts.len())
+            .map(|contact| Standing::of(self, contact))
+            .collect();
+        let pushes = force.is_finite() && all[flank].side * force >= 0.0;
+        let stretched = |contact: &usize| all[*contact].is_stretched(&modes);
+        let bearing = (0..all.len())
+            .filter(stretched)
+            .fold(ActiveSet::FREE, ActiveSet::toggled);
+        let alone = bearing == ActiveSet::FREE || bearing.only() == Some(flank);
+        match all.len() == 2 && pushes && alone {
+            true => Ok(Equilibrium { state, bearing }),
+            false => self.shared_equilibrium(&all, &modes),
+        }
+    }
+
+    /// Static equilibrium with the load shared by the contacts that it closes ([`super::rest`]), sought from modal
+    /// displacements. A rigid motion that nothing holds drifts along what loads it until a contact meets it; one that
+    /// none meets stays where it is.
+    fn shared_equilibrium(
+        &self,
+        all: &[Standing],
+        modes: &[f64],
+    ) -> Result<Equilibrium, ModelError> {
+        let n = self.blocks.len();
+        let felt = &self.basis.rigid()[self.basis.unfelt().len()..];
+        let load = self.load_on_modes();
+        let at_load = self.elastic_response(&load);
+        let under = |force: &dyn Fn(&Standing) -> Vec<f64>| -> Vec<Vec<f64>> {
+            let forces = all.iter().map(|own| self.elastic_response(&force(own)));
+            forces.collect()
+        };
+        let given = under(&|own| own.force.clone());
+        let given_smooth = under(&|own| own.deflection.clone());
+        let gives = |i: usize, j: usize, given: &[Vec<f64>]| {
+            all[i].side * all[j].side * dot(&all[i].deflection, &given[j])
+        };
+        let contacts = |bearer: &dyn Fn(usize) -> Bearer| Contacts {
+            bearers: (0..all.len()).map(bearer).collect(),
+            load: felt.iter().map(|&r| load[r]).collect(),
+        };
+        let whole = contacts(&|i| {
+            let yielding = (0..all.len()).map(|j| gives(i, j, &given)).collect();
+            all[i].bearer(&at_load, &all[i].force, yielding, felt)
+        });
+        let smooth = contacts(&|i| {
+            let half = |i, j| 0.5 * gives(i, j, &given_smooth);
+            let yielding = (0..all.len()).map(|j| half(i, j) + half(j, i)).collect();
+            all[i].bearer(&at_load, &all[i].deflection, yielding, felt)
+        });
+        let from = self.sought_from(all, modes, felt);
+        let found = rest::settle(&smooth, &whole, &from)?;
+        let mut modes = at_load;
+        for ((own, force), given) in all.iter().zip(&found.forces).zip(&given) {
+            rest::add(&mut modes, -own.side * force, given);
+        }
+        for (&r, place) in felt.iter().zip(&found.place) {
+            modes[r] = *place;
+        }
+        modes.resize(2 * n, 0.0);
+        for (&r, rate) in felt.iter().zip(rates(all, &whole, &found)) {
+            modes[n + r] = rate;
+        }
+        Ok(Equilibrium {
+            state: self.basis.state_of_turned(&modes),
+            bearing: whole.stretched(&found.forces, &found.place),
+        })
+    }
+
+    /// Modal displacements as a state to seek from, without forces.
+    fn sought_from(&self, all: &[Standing], modes: &[f64], felt: &[usize]) -> Rest {
+        let known = modes.iter().all(|q| q.is_finite());
+        Rest {
+            forces: vec![0.0; all.len()],
+            place: (felt.iter())
+                .map(|&r| if known { modes[r] } else { 0.0 })
+                .collect(),
+            ..Rest::default()
+        }
+    }
+
+    /// Static equilibrium with no more than one contact closed, and the force that it would have
+    /// to bear along its direction \[N\]. That is the one that the rigid relative rotation asks for,
+    /// where there is one; otherwise the one that stiffness and gap settle on.
+    fn equilibrium_on(&self, contact: usize) -> (Vec<f64>, f64) {
+        let n = self.blocks.len();
+        let contact = &self.contacts[contact];
+        let segment = &contact.cycle(0).segments[0];
+        let k = segment.stiffness_at(0.0);
+        let [b, opening] = contact.gap(segment, 0.0);
+        let side = contact.side;
+        let (error, error_rate) = self.lines[self.line(segment)].transmission_error_at(0, 0.0);
+        let rigid = self.relative_rotation();
+        let [w, g] = self.participations(segment.direction);
+        let load = self.load_on_modes();
+        let along = |first: f64, x: &[f64]| w.iter().zip(x).fold(first, |sum, (w, x)| sum + w * x);
+        // Deflection of the elastic modes: δ = free − flexibility F.
+        let [at_load, at_unit] = [&load, &g].map(|force| self.elastic_response(force));
+        let free = along(-error, &at_load);
+        let flexibility = along(0.0, &at_unit);
+        let asked = match rigid {
+            Some(r) => load[r] / g[r],
+            None => k * (free - side * b) / (1.0 + k * flexibility),
+        };
+        // A contact does not pull.
+        let force = match rigid.is_some() || side * asked > 0.0 {
+            true => asked,
+            false => 0.0,
+        };
+        let left: Vec<f64> = load
+            .iter()
+            .zip(&g)
+            .map(|(load, g)| load - g * force)
+            .collect();
+        let mut modes = self.elastic_response(&left);
+        modes.resize(2 * n, 0.0);
+        if let Some(r) = rigid {
+            let deflection = force / k + side * b;
+            modes[r] = (deflection - (free - flexibility * force)) / w[r];
+            modes[n + r] = (error_rate + side * opening) / w[r];
+        }
+        // The flank that is in the way of the load, where none is reached, is the other one.
+        let asked = if rigid.is_none() && force == 0.0 {
+            free
+        } else {
+            asked
+        };
+        (self.basis.state_of_turned(&modes), asked)
+    }
+
+    /// Displacements of the turned modes under a constant force; those of rigid ones are left zero.
+    fn elastic_response(&self, force: &[f64]) -> Vec<f64> {
+        let n = force.len();
+        let mut out = vec![0.0; n];
+        let elastic: Vec<usize> = (0..n).filter(|i| !self.basis.rigid().contains(i)).collect();
+        match self.basis.coupled() {
+            None => {
+                for &i in &elastic {
+                    out[i] = force[i] / -self.blocks[i].generator[1][0];
+                }
+            }
+            Some(coupled) if !elastic.is_empty() => {
+                let entry = |i: usize, j: usize| coupled.stiffness[n * elastic[i] + elastic[j]];
+                let matrix = Mat::from_fn(elastic.len(), elastic.len(), entry);
+                let right: Vec<f64> = elastic.iter().map(|&i| force[i]).collect();
+                for (&i, x) in elastic.iter().zip(linalg::solve(matrix.as_ref(), &right)) {
+                    out[i] = x;
+                }
+            }
+            Some(_) => {}
+        }
+        out
+    }
+}
+
+impl From<Unrest> for ModelError {
+    fn from(unrest: Unrest) -> Self {
+        let Unrest {
+            contacts,
+            excess,
+            friction,
+        } = unrest;
+        Self::NoEquilibrium {
+            contacts,
+            excess,
+            friction,
+        }
+    }
+}
+
+/// Velocities of the rigid motions with which contacts that touch do not move against each other.
+fn rates(all: &[Standing], contacts: &Contacts, rest: &Rest) -> Vec<f64> {
+    let stretches = contacts.stretches(&rest.forces, &rest.place);
+    let touches = |i: &usize| stretches[*i] >= -contacts.noise(*i, &rest.forces, &rest.place);
+    let touching: Vec<usize> = (0..all.len()).filter(touches).collect();
+    let mut rates = vec![0.0; contacts.load.len()];
+    let mut held: Vec<&[f64]> = Vec::new();
+    for i in touching {
+        let along = &contacts.bearers[i].along[..];
+        held.push(along);
+        let basis = rest::span(held.iter().copied());
+        if basis.len() < held.len() {
+            held.pop();
+            continue;
+        }
+        let last = &basis[basis.len() - 1];
+        let missing = all[i].side * all[i].shut_rate - dot(along, &rates);
+        rest::add(&mut rates, missing / dot(along, last), last);
+    }
+    rates
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Drive, InitialState, OperatingPoint, fixtures};
+    use crate::structure::{ModalStructure, StructureContact};
+
+    /// The contacts that the start closes; nothing is accelerated there, nothing moves, and none
+    /// pulls.
+    fn closed(structure: &ModalStructure, load: f64) -> Vec<usize> {
+        let point = OperatingPoint { load, speed: 100.0 };
+        let drive = fixtures::constant_mesh(10e-6, 4e8);
+        let model = Model::new(structure, &drive, point).unwrap();
+        let start = model.start(&InitialState::Static);
+        let segments = model.segments_at(0, 0.0);
+        let n = model.modes();
+        let mut rate = vec![0.0; 2 * n];
+        model.derivative(&segments, start.contact, 0, 0.0, &start.state, &mut rate);
+        let size = |state: &[f64], scale: &dyn Fn(usize) -> f64| {
+            (state.iter().enumerate()).fold(0.0_f64, |most, (i, x)| most.max((x / scale(i)).abs()))
+        };
+        let load = (model.load_on_modes().iter()).fold(0.0_f64, |most, f| most.max(f.abs()));
+        assert!(
+            size(&rate[n..], &|_| load.max(100.0)) < 1e-11,
+            "{rate:?} of {load}"
+        );
+        assert_eq!(size(&rate[..n], &|_| 1.0), 0.0);
+        for contact in start.contact.iter() {
+            let own = &model.contacts[contact];
+            let (deflection, _) = model.deflection_on(&segments[contact], 0, &start.state, 0.0);
+            assert!(own.side * deflection > own.half_gap);
+        }
+        start.contact.iter().collect()
+    }
+
+    fn elastic() -> ModalStructure {
+        ModalStructure {
+            rated_force: 1000.0,
+            ..ModalStructure::of_modes(
+                &[900.0, 2000.0, 4000.0],
+                0.01,
+                &[0.6, 0.5, -0.3],
+                &[0.6, 0.2, -0.3],
+            )
+        }
+    }
+
+    #[test]
+    fn contacts_in_the_way_share_the_load() {
+        let mut structure = elastic();
+        assert_eq!(closed(&structure, 1.0), [0]);
+        structure.contacts = vec![
+            StructureContact::stop(&[0.5, -0.4, 0.1], 5e-6, 2e8),
+            StructureContact::stop(&[0.4, 0.2, -0.1], 2e-6, 1e8),
+            StructureContact::stop(&[-0.5, 0.1, 0.1], 30e-6, 1e8),
+        ];
+        assert_eq!(closed(&structure, 1.0), [0, 2, 3]);
+        // A preloaded one is closed at any load.
+        structure.contacts[2].law.gap = -40e-6;
+        for load in [1.0, 0.0, -1.0] {
+            assert!(closed(&structure, load).contains(&4), "{load}");
+        }
+    }
+
+    /// A stop that the others put in their way by less than a thousandth of what they yield bears as well.
+    #[test]
+    fn a_contact_hardly_in_the_way_bears() {
+        let mut structure = elastic();
+        structure.contacts = vec![
+            StructureContact::stop(&[0.5, -0.4, 0.1], 5e-6, 2e8),
+            StructureContact::stop(&[0.4, 0.2, -0.1], 1e-3, 1e8),
+        ];
+        let point = OperatingPoint {
+            load: 1.0,
+            speed: 100.0,
+        };
+        let model = Model::new(&structure, &fixtures::constant_mesh(10e-6, 4e8), point).unwrap();
+        let start = model.start(&InitialState::Static);
+        let contact = 3;
+        let segment = model.segments_at(0, 0.0)[contact];
+        let (deflection, _) = model.deflection_on(&segment, 0, &start.state, 0.0);
+        for (short, bears) in [(2e-9, true), (-2e-9, false)] {
+            structure.contacts[1].law.gap = deflection - short;
+            assert_eq!(closed(&structure, 1.0).contains(&contact), bears, "{short}");
+        }
+    }
+
+    /// Without a load the gears stand on the drive flank.
+    #[test]
+    fn an_unloaded_drive_stands_on_its_drive_flank() {
+        let structure = fixtures::structure(&[0.0], 0.0, &[1.3], &[1.3]);
+        let point = OperatingPoint {
+            load: 0.0,
+            speed: 100.0,
+        };
+        let model = Model::new(&structure, &fixtures::constant_mesh(10e-6, 4e8), point).unwrap();
+        let state = model.static_equilibrium().unwrap().state;
+        assert!(
+            (model.deflection(&state, 0.0).0 - 10e-6).abs() < 1e-20,
+            "{state:?}"
+        );
+    }
+
+    /// Round-off is judged by every term that a stretch is a difference of: 30 m here.
+    #[test]
+    fn a_stretch_within_round_off_is_none() {
+        let mut standing = Standing {
+            side: 1.0,
+            deflection: vec![2.0, -3.0],
+            force: Vec::new(),
+            stiffness: 1.0,
+            shut: -4.0,
+            shut_rate: 0.0,
+        };
+        for (beyond, stretched) in [(29e-12, false), (31e-12, true)] {
+            standing.shut = -13.0 - beyond;
+            assert_eq!(standing.is_stretched(&[1.0, 5.0]), stretched, "{beyond}");
+        }
+    }
+
+    /// One stop so near that the drive flank is not reached.
+    #[test]
+    fn a_contact_that_takes_all_the_load_opens_the_flank() {
+        let mut structure = elastic();
+        structure.contacts = vec![StructureContact::stop(&[0.6, 0.5, -0.3], 1e-6, 1e10)];
+        assert_eq!(closed(&structure, 1.0), [2]);
+    }
+
+    /// Friction turns the whole drive, which no contact feels beyond round-off: it does not drift into one.
+    #[test]
+    fn what_no_contact_feels_stays() {
+        let mut structure = ModalStructure {
+            rated_force: 1000.0,
+            friction: vec![0.3, 0.1, 0.0],
+            ..ModalStructure::of_modes(
+                &[0.0, 0.0, 3000.0],
+                0.01,
+                &[0.61, -0.49, 0.2],
+                &[0.61, -0.49, 0.2],
+            )
+        };
+        let stop = [-0.2 * 0.61, 0.2 * 0.49, -0.3];
+        structure.contacts = vec![StructureContact::stop(&stop, 40e-6, 1e8)];
+        let drive = Drive {
+            friction: 0.1,
+            ..fixtures::constant_mesh(10e-6, 4e8)
+        };
+        let point = OperatingPoint {
+            load: 1.0,
+            speed: 100.0,
+        };
+        let model = Model::new(&structure, &drive, point).unwrap();
+        let start = model.start(&InitialState::Static);
+        assert_eq!(start.contact, ActiveSet::DRIVE);
+        let (alone, _) = model.equilibrium_on(DRIVE_FLANK);
+        let size = alone.iter().fold(0.0_f64, |most, x| x.abs().max(most));
+        for (shared, alone) in start.state.iter().zip(&alone) {
+            assert!((shared - alone).abs() < 1e-13 * size, "{shared} {alone}");
+        }
+    }
+
+    /// Two rotations, the second held by a further mesh only, which a drag presses together.
+    #[test]
+    fn a_rotation_that_nothing_else_holds_drifts_into_its_contact() {
+        let mut structure = ModalStructure {
+            rated_force: 1000.0,
+            constant_load: vec![150.0, 0.0, 0.0],
+            ..ModalStructure::of_modes(
+                &[0.0, 0.0, 3000.0],
+                0.01,
+                &[0.0, 0.7, 0.2],
+                &[0.0, 0.7, 0.2],
+            )
+        };
+        structure.contacts = vec![
+            StructureContact::stop(&[0.5, -0.2, 0.3], 8e-6, 3e8),
+            StructureContact::stop(&[-0.5, 0.2, 0.3], 8e-6, 3e8),
+        ];
+        assert_eq!(closed(&structure, 1.0), [0, 2]);
+        structure.constant_load[0] = -150.0;
+        assert_eq!(closed(&structure, 1.0), [0, 3]);
+        // On the coast flank with the other sign of the load.
+        assert_eq!(closed(&structure, -1.0), [1, 3]);
+    }
+}

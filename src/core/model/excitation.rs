@@ -1,0 +1,140 @@
+//! Transmission error, torque ripple and other harmonic loads as functions of time.
+
+use super::basis::Basis;
+use super::error::{ModelError, positive};
+use super::{DriveShaft, MeshHarmonic, TorqueRipple};
+use crate::structure::{HarmonicLoad, ModalStructure};
+use std::f64::consts::TAU;
+
+/// One harmonic of a transmission error, `amplitude cos(ω t + phase)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TransmissionErrorHarmonic {
+    /// Angular frequency ω \[rad/s\].
+    pub angular_frequency: f64,
+    /// Turns of its phase per mesh cycle.
+    pub turns_per_cycle: f64,
+    /// Amplitude \[m\].
+    pub amplitude: f64,
+    /// Phase \[rad\].
+    pub phase: f64,
+}
+
+impl TransmissionErrorHarmonic {
+    /// That of a drive, whose mesh has this period \[s\].
+    pub(super) fn of_mesh(harmonic: &MeshHarmonic, period: f64) -> Self {
+        let turns_per_cycle = harmonic.turns_per_cycle();
+        Self {
+            angular_frequency: TAU * turns_per_cycle / period,
+            turns_per_cycle,
+            amplitude: harmonic.amplitude,
+            phase: harmonic.phase,
+        }
+    }
+
+    /// ω t \[rad\] at a time \[s\] within a mesh cycle.
+    pub fn turned(&self, cycle: u64, time: f64) -> f64 {
+        turned(self.angular_frequency, self.turns_per_cycle, cycle, time)
+    }
+}
+
+/// ω t \[rad\] of an angular frequency \[rad/s\], with its turns a mesh cycle, at a time \[s\] within
+/// a mesh cycle. The whole turns are dropped before the product can lose digits.
+pub fn turned(angular_frequency: f64, turns_per_cycle: f64, cycle: u64, time: f64) -> f64 {
+    TAU * (cycle as f64 * turns_per_cycle).fract() + angular_frequency * time
+}
+
+/// One harmonic of a torque or another load, as the input it gives to every block.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ripple {
+    /// Angular frequency \[rad/s\].
+    pub angular_frequency: f64,
+    /// Turns of its phase per mesh cycle; need not be rational.
+    pub turns_per_cycle: f64,
+    /// Phase at the start of mesh cycle 0 \[rad\].
+    pub phase: f64,
+    /// Amplitude of the input to each block.
+    pub input: Vec<[f64; 2]>,
+}
+
+impl Ripple {
+    /// That of a torque on one of the shafts; `period` is that of the mesh \[s\].
+    pub(super) fn of_torque(
+        structure: &ModalStructure,
+        torque: &TorqueRipple,
+        period: f64,
+        basis: &Basis,
+    ) -> Result<Self, ModelError> {
+        let (name, participation, teeth) = match torque.shaft {
+            DriveShaft::Pinion => ("pinion", &structure.pinion_torque, Some(structure.teeth)),
+            DriveShaft::Wheel => ("wheel", &structure.wheel_torque, structure.wheel_teeth),
+        };
+        let (Some(participation), Some(teeth)) = (participation, teeth) else {
+            return Err(ModelError::UnknownShaft { shaft: name });
+        };
+        let turns_per_cycle = torque.order / f64::from(teeth);
+        let scaled = |p: &f64| p * torque.amplitude;
+        let force: Vec<f64> = basis.turn(participation).iter().map(scaled).collect();
+        Ok(Self {
+            angular_frequency: TAU * turns_per_cycle / period,
+            turns_per_cycle,
+            phase: torque.phase,
+            input: basis.input(&force),
+        })
+    }
+
+    /// That of a load of the structure.
+    pub(super) fn of_load(
+        load: &HarmonicLoad,
+        period: f64,
+        basis: &Basis,
+    ) -> Result<Self, ModelError> {
+        let turns = load.turns_per_cycle;
+        positive(
+            "turns of a harmonic load a mesh cycle",
+            turns,
+            turns > 0.0,
+            "above 0",
+        )?;
+        Ok(Self {
+            angular_frequency: TAU * turns / period,
+            turns_per_cycle: turns,
+            phase: load.phase,
+            input: basis.input(&basis.turn(&load.force)),
+        })
+    }
+
+    /// Phase \[rad\] at a time \[s\] within a mesh cycle.
+    pub fn phase_at(&self, cycle: u64, time: f64) -> f64 {
+        // The whole turns are dropped before the product can lose digits.
+        let turns = (cycle as f64 * self.turns_per_cycle).fract();
+        self.phase + TAU * turns + self.angular_frequency * time
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::model::{Model, ModelError, fixtures};
+    use crate::structure::HarmonicLoad;
+
+    /// A load that never turns is no harmonic: its phase would be lost.
+    #[test]
+    fn a_harmonic_load_turns_forwards() {
+        let mut structure = fixtures::structure(&[0.0, 900.0], 0.01, &[1.0, 0.5], &[1.0, 0.5]);
+        for (turns, legal) in [(1e-3, true), (0.0, false), (-1.0, false), (f64::NAN, false)] {
+            structure.harmonic_loads = vec![HarmonicLoad {
+                name: "shaker".to_owned(),
+                force: vec![1.0, 0.2],
+                turns_per_cycle: turns,
+                phase: 0.3,
+            }];
+            let drive = fixtures::two_level_mesh(1e-5);
+            match Model::new(&structure, &drive, fixtures::strong_rattle()) {
+                Ok(model) => assert!(legal && model.ripple[0].turns_per_cycle == turns),
+                Err(ModelError::OutOfRange { name, .. }) => {
+                    assert!(!legal && name.contains("harmonic load"), "{name}");
+                }
+                Err(other) => panic!("{other}"),
+            }
+        }
+    }
+}

@@ -1,0 +1,45 @@
+//! Structures and meshes built by hand, for tests: unit tests have them from here, and those of the
+//! whole program (`tests/common`) compile the same file. What it needs it names through `super`,
+//! which is the model here and what the program offers there.
+
+use super::{Division, Drive, MeshHarmonic, ModalStructure, OperatingPoint};
+
+/// A structure with the given frequencies, damping ratio of the elastic modes, mesh and
+/// torque participations, and nothing else.
+pub fn structure(frequency: &[f64], ratio: f64, mesh: &[f64], torque: &[f64]) -> ModalStructure {
+    ModalStructure {
+        teeth: 20,
+        wheel_teeth: Some(30),
+        rated_force: 1330.0,
+        ..ModalStructure::of_modes(frequency, ratio, mesh, torque)
+    }
+}
+
+/// One undamped mode `q'' + ω² q = load − F` that is the deflection itself, under 1 N at full
+/// load, of a pinion with one tooth.
+pub fn one_mode(frequency: f64) -> ModalStructure {
+    ModalStructure::of_modes(&[frequency], 0.0, &[1.0], &[1.0])
+}
+
+/// A mesh of constant stiffness between its flanks, and nothing else.
+pub fn constant_mesh(half_gap: f64, stiffness: f64) -> Drive {
+    Drive::constant(half_gap, stiffness)
+}
+
+/// The mesh of the default pair: two levels, one harmonic.
+pub fn two_level_mesh(half_gap: f64) -> Drive {
+    Drive {
+        mesh: Division::levels(&[4.444e8, 3.333e8], &[0.6]),
+        damping: 1483.0,
+        transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.0)],
+        ..constant_mesh(half_gap, 4e8)
+    }
+}
+
+/// Strong rattle: light load, 1200 rad/s.
+pub fn strong_rattle() -> OperatingPoint {
+    OperatingPoint {
+        load: 0.05,
+        speed: 1200.0,
+    }
+}

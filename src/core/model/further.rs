@@ -1,0 +1,271 @@
+//! Contacts beside the two flanks: further meshes, stops, splines, stages of a clutch spring.
+
+use super::basis::Basis;
+use super::direction::Directions;
+use super::error::{ModelError, positive};
+use super::{
+    Block, Contact, Division, FlankError, MeshCycle, Release, SAME_PHASE, Stiffness,
+    TransmissionErrorHarmonic,
+};
+use crate::structure::{MOST_CYCLES, StructureContact};
+use std::f64::consts::TAU;
+
+/// A contact of a structure as the model has it: one with a gap b of its own, seen along its own
+/// direction, on the positive side. `on_bearings` are the shares of each bearing in a unit of its force
+/// ([`crate::structure::StaticShare`]).
+///
+/// # Errors
+/// [`ModelError::OutOfRange`].
+pub(super) fn contact(
+    own: &StructureContact,
+    release: Release,
+    period: f64,
+    directions: &mut Directions,
+    on_bearings: &[[f64; 3]],
+    (basis, blocks): (&Basis, &[Block]),
+) -> Result<Contact, ModelError> {
+    let [p, q] = own.cycles;
+    let law = &own.law;
+    let stiffnesses = law
+        .stiffness
+        .iter()
+        .map(|(_, series)| Stiffness::series(*series));
+    let smallest = stiffnesses
+        .map(|k| k.smallest())
+        .fold(f64::INFINITY, f64::min);
+    positive("contact stiffness", smallest, smallest > 0.0, "above 0 N/m")?;
+    positive(
+        "contact damping",
+        law.damping,
+        law.damping >= 0.0,
+        "at least 0 N s/m",
+    )?;
+    positive("contact gap", law.gap, true, "finite")?;
+    let accepted = "a ratio of whole numbers from 1 to 1000";
+    let inside = (1..=MOST_CYCLES).contains(&p) && (1..=MOST_CYCLES).contains(&q);
+    positive("cycles of a contact", f64::from(p), inside, accepted)?;
+    let ratio = f64::from(p) / f64::from(q);
+    let error: Vec<_> = (law.error.iter())
+        .map(|&(harmonic, amplitude, phase)| {
+            let turns_per_cycle = f64::from(harmonic) * ratio;
+            TransmissionErrorHarmonic {
+                angular_frequency: TAU * turns_per_cycle / period,
+                turns_per_cycle,
+                amplitude,
+                phase: phase + TAU * f64::from(harmonic) * law.phase,
+            }
+        })
+        .collect();
+    let [mut w, mut g] = [&own.participation, &own.force].map(|column| basis.turn(column));
+    // Of rotations that no contact feels only round-off of the turn is there.
+    for &i in basis.unfelt() {
+        g[i] -= w[i];
+        w[i] = 0.0;
+    }
+    let rubbing: Vec<Vec<f64>> = (own.rubbing.iter().filter(|column| !column.is_empty()))
+        .map(|column| basis.turn(column))
+        .collect();
+    let mut known: Vec<([f64; 2], usize)> = Vec::new();
+    let mut direction = |turn: [f64; 2]| {
+        if let Some(&(_, same)) = known.iter().find(|(own, _)| *own == turn) {
+            return same;
+        }
+        let mut g = g.clone();
+        for (factor, column) in turn.iter().zip(&rubbing) {
+            (g.iter_mut().zip(column)).for_each(|(g, rubs)| *g += factor * rubs);
+        }
+        let weights = [1.0, turn[0], turn[1]];
+        let on_bearings = (on_bearings.iter())
+            .map(|share| -share.iter().zip(weights).map(|(s, w)| s * w).sum::<f64>())
+            .collect();
+        let added = directions.add(basis.gains(blocks, &w, &g), 0.0, &error, on_bearings);
+        known.push((turn, added));
+        added
+    };
+    let divisions: Vec<Division> = (law.stiffness.iter().enumerate())
+        .map(|(piece, &(end, series))| Division {
+            stiffness: Stiffness::series(series),
+            friction: law.friction.get(piece).copied().unwrap_or_default(),
+            ..Division::level(end, 1.0)
+        })
+        .collect();
+    let cycles = (0..q)
+        .map(|number| {
+            let start = law.phase + f64::from(number) * ratio;
+            let within = stretch(&divisions, start, ratio);
+            let which: Vec<usize> = (within.iter())
+                .map(|division| direction(division.friction))
+                .collect();
+            MeshCycle::new(period, &within, &which, law.damping)
+        })
+        .collect::<Vec<_>>();
+    let alike = cycles.iter().all(|cycle| *cycle == cycles[0]);
+    Ok(Contact {
+        side: 1.0,
+        half_gap: law.gap,
+        cycles: if alike { cycles[..1].to_vec() } else { cycles },
+        release,
+    })
+}
+
+/// The divisions of one mesh cycle in which a contact passes `ratio` of its own cycles from its
+/// phase `start` on.
+fn stretch(divisions: &[Division], start: f64, ratio: f64) -> Vec<Division> {
+    let mut out: Vec<Division> = Vec::new();
+    let mut from = start;
+    let same = SAME_PHASE * ratio;
+    while from < start + ratio - same {
+        let phase = from.rem_euclid(1.0);
+        let phase = if 1.0 - phase < same { 0.0 } else { phase };
+        let index = (divisions.iter())
+            .position(|division| phase < division.end - same)
+            .unwrap_or(divisions.len() - 1);
+        let begin = if index == 0 {
+            0.0
+        } else {
+            divisions[index - 1].end
+        };
+        let division = &divisions[index];
+        let to = (from + division.end - phase).min(start + ratio);
+        let length = division.end - begin;
+        let place = |phase: f64| {
+            let place = (2.0 * phase - begin - division.end) / length;
+            // An end of the division is met to rounding.
+            if (place.abs() - 1.0).abs() < 1e-9 {
+                place.signum()
+            } else {
+                place
+            }
+        };
+        out.push(Division {
+            end: (to - start) / ratio,
+            stiffness: division
+                .stiffness
+                .part(place(phase), place(phase + to - from)),
+            error: FlankError::NONE,
+            ..*division
+        });
+        from = to;
+    }
+    if let Some(last) = out.last_mut() {
+        last.end = 1.0;
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Model, fixtures};
+    use crate::structure::ContactLaw;
+
+    #[test]
+    fn a_slower_cycle_is_cut_into_those_of_the_mesh() {
+        // Three cycles of its own in five of the mesh, two levels, stepping at 0.4.
+        let divisions = Division::levels(&[2.0, 1.0], &[0.4]);
+        let ratio = 0.6;
+        for number in 0..5 {
+            let start = 0.25 + f64::from(number) * ratio;
+            let within = stretch(&divisions, start, ratio);
+            assert_eq!(within.last().map(|division| division.end), Some(1.0));
+            let mut before = 0.0;
+            for division in &within {
+                let middle = start + ratio * 0.5 * (before + division.end);
+                let level = if middle.rem_euclid(1.0) < 0.4 {
+                    2.0
+                } else {
+                    1.0
+                };
+                assert_eq!(division.stiffness.mean(), level, "{number} {middle}");
+                before = division.end;
+            }
+        }
+    }
+
+    /// A step just before the cycle of the mesh ends, a part of 1e-12 of the contact's own, which takes a thousand.
+    #[test]
+    fn a_cycle_is_covered_to_its_end() {
+        let divisions = Division::levels(&[2.0, 1.0], &[1e-3 - 1e-12]);
+        for start in [0.0, 0.999, 1e-3 - 2e-12] {
+            let within = stretch(&divisions, start, 1e-3);
+            assert_eq!(within.last().map(|division| division.end), Some(1.0));
+            let ends = within.windows(2);
+            assert!(ends.into_iter().all(|pair| pair[0].end < pair[1].end));
+        }
+    }
+
+    #[test]
+    fn a_course_of_stiffness_goes_on_where_it_is_cut() {
+        let series = [3.0, 0.7, -0.2, 0.1, 0.0, 0.0, 0.0, 0.0];
+        let divisions = [Division {
+            stiffness: Stiffness::series(series),
+            ..Division::level(1.0, 1.0)
+        }];
+        let within = stretch(&divisions, 0.8, 1.5);
+        let mut before = 0.0;
+        for division in &within {
+            for x in [-0.9, 0.1, 0.8] {
+                let at = before + 0.5 * (x + 1.0) * (division.end - before);
+                let phase = (0.8 + 1.5 * at).rem_euclid(1.0);
+                let exact = divisions[0].stiffness.at(2.0 * phase - 1.0);
+                assert!((division.stiffness.at(x) - exact).abs() < 1e-13, "{phase}");
+            }
+            before = division.end;
+        }
+    }
+
+    #[test]
+    fn cycles_of_a_contact_are_bounded() {
+        let mut structure = fixtures::structure(&[0.0, 3000.0], 0.01, &[1.0, 0.3], &[1.0, 0.3]);
+        let drive = fixtures::two_level_mesh(1e-5);
+        let mut build = |cycles: [u32; 2], law: ContactLaw| {
+            structure.contacts = vec![StructureContact {
+                name: "stop".to_owned(),
+                participation: vec![0.2, 0.5],
+                force: vec![0.2, 0.5],
+                rubbing: Default::default(),
+                cycles,
+                law,
+            }];
+            Model::new(&structure, &drive, fixtures::strong_rattle())
+        };
+        let law = ContactLaw {
+            gap: 1e-5,
+            stiffness: vec![(1.0, [1e8, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])],
+            friction: Vec::new(),
+            damping: 0.0,
+            phase: 0.0,
+            error: Vec::new(),
+        };
+        for cycles in [[1, 1], [1000, 1], [1, 1000]] {
+            let model = build(cycles, law.clone()).unwrap();
+            // One level of stiffness is the same in every cycle.
+            assert_eq!(model.contacts[2].cycles.len(), 1);
+        }
+        for cycles in [[0, 1], [1, 0], [1001, 1], [1, 1001]] {
+            let refused = build(cycles, law.clone()).unwrap_err();
+            let about = "cycles of a contact";
+            assert!(matches!(refused, ModelError::OutOfRange { name, .. } if name == about));
+        }
+        let soft = vec![(1.0, [0.0; 8])];
+        let bad = [
+            ContactLaw {
+                gap: f64::NAN,
+                ..law.clone()
+            },
+            ContactLaw {
+                damping: -1.0,
+                ..law.clone()
+            },
+            ContactLaw {
+                stiffness: soft,
+                ..law
+            },
+        ];
+        for (law, about) in bad.into_iter().zip(["gap", "damping", "stiffness"]) {
+            let refused = build([1, 1], law).unwrap_err();
+            let about = format!("contact {about}");
+            assert!(matches!(refused, ModelError::OutOfRange { name, .. } if name == about));
+        }
+    }
+}

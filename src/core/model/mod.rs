@@ -1,0 +1,69 @@
+//! The piecewise-linear system: a linear structure with one-sided contacts. The only
+//! description of the dynamics; knows nothing of how it is solved.
+//!
+//! Mode `i` is a real 2 × 2 block `x' = A x − Σ g F + s + …`. Contact j sees the deflection δ along
+//! its own line, to which the block contributes `w·x`, and pushes along its own direction g. With
+//! `e` the transmission error that is imposed on it, `b` its half gap and s = ±1 its side,
+//!
+//! ```text
+//! δ  = Σ w·x − e(t)                                   deflection [m]
+//! δ' = Σ w·A x − e'(t)                                its rate [m/s]
+//! F  = k (δ − s b) + c (δ' − s b')   where it is closed;   F = 0 where it is open
+//! ```
+//!
+//! c, w and g are constant on each segment of the contact's mesh cycle; k and b are polynomials
+//! there (mostly constants). b is the backlash and what loaded flanks lack besides; where it
+//! steps, the contact may open or close, and the damper does not feel the step. Any number of
+//! contacts may be closed at once. Time is a whole number of mesh cycles and a time within the
+//! cycle, so that long runs lose no digits.
+
+mod basis;
+mod bearing;
+mod block;
+mod breakpoints;
+mod clearance;
+mod contact;
+mod derivative;
+mod direction;
+mod drive;
+mod equilibrium;
+mod error;
+mod excitation;
+mod flank_error;
+mod further;
+mod initial;
+mod mesh;
+mod one_set;
+mod output;
+mod parallel;
+mod release;
+mod rest;
+mod rolling;
+mod stiffness;
+mod system;
+
+pub use basis::{Basis, Coupled};
+pub use bearing::BearingOutput;
+pub use block::{Block, MeshGain};
+pub use contact::{ActiveSet, COAST_FLANK, Contact, DRIVE_FLANK, Flanks, MOST_CONTACTS};
+pub use derivative::ShapeChange;
+pub use direction::{Direction, Line};
+pub use drive::{
+    CoastFlank, Division, Drive, DriveShaft, MeshHarmonic, OperatingPoint, SAME_PHASE,
+    StiffnessHarmonic, TorqueRipple,
+};
+pub use error::ModelError;
+pub use excitation::{Ripple, TransmissionErrorHarmonic, turned};
+pub use flank_error::FlankError;
+pub use initial::{InitialState, TrajectoryState};
+pub use mesh::{MeshCycle, Segment, equal_parts};
+pub use output::{Output, Quantity};
+pub use release::Release;
+pub use rolling::Rolling;
+pub use stiffness::{STIFFNESS_TERMS, Stiffness};
+pub use system::Model;
+
+#[cfg(test)]
+pub(crate) mod fixtures;
+#[cfg(test)]
+use crate::structure::ModalStructure;

@@ -1,0 +1,104 @@
+//! What may be told of the structure beside the mesh: forces, torques, accelerations and rotations at places.
+
+use super::basis::Basis;
+use crate::structure::{ModalStructure, MotionKind, PlaceMotion, TorqueGain};
+
+/// What an output is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Force of a shaft on a bearing \[N\].
+    BearingForce,
+    /// Torque in a shaft or a coupling \[N m\].
+    Torque,
+    /// Acceleration of a place \[m/s²\].
+    Acceleration,
+    /// Angular acceleration of a body \[rad/s²\].
+    AngularAcceleration,
+    /// Rotation of a gear beside the mean rotation \[rad\].
+    Rotation,
+}
+
+impl Quantity {
+    /// The word that its signals begin with.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::BearingForce => "bearing",
+            Self::Torque => "torque",
+            Self::Acceleration => "acceleration",
+            Self::AngularAcceleration => "angular acceleration",
+            Self::Rotation => "rotation",
+        }
+    }
+
+    /// Its unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::BearingForce => "N",
+            Self::Torque => "N m",
+            Self::Acceleration => "m/s^2",
+            Self::AngularAcceleration => "rad/s^2",
+            Self::Rotation => "rad",
+        }
+    }
+
+    /// Whether it is the rate of the sum that its gains give.
+    pub fn is_rate(self) -> bool {
+        matches!(self, Self::Acceleration | Self::AngularAcceleration)
+    }
+}
+
+/// `Σ gain·x` over the blocks, or the rate of it ([`Quantity::is_rate`]).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Output {
+    /// Place and direction.
+    pub name: String,
+    /// What it is.
+    pub quantity: Quantity,
+    /// Value per unit of both components of each block.
+    pub gain: Vec<[f64; 2]>,
+}
+
+impl Output {
+    /// Those of a structure beside its bearing forces: torques, accelerations, angular
+    /// accelerations, rotations.
+    pub(super) fn of_structure(structure: &ModalStructure, basis: &Basis) -> Vec<Self> {
+        let torques = structure.torques.iter();
+        let torques = torques.map(|torque| Self::torque(torque, basis));
+        let kinds = [MotionKind::Place, MotionKind::Body, MotionKind::Gear].into_iter();
+        let motions = kinds.flat_map(|kind| {
+            let motions = structure.motions.iter();
+            motions.filter(move |motion| motion.kind == kind)
+        });
+        let motions = motions.map(|motion| Self::motion(motion, basis));
+        torques.chain(motions).collect()
+    }
+
+    fn torque(torque: &TorqueGain, basis: &Basis) -> Self {
+        let [mut gain, _] = basis.output(&basis.turn(&torque.gain));
+        if !torque.rate_gain.is_empty() {
+            let [_, by_velocity] = basis.output(&basis.turn(&torque.rate_gain));
+            for (gain, own) in gain.iter_mut().zip(by_velocity) {
+                *gain = [gain[0] + own[0], gain[1] + own[1]];
+            }
+        }
+        Self {
+            name: torque.name.clone(),
+            quantity: Quantity::Torque,
+            gain,
+        }
+    }
+
+    fn motion(motion: &PlaceMotion, basis: &Basis) -> Self {
+        let [displacement, velocity] = basis.output(&basis.turn(&motion.gain));
+        let (quantity, gain) = match motion.kind {
+            MotionKind::Place => (Quantity::Acceleration, velocity),
+            MotionKind::Body => (Quantity::AngularAcceleration, velocity),
+            MotionKind::Gear => (Quantity::Rotation, displacement),
+        };
+        Self {
+            name: motion.name.clone(),
+            quantity,
+            gain,
+        }
+    }
+}

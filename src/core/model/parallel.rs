@@ -1,0 +1,223 @@
+//! Springs side by side behind one flexibility: the pairs of teeth of a flank, and what the modes left out give
+//! under the force of them all.
+//!
+//! Springs that join one after the other bear `F(x) = Σ k_l max(0, x − g_l)` of their approach x. In series with a
+//! flexibility c they are seen through `X = x + c F(x)`. F over X is a broken line again, with its kinks in the same
+//! order: springs side by side whose stiffnesses and gaps are
+//!
+//! ```text
+//! K_l  = k_1 + … + k_l,   s_l = 1/(1 + c K_l)
+//! k'_l = K_l s_l − K_{l−1} s_{l−1},        g'_l = g_l + c Σ_{i<l} k_i (g_l − g_i)
+//! ```
+//!
+//! exactly. What friction makes of each force, `T(x) = Σ t_l k_l max(0, x − g_l)`, is a broken line likewise,
+//! `t'_l k'_l = Φ_l s_l − Φ_{l−1} s_{l−1}` with `Φ_l = t_1 k_1 + … + t_l k_l`.
+
+use super::error::ModelError;
+use super::{Division, FlankError, STIFFNESS_TERMS, Stiffness};
+use crate::numerics::legendre::transforms8;
+use crate::structure::FlankParticipation;
+
+/// Gaps that are out of order by less are in order \[m\]: only the polynomials through them say otherwise.
+const IN_ORDER: f64 = 1e-11;
+
+/// The springs of a flank, the first and further ones in the order in which they join, as they are behind a
+/// flexibility \[m/N\]: polynomials through the exact values at the nodes of every division.
+///
+/// # Errors
+/// [`ModelError::SpringsApart`] where springs of several lines, divisions or orders would have to share it.
+fn behind(springs: &[&[Division]], flexibility: f64) -> Result<Vec<Vec<Division>>, ModelError> {
+    if springs.len() == 1 || flexibility == 0.0 {
+        let alone = |division: &Division| Division {
+            stiffness: division.stiffness.in_series_with(flexibility),
+            ..*division
+        };
+        let all = springs.iter();
+        return Ok(all.map(|own| own.iter().map(alone).collect()).collect());
+    }
+    let first = springs[0];
+    let mut out = vec![Vec::with_capacity(first.len()); springs.len()];
+    for (place, at_first) in first.iter().enumerate() {
+        let together: Option<Vec<&Division>> = (springs.iter())
+            .map(|own| own.get(place).filter(|own| on_one_line(at_first, own)))
+            .collect();
+        let joined = (together.filter(|_| springs.iter().all(|own| own.len() == first.len())))
+            .and_then(|together| joined(&together, flexibility))
+            .ok_or(ModelError::SpringsApart { flexibility })?;
+        for (own, division) in out.iter_mut().zip(joined) {
+            own.push(division);
+        }
+    }
+    Ok(out)
+}
+
+/// The springs of a flank, its first and further ones, behind its residual flexibility \[m/N\].
+///
+/// # Errors
+/// As [`behind`].
+pub(super) fn of_flank(
+    first: &[Division],
+    further: &[Vec<Division>],
+    flank: &FlankParticipation,
+) -> Result<Vec<Vec<Division>>, ModelError> {
+    let springs: Vec<&[Division]> = std::iter::once(first)
+        .chain(further.iter().map(Vec::as_slice))
+        .collect();
+    behind(&springs, flank.residual_flexibility)
+}
+
+/// Whether two divisions end at one phase and bear at one place of the face.
+fn on_one_line(one: &Division, other: &Division) -> bool {
+    one.end == other.end && one.load_centre == other.load_centre
+}
+
+/// The divisions of one stretch; none where they do not join in their order.
+fn joined(springs: &[&Division], flexibility: f64) -> Option<Vec<Division>> {
+    let mut stiffness = vec![[0.0; STIFFNESS_TERMS]; springs.len()];
+    let mut gap = stiffness.clone();
+    let mut friction = vec![[0.0; 2]; springs.len()];
+    for (node, &x) in transforms8().nodes().iter().enumerate() {
+        // Of the springs so far: Σ k, Σ k g, and what they are of it behind the flexibility.
+        let (mut sum, mut moment, mut before) = (0.0, 0.0, 0.0);
+        let mut last = f64::NEG_INFINITY;
+        for (l, spring) in springs.iter().enumerate() {
+            let (k, g) = (spring.stiffness.at(x), spring.error.at(x));
+            if g < last - IN_ORDER {
+                return None;
+            }
+            last = g;
+            gap[l][node] = g + flexibility * (sum * g - moment);
+            sum += k;
+            moment += k * g;
+            let behind = sum / (1.0 + flexibility * sum);
+            stiffness[l][node] = behind - before;
+            before = behind;
+        }
+    }
+    // Friction is that of means, as it was.
+    let (mut sum, mut before) = (0.0, [0.0; 2]);
+    let (mut turned, mut behind) = ([0.0; 2], 0.0);
+    for (l, spring) in springs.iter().enumerate() {
+        let k = spring.stiffness.mean();
+        sum += k;
+        let softer = 1.0 / (1.0 + flexibility * sum);
+        let added = sum * softer - behind;
+        behind = sum * softer;
+        for part in 0..2 {
+            turned[part] += k * spring.friction[part];
+            friction[l][part] = (turned[part] * softer - before[part]) / added;
+            before[part] = turned[part] * softer;
+        }
+    }
+    let through = |values: &[f64; STIFFNESS_TERMS]| transforms8().interpolate(values);
+    Some(
+        (springs.iter().enumerate())
+            .map(|(l, spring)| Division {
+                stiffness: Stiffness::series(through(&stiffness[l])),
+                error: FlankError::series(through(&gap[l])),
+                friction: friction[l],
+                ..**spring
+            })
+            .collect(),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn springs() -> [Division; 3] {
+        let spring = |k: [f64; 3], g: [f64; 3], friction| {
+            let series = |a: [f64; 3]| std::array::from_fn(|n| a.get(n).copied().unwrap_or(0.0));
+            Division {
+                stiffness: Stiffness::series(series(k)),
+                error: FlankError::series(series(g)),
+                friction,
+                ..Division::level(1.0, 1.0)
+            }
+        };
+        [
+            spring([3e8, 2e7, -1e7], [1e-7, 0.0, 0.0], [0.8, -1e-3]),
+            spring([2e8, -3e7, 0.0], [3e-6, 1e-6, 0.0], [-0.6, -4e-3]),
+            spring([1e8, 0.0, 1e6], [9e-6, -1e-6, 2e-7], [-1.0, -6e-3]),
+        ]
+    }
+
+    /// Force and friction force of springs at a place and an approach.
+    fn bears(springs: &[Division], x: f64, approach: f64) -> [f64; 2] {
+        springs.iter().fold([0.0; 2], |[force, turned], own| {
+            let closing = (approach - own.error.at(x)).max(0.0);
+            let bears = own.stiffness.at(x) * closing;
+            [force + bears, turned + own.friction[0] * bears]
+        })
+    }
+
+    /// Against F = Σ k max(0, X − c F − g), solved by bisection.
+    #[test]
+    fn springs_share_one_flexibility() {
+        let springs = springs();
+        let own: Vec<&[Division]> = springs.iter().map(std::slice::from_ref).collect();
+        let c = 1.3e-9;
+        let joined: Vec<Division> = behind(&own, c).unwrap().into_iter().flatten().collect();
+        for x in [-0.9, -0.2, 0.4, 1.0] {
+            for seen in [1e-6, 4e-6, 9e-6, 2e-5, 5e-5] {
+                let (mut low, mut high) = (0.0, bears(&springs, x, seen)[0]);
+                for _ in 0..200 {
+                    let force = 0.5 * (low + high);
+                    match bears(&springs, x, seen - c * force)[0] > force {
+                        true => low = force,
+                        false => high = force,
+                    }
+                }
+                let [force, _] = bears(&joined, x, seen);
+                assert!(
+                    (force - high).abs() < 1e-7 * high.max(1.0),
+                    "{x} {seen}: {force} {high}"
+                );
+                // What each spring softened for itself would bear.
+                let apart: Vec<Division> = springs
+                    .iter()
+                    .map(|own| Division {
+                        stiffness: own.stiffness.in_series_with(c),
+                        ..*own
+                    })
+                    .collect();
+                let several = seen - c * high > springs[1].error.at(x);
+                let far = bears(&apart, x, seen)[0] / high - 1.0;
+                assert!(!several || far > 1e-3, "{far}");
+            }
+        }
+    }
+
+    /// Friction of constant springs is that of the forces they bear behind the flexibility.
+    #[test]
+    fn friction_follows_the_forces() {
+        let springs = springs().map(|own| Division {
+            stiffness: Stiffness::constant(own.stiffness.mean()),
+            ..own
+        });
+        let own: Vec<&[Division]> = springs.iter().map(std::slice::from_ref).collect();
+        let c = 2e-9;
+        let joined: Vec<Division> = behind(&own, c).unwrap().into_iter().flatten().collect();
+        for seen in [2e-6, 7e-6, 3e-5] {
+            let [force, turned] = bears(&joined, 0.3, seen);
+            let exact = bears(&springs, 0.3, seen - c * force);
+            assert!((force / exact[0] - 1.0).abs() < 1e-9);
+            assert!(
+                (turned - exact[1]).abs() < 1e-9 * force,
+                "{turned} {exact:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn springs_on_several_lines_are_refused() {
+        let [one, mut other, _] = springs();
+        other.load_centre = 5e-3;
+        let c = 1e-10;
+        let refused = behind(&[&[one], &[other]], c);
+        assert_eq!(refused, Err(ModelError::SpringsApart { flexibility: c }));
+        assert!(behind(&[&[one], &[other]], 0.0).is_ok());
+    }
+}

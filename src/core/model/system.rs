@@ -1,0 +1,501 @@
+//! The model of one operating point, built from a structure and a mesh.
+
+use super::basis::Basis;
+use super::contact::base_cycles;
+use super::direction::Directions;
+use super::error::{ModelError, positive};
+use super::{
+    ActiveSet, BearingOutput, Block, Contact, Direction, Division, Drive, Line, MOST_CONTACTS,
+    MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Output, Release, Ripple, Rolling, Segment,
+    TransmissionErrorHarmonic,
+};
+use super::{bearing, clearance, drive as laws, further, one_set, parallel};
+use crate::structure::{FlankParticipation, MOST_BASE_CYCLES, ModalStructure};
+use std::f64::consts::TAU;
+
+/// A component this small, relative to the largest, is round-off.
+const UNFELT: f64 = 1e-12;
+
+/// Part of the fastest that a displacement could move, below which it rests.
+const AT_REST: f64 = 1e-9;
+
+/// Tilt of a rotation about the shafts this small, relative to the largest of any mode, is
+/// round-off.
+const TILT_NOISE: f64 = 1e-9;
+
+/// The piecewise-linear system at one operating point.
+///
+/// Rigid rotations are rotated among themselves so that at most one of them, the relative
+/// rotation, is felt by the mesh; the others are [`Model::neutral`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    /// The structure, one block a mode.
+    pub blocks: Vec<Block>,
+    /// How contacts meet the blocks: the distinct directions of all segments.
+    pub directions: Vec<Direction>,
+    /// What deflections are measured along: the distinct lines of all directions. The first
+    /// contact's is the line of the mesh deflection.
+    pub lines: Vec<Line>,
+    /// The one-sided contacts. The first of a gear pair are its drive flank and its coast flank; where pairs of
+    /// teeth are springs of their own, further ones of drive and coast flank follow in turn.
+    pub contacts: Vec<Contact>,
+    /// How many of them are springs of the flanks.
+    pub flank_springs: usize,
+    /// Blocks that the mesh does not feel and that do not decay (rigid rotation of the
+    /// whole drive).
+    pub neutral: Vec<usize>,
+    /// Load, as a fraction of the rated one: the constant inputs of the blocks are so much of
+    /// `rated_input`.
+    pub load: f64,
+    /// Constant inputs of the blocks under rated load.
+    pub rated_input: Vec<[f64; 2]>,
+    /// Half gap b \[m\] of the first contact: the scale of lengths.
+    pub half_gap: f64,
+    /// Harmonics of the torques, then those of other loads.
+    pub ripple: Vec<Ripple>,
+    /// What the bearings feel: forces per unit of the blocks' components.
+    pub bearings: Vec<BearingOutput>,
+    /// From the structure's modes to the blocks.
+    pub basis: Basis,
+    /// How the gears roll on each other; none where no drawing says.
+    pub rolling: Option<Rolling>,
+    /// Torques and accelerations at places of the structure.
+    pub outputs: Vec<Output>,
+    /// Mass m_e that meets in an impact of the flanks, along the line of action \[kg\]:
+    /// `1/m_e = Σ mesh²` over the rigid modes, over all modes where the mesh feels no rigid one.
+    pub effective_mass: f64,
+    /// Teeth of pinion and wheel, where known.
+    pub teeth: [Option<u32>; 2],
+}
+
+impl Model {
+    /// Builds the system of a structure and a drive at an operating point.
+    ///
+    /// Stiffness is put in series with the structure's residual flexibility, `k/(1 + c_res k)`; springs side by
+    /// side share it.
+    ///
+    /// # Errors
+    /// Modes coupled without remedy, ripple on a shaft the structure does not know, springs on several lines
+    /// that would share a residual flexibility, contacts that friction locks, or a value out of its range.
+    pub fn new(
+        structure: &ModalStructure,
+        drive: &Drive,
+        point: OperatingPoint,
+    ) -> Result<Self, ModelError> {
+        positive("speed", point.speed, point.speed > 0.0, "above 0 rad/s")?;
+        positive("load", point.load, true, "finite")?;
+        positive(
+            "half gap",
+            drive.half_gap,
+            drive.half_gap > 0.0,
+            "above 0 m",
+        )?;
+        positive(
+            "damping",
+            drive.damping,
+            drive.damping >= 0.0,
+            "at least 0 N s/m",
+        )?;
+        let cycles = || {
+            let coast = drive.coast.iter();
+            let coast = coast.flat_map(|coast| std::iter::once(&coast.mesh).chain(&coast.further));
+            std::iter::once(&drive.mesh)
+                .chain(&drive.further)
+                .chain(coast)
+        };
+        let smallest = (cycles().flatten())
+            .map(|division| division.stiffness.smallest())
+            .fold(f64::INFINITY, f64::min);
+        positive("mesh stiffness", smallest, smallest > 0.0, "above 0 N/m")?;
+        for cycle in cycles() {
+            laws::ends_are_in_order(cycle)?;
+        }
+
+        let (basis, generators) = Basis::new(structure, point.speed)?;
+        let rotate = |values: &[f64]| basis.turn(values);
+
+        let rated: Vec<f64> = (rotate(&structure.torque).iter())
+            .map(|t| t * structure.rated_force)
+            .collect();
+        let mut load: Vec<f64> = rated.iter().map(|t| t * point.load).collect();
+        // The mean drag comes on top of what is in proportion to the load.
+        let [constant, by_speed] = [&structure.constant_load, &structure.load_by_speed]
+            .map(|column| rotate_any(&basis, column));
+        for (load, drag) in load.iter_mut().zip(constant) {
+            *load += drag;
+        }
+        for (load, drag) in load.iter_mut().zip(by_speed) {
+            *load += point.speed * drag;
+        }
+        let rated_input = basis.input(&rated);
+        let blocks: Vec<Block> = (generators.into_iter().zip(basis.input(&load)))
+            .map(|(generator, static_input)| Block {
+                generator,
+                static_input,
+            })
+            .collect();
+        let period = TAU / (f64::from(structure.teeth) * point.speed);
+        let apart = (basis.rigid().split_last()).map_or(&[][..], |(_, apart)| apart);
+        let flank = |own: &FlankParticipation| FlankParticipation {
+            mesh: unfelt(rotate(&own.mesh), apart),
+            tilt: untilted(rotate(&own.tilt), apart),
+            friction: rotate(&own.friction),
+            lever: rotate(&own.lever),
+            residual_flexibility: own.residual_flexibility,
+        };
+        let mut directions = Directions::default();
+        let shares = [
+            bearing::on_each(structure, |share| share.drive),
+            bearing::on_each(structure, |share| match structure.coast {
+                Some(_) => share.coast,
+                None => share.drive,
+            }),
+        ];
+        let mut cycle =
+            |own: &FlankParticipation, mesh: &[Division], error: &[MeshHarmonic], first: Spring| {
+                let error: Vec<_> = (error.iter())
+                    .map(|harmonic| TransmissionErrorHarmonic::of_mesh(harmonic, period))
+                    .collect();
+                let flank = flank(own);
+                let Spring { damping, side } = first;
+                let which = directions.of_flank(
+                    &flank,
+                    mesh,
+                    drive.friction,
+                    &error,
+                    &shares[side],
+                    (&basis, &blocks),
+                );
+                MeshCycle::new(period, mesh, &which, damping)
+            };
+        let of_drive_flank = structure.drive_flank();
+        let on_drive = parallel::of_flank(&drive.mesh, &drive.further, &of_drive_flank)?;
+        let on_coast = match &drive.coast {
+            None => None,
+            Some(coast) => {
+                let own = structure.coast.as_ref().unwrap_or(&of_drive_flank);
+                Some((
+                    coast,
+                    own,
+                    parallel::of_flank(&coast.mesh, &coast.further, own)?,
+                ))
+            }
+        };
+        let mut flanks = Vec::new();
+        for (number, mesh) in on_drive.iter().enumerate() {
+            // The damper of a flank is that of its first spring.
+            let damping = if number == 0 { drive.damping } else { 0.0 };
+            let [of_drive, of_coast] = [0, 1].map(|side| Spring { damping, side });
+            let on_drive = cycle(&of_drive_flank, mesh, &drive.transmission_error, of_drive);
+            let on_coast = match &on_coast {
+                None => on_drive.clone(),
+                Some((coast, own, springs)) => {
+                    cycle(own, &springs[number], &coast.transmission_error, of_coast)
+                }
+            };
+            flanks.extend(
+                [(1.0, on_drive), (-1.0, on_coast)].map(|(side, cycle)| Contact {
+                    side,
+                    half_gap: drive.half_gap,
+                    cycles: vec![cycle],
+                    release: release(drive.release, damping),
+                }),
+            );
+        }
+        let flank_springs = flanks.len();
+        let further = (structure.contacts.iter().enumerate())
+            .map(|(number, own)| {
+                let release = release(drive.release, own.law.damping);
+                let on_bearings = bearing::on_each(structure, |share| {
+                    share.contacts.get(number).copied().unwrap_or_default()
+                });
+                let to = (&basis, &blocks[..]);
+                further::contact(own, release, period, &mut directions, &on_bearings, to)
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        let mut contacts: Vec<Contact> = flanks.into_iter().chain(further).collect();
+        one_set::merge(&mut contacts);
+        let most = MOST_CONTACTS as f64;
+        let count = contacts.len() as f64;
+        positive(
+            "number of contacts",
+            count,
+            count <= most,
+            "at most 16, both flanks included",
+        )?;
+        let (base, name) = (base_cycles(&contacts), "base period of all contacts");
+        let fits = base <= MOST_BASE_CYCLES;
+        positive(name, base as f64, fits, "at most 10000 mesh cycles")?;
+        let Directions { directions, lines } = directions;
+        clearance::has_room(&contacts, &directions)?;
+        let unfelt = |i: usize| (directions.iter()).all(|d| d.gains[i].deflection[0] == 0.0);
+        let neutral = (basis.rigid().iter().copied())
+            .filter(|&i| unfelt(i) && blocks[i].generator == Block::mode(0.0, 0.0, 0.0).generator)
+            .collect();
+
+        let torques = (drive.torque_ripple.iter())
+            .map(|torque| Ripple::of_torque(structure, torque, period, &basis));
+        let loads =
+            (structure.harmonic_loads.iter()).map(|load| Ripple::of_load(load, period, &basis));
+        let ripple = torques.chain(loads).collect::<Result<_, _>>()?;
+        let bearings = (structure.bearings.iter())
+            .map(|own| BearingOutput::new(own, structure, &drive.torque_ripple, point, &basis))
+            .collect();
+        let outputs = Output::of_structure(structure, &basis);
+        let model = Self {
+            blocks,
+            directions,
+            lines,
+            contacts,
+            flank_springs,
+            neutral,
+            load: point.load,
+            rated_input,
+            half_gap: drive.half_gap,
+            ripple,
+            bearings,
+            basis,
+            rolling: None,
+            outputs,
+            effective_mass: 1.0 / inverse_mass(structure),
+            teeth: [Some(structure.teeth), structure.wheel_teeth],
+        };
+        model.static_equilibrium()?;
+        Ok(model)
+    }
+
+    /// Contact damping `c = 2 ζ √(k_mean m_e)` \[N s/m\], with the mass m_e of
+    /// [`Self::effective_mass`].
+    pub fn damping_from_ratio(structure: &ModalStructure, ratio: f64, mean_stiffness: f64) -> f64 {
+        2.0 * ratio * (mean_stiffness / inverse_mass(structure)).sqrt()
+    }
+
+    /// Number of modes N.
+    pub fn modes(&self) -> usize {
+        self.blocks.len()
+    }
+
+    /// Mesh period T \[s\].
+    pub fn period(&self) -> f64 {
+        self.contacts[0].cycles[0].period
+    }
+
+    /// The mesh cycle of the first contact, the first of its base period.
+    pub fn first_cycle(&self) -> &MeshCycle {
+        &self.contacts[0].cycles[0]
+    }
+
+    /// Mesh cycles after which all contacts are as they were: their base period.
+    pub fn base_cycles(&self) -> usize {
+        base_cycles(&self.contacts)
+    }
+
+    /// Whether a contact is a spring of the two flanks of the gear pair.
+    pub fn of_mesh(&self, contact: usize) -> bool {
+        contact < self.flank_springs
+    }
+
+    /// All harmonics of the transmission errors.
+    pub fn transmission_errors(&self) -> impl Iterator<Item = &TransmissionErrorHarmonic> {
+        self.lines.iter().flat_map(|line| &line.transmission_error)
+    }
+
+    /// How the mesh meets each block on a segment.
+    pub fn gains(&self, segment: &Segment) -> &[MeshGain] {
+        &self.directions[segment.direction].gains
+    }
+
+    /// The line of a segment's direction, by its place among [`Self::lines`].
+    pub fn line(&self, segment: &Segment) -> usize {
+        self.directions[segment.direction].line
+    }
+
+    /// How the mesh meets each block at the start of the mesh cycle.
+    pub fn first_gains(&self) -> &[MeshGain] {
+        self.gains(&self.first_cycle().segments[0])
+    }
+
+    /// Mesh deflection and rate `(δ [m], δ' [m/s])` of a state (length 2N) at a time \[s\]
+    /// within the first mesh cycle of a base period: along the line of the first contact.
+    pub fn deflection(&self, state: &[f64], time: f64) -> (f64, f64) {
+        self.deflection_on(self.first_cycle().segment_at(time), 0, state, time)
+    }
+
+    /// Deflection and rate along the line of a contact's segment in mesh cycle `cycle`: at its end
+    /// too.
+    pub fn deflection_on(
+        &self,
+        segment: &Segment,
+        cycle: u64,
+        state: &[f64],
+        time: f64,
+    ) -> (f64, f64) {
+        let n = self.blocks.len();
+        let direction = &self.directions[segment.direction];
+        let (error, error_rate) = self.lines[direction.line].transmission_error_at(cycle, time);
+        let mut deflection = -error;
+        let mut rate = -error_rate;
+        for (i, gain) in direction.gains.iter().enumerate() {
+            let (x, y) = (state[i], state[n + i]);
+            let (w, r) = (gain.deflection, gain.rate);
+            deflection += w[0] * x + w[1] * y;
+            rate += r[0] * x + r[1] * y;
+        }
+        (deflection, rate)
+    }
+
+    /// Which contacts a state closes at a time \[s\] within mesh cycle `cycle`, every contact being
+    /// on its segment.
+    pub fn active_set(
+        &self,
+        segments: &[Segment],
+        cycle: u64,
+        state: &[f64],
+        time: f64,
+    ) -> ActiveSet {
+        let mut active = ActiveSet::FREE;
+        for (j, (contact, segment)) in self.contacts.iter().zip(segments).enumerate() {
+            let (deflection, rate) = self.deflection_on(segment, cycle, state, time);
+            if contact.closes(segment, time, deflection, rate) {
+                active = active.toggled(j);
+            }
+        }
+        active
+    }
+
+    /// The vector field: writes `x'` (length 2N) at a time \[s\] within mesh cycle `cycle`, every
+    /// contact being on its segment and the `active` ones closed.
+    pub fn derivative(
+        &self,
+        segments: &[Segment],
+        active: ActiveSet,
+        cycle: u64,
+        time: f64,
+        state: &[f64],
+        out: &mut [f64],
+    ) {
+        let n = self.blocks.len();
+        for (i, block) in self.blocks.iter().enumerate() {
+            let (x, y) = (state[i], state[n + i]);
+            let [a, b] = block.generator;
+            let s = block.static_input;
+            out[i] = a[0] * x + a[1] * y + s[0];
+            out[n + i] = b[0] * x + b[1] * y + s[1];
+        }
+        for contact in active.iter() {
+            let segment = &segments[contact];
+            let (deflection, rate) = self.deflection_on(segment, cycle, state, time);
+            let force = self.contacts[contact].force(segment, time, deflection, rate);
+            for (i, gain) in self.gains(segment).iter().enumerate() {
+                out[i] -= gain.mesh_input[0] * force;
+                out[n + i] -= gain.mesh_input[1] * force;
+            }
+        }
+        for ripple in &self.ripple {
+            let cos = ripple.phase_at(cycle, time).cos();
+            for (i, input) in ripple.input.iter().enumerate() {
+                out[i] += input[0] * cos;
+                out[n + i] += input[1] * cos;
+            }
+        }
+    }
+
+    /// Displacements, in states, that no contact feels and no force acts on, but for the neutral
+    /// pair: under drag, the rotation of the whole drive.
+    pub fn unfelt_displacements(&self) -> Vec<Vec<f64>> {
+        let n = self.modes();
+        let neutral = |i: &&usize| !self.neutral.contains(i);
+        (self.basis.unfelt().iter().filter(neutral))
+            .map(|&i| {
+                let mut modes = vec![0.0; 2 * n];
+                modes[i] = 1.0;
+                let mut state = self.basis.state_of_turned(&modes);
+                let largest = state.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+                for x in &mut state {
+                    if x.abs() <= UNFELT * largest {
+                        *x = 0.0;
+                    }
+                }
+                state
+            })
+            .filter(|state| self.is_at_rest(state))
+            .collect()
+    }
+
+    /// Whether no block moves in a state that no force acts on, but for round-off.
+    fn is_at_rest(&self, state: &[f64]) -> bool {
+        let n = self.modes();
+        let largest = state.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        self.blocks.iter().enumerate().all(|(i, block)| {
+            let (x, y) = (state[i], state[n + i]);
+            let rests = |row: [f64; 2]| {
+                let rate = (row[0] * x + row[1] * y).abs();
+                rate <= AT_REST * (row[0].abs() + row[1].abs()) * largest
+            };
+            block.generator.into_iter().all(rests)
+        })
+    }
+
+    /// The rigid relative rotation: the turned rigid mode that the mesh feels.
+    pub fn relative_rotation(&self) -> Option<usize> {
+        (self.basis.rigid().last().copied()).filter(|i| !self.neutral.contains(i))
+    }
+}
+
+/// A spring of the drive flanks (`side` 0) or the coast flanks (1), and its damping \[N s/m\].
+struct Spring {
+    damping: f64,
+    side: usize,
+}
+
+/// When a contact of some damping \[N s/m\] lets go: a spring alone has no force where δ is back at
+/// the gap.
+fn release(asked: Release, damping: f64) -> Release {
+    match damping > 0.0 {
+        true => asked,
+        false => Release::Deflection,
+    }
+}
+
+/// `Σ mesh²` over the rigid modes, over all modes where the mesh feels no rigid one \[1/kg\].
+fn inverse_mass(structure: &ModalStructure) -> f64 {
+    let sum = |rigid_only: bool| -> f64 {
+        (structure.mesh.iter().zip(&structure.frequency))
+            .filter(|(_, frequency)| !rigid_only || **frequency == 0.0)
+            .map(|(w, _)| w * w)
+            .sum()
+    };
+    let of_rigid = sum(true);
+    if of_rigid > 0.0 { of_rigid } else { sum(false) }
+}
+
+/// A participation without the round-off of the rotation: those of the rigid blocks that no mesh feels
+/// are zero by construction of the basis.
+fn unfelt(mut mesh: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
+    for &i in rigid {
+        mesh[i] = 0.0;
+    }
+    mesh
+}
+
+/// A tilt without round-off: a rotation about the shafts does not tilt them.
+fn untilted(mut tilt: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
+    let noise = TILT_NOISE * tilt.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
+    for &i in rigid {
+        if tilt[i].abs() <= noise {
+            tilt[i] = 0.0;
+        }
+    }
+    tilt
+}
+
+/// Turned modal values, of which there may be none.
+fn rotate_any(basis: &Basis, values: &[f64]) -> Vec<f64> {
+    match values.is_empty() {
+        true => Vec::new(),
+        false => basis.turn(values),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,27 @@
+//! Small numerical tools that know nothing of gears: quadrature, Legendre series and their
+//! roots, exponentials as Legendre series, convolution, small dense algebra, statistics of
+//! series, chains and rare events, weighted Birkhoff averages, random streams, whole numbers, the
+//! numbering of planes.
+
+pub mod arithmetic;
+pub mod bessel;
+pub mod birkhoff;
+pub mod chains;
+pub mod convolution;
+pub mod decoupling;
+pub mod exponential;
+pub mod fourier;
+pub mod instructions;
+pub mod legendre;
+pub mod linalg;
+pub mod nested_grid;
+pub mod pair_response;
+pub mod plain;
+pub mod poisson;
+pub mod product_moduli;
+pub mod proportion;
+pub mod quadrature;
+pub mod random;
+pub mod roots;
+pub mod statistics;
+pub mod whole;

@@ -1,0 +1,232 @@
+//! Kernels that integrate the piecewise-linear system, and what they share: events, saltation,
+//! observers, work counters.
+//!
+//! A kernel is built for one [`Model`], owns no state, and advances
+//! whole mesh cycles: the caller supplies the trajectory, the tangents and the workspace,
+//! and an integrated cycle allocates nothing, but where it meets one of very many sets of closed contacts for the first time. Kernels are statically dispatched over the
+//! observer, so that what nobody watches is not computed.
+
+mod auto;
+mod choice;
+mod closed_modes;
+mod counters;
+mod dense;
+pub mod events;
+mod interrupt;
+mod observer;
+pub mod saltation;
+mod stepping;
+mod tangents;
+pub(crate) mod vectors;
+mod volterra;
+
+pub use auto::{KernelSetting, Why};
+pub use choice::{KernelChoice, KernelTable, KernelUse};
+pub use closed_modes::ClosedModes;
+pub use counters::Counters;
+pub use dense::{
+    Beside, Conditioning, DYADIC_BYTES, DenseError, Dyadic, Fused, Hermite, KeptTables, Operator,
+    PowerJumps, Spectral, TableArray, TableSize, bases_form,
+};
+pub use interrupt::Interruptible;
+pub use observer::{ClosedContact, Event, Observer, Window};
+pub use stepping::{Stepping, SteppingWorkspace};
+pub use tangents::Tangents;
+pub use vectors::{Aligned, InstructionSet};
+pub use volterra::Volterra;
+
+use crate::model::{Model, TrajectoryState};
+use crate::numerics::instructions::portable;
+
+/// Cells and windows whose lengths differ by less, relative, are of one length.
+const SAME_LENGTH: f64 = 1e-12;
+
+/// Deflections beyond which a motion has diverged, of every line: [`FARTHEST`] times its gap.
+fn farthest(model: &Model) -> Vec<f64> {
+    (0..model.lines.len())
+        .map(|line| FARTHEST * model.gap_on(line))
+        .collect()
+}
+
+/// What this process computes with: the name of its instruction set, or `portable` where it keeps
+/// to what every processor has.
+pub fn instructions() -> &'static str {
+    match portable() {
+        true => "portable",
+        false => InstructionSet::best().name(),
+    }
+}
+
+/// Why a trajectory cannot be integrated further.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum Stop {
+    /// The state left every physical range or became non-finite.
+    #[error("the state diverged in mesh cycle {cycle}")]
+    Diverged {
+        /// The mesh cycle.
+        cycle: u64,
+    },
+    /// The state that the integration was to start from is out of range already.
+    #[error(
+        "the start is {half_gaps:.1e} half gaps away, and motion beyond {farthest:.0e} of them \
+         counts as diverged; set a nearer run.initial"
+    )]
+    FarStart {
+        /// Its deflection \[half gaps\].
+        half_gaps: f64,
+        /// The largest that counts as motion.
+        farthest: f64,
+    },
+    /// Too many events in one mesh cycle.
+    #[error("more than {limit} events in mesh cycle {cycle}")]
+    EventStorm {
+        /// The mesh cycle.
+        cycle: u64,
+        /// The limit that was passed.
+        limit: u32,
+    },
+    /// The integration takes windows without getting on.
+    #[error(
+        "{windows} windows were taken in mesh cycle {cycle} and its end is not reached, the last one at mesh phase \
+         {phase}; this is a fault of the program, please report the manifest. Another run.kernel, or breakpoints of the \
+         mesh (mesh.contact_ratio, mesh.coast_symmetry, train.mesh.*.phase) that are elsewhere, may do"
+    )]
+    Stuck {
+        /// The mesh cycle.
+        cycle: u64,
+        /// Where the last window starts \[cycles\].
+        phase: f64,
+        /// Windows taken in this cycle.
+        windows: u64,
+    },
+    /// The motion has come to a set of closed contacts of which the kernel has no table.
+    #[error(
+        "mesh cycle {cycle} comes to a set of closed contacts without a table, because {}; set run.kernel = \"volterra\"", error.cause()
+    )]
+    Refused {
+        /// The mesh cycle.
+        cycle: u64,
+        /// Why it has none.
+        error: DenseError,
+    },
+    /// Nobody waits for the rest: the trajectory is as good as any.
+    #[error("called off in mesh cycle {cycle}")]
+    CalledOff {
+        /// The mesh cycle.
+        cycle: u64,
+    },
+}
+
+/// Deflections beyond this many half gaps count as divergence.
+const FARTHEST: f64 = 1e9;
+
+/// A propagation kernel for one model.
+pub trait Kernel {
+    /// Deflections beyond this many half gaps count as divergence.
+    const FARTHEST: f64 = FARTHEST;
+
+    /// Scratch memory, reused from cycle to cycle.
+    type Workspace;
+
+    /// A workspace for this kernel.
+    fn workspace(&self) -> Self::Workspace;
+
+    /// Whether its errors are of the size of round-off. Of one that approximates by design, an
+    /// energy balance that does not close is no fault.
+    fn exact(&self) -> bool {
+        true
+    }
+
+    /// Whether a trajectory of a model, at the start of a mesh cycle, is within the range of
+    /// this kernel.
+    ///
+    /// # Errors
+    /// [`Stop::FarStart`].
+    fn accepts(&self, model: &Model, start: &TrajectoryState) -> Result<(), Stop> {
+        let half_gaps = model.deflection(&start.state, 0.0).0.abs() / model.half_gap;
+        // Written so that a state that is no number is refused.
+        match half_gaps <= Self::FARTHEST {
+            true => Ok(()),
+            false => Err(Stop::FarStart {
+                half_gaps,
+                farthest: Self::FARTHEST,
+            }),
+        }
+    }
+
+    /// Integrates one mesh cycle: advances `trajectory` and every tangent, shows windows and
+    /// events to `observer`, adds the work done to `counters`.
+    ///
+    /// # Errors
+    /// [`Stop`] where the trajectory diverges, more than the kernel's limit of events
+    /// falls in this cycle, its windows do not get on, or the observer calls it off; `trajectory` is then unspecified.
+    fn advance_cycle<O: Observer>(
+        &self,
+        trajectory: &mut TrajectoryState,
+        tangents: &mut Tangents,
+        workspace: &mut Self::Workspace,
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), Stop>;
+
+    /// Advances some mesh cycles without tangents.
+    ///
+    /// # Errors
+    /// As [`Kernel::advance_cycle`]; `counters` has the cycles before.
+    fn advance<O: Observer>(
+        &self,
+        cycles: u64,
+        trajectory: &mut TrajectoryState,
+        workspace: &mut Self::Workspace,
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), Stop> {
+        let mut none = Tangents::none();
+        for _ in 0..cycles {
+            self.advance_cycle(trajectory, &mut none, workspace, observer, counters)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{InitialState, fixtures};
+    use crate::structure::StructureContact;
+
+    /// A mode that the flanks do not feel and that grows: its stop sees it.
+    #[test]
+    fn a_motion_diverges_along_any_line() {
+        let mut structure = fixtures::structure(&[900.0, 700.0], 0.02, &[1.0, 0.0], &[1.0, 0.5]);
+        structure.damping[1] = -0.2;
+        structure.contacts = vec![StructureContact::stop(&[0.0, 1.0], 1e-5, 1e3)];
+        let drive = fixtures::constant_mesh(1e-5, 4e8);
+        let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+        fn stop<K: Kernel>(model: &Model, kernel: &K) -> Stop {
+            let mut trajectory = model.start(&InitialState::Static);
+            trajectory.state[1] = 1e-6;
+            let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
+            kernel
+                .advance(
+                    2000,
+                    &mut trajectory,
+                    &mut workspace,
+                    &mut (),
+                    &mut counters,
+                )
+                .unwrap_err()
+        }
+        let found = [
+            stop(&model, &Volterra::new(&model, f64::EPSILON, 1000)),
+            stop(&model, &Stepping::new(&model, 400, 1000)),
+        ];
+        for found in found {
+            // e^{140 t} takes a micrometre to ten kilometres, or as many metres, in 630 or 440 mesh cycles.
+            let Stop::Diverged { cycle } = found else {
+                panic!("{found:?}");
+            };
+            assert!((300..800).contains(&cycle), "{cycle}");
+        }
+    }
+}

@@ -1,0 +1,446 @@
+//! Windows with several contacts closed.
+//!
+//! With `B_ij` what the force of contact j does to the deflection of contact i, d the free
+//! deflections, and S̃ what closes one contact alone ([`super::feedback`]),
+//!
+//! ```text
+//! f_i = S̃_i (d_i − Σ_{j≠i} B_ij f_j − s_i b_i)
+//! ```
+//!
+//! in series, P unknowns a contact. The contacts are closed in turn, each under the forces that the
+//! others have so far (block Gauss–Seidel). A force acts on what comes after it only: what n rounds leave falls like
+//! `(ω Δ)^{4n} / (4n)!`, ω being the rate of a closed contact, each round by more than the one before.
+//! The rounds end where even as much as in the last one would leave a movement within round-off.
+//! Where they are too many the system of all contacts,
+//!
+//! ```text
+//! f_i + Σ_j (k_i B_ij + c_i B'_ij) f_j = k_i (d_i − s_i b_i) + c_i 𝒟 (d_i − s_i b_i)
+//! ```
+//!
+//! is eliminated. A stiffness that varies multiplies values at the Gauss nodes: between series it is
+//! a matrix.
+
+use super::closure::Closure;
+use super::feedback::Closed;
+use super::joint_stretch::JointStretch;
+use super::lanes::{self, Solution};
+use super::shapes::{Lack, Row, Series, TERMS};
+use super::tables::{VolterraTables, lack};
+use super::varying::Factors;
+use super::window_table::{Response, WindowTable};
+use crate::model::{ActiveSet, MOST_CONTACTS, Model, Segment};
+use crate::numerics::legendre::{self, evaluate, transforms24};
+use crate::propagate::events::ROUND_OFF;
+use crate::propagate::vectors::InstructionSet;
+
+/// Most rounds before the system is eliminated instead.
+const MOST_ROUNDS: usize = 40;
+
+/// What a window with several closed contacts is solved with; what one window made room for, later
+/// ones use.
+#[derive(Debug, Default)]
+pub struct Joint {
+    /// The system, row by row, with its right sides behind.
+    system: Vec<f64>,
+    /// Free deflections of all columns less what the flanks lack, contact after contact.
+    free: Vec<Row>,
+    /// As `free`, under the forces of the other contacts.
+    seen: Vec<Row>,
+    /// The like of one contact, from the round in progress.
+    next: Vec<Row>,
+    /// Of every contact whose stiffness varies.
+    factors: Vec<Factors>,
+    /// Forces of all columns, contact after contact.
+    pub forces: Vec<Row>,
+}
+
+/// The window to be solved.
+pub struct JointWindow<'a> {
+    pub model: &'a Model,
+    pub tables: &'a VolterraTables,
+    pub set: InstructionSet,
+    pub stretch: &'a JointStretch,
+    pub segments: &'a [Segment],
+    pub active: ActiveSet,
+    /// Start \[s\] within the mesh cycle.
+    pub time: f64,
+    /// Length \[s\].
+    pub delta: f64,
+}
+
+impl JointWindow<'_> {
+    /// Forces of all columns, and the trajectory's motion along every line.
+    pub fn solve(
+        &self,
+        inputs: &[f64],
+        columns: &[f64],
+        count: usize,
+        joint: &mut Joint,
+        solutions: &mut [Solution],
+    ) {
+        let size = self.active.count() * count;
+        for rows in [&mut joint.free, &mut joint.seen, &mut joint.forces] {
+            rows.resize(size, Row::ZERO);
+        }
+        joint.next.resize(count, Row::ZERO);
+        for (contact, free) in self.active.iter().zip(joint.free.chunks_exact_mut(count)) {
+            lanes::free(self.set, &self.table(contact).rows, inputs, columns, free);
+            self.add_lack(contact, -1.0, &mut free[0]);
+        }
+        if !self.gauss_seidel(count, joint) {
+            self.eliminate(count, joint);
+        }
+        for (sight, solution) in self.stretch.sights.iter().zip(solutions) {
+            let mut deflection = [Row::ZERO];
+            let mut own = self.active.iter().enumerate();
+            match own.find(|(_, contact)| sight.contacts.contains(contact)) {
+                Some((i, contact)) => {
+                    deflection[0] = joint.free[i * count];
+                    self.add_lack(contact, 1.0, &mut deflection[0]);
+                }
+                None => {
+                    let rows = &self.tables.windows[sight.window].rows;
+                    lanes::free(self.set, rows, inputs, columns, &mut deflection);
+                }
+            }
+            let size = lanes::size(&deflection[0].0);
+            for (i, contact) in self.active.iter().enumerate() {
+                if let Some(felt) = self.table(contact).felt_on(sight.line) {
+                    let force = &joint.forces[i * count..][..1];
+                    lanes::yielded(self.set, &felt.deflection, force, &mut deflection);
+                }
+            }
+            *solution = Solution::of(&deflection[0], size);
+        }
+    }
+
+    /// Closes the contacts in turn; whether that settles.
+    fn gauss_seidel(&self, count: usize, joint: &mut Joint) -> bool {
+        self.factorise(&mut joint.factors);
+        let mut before = [1.0; MOST_CONTACTS];
+        for round in 0..MOST_ROUNDS {
+            let mut settled = round > 0;
+            for (i, contact) in self.active.iter().enumerate() {
+                let own = i * count..(i + 1) * count;
+                let next = &mut joint.next[..count];
+                next.copy_from_slice(&joint.free[own.clone()]);
+                for (j, other) in self.active.iter().enumerate() {
+                    // In the first round those to come have no force yet.
+                    let known = j < i || (j > i && round > 0);
+                    if let Some(felt) = self.felt(other, contact).filter(|_| known) {
+                        let forces = &joint.forces[j * count..][..count];
+                        lanes::yielded(self.set, &felt.deflection, forces, next);
+                    }
+                }
+                let closed = self.closed(i, contact, &joint.factors);
+                let gap = self.model.contacts[contact].side * self.model.contacts[contact].half_gap;
+                let (free, seen) = (&joint.free[own.clone()], &mut joint.seen[own.clone()]);
+                let forces = &mut joint.forces[own];
+                let moved = lanes::close(self.set, closed, gap, free, next, seen, forces);
+                settled &= moved * moved <= ROUND_OFF * before[i];
+                before[i] = if round > 0 { moved } else { 1.0 };
+            }
+            if settled {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Factorises the systems of contacts whose stiffness varies.
+    fn factorise(&self, factors: &mut Vec<Factors>) {
+        let varies = |contact: usize| self.stretch.feedback[contact].is_none();
+        if !self.active.iter().any(varies) {
+            return;
+        }
+        factors.resize(self.active.count(), Factors::NONE);
+        for (contact, factors) in self.active.iter().zip(factors) {
+            if let (true, Some(nodal)) = (varies(contact), &self.table(contact).nodal) {
+                let segment = &self.segments[contact];
+                let closure = Closure::new(self.model, segment, self.time, self.delta);
+                closure.factorise(self.set, nodal, factors);
+            }
+        }
+    }
+
+    /// What closes the contact, the i-th of those that are closed.
+    fn closed<'f>(&'f self, i: usize, contact: usize, factors: &'f [Factors]) -> Closed<'f> {
+        let table = self.table(contact);
+        match (self.stretch.feedback[contact], &table.nodal) {
+            (None, Some(nodal)) => Closed::Factors(nodal, &factors[i]),
+            (kept, _) => Closed::Table(&table.feedback[kept.unwrap_or(0)]),
+        }
+    }
+
+    /// Window table of a contact.
+    fn table(&self, contact: usize) -> &WindowTable {
+        &self.tables.windows[self.stretch.windows[contact]]
+    }
+
+    /// What the force of one contact does to the deflection of another.
+    fn felt(&self, force: usize, contact: usize) -> Option<&Response> {
+        let line = self.model.line(&self.segments[contact]);
+        self.table(force).felt_on(line)
+    }
+
+    /// Solves the system of all contacts by elimination.
+    fn eliminate(&self, count: usize, joint: &mut Joint) {
+        let order = TERMS * self.active.count();
+        let width = order + count;
+        joint.system.clear();
+        joint.system.resize(order * width, 0.0);
+        for (i, contact) in self.active.iter().enumerate() {
+            let spring = self.spring(contact);
+            let damping = self.segments[contact].damping;
+            for (j, other) in self.active.iter().enumerate() {
+                let Some(felt) = self.felt(other, contact) else {
+                    continue;
+                };
+                for m in 0..TERMS {
+                    let sprung = spring.of(&felt.deflection[m].0);
+                    for n in 0..TERMS {
+                        let own = f64::from(u8::from(i == j && m == n));
+                        joint.system[(i * TERMS + n) * width + j * TERMS + m] =
+                            own + sprung[n] + damping * felt.rate[m].0[n];
+                    }
+                }
+            }
+            for (column, free) in joint.free[i * count..][..count].iter().enumerate() {
+                let mut stretch = free.0;
+                if column == 0 {
+                    let own = &self.model.contacts[contact];
+                    stretch[0] -= own.side * own.half_gap;
+                }
+                let sprung = spring.of(&stretch);
+                let rate = legendre::derivative(&stretch);
+                for n in 0..TERMS {
+                    joint.system[(i * TERMS + n) * width + order + column] =
+                        sprung[n] + damping * (2.0 / self.delta) * rate[n];
+                }
+            }
+        }
+        eliminate(&mut joint.system, order, width);
+        for i in 0..self.active.count() {
+            for column in 0..count {
+                for n in 0..TERMS {
+                    joint.forces[i * count + column].0[n] =
+                        joint.system[(i * TERMS + n) * width + order + column];
+                }
+            }
+        }
+    }
+
+    /// The stiffness of a contact over the window.
+    fn spring(&self, contact: usize) -> Spring {
+        let segment = &self.segments[contact];
+        match segment.stiffness.is_constant() {
+            true => Spring::Constant(segment.stiffness.mean()),
+            false => {
+                let period = self.model.period();
+                let start = segment.place(self.time / period);
+                let end = segment.place((self.time + self.delta) / period);
+                let place = |x: f64| 0.5 * ((end - start) * x + (start + end));
+                let at = |x: &f64| evaluate(segment.stiffness.coefficients(), place(*x));
+                Spring::AtNodes(std::array::from_fn(|j| at(&transforms24().nodes()[j])))
+            }
+        }
+    }
+
+    /// Adds so many times what the flanks of a contact lack over the window \[m\], on its side.
+    fn add_lack(&self, contact: usize, times: f64, deflection: &mut Row) {
+        if self.tables.lacks[contact] {
+            let segment = &self.segments[contact];
+            let lack: Lack = lack(self.model, segment, self.time, self.delta);
+            let factor = times * self.model.contacts[contact].side;
+            for (term, a) in deflection.0.iter_mut().zip(lack) {
+                *term += factor * a;
+            }
+        }
+    }
+}
+
+/// A stiffness \[N/m\] over a window.
+enum Spring {
+    Constant(f64),
+    AtNodes(Series),
+}
+
+impl Spring {
+    /// The force of a stretch, series to series.
+    fn of(&self, stretch: &Series) -> Series {
+        match self {
+            Self::Constant(k) => stretch.map(|a| k * a),
+            Self::AtNodes(k) => {
+                let nodes = transforms24().nodes();
+                let values = std::array::from_fn(|j| k[j] * evaluate(stretch, nodes[j]));
+                transforms24().interpolate(&values)
+            }
+        }
+    }
+}
+
+/// Solves a linear system by Gaussian elimination with exchange of rows. `system` is row by row, its
+/// right sides behind its `order` columns, and is left with the solutions there.
+fn eliminate(system: &mut [f64], order: usize, width: usize) {
+    for step in 0..order {
+        let size = |row: &usize| system[row * width + step].abs();
+        let pivot = (step..order)
+            .max_by(|a, b| size(a).total_cmp(&size(b)))
+            .unwrap_or(step);
+        if pivot != step {
+            let (above, below) = system.split_at_mut(pivot * width);
+            above[step * width..][..width].swap_with_slice(&mut below[..width]);
+        }
+        let (above, below) = system.split_at_mut((step + 1) * width);
+        let top = &above[step * width..];
+        for row in below.chunks_exact_mut(width) {
+            let factor = row[step] / top[step];
+            if factor != 0.0 {
+                for (entry, above) in row[step..].iter_mut().zip(&top[step..]) {
+                    *entry -= factor * above;
+                }
+            }
+        }
+    }
+    for step in (0..order).rev() {
+        let (above, below) = system.split_at_mut(step * width);
+        let own = &mut below[..width];
+        let pivot = own[step];
+        for value in &mut own[order..] {
+            *value /= pivot;
+        }
+        for row in above.chunks_exact_mut(width) {
+            let factor = row[step];
+            for (entry, solved) in row[order..].iter_mut().zip(&own[order..]) {
+                *entry -= factor * solved;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::fixtures::{strong_rattle, structure, two_level_mesh};
+    use crate::model::{CoastFlank, Division, Stiffness};
+    use crate::numerics::random::Stream;
+    use crate::structure::FlankParticipation;
+
+    /// Two flanks of which one elastic mode takes the one along, the other against its motion.
+    fn model(mesh: Vec<Division>) -> Model {
+        let own = [0.9, 0.4, 0.3];
+        let mut structure = structure(&[0.0, 9e3, 3e4], 0.01, &own, &own);
+        structure.coast = Some(FlankParticipation {
+            mesh: vec![own[0], -own[1], own[2]],
+            tilt: vec![0.0; 3],
+            friction: vec![0.0; 3],
+            lever: vec![0.0; 3],
+            residual_flexibility: 0.0,
+        });
+        let mut drive = two_level_mesh(10e-6);
+        drive.coast = Some(CoastFlank {
+            mesh: Division::mirrored(&mesh, 0.17),
+            transmission_error: drive.transmission_error.clone(),
+            further: Vec::new(),
+        });
+        drive.mesh = mesh;
+        Model::new(&structure, &drive, strong_rattle()).unwrap()
+    }
+
+    #[test]
+    fn in_turn_or_at_once_forces_are_the_same() {
+        let set = InstructionSet::best();
+        let varying = Stiffness::series([4e8, 3e7, -1e7, 2e6, 0.0, 0.0, 0.0, 0.0]);
+        let curved = Division {
+            stiffness: varying,
+            ..Division::level(1.0, 4e8)
+        };
+        let levels = Division::levels(&[4.444e8, 3.333e8], &[0.6]);
+        for mesh in [levels, vec![curved]] {
+            let model = model(mesh);
+            let tables = VolterraTables::new(&model, f64::EPSILON, set);
+            let mut random = Stream::new(3, 0, 0);
+            let length = 2 * tables.layout.padded;
+            let count = 3;
+            let columns: Vec<f64> = (0..count * length)
+                .map(|_| 1e-5 * random.normal())
+                .collect();
+            let mut inputs = vec![0.0; tables.layout.inputs];
+            inputs[..3].copy_from_slice(&[1.0, 0.6, 0.8]);
+            for (index, stretch) in tables.joint[0].iter().enumerate() {
+                let segments: Vec<Segment> = (model.contacts.iter().zip(&stretch.segments))
+                    .map(|(contact, &segment)| contact.cycles[0].segments[segment])
+                    .collect();
+                let window = JointWindow {
+                    model: &model,
+                    tables: &tables,
+                    set,
+                    stretch,
+                    segments: &segments,
+                    active: ActiveSet::DRIVE.toggled(crate::model::COAST_FLANK),
+                    time: segments[0].start.max(segments[1].start) * model.period(),
+                    delta: tables.windows[stretch.windows[0]].delta,
+                };
+                let mut solutions = vec![Solution::ZERO; 2];
+                let mut joint = Joint::default();
+                window.solve(&inputs, &columns, count, &mut joint, &mut solutions);
+                assert!(window.gauss_seidel(count, &mut joint), "stretch {index}");
+                let in_turn = joint.forces.clone();
+                window.eliminate(count, &mut joint);
+                for (one, other) in in_turn.iter().zip(&joint.forces) {
+                    let apart: Series = std::array::from_fn(|n| one.0[n] - other.0[n]);
+                    let share = lanes::size(&apart) / lanes::size(&other.0);
+                    assert!(share < 1e-12, "stretch {index}: {share:e}");
+                }
+            }
+        }
+    }
+
+    /// Polynomials are not carried on behind a segment by more than it is long.
+    #[test]
+    fn windows_are_no_longer_than_the_segments_that_bend() {
+        let bent = Stiffness::series([4e8, 3e7, -1e7, 2e6, 1e3, 0.0, 0.0, 0.0]);
+        let piece = |end| Division {
+            stiffness: bent,
+            ..Division::level(end, 4e8)
+        };
+        let model = model(vec![piece(0.7), piece(0.7001), piece(1.0)]);
+        let set = InstructionSet::best();
+        let tables = VolterraTables::new(&model, f64::EPSILON, set);
+        let mut shortest = f64::INFINITY;
+        for stretch in &tables.joint[0] {
+            for (contact, window) in stretch.windows.iter().enumerate() {
+                let segment = model.contacts[contact].cycles[0].segments[stretch.segments[contact]];
+                let length = (segment.end - segment.start) * model.period();
+                let delta = tables.windows[*window].delta;
+                assert!(delta <= length * (1.0 + 1e-9), "{delta:e} {length:e}");
+                shortest = shortest.min(delta);
+            }
+        }
+        // Long ones keep windows of their own length.
+        assert!(shortest < 2e-4 * model.period());
+        let longest = tables.joint[0]
+            .iter()
+            .map(|own| tables.windows[own.windows[0]].delta);
+        assert!(longest.fold(0.0, f64::max) > 1e-2 * model.period());
+    }
+
+    #[test]
+    fn elimination_exchanges_rows_and_solves_all_columns() {
+        // x = (1, 2, 3) and (−1, 0, 2), the first pivot being zero.
+        let matrix = [[0.0, 2.0, 1.0], [3.0, -1.0, 2.0], [1.0, 4.0, -2.0]];
+        let solutions = [[1.0, 2.0, 3.0], [-1.0, 0.0, 2.0]];
+        let mut system = Vec::new();
+        for row in matrix {
+            system.extend(row);
+            let product = |x: [f64; 3]| row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+            system.extend(solutions.map(product));
+        }
+        eliminate(&mut system, 3, 5);
+        for (i, row) in system.chunks_exact(5).enumerate() {
+            for (found, exact) in row[3..].iter().zip(solutions) {
+                assert!((found - exact[i]).abs() < 1e-15, "{found} {exact:?}");
+            }
+        }
+    }
+}

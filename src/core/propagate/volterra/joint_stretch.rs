@@ -1,0 +1,248 @@
+//! What are windows with several contacts closed laid on?
+
+use super::closure::Closure;
+use super::grid::{FEWEST, ROUNDING};
+use super::length::{fewest_windows, longest_joint};
+use super::needs::{Needs, Sight, place};
+use crate::model::{Contact, Model, Segment};
+
+/// How much longer, relative, than a segment a window may be that fits it: both come from ends that are rounded apart.
+const ROUNDED_APART: f64 = 1e-9;
+
+/// How many times as long as some known length windows may be before one of their own is worth its tables.
+const WORTH_ITS_TABLES: f64 = 8.0;
+
+/// A part of a mesh cycle on which no contact changes its segment.
+#[derive(Debug)]
+pub struct JointStretch {
+    /// Its end \[s\].
+    pub end: f64,
+    /// Segment of every contact.
+    pub segments: Vec<usize>,
+    /// Window table of every contact.
+    pub windows: Vec<usize>,
+    /// Solution operator of every contact, among those of its window table; none where its
+    /// stiffness varies.
+    pub feedback: Vec<Option<usize>>,
+    /// The lines of all contacts.
+    pub sights: Vec<Sight>,
+}
+
+/// Whether some two contacts of a model can be closed at once: not those on opposite sides of one
+/// line.
+pub fn can_join(model: &Model) -> bool {
+    let lines = |contact: &Contact| {
+        let mut lines: Vec<usize> = Vec::new();
+        for segment in contact.cycles.iter().flat_map(|cycle| &cycle.segments) {
+            place(&mut lines, model.line(segment));
+        }
+        lines
+    };
+    let contacts = &model.contacts;
+    (contacts.iter().enumerate()).any(|(i, contact)| {
+        contacts[..i].iter().any(|other| {
+            let [own, others] = [contact, other].map(lines);
+            let one_line = contact.cycles == other.cycles || (own.len() == 1 && own == others);
+            contact.side == other.side || !one_line
+        })
+    })
+}
+
+/// The longest windows \[s\] that may start in some segments, each of a contact. They are solved as a whole, and run on
+/// behind a segment, by less than it is long where its course bends.
+fn longest(model: &Model, segments: &[&Segment], tolerance: f64) -> f64 {
+    let constant = |segment: &Segment| {
+        let [_, bends @ ..] = segment.error.coefficients();
+        segment.stiffness.is_constant() && bends.iter().all(|a| *a == 0.0)
+    };
+    let bent = segments.iter().filter(|segment| !constant(segment));
+    let shortest = bent.fold(f64::INFINITY, |least, s| least.min(s.end - s.start));
+    let of_any = 1.0 / fewest_windows(model, tolerance).max(FEWEST);
+    (model.period() * shortest.min(of_any)).min(longest_joint(model, segments, tolerance))
+}
+
+/// The longest window \[s\] that is still as long as one of some length.
+fn rounded_up(model: &Model, length: f64) -> f64 {
+    length * (1.0 + ROUNDED_APART) + ROUNDING * model.period()
+}
+
+/// Which of the lengths of windows \[s\] those have that start in some segments, each of a contact: the longest that may.
+/// The grid of every segment has one, which several contacts closed at once may ask to be shorter.
+fn joint_length(model: &Model, segments: &[&Segment], lengths: &[f64], tolerance: f64) -> usize {
+    let limit = rounded_up(model, longest(model, segments, tolerance));
+    let by_length = |a: &usize, b: &usize| lengths[*a].total_cmp(&lengths[*b]);
+    let fitting = (0..lengths.len()).filter(|&own| lengths[own] <= limit);
+    (fitting.max_by(by_length))
+        .or_else(|| (0..lengths.len()).min_by(by_length))
+        .unwrap_or(0)
+}
+
+/// Parts of a mesh cycle on which no contact changes its segment: start and end in mesh phase, segment of every contact.
+fn parts(model: &Model, cycle: u64) -> impl Iterator<Item = ([f64; 2], Vec<usize>)> {
+    let mut start = 0.0;
+    (model.segment_ends(cycle).into_iter()).map(move |end| {
+        let inside = 0.5 * (start + end);
+        let segments = (model.contacts.iter())
+            .map(|contact| {
+                let segments = &contact.cycle(cycle).segments;
+                segments.partition_point(|segment| segment.end <= inside)
+            })
+            .collect();
+        ([std::mem::replace(&mut start, end), end], segments)
+    })
+}
+
+/// The segments of all contacts, by their numbers.
+fn segments_of<'m>(model: &'m Model, cycle: u64, numbers: &[usize]) -> Vec<&'m Segment> {
+    (model.contacts.iter().zip(numbers))
+        .map(|(contact, &number)| &contact.cycle(cycle).segments[number])
+        .collect()
+}
+
+/// The lengths \[s\] of windows that are missing among `lengths`: where contacts closed at once ask for shorter ones, and
+/// where those that fit were made for a much shorter segment.
+pub fn missing_lengths(model: &Model, cycles: u64, lengths: &[f64], tolerance: f64) -> Vec<f64> {
+    let all = (0..cycles).flat_map(|cycle| {
+        parts(model, cycle).map(move |(_, numbers)| {
+            longest(model, &segments_of(model, cycle, &numbers), tolerance)
+        })
+    });
+    let mut limits: Vec<f64> = all.collect();
+    limits.sort_by(f64::total_cmp);
+    let mut missing = Vec::new();
+    for limit in limits {
+        let most = rounded_up(model, limit);
+        let fits = |length: &f64| (limit / WORTH_ITS_TABLES..=most).contains(length);
+        if !lengths.iter().chain(&missing).any(fits) {
+            missing.push(limit);
+        }
+    }
+    missing
+}
+
+/// The joint stretches of a mesh cycle, whose windows have some of the lengths \[s\].
+pub fn joint_stretches(
+    model: &Model,
+    cycle: u64,
+    lengths: &[f64],
+    tolerance: f64,
+    needs: &mut Needs,
+) -> Vec<JointStretch> {
+    parts(model, cycle)
+        .map(|([start, end], segments)| {
+            let inside = 0.5 * (start + end);
+            let own = segments_of(model, cycle, &segments);
+            let directions: Vec<usize> = own.iter().map(|segment| segment.direction).collect();
+            let length = joint_length(model, &own, lengths, tolerance);
+            let sights = needs.sights(model, length, &directions, 0);
+            let windows: Vec<usize> = (directions.iter())
+                .map(|&direction| needs.window(length, direction))
+                .collect();
+            for &window in &windows {
+                for sight in &sights {
+                    needs.feel(window, sight.line);
+                }
+            }
+            let feedback = (own.iter().zip(&windows))
+                .map(|(segment, &window)| {
+                    let time = model.period() * inside;
+                    needs.close(window, Closure::new(model, segment, time, lengths[length]))
+                })
+                .collect();
+            JointStretch {
+                end: model.period() * end,
+                segments,
+                windows,
+                feedback,
+                sights,
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{CoastFlank, Division, Drive, Stiffness, TrajectoryState, fixtures};
+    use crate::propagate::{Counters, Kernel, Volterra};
+    use crate::structure::StructureContact;
+
+    /// A stretch ends where any contact changes its segment, and has the segments that hold there.
+    #[test]
+    fn a_stretch_has_the_segments_about_its_middle() {
+        let structure = fixtures::structure(&[0.0], 0.0, &[1.3], &[1.3]);
+        let point = fixtures::strong_rattle();
+        let model = Model::new(&structure, &fixtures::two_level_mesh(1e-5), point).unwrap();
+        let lengths = [0.05 * model.period()];
+        let found = joint_stretches(&model, 0, &lengths, f64::EPSILON, &mut Needs::default());
+        let ends: Vec<f64> = found.iter().map(|own| own.end / model.period()).collect();
+        assert_eq!(ends, [0.6, 1.0]);
+        assert_eq!(found[0].segments, [0, 0]);
+        assert_eq!(found[1].segments, [1, 1]);
+    }
+
+    /// A length that a short segment has made is not that of windows elsewhere: a cycle takes as many as without it.
+    #[test]
+    fn a_short_segment_has_windows_of_its_own() {
+        let structure = fixtures::structure(&[0.0, 3000.0], 0.01, &[1.0, 0.3], &[1.0, 0.3]);
+        let series = [4e8, 4e7, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let bent = |end: f64| Division {
+            stiffness: Stiffness::series(series),
+            ..Division::level(end, 4e8)
+        };
+        let mut drive = fixtures::constant_mesh(1e-5, 4e8);
+        drive.mesh = vec![bent(0.6), bent(1.0)];
+        let windows = |symmetry: f64| {
+            let mesh = Division::mirrored(&drive.mesh, symmetry);
+            let coast = CoastFlank {
+                mesh,
+                further: Vec::new(),
+                transmission_error: Vec::new(),
+            };
+            let drive = Drive {
+                coast: Some(coast),
+                ..drive.clone()
+            };
+            let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+            Volterra::new(&model, f64::EPSILON, 100)
+                .tables
+                .most_windows()
+        };
+        let apart = [4e-12, 1e-8, 1e-6].map(|apart| windows(0.3 + apart));
+        for own in apart {
+            assert!(own <= 2 * windows(0.3), "{apart:?}");
+        }
+    }
+
+    /// Stops side by side turn as fast as one that is as stiff as all of them: windows of theirs agree with shorter ones.
+    #[test]
+    fn windows_are_as_short_as_all_closed_contacts_ask_for() {
+        let count = 12;
+        let mut structure = fixtures::structure(&[1000.0], 0.02, &[1.0], &[1.0]);
+        let stop = |i: usize| {
+            let gap = 1e-5 + 1e-8 * i as f64;
+            StructureContact::stop(&[1.0], gap, 1.4e9 / count as f64)
+        };
+        structure.contacts = (0..count).map(stop).collect();
+        // The flanks are never met.
+        let drive = fixtures::constant_mesh(5e-3, 1e4);
+        let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+        let end = |tolerance: f64| {
+            let kernel = Volterra::new(&model, tolerance, 1000);
+            let mut trajectory = TrajectoryState::new(&model, vec![1.05e-5, 0.0], 0);
+            let mut counters = Counters::default();
+            (kernel.advance(
+                1,
+                &mut trajectory,
+                &mut kernel.workspace(),
+                &mut (),
+                &mut counters,
+            ))
+            .unwrap();
+            trajectory.state
+        };
+        let (own, exact) = (end(f64::EPSILON), end(1e-24));
+        let off = (own[0] - exact[0]).abs() / 1e-5;
+        assert!(off < 1e-12, "{off:e}");
+    }
+}

@@ -1,0 +1,121 @@
+//! How long is a window?
+
+use super::shapes::TERMS;
+use crate::model::{Block, Direction, Model, Segment};
+use crate::numerics::exponential::LARGEST_HALF_ARGUMENT;
+
+/// Windows a mesh cycle, not rounded, that are just short enough for the tolerance.
+pub fn fewest_windows(model: &Model, tolerance: f64) -> f64 {
+    0.5 * fastest_rate(model) * model.period() / largest_half_argument(tolerance)
+}
+
+/// The longest window \[s\] for the tolerance with all those contacts closed that can be at once, each on one of these
+/// segments.
+pub fn longest_joint(model: &Model, segments: &[&Segment], tolerance: f64) -> f64 {
+    2.0 * largest_half_argument(tolerance) / joint_rate(model, segments)
+}
+
+/// Upper bound of the rates \[1/s\] of the structure with several contacts closed at once, those on opposite sides of one line
+/// left out. What springs add along φᵢ has the norm of `√(kᵢ kⱼ) φᵢ·φⱼ`, which is at most its largest sum of a row.
+fn joint_rate(model: &Model, segments: &[&Segment]) -> f64 {
+    let open = (model.blocks.iter().map(Block::fastest)).fold(0.0, f64::max);
+    let count = segments.len();
+    let can_join = |i: usize, j: usize| {
+        model.contacts[i].side == model.contacts[j].side
+            || model.line(segments[i]) != model.line(segments[j])
+    };
+    let rows = (0..count).map(|i| {
+        let [mut square, mut linear] = [0.0; 2];
+        for j in (0..count).filter(|&j| can_join(i, j)) {
+            let [direction, other] =
+                [i, j].map(|contact| &model.directions[segments[contact].direction]);
+            let [direct, inertial] = match i == j {
+                true => direction.felt_at_most(),
+                false => direction.felt_from(other),
+            };
+            let (own, other) = (segments[i], segments[j]);
+            square += (own.stiffness.bound() * other.stiffness.bound()).sqrt() * inertial;
+            linear += (own.damping * other.damping).sqrt() * (inertial + direct);
+        }
+        [square, linear]
+    });
+    let [square, linear] = rows.fold([0.0; 2], |all: [f64; 2], row| {
+        [all[0].max(row[0]), all[1].max(row[1])]
+    });
+    (open * open + square).sqrt() + linear
+}
+
+/// Upper bound of the rates \[1/s\] with any one contact closed, and of the excitation.
+pub fn fastest_rate(model: &Model) -> f64 {
+    let excitation = model
+        .transmission_errors()
+        .map(|h| h.angular_frequency)
+        .chain(model.ripple.iter().map(|r| r.angular_frequency));
+    excitation.fold(fastest_own_rate(model), f64::max)
+}
+
+/// Upper bound of the rates \[1/s\] of the structure with any one contact closed, excitation left
+/// out: with the spring closed an eigenvalue moves by at most the norm of what is added. Each
+/// contact has its own units, N/m or N m/rad, and meets its own direction only.
+pub fn fastest_own_rate(model: &Model) -> f64 {
+    let frequencies = model.blocks.iter().map(Block::fastest);
+    let open = frequencies.fold(0.0, f64::max);
+    let felt: Vec<[f64; 2]> = (model.directions.iter())
+        .map(Direction::felt_at_most)
+        .collect();
+    let cycles = model.contacts.iter().flat_map(|contact| &contact.cycles);
+    cycles
+        .flat_map(|cycle| &cycle.segments)
+        .map(|segment| {
+            let [direct, inertial] = felt[segment.direction];
+            (open * open + segment.stiffness.bound() * inertial).sqrt()
+                + segment.damping * (inertial + direct)
+        })
+        .fold(open, f64::max)
+}
+
+/// Tolerances below mean this one: windows some hundred times shorter than round-off asks
+/// for.
+const SMALLEST_TOLERANCE: f64 = 1e-64;
+
+/// The half argument κ at which the first coefficient left out, about
+/// `(2P+1) κ^P / (2P+1)!!`, reaches the tolerance.
+fn largest_half_argument(tolerance: f64) -> f64 {
+    let tolerance = tolerance.max(SMALLEST_TOLERANCE);
+    let double_factorial: f64 = (1..=TERMS).map(|n| (2 * n + 1) as f64).product();
+    let power = tolerance * double_factorial / (2 * TERMS + 1) as f64;
+    power.powf(1.0 / TERMS as f64).min(LARGEST_HALF_ARGUMENT)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::fixtures;
+    use crate::structure::StructureContact;
+
+    /// A stop told in millimetres or in radians is the stop that it is.
+    #[test]
+    fn rates_do_not_depend_on_the_units_of_a_contact() {
+        let rate = |unit: f64| {
+            let own = [0.9, 0.4];
+            let mut structure = fixtures::structure(&[0.0, 900.0], 0.01, &own, &own);
+            let participation = [0.5 * unit, -0.7 * unit];
+            let stiffness = 3e8 / (unit * unit);
+            let mut stop = StructureContact::stop(&participation, 5e-6 * unit, stiffness);
+            stop.law.damping /= unit * unit;
+            structure.contacts = vec![stop];
+            let mesh = fixtures::constant_mesh(1e-5, 4e8);
+            let point = fixtures::strong_rattle();
+            fastest_own_rate(&Model::new(&structure, &mesh, point).unwrap())
+        };
+        // The mesh is the stiffer one: ω² + k w².
+        let known = (900.0_f64.powi(2) + 4e8 * (0.9 * 0.9 + 0.4 * 0.4)).sqrt();
+        for unit in [1.0, 1e-3, 1e3, 30.0] {
+            assert!(
+                (rate(unit) / known - 1.0).abs() < 1e-12,
+                "{unit}: {}",
+                rate(unit)
+            );
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! A linear structure in modal coordinates, as contacts feel it. Knows nothing of gears, files or motion.
+
+mod modal;
+mod static_share;
+
+pub use modal::{
+    BearingGain, ContactLaw, Coupling, FlankParticipation, HarmonicLoad, MOST_BASE_CYCLES,
+    MOST_CYCLES, ModalStructure, ModeCount, MotionKind, PlaceMotion, StructureContact, TorqueGain,
+};
+pub use static_share::StaticShare;

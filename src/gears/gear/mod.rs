@@ -1,0 +1,52 @@
+//! Gear geometry and what follows from it; knows nothing of files or dynamics.
+
+mod compliance;
+mod error;
+mod even_sharing;
+#[cfg(test)]
+mod fixtures;
+mod flank_law;
+mod flanks;
+mod form;
+mod friction;
+mod friction_turns;
+mod helix;
+mod involute;
+mod mean_friction;
+mod mesh_springs;
+mod mesh_table;
+mod misalignment;
+mod modification;
+mod pair;
+mod sharing;
+mod symmetry;
+mod tip_contact;
+mod tooth;
+
+pub use compliance::{AlongFace, PairCompliance};
+pub use error::{FlankCourse, GearError};
+pub use even_sharing::EvenSharing;
+pub use flank_law::{FlankLaw, IndependentSlices, SecantContact};
+pub use flanks::{Flanks, PathOfContact};
+pub use form::{BasicRack, BodyShape, FaceOverhang, Hub, Material, Plane, ToothForm, Web};
+pub use friction::{FrictionDirection, friction_direction};
+pub use helix::mesh_force_direction;
+pub use involute::{inverse_involute, involute};
+pub use mean_friction::MeanFriction;
+pub use mesh_springs::{MeshSprings, SpringPiece, SpringStretch};
+pub use mesh_table::{
+    FaceLaw, MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs, MeshTablePiece, NODES,
+    SegmentMeans, StiffnessLaw,
+};
+pub use misalignment::{
+    MisalignmentEnding, MisalignmentReport, MisalignmentSearch, MisalignmentStep, TiltCompliance,
+    loaded_misalignment,
+};
+pub use modification::{BetweenPoints, Modification, PointCourse, Relief, ReliefCourse};
+pub use pair::GearPair;
+pub use sharing::{
+    Contact, ContactPair, Face, HelicalFace, LoadSharing, MOST_PAIRS, SharedLoad, SharingError,
+    pairs_at,
+};
+pub use symmetry::standard_symmetry;
+pub use tooth::{ProfilePoint, Tooth, Undercut};

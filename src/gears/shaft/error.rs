@@ -1,0 +1,259 @@
+//! What can go wrong between a description of a structure and its modes.
+
+use crate::structure::ModeCount;
+
+/// Why a structure could not be assembled, solved or reduced.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ShaftError {
+    /// The drawing of the gears is not a pair that meshes.
+    #[error(transparent)]
+    Gear(#[from] crate::gear::GearError),
+    /// Shafts, gears and couplings make no train.
+    #[error(transparent)]
+    Train(#[from] super::train::TrainError),
+    /// A quantity that must be positive and finite is not.
+    #[error("{quantity} must be positive and finite, got {value}")]
+    NotPositive {
+        /// The quantity, with its unit.
+        quantity: &'static str,
+        /// The value found.
+        value: f64,
+    },
+    /// A quantity that must be non-negative and finite is not.
+    #[error("{quantity} must be finite and not negative, got {value}")]
+    Negative {
+        /// The quantity, with its unit.
+        quantity: &'static str,
+        /// The value found.
+        value: f64,
+    },
+    /// A quantity that must be finite is not.
+    #[error("{quantity} must be finite, got {value}")]
+    NotFinite {
+        /// The quantity, with its unit.
+        quantity: &'static str,
+        /// The value found.
+        value: f64,
+    },
+    /// A hollow section without a wall.
+    #[error("bore {bore} m leaves no wall in a section of {diameter} m; make the bore smaller")]
+    NoWall {
+        /// Bore \[m\].
+        bore: f64,
+        /// Outer diameter \[m\].
+        diameter: f64,
+    },
+    /// The gear lies outside its span.
+    #[error(
+        "the gear of shaft {shaft} stands at {position} of its span; it must stand strictly between 0 and 1"
+    )]
+    GearPosition {
+        /// 1 = pinion, 2 = wheel.
+        shaft: usize,
+        /// Fraction of the span.
+        position: f64,
+    },
+    /// A stretch of shaft was given no element.
+    #[error(
+        "{stretch} has no element; give it at least one (more elements, more accurate upper modes)"
+    )]
+    NoElement {
+        /// Which stretch of the shaft.
+        stretch: &'static str,
+    },
+    /// A shaft is free to move as a rigid body other than by rotating about its axis.
+    #[error(
+        "shaft {shaft} is not held {direction}: give one of its bearings a stiffness there (only the rotation about the axis may be free)"
+    )]
+    NotHeld {
+        /// 1 = pinion, 2 = wheel.
+        shaft: usize,
+        /// The free motion.
+        direction: &'static str,
+    },
+    /// Pedestals are released but not described.
+    #[error("the pedestal tier needs what its four bearings stand on: give their pedestals")]
+    NoPedestals,
+    /// An assembly call names a node that was never added.
+    #[error("node {node} does not exist; the assembly has {nodes} nodes, counted from 0")]
+    NoSuchNode {
+        /// The index given.
+        node: usize,
+        /// Nodes present.
+        nodes: usize,
+    },
+    /// A freedom was tied to one that is not free, or to itself.
+    #[error(
+        "a freedom of node {node} is tied to a freedom of node {master} that is not free itself; tie it to the free one"
+    )]
+    TiedToBound {
+        /// Node of the tied freedom.
+        node: usize,
+        /// Node of the freedom it follows.
+        master: usize,
+    },
+    /// Mass and stiffness are not square matrices of one size.
+    #[error(
+        "mass ({mass_rows} x {mass_columns}) and stiffness ({stiffness_rows} x {stiffness_columns}) must be square and of one size"
+    )]
+    Shape {
+        /// Rows of the mass matrix.
+        mass_rows: usize,
+        /// Columns of the mass matrix.
+        mass_columns: usize,
+        /// Rows of the stiffness matrix.
+        stiffness_rows: usize,
+        /// Columns of the stiffness matrix.
+        stiffness_columns: usize,
+    },
+    /// An entry of a matrix is infinite or not a number.
+    #[error(
+        "the {matrix} matrix has a non-finite entry in row {row}, column {column}; check the inputs for infinities"
+    )]
+    NonFinite {
+        /// `mass` or `stiffness`.
+        matrix: &'static str,
+        /// Row, from 0.
+        row: usize,
+        /// Column, from 0.
+        column: usize,
+    },
+    /// A matrix that must be symmetric is not.
+    #[error(
+        "the {matrix} matrix is not symmetric: row {row}, column {column} holds {}, its mirror image {}",
+        entries[0], entries[1]
+    )]
+    Asymmetric {
+        /// `mass` or `stiffness`.
+        matrix: &'static str,
+        /// Row below the diagonal, from 0.
+        row: usize,
+        /// Column, from 0.
+        column: usize,
+        /// The entry there and the one above the diagonal.
+        entries: [f64; 2],
+    },
+    /// The mass matrix is not positive definite.
+    #[error(
+        "the mass matrix is not positive definite: some freedom carries no inertia; give it one or constrain it"
+    )]
+    MassNotPositiveDefinite,
+    /// The parts of a gear body do not lie outside of one another.
+    #[error(
+        "gear {gear}: {inside} has a diameter of {inner} m and {outside} one of {outer} m, which must be larger; see gear.hub_diameter and gear.rim_diameter"
+    )]
+    BodyParts {
+        /// 1 = pinion, 2 = wheel.
+        gear: usize,
+        /// The inner part.
+        inside: &'static str,
+        /// Its diameter \[m\].
+        inner: f64,
+        /// The part that must be outside of it.
+        outside: &'static str,
+        /// Its diameter \[m\].
+        outer: f64,
+    },
+    /// A hub reaches beyond the bearings of its shaft.
+    #[error(
+        "shaft {shaft}: the hub is {length} m long, and between gear and bearing there is room for {room} m; shorten gear.hub_length, or gear.body_length where that is not given"
+    )]
+    HubBeyondBearings {
+        /// 1 = pinion, 2 = wheel.
+        shaft: usize,
+        /// Length of the hub \[m\].
+        length: f64,
+        /// Longest that fits \[m\].
+        room: f64,
+    },
+    /// The stiffness matrix has a negative eigenvalue beyond round-off.
+    #[error(
+        "the stiffness matrix has the negative eigenvalue {eigenvalue} rad²/s²; a spring is negative"
+    )]
+    StiffnessIndefinite {
+        /// The eigenvalue \[rad²/s²\].
+        eigenvalue: f64,
+    },
+    /// The number of rigid-body modes is not the expected one.
+    #[error("expected {expected} rigid-body modes, found {found}; check bearings and constraints")]
+    RigidModes {
+        /// Number known from the supports.
+        expected: usize,
+        /// Number of eigenvalues that are zero within round-off.
+        found: usize,
+    },
+    /// More (or fewer) modes were asked for than can be given.
+    #[error(transparent)]
+    ModeCount(#[from] ModeCount),
+    /// A damping override names no elastic mode.
+    #[error(
+        "damping override for mode {mode}: modes {first} to {last} are elastic and computed (counted from 1)"
+    )]
+    DampingOverride {
+        /// Mode named, from 1.
+        mode: usize,
+        /// First elastic mode, from 1.
+        first: usize,
+        /// Last computed mode, from 1.
+        last: usize,
+    },
+    /// A modal damping ratio outside `[0, 1)`.
+    #[error("modal damping ratio {ratio} is not in [0, 1)")]
+    DampingRatio {
+        /// The ratio.
+        ratio: f64,
+    },
+    /// The eigensolver gave up.
+    #[error("the symmetric eigensolver did not converge on {size} freedoms")]
+    NoConvergence {
+        /// Order of the problem.
+        size: usize,
+    },
+    /// What loads deflect beyond the computed modes was not found.
+    #[error(
+        "what the bearings' forces deflect beyond the {modes} modes computed was not found: the iteration did not converge; compute more modes"
+    )]
+    NoStaticShape {
+        /// Modes computed.
+        modes: usize,
+    },
+    /// A computed mode does not satisfy its equation.
+    #[error(
+        "mode {mode} of {size} freedoms violates its equation by {residual:.1e} of its terms, beyond round-off: the eigensolver has failed; use fewer elements, or ask for fewer modes"
+    )]
+    Residual {
+        /// Mode, from 1.
+        mode: usize,
+        /// Order of the problem.
+        size: usize,
+        /// Norm of `K φ − ω² M φ` over that of its terms' moduli, rows scaled by inertia.
+        residual: f64,
+    },
+}
+
+/// `value` if it is positive and finite.
+pub(super) fn positive(quantity: &'static str, value: f64) -> Result<f64, ShaftError> {
+    if value.is_finite() && value > 0.0 {
+        Ok(value)
+    } else {
+        Err(ShaftError::NotPositive { quantity, value })
+    }
+}
+
+/// `value` if it is zero or positive, and finite.
+pub(super) fn non_negative(quantity: &'static str, value: f64) -> Result<f64, ShaftError> {
+    if value.is_finite() && value >= 0.0 {
+        Ok(value)
+    } else {
+        Err(ShaftError::Negative { quantity, value })
+    }
+}
+
+/// `value` if it is finite.
+pub(super) fn finite(quantity: &'static str, value: f64) -> Result<f64, ShaftError> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(ShaftError::NotFinite { quantity, value })
+    }
+}

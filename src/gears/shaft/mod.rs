@@ -1,0 +1,27 @@
+//! Structures: beam elements, assembly, modes. Knows nothing of files or dynamics.
+
+mod assembly;
+mod banded;
+mod beam;
+mod body;
+mod disc;
+mod drive;
+mod error;
+mod flexible;
+mod modes;
+mod pair;
+mod projection;
+mod rigid;
+mod train;
+
+pub use assembly::{AssembledMatrices, Assembly, CouplingMatrices, Freedom, NODE_FREEDOMS};
+pub use beam::{BeamElement, ELEMENT_FREEDOMS, ElementMatrix, Material, Section};
+pub use disc::Disc;
+pub use drive::{Bearing, Drag, FlexibleDrive, Pedestal, Shaft};
+pub use error::ShaftError;
+pub use modes::Modes;
+pub use rigid::{RigidDrive, Tier};
+pub use train::{
+    GearPlace, LooseGear, Motion, ShaftCoupling, ShaftSection, Stop, TrainDrive, TrainError,
+    TrainGear, TrainMesh, TrainShaft,
+};

@@ -1,0 +1,85 @@
+//! From matrices over the freedoms to matrices over the modes: `Φᵀ C Φ`, `Φᵀ G Φ`, `Φᵀ K_c Φ`.
+
+use super::assembly::{AssembledMatrices, CouplingMatrices};
+use super::modes::Modes;
+use crate::numerics::linalg::product;
+use crate::structure::Coupling;
+use faer::Mat;
+
+/// Part of a shape's largest entry, each times the root of its freedom's inertia, below which
+/// another one is the round-off of zero: a mode of torsion, or of bending in one plane, moves
+/// nothing else. On the default drive couplings stand above 1e-7 of the largest at up to 150
+/// modes, and what this removes, below 1e-9.
+const SHAPE_NOISE: f64 = 1e-8;
+
+/// Part of a matrix's largest entry below which another one is the round-off of zero.
+const COUPLING_NOISE: f64 = 1e-13;
+
+/// The coupling of the modes of a solution; `settle` is what turns a participation as the
+/// solution has it, one entry a mode, into that of the structure. None where no mode feels
+/// anything of it.
+pub(super) fn coupling(
+    matrices: &AssembledMatrices,
+    solution: &Modes,
+    settle: impl Fn(&mut [f64]),
+) -> Option<Coupling> {
+    let CouplingMatrices {
+        damping,
+        gyroscopic,
+        cross_stiffness,
+    } = matrices.coupling.as_ref()?;
+    let shape = settled_shape(&matrices.mass, solution, settle);
+    let project = |matrix: &Mat<f64>| {
+        let image = product(matrix.as_ref(), shape.as_ref());
+        product(shape.transpose(), image.as_ref())
+    };
+    let gyroscopic = project(gyroscopic);
+    let modes = gyroscopic.nrows();
+    // Skew in every bit.
+    let gyroscopic = Mat::from_fn(modes, modes, |i, j| {
+        0.5 * (gyroscopic[(i, j)] - gyroscopic[(j, i)])
+    });
+    let coupling = Coupling {
+        damping: rows(&project(damping)),
+        gyroscopic: rows(&gyroscopic),
+        stiffness: rows(&project(cross_stiffness)),
+    };
+    let felt = [&coupling.damping, &coupling.gyroscopic, &coupling.stiffness]
+        .into_iter()
+        .flatten()
+        .any(|&entry| entry != 0.0);
+    felt.then_some(coupling)
+}
+
+/// The shapes of the structure's modes, freedoms × modes, without round-off of zeros.
+fn settled_shape(mass: &Mat<f64>, solution: &Modes, settle: impl Fn(&mut [f64])) -> Mat<f64> {
+    let mut shape = solution.shape.clone();
+    for row in 0..shape.nrows() {
+        let mut values: Vec<f64> = shape.row(row).iter().copied().collect();
+        settle(&mut values);
+        for (mode, value) in values.into_iter().enumerate() {
+            shape[(row, mode)] = value;
+        }
+    }
+    let weight: Vec<f64> = (0..shape.nrows()).map(|i| mass[(i, i)].sqrt()).collect();
+    for mode in 0..shape.ncols() {
+        let weighted = |row: usize| weight[row] * shape[(row, mode)].abs();
+        let largest = (0..weight.len()).map(weighted).fold(0.0, f64::max);
+        let noise = SHAPE_NOISE * largest;
+        for row in 0..weight.len() {
+            if weight[row] * shape[(row, mode)].abs() <= noise {
+                shape[(row, mode)] = 0.0;
+            }
+        }
+    }
+    shape
+}
+
+/// The entries row by row, those that are round-off of zero set to it.
+fn rows(matrix: &Mat<f64>) -> Vec<f64> {
+    let noise = COUPLING_NOISE * matrix.norm_max();
+    (0..matrix.nrows())
+        .flat_map(|i| (0..matrix.ncols()).map(move |j| matrix[(i, j)]))
+        .map(|entry| if entry.abs() <= noise { 0.0 } else { entry })
+        .collect()
+}

@@ -1,0 +1,341 @@
+//! Trains: shafts on axes of their own, with any number of gears, discs and bearings on each,
+//! joined by meshes, couplings and the springs of clutches.
+//!
+//! Every shaft has freedoms in a frame of its own, z along its axis. What rotates as one is a
+//! *body*: a shaft, or a gear that runs loose on it. Without contact every body turns for itself;
+//! the numbers of teeth say how fast each turns where all contacts bear ([`speeds`]), and with
+//! these speeds the *neutral* rotation of the whole train is the one that no contact feels.
+
+mod axes;
+mod contacts;
+mod error;
+mod nodes;
+mod size;
+mod speeds;
+mod structure;
+#[cfg(test)]
+mod tests;
+
+pub use error::TrainError;
+
+use super::disc::Disc;
+use super::drive::{Bearing, Drag};
+use super::error::ShaftError;
+use crate::gear::GearPair;
+use crate::structure::ContactLaw;
+use serde::Serialize;
+
+/// A train of gears; the structure of the `train` model kind.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrainDrive {
+    /// All shafts.
+    pub shafts: Vec<TrainShaft>,
+    /// The gears of the first mesh, whose cycles count.
+    pub gears: [GearPlace; 2],
+    /// Their drawing, at the centre distance of their axes.
+    pub pair: GearPair,
+    /// Further meshes.
+    pub meshes: Vec<TrainMesh>,
+    /// What joins ends of shafts.
+    pub couplings: Vec<ShaftCoupling>,
+    /// What shafts may strike.
+    pub stops: Vec<Stop>,
+    /// The shaft that the motor drives.
+    pub driver: usize,
+    /// Young's modulus \[Pa\].
+    pub young_modulus: f64,
+    /// Shear modulus \[Pa\].
+    pub shear_modulus: f64,
+    /// Density of shafts and gear bodies \[kg/m³\].
+    pub density: f64,
+    /// Timoshenko shear coefficient κ \[1\].
+    pub shear_coefficient: f64,
+    /// Global modal damping ratio of the elastic modes \[1\]; rigid modes are undamped.
+    pub damping: f64,
+    /// `(mode, ratio)` overrides, modes counted from 1 in ascending frequency.
+    pub damping_overrides: Vec<(usize, f64)>,
+    /// Whether shafts and gear bodies have gyroscopic moments.
+    pub gyroscopic: bool,
+}
+
+/// One shaft and what stands on it. Places are distances \[m\] from its origin along its axis.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrainShaft {
+    /// Its name.
+    pub name: String,
+    /// Where its first section begins \[m\].
+    pub origin: [f64; 3],
+    /// Along its axis; of any length.
+    pub direction: [f64; 3],
+    /// Its sections, one behind the other; none for a rigid body.
+    pub sections: Vec<ShaftSection>,
+    /// Longest beam element \[m\]; none: the section's outer diameter.
+    pub element: Option<f64>,
+    /// Which of its motions are free.
+    pub motion: Motion,
+    /// Rigid bodies on it, by their places; one of polar inertia alone does not tilt with it.
+    pub discs: Vec<(f64, Disc)>,
+    /// Gears on it.
+    pub gears: Vec<TrainGear>,
+    /// Bearings, by their places.
+    pub bearings: Vec<(f64, Bearing)>,
+    /// Where torques and drag act on it.
+    pub torque_at: f64,
+    /// Part of the motor's power that leaves the train here.
+    pub output: f64,
+    /// What brakes it against the ground.
+    pub drag: Drag,
+}
+
+/// A prismatic part of a shaft.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ShaftSection {
+    /// Length \[m\].
+    pub length: f64,
+    /// Outer diameter \[m\].
+    pub outer: f64,
+    /// Inner diameter \[m\].
+    pub inner: f64,
+}
+
+/// Which motions of a shaft are free.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum Motion {
+    /// All six.
+    All,
+    /// The rotation about its axis; mounts are rigid.
+    Rotation,
+    /// All but the rotation, which is held where torques would act.
+    Lateral,
+    /// None.
+    None,
+}
+
+impl Motion {
+    /// Whether the shaft may turn.
+    fn turns(self) -> bool {
+        matches!(self, Self::All | Self::Rotation)
+    }
+
+    /// Whether it may move otherwise.
+    fn yields(self) -> bool {
+        matches!(self, Self::All | Self::Lateral)
+    }
+}
+
+/// A gear: a rigid annulus from the bore to the pitch circle, if its body is not given.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrainGear {
+    /// Its name.
+    pub name: String,
+    /// The middle of its face \[m\].
+    pub at: f64,
+    /// Number of teeth.
+    pub teeth: u32,
+    /// Module \[m\].
+    pub module: f64,
+    /// Pressure angle \[rad\].
+    pub pressure_angle: f64,
+    /// Face width \[m\].
+    pub width: f64,
+    /// Its body.
+    pub body: Disc,
+    /// How it runs on its shaft; none where it is fixed to it.
+    pub loose: Option<LooseGear>,
+}
+
+/// How a gear runs loose on its shaft.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LooseGear {
+    /// Its bearing on the shaft.
+    pub bearing: Bearing,
+    /// What brakes it against its shaft.
+    pub drag: Drag,
+}
+
+/// A gear by its shaft and its place among the shaft's gears.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct GearPlace {
+    /// The shaft.
+    pub shaft: usize,
+    /// Among its gears.
+    pub gear: usize,
+}
+
+/// A further mesh: two contacts, where the first gear drives and where it coasts.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrainMesh {
+    /// The driving gear and the driven one.
+    pub gears: [GearPlace; 2],
+    /// Operating pressure angle \[rad\].
+    pub pressure_angle: f64,
+    /// Coulomb friction coefficient μ.
+    pub friction: f64,
+    /// What the drive flanks and the coast flanks bear.
+    pub flanks: [ContactLaw; 2],
+}
+
+/// Springs and dampers between places of two shafts on one axis.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ShaftCoupling {
+    /// Both shafts.
+    pub shafts: [usize; 2],
+    /// Where it is fixed to them \[m\].
+    pub at: [f64; 2],
+    /// Stiffness across the axis, along it \[N/m\], against tilts and against twist \[N m/rad\].
+    pub stiffness: [f64; 4],
+    /// Damper against twist \[N m s/rad\].
+    pub damping: f64,
+    /// Further springs against twist behind gaps to either side; in radians what contacts have in
+    /// metres.
+    pub stages: Vec<ContactLaw>,
+}
+
+/// A one-sided spring between a place of a shaft and the ground.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Stop {
+    /// The shaft.
+    pub shaft: usize,
+    /// Where \[m\].
+    pub at: f64,
+    /// Direction in the shaft's frame, from the shaft to the stop: x, y, along the axis.
+    pub direction: [f64; 3],
+    /// What it bears.
+    pub law: ContactLaw,
+}
+
+impl TrainDrive {
+    /// A gear.
+    pub fn gear(&self, place: GearPlace) -> &TrainGear {
+        &self.shafts[place.shaft].gears[place.gear]
+    }
+
+    /// A pair with bores that the drawing leaves open set to the diameters of its shafts, where
+    /// both have sections.
+    pub fn on_shafts(&self, pair: &GearPair, gears: [GearPlace; 2]) -> GearPair {
+        let at = |place: GearPlace| {
+            ShaftSection::at(&self.shafts[place.shaft].sections, self.gear(place).at)
+        };
+        match gears.map(at) {
+            [Some(one), Some(two)] => pair.on_shafts([one.outer, two.outer]),
+            _ => pair.clone(),
+        }
+    }
+}
+
+impl TrainDrive {
+    /// That shafts, gears and couplings make a train, no finer than its matrices have room for.
+    ///
+    /// # Errors
+    /// [`TrainError`].
+    pub fn check(&self) -> Result<(), TrainError> {
+        self.layout()?;
+        self.check_size()
+    }
+
+    /// Degrees of freedom.
+    ///
+    /// # Errors
+    /// Any [`ShaftError`] but those of modes.
+    pub fn freedoms(&self) -> Result<usize, ShaftError> {
+        let assembled = self.assembled(&self.layout()?)?;
+        Ok(assembled.assembly.free_freedoms())
+    }
+
+    /// The drawing of the first mesh on its shafts; none of bevel gears.
+    pub fn spur_pair(&self) -> Option<GearPair> {
+        let distance = self.centre_distance(self.gears).ok()?;
+        distance.map(|_| self.on_shafts(&self.pair, self.gears))
+    }
+
+    /// Number of rotations that no spring holds.
+    pub fn rotations(&self) -> usize {
+        let rigid = self.couplings.iter().filter(|c| c.stiffness[3] > 0.0);
+        self.free(&self.groups(rigid.map(|coupling| coupling.shafts)))
+            .len()
+    }
+
+    /// Number of rotations that no contact feels.
+    pub fn neutral_rotations(&self) -> usize {
+        self.free(&self.connected()).len()
+    }
+
+    /// How many of them drag damps, against the ground or between a loose gear and its shaft.
+    ///
+    /// # Errors
+    /// [`TrainError`].
+    pub fn dragged_rotations(&self) -> Result<usize, TrainError> {
+        let speeds = self.layout()?.speeds;
+        let group = self.connected();
+        let mut dragged = Vec::new();
+        for (shaft, own) in self.shafts.iter().enumerate() {
+            if own.drag.viscous > 0.0 {
+                dragged.push(group[shaft]);
+            }
+        }
+        for place in self.loose_gears() {
+            let brakes = (self.gear(place).loose).is_some_and(|loose| loose.drag.viscous > 0.0);
+            let (body, on) = (self.body_of(place), place.shaft);
+            if brakes && (group[body] != group[on] || speeds[body] != speeds[on]) {
+                dragged.push(group[body]);
+            }
+        }
+        let free = self.free(&group);
+        Ok(free.iter().filter(|own| dragged.contains(own)).count())
+    }
+
+    /// The group of every body, those together that contacts and couplings connect.
+    fn connected(&self) -> Vec<usize> {
+        let joined = self.couplings.iter().map(|coupling| coupling.shafts);
+        let meshing = self
+            .pairs()
+            .map(|gears| gears.map(|gear| self.body_of(gear)));
+        self.groups(joined.chain(meshing))
+    }
+
+    /// The group of every body, those together that joints connect.
+    fn groups(&self, joints: impl Iterator<Item = [usize; 2]>) -> Vec<usize> {
+        let bodies = self.shafts.len() + self.loose_gears().count();
+        let mut group: Vec<usize> = (0..bodies).collect();
+        for joint in joints {
+            let [one, two] = joint.map(|body| group[body]);
+            for own in group.iter_mut().filter(|own| **own == two) {
+                *own = one;
+            }
+        }
+        group
+    }
+
+    /// The groups that nothing holds.
+    fn free(&self, group: &[usize]) -> Vec<usize> {
+        let mut free = group.to_vec();
+        free.sort_unstable();
+        free.dedup();
+        let shafts = self.shafts.iter().enumerate();
+        let held = shafts.filter(|(_, shaft)| !shaft.motion.turns());
+        let held: Vec<usize> = held.map(|(shaft, _)| group[shaft]).collect();
+        free.retain(|group| !held.contains(group));
+        free
+    }
+}
+
+impl TrainShaft {
+    /// Length of all sections \[m\].
+    pub fn length(&self) -> f64 {
+        self.sections.iter().map(|section| section.length).sum()
+    }
+}
+
+impl ShaftSection {
+    /// Which of the sections of a shaft is at a place, the thicker one where two meet.
+    pub fn at(sections: &[Self], at: f64) -> Option<&Self> {
+        let mut end = 0.0;
+        let near = 1e-9 * sections.iter().map(|section| section.length).sum::<f64>();
+        let here = sections.iter().filter(|section| {
+            let start = end;
+            end += section.length;
+            start - near <= at && at <= end + near
+        });
+        here.max_by(|a, b| a.outer.total_cmp(&b.outer))
+    }
+}

@@ -1,0 +1,131 @@
+//! What do the contacts of a train feel of its freedoms?
+//!
+//! A flank with the normal n at the pitch point P, carried by both gears, feels
+//! `δ = n·(u₁ + θ₁ × (P − O₁)) − n·(u₂ + θ₂ × (P − O₂))`, O the middles of the gears. Off the middle
+//! of the face P moves along the pitch line, off the pitch point along n. Friction acts on the first
+//! gear along `cos α m − sin α t`, on coast flanks along `−cos α m − sin α t`, and the other way on
+//! the second.
+
+use super::axes::{Axis, PitchPoint};
+use super::nodes::Assembled;
+use super::speeds::{Layout, sense};
+use super::{GearPlace, TrainDrive};
+use crate::shaft::assembly::Freedom;
+use nalgebra::Vector3;
+
+/// A sum of freedoms: node, freedom, coefficient.
+pub(super) type Terms = Vec<(usize, Freedom, f64)>;
+
+const DISPLACEMENTS: [Freedom; 3] = [Freedom::X, Freedom::Y, Freedom::Z];
+const ROTATIONS: [Freedom; 3] = [Freedom::RotationX, Freedom::RotationY, Freedom::RotationZ];
+
+/// What the flanks of one side feel, as sums of freedoms; see
+/// [`FlankParticipation`](crate::structure::FlankParticipation).
+#[derive(Debug)]
+pub(super) struct FlankTerms {
+    pub mesh: Terms,
+    pub tilt: Terms,
+    pub friction: Terms,
+    pub lever: Terms,
+}
+
+/// A gear as a mesh sees it.
+#[derive(Debug)]
+struct Side {
+    node: usize,
+    axis: Axis,
+    centre: Vector3<f64>,
+    /// 1 of the first gear, −1 of the second.
+    sign: f64,
+}
+
+impl Side {
+    fn terms(&self, freedoms: [Freedom; 3], vector: Vector3<f64>, out: &mut Terms) {
+        for (freedom, value) in freedoms.into_iter().zip(self.axis.local(vector)) {
+            if value != 0.0 {
+                out.push((self.node, freedom, self.sign * value));
+            }
+        }
+    }
+}
+
+/// Motion of both sides along a direction at a point.
+fn along(sides: &[Side; 2], point: Vector3<f64>, direction: Vector3<f64>) -> Terms {
+    let mut out = Terms::new();
+    for side in sides {
+        side.terms(DISPLACEMENTS, direction, &mut out);
+        side.terms(ROTATIONS, (point - side.centre).cross(&direction), &mut out);
+    }
+    out
+}
+
+/// How that changes as the point moves.
+fn moved(sides: &[Side; 2], step: Vector3<f64>, direction: Vector3<f64>) -> Terms {
+    let mut out = Terms::new();
+    for side in sides {
+        side.terms(ROTATIONS, step.cross(&direction), &mut out);
+    }
+    out
+}
+
+impl TrainDrive {
+    /// The drive flanks and the coast flanks of a mesh, both counted as the drive flanks'
+    /// deflection.
+    pub(super) fn flanks(
+        &self,
+        gears: [GearPlace; 2],
+        (met, pressure_angle): (&PitchPoint, f64),
+        layout: &Layout,
+        assembled: &Assembled,
+    ) -> [FlankTerms; 2] {
+        let sides = [0, 1].map(|index| {
+            let place = gears[index];
+            let axis = layout.axes[place.shaft];
+            Side {
+                node: assembled.gear(self, place),
+                axis,
+                centre: axis.at(self.gear(place).at),
+                sign: [1.0, -1.0][index],
+            }
+        });
+        // The flanks that drive are those towards which the first gear turns.
+        let sense = match layout.speeds[self.body_of(gears[0])] {
+            speed if speed < 0.0 => -1.0,
+            _ => 1.0,
+        };
+        let forward = met.forward * sense;
+        let (sin, cos) = pressure_angle.sin_cos();
+        [1.0, -1.0].map(|lean| {
+            let normal = forward * cos + met.across * (lean * sin);
+            let tangent = met.across * (lean * cos) - forward * sin;
+            FlankTerms {
+                mesh: along(&sides, met.point, normal),
+                tilt: moved(&sides, met.pitch_line, normal),
+                friction: along(&sides, met.point, tangent),
+                lever: moved(&sides, normal, tangent),
+            }
+        })
+    }
+
+    /// Twist of a coupling, first shaft against second, in the sense of running.
+    pub(super) fn twist(&self, coupling: usize, layout: &Layout, assembled: &Assembled) -> Terms {
+        let coupling = &self.couplings[coupling];
+        let sense = sense(layout.speeds[coupling.shafts[0]]);
+        let end = |end: usize| assembled.at(coupling.shafts[end], coupling.at[end]);
+        vec![
+            (end(0), Freedom::RotationZ, sense),
+            (end(1), Freedom::RotationZ, -sense),
+        ]
+    }
+
+    /// Motion of a shaft towards a stop.
+    pub(super) fn approach(&self, stop: usize, assembled: &Assembled) -> Terms {
+        let stop = &self.stops[stop];
+        let node = assembled.at(stop.shaft, stop.at);
+        let towards = Vector3::from(stop.direction).normalize();
+        (DISPLACEMENTS.into_iter().zip(towards.iter()))
+            .filter(|(_, part)| **part != 0.0)
+            .map(|(freedom, part)| (node, freedom, *part))
+            .collect()
+    }
+}

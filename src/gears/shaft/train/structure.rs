@@ -1,0 +1,491 @@
+//! From a train to its modes and what its contacts, torques and bearings feel of them.
+
+use super::contacts::{FlankTerms, Terms};
+use super::nodes::Assembled;
+use super::speeds::{Layout, sense};
+use super::{GearPlace, TrainDrive, TrainError};
+use crate::shaft::assembly::{AssembledMatrices, Freedom};
+use crate::shaft::error::{ShaftError, positive};
+use crate::shaft::modes::{Modes, orientation};
+use crate::shaft::pair::{BearingTerms, modal_damping, place_motions};
+use crate::shaft::projection;
+use crate::structure::{
+    BearingGain, ContactLaw, FlankParticipation, ModalStructure, ModeCount, MotionKind,
+    StructureContact, TorqueGain,
+};
+
+/// The motions that bearings must hold, and by which of their stiffnesses.
+const HELD: [(Freedom, &str, &str); 5] = [
+    (Freedom::X, "along its x axis", "x"),
+    (Freedom::Y, "along its y axis", "y"),
+    (Freedom::Z, "axially", "axial"),
+    (
+        Freedom::RotationX,
+        "against tilting about its x axis",
+        "tilt",
+    ),
+    (
+        Freedom::RotationY,
+        "against tilting about its y axis",
+        "tilt",
+    ),
+];
+
+/// Modes of a train before anything is asked of them.
+struct Solved<'a> {
+    matrices: &'a AssembledMatrices,
+    modes: &'a Modes,
+    /// Sign of each elastic mode.
+    signs: Vec<f64>,
+    /// The neutral rotation in the rigid modes, a unit vector.
+    neutral: Vec<f64>,
+}
+
+impl TrainDrive {
+    /// The `retained` lowest of the `modes` lowest modes; as
+    /// [`FlexibleDrive::modes`](crate::shaft::FlexibleDrive::modes), the torque on the pinion being
+    /// that on the driving shaft, the one on the wheel that on the shaft of the second gear, none where that runs loose.
+    ///
+    /// # Errors
+    /// [`TrainError`], or as there.
+    pub fn modes(
+        &self,
+        modes: usize,
+        retained: usize,
+        mta: bool,
+    ) -> Result<ModalStructure, ShaftError> {
+        positive("rated torque [N m]", self.pair.rated_torque)?;
+        let layout = self.layout()?;
+        let assembled = self.assembled(&layout)?;
+        let matrices = assembled.assembly.matrices()?;
+        let rigid = self.rotations();
+        if modes < rigid {
+            return Err(ModeCount {
+                requested: modes,
+                least: rigid,
+                available: matrices.mass.nrows(),
+            }
+            .into());
+        }
+        let solution = Modes::lowest(&matrices.mass, &matrices.stiffness, modes, rigid)
+            .map_err(|error| self.not_held(error, &matrices, &assembled))?;
+        let mut damping = modal_damping(self.damping, &self.damping_overrides, modes, rigid)?;
+        let neutral = self.neutral(&layout, &assembled, (&matrices, &solution), rigid);
+        let bearings = BearingTerms::of_supports(&matrices, assembled.supports.iter().cloned());
+        let with_shapes = BearingTerms::with_shapes(&bearings, &matrices, &solution)?;
+        damping.resize(with_shapes.squared_frequency.len(), 0.0);
+        let mut solved = Solved {
+            matrices: &matrices,
+            modes: &with_shapes,
+            signs: vec![1.0; modes - rigid],
+            neutral,
+        };
+        let angle = self.pair.operating_pressure_angle()?;
+        let flanks = self.flanks(self.gears, (&layout.meshes[0], angle), &layout, &assembled);
+        let drive = solved.participation(&flanks[0].mesh);
+        solved.signs = orientation(&drive[..modes], rigid, &solution);
+        let gains = BearingTerms::gains(
+            &bearings,
+            &with_shapes,
+            [modes, solved.neutral.len()],
+            |column: &mut [f64]| solved.settle(column),
+        );
+        let with_shapes = self.structure(&solved, &layout, &assembled, (flanks, damping, gains))?;
+        let settle = |column: &mut [f64]| solved.settle(column);
+        let structure = ModalStructure {
+            coupling: projection::coupling(&matrices, &solution, settle),
+            ..with_shapes.truncated(modes, false)?
+        };
+        Ok(structure.truncated(retained, mta)?)
+    }
+
+    /// Which shaft, or loose gear against its shaft, moves in rigid motions that should not be there.
+    fn not_held(
+        &self,
+        error: ShaftError,
+        matrices: &AssembledMatrices,
+        assembled: &Assembled,
+    ) -> ShaftError {
+        let ShaftError::RigidModes { found, expected } = error else {
+            return error;
+        };
+        if found < expected {
+            return error;
+        }
+        let Ok(rigid) = Modes::lowest(&matrices.mass, &matrices.stiffness, found, found) else {
+            return error;
+        };
+        let shafts = self.shafts.iter().enumerate();
+        let shafts = shafts.flat_map(|(index, shaft)| {
+            let nodes = assembled.own(index);
+            nodes.map(move |node| (&shaft.name, node, None))
+        });
+        let loose = self
+            .loose_gears()
+            .zip(&assembled.loose)
+            .map(|(place, &node)| {
+                let gear = self.gear(place);
+                (&gear.name, node, Some(assembled.at(place.shaft, gear.at)))
+            });
+        let mut worst = (0.0, None);
+        for (name, node, on) in shafts.chain(loose) {
+            for (freedom, direction, key) in HELD {
+                let own = [(node, freedom, 1.0)];
+                let against: Terms = on.map(|node| (node, freedom, -1.0)).into_iter().collect();
+                let place = matrices.functional(&[&own[..], &against].concat());
+                let moved = rigid.participation(&place);
+                let inertia: f64 = (place.iter().enumerate())
+                    .map(|(row, part)| part * part * matrices.mass[(row, row)])
+                    .sum();
+                let size = moved.iter().map(|m| m * m).sum::<f64>() * inertia;
+                if size > worst.0 {
+                    let name = name.clone();
+                    let told = match on {
+                        None => TrainError::NotHeld {
+                            shaft: name,
+                            direction,
+                        },
+                        Some(_) => TrainError::LooseNotHeld {
+                            gear: name,
+                            direction,
+                            key,
+                        },
+                    };
+                    worst = (size, Some(told));
+                }
+            }
+        }
+        worst.1.map_or(error, ShaftError::from)
+    }
+
+    /// The neutral rotation, every body at its speed, as a unit vector in the rigid modes.
+    fn neutral(
+        &self,
+        layout: &Layout,
+        assembled: &Assembled,
+        (matrices, solution): (&AssembledMatrices, &Modes),
+        rigid: usize,
+    ) -> Vec<f64> {
+        let shafts = (0..self.shafts.len()).flat_map(|shaft| {
+            let speed = layout.speeds[shaft];
+            assembled.own(shaft).map(move |node| (node, speed))
+        });
+        let loose = assembled.loose.iter().copied();
+        let turning: Terms = shafts
+            .chain(loose.zip(layout.speeds[self.shafts.len()..].iter().copied()))
+            .map(|(node, speed)| (node, Freedom::RotationZ, speed))
+            .collect();
+        let motion = matrices.functional(&turning);
+        let momentum: Vec<f64> = (0..motion.len())
+            .map(|row| {
+                let columns = motion.iter().enumerate();
+                columns
+                    .map(|(column, u)| matrices.mass[(row, column)] * u)
+                    .sum()
+            })
+            .collect();
+        let parts = solution.participation(&momentum)[..rigid].to_vec();
+        let norm = parts.iter().map(|part| part * part).sum::<f64>().sqrt();
+        parts.into_iter().map(|part| part / norm).collect()
+    }
+
+    fn structure(
+        &self,
+        solved: &Solved,
+        layout: &Layout,
+        assembled: &Assembled,
+        (first, damping, bearings): ([FlankTerms; 2], Vec<f64>, Vec<BearingGain>),
+    ) -> Result<ModalStructure, ShaftError> {
+        let [drive, coast] = first.map(|flank| solved.flank(&flank));
+        let torque_on = |shaft: usize, sense: f64| {
+            let node = assembled.at(shaft, self.shafts[shaft].torque_at);
+            solved.participation(&[(node, Freedom::RotationZ, sense)])
+        };
+        let driving = torque_on(self.driver, 1.0);
+        // A torque on the shaft of a loose gear has neither the speed nor the sense of the gear.
+        let wheel = Some(self.gears[1]).filter(|&place| self.gear(place).loose.is_none());
+        let wheel = wheel.map(|place| torque_on(place.shaft, layout.speeds[place.shaft].signum()));
+
+        // Torques per newton of rated force, whose neutral parts cancel but for round-off.
+        let base = self.pair.base_radii()[0];
+        let mut torque = vec![0.0; damping.len()];
+        for (shaft, own) in self.shafts.iter().enumerate() {
+            if own.output != 0.0 {
+                let leaving = own.output * base / layout.speeds[shaft];
+                add(&mut torque, -leaving, &torque_on(shaft, 1.0));
+                add(&mut torque, own.output * base, &driving);
+            }
+        }
+        torque[0] = 0.0;
+        let [constant_load, load_by_speed] = self.mean_drag(solved, layout, assembled, &driving);
+
+        let turning = self.turning(layout, assembled);
+        let supports = assembled.supports.iter().cloned();
+        let mut motions =
+            place_motions(solved.matrices, solved.modes, supports, turning.into_iter());
+        for motion in &mut motions {
+            solved.settle(&mut motion.gain);
+        }
+        Ok(ModalStructure {
+            teeth: self.pair.teeth[0],
+            wheel_teeth: Some(self.pair.teeth[1]),
+            rated_force: self.pair.rated_force(),
+            frequency: solved.modes.frequencies(),
+            damping,
+            mesh: drive.mesh,
+            mesh_tilt: drive.tilt,
+            torque,
+            pinion_torque: Some(driving),
+            wheel_torque: wheel,
+            friction: drive.friction,
+            friction_lever: drive.lever,
+            residual_flexibility: 0.0,
+            coast: Some(coast),
+            contacts: self.contacts(solved, layout, assembled),
+            bearings,
+            torques: self.torques(solved, layout, assembled),
+            motions,
+            coupling: None,
+            constant_load,
+            load_by_speed,
+            harmonic_loads: Vec::new(),
+        })
+    }
+
+    /// All bodies that may turn, and all gears: what, its name, its node and the sense in which it runs.
+    fn turning(
+        &self,
+        layout: &Layout,
+        assembled: &Assembled,
+    ) -> Vec<(MotionKind, String, (usize, f64))> {
+        let shafts = self.shafts.iter().enumerate().map(|(index, shaft)| {
+            let node = assembled.at(index, shaft.torque_at);
+            (
+                MotionKind::Body,
+                shaft.name.clone(),
+                (node, sense(layout.speeds[index])),
+            )
+        });
+        let gear = |kind: MotionKind, place: GearPlace| {
+            let turns = sense(layout.speeds[self.body_of(place)]);
+            let node = assembled.gear(self, place);
+            (kind, self.gear(place).name.clone(), (node, turns))
+        };
+        let loose = self
+            .loose_gears()
+            .map(|place| gear(MotionKind::Body, place));
+        let gears = self.gears().map(|place| gear(MotionKind::Gear, place));
+        shafts.chain(loose).chain(gears).collect()
+    }
+
+    /// Torques in every stretch of a flexible shaft between places where torque enters or leaves,
+    /// and in the springs and dampers of couplings, stages behind gaps not counted.
+    fn torques(&self, solved: &Solved, layout: &Layout, assembled: &Assembled) -> Vec<TorqueGain> {
+        let elastic = |terms: &[(usize, Freedom, f64)]| {
+            let mut gain = solved.participation(terms);
+            gain[..solved.neutral.len()].fill(0.0);
+            gain
+        };
+        let mut torques = Vec::new();
+        for (index, shaft) in self.shafts.iter().enumerate() {
+            let sense = sense(layout.speeds[index]);
+            let stretches = self.stretches(index, assembled);
+            for (number, torsion) in (1..).zip(&stretches) {
+                torques.push(TorqueGain {
+                    name: match stretches.len() {
+                        1 => shaft.name.clone(),
+                        _ => format!("{} {number}", shaft.name),
+                    },
+                    gain: elastic(&torsion.terms(sense)),
+                    rate_gain: Vec::new(),
+                });
+            }
+        }
+        for (number, coupling) in self.couplings.iter().enumerate() {
+            let stiffness = coupling.stiffness[3];
+            let twist = self.twist(number, layout, assembled);
+            let times = |factor: f64| -> Vec<_> {
+                let terms = twist.iter();
+                terms
+                    .map(|&(node, freedom, c)| (node, freedom, factor * c))
+                    .collect()
+            };
+            if stiffness > 0.0 {
+                let [one, two] = coupling.shafts.map(|shaft| &self.shafts[shaft].name);
+                torques.push(TorqueGain {
+                    name: format!("{one} to {two}"),
+                    gain: elastic(&times(stiffness)),
+                    rate_gain: match coupling.damping == 0.0 {
+                        true => Vec::new(),
+                        false => elastic(&times(coupling.damping)),
+                    },
+                });
+            }
+        }
+        torques
+    }
+
+    /// Contacts beside the flanks of the first mesh.
+    fn contacts(
+        &self,
+        solved: &Solved,
+        layout: &Layout,
+        assembled: &Assembled,
+    ) -> Vec<StructureContact> {
+        let mut contacts = Vec::new();
+        let met = layout.meshes[1..].iter().zip(&layout.cycles[1..]);
+        for (mesh, (met, &cycles)) in self.meshes.iter().zip(met) {
+            let flanks = self.flanks(mesh.gears, (met, mesh.pressure_angle), layout, assembled);
+            let [one, two] = mesh.gears.map(|place| &self.gear(place).name);
+            for (index, flank) in flanks.iter().enumerate() {
+                let feels = solved.flank(flank);
+                // The coast flanks push where their deflection, counted as the drive flanks', falls.
+                let side = [1.0, -1.0][index];
+                let sided = |column: &[f64], factor: f64| -> Vec<f64> {
+                    column.iter().map(|w| side * factor * w).collect()
+                };
+                let participation = sided(&feels.mesh, 1.0);
+                let rubs = |column: &[f64]| match mesh.friction == 0.0 {
+                    true => Vec::new(),
+                    false => sided(column, mesh.friction),
+                };
+                contacts.push(StructureContact {
+                    name: format!("{} flank of {one} and {two}", ["drive", "coast"][index]),
+                    force: participation.clone(),
+                    rubbing: [rubs(&feels.friction), rubs(&feels.lever)],
+                    participation,
+                    cycles,
+                    law: mesh.flanks[index].clone(),
+                });
+            }
+        }
+        let mut one_sided = |name: String, felt: Vec<f64>, law: &ContactLaw| {
+            contacts.push(StructureContact {
+                name,
+                force: felt.clone(),
+                rubbing: Default::default(),
+                participation: felt,
+                cycles: [1, 1],
+                law: law.clone(),
+            });
+        };
+        for (number, coupling) in self.couplings.iter().enumerate() {
+            let twist = solved.contact(&self.twist(number, layout, assembled));
+            let [one, two] = coupling.shafts.map(|shaft| &self.shafts[shaft].name);
+            for (stage, law) in (1..).zip(&coupling.stages) {
+                for (side, way) in [(1.0, "forward"), (-1.0, "backward")] {
+                    let felt = twist.iter().map(|w| side * w).collect();
+                    let name = format!("stage {stage} of {one} and {two}, {way}");
+                    one_sided(name, felt, law);
+                }
+            }
+        }
+        for (number, stop) in self.stops.iter().enumerate() {
+            let mut felt = solved.contact(&self.approach(number, assembled));
+            felt[..solved.neutral.len()].fill(0.0);
+            let name = format!("stop of {}", self.shafts[stop.shaft].name);
+            one_sided(name, felt, &stop.law);
+        }
+        contacts
+    }
+
+    /// Modal forces of the mean drag, constant and by the first gear's speed. The motor keeps the
+    /// speed: its torque is what all brakes take of power.
+    fn mean_drag(
+        &self,
+        solved: &Solved,
+        layout: &Layout,
+        assembled: &Assembled,
+        driving: &[f64],
+    ) -> [Vec<f64>; 2] {
+        let modes = driving.len();
+        let mut loads = [vec![0.0; modes], vec![0.0; modes]];
+        let turning = |node: usize| solved.participation(&[(node, Freedom::RotationZ, 1.0)]);
+        let shafts = self.shafts.iter().enumerate().map(|(index, shaft)| {
+            let node = assembled.at(index, shaft.torque_at);
+            (turning(node), layout.speeds[index], shaft.drag)
+        });
+        let loose = self.loose_gears().zip(&assembled.loose).enumerate();
+        let loose = loose.filter_map(|(number, (place, &node))| {
+            let drag = self.gear(place).loose?.drag;
+            let on = assembled.at(place.shaft, self.gear(place).at);
+            let [own, below] = [node, on].map(turning);
+            let relative = own.iter().zip(below).map(|(a, b)| a - b);
+            let speeds = [
+                layout.speeds[self.shafts.len() + number],
+                layout.speeds[place.shaft],
+            ];
+            Some((relative.collect(), speeds[0] - speeds[1], drag))
+        });
+        for (felt, speed, drag) in shafts.chain(loose) {
+            let torques = [drag.constant * sign(speed), drag.viscous * speed];
+            for (load, torque) in loads.iter_mut().zip(torques) {
+                add(load, -torque, &felt);
+                add(load, torque * speed, driving);
+            }
+        }
+        for load in &mut loads {
+            load[0] = 0.0;
+            if load.iter().all(|&force| force == 0.0) {
+                load.clear();
+            }
+        }
+        loads
+    }
+}
+
+/// −1, 0 or 1.
+fn sign(value: f64) -> f64 {
+    if value == 0.0 { 0.0 } else { value.signum() }
+}
+
+fn add(sum: &mut [f64], factor: f64, column: &[f64]) {
+    for (sum, value) in sum.iter_mut().zip(column) {
+        *sum += factor * value;
+    }
+}
+
+impl Solved<'_> {
+    /// Values of a sum of freedoms in the structure's modes.
+    fn participation(&self, terms: &[(usize, Freedom, f64)]) -> Vec<f64> {
+        let mut column = self.modes.participation(&self.matrices.functional(terms));
+        self.settle(&mut column);
+        column
+    }
+
+    /// Of a contact, which does not feel the neutral rotation.
+    fn contact(&self, terms: &[(usize, Freedom, f64)]) -> Vec<f64> {
+        let mut column = self.participation(terms);
+        column[0] = 0.0;
+        column
+    }
+
+    fn flank(&self, terms: &FlankTerms) -> FlankParticipation {
+        FlankParticipation {
+            mesh: self.contact(&terms.mesh),
+            tilt: self.participation(&terms.tilt),
+            friction: self.participation(&terms.friction),
+            lever: self.participation(&terms.lever),
+            residual_flexibility: 0.0,
+        }
+    }
+
+    /// Turns the rigid modes so that the first is the neutral rotation, by a Householder
+    /// reflection, and gives elastic modes their signs.
+    fn settle(&self, column: &mut [f64]) {
+        let rigid = self.neutral.len();
+        let side = if self.neutral[0] > 0.0 { -1.0 } else { 1.0 };
+        let mut normal = self.neutral.clone();
+        normal[0] -= side;
+        let square: f64 = normal.iter().map(|v| v * v).sum();
+        let along: f64 = normal.iter().zip(column.iter()).map(|(v, x)| v * x).sum();
+        for (x, v) in column.iter_mut().zip(&normal) {
+            *x -= 2.0 * along * v / square;
+        }
+        // The reflection sends the neutral rotation to `side` times the first axis.
+        column[0] *= side;
+        for (value, sign) in column[rigid..].iter_mut().zip(&self.signs) {
+            *value *= sign;
+        }
+    }
+}

@@ -1,0 +1,546 @@
+#![allow(clippy::unwrap_used)]
+use super::*;
+use crate::shaft::flexible::tests::{damped, drive};
+use crate::shaft::{Drag, FlexibleDrive};
+use crate::structure::ModalStructure;
+
+const MODES: usize = 24;
+
+/// A further mesh's flank: what it bears is of no matter here.
+fn law() -> ContactLaw {
+    ContactLaw {
+        gap: 10e-6,
+        stiffness: vec![(1.0, [2e8, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])],
+        friction: Vec::new(),
+        damping: 100.0,
+        phase: 0.0,
+        error: Vec::new(),
+    }
+}
+
+/// The damped flexible drive with elements of 10 mm, the shaft of its wheel hollow.
+fn flexible() -> FlexibleDrive {
+    let mut drive = FlexibleDrive {
+        elements: [3, 6, 9],
+        damping_overrides: Vec::new(),
+        ..damped()
+    };
+    drive.shafts[1].inner_diameter = 15e-3;
+    drive
+}
+
+/// The same drive as a train.
+fn train(of: &FlexibleDrive) -> TrainDrive {
+    let distance = of.gears.reference_centre_distance();
+    let shafts = [0, 1].map(|index| {
+        let shaft = &of.shafts[index];
+        let gear_at = shaft.overhang + shaft.gear_position * shaft.span;
+        let body = Disc::annulus(
+            2.0 * of.gears.pitch_radii()[index],
+            shaft.diameter,
+            of.gears.body_length[index],
+            of.density,
+        );
+        let inertia = Disc {
+            mass: 0.0,
+            transverse_inertia: 0.0,
+            polar_inertia: shaft.end_inertia,
+        };
+        TrainShaft {
+            name: ["pinion", "wheel"][index].to_owned(),
+            origin: [[0.0; 3], [distance, 0.0, 0.0]][index],
+            direction: [0.0, 0.0, 1.0],
+            sections: vec![ShaftSection {
+                length: shaft.overhang + shaft.span,
+                outer: shaft.diameter,
+                inner: shaft.inner_diameter,
+            }],
+            element: Some(10e-3),
+            motion: Motion::All,
+            discs: vec![(0.0, inertia)],
+            gears: vec![TrainGear {
+                name: ["one", "two"][index].to_owned(),
+                at: gear_at,
+                teeth: of.gears.teeth[index],
+                module: of.gears.module,
+                pressure_angle: of.gears.pressure_angle,
+                width: of.gears.face_width,
+                body: body.unwrap(),
+                loose: None,
+            }],
+            bearings: vec![
+                (shaft.overhang, shaft.bearings[0]),
+                (shaft.overhang + shaft.span, shaft.bearings[1]),
+            ],
+            torque_at: 0.0,
+            output: [0.0, 1.0][index],
+            drag: shaft.drag,
+        }
+    });
+    TrainDrive {
+        shafts: shafts.into(),
+        gears: [place(0), place(1)],
+        pair: of.gears.clone(),
+        meshes: Vec::new(),
+        couplings: Vec::new(),
+        stops: Vec::new(),
+        driver: 0,
+        young_modulus: of.young_modulus,
+        shear_modulus: of.shear_modulus,
+        density: of.density,
+        shear_coefficient: of.shear_coefficient,
+        damping: of.damping,
+        damping_overrides: Vec::new(),
+        gyroscopic: of.gyroscopic,
+    }
+}
+
+fn place(shaft: usize) -> GearPlace {
+    GearPlace { shaft, gear: 0 }
+}
+
+fn assert_close(name: &str, a: &[f64], b: &[f64]) {
+    assert_eq!(a.len(), b.len(), "{name}");
+    let scale = b.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    for (i, (a, b)) in a.iter().zip(b).enumerate() {
+        assert!(
+            (a - b).abs() <= 1e-7 * scale,
+            "{name} {i}: {a} {b} of {scale}"
+        );
+    }
+}
+
+/// Everything of a structure that does not depend on the sense of its rigid rotations.
+fn assert_same(a: &ModalStructure, b: &ModalStructure) {
+    let flip = (a.mesh[1] * b.mesh[1]).signum();
+    let turned = |column: &[f64]| {
+        let mut column = column.to_vec();
+        column[1] *= flip;
+        column
+    };
+    assert_close("frequency", &a.frequency, &b.frequency);
+    assert_close("mesh", &turned(&a.mesh), &b.mesh);
+    assert_close("tilt", &turned(&a.mesh_tilt), &b.mesh_tilt);
+    assert_close("friction", &turned(&a.friction), &b.friction);
+    assert_close("lever", &turned(&a.friction_lever), &b.friction_lever);
+    assert_close("torque", &turned(&a.torque), &b.torque);
+    assert_close("constant load", &turned(&a.constant_load), &b.constant_load);
+    assert_close("load by speed", &turned(&a.load_by_speed), &b.load_by_speed);
+    let [one, two] = [a, b].map(|s| s.coast.clone().unwrap());
+    assert_close("coast mesh", &turned(&one.mesh), &two.mesh);
+    assert_close("coast tilt", &turned(&one.tilt), &two.tilt);
+    assert_close("coast friction", &turned(&one.friction), &two.friction);
+    assert_close("coast lever", &turned(&one.lever), &two.lever);
+    for (a, b) in [
+        (&a.pinion_torque, &b.pinion_torque),
+        (&a.wheel_torque, &b.wheel_torque),
+    ] {
+        assert_close("torques", &turned(a.as_ref().unwrap()), b.as_ref().unwrap());
+    }
+    let n = a.modes();
+    for (a, b) in [&a.coupling, &b.coupling]
+        .map(|c| c.clone().unwrap())
+        .into_iter()
+        .map(|c| [c.damping, c.gyroscopic, c.stiffness])
+        .reduce(|a, b| [0, 1, 2].map(|i| [a[i].clone(), b[i].clone()].concat()))
+        .unwrap()
+        .iter()
+        .map(|both| both.split_at(n * n))
+    {
+        let turned: Vec<f64> = (a.chunks(n).enumerate())
+            .flat_map(|(i, row)| {
+                let row_flip = if i == 1 { flip } else { 1.0 };
+                turned(row).into_iter().map(move |v| row_flip * v)
+            })
+            .collect();
+        assert_close("coupling", &turned, b);
+    }
+}
+
+#[test]
+fn a_drive_of_two_shafts_is_the_flexible_drive() {
+    let flexible = flexible();
+    let expected = flexible.modes(MODES, MODES, false).unwrap();
+    let found = train(&flexible).modes(MODES, MODES, false).unwrap();
+    assert_same(&found, &expected);
+    for (a, b) in found.bearings.iter().zip(&expected.bearings) {
+        assert_eq!(a.name, b.name);
+        assert_close(&a.name, &a.gain, &b.gain);
+        assert_close(&a.name, &a.rate_gain, &b.rate_gain);
+    }
+    assert_eq!(found.bearings.len(), expected.bearings.len());
+}
+
+/// How the train lies in space is of no matter.
+#[test]
+fn a_train_may_lie_anywhere() {
+    let mut train = train(&flexible());
+    let expected = train.modes(MODES, MODES, false).unwrap();
+    // About an axis askew, by an angle of no consequence.
+    let axis = nalgebra::Unit::new_normalize(nalgebra::Vector3::new(1.0, 2.0, -0.5));
+    let turn = nalgebra::Rotation3::from_axis_angle(&axis, 1.1);
+    // Bearings alike in x and y, whose frame turns otherwise.
+    let bearings = |train: &mut TrainDrive| {
+        for (_, bearing) in train.shafts.iter_mut().flat_map(|s| &mut s.bearings) {
+            bearing.y = bearing.x;
+            bearing.damping = [[200.0, 0.0], [0.0, 200.0]];
+        }
+    };
+    bearings(&mut train);
+    let upright = train.modes(MODES, MODES, false).unwrap();
+    for shaft in &mut train.shafts {
+        shaft.origin = (turn * nalgebra::Vector3::from(shaft.origin)).into();
+        shaft.direction = (turn * nalgebra::Vector3::z()).into();
+    }
+    let askew = train.modes(MODES, MODES, false).unwrap();
+    assert_close("frequency", &askew.frequency, &upright.frequency);
+    assert!((expected.frequency[2] / upright.frequency[2] - 1.0).abs() > 1e-4);
+    // Modes come in pairs now; what the mesh feels of a pair together does not depend on its basis.
+    let felt = |s: &ModalStructure, a: &[f64], b: &[f64]| -> f64 {
+        let parts = a.iter().zip(b).zip(&s.frequency);
+        parts
+            .filter(|(_, f)| **f > 0.0)
+            .map(|((a, b), f)| a * b / (f * f))
+            .sum()
+    };
+    let coast = |s: &ModalStructure| s.coast.clone().unwrap().mesh;
+    for (a, b) in [
+        (
+            felt(&askew, &askew.mesh, &askew.mesh),
+            felt(&upright, &upright.mesh, &upright.mesh),
+        ),
+        (
+            felt(&askew, &askew.mesh, &coast(&askew)),
+            felt(&upright, &upright.mesh, &coast(&upright)),
+        ),
+        (
+            felt(&askew, &askew.mesh, &askew.friction),
+            felt(&upright, &upright.mesh, &upright.friction),
+        ),
+    ] {
+        assert!((a / b - 1.0).abs() < 1e-8, "{a} {b}");
+    }
+}
+
+/// Three bodies in a row that only turn: everything is known in closed form.
+fn row(teeth: [u32; 4]) -> TrainDrive {
+    let mut train = train(&drive());
+    let radius = |z: u32| 0.5 * 3e-3 * f64::from(z);
+    let gear = |name: &str, at: f64, teeth: u32| TrainGear {
+        name: name.to_owned(),
+        at,
+        teeth,
+        body: Disc {
+            mass: 1.0,
+            transverse_inertia: 1.0,
+            polar_inertia: 1e-4 * f64::from(teeth),
+        },
+        ..train.shafts[0].gears[0].clone()
+    };
+    let [a, b, c, d] = teeth;
+    let gears = [
+        vec![gear("a", 0.0, a)],
+        vec![gear("b", 0.0, b), gear("c", 0.05, c)],
+        vec![gear("d", 0.05, d)],
+    ];
+    let first = radius(a) + radius(b);
+    let x = [0.0, first, first + radius(c) + radius(d)];
+    train.shafts = (gears.into_iter().zip(x).enumerate())
+        .map(|(index, (gears, x))| TrainShaft {
+            name: ["input", "counter", "output"][index].to_owned(),
+            origin: [x, 0.0, 0.0],
+            sections: Vec::new(),
+            motion: Motion::Rotation,
+            discs: Vec::new(),
+            gears,
+            bearings: Vec::new(),
+            torque_at: 0.0,
+            output: [0.0, 0.0, 1.0][index],
+            drag: Drag::default(),
+            ..train.shafts[0].clone()
+        })
+        .collect();
+    train.pair.teeth = [a, b];
+    train.meshes = vec![TrainMesh {
+        gears: [
+            GearPlace { shaft: 1, gear: 1 },
+            GearPlace { shaft: 2, gear: 0 },
+        ],
+        pressure_angle: 20f64.to_radians(),
+        friction: 0.0,
+        flanks: [law(), law()],
+    }];
+    train.gyroscopic = false;
+    train
+}
+
+#[test]
+fn two_stages_turn_as_their_teeth_say() {
+    let train = row([20, 30, 18, 27]);
+    let layout = train.layout().unwrap();
+    assert_eq!(layout.speeds, [1.0, -2.0 / 3.0, 4.0 / 9.0]);
+    // What stands still is counted as what turns ahead.
+    assert_eq!([-0.5, 0.0, 2.0].map(speeds::sense), [-1.0, 1.0, 1.0]);
+    // 18/30 of the first mesh's cycles.
+    assert_eq!(layout.cycles, [[1, 1], [3, 5]]);
+    let structure = train.modes(3, 3, false).unwrap();
+    assert_eq!(structure.frequency, [0.0; 3]);
+    assert_eq!(structure.neutral_modes(), 1);
+
+    let inertia = [20e-4, 48e-4, 27e-4];
+    let base = |z: f64| 0.5 * 3e-3 * z * 20f64.to_radians().cos();
+    // Inverse mass of each mesh and their coupling through the shaft between.
+    let [first, second] = [
+        base(20.0).powi(2) / inertia[0] + base(30.0).powi(2) / inertia[1],
+        base(18.0).powi(2) / inertia[1] + base(27.0).powi(2) / inertia[2],
+    ];
+    // δ₁ = r_a θ_a + r_b θ_b grows with θ_b > 0; the drive flanks of the second mesh are those that
+    // the counter shaft reaches turning backwards: δ₂ = −r_c θ_c − r_d θ_d.
+    let across = -base(30.0) * base(18.0) / inertia[1];
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let [drive, coast] = [0, 1].map(|i| &structure.contacts[i]);
+    let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-12, "{a} {b}");
+    close(dot(&structure.mesh, &structure.mesh), first);
+    close(dot(&drive.participation, &drive.participation), second);
+    close(dot(&structure.mesh, &drive.participation), across);
+    let sum: f64 = (drive.participation.iter().zip(&coast.participation))
+        .map(|(a, b)| (a + b).abs())
+        .sum();
+    assert!(sum < 1e-12, "{sum}");
+
+    // In balance every mesh bears what its torque says: torque = mesh F₁ + contact F₂ with F₁ = 1
+    // and F₂ the ratio of the lever arms.
+    let ratio = base(30.0) / base(18.0);
+    for i in 0..3 {
+        let rest = structure.torque[i] - structure.mesh[i] - ratio * drive.participation[i];
+        assert!(rest.abs() < 1e-12, "{i} {rest}");
+    }
+}
+
+#[test]
+fn a_loose_gear_turns_for_itself_and_is_braked_by_its_shaft() {
+    let mut train = row([20, 30, 18, 27]);
+    train.shafts[2].motion = Motion::Lateral;
+    train.shafts[2].discs = vec![(
+        0.0,
+        Disc {
+            mass: 1.0,
+            transverse_inertia: 1.0,
+            polar_inertia: 1.0,
+        },
+    )];
+    train.shafts[2].output = 0.0;
+    let bearing = Bearing {
+        x: 1e8,
+        y: 1e8,
+        axial: 1e8,
+        tilt: 1e4,
+        ..Bearing::default()
+    };
+    train.shafts[2].bearings = vec![(0.0, bearing)];
+    train.shafts[2].gears[0].loose = Some(LooseGear {
+        bearing,
+        drag: Drag {
+            viscous: 2e-3,
+            constant: 0.3,
+        },
+    });
+    assert_eq!(train.rotations(), 3);
+    let structure = train.modes(8, 8, false).unwrap();
+    assert_eq!(structure.rigid_modes(), 3);
+    assert!(structure.torque.iter().all(|&t| t == 0.0));
+    // The drag, met at the second mesh: F₂ = T/r_d, F₁ = F₂ r_c/r_b, and the motor's torque.
+    let base = |z: f64| 0.5 * 3e-3 * z * 20f64.to_radians().cos();
+    let drive = &structure.contacts[0].participation;
+    for (load, torque) in [
+        (&structure.constant_load, 0.3),
+        (&structure.load_by_speed, 2e-3 * 4.0 / 9.0),
+    ] {
+        let second = torque / base(27.0);
+        let first = second * base(18.0) / base(30.0);
+        for i in 0..3 {
+            let rest = load[i] - first * structure.mesh[i] - second * drive[i];
+            assert!(rest.abs() < 1e-10 * torque / base(27.0), "{i} {rest}");
+        }
+    }
+}
+
+#[test]
+fn trains_that_cannot_run_are_told() {
+    let told = |train: TrainDrive| train.modes(3, 3, false).unwrap_err().to_string();
+    let mut long = row([20, 1009, 1013, 27]);
+    long.meshes[0].gears.reverse();
+    assert!(told(row([20, 1009, 1013, 27])).contains("1013 cycles in 1009"));
+    let mut apart = row([20, 30, 18, 27]);
+    apart.shafts[2].gears[0].at = 0.2;
+    assert!(told(apart).contains("faces are"), "faces");
+    let mut motor = row([20, 30, 18, 27]);
+    motor.driver = 2;
+    assert!(told(motor).contains("`output` does not turn with the first gear"));
+    let mut held = row([20, 30, 18, 27]);
+    held.shafts[2].motion = Motion::Lateral;
+    assert!(told(held).contains("`output` is driven"));
+    // Shafts on one axis, then on two, then with a spring across the axis over a gap.
+    let coupled = |at: [f64; 2], radial: f64| {
+        let mut coupled = row([20, 30, 18, 32]);
+        coupled.shafts[2].origin = coupled.shafts[0].origin;
+        coupled.couplings.push(ShaftCoupling {
+            shafts: [0, 2],
+            at,
+            stiffness: [radial, 0.0, 0.0, 1e3],
+            damping: 0.0,
+            stages: Vec::new(),
+        });
+        coupled
+    };
+    assert!(told(coupled([0.0; 2], 0.0)).contains("the train locks"));
+    assert!(told(coupled([0.1, 0.0], 0.0)).contains("the train locks"));
+    assert!(told(coupled([0.1, 0.0], 1e7)).contains("across a gap of 1.000e-1 m"));
+    let mut beside = coupled([0.0; 2], 0.0);
+    beside.shafts[2].origin = row([20, 30, 18, 32]).shafts[2].origin;
+    assert!(told(beside).contains("on one axis"));
+    let mut loose = train(&flexible());
+    loose.shafts[1].bearings.pop();
+    loose.shafts[1].bearings[0].1.tilt = 0.0;
+    let message = loose.modes(MODES, MODES, false).unwrap_err().to_string();
+    assert!(message.contains("shaft `wheel` is not held"), "{message}");
+    // Which shaft, and how: along its axis, across it, tilting.
+    for shaft in 0..2 {
+        let without = |loosen: &dyn Fn(&mut Bearing)| {
+            let mut loose = train(&flexible());
+            loose.shafts[shaft]
+                .bearings
+                .iter_mut()
+                .for_each(|(_, bearing)| loosen(bearing));
+            loose.modes(MODES, MODES, false).unwrap_err().to_string()
+        };
+        let name = ["pinion", "wheel"][shaft];
+        for (message, way) in [
+            (without(&|bearing| bearing.axial = 0.0), "axially"),
+            (without(&|bearing| bearing.x = 0.0), "along its x axis"),
+            (without(&|bearing| bearing.y = 0.0), "along its y axis"),
+        ] {
+            let told = format!("shaft `{name}` is not held {way}");
+            assert!(message.contains(&told), "{message}");
+        }
+    }
+    let mut light = row([20, 30, 18, 27]);
+    light.shafts[0].gears[0].body.polar_inertia = 0.0;
+    assert!(told(light).contains("carries no inertia"));
+}
+
+/// The section there, the thicker one where two meet; ends are met to rounding.
+#[test]
+fn a_place_has_the_thicker_of_the_sections_that_meet_there() {
+    let section = |length: f64, outer: f64| ShaftSection {
+        length,
+        outer,
+        inner: 0.0,
+    };
+    let sections = [section(0.1, 0.03), section(0.2, 0.05), section(0.1, 0.04)];
+    for (at, outer) in [
+        (-1e-12, Some(0.03)),
+        (0.05, Some(0.03)),
+        (0.1, Some(0.05)),
+        (0.2, Some(0.05)),
+        (0.3, Some(0.05)),
+        (0.35, Some(0.04)),
+        (0.4 + 1e-12, Some(0.04)),
+        (-0.01, None),
+        (0.41, None),
+    ] {
+        let found = ShaftSection::at(&sections, at).map(|own| own.outer);
+        assert_eq!(found, outer, "{at}");
+    }
+}
+
+/// A stop beside a bearing is approached as the bearing is displaced, whatever the length of its direction.
+#[test]
+fn a_stop_is_approached_as_its_place_moves() {
+    let mut train = train(&drive());
+    let (at, bearing) = train.shafts[1].bearings[0];
+    let stop = |direction: [f64; 3]| Stop {
+        shaft: 1,
+        at,
+        direction,
+        law: ContactLaw { gap: 5e-6, ..law() },
+    };
+    train.stops = [[0.0, 0.0, -2.0], [5.0, 0.0, 0.0], [1.0, -2.0, 2.0]]
+        .map(stop)
+        .to_vec();
+    let structure = train.modes(MODES, MODES, false).unwrap();
+    let moved = |axis: &str, stiffness: f64| -> Vec<f64> {
+        let name = format!("wheel 1 {axis}");
+        let own = structure.bearings.iter().find(|own| own.name == name);
+        own.unwrap()
+            .gain
+            .iter()
+            .map(|force| force / stiffness)
+            .collect()
+    };
+    let [x, y] = [moved("x", bearing.x), moved("y", bearing.y)];
+    let z = moved("axial", bearing.axial);
+    let towards = |i: usize| [-z[i], x[i], (x[i] - 2.0 * y[i] + 2.0 * z[i]) / 3.0];
+    assert_eq!(structure.contacts.len(), 3);
+    for (number, contact) in structure.contacts.iter().enumerate() {
+        assert_eq!(
+            (contact.name.as_str(), contact.law.gap),
+            ("stop of wheel", 5e-6)
+        );
+        assert_eq!(contact.force, contact.participation);
+        let size = contact
+            .participation
+            .iter()
+            .fold(0.0_f64, |size, w| size.max(w.abs()));
+        assert!(size > 0.1, "{number}: {size}");
+        for (i, found) in contact.participation.iter().enumerate() {
+            let off = found - towards(i)[number];
+            assert!(off.abs() < 1e-9 * size, "{number}, mode {i}: {off:e}");
+        }
+    }
+}
+
+/// Elements are counted before they are made, as many as are made.
+#[test]
+fn a_train_is_refused_before_its_elements_are_made() {
+    let mut train = train(&drive());
+    let made = train.freedoms().unwrap();
+    let length = train.shafts[1].length();
+    // Two shafts of All motions: as many nodes as elements, and one each.
+    let elements = |train: &TrainDrive| -> f64 {
+        (0..2)
+            .flat_map(|index| {
+                let places = train.places(index).unwrap();
+                train.shafts[index].stretches(&places)
+            })
+            .map(|stretch| stretch.elements)
+            .sum()
+    };
+    assert_eq!(6.0 * (elements(&train) + 2.0), made as f64);
+    train.shafts[1].element = Some(length / 600.0);
+    assert!(train.check().is_ok());
+    for element in [length / 700.0, 1e-9, 1e-300, f64::MIN_POSITIVE] {
+        train.shafts[1].element = Some(element);
+        let Err(TrainError::TooFine {
+            place,
+            elements_of_section,
+            freedoms,
+            gigabytes,
+            ..
+        }) = train.check()
+        else {
+            panic!("{element} is taken");
+        };
+        assert_eq!(place, [1, 0]);
+        assert!(elements_of_section >= 0.999 * length / element);
+        assert!(freedoms > 4000.0 && gigabytes > 1.0);
+        assert!(matches!(train.freedoms(), Err(ShaftError::Train(_))));
+    }
+    // A shaft that is held has elements all the same.
+    train.shafts[1].element = Some(length / 5000.0);
+    train.shafts[1].motion = Motion::None;
+    assert!(matches!(
+        train.check_size(),
+        Err(TrainError::TooFine { .. })
+    ));
+}

@@ -1,0 +1,11 @@
+//! Jobs: manifests are read, points are swept over threads, rows are stored.
+
+pub mod input;
+pub mod manifest;
+pub mod store;
+pub mod sweep;
+pub mod topology;
+pub mod units;
+
+use gearatlas_core::{analysis, model, numerics, propagate, structure};
+use gearatlas_gears::{gear, shaft};

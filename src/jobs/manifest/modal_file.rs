@@ -1,0 +1,330 @@
+//! Modal files: a structure from any finite-element code, one list a column, one entry a
+//! mode. The same diagnostics as for the manifest, pointing into the modal file.
+
+mod coast;
+mod contacts;
+mod coupling;
+mod loads;
+
+use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use super::reader::Section;
+use super::schema::{self, MODAL_FILE};
+use super::sections::Context;
+use super::text::NoText;
+use super::tree::entries;
+use super::tree::{self, Value};
+use super::{text, unknown};
+use crate::structure::{BearingGain, ModalStructure, StaticShare};
+use std::collections::HashSet;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Most modes; the kernels are meant for tens.
+const MAX_MODES: usize = 1000;
+
+/// Reads the modal file named in the manifest at `span`, once a job.
+pub(super) fn load(
+    issues: &mut Issues,
+    context: &mut Context,
+    file: &str,
+    span: Span,
+) -> Option<Arc<ModalStructure>> {
+    let path: PathBuf = context.base_dir.join(file);
+    if let Some(known) = context.modal_files.get(&path) {
+        return known.clone();
+    }
+    let structure = match text::read(issues, &path, "the modal file") {
+        Ok(source) => parse(issues, source).map(Arc::new),
+        Err(NoText::Reported) => None,
+        Err(NoText::Unreadable(error)) => {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Unreadable,
+                    span,
+                    "model.file",
+                    format!(
+                        "the modal file `{}` cannot be read: {error}",
+                        path.display()
+                    ),
+                )
+                .label("named here")
+                .remedy("check the path; a relative one starts at the manifest's folder"),
+            );
+            None
+        }
+    };
+    context.modal_files.insert(path, structure.clone());
+    structure
+}
+
+fn parse(issues: &mut Issues, source: usize) -> Option<ModalStructure> {
+    let before = issues.count();
+    let tree = tree::parse(source, issues);
+    if issues.count() > before {
+        return None;
+    }
+    unknown::check(issues, &tree, MODAL_FILE);
+    read(&Section::root(&tree, MODAL_FILE), issues)
+}
+
+fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
+    let teeth = root.integer(issues, "teeth");
+    let wheel_teeth = match root.has("teeth_wheel") {
+        true => root.integer(issues, "teeth_wheel").map(Some),
+        false => Some(None),
+    };
+    let rated_force = root.quantity(issues, "rated_force");
+    let frequency = (root.quantities(issues, "frequency", None)).map(without_round_off);
+    let modes = frequency.as_ref().map(Vec::len);
+    let damping = column(root, issues, "damping", modes);
+    let mesh = column(root, issues, "mesh", modes).filter(|c| acts(root, issues, "mesh", c));
+    let torque = column(root, issues, "torque", modes).filter(|c| acts(root, issues, "torque", c));
+    let mesh_tilt = optional(root, issues, "mesh_tilt", modes);
+    let friction = optional(root, issues, "friction", modes);
+    let friction_lever = optional(root, issues, "friction_lever", modes);
+    let pinion_torque = optional(root, issues, "torque_pinion", modes);
+    let wheel_torque = optional(root, issues, "torque_wheel", modes);
+    let bearings = bearings(root, issues, modes);
+    let contacts = contacts::read(root, issues, modes);
+    let coupling = coupling::read(root, issues, frequency.as_deref());
+    let coast = coast::read(root, issues, mesh.as_deref(), frequency.as_deref());
+    let constant_load = optional(root, issues, "constant_load", modes);
+    let load_by_speed = optional(root, issues, "load_by_speed", modes);
+    let harmonic_loads = loads::read(root, issues, modes, teeth);
+    let frequency = frequency?;
+    check_frequencies(root, issues, &frequency)?;
+    check_rigid(root, issues, &frequency)?;
+    let zeros = vec![0.0; frequency.len()];
+    Some(ModalStructure {
+        teeth: u32::try_from(teeth?).ok()?,
+        wheel_teeth: match wheel_teeth? {
+            Some(teeth) => Some(u32::try_from(teeth).ok()?),
+            None => None,
+        },
+        rated_force: rated_force?,
+        frequency,
+        damping: damping?,
+        mesh: mesh?,
+        mesh_tilt: mesh_tilt?.unwrap_or_else(|| zeros.clone()),
+        torque: torque?,
+        pinion_torque: pinion_torque?,
+        wheel_torque: wheel_torque?,
+        friction: friction?.unwrap_or_else(|| zeros.clone()),
+        friction_lever: friction_lever?.unwrap_or(zeros),
+        residual_flexibility: 0.0,
+        coast: coast?,
+        contacts: contacts?,
+        bearings: bearings?,
+        torques: Vec::new(),
+        motions: Vec::new(),
+        coupling: coupling?,
+        constant_load: constant_load?
+            .filter(|column| acting(column))
+            .unwrap_or_default(),
+        load_by_speed: load_by_speed?
+            .filter(|column| acting(column))
+            .unwrap_or_default(),
+        harmonic_loads: harmonic_loads?,
+    })
+}
+
+/// The tables `[[bearing]]`; none where there are none.
+fn bearings(root: &Section, issues: &mut Issues, modes: Option<usize>) -> Option<Vec<BearingGain>> {
+    if !root.has("bearing") {
+        return Some(Vec::new());
+    }
+    let tables = root.tables(issues, "bearing")?;
+    equal_names(&tables, issues);
+    let all: Vec<Option<BearingGain>> = (tables.iter())
+        .map(|table| {
+            let name = table.text(issues, "name");
+            let gain = column(table, issues, "gain", modes);
+            let rate_gain = optional(table, issues, "rate_gain", modes);
+            Some(BearingGain {
+                name: name?.to_owned(),
+                gain: gain?,
+                rate_gain: rate_gain?
+                    .filter(|column| acting(column))
+                    .unwrap_or_default(),
+                left_out: StaticShare::default(),
+            })
+        })
+        .collect();
+    all.into_iter().collect()
+}
+
+/// Results name forces of bearings by these names: of two that are equal neither could be told.
+fn equal_names(tables: &[Section], issues: &mut Issues) {
+    let mut known = HashSet::new();
+    for table in tables {
+        let Some(Value::Text(name)) = table.entry("name").map(|entry| &entry.node.value) else {
+            continue;
+        };
+        if !known.insert(name) {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Inconsistent,
+                    table.span_of("name"),
+                    &table.path_of("name"),
+                    format!("two bearing forces have the name `{name}`"),
+                )
+                .label("second time")
+                .remedy("give every [[bearing]] a name of its own, such as \"pinion 1 x\""),
+            );
+        }
+    }
+}
+
+/// A column with one entry a mode.
+fn column(
+    root: &Section,
+    issues: &mut Issues,
+    name: &str,
+    modes: Option<usize>,
+) -> Option<Vec<f64>> {
+    let values = root.quantities(issues, name, None)?;
+    let modes = modes?;
+    if values.len() == modes {
+        return Some(values);
+    }
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            root.span_of(name),
+            name,
+            format!(
+                "`{name}` has {}, `frequency` has {}",
+                entries(values.len()),
+                entries(modes)
+            ),
+        )
+        .label(format!("{modes} are needed, one a mode"))
+        .remedy("give every column one entry a mode, in the order of `frequency`"),
+    );
+    None
+}
+
+/// A column that may be absent.
+fn optional(
+    root: &Section,
+    issues: &mut Issues,
+    name: &str,
+    modes: Option<usize>,
+) -> Option<Option<Vec<f64>>> {
+    if root.has(name) {
+        column(root, issues, name, modes).map(Some)
+    } else {
+        Some(None)
+    }
+}
+
+/// Whether a column has an entry that is not 0.
+fn acting(column: &[f64]) -> bool {
+    column.iter().any(|&value| value != 0.0)
+}
+
+/// Whether any mode takes part.
+fn acts(root: &Section, issues: &mut Issues, name: &str, values: &[f64]) -> bool {
+    if acting(values) {
+        return true;
+    }
+    let what = match name {
+        "mesh" => "the mesh force acts on nothing",
+        _ => "the load acts on nothing",
+    };
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            root.span_of(name),
+            name,
+            format!("`{name}` is zero for every mode: {what}"),
+        )
+        .label("all zero")
+        .remedy(format!(
+            "check the export: `{name}` needs at least one entry that is not 0"
+        )),
+    );
+    false
+}
+
+/// Part of the highest frequency below which one is the round-off of a rigid rotation: a solver
+/// that knows stiffnesses to 1e-16 knows frequencies to 1e-8 of the highest of its own, which the
+/// file may have left out.
+const ROUND_OFF: f64 = 1e-5;
+
+/// Part of the highest frequency below which one can only be round-off: squares of frequencies are known to no better than
+/// 1e-16 of the highest.
+const UNRESOLVED: f64 = 1e-8;
+
+/// Frequencies with those at 0 that are below [`UNRESOLVED`].
+fn without_round_off(mut frequency: Vec<f64>) -> Vec<f64> {
+    let least = UNRESOLVED * frequency.iter().copied().fold(0.0, f64::max);
+    for omega in frequency.iter_mut().filter(|omega| omega.abs() < least) {
+        *omega = 0.0;
+    }
+    frequency
+}
+
+/// A rigid rotation with the frequency that an eigenvalue solver's round-off has given it turns
+/// for thousands of cycles into a quarter: no motion would be seen to repeat.
+fn check_rigid(root: &Section, issues: &mut Issues, frequency: &[f64]) -> Option<()> {
+    let highest = frequency.last().copied().unwrap_or(0.0);
+    let rigid = |omega: f64| omega > 0.0 && omega < ROUND_OFF * highest;
+    let Some(first) = frequency.iter().position(|omega| rigid(*omega)) else {
+        return Some(());
+    };
+    let count = frequency.iter().filter(|omega| rigid(**omega)).count();
+    let (which, are) = match count {
+        1 => (format!("mode {}", first + 1), "is a rigid rotation"),
+        _ => (
+            format!("modes {} to {}", first + 1, first + count),
+            "are rigid rotations",
+        ),
+    };
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            root.span_of("frequency"),
+            "frequency",
+            format!(
+                "{which} ({} rad/s, {:.0e} of the highest) {are} as round-off of an eigenvalue solver leaves it",
+                schema::number(frequency[first]),
+                frequency[first] / highest
+            ),
+        )
+        .label("nearly, but not 0".to_owned())
+        .remedy("give 0 for rigid rotations; below 1e-5 of the highest frequency no spring is meant"),
+    );
+    None
+}
+
+fn check_frequencies(root: &Section, issues: &mut Issues, frequency: &[f64]) -> Option<()> {
+    let descent = frequency.windows(2).position(|pair| pair[1] < pair[0]);
+    let (kind, message, label) = if frequency.is_empty() || frequency.len() > MAX_MODES {
+        (
+            DiagnosticKind::OutOfRange,
+            format!("the file has {} modes", frequency.len()),
+            format!("1 to {MAX_MODES} are accepted"),
+        )
+    } else if let Some(i) = descent {
+        (
+            DiagnosticKind::Inconsistent,
+            format!(
+                "frequencies must ascend, but mode {} ({}) lies below mode {} ({})",
+                i + 2,
+                schema::number(frequency[i + 1]),
+                i + 1,
+                schema::number(frequency[i])
+            ),
+            "not ascending".to_owned(),
+        )
+    } else {
+        return Some(());
+    };
+    issues.push(
+        Diagnostic::new(kind, root.span_of("frequency"), "frequency", message)
+            .label(label)
+            .remedy("sort all columns by frequency; truncation keeps the first modes"),
+    );
+    None
+}

@@ -1,0 +1,78 @@
+//! What a modal file says of the coast flanks.
+
+use super::{column, optional};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::Section;
+use crate::structure::FlankParticipation;
+
+/// What has no meaning without `mesh_coast`.
+const BESIDE: [&str; 3] = ["mesh_tilt_coast", "friction_coast", "friction_lever_coast"];
+
+/// Largest difference of both flanks' deflections in a rigid rotation, as a part of the largest
+/// participation: what a file of six digits leaves.
+const SAME_ROTATION: f64 = 1e-5;
+
+/// The columns of the coast flanks; the outer `None` is a fault.
+pub(super) fn read(
+    root: &Section,
+    issues: &mut Issues,
+    drive: Option<&[f64]>,
+    frequency: Option<&[f64]>,
+) -> Option<Option<FlankParticipation>> {
+    if !root.has("mesh_coast") {
+        root.without_effect(
+            issues,
+            &BESIDE,
+            "without `mesh_coast`",
+            "remove it, or add mesh_coast",
+        );
+        return Some(None);
+    }
+    let modes = frequency.map(<[f64]>::len);
+    let mesh = column(root, issues, "mesh_coast", modes);
+    let [tilt, friction, lever] = BESIDE.map(|name| optional(root, issues, name, modes));
+    let (mesh, frequency) = (mesh?, frequency?);
+    same_rotation(root, issues, &mesh, drive?, frequency)?;
+    let or_zeros = |column: Option<Vec<f64>>| column.unwrap_or_else(|| vec![0.0; frequency.len()]);
+    Some(Some(FlankParticipation {
+        mesh,
+        tilt: or_zeros(tilt?),
+        friction: or_zeros(friction?),
+        lever: or_zeros(lever?),
+        residual_flexibility: 0.0,
+    }))
+}
+
+/// A rotation opens one side of a tooth by what it closes the other: in rigid rotations both
+/// flanks have one deflection.
+fn same_rotation(
+    root: &Section,
+    issues: &mut Issues,
+    coast: &[f64],
+    drive: &[f64],
+    frequency: &[f64],
+) -> Option<()> {
+    let largest = drive.iter().fold(0.0_f64, |most, w| most.max(w.abs()));
+    let differs = |mode: &usize| {
+        frequency[*mode] == 0.0 && (coast[*mode] - drive[*mode]).abs() > SAME_ROTATION * largest
+    };
+    let Some(mode) = (0..frequency.len()).find(differs) else {
+        return Some(());
+    };
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            root.span_of("mesh_coast"),
+            "mesh_coast",
+            format!(
+                "mode {} is a rigid rotation, in which both flanks have one deflection, but `mesh_coast` is {} there and `mesh` {}",
+                mode + 1,
+                coast[mode],
+                drive[mode]
+            ),
+        )
+        .label("of another sign or size than `mesh`")
+        .remedy("give `mesh_coast` the sign of `mesh`: it grows as the drive flanks approach"),
+    );
+    None
+}

@@ -1,0 +1,60 @@
+//! The tables `[[contact]]` of a modal file: contacts beside the two flanks.
+
+use super::{column, optional};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::Section;
+use crate::manifest::sections::contact_law;
+use crate::model::MOST_CONTACTS;
+use crate::structure::StructureContact;
+
+/// Contacts that may stand beside the two flanks.
+const MOST: usize = MOST_CONTACTS - 2;
+
+/// The contacts; none where there are none.
+pub(super) fn read(
+    root: &Section,
+    issues: &mut Issues,
+    modes: Option<usize>,
+) -> Option<Vec<StructureContact>> {
+    let tables = root.tables(issues, "contact")?;
+    if tables.len() > MOST {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::OutOfRange,
+                root.span_of("contact"),
+                "contact",
+                format!("the file has {} contacts beside the flanks", tables.len()),
+            )
+            .label(format!("at most {MOST} are accepted"))
+            .remedy("join contacts that act as one, or leave some out"),
+        );
+        return None;
+    }
+    let all: Vec<Option<StructureContact>> = tables
+        .iter()
+        .map(|table| contact(table, issues, modes))
+        .collect();
+    all.into_iter().collect()
+}
+
+fn contact(table: &Section, issues: &mut Issues, modes: Option<usize>) -> Option<StructureContact> {
+    let name = table.text(issues, "name");
+    let participation = column(table, issues, "participation", modes);
+    let force = optional(table, issues, "force", modes);
+    let gap = table.quantity(issues, "gap");
+    let law = contact_law::cyclic(table, issues, gap);
+    let cycles = match table.has("cycles") {
+        true => table.integers::<2>(issues, "cycles"),
+        false => Some([1, 1]),
+    };
+    let participation = participation?;
+    Some(StructureContact {
+        name: name?.to_owned(),
+        force: force?.unwrap_or_else(|| participation.clone()),
+        rubbing: Default::default(),
+        participation,
+        // The schema bounds them far below the range of u32.
+        cycles: cycles?.map(|count| count as u32),
+        law: law?.0,
+    })
+}

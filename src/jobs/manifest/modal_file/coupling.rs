@@ -1,0 +1,143 @@
+//! The matrices of a modal file that couple its modes: a list of rows each, one row a mode.
+
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::Section;
+use crate::manifest::schema;
+use crate::manifest::tree::entries;
+use crate::structure::Coupling;
+
+/// Largest sum of two entries across the diagonal of a skew matrix, as a part of its largest
+/// entry: what a file of six digits leaves.
+const SKEW_BOUND: f64 = 1e-5;
+
+/// Part of the highest frequency below which the damping of a rigid motion is what a projection has left
+/// of 0: it would take years to be felt, and the round-off of a load divided by it is a speed beyond any.
+const NO_DAMPING: f64 = 1e-12;
+
+/// The coupling; the outer `None` is a fault. Matrices that are 0 everywhere couple nothing.
+pub(super) fn read(
+    root: &Section,
+    issues: &mut Issues,
+    frequency: Option<&[f64]>,
+) -> Option<Option<Coupling>> {
+    let modes = frequency.map(<[f64]>::len);
+    let damping = matrix(root, issues, "damping_matrix", modes)
+        .and_then(|matrix| Some(without_round_off(matrix, frequency?)));
+    let gyroscopic = matrix(root, issues, "gyroscopic_matrix", modes)
+        .and_then(|matrix| skew(root, issues, matrix, modes?));
+    let stiffness = matrix(root, issues, "stiffness_matrix", modes);
+    let coupling = Coupling {
+        damping: damping?,
+        gyroscopic: gyroscopic?,
+        stiffness: stiffness?,
+    };
+    let all = [&coupling.damping, &coupling.gyroscopic, &coupling.stiffness];
+    let felt = all.into_iter().flatten().any(|&entry| entry != 0.0);
+    Some(felt.then_some(coupling))
+}
+
+/// A square matrix with a row a mode, row by row; zeros where it is absent.
+fn matrix(
+    root: &Section,
+    issues: &mut Issues,
+    name: &str,
+    modes: Option<usize>,
+) -> Option<Vec<f64>> {
+    if !root.has(name) {
+        return modes.map(|modes| vec![0.0; modes * modes]);
+    }
+    let rows = root.rows(issues, name)?;
+    let modes = modes?;
+    let fault = if rows.len() != modes {
+        let plural = if rows.len() == 1 { "" } else { "s" };
+        format!("`{name}` has {} row{plural}", rows.len())
+    } else if let Some(row) = rows.iter().position(|row| row.len() != modes) {
+        let count = entries(rows[row].len());
+        format!("row {} of `{name}` has {count}", row + 1)
+    } else {
+        return Some(rows.concat());
+    };
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            root.span_of(name),
+            name,
+            format!("{fault}, `frequency` has {}", entries(modes)),
+        )
+        .label(format!("{modes} rows of {modes} are needed"))
+        .remedy("give a row a mode with one entry a mode, in the order of `frequency`"),
+    );
+    None
+}
+
+/// A damping matrix, 0 where rigid motions have less than [`NO_DAMPING`].
+fn without_round_off(mut matrix: Vec<f64>, frequency: &[f64]) -> Vec<f64> {
+    let least = NO_DAMPING * frequency.iter().copied().fold(0.0, f64::max);
+    let modes = frequency.len();
+    for (place, entry) in matrix.iter_mut().enumerate() {
+        let rigid = [place / modes, place % modes].map(|mode| frequency[mode] == 0.0);
+        if rigid.contains(&true) && entry.abs() < least {
+            *entry = 0.0;
+        }
+    }
+    matrix
+}
+
+/// The gyroscopic matrix, skew in every bit.
+fn skew(root: &Section, issues: &mut Issues, matrix: Vec<f64>, modes: usize) -> Option<Vec<f64>> {
+    let largest = matrix.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let places = (0..modes).flat_map(|i| (0..=i).map(move |j| (i, j)));
+    let pair = |(i, j): (usize, usize)| [matrix[i * modes + j], matrix[j * modes + i]];
+    let sum = |place| pair(place).iter().sum::<f64>().abs();
+    if let Some((i, j)) = places
+        .clone()
+        .find(|&place| sum(place) > SKEW_BOUND * largest)
+    {
+        let [below, above] = pair((i, j));
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                root.span_of("gyroscopic_matrix"),
+                "gyroscopic_matrix",
+                format!(
+                    "row {}, column {} of `gyroscopic_matrix` is {}, its mirror image {}; \
+                     gyroscopic moments do no work",
+                    i + 1,
+                    j + 1,
+                    schema::number(below),
+                    schema::number(above)
+                ),
+            )
+            .label("not skew")
+            .remedy(
+                "give every pair across the diagonal opposite signs and the diagonal 0; what \
+                 dissipates belongs in `damping_matrix`",
+            ),
+        );
+        return None;
+    }
+    let mut exact = vec![0.0; modes * modes];
+    for (i, j) in places.filter(|(i, j)| i != j) {
+        let [below, above] = pair((i, j));
+        exact[i * modes + j] = 0.5 * (below - above);
+        exact[j * modes + i] = -exact[i * modes + j];
+    }
+    Some(exact)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn round_off_damps_no_rigid_motion() {
+        // Rigid, elastic: below 1e-12 of 4000 rad/s only where a rigid motion takes part.
+        let given = vec![1e-24, -3.9e-9, 3.9e-9, 1e-10];
+        let read = without_round_off(given, &[0.0, 4000.0]);
+        assert_eq!(read, [0.0, 0.0, 0.0, 1e-10]);
+        let drag = vec![1e-8, 4.1e-9, -4.1e-9, 0.0];
+        assert_eq!(without_round_off(drag.clone(), &[0.0, 4000.0]), drag);
+        // Without an elastic mode there is no scale, and every drag counts.
+        assert_eq!(without_round_off(vec![1e-24], &[0.0]), [1e-24]);
+    }
+}

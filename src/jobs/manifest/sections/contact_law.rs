@@ -1,0 +1,123 @@
+//! What a one-sided contact bears, wherever one is described: by a modal file, or in `[train]`.
+
+use super::excitation::{harmonics, stiffness_harmonics};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::Section;
+use crate::model::{Division, StiffnessHarmonic};
+use crate::structure::ContactLaw;
+
+/// A contact of one stiffness and damping behind a gap.
+pub(super) fn constant(table: &Section, issues: &mut Issues) -> Option<ContactLaw> {
+    let gap = table.quantity(issues, "gap");
+    let stiffness = table.quantity(issues, "stiffness");
+    let damping = table.quantity_or_default(issues, "damping");
+    Some(ContactLaw {
+        gap: gap?,
+        stiffness: coefficients(&Division::levels(&[stiffness?], &[])),
+        friction: Vec::new(),
+        damping: damping?,
+        phase: 0.0,
+        error: Vec::new(),
+    })
+}
+
+/// A contact with a cycle of its own, and the divisions of its stiffness; its gap is read apart.
+pub(in crate::manifest) fn cyclic(
+    table: &Section,
+    issues: &mut Issues,
+    gap: Option<f64>,
+) -> Option<(ContactLaw, Vec<Division>)> {
+    let stiffness = stiffness(table, issues);
+    let damping = table.quantity_or_default(issues, "damping");
+    let phase = table.quantity_or_default(issues, "phase");
+    let error = harmonics(table, issues, "transmission_error");
+    let divisions = stiffness?;
+    let law = ContactLaw {
+        gap: gap?,
+        stiffness: coefficients(&divisions),
+        friction: Vec::new(),
+        damping: damping?,
+        phase: phase?,
+        error: (error?.iter())
+            .map(|h| (h.harmonic, h.amplitude, h.phase))
+            .collect(),
+    };
+    Some((law, divisions))
+}
+
+/// Gives a law the stiffness of divisions, and the direction of friction if there is any.
+pub(super) fn take(law: &mut ContactLaw, divisions: &[Division], rubs: bool) {
+    law.stiffness = coefficients(divisions);
+    let friction = divisions.iter().filter(|_| rubs);
+    law.friction = friction.map(|division| division.friction).collect();
+}
+
+/// Where each division ends, and its Legendre coefficients.
+fn coefficients(divisions: &[Division]) -> Vec<(f64, [f64; 8])> {
+    (divisions.iter())
+        .map(|division| (division.end, *division.stiffness.coefficients()))
+        .collect()
+}
+
+/// One stiffness, one a part of the contact's cycle, or a mean with harmonics that leave something
+/// of it everywhere.
+fn stiffness(table: &Section, issues: &mut Issues) -> Option<Vec<Division>> {
+    if table.has("levels") {
+        let others = ["stiffness", "stiffness_harmonics"];
+        table.given_twice(
+            issues,
+            &others,
+            "levels",
+            "give the stiffness over the cycle",
+        );
+        let levels = table.quantities(issues, "levels", None)?;
+        return match levels.is_empty() {
+            true => {
+                let path = table.path_of("levels");
+                issues.push(
+                    Diagnostic::new(
+                        DiagnosticKind::Empty,
+                        table.span_of("levels"),
+                        &path,
+                        format!("`{path}` is empty, so the contact has no stiffness"),
+                    )
+                    .label("empty")
+                    .accepted(table.spec(&path).accepted()),
+                );
+                None
+            }
+            false => Some(Division::levels(&levels, &[])),
+        };
+    }
+    let (_, _, divisions) = fourier(table, issues, "stiffness")?;
+    Some(divisions)
+}
+
+/// A mean stiffness, its harmonics, and the divisions of their sum, which must stay above 0.
+pub(super) fn fourier(
+    table: &Section,
+    issues: &mut Issues,
+    mean: &str,
+) -> Option<(f64, Vec<StiffnessHarmonic>, Vec<Division>)> {
+    let mean = table.quantity(issues, mean);
+    let harmonics = stiffness_harmonics(table, issues);
+    let (mean, harmonics) = (mean?, harmonics?);
+    let divisions = Division::fourier(mean, &harmonics);
+    let smallest = (divisions.iter())
+        .map(|division| division.stiffness.smallest())
+        .fold(f64::INFINITY, f64::min);
+    if smallest > 0.0 {
+        return Some((mean, harmonics, divisions));
+    }
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            table.span_of("stiffness_harmonics"),
+            &table.path_of("stiffness_harmonics"),
+            format!("the harmonics bring the stiffness down to {smallest:.3e} N/m"),
+        )
+        .label(format!("about a mean of {mean:.3e} N/m"))
+        .remedy("make the amplitudes smaller: a stiffness stays above 0"),
+    );
+    None
+}

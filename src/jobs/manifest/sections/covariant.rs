@@ -1,0 +1,133 @@
+//! `[analyses.covariant]`, and how many exponents a model has.
+
+use crate::analysis::{CovariantQuestion, MOST_MEMORY};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::Section;
+use crate::manifest::spec::ModelSpec;
+
+pub(super) fn read(
+    table: &Section,
+    issues: &mut Issues,
+    model: Option<&ModelSpec>,
+) -> Option<CovariantQuestion> {
+    let vectors = table.count_or_default(issues, "vectors");
+    let cycles = table.integer_or_default(issues, "cycles");
+    let align = table.integer_or_default(issues, "align");
+    let question = CovariantQuestion {
+        vectors: vectors?,
+        cycles: cycles?,
+        align: align?,
+    };
+    there_are(table, issues, "vectors", question.vectors, model)?;
+    let memory = question.memory();
+    if memory > MOST_MEMORY {
+        let most = MOST_MEMORY / (memory / (question.cycles + question.align));
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                table.span,
+                "analyses.covariant",
+                format!(
+                    "the factors of {} vectors over {} + {} cycles take {} MiB of every point at work",
+                    question.vectors,
+                    question.cycles,
+                    question.align,
+                    memory >> 20
+                ),
+            )
+            .label(format!("at most {} MiB", MOST_MEMORY >> 20))
+            .remedy(format!(
+                "ask for fewer vectors, or for cycles and align of at most {most} together"
+            )),
+        );
+        return None;
+    }
+    Some(question)
+}
+
+/// Whether a model has as many exponents as a key asks for; none where it has not, reported.
+pub(super) fn there_are(
+    table: &Section,
+    issues: &mut Issues,
+    key: &str,
+    asked: usize,
+    model: Option<&ModelSpec>,
+) -> Option<()> {
+    let Some(model) = model.filter(|model| asked > model.exponents()) else {
+        return Some(());
+    };
+    let (retained, most) = (model.retained, model.exponents());
+    let (of, beside) = match model.neutral_exponents() {
+        0 => ("none".to_owned(), String::new()),
+        own => (
+            format!("{own}, under drag"),
+            format!(", and {own} under drag"),
+        ),
+    };
+    let neutral = match model.neutral() {
+        0 => String::new(),
+        1 => format!(" (the neutral rotation has {of})"),
+        _ => format!(" (neutral rotations have {of})"),
+    };
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            table.span_of(key),
+            &table.path_of(key),
+            format!("there are no {asked} {key}: {retained} retained modes have {most}{neutral}"),
+        )
+        .label(format!("at most {most}"))
+        .accepted(format!(
+            "a whole number from 1 to {most}, twice the retained modes{}{beside}",
+            match neutral.is_empty() {
+                true => "",
+                false => " that are not neutral",
+            }
+        )),
+    );
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    /// Under drag the speed of the neutral rotation has an exponent.
+    #[test]
+    fn drag_has_an_exponent_of_its_own() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../manifests/tiers");
+        let text = std::fs::read_to_string(folder.join("torsional.toml")).unwrap();
+        let asked = |exponents: usize, drag: &str| {
+            let own = format!("end_inertia = \"2e-3 kg*m^2\"\ndrag = {drag}");
+            let text = text.replacen("end_inertia = \"2e-3 kg*m^2\"", &own, 1);
+            let lyapunov = format!("lyapunov = {{ exponents = {exponents}");
+            let text = text.replacen("lyapunov = { exponents = 1", &lyapunov, 1);
+            assert!(text.contains(&own) && text.contains(&lyapunov));
+            crate::manifest::parse(&text, "test.toml", &folder)
+                .map(|job| job.points.at(0).model.exponents())
+                .map_err(|errors| errors.to_string())
+        };
+        assert_eq!(asked(2, "0"), Ok(2));
+        assert_eq!(asked(3, "0.05"), Ok(3));
+        for (exponents, drag, words) in [
+            (
+                3,
+                "0",
+                "2 retained modes have 2 (the neutral rotation has none)",
+            ),
+            (
+                4,
+                "0.05",
+                "2 retained modes have 3 (the neutral rotation has 1, under drag)",
+            ),
+            (
+                4,
+                "0.05",
+                "from 1 to 3, twice the retained modes that are not neutral, and 1 under drag",
+            ),
+        ] {
+            let errors = asked(exponents, drag).unwrap_err();
+            assert!(errors.contains(words), "{errors}");
+        }
+    }
+}

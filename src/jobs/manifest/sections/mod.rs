@@ -1,0 +1,144 @@
+//! One file per table of the manifest, and the order in which they depend on each other:
+//! structure, then mesh, excitation, run and analyses.
+
+mod analyses;
+mod backlash;
+mod coast;
+pub(super) mod contact_law;
+mod continuation;
+mod covariant;
+mod drive_kind;
+mod excitation;
+mod flank_points;
+mod friction;
+mod gear;
+mod job;
+mod mesh;
+mod modal_state;
+mod model;
+mod optional;
+mod orbits;
+mod poincare;
+mod run;
+mod shafts;
+mod slice;
+mod slices;
+mod tables;
+mod train;
+mod unfelt;
+
+use super::diagnostic::Issues;
+use super::grid::is_carried;
+use super::reader::{Child, Section};
+use super::spec::{ExcitationSpec, StructureSource, Variant};
+use crate::analysis::Analyses;
+use crate::shaft::Tier;
+use crate::structure::ModalStructure;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use backlash::Surroundings;
+pub(super) use continuation::read as read_continuation;
+use drive_kind::DriveKind;
+pub(super) use job::read as read_job;
+
+/// Whether a tier feels a key of `[shafts]` or of one shaft.
+pub(super) fn feels(tier: Tier, key: &str) -> bool {
+    unfelt::feels(DriveKind::Rigid(tier), key)
+}
+
+impl Variant {
+    /// Shares with another whatever is equal.
+    pub(super) fn share(&mut self, other: &Self) {
+        if self.mesh.stiffness == other.mesh.stiffness {
+            self.mesh.stiffness = other.mesh.stiffness.clone();
+        }
+        share(&mut self.excitation, &other.excitation);
+        share(&mut self.run, &other.run);
+        share(&mut self.analyses, &other.analyses);
+    }
+}
+
+fn share<T: PartialEq>(own: &mut Arc<T>, other: &Arc<T>) {
+    if own == other {
+        *own = Arc::clone(other);
+    }
+}
+
+/// What outlives one pass over the tree, so that the points of a grid share it.
+#[derive(Debug)]
+pub(super) struct Context<'a> {
+    /// Relative paths in the manifest start here.
+    pub base_dir: &'a Path,
+    /// Modal files read so far; `None` for one with faults, already reported.
+    pub modal_files: HashMap<PathBuf, Option<Arc<ModalStructure>>>,
+    /// The last drive: points that differ in nothing structural share it.
+    pub last_drive: Option<StructureSource>,
+}
+
+impl<'a> Context<'a> {
+    pub fn new(base_dir: &'a Path) -> Self {
+        Self {
+            base_dir,
+            modal_files: HashMap::new(),
+            last_drive: None,
+        }
+    }
+
+    /// The last drive where this one is equal to it.
+    fn shared(&mut self, source: StructureSource) -> StructureSource {
+        let shared = match &self.last_drive {
+            Some(last) if *last == source => last.clone(),
+            _ => source,
+        };
+        self.last_drive = Some(shared.clone());
+        shared
+    }
+}
+
+/// Reads every table but `[job]` and `[grid]`; `None` when anything was wrong.
+pub(super) fn resolve(
+    root: &Section,
+    issues: &mut Issues,
+    context: &mut Context,
+) -> Option<Variant> {
+    let model = model::read(root, issues, context);
+    let drawn = model.as_ref().and_then(|model| model.source.gears());
+    let mesh = root.required_child(issues, "mesh").and_then(|section| {
+        // A modal file has no drawing of its own; what it would be needed for brings it in.
+        let gears = drawn.or_else(|| model::gears_beside_modes(root, &section, issues));
+        let drive = Surroundings {
+            gears: gears.as_ref(),
+            faulty_drawing: gears.is_none() && model::is_drawn(root, &section, model.is_some()),
+            source: model.as_ref().map(|model| &model.source),
+            kernel_of_tables: tables::are_asked_for(root),
+        };
+        mesh::read(&section, issues, drive)
+    });
+    let source = model.as_ref().map(|model| &model.source);
+    let excitation = match root.child(issues, "excitation") {
+        Child::Present(section) => excitation::read(&section, issues, source, mesh.as_ref()),
+        Child::Absent => Some(ExcitationSpec::default()),
+        Child::Invalid => None,
+    };
+    slices::check_reduction(root, issues, model.as_ref(), mesh.as_ref());
+    let retained = model.as_ref().map(|model| model.retained);
+    let run = run::read(root, issues, retained);
+    tables::check_kernel(root, issues, mesh.as_ref(), run.as_ref());
+    let analyses = match root.child(issues, "analyses") {
+        Child::Present(section) => {
+            let carried = is_carried(root);
+            analyses::read(&section, issues, model.as_ref(), run.as_ref(), carried)
+        }
+        Child::Absent => Some(Analyses::default()),
+        Child::Invalid => None,
+    };
+    Some(Variant {
+        model: model?,
+        mesh: mesh?,
+        excitation: Arc::new(excitation?),
+        run: Arc::new(run?),
+        analyses: Arc::new(analyses?),
+    })
+}

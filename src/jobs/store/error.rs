@@ -1,0 +1,307 @@
+//! What can go wrong with a result file, said with the path and what to do about it.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use parquet::errors::ParquetError;
+use thiserror::Error;
+
+use super::io_fault::{IoFault, Purpose, Refusal};
+use super::table_kind::{FOLLOW_RECORD, TRACE_RECORD, TableKind};
+
+/// How a file differs from what was written.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum Damage {
+    /// There is no such file.
+    #[error("it is gone, and the record of the run names it")]
+    Gone,
+    /// Something else stands in its place.
+    #[error("it is no file")]
+    NoFile,
+    /// No record names it.
+    #[error("no record names it; the run that wrote it has not ended, or was killed")]
+    Unrecorded,
+    /// It was cut, or something was added.
+    #[error("it has {found} bytes, and {written} were written")]
+    Size {
+        /// Bytes that it has.
+        found: u64,
+        /// Bytes that were written.
+        written: u64,
+    },
+    /// It has other bytes.
+    #[error(
+        "its bytes are not those that were written (BLAKE3 {}… instead of {}…)",
+        .found.get(..8).unwrap_or(found), .written.get(..8).unwrap_or(written)
+    )]
+    Changed {
+        /// Their hash, hexadecimal.
+        found: String,
+        /// That of what was written.
+        written: String,
+    },
+    /// A record whose text does not end in its own hash.
+    #[error("its text does not match the checksum at its end")]
+    Unsealed,
+    /// It cannot be decoded, though nothing says that it was changed.
+    #[error("the Parquet library fails on it ({reason})")]
+    Undecodable {
+        /// What the library says.
+        reason: String,
+    },
+}
+
+/// What `atlas machine` writes of all measurements together.
+pub(super) const MACHINE: &str = "machine.json";
+
+/// The command that writes a file.
+fn writer(path: &Path) -> &'static str {
+    let name = path.file_name().and_then(|name| name.to_str());
+    let record =
+        name.and_then(|name| TableKind::named(name.strip_suffix(".parquet")?)?.record_beside());
+    match record.or(name) {
+        Some(MACHINE) => "atlas machine",
+        Some(FOLLOW_RECORD) => "atlas follow",
+        Some(TRACE_RECORD) => "atlas trace",
+        _ => "atlas run",
+    }
+}
+
+/// How a damaged file is computed anew.
+fn anew(path: &Path) -> &'static str {
+    match writer(path) {
+        // It always writes its tables anew.
+        "atlas follow" => "`atlas follow`",
+        _ => "--fresh",
+    }
+}
+
+/// A result file could not be written or read.
+#[derive(Debug, Error)]
+pub enum StoreError {
+    /// The operating system refused.
+    #[error(transparent)]
+    Io(#[from] IoFault),
+    /// A folder of shards stands where a single file is to be written, or the reverse.
+    #[error(
+        "`{}` already holds results of {found} run: move them away, or choose another folder \
+         with --out", path.display()
+    )]
+    OtherLayout {
+        /// The file or folder in the way.
+        path: PathBuf,
+        /// `a sharded` or `an unsharded`.
+        found: &'static str,
+    },
+    /// There is nothing at this path.
+    #[error(
+        "no results in `{}`: {} does not exist; give the folder that `{}` wrote",
+        folder.display(), missing.display(), writer(missing)
+    )]
+    Missing {
+        /// The folder given.
+        folder: PathBuf,
+        /// The file looked for in it.
+        missing: PathBuf,
+    },
+    /// The file is not what it should be.
+    #[error("`{}` is not a result file of this program ({detail}); write it anew with `{}`", path.display(), writer(path))]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        detail: String,
+    },
+    /// The file is not what was written, or is no longer there.
+    #[error(
+        "`{}` is damaged: {damage}; put it back from a copy, or compute it anew with {}",
+        path.display(), anew(path)
+    )]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        damage: Damage,
+    },
+    /// A table with a number that no run writes.
+    #[error(
+        "`{}` has {value} in column `{column}`, row {row} counted from 0, where no run writes such \
+         a number; put the file back from a copy, or compute it anew with --fresh", path.display()
+    )]
+    NotFinite {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// The row, from 0.
+        row: u64,
+        /// `NaN`, `inf` or `-inf`.
+        value: f64,
+    },
+    /// A table with a point that the job does not have.
+    #[error(
+        "`{}` has rows of point {point_id}, and the job's {points} points are counted from 0; \
+         compute it anew with --fresh", path.display()
+    )]
+    PointBeyond {
+        /// The file.
+        path: PathBuf,
+        /// The point.
+        point_id: u64,
+        /// Points of the job.
+        points: u64,
+    },
+    /// Another process is at work in the folder.
+    #[error(
+        "another atlas run is writing here (it holds `{}`): wait for it, or choose another \
+         folder with --out", path.display()
+    )]
+    Busy {
+        /// The journal that it has locked.
+        path: PathBuf,
+    },
+    /// The journal is not one.
+    #[error(
+        "`{}` is not the journal of a run like this one: start over with --fresh, or choose another \
+         folder with --out", path.display()
+    )]
+    ForeignJournal {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The journal is of a run of another manifest.
+    #[error(
+        "`{}` keeps the points of an interrupted run of another manifest (hash {}…; this one is \
+         {}…): choose another folder with --out, or drop them with --fresh",
+        path.display(), .found.get(..8).unwrap_or(found), .wanted.get(..8).unwrap_or(wanted)
+    )]
+    OtherJob {
+        /// The journal.
+        path: PathBuf,
+        /// The hash in it.
+        found: String,
+        /// The hash of the job that is to run.
+        wanted: String,
+    },
+    /// The journal was written by another build of this program, whose numbers may differ.
+    #[error(
+        "`{}` keeps the points of a run that {found} began, and this is {running}: finish it with \
+         that program, or start over with --fresh", path.display()
+    )]
+    OtherProgram {
+        /// The journal.
+        path: PathBuf,
+        /// Program that began the run.
+        found: String,
+        /// Program that is running.
+        running: String,
+    },
+    /// Two columns would have one name.
+    #[error("the grid axis `{name}` has the name of a result column")]
+    AxisNameTaken {
+        /// The axis.
+        name: String,
+    },
+    /// A point was handed over twice, or does not belong to this job or shard.
+    #[error("point {point_id} is not expected (handed over twice, or of another shard)")]
+    UnexpectedPoint {
+        /// The point.
+        point_id: u64,
+    },
+    /// Two files of one table both have rows of a point.
+    #[error(
+        "point {point_id} is in `{}` and in `{}`", paths[0].display(), paths[1].display()
+    )]
+    PointTwice {
+        /// The point.
+        point_id: u64,
+        /// The files.
+        paths: [PathBuf; 2],
+    },
+    /// The Parquet library refused.
+    #[error("cannot {action} `{}`", path.display())]
+    Parquet {
+        /// The file.
+        path: PathBuf,
+        /// `read` or `write`.
+        action: &'static str,
+        /// Its own words.
+        source: ParquetError,
+    },
+}
+
+impl StoreError {
+    /// Whether what is in the folder forbids the run (nothing was touched), rather than the
+    /// system.
+    pub fn is_refusal(&self) -> bool {
+        matches!(
+            self,
+            Self::Io(IoFault {
+                refusal: Refusal::NotADirectory | Refusal::SymbolicLink,
+                ..
+            }) | Self::OtherLayout { .. }
+                | Self::Busy { .. }
+                | Self::ForeignJournal { .. }
+                | Self::OtherJob { .. }
+                | Self::OtherProgram { .. }
+                | Self::PointTwice { .. }
+                | Self::PointBeyond { .. }
+                | Self::Damaged { .. }
+                | Self::NotFinite { .. }
+                | Self::AxisNameTaken { .. }
+        )
+    }
+
+    /// A failure of the operating system with a result file.
+    pub fn io(path: &Path, action: &'static str, source: io::Error) -> Self {
+        IoFault::new(path, action, Purpose::Results, source).into()
+    }
+
+    /// The same for an error of the Parquet library, which wraps those of the system.
+    pub(crate) fn parquet(path: &Path, action: &'static str, source: ParquetError) -> Self {
+        match source {
+            ParquetError::External(inner) => match inner.downcast::<io::Error>() {
+                Ok(error) => Self::io(path, action, *error),
+                Err(inner) => Self::Parquet {
+                    path: path.to_path_buf(),
+                    action,
+                    source: ParquetError::External(inner),
+                },
+            },
+            source => Self::Parquet {
+                path: path.to_path_buf(),
+                action,
+                source,
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_missing_is_what_its_own_command_writes() {
+        for (file, command) in [
+            ("machine.json", "`atlas machine`"),
+            ("run.json", "`atlas run`"),
+            ("follow.json", "`atlas follow`"),
+            ("branches.parquet", "`atlas follow`"),
+            ("trace.json", "`atlas trace`"),
+            ("events.parquet", "`atlas trace`"),
+        ] {
+            let missing = StoreError::Missing {
+                folder: "there".into(),
+                missing: Path::new("there").join(file),
+            };
+            let foreign = StoreError::Foreign {
+                path: Path::new("there").join(file),
+                detail: "not JSON".to_owned(),
+            };
+            for error in [missing, foreign] {
+                assert!(error.to_string().contains(command), "{error}");
+            }
+        }
+    }
+}

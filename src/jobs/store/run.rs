@@ -1,0 +1,489 @@
+//! `run.json`: what was run, by which program, on which machine, and how it ended.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use serde::{Deserialize, Serialize};
+
+use super::StoreError;
+use super::file::{Shard, create_folder};
+use super::seal::{TableRecord, sealed};
+use super::whole::write_whole;
+use crate::propagate::instructions;
+use crate::topology::{Machine, Topology};
+
+/// Everything about a run that is not a result.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RunRecord {
+    /// Name of the job.
+    pub job: String,
+    /// Whether every point was computed.
+    pub state: RunState,
+    /// Which part of a split job this is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shard: Option<Shard>,
+    /// When it started, RFC 3339, UTC.
+    pub started: String,
+    /// When it ended, RFC 3339, UTC.
+    pub finished: String,
+    /// The program that ran it.
+    pub program: ProgramRecord,
+    /// The machine it ran on.
+    pub machine: MachineRecord,
+    /// Threads and where they ran.
+    pub placement: PlacementRecord,
+    /// What the run forecast of its wall time from its first points, to be held against
+    /// `totals.wall_time`; absent where there were too few.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub forecast: Option<ForecastRecord>,
+    /// Counts and times over all points.
+    pub totals: Totals,
+    /// The kernels that `run.kernel = "auto"` took, by name; empty where the manifest names one. A retry of failed points
+    /// leaves them as they are.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub kernels: Vec<KernelRecord>,
+    /// The shards that it was joined from, where it was.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shards: Vec<ShardRecord>,
+    /// The tables, as they were written; a file of another size or hash is damaged.
+    pub tables: Vec<TableRecord>,
+    /// Later runs that computed failed points again.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub retries: Vec<RetryRecord>,
+    /// What the user should know, one sentence each.
+    pub warnings: Vec<String>,
+    /// Hash over what matters to physics, hexadecimal.
+    pub manifest_hash: String,
+    /// The manifest as the user wrote it.
+    pub manifest: String,
+    /// Keys that `--set` gave other values than the manifest has, each `KEY=VALUE`; the hash is that of the manifest
+    /// with these values.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub set: Vec<String>,
+}
+
+/// A kernel that was chosen for points of a run.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct KernelRecord {
+    /// Its name.
+    pub kernel: String,
+    /// Points that it integrated.
+    pub points: u64,
+    /// The first of them.
+    pub first_point: u64,
+    /// Why that one got this kernel, in words.
+    pub why: String,
+}
+
+impl KernelRecord {
+    /// Joins what two parts of a job say.
+    pub fn join(all: &mut Vec<Self>, other: &[Self]) {
+        for own in other {
+            match all.iter_mut().find(|known| known.kernel == own.kernel) {
+                Some(known) => {
+                    let points = known.points + own.points;
+                    if own.first_point < known.first_point {
+                        known.clone_from(own);
+                    }
+                    known.points = points;
+                }
+                None => all.push(own.clone()),
+            }
+        }
+        all.sort_by(|a, b| a.kernel.cmp(&b.kernel));
+    }
+}
+
+/// What a run forecast of its wall time.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ForecastRecord {
+    /// Points that it was forecast from.
+    pub points: u64,
+    /// When, since the run was begun \[s\].
+    pub after: f64,
+    /// Wall time \[s\].
+    pub wall_time: f64,
+    /// Lower end of its interval at 95 % \[s\].
+    pub wall_time_low: f64,
+    /// Upper end \[s\].
+    pub wall_time_high: f64,
+}
+
+/// What a joined record keeps of each shard.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShardRecord {
+    /// Which part.
+    pub shard: Shard,
+    /// When it started, RFC 3339, UTC.
+    pub started: String,
+    /// When it ended, RFC 3339, UTC.
+    pub finished: String,
+    /// The machine it ran on.
+    pub machine: MachineRecord,
+    /// Threads and where they ran.
+    pub placement: PlacementRecord,
+    /// What it forecast of its wall time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub forecast: Option<ForecastRecord>,
+    /// Counts and times over its points.
+    pub totals: Totals,
+}
+
+/// A run that computed failed points of finished results again.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RetryRecord {
+    /// When it started, RFC 3339, UTC.
+    pub started: String,
+    /// When it ended, RFC 3339, UTC.
+    pub finished: String,
+    /// The program, which may be another than that of the other points.
+    pub program: ProgramRecord,
+    /// Points computed again; whole chains where the state is carried.
+    pub points: u64,
+    /// Of these, failed again.
+    pub failed: u64,
+    /// Mesh cycles integrated.
+    pub cycles: u64,
+    /// Wall time \[s\].
+    pub wall_time: f64,
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RunState {
+    /// Every point was computed.
+    Complete,
+    /// Points are missing.
+    Interrupted,
+}
+
+/// The commit of the program; none before it says so.
+static COMMIT: OnceLock<Option<&str>> = OnceLock::new();
+
+/// The program that ran a job.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ProgramRecord {
+    /// `atlas`.
+    pub name: String,
+    /// Its version.
+    pub version: String,
+    /// The commit it was built from, with `-dirty` where the sources differ from it;
+    /// absent when built outside a git checkout.
+    pub commit: Option<String>,
+}
+
+impl ProgramRecord {
+    /// This program.
+    pub fn current() -> Self {
+        Self {
+            name: "atlas".to_owned(),
+            version: env!("CARGO_PKG_VERSION").into(),
+            commit: COMMIT.get().copied().flatten().map(str::to_owned),
+        }
+    }
+
+    /// Says which commit the program was built from; what is called first holds. Only the program itself is compiled
+    /// anew for every commit, not the crates below it.
+    pub fn set_commit(commit: Option<&'static str>) {
+        COMMIT.get_or_init(|| commit);
+    }
+}
+
+impl fmt::Display for ProgramRecord {
+    /// `atlas 0.1.0 (0123456789ab)`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.name, self.version)?;
+        match &self.commit {
+            Some(commit) => write!(f, " ({commit})"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The machine a job ran on.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MachineRecord {
+    /// Processor, as it names itself.
+    pub cpu: String,
+    /// Processor packages.
+    pub packages: usize,
+    /// Cores this process may use.
+    pub cores: usize,
+    /// Hardware threads this process may use.
+    pub threads: usize,
+    /// NUMA nodes.
+    pub numa_nodes: usize,
+    /// Who told of all these: `hwloc`, or the files of `/sys`; empty where nobody did, and in
+    /// records of earlier versions.
+    #[serde(default)]
+    pub topology: String,
+    /// Memory \[bytes\]; 0 when the system does not tell.
+    pub memory: u64,
+    /// Instruction sets that kernels can use, widest last.
+    pub isa: Vec<String>,
+    /// Instructions that points were computed with: `avx512` and `avx2`, which give the same bits,
+    /// `baseline`, or `portable`, which has the same bits on every processor. Several where a run
+    /// was continued, or shards were joined, across processors.
+    pub instructions: Vec<String>,
+    /// Operating system and architecture.
+    pub system: String,
+}
+
+impl MachineRecord {
+    /// This machine; counts are 0 where its topology is not known.
+    pub fn current(topology: Option<&Topology>) -> Self {
+        let machine = Machine::current();
+        Self {
+            cpu: machine.cpu,
+            packages: topology.map_or(0, |t| t.packages),
+            cores: topology.map_or(0, |t| t.cores.len()),
+            threads: topology.map_or(0, Topology::threads),
+            numa_nodes: topology.map_or(0, |t| t.numa_nodes.len()),
+            topology: topology.map_or_else(String::new, |t| t.source.to_string()),
+            memory: machine.memory,
+            isa: machine.isa.into_iter().map(str::to_owned).collect(),
+            instructions: vec![instructions().to_owned()],
+            system: machine.system,
+        }
+    }
+}
+
+/// What is to be said where points were computed with several instructions: none where all of
+/// these give the same bits.
+pub fn mixed(instructions: &[String]) -> Option<String> {
+    let kind = |name: &str| {
+        match name {
+            "avx512" | "avx2" => "fused",
+            _ => name,
+        }
+        .to_owned()
+    };
+    let mut kinds = instructions.iter().map(|name| kind(name));
+    let first = kinds.next()?;
+    kinds.any(|other| other != first).then(|| {
+        format!(
+            "points were computed with different instructions ({}), whose results differ by rounding, \
+             and chaotic motion soon by all of itself; run.instructions = \"portable\" gives the same \
+             bits on every processor",
+            instructions.join(", ")
+        )
+    })
+}
+
+/// Threads asked for and obtained, and where they ran.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PlacementRecord {
+    /// Threads asked for; absent when left to the program.
+    pub threads_asked: Option<u32>,
+    /// Threads used.
+    pub threads: u32,
+    /// Placement asked for, in words.
+    pub asked: String,
+    /// Placement obtained, in words.
+    pub obtained: String,
+    /// Copies of structures and mesh tables that were to be made, in words.
+    #[serde(default)]
+    pub copies_asked: String,
+    /// Where these lie.
+    #[serde(default)]
+    pub copies_obtained: String,
+}
+
+/// Counts and times over all points of a run.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Totals {
+    /// Points of the grid (of the shard).
+    pub points: u64,
+    /// Points computed with status ok.
+    pub ok: u64,
+    /// Points whose answers did not settle within their cycles (status not_converged).
+    #[serde(default)]
+    pub not_converged: u64,
+    /// Points that failed, diverged, stormed or were inaccurate.
+    pub failed: u64,
+    /// Points not computed (an interrupted run).
+    pub missing: u64,
+    /// Points taken over from an earlier, interrupted run.
+    #[serde(default)]
+    pub resumed: u64,
+    /// Mesh cycles integrated by this run.
+    pub cycles: u64,
+    /// Wall time of the run \[s\].
+    pub wall_time: f64,
+    /// Mesh cycles integrated a second of wall time.
+    pub cycles_per_second: f64,
+    /// Wall time per integrated cycle, over all threads \[s\].
+    pub wall_time_per_cycle: f64,
+}
+
+impl Totals {
+    /// Totals with the rates that follow from cycles and wall time (0 where nothing was
+    /// integrated); no point unsettled, resumed or missing beyond those not given.
+    pub fn new(points: u64, ok: u64, failed: u64, cycles: u64, wall_time: f64) -> Self {
+        let ratio = |over: f64, under: f64| if under > 0.0 { over / under } else { 0.0 };
+        Self {
+            points,
+            ok,
+            not_converged: 0,
+            failed,
+            missing: points.saturating_sub(ok + failed),
+            resumed: 0,
+            cycles,
+            wall_time,
+            cycles_per_second: ratio(cycles as f64, wall_time),
+            wall_time_per_cycle: ratio(wall_time, cycles as f64),
+        }
+    }
+}
+
+impl Totals {
+    /// Adds those of another part of the job: times add up as if one part ran after the other.
+    pub fn add(&mut self, other: &Self) {
+        let sum = Self::new(
+            self.points + other.points,
+            self.ok + other.ok,
+            self.failed + other.failed,
+            self.cycles + other.cycles,
+            self.wall_time + other.wall_time,
+        );
+        *self = Self {
+            not_converged: self.not_converged + other.not_converged,
+            missing: self.missing + other.missing,
+            resumed: self.resumed + other.resumed,
+            ..sum
+        };
+    }
+}
+
+/// Where the record of a run (of a shard) lies.
+pub fn run_path(folder: &Path, shard: Option<Shard>) -> PathBuf {
+    folder.join(match shard {
+        None => "run.json".to_owned(),
+        Some(shard) => format!("run.{}.json", shard.stem()),
+    })
+}
+
+/// Writes `run.json` (`run.shard-i-of-n.json` for a shard), whole or not at all; its last key,
+/// `blake3`, is the hash of the text before it.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_run(folder: &Path, record: &RunRecord) -> Result<(), StoreError> {
+    create_folder(folder)?;
+    let path = run_path(folder, record.shard);
+    let text = serde_json::to_string_pretty(record)
+        .map_err(|error| StoreError::io(&path, "write", error.into()))?;
+    write_whole(&path, sealed(&text).as_bytes())
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::store::read_runs;
+
+    pub fn record(shard: Option<Shard>) -> RunRecord {
+        RunRecord {
+            job: "flex80".into(),
+            state: RunState::Interrupted,
+            shard,
+            started: "2026-03-01T12:00:00Z".into(),
+            finished: "2026-03-01T12:00:02Z".into(),
+            program: ProgramRecord::current(),
+            machine: MachineRecord::current(None),
+            placement: PlacementRecord {
+                threads_asked: None,
+                threads: 8,
+                asked: "one worker a core".into(),
+                obtained: "not bound".into(),
+                copies_asked: "one copy for all workers".into(),
+                copies_obtained: "one copy for all workers".into(),
+            },
+            forecast: None,
+            totals: Totals::new(80, 70, 4, 50_000, 2.0),
+            kernels: Vec::new(),
+            shards: Vec::new(),
+            tables: Vec::new(),
+            retries: Vec::new(),
+            warnings: vec!["binding is not possible here".into()],
+            manifest_hash: "0123abcd".into(),
+            manifest: "[job]\nname = \"flex80\"\n".into(),
+            set: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_record_comes_back() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(read_runs(folder.path()).unwrap(), []);
+        write_run(folder.path(), &record(None)).unwrap();
+        assert_eq!(read_runs(folder.path()).unwrap(), [record(None)]);
+        let text = std::fs::read_to_string(folder.path().join("run.json")).unwrap();
+        assert!(text.contains("\"state\": \"interrupted\""), "{text}");
+        assert_eq!(
+            std::fs::read_dir(folder.path()).unwrap().count(),
+            1,
+            "no temporary file stays"
+        );
+    }
+
+    #[test]
+    fn instructions_are_mixed_where_their_bits_differ() {
+        let mixed =
+            |names: &[&str]| mixed(&names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>());
+        for alike in [
+            &["avx2"][..],
+            &["avx512", "avx2"],
+            &["portable"],
+            &["baseline"],
+            &[],
+        ] {
+            assert_eq!(mixed(alike), None, "{alike:?}");
+        }
+        for unlike in [
+            ["avx2", "baseline"],
+            ["portable", "avx512"],
+            ["baseline", "portable"],
+        ] {
+            let said = mixed(&unlike).unwrap();
+            assert!(unlike.iter().all(|name| said.contains(name)), "{said}");
+        }
+    }
+
+    #[test]
+    fn shards_each_have_a_record() {
+        let folder = tempfile::tempdir().unwrap();
+        let shards = [1, 2].map(|index| Some(Shard { index, count: 2 }));
+        for shard in shards {
+            write_run(folder.path(), &record(shard)).unwrap();
+        }
+        assert_eq!(read_runs(folder.path()).unwrap(), shards.map(record));
+    }
+
+    #[test]
+    fn rates_follow_from_cycles_and_time() {
+        let totals = record(None).totals;
+        assert_eq!(totals.missing, 6);
+        assert_eq!(totals.cycles_per_second, 25_000.0);
+        assert_eq!(totals.wall_time_per_cycle, 4e-5);
+        let nothing = Totals::new(1, 0, 0, 0, 0.0);
+        assert_eq!(
+            (nothing.cycles_per_second, nothing.wall_time_per_cycle),
+            (0.0, 0.0)
+        );
+    }
+
+    #[test]
+    fn the_program_knows_itself() {
+        let program = ProgramRecord::current();
+        assert_eq!(program.name, "atlas");
+        if let Some(commit) = program.commit {
+            let hash = commit.trim_end_matches("-dirty");
+            assert!(
+                hash.len() >= 7 && hash.chars().all(|c| c.is_ascii_hexdigit()),
+                "{commit}"
+            );
+        }
+    }
+}

@@ -1,0 +1,317 @@
+//! From a point's specification to the system that kernels integrate.
+
+use super::loaded_mesh::mean_stiffness;
+use super::mesh_tables::{MeshError, MeshTables};
+use crate::analysis::{Questions, SliceError};
+use crate::gear::GearError;
+use crate::manifest::{
+    CoastSpec, DampingSpec, ModelSpec, PointSpec, StiffnessSpec, StructureSource,
+};
+use crate::model::{
+    CoastFlank, Division, Drive, MeshHarmonic, Model, ModelError, OperatingPoint, Rolling,
+};
+use crate::numerics::random::PointSeed;
+use crate::propagate::{KernelChoice, Volterra};
+use crate::shaft::ShaftError;
+use crate::store::{MeshUnderLoad, OperatorFetchError};
+use crate::structure::ModalStructure;
+use std::f64::consts::{PI, TAU};
+
+/// Why a point's system cannot be built.
+#[derive(Debug, thiserror::Error)]
+pub enum BuildError {
+    /// The values of the point's axes do not go together.
+    #[error("no drive has these values: {0}")]
+    Values(String),
+    /// The structure cannot be assembled or solved.
+    #[error("the structure cannot be computed: {0}")]
+    Structure(#[from] ShaftError),
+    /// The model cannot be formed.
+    #[error("the model cannot be formed: {0}")]
+    Model(#[from] ModelError),
+    /// The mesh cannot be computed from the drawing of the gears.
+    #[error("the mesh cannot be computed: {0}")]
+    Mesh(#[from] MeshError),
+    /// The law of friction cannot be applied.
+    #[error("the friction of the mesh cannot be computed: {0}")]
+    Friction(#[from] GearError),
+    /// The kernel's tables cannot be come by.
+    #[error("{error}{}", advice.as_ref().map_or(String::new(), |advice| format!("; {advice}")))]
+    Tables {
+        /// Why.
+        error: OperatorFetchError,
+        /// Which other kernel there is, where it is the model that tables do not fit.
+        advice: Option<String>,
+    },
+    /// There is no such slice of initial states.
+    #[error("analyses.multistability.slice: {0}")]
+    Slice(#[from] SliceError),
+    /// The motion is too fast for the mesh cycle.
+    #[error(
+        "one mesh cycle would take {windows:.0} windows (at most {MOST_WINDOWS}): the fastest motion, {rate:.1e} rad/s, is too fast for the mesh period of {period:.1e} s; check the units of mesh stiffness and damping, leave out high modes, or raise the speed"
+    )]
+    TooFast {
+        /// Windows a mesh cycle.
+        windows: f64,
+        /// Fastest rate of the closed system \[rad/s\].
+        rate: f64,
+        /// Mesh period \[s\].
+        period: f64,
+    },
+}
+
+/// Most windows in a mesh cycle: some milliseconds a cycle, so that a job can still be
+/// called off and a mistaken unit does not cost a night.
+const MOST_WINDOWS: f64 = 20_000.0;
+
+/// Whether a kernel gets through a mesh cycle of a model in reasonable time.
+///
+/// # Errors
+/// [`BuildError::TooFast`] where the structured kernel would need too many windows.
+pub fn affordable(model: &Model, kernel: &KernelChoice) -> Result<(), BuildError> {
+    // Closed modes take about as many blocks.
+    if !matches!(kernel, KernelChoice::Volterra | KernelChoice::ClosedModes) {
+        return Ok(());
+    }
+    let windows = Volterra::windows_needed(model, f64::EPSILON);
+    // Written so that a rate that is not finite is refused too.
+    if windows <= MOST_WINDOWS {
+        return Ok(());
+    }
+    Err(BuildError::TooFast {
+        windows,
+        rate: Volterra::fastest_rate(model),
+        period: model.period(),
+    })
+}
+
+impl BuildError {
+    /// Of tables that a model does not have, with what is known to fit it.
+    pub fn tables(error: impl Into<OperatorFetchError>, model: &Model) -> Self {
+        let error = error.into();
+        let another = match &error {
+            OperatorFetchError::Dense(dense) => dense.concerns_the_model(),
+            OperatorFetchError::Arrays(_) => false,
+        };
+        Self::Tables {
+            advice: another.then(|| structured_instead(model)),
+            error,
+        }
+    }
+}
+
+/// Whether the structured kernel gets through a mesh cycle that tables do not fit.
+fn structured_instead(model: &Model) -> String {
+    let windows = Volterra::windows_needed(model, f64::EPSILON);
+    match windows <= MOST_WINDOWS {
+        true => format!(
+            "or set run.kernel = \"volterra\", which takes this mesh cycle in {windows:.0} windows"
+        ),
+        false => format!(
+            "run.kernel = \"volterra\" does not fit either: it would take {windows:.0} windows \
+             (at most {MOST_WINDOWS})"
+        ),
+    }
+}
+
+/// The structure of a model specification, reduced to the modes it retains.
+///
+/// # Errors
+/// The shaft model cannot be assembled or solved.
+pub fn structure(spec: &ModelSpec) -> Result<ModalStructure, ShaftError> {
+    match &spec.source {
+        StructureSource::Rigid(drive) => drive.modes(spec.modes, spec.retained, spec.mta),
+        StructureSource::Flexible(drive) => drive.modes(spec.modes, spec.retained, spec.mta),
+        StructureSource::Train(train) => train.modes(spec.modes, spec.retained, spec.mta),
+        StructureSource::Modal(structure) => Ok(structure.truncated(spec.retained, spec.mta)?),
+    }
+}
+
+/// The piecewise-linear system of a point, and what the mean load makes of a mesh that is computed from the gears.
+pub(super) fn model(
+    structure: &ModalStructure,
+    point: &PointSpec,
+    meshes: &MeshTables,
+) -> Result<(Model, Option<MeshUnderLoad>), BuildError> {
+    // Harmonics that stand for what loaded flanks lack.
+    let mut lacking = Vec::new();
+    let mut further = Vec::new();
+    let mut under_load = None;
+    let (mesh, mean) = match &point.mesh.stiffness {
+        StiffnessSpec::Constant(k) => (Division::levels(&[*k], &[]), *k),
+        StiffnessSpec::Piecewise(values) => (
+            Division::levels(values, &[]),
+            values.iter().sum::<f64>() / values.len() as f64,
+        ),
+        StiffnessSpec::Continuous(levels) => {
+            let (stiffness, transitions) = levels.divisions();
+            (Division::levels(&stiffness, &transitions), levels.mean())
+        }
+        StiffnessSpec::Fourier(mean, harmonics) => (Division::fourier(*mean, harmonics), *mean),
+        StiffnessSpec::Table(spec) => {
+            let mesh = meshes.mesh(point, spec, structure)?;
+            lacking = mesh.transmission_error;
+            further = mesh.further;
+            under_load = mesh.under_load;
+            (mesh.divisions, mesh.mean_stiffness)
+        }
+    };
+    let mesh = match &point.mesh.sliding {
+        Some(pairs) => pairs.cut(&mesh),
+        None => mesh,
+    };
+    let model = with_mesh(structure, point, (mesh, mean), further, lacking)?;
+    Ok((model, under_load))
+}
+
+/// The system of a point with the mean of its mesh stiffness throughout: what it vibrates like in
+/// contact. Nothing is kept of a mesh table that this takes, nor do the shafts tilt.
+///
+/// # Errors
+/// A structure, a mesh or a value that is refused.
+pub fn mean_model(structure: &ModalStructure, point: &PointSpec) -> Result<Model, BuildError> {
+    with_mean(structure, point, mean_of(point)?)
+}
+
+/// The same at several speeds \[rad/s\], with the stiffness looked for once.
+pub fn mean_models(
+    structure: &ModalStructure,
+    point: &PointSpec,
+    speeds: &[f64],
+) -> Result<Vec<Model>, BuildError> {
+    let mean = mean_of(point)?;
+    let at = speeds.iter().map(|&speed| PointSpec {
+        speed,
+        ..point.clone()
+    });
+    at.map(|point| with_mean(structure, &point, mean)).collect()
+}
+
+/// Mean stiffness of a point's mesh \[N/m\].
+fn mean_of(point: &PointSpec) -> Result<f64, BuildError> {
+    Ok(match &point.mesh.stiffness {
+        StiffnessSpec::Table(spec) => mean_stiffness(point, spec)?,
+        known => known.mean().unwrap_or_default(),
+    })
+}
+
+fn with_mean(
+    structure: &ModalStructure,
+    point: &PointSpec,
+    mean: f64,
+) -> Result<Model, BuildError> {
+    // Friction turns round, so that a mean has none.
+    let level = Division {
+        friction: [0.0; 2],
+        ..Division::level(1.0, mean)
+    };
+    let mesh = (vec![level], mean);
+    let mut model = with_mesh(structure, point, mesh, Vec::new(), Vec::new())?;
+    // Where pairs touch is not in a mean.
+    model.rolling = None;
+    Ok(model)
+}
+
+/// The system of a point on a mesh, the divisions of its cycle and their mean stiffness \[N/m\], and further
+/// springs beside it; `lacking` is what stands for the error of loaded flanks.
+fn with_mesh(
+    structure: &ModalStructure,
+    point: &PointSpec,
+    (mesh, mean): (Vec<Division>, f64),
+    further: Vec<Vec<Division>>,
+    lacking: Vec<MeshHarmonic>,
+) -> Result<Model, BuildError> {
+    let coast = match point.mesh.coast {
+        CoastSpec::SameLine => None,
+        CoastSpec::Mirrored { symmetry } => {
+            Some(coast_flank(point, (&mesh, &further), &lacking, symmetry))
+        }
+    };
+    let mut error = point.excitation.transmission_error.clone();
+    error.extend(lacking);
+    let force = point.load * structure.rated_force;
+    let friction = point.mesh.friction.coefficient(force, point.speed)?;
+    let drive = Drive {
+        half_gap: point.mesh.half_gap,
+        damping: match point.mesh.damping {
+            DampingSpec::Coefficient(c) => c,
+            DampingSpec::Ratio(ratio) => Model::damping_from_ratio(structure, ratio, mean),
+        },
+        mesh,
+        friction,
+        release: point.mesh.release,
+        coast,
+        transmission_error: error,
+        torque_ripple: point.excitation.torque_ripple.clone(),
+        further,
+    };
+    let operating = OperatingPoint {
+        load: point.load,
+        speed: point.speed,
+    };
+    let mut model = Model::new(structure, &drive, operating)?;
+    model.rolling = rolling(point, friction);
+    Ok(model)
+}
+
+/// How the gears of a drawing roll on each other.
+fn rolling(point: &PointSpec, friction: f64) -> Option<Rolling> {
+    let gears = point.model.source.gears()?;
+    let [pinion, wheel] = gears.teeth.map(f64::from);
+    Some(Rolling {
+        base_speed: gears.base_radii()[0] * point.speed,
+        friction,
+        sliding: point.speed * (1.0 + pinion / wheel),
+    })
+}
+
+/// The coast flank as the mirror image of the drive flank about a mesh phase.
+fn coast_flank(
+    point: &PointSpec,
+    (mesh, further): (&[Division], &[Vec<Division>]),
+    lacking: &[MeshHarmonic],
+    symmetry: f64,
+) -> CoastFlank {
+    let excitation = &point.excitation;
+    let imposed =
+        (excitation.coast_transmission_error.as_ref()).unwrap_or(&excitation.transmission_error);
+    let lacking = lacking
+        .iter()
+        .map(|&harmonic| lacking_on_coast(harmonic, symmetry));
+    CoastFlank {
+        mesh: Division::mirrored(mesh, symmetry),
+        transmission_error: imposed.iter().copied().chain(lacking).collect(),
+        further: (further.iter())
+            .map(|spring| Division::mirrored(spring, symmetry))
+            .collect(),
+    }
+}
+
+/// A harmonic of what the drive flanks lack, on the coast flanks: `e(symmetry + φ)` is minus
+/// what it was at `symmetry − φ`, since what they lack lets δ fall further where it lets it rise
+/// further on the drive flanks.
+fn lacking_on_coast(drive: MeshHarmonic, symmetry: f64) -> MeshHarmonic {
+    let turn = 2.0 * TAU * drive.turns_per_cycle() * symmetry;
+    MeshHarmonic {
+        phase: PI - drive.phase - turn,
+        ..drive
+    }
+}
+
+/// What is asked of a point's own trajectory.
+pub fn questions(point: &PointSpec, seed: PointSeed) -> Questions {
+    let (run, analyses) = (&point.run, &point.analyses);
+    Questions {
+        point: seed,
+        transient: run.transient,
+        cycles: run.cycles,
+        settle: run.settle,
+        audit_cycles: run.audit_cycles,
+        lyapunov: analyses.lyapunov,
+        poincare_samples: (analyses.poincare.as_ref()).map_or(0, |asked| asked.samples),
+        section: (analyses.poincare.as_ref())
+            .map(|asked| asked.section.clone())
+            .unwrap_or_default(),
+        nvh: analyses.nvh,
+    }
+}

@@ -1,0 +1,85 @@
+//! The state that a point takes over from the point before it in a chain.
+//!
+//! Where a point ends on a periodic orbit, its state lies on that orbit to round-off. At the next
+//! point the orbit may be unstable, but a chain that starts there follows it for as long as round-off
+//! grows. The state is therefore displaced before it is taken over, in a direction that seed and
+//! point decide: the bits are the same however a run is split, interrupted or traced.
+
+use crate::analysis::{EnergyNorm, displaced};
+use crate::model::{Model, TrajectoryState};
+use crate::numerics::random::PointSeed;
+use crate::store::ChainEnd;
+
+/// The random stream of the direction: apart from those of probes, horizons, cycle expansions and
+/// covariant vectors.
+const STREAM: u64 = 1 << 36;
+
+/// Where the point before has ended, and how far from there the next one starts.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CarriedState<'a> {
+    pub end: &'a ChainEnd,
+    /// Distance in half gaps.
+    pub displacement: f64,
+}
+
+impl CarriedState<'_> {
+    /// Where a point starts. Displacements that nothing feels stay as they are.
+    pub fn start(self, model: &Model, seed: PointSeed) -> TrajectoryState {
+        let end = TrajectoryState::new(model, self.end.state.clone(), self.end.cycle);
+        if self.displacement > 0.0 {
+            let mut stream = seed.stream(STREAM);
+            let norm = EnergyNorm::new(model);
+            return displaced(model, &norm, &end, self.displacement, &mut stream);
+        }
+        end
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Drive, OperatingPoint};
+    use crate::structure::ModalStructure;
+
+    /// A drive of which one rotation is neutral.
+    fn model() -> Model {
+        let mesh = [0.8, -0.6, 0.5, 0.1];
+        let structure = ModalStructure::of_modes(&[0.0, 0.0, 2.0, 3.0], 0.1, &mesh, &mesh);
+        let point = OperatingPoint {
+            load: 1.0,
+            speed: 1.0,
+        };
+        Model::new(&structure, &Drive::constant(1.0, 1.0), point).unwrap()
+    }
+
+    fn start(model: &Model, displacement: f64, point_id: u64) -> TrajectoryState {
+        let end = ChainEnd {
+            state: (0..2 * model.modes()).map(|i| i as f64).collect(),
+            cycle: 7,
+        };
+        let carried = CarriedState {
+            end: &end,
+            displacement,
+        };
+        carried.start(model, PointSeed { seed: 1, point_id })
+    }
+
+    #[test]
+    fn starts_are_as_far_away_as_asked_for_and_depend_on_the_point_alone() {
+        let model = model();
+        let norm = EnergyNorm::new(&model);
+        let ended = start(&model, 0.0, 3);
+        assert!(ended.state.iter().enumerate().all(|(i, x)| *x == i as f64));
+        for displacement in [1e-6, 0.3] {
+            let here = start(&model, displacement, 3);
+            let apart = norm.distance(&here.state, &ended.state) / norm.unit();
+            assert!((apart / displacement - 1.0).abs() < 1e-8, "{apart}");
+            for (i, weight) in norm.weights().iter().enumerate() {
+                assert_eq!(here.state[i] == ended.state[i], *weight == 0.0, "{i}");
+            }
+            assert_eq!(here.cycle, 7);
+            assert_eq!(here.state, start(&model, displacement, 3).state);
+            assert_ne!(here.state, start(&model, displacement, 4).state);
+        }
+    }
+}

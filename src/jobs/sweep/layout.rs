@@ -1,0 +1,135 @@
+//! Which tables a job writes, and their axes.
+
+use super::build;
+use super::parts::structures;
+use crate::analysis::{Analyses, SliceOf, SliceQuestion};
+use crate::manifest::{Axis, Job, Refine, Variant};
+use crate::model::{InitialState, Quantity};
+use crate::store::{AxisColumn, RefinedColumns, ResultLayout, Shard};
+use crate::structure::MotionKind;
+
+/// The tables of a job (of a shard of it).
+pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
+    let variants = job.points.variants();
+    let any = |pick: fn(&Analyses) -> bool| variants.iter().any(|v| pick(&v.analyses));
+    let column = |axis: &Axis| AxisColumn {
+        name: axis.name().to_owned(),
+        unit: axis.unit.clone(),
+    };
+    ResultLayout {
+        axes: job.axes.iter().map(column).collect(),
+        tied: (job.dimensions.iter())
+            .filter(|own| own.is_tied())
+            .map(|own| {
+                own.axes
+                    .iter()
+                    .map(|&axis| job.axes[axis].name().to_owned())
+                    .collect()
+            })
+            .collect(),
+        poincare: any(|a| a.poincare.is_some()),
+        spectra: any(|a| a.nvh.is_some_and(|n| n.spectrum.is_some())),
+        orders: any(|a| a.nvh.is_some_and(|n| n.orders.is_some())),
+        probes: any(|a| a.multistability.is_some()),
+        orbits: any(|a| a.orbits.is_some()),
+        swept: job
+            .carried
+            .as_ref()
+            .map(|carried| column(&job.axes[carried.axis])),
+        basins: variants
+            .iter()
+            .find_map(|v| v.analyses.multistability?.slice)
+            .map(slice_axes),
+        horizon: any(|a| a.horizon.is_some()),
+        cycle_expansion: any(|a| a.cycle_expansion.is_some()),
+        refined: job.refine.as_ref().map(|refine| refined(job, refine)),
+        elements: elements(job),
+        shard,
+    }
+}
+
+/// Names of what is told of the structure, where its first and its last variant, which have the ends of every axis, agree.
+fn elements(job: &Job) -> Vec<(Quantity, Vec<String>)> {
+    let variants = job.points.variants();
+    let told = |variant: &Variant| variant.analyses.nvh.is_some_and(|nvh| nvh.outputs.any());
+    let (Some(first), Some(last)) = (variants.first(), variants.last()) else {
+        return Vec::new();
+    };
+    if !variants.iter().any(told) {
+        return Vec::new();
+    }
+    let names = |variant: &Variant| -> Vec<(Quantity, Vec<String>)> {
+        let Ok(structure) = build::structure(&variant.model) else {
+            return Vec::new();
+        };
+        let moving = |kind: MotionKind| {
+            let motions = structure.motions.iter();
+            let of_kind = motions.filter(move |motion| motion.kind == kind);
+            of_kind.map(|motion| motion.name.clone()).collect()
+        };
+        vec![
+            (
+                Quantity::BearingForce,
+                structure
+                    .bearings
+                    .iter()
+                    .map(|own| own.name.clone())
+                    .collect(),
+            ),
+            (
+                Quantity::Torque,
+                structure
+                    .torques
+                    .iter()
+                    .map(|own| own.name.clone())
+                    .collect(),
+            ),
+            (Quantity::Acceleration, moving(MotionKind::Place)),
+            (Quantity::AngularAcceleration, moving(MotionKind::Body)),
+        ]
+    };
+    let mut found = names(first);
+    if structures(job) > 1 {
+        let last = names(last);
+        found.retain(|own| last.contains(own));
+    }
+    found
+}
+
+/// How the grid is refined.
+fn refined(job: &Job, refine: &Refine) -> RefinedColumns {
+    let mut varied = (job.axes.iter()).filter(|axis| axis.values.len() > 1);
+    let mut name = || varied.next().map_or("", Axis::name).to_owned();
+    let start = match &job.points.variants()[0].run.initial {
+        InitialState::Static => "static",
+        InitialState::Rest => "rest",
+        InitialState::Modal { .. } => "modal",
+    };
+    RefinedColumns {
+        nested: refine.nested,
+        axes: [name(), name()],
+        by: refine.by_words(),
+        start: start.to_owned(),
+    }
+}
+
+/// What a slice varies along its axes; modes are counted from 0.
+fn slice_axes(slice: SliceQuestion) -> [AxisColumn; 2] {
+    let axis = |name: &str, mode: usize, unit: &str| AxisColumn {
+        name: format!("{name} {}", mode + 1),
+        unit: unit.to_owned(),
+    };
+    let [first, second] = slice.modes;
+    let deflection = |mode| axis("mesh deflection by mode", mode, "m");
+    match slice.of {
+        SliceOf::Displacement => [deflection(first), deflection(second)],
+        SliceOf::Velocity => [first, second].map(|mode| AxisColumn {
+            name: format!("velocity of mode {} as mesh deflection", mode + 1),
+            unit: "m".to_owned(),
+        }),
+        SliceOf::PhasePlane => [
+            deflection(first),
+            axis("rate of mesh deflection by mode", second, "m/s"),
+        ],
+    }
+}

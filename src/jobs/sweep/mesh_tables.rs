@@ -1,0 +1,468 @@
+//! Mesh tables of a job: fetched from the cache or computed, once for all points that share one.
+
+use super::mesh_divisions::{divisions, spring_divisions};
+use super::near::Near;
+use crate::gear::{
+    Contact, Face, Flanks, GearError, GearPair, MeshSprings, MeshTable, MeshTableCycle,
+    MeshTableError, MeshTableInputs, MisalignmentEnding, MisalignmentReport, MisalignmentSearch,
+    SecantContact, StiffnessLaw, TiltCompliance, loaded_misalignment,
+};
+use crate::manifest::{CoastSpec, CycleDivision, MeshTableSpec, PointSpec};
+use crate::model::{Division, MeshHarmonic};
+use crate::store::{MeshFetchError, MeshUnderLoad, Origin, TableStore};
+use crate::structure::ModalStructure;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Longest piece of a table, in mesh cycles: the polynomials of longer ones would not be
+/// resolved.
+const LONGEST_PIECE: f64 = 0.25;
+
+/// The same where load centroid or friction matter and the stiffness is used as it is: their
+/// means over longer pieces would be the largest error of all.
+const LONGEST_TURNING_PIECE: f64 = 1.0 / 24.0;
+
+/// How far a course may be from its law, relative.
+const COURSE_TOLERANCE: f64 = 1e-9;
+
+/// The same of the secant, a difference of two states of the flanks.
+const SECANT_TOLERANCE: f64 = 1e-7;
+
+/// The same where segments take means of it: those come out closer by far.
+const MEANS_TOLERANCE: f64 = 1e-6;
+
+/// How finely a table follows its law.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Resolution {
+    /// Longest piece, in mesh cycles.
+    longest: f64,
+    /// Largest error of its polynomials, relative.
+    tolerance: f64,
+}
+
+/// Of a table of which means are taken.
+pub(super) const MEANS: Resolution = Resolution {
+    longest: LONGEST_PIECE,
+    tolerance: MEANS_TOLERANCE,
+};
+
+/// Why a point has no mesh.
+#[derive(Debug, thiserror::Error)]
+pub enum MeshError {
+    /// A table without a load to stand for.
+    #[error(
+        "the table is that of flanks under the mean load, and the load is 0; give a small load, mesh.resolution = \"pairs\" or another mesh.stiffness"
+    )]
+    NoLoad,
+    /// The gears are not a pair that meshes.
+    #[error(transparent)]
+    Gear(#[from] GearError),
+    /// The load under some misalignment cannot be shared.
+    #[error(transparent)]
+    Table(#[from] MeshTableError),
+    /// There is no table.
+    #[error(transparent)]
+    Fetch(#[from] MeshFetchError),
+    /// The flanks under load have no misalignment that the shafts agree with.
+    #[error(
+        "misalignment and shaft tilt do not settle after {steps} steps (last misalignment {misalignment:.3e} rad, residual {residual:.1e} rad); lower the load, stiffen shafts or bearings, or set mesh.shaft_tilt = false"
+    )]
+    Unsettled {
+        /// Evaluations of the load centroid.
+        steps: usize,
+        /// Last misalignment tried \[rad\].
+        misalignment: f64,
+        /// What the structure made of it, less what was tried \[rad\].
+        residual: f64,
+    },
+}
+
+/// The mesh of one point, from its table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TabledMesh {
+    /// The divisions of the mesh cycle.
+    pub divisions: Vec<Division>,
+    /// Those of springs beside it, where every pair of teeth is one.
+    pub further: Vec<Vec<Division>>,
+    /// Mean stiffness \[N/m\].
+    pub mean_stiffness: f64,
+    /// Harmonics of the transmission error that stand for the error of the flanks under load where
+    /// the divisions do not have it: (multiple of the mesh frequency, amplitude \[m\], phase
+    /// \[rad\]).
+    pub transmission_error: Vec<MeshHarmonic>,
+    /// How the misalignment under load was found, where shafts tilt.
+    pub tilt: Option<MisalignmentReport>,
+    /// What the load makes of the mesh; none without a load.
+    pub under_load: Option<MeshUnderLoad>,
+}
+
+/// Mesh tables at hand. Points of a grid mostly share one.
+#[derive(Debug)]
+pub struct MeshTables {
+    common: Arc<Common>,
+    /// Copies in the memory of one NUMA node, where its workers have their own.
+    near: Option<Near<String, MeshTableCycle>>,
+}
+
+/// Of all nodes.
+#[derive(Debug)]
+struct Common {
+    store: TableStore,
+    known: Mutex<HashMap<String, Arc<MeshTableCycle>>>,
+    tilts: Mutex<HashMap<String, MisalignmentReport>>,
+    springs: Mutex<HashMap<String, Arc<MeshSprings>>>,
+    warnings: Mutex<BTreeSet<String>>,
+    files: Mutex<BTreeMap<PathBuf, Origin>>,
+}
+
+impl MeshTables {
+    /// Tables kept in a store.
+    pub fn new(store: TableStore) -> Self {
+        Self {
+            common: Arc::new(Common {
+                store,
+                known: Mutex::default(),
+                tilts: Mutex::default(),
+                springs: Mutex::default(),
+                warnings: Mutex::default(),
+                files: Mutex::default(),
+            }),
+            near: None,
+        }
+    }
+
+    /// The same tables, of which the workers of one NUMA node make copies of their own.
+    pub(super) fn on_node(&self) -> Self {
+        Self {
+            common: self.common.clone(),
+            near: Some(Near::default()),
+        }
+    }
+
+    /// Shows the copies of a node.
+    pub(super) fn each_copy(&self, tell: impl FnMut(&MeshTableCycle)) {
+        if let Some(near) = &self.near {
+            near.each(tell);
+        }
+    }
+
+    /// What the user should know of the cache, each once.
+    pub fn warnings(&self) -> Vec<String> {
+        lock(&self.common.warnings).iter().cloned().collect()
+    }
+
+    /// The files of the tables used so far, and how each was come by.
+    pub fn files(&self) -> Vec<(PathBuf, Origin)> {
+        let files = lock(&self.common.files);
+        (files.iter())
+            .map(|(file, origin)| (file.clone(), *origin))
+            .collect()
+    }
+
+    /// The mesh of a point that takes its stiffness from the table of `spec`.
+    ///
+    /// # Errors
+    /// Gears that do not mesh, or a misalignment under load that is not found.
+    pub fn mesh(
+        &self,
+        point: &PointSpec,
+        spec: &MeshTableSpec,
+        structure: &ModalStructure,
+    ) -> Result<TabledMesh, MeshError> {
+        if let CycleDivision::Pairs { slices } = spec.division {
+            return self.pairs(point, spec, structure, slices as usize);
+        }
+        let force = flank_load(point.load * structure.rated_force)?;
+        let unloaded = point.mesh.misalignment;
+        let (misalignment, tilt) = match spec.shaft_tilt {
+            false => (unloaded, None),
+            true => {
+                let report =
+                    self.tilted(spec, tilt_compliance(point, structure), unloaded, force)?;
+                (report.misalignment().unwrap_or(unloaded), Some(report))
+            }
+        };
+        let turning = point.mesh.friction.acts() || wanders(&spec.gears, misalignment);
+        let resolution = match spec.division {
+            CycleDivision::Segments(_) | CycleDivision::Pairs { .. } => Resolution {
+                tolerance: match spec.stiffness {
+                    StiffnessLaw::Tangent => MEANS_TOLERANCE,
+                    StiffnessLaw::Secant => SECANT_TOLERANCE,
+                },
+                ..MEANS
+            },
+            CycleDivision::Continuous => Resolution {
+                longest: if turning {
+                    LONGEST_TURNING_PIECE
+                } else {
+                    LONGEST_PIECE
+                },
+                tolerance: match spec.stiffness {
+                    StiffnessLaw::Tangent => COURSE_TOLERANCE,
+                    StiffnessLaw::Secant => SECANT_TOLERANCE,
+                },
+            },
+        };
+        // Segments are for what the course of the stiffness has means of.
+        let division = match spec.stiffness.is_tangent() || turning {
+            true => spec.division,
+            false => CycleDivision::Continuous,
+        };
+        let mut cycle = self.cycle(spec, spec.stiffness, misalignment, force, resolution)?;
+        if is_scaled(spec, misalignment) {
+            let tangent = self.cycle(spec, StiffnessLaw::Tangent, misalignment, force, MEANS)?;
+            let own = MeshTableCycle::clone(&cycle);
+            cycle = Arc::new(own.with_mean_stiffness(tangent.mean_stiffness()));
+        }
+        let harmonics = point.excitation.table_harmonics;
+        Ok(TabledMesh {
+            divisions: divisions(&cycle, division, spec.stiffness, harmonics.is_none()),
+            further: Vec::new(),
+            mean_stiffness: cycle.mean_stiffness(),
+            transmission_error: (cycle.harmonics(&cycle.tangent_error(), harmonics.unwrap_or(0)))
+                .into_iter()
+                .map(|(harmonic, amplitude, phase)| MeshHarmonic::new(harmonic, amplitude, phase))
+                .collect(),
+            tilt,
+            under_load: Some(under_load(point, &cycle, misalignment)),
+        })
+    }
+
+    /// The mesh of a point whose pairs of teeth are springs of their own, on slices of the face. The damper's mean
+    /// stiffness is that under the mean load, the rated one where there is none.
+    fn pairs(
+        &self,
+        point: &PointSpec,
+        spec: &MeshTableSpec,
+        structure: &ModalStructure,
+        slices: usize,
+    ) -> Result<TabledMesh, MeshError> {
+        let misalignment = point.mesh.misalignment;
+        let force = (point.load * structure.rated_force).abs();
+        let loaded = if force > 0.0 {
+            force
+        } else {
+            structure.rated_force
+        };
+        let cycle = self.cycle(spec, spec.stiffness, misalignment, loaded, MEANS)?;
+        let springs = self.common.springs(spec, misalignment, slices, loaded)?;
+        let mean_stiffness = cycle.mean_stiffness();
+        let mut all = spring_divisions(&springs, misalignment, mean_stiffness);
+        Ok(TabledMesh {
+            divisions: all.remove(0),
+            further: all,
+            mean_stiffness,
+            transmission_error: Vec::new(),
+            tilt: None,
+            under_load: (force > 0.0).then(|| under_load(point, &cycle, misalignment)),
+        })
+    }
+
+    /// The misalignment under the mean mesh force.
+    fn tilted(
+        &self,
+        spec: &MeshTableSpec,
+        compliance: TiltCompliance,
+        unloaded: f64,
+        force: f64,
+    ) -> Result<MisalignmentReport, MeshError> {
+        let key = format!("{spec:?} {compliance:?} {unloaded:e} {force:e}");
+        if let Some(known) = lock(&self.common.tilts).get(&key) {
+            return Ok(known.clone());
+        }
+        let flanks = Flanks::new(&spec.gears)?;
+        let mut fault = None;
+        let search = MisalignmentSearch::default();
+        let report = loaded_misalignment(unloaded, force, compliance, search, |misalignment| {
+            let inputs = inputs(spec, StiffnessLaw::Tangent, misalignment, force, MEANS);
+            match MeshTable::build(&flanks, &inputs, &|_, _| ()) {
+                Ok(table) => table.cycle(0, 0).mean_centre(),
+                Err(error) => {
+                    fault.get_or_insert(error);
+                    f64::NAN
+                }
+            }
+        });
+        if let Some(fault) = fault {
+            return Err(fault.into());
+        }
+        if report.ending != MisalignmentEnding::Converged {
+            let last = report.steps.last();
+            return Err(MeshError::Unsettled {
+                steps: report.steps.len(),
+                misalignment: last.map_or(unloaded, |step| step.misalignment),
+                residual: last.map_or(f64::NAN, |step| step.residual),
+            });
+        }
+        lock(&self.common.tilts).insert(key, report.clone());
+        Ok(report)
+    }
+
+    /// The cycle at a misalignment \[rad\] and a mesh force \[N\].
+    fn cycle(
+        &self,
+        spec: &MeshTableSpec,
+        stiffness: StiffnessLaw,
+        misalignment: f64,
+        force: f64,
+        resolution: Resolution,
+    ) -> Result<Arc<MeshTableCycle>, MeshError> {
+        let MeshTableSpec {
+            gears,
+            contact,
+            face,
+            ..
+        } = spec;
+        let key = format!(
+            "{gears:?} {contact:?} {face:?} {stiffness:?} {misalignment:e} {force:e} {resolution:?}"
+        );
+        let far = || {
+            let inputs = inputs(spec, stiffness, misalignment, force, resolution);
+            (self.common).cycle(&key, gears, &inputs)
+        };
+        match &self.near {
+            None => far(),
+            Some(near) => near.get(key.clone(), far),
+        }
+    }
+}
+
+/// Whether the load centroid may leave mid-face, and be elsewhere at another phase: under misalignment, on leads
+/// that are no more what they were cut, and on helical gears, whose lines of contact cross the face.
+fn wanders(gears: &GearPair, misalignment: f64) -> bool {
+    misalignment != 0.0 || gears.helix_angle != 0.0 || gears.form.has_modified_lead()
+}
+
+/// Whether the secant stiffness is scaled to the mean of the tangent's: contact that spreads along the face stiffens as it
+/// does, and from the first touch to the load it is as soft as half the tangent.
+pub(super) fn is_scaled(spec: &MeshTableSpec, misalignment: f64) -> bool {
+    !spec.stiffness.is_tangent() && wanders(&spec.gears, misalignment)
+}
+
+/// Whether coast flanks that are the image of the drive flanks bear the mean load.
+fn on_mirrored_flanks(point: &PointSpec) -> bool {
+    point.load < 0.0 && matches!(point.mesh.coast, CoastSpec::Mirrored { .. })
+}
+
+/// How the gears tilt under the mean load, places across the face counted as those of the drive flank are by the
+/// flank that bears it.
+fn tilt_compliance(point: &PointSpec, structure: &ModalStructure) -> TiltCompliance {
+    match structure
+        .coast
+        .as_ref()
+        .filter(|_| on_mirrored_flanks(point))
+    {
+        None => {
+            TiltCompliance::of_modes(&structure.frequency, &structure.mesh, &structure.mesh_tilt)
+        }
+        Some(coast) => TiltCompliance::of_modes(&structure.frequency, &coast.mesh, &coast.tilt)
+            .other_way_round(),
+    }
+}
+
+/// What the mean load of a point makes of a mesh.
+fn under_load(point: &PointSpec, cycle: &MeshTableCycle, misalignment: f64) -> MeshUnderLoad {
+    let side = if on_mirrored_flanks(point) { -1.0 } else { 1.0 };
+    MeshUnderLoad {
+        misalignment,
+        load_centre: side * cycle.mean_centre() + 0.0,
+        stiffness: cycle.mean_stiffness(),
+        contact_ratio: cycle.mean_loaded_pairs(),
+        transmission_error: cycle.peak_to_peak(),
+    }
+}
+
+/// What the flanks bear under a mean mesh force \[N\]: under a negative one the coast flanks bear
+/// it, which are the mirror images of the drive flanks.
+pub(super) fn flank_load(force: f64) -> Result<f64, MeshError> {
+    match force == 0.0 {
+        true => Err(MeshError::NoLoad),
+        false => Ok(force.abs()),
+    }
+}
+
+impl Common {
+    /// The springs that the pairs of teeth are on slices of the face; where flanks flatten by the load, as they do
+    /// on the whole under a force \[N\].
+    fn springs(
+        &self,
+        spec: &MeshTableSpec,
+        misalignment: f64,
+        slices: usize,
+        force: f64,
+    ) -> Result<Arc<MeshSprings>, MeshError> {
+        let gears = &spec.gears;
+        let line_load = match spec.contact {
+            Contact::Linear => None,
+            Contact::Secant | Contact::LoadDependent => Some(force / gears.face_width),
+        };
+        let key = format!("{gears:?} {line_load:?} {misalignment:e} {slices}");
+        if let Some(known) = lock(&self.springs).get(&key) {
+            return Ok(known.clone());
+        }
+        let face = Face {
+            width: gears.face_width,
+            slices,
+        };
+        let flanks = Flanks::new(gears)?;
+        let found = Arc::new(match line_load {
+            None => MeshSprings::new(&flanks, face, misalignment),
+            Some(line_load) => {
+                let law = SecantContact {
+                    law: &flanks,
+                    line_load,
+                };
+                MeshSprings::new(&law, face, misalignment)
+            }
+        }?);
+        lock(&self.springs).insert(key, found.clone());
+        Ok(found)
+    }
+
+    /// The cycle under a key, fetched where it is not at hand.
+    fn cycle(
+        &self,
+        key: &str,
+        gears: &GearPair,
+        inputs: &MeshTableInputs,
+    ) -> Result<Arc<MeshTableCycle>, MeshError> {
+        if let Some(known) = lock(&self.known).get(key) {
+            return Ok(known.clone());
+        }
+        let fetched = self.store.mesh_table(gears, inputs, &|_, _| ())?;
+        let notes = fetched.warnings.iter().map(ToString::to_string);
+        lock(&self.warnings).extend(notes);
+        lock(&self.files).insert(fetched.file, fetched.origin);
+        let cycle = Arc::new(fetched.table.cycle(0, 0));
+        lock(&self.known).insert(key.to_owned(), cycle.clone());
+        Ok(cycle)
+    }
+}
+
+fn lock<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+pub(super) fn inputs(
+    spec: &MeshTableSpec,
+    stiffness: StiffnessLaw,
+    misalignment: f64,
+    force: f64,
+    resolution: Resolution,
+) -> MeshTableInputs {
+    let gears = &spec.gears;
+    let mut inputs = MeshTableInputs::of_gears(gears);
+    inputs.contact = spec.contact;
+    inputs.face = spec.face;
+    inputs.stiffness = stiffness;
+    inputs.misalignment = vec![misalignment];
+    inputs.torque = vec![force * inputs.base_radius];
+    inputs.longest_piece = resolution.longest;
+    inputs.tolerance = resolution.tolerance;
+    // A gap that is a straight line across the face of spur gears is exact on one slice.
+    if gears.helix_angle == 0.0 && !gears.form.has_curved_lead() {
+        inputs.slices = 1;
+    }
+    inputs
+}

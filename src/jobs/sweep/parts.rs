@@ -1,0 +1,273 @@
+//! Structures and mesh tables at hand: points of a grid mostly share them, and so do workers.
+//!
+//! On a machine with several NUMA nodes the workers of a node may read copies in its own memory:
+//! each is made by the first worker of the node that needs it, so that its pages come from there.
+
+use super::build::{BuildError, model, structure};
+use super::kernel_tables::KernelTables;
+use super::mesh_tables::MeshTables;
+use super::near::Near;
+use crate::manifest::{
+    Job, MeshTableSpec, ModelSpec, PointSpec, StiffnessSpec, StructureSource, Variant,
+};
+use crate::model::Model;
+use crate::propagate::{KernelChoice, KernelSetting};
+use crate::shaft::ShaftError;
+use crate::store::{MeshUnderLoad, TableStore};
+use crate::structure::ModalStructure;
+use crate::topology::{Room, Topology};
+use std::collections::{BTreeSet, HashMap, HashSet};
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// One point for every mesh table that some points of a job need, with what it is of.
+fn meshes_wanted(
+    job: &Job,
+    points: impl IntoIterator<Item = usize>,
+) -> impl Iterator<Item = (PointSpec, Arc<MeshTableSpec>)> {
+    let tabled = |variant: &Variant| matches!(variant.mesh.stiffness, StiffnessSpec::Table(_));
+    let any = job.points.variants().iter().any(tabled);
+    // What a table is of is kept, so that its place in memory stays taken.
+    let mut seen = HashMap::new();
+    let points = points.into_iter().take_while(move |_| any);
+    points.filter_map(move |id| {
+        let point = job.points.at(id);
+        let StiffnessSpec::Table(spec) = &point.mesh.stiffness else {
+            return None;
+        };
+        let spec = spec.clone();
+        let numbers = [point.load, point.mesh.misalignment].map(f64::to_bits);
+        // With shafts that tilt the structure matters as well.
+        let tilt = (spec.shaft_tilt).then(|| format!("{:?}", point.model));
+        let key = (Arc::as_ptr(&spec), numbers, tilt);
+        let new = seen.insert(key, spec.clone()).is_none();
+        new.then_some((point, spec))
+    })
+}
+
+/// Mesh tables that some points of a job need.
+pub fn tables_wanted(job: &Job, points: impl IntoIterator<Item = usize>) -> usize {
+    meshes_wanted(job, points).count()
+}
+
+/// Where the source of a structure lies, and what is kept of its modes.
+type Place = (usize, usize, usize, bool);
+
+fn place(spec: &ModelSpec) -> Place {
+    let address = match &spec.source {
+        StructureSource::Rigid(drive) => Arc::as_ptr(drive).addr(),
+        StructureSource::Flexible(drive) => Arc::as_ptr(drive).addr(),
+        StructureSource::Train(train) => Arc::as_ptr(train).addr(),
+        StructureSource::Modal(structure) => Arc::as_ptr(structure).addr(),
+    };
+    (address, spec.modes, spec.retained, spec.mta)
+}
+
+/// Different structures of a job; of a grid with very many combinations of model keys, of those
+/// that were judged.
+pub fn structures(job: &Job) -> usize {
+    let places = (job.points.variants().iter()).map(|variant| place(&variant.model));
+    places.collect::<HashSet<_>>().len()
+}
+
+/// Structures of all nodes.
+#[derive(Debug, Default)]
+struct Structures {
+    /// By the specification's own words: equal text is an equal structure.
+    by_text: HashMap<String, Arc<ModalStructure>>,
+    /// By the specification's place in memory, which writing it out takes much longer than. The
+    /// source is kept, so that the place stays taken.
+    by_place: HashMap<Place, (StructureSource, Arc<ModalStructure>)>,
+}
+
+impl Structures {
+    fn get(&mut self, spec: &ModelSpec) -> Result<Arc<ModalStructure>, ShaftError> {
+        if let Some((_, found)) = self.by_place.get(&place(spec)) {
+            return Ok(found.clone());
+        }
+        let text = format!("{spec:?}");
+        let found = match self.by_text.get(&text) {
+            Some(found) => found.clone(),
+            None => Arc::new(structure(spec)?),
+        };
+        self.by_text.insert(text, found.clone());
+        let kept = (spec.source.clone(), found.clone());
+        self.by_place.insert(place(spec), kept);
+        Ok(found)
+    }
+}
+
+/// The table that a kernel reads at a point while it integrates, by number; none where nothing is
+/// kept of it. Two of one number would only be taken for one when chains are dealt out.
+pub(super) fn table_number(point: &PointSpec) -> Option<u64> {
+    let runs = match point.run.kernel {
+        KernelSetting::Auto
+        | KernelSetting::Named(KernelChoice::Spectral { .. } | KernelChoice::ClosedModes) => None,
+        KernelSetting::Named(KernelChoice::Fused { .. }) => Some(point.speed.to_bits()),
+        _ => return None,
+    };
+    // A mesh computed from the gears is another under another load.
+    let load =
+        matches!(point.mesh.stiffness, StiffnessSpec::Table(_)).then(|| point.load.to_bits());
+    let mut hash = DefaultHasher::new();
+    // In words: places in memory would deal otherwise from run to run.
+    format!("{:?} {:?} {runs:?} {load:?}", point.model, point.mesh).hash(&mut hash);
+    Some(hash.finish())
+}
+
+/// Structures and mesh tables at hand.
+#[derive(Debug)]
+pub struct Parts {
+    structures: Arc<Mutex<Structures>>,
+    near: Option<Near<Place, ModalStructure>>,
+    meshes: MeshTables,
+    kernels: KernelTables,
+}
+
+impl Parts {
+    /// Nothing at hand yet; tables of meshes and kernels are kept in `tables`.
+    pub fn new(tables: TableStore) -> Self {
+        Self {
+            structures: Arc::default(),
+            near: None,
+            meshes: MeshTables::new(tables.clone()),
+            kernels: KernelTables::new(tables),
+        }
+    }
+
+    /// The same parts, of which the workers of one NUMA node make copies of their own; of the
+    /// tables of kernels, which all nodes share otherwise, where there is room.
+    pub fn on_node(&self, room: Room) -> Self {
+        Self {
+            structures: self.structures.clone(),
+            near: Some(Near::default()),
+            meshes: self.meshes.on_node(),
+            kernels: self.kernels.on_node(room),
+        }
+    }
+
+    /// The mesh tables.
+    pub fn meshes(&self) -> &MeshTables {
+        &self.meshes
+    }
+
+    /// The tables of kernels.
+    pub fn kernels(&self) -> &KernelTables {
+        &self.kernels
+    }
+
+    /// What the user should know of the cache of tables, each once.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut all = self.meshes.warnings();
+        all.extend(self.kernels.warnings());
+        all
+    }
+
+    /// NUMA nodes that the copies lie on; none where there are no copies or the system does not
+    /// tell.
+    pub fn nodes(&self, topology: &Topology) -> BTreeSet<u32> {
+        let mut nodes = BTreeSet::new();
+        if let Some(near) = &self.near {
+            near.each(|copy| nodes.extend(topology.nodes_of_memory(&copy.mesh)));
+        }
+        self.meshes.each_copy(|copy| {
+            nodes.extend(topology.nodes_of_memory(copy.stiffness.as_flattened()))
+        });
+        self.kernels
+            .each_copy(|values| nodes.extend(topology.nodes_of_memory(values)));
+        nodes
+    }
+
+    /// The piecewise-linear system of a point.
+    ///
+    /// # Errors
+    /// A structure, a mesh or a value that is refused.
+    pub fn model(&self, point: &PointSpec) -> Result<Model, BuildError> {
+        Ok(self.model_and_mesh(point)?.0)
+    }
+
+    /// The same, and what the mean load makes of a mesh that is computed from the gears.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn model_and_mesh(
+        &self,
+        point: &PointSpec,
+    ) -> Result<(Model, Option<MeshUnderLoad>), BuildError> {
+        if let Some(fault) = &point.fault {
+            return Err(BuildError::Values(fault.clone()));
+        }
+        model(&*self.structure(&point.model)?, point, &self.meshes)
+    }
+
+    /// Fetches or computes the mesh tables of some points of a job, each on all threads of the
+    /// current rayon pool, until `called_off` is raised; `progress` is told of every table. What fails is left
+    /// for its points to say.
+    pub fn prepare(
+        &self,
+        job: &Job,
+        points: impl IntoIterator<Item = usize>,
+        called_off: &AtomicBool,
+        progress: &mut dyn FnMut(),
+    ) {
+        for (point, spec) in meshes_wanted(job, points) {
+            if called_off.load(Ordering::Relaxed) {
+                return;
+            }
+            if let Ok(structure) = self.structure(&point.model) {
+                _ = self.meshes.mesh(&point, &spec, &structure);
+            }
+            progress();
+        }
+    }
+
+    /// The structure of a model specification, computed once.
+    ///
+    /// # Errors
+    /// The shaft model cannot be assembled or solved.
+    pub fn structure(&self, spec: &ModelSpec) -> Result<Arc<ModalStructure>, ShaftError> {
+        let far = || {
+            // Computing under the lock keeps workers from computing the same one twice.
+            let mut known = (self.structures.lock()).unwrap_or_else(PoisonError::into_inner);
+            known.get(spec)
+        };
+        match &self.near {
+            None => far(),
+            Some(near) => near.get(place(spec), far),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::manifest;
+    use std::path::Path;
+
+    #[test]
+    fn workers_of_a_node_share_a_copy_that_is_equal() {
+        let text = include_str!("../../../manifests/quickstart.toml");
+        let job = manifest::parse(text, "m.toml", Path::new("")).unwrap();
+        let spec = &job.points.variants()[0].model;
+        let parts = Parts::new(TableStore::open(tempfile::tempdir().unwrap().path()));
+        let room = Room {
+            free: None,
+            own_cache: 0,
+        };
+        let nodes = [parts.on_node(room), parts.on_node(room)];
+        let of = |parts: &Parts| parts.structure(spec).unwrap();
+        let (common, [first, second]) = (of(&parts), nodes.each_ref().map(of));
+        assert!(*common == *first && *first == *second);
+        assert!(!Arc::ptr_eq(&common, &first) && !Arc::ptr_eq(&first, &second));
+        assert_ne!(
+            first.mesh.as_ptr(),
+            second.mesh.as_ptr(),
+            "all the way down"
+        );
+        assert!(Arc::ptr_eq(&first, &of(&nodes[0])), "copied once");
+        let topology = Topology::current().unwrap();
+        assert!(parts.nodes(&topology).is_empty(), "no copies");
+        assert!(nodes[0].nodes(&topology).len() <= 1);
+    }
+}

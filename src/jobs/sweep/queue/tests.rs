@@ -1,0 +1,201 @@
+//! The order of chains: long ones first, within a bounded window.
+
+use super::*;
+use crate::manifest;
+use std::path::Path;
+
+/// A job of so many independent points of equal work, speeds in rows.
+pub(super) fn job(loads: usize, speeds: usize) -> Job {
+    let text = include_str!("../../../../tests/data/oscillator.toml")
+        .replace("to = 0.3, count = 2", &format!("to = 0.3, count = {loads}"))
+        .replace(
+            "to = 1500, count = 3",
+            &format!("to = 1500, count = {speeds}"),
+        );
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data");
+    let job = manifest::parse(&text, "m.toml", &data).unwrap();
+    assert_eq!(job.points.len(), loads * speeds);
+    job
+}
+
+fn queue<'a>(job: &'a Job, look: usize, ahead: u64, drawn: &[usize]) -> Queue<'a> {
+    let share = Share::of_shard(job, None);
+    let taken_over = TakenOver::default();
+    let mut queue = Queue::new(job, share, taken_over, drawn.to_vec(), 1, 1, 0);
+    (queue.look, queue.ahead) = (look, ahead);
+    queue
+}
+
+fn taken(queue: &Queue<'_>, written: u64) -> usize {
+    match queue.next(written, None) {
+        Next::Chain { turn, .. } => turn.place,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// As if a chain had taken so long for work of one.
+fn finish(queue: &Queue<'_>, place: usize, seconds: u64) {
+    queue.finished(place, 1.0, Duration::from_secs(seconds));
+}
+
+#[test]
+fn neighbours_of_long_chains_come_first_and_of_short_ones_last() {
+    let job = job(3, 4);
+    let queue = queue(&job, 12, 100, &[]);
+    assert_eq!(taken(&queue, 0), 0, "in order where nothing is known");
+    finish(&queue, 0, 1);
+    // 1 and 4 are expected to be like 0, and so are all others.
+    assert_eq!(taken(&queue, 0), 1);
+    finish(&queue, 1, 9);
+    // On average 5; beside 1 lie 2 and 5 (9), beside 0 lies 4 (1).
+    let order: Vec<usize> = (0..10).map(|_| taken(&queue, 0)).collect();
+    assert_eq!(order, [2, 5, 3, 6, 7, 8, 9, 10, 11, 4]);
+    assert!(matches!(queue.next(0, None), Next::End));
+}
+
+#[test]
+fn what_waits_in_memory_is_bounded() {
+    let job = job(2, 10);
+    let queue = queue(&job, 3, 4, &[]);
+    taken(&queue, 0);
+    assert_eq!(
+        [taken(&queue, 0), taken(&queue, 0), taken(&queue, 0)],
+        [1, 2, 3]
+    );
+    assert!(
+        matches!(queue.next(0, None), Next::Wait),
+        "point 0 is not written yet"
+    );
+    assert_eq!(taken(&queue, 1), 4);
+    // Three from the oldest that is not taken on, however long the fourth would be.
+    for (place, ratio) in [(9, 100.0), (7, 10.0)] {
+        queue.known().near.entry(place).or_default().add(ratio);
+    }
+    assert_eq!(taken(&queue, 5), 7);
+    assert_eq!([taken(&queue, 5), taken(&queue, 5)], [5, 6]);
+    assert_eq!(taken(&queue, 6), 9);
+}
+
+/// What was heard of chains before they came into the window is not forgotten, and the window
+/// does not grow with the grid.
+#[test]
+fn only_the_window_is_in_memory() {
+    let job = job(100, 1000);
+    let queue = queue(&job, 4, 1_000_000, &[]);
+    finish(&queue, 5, 9);
+    finish(&queue, 0, 1);
+    let order: Vec<usize> = (0..6).map(|_| taken(&queue, 0)).collect();
+    assert_eq!(
+        order,
+        [0, 4, 2, 3, 1, 6],
+        "4 and 6 lie beside 5, 1 beside 0"
+    );
+    for place in 0..5000 {
+        taken(&queue, 0);
+        finish(&queue, place, 5);
+    }
+    let known = queue.known();
+    assert!(known.window.len() <= 4, "{}", known.window.len());
+    assert!(known.near.len() <= 1001, "{}", known.near.len());
+}
+
+#[test]
+fn drawn_chains_come_first_and_once() {
+    let job = job(2, 5);
+    let queue = queue(&job, 100, 100, &[6, 1, 9]);
+    let order: Vec<usize> = (0..10).map(|_| taken(&queue, 0)).collect();
+    assert_eq!(order, [6, 1, 9, 0, 2, 3, 4, 5, 7, 8]);
+    assert!(matches!(queue.next(0, None), Next::End));
+}
+
+/// A run of workers on nodes, on a clock of its own: which tables were taken where, how many
+/// chains were computed, and when the last ended.
+struct Simulated {
+    copies: usize,
+    steals: u64,
+    order: Vec<usize>,
+    end: f64,
+}
+
+/// Simulates a run: a chain takes its work's time, and a table that a node has not at hand as much
+/// on top.
+fn simulate(job: &Job, nodes: usize, workers: usize, near: bool) -> Simulated {
+    const FETCH: f64 = 1.0;
+    let share = Share::of_shard(job, None);
+    let queue = Queue::new(
+        job,
+        share,
+        TakenOver::default(),
+        Vec::new(),
+        1,
+        workers,
+        nodes,
+    );
+    let mut shelves = Shelves::new(nodes);
+    let mut free: Vec<f64> = vec![0.0; workers];
+    let mut simulated = Simulated {
+        copies: 0,
+        steals: 0,
+        order: Vec::new(),
+        end: 0.0,
+    };
+    loop {
+        // The worker that is free first, of those the first.
+        let earliest = |best: usize, worker: usize| {
+            if free[worker] < free[best] {
+                worker
+            } else {
+                best
+            }
+        };
+        let worker = (1..workers).fold(0, earliest);
+        let node = worker * nodes / workers;
+        let Next::Chain { turn, .. } = queue.next(1_000_000, near.then_some(node)) else {
+            break;
+        };
+        let table = table_number(&job.points.at(turn.first));
+        let fetched = shelves.nearness(table, node) != Nearness::AtHand;
+        shelves.take(table, node);
+        simulated.copies += usize::from(fetched);
+        // Chains differ by a factor of three, by a rule of their places.
+        let time = 1.0 + (turn.place * 7 % 5) as f64 / 2.0;
+        free[worker] += time + f64::from(u8::from(fetched)) * FETCH;
+        simulated.end = simulated.end.max(free[worker]);
+        simulated.order.push(turn.place);
+        queue.finished(turn.place, 1.0, Duration::from_secs_f64(time));
+    }
+    simulated.steals = shelves.steals();
+    simulated
+}
+
+/// Two sockets, four nodes and a package cut into eight: every chain is computed once, few tables
+/// are copied to nodes that are not theirs, and nobody waits for it at the end.
+#[test]
+fn workers_keep_to_the_tables_of_their_node() {
+    let text = include_str!("../../../../tests/data/oscillator.toml")
+        .replace("to = 0.3, count = 2", "to = 0.3, count = 12")
+        .replace("to = 1500, count = 3", "to = 1500, count = 24")
+        .replace("[run]", "[run]\nkernel = \"fused\"");
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data");
+    let job = manifest::parse(&text, "m.toml", &data).unwrap();
+    let numbers: BTreeSet<_> = (0..288)
+        .map(|id| table_number(&job.points.at(id)))
+        .collect();
+    assert_eq!(numbers.len(), 24, "a table a speed");
+    for (nodes, workers) in [(2, 8), (4, 8), (8, 16)] {
+        let [near, far] = [true, false].map(|near| simulate(&job, nodes, workers, near));
+        for simulated in [&near, &far] {
+            let mut all = simulated.order.clone();
+            all.sort_unstable();
+            assert_eq!(all, (0..288).collect::<Vec<_>>());
+        }
+        println!(
+            "{nodes} nodes: {} copies, {} stolen, end {}; without: {}, {}, {}",
+            near.copies, near.steals, near.end, far.copies, far.steals, far.end
+        );
+        assert!(2 * near.copies < far.copies && 2 * near.steals < far.steals);
+        assert!(near.end <= far.end, "{} {}", near.end, far.end);
+    }
+    let alone = simulate(&job, 1, 4, true);
+    assert_eq!(alone.steals, 0, "one node has nobody to steal from");
+}

@@ -1,0 +1,346 @@
+//! A point tried out over a few cycles, and what it takes in a run.
+//!
+//! A motion that settles does so over its transient or shortly after: such a point is computed whole.
+//! Of another one a few cycles are measured, which tell how many it takes ([`Outlook`]), and some more from
+//! where it ended, with all observers and nothing else, which tell what one of them takes. What is asked beside the
+//! integration is asked of fewer probes, guesses and cycles.
+
+use super::build::questions;
+use super::carried::CarriedState;
+use super::chain::{asked, verdict};
+use super::estimate::Sampled;
+use super::parts::Parts;
+use super::point::{Answer, Step, Worker, attempt, row};
+use super::queue::work;
+use crate::analysis::{Analyses, CalledOff, Class, LyapunovQuestion, MultistabilityOutcome};
+use crate::analysis::{MultistabilityQuestion, Outlook};
+use crate::manifest::{Direction, Job, PointSpec};
+use crate::numerics::random::PointSeed;
+use crate::store::{ChainEnd, ChainPart, PointRow};
+use crate::topology::ProcessorClock;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+/// Measured cycles of a motion that does not settle: beyond the fewest that have an error bar.
+const MEASURED: u64 = 400;
+
+/// Cycles over which the time of one is taken.
+const TIMED: u64 = 128;
+
+/// What is asked beside the integration is asked of so small a part.
+const PART: u32 = 32;
+
+/// Fewest cells along each side of a slice.
+const CELLS: u32 = 8;
+
+/// Standard deviation of a time that such a part tells, over that time.
+const UNEVEN: f64 = 0.5;
+
+/// A point that was tried out.
+pub(super) struct Tried {
+    pub id: usize,
+    /// Processor time of mesh tables and structures that were not there yet \[s\].
+    pub prepared: f64,
+    pub sampled: Sampled,
+    /// What it would take if it did not settle \[s\].
+    pub most: f64,
+    /// Its motion, where there is a verdict; one that did not settle is taken for chaos.
+    pub motion: Option<Class>,
+    /// None where it was given up.
+    pub row: Option<PointRow>,
+}
+
+/// Tries out point `id`, until `over` is raised; of a chain behind the point before it, as if that were the
+/// first.
+///
+/// # Errors
+/// [`CalledOff`] when `over` was raised before anything was learnt of the point.
+pub(super) fn try_out(
+    job: &Job,
+    id: usize,
+    parts: &Parts,
+    worker: Worker<'_>,
+    clock: ProcessorClock,
+    over: &AtomicBool,
+) -> Result<Tried, CalledOff> {
+    let point = job.points.at(id);
+    let begun = clock.now();
+    parts.prepare(job, [id], over, &mut || ());
+    // A structure is assembled once and kept; what is wrong with a point is for the point to say.
+    _ = parts.model(&point);
+    let prepared = clock.now() - begun;
+    let before = match id.is_multiple_of(job.chain_length()) {
+        true => None,
+        false => attempt(&led_to(job.points.at(id - 1)), None, parts, over)?.end,
+    };
+    let carried = |end| CarriedState {
+        end,
+        displacement: job
+            .carried
+            .as_ref()
+            .map_or(0.0, |carried| carried.displacement),
+    };
+    let short = shortened(&asked(&point));
+    let (begun, wall) = (clock.now(), Instant::now());
+    let tried = attempt(&short, before.as_ref().map(carried), parts, over);
+    let took = clock.now() - begun;
+    let mut sampled = Sampled {
+        time: took,
+        spread: 0.0,
+        work: work(job.points.variant_near(id)),
+    };
+    let Ok(mut answer) = tried else {
+        return Ok(Tried {
+            id,
+            prepared,
+            sampled,
+            most: took,
+            motion: None,
+            row: None,
+        });
+    };
+    let mut motion = verdict(&answer.outcome);
+    let seed = PointSeed {
+        seed: point.seed,
+        point_id: point.point_id,
+    };
+    let outlook = Outlook::of(&questions(&point, seed), &answer.outcome);
+    let measured = answer.outcome.measured_cycles;
+    let cycle = answer.times[Step::Integration as usize] / answer.outcome.cycles.max(1) as f64;
+    let most = cycle * outlook.expected;
+    if measured < point.run.cycles && measured >= short.run.cycles {
+        motion = Some(Class::Chaotic);
+        let cycle = cycle_time(&short, answer.end.as_ref(), parts, over)?;
+        sampled.time += cycle * (outlook.expected - measured as f64).max(0.0);
+        sampled.spread = cycle * outlook.spread;
+    }
+    let more = beside(&point.analyses, &short.analyses, &answer);
+    sampled.time += more;
+    sampled.spread = sampled.spread.hypot(UNEVEN * more);
+    if let (Some(found), Some(asked)) = (&mut answer.multistability, point.analyses.multistability)
+    {
+        enlarge(found, &asked);
+    }
+    let end = answer.end.take();
+    let chain = point.direction.map(|direction| {
+        Box::new(ChainPart {
+            upwards: direction == Direction::Up,
+            transition: None,
+            level: None,
+            end,
+        })
+    });
+    let row = PointRow {
+        chain,
+        ..row(&point, answer, worker, wall)
+    };
+    Ok(Tried {
+        id,
+        prepared,
+        sampled,
+        most: most.max(sampled.time),
+        motion,
+        row: Some(row),
+    })
+}
+
+/// Processor time of a measured cycle from `end` on \[s\]; 0 where there is none.
+fn cycle_time(
+    point: &PointSpec,
+    end: Option<&ChainEnd>,
+    parts: &Parts,
+    over: &AtomicBool,
+) -> Result<f64, CalledOff> {
+    let Some(end) = end else {
+        return Ok(0.0);
+    };
+    let mut onward = integrated_only(point.clone());
+    let run = Arc::make_mut(&mut onward.run);
+    (run.transient, run.cycles, run.settle) = (0, TIMED, false);
+    let analyses = Arc::make_mut(&mut onward.analyses);
+    if let Some(lyapunov) = &mut analyses.lyapunov {
+        lyapunov.align = 0;
+    }
+    let start = CarriedState {
+        end,
+        displacement: 0.0,
+    };
+    let answer = attempt(&onward, Some(start), parts, over)?;
+    Ok(answer.times[Step::Integration as usize] / answer.outcome.cycles.max(1) as f64)
+}
+
+/// The point without what is asked beside its integration, and without a twin and an audit, which
+/// take no more cycles of a long one.
+fn integrated_only(mut point: PointSpec) -> PointSpec {
+    Arc::make_mut(&mut point.run).audit_cycles = 0;
+    let asked = &point.analyses;
+    point.analyses = Arc::new(Analyses {
+        lyapunov: asked.lyapunov.map(|asked| LyapunovQuestion {
+            twin: false,
+            ..asked
+        }),
+        poincare: asked.poincare.clone(),
+        nvh: asked.nvh,
+        ..Analyses::default()
+    });
+    point
+}
+
+/// A point of which only the motion is wanted.
+fn led_to(point: PointSpec) -> PointSpec {
+    let mut before = integrated_only(shortened(&point));
+    let analyses = Arc::make_mut(&mut before.analyses);
+    (analyses.poincare, analyses.nvh) = (None, None);
+    before
+}
+
+/// The point with fewer cycles, and with less of what is asked beside them.
+fn shortened(point: &PointSpec) -> PointSpec {
+    let mut short = point.clone();
+    let run = Arc::make_mut(&mut short.run);
+    if run.cycles > 2 * MEASURED {
+        run.cycles = MEASURED;
+    }
+    let asked = Arc::make_mut(&mut short.analyses);
+    let part = |count: u32, least: u32| (count / PART).max(least).min(count);
+    if let Some(asked) = &mut asked.multistability {
+        asked.initial_conditions = part(asked.initial_conditions, 2);
+        if let Some(slice) = &mut asked.slice {
+            slice.count = slice.count.min(CELLS);
+        }
+    }
+    if let Some(asked) = &mut asked.orbits {
+        asked.guesses = part(asked.guesses, 1);
+    }
+    if let Some(asked) = &mut asked.horizon {
+        asked.twins = part(asked.twins, 2);
+        asked.averages = (asked.averages / u64::from(PART)).max(1);
+    }
+    if let Some(asked) = &mut asked.cycle_expansion {
+        asked.guesses = part(asked.guesses, 1);
+        asked.cycles = part(asked.cycles, 1);
+    }
+    if let Some(asked) = &mut asked.covariant {
+        asked.cycles = (asked.cycles / u64::from(PART)).max(1);
+    }
+    short
+}
+
+/// Processor time that what is asked beside the integration takes more than its part did \[s\].
+fn beside(asked: &Analyses, short: &Analyses, answer: &Answer) -> f64 {
+    let more = |step: Step, whole: f64, part: f64| {
+        answer.times[step as usize] * (whole / part.max(1.0) - 1.0).max(0.0)
+    };
+    let mut time = 0.0;
+    if let (Some(found), Some(asked)) = (&answer.multistability, &asked.multistability) {
+        let whole = probed(found, asked);
+        time += more(Step::Multistability, whole, found.cycles() as f64);
+    }
+    if let (Some(asked), Some(short)) = (&asked.orbits, &short.orbits) {
+        time += more(Step::Orbits, asked.guesses.into(), short.guesses.into());
+    }
+    if let (Some(asked), Some(short)) = (&asked.horizon, &short.horizon) {
+        time += more(Step::Horizon, asked.twins.into(), short.twins.into());
+    }
+    if let (Some(asked), Some(short)) = (&asked.cycle_expansion, &short.cycle_expansion) {
+        time += more(
+            Step::CycleExpansion,
+            asked.cycles.into(),
+            short.cycles.into(),
+        );
+    }
+    if let (Some(asked), Some(short)) = (&asked.covariant, &short.covariant) {
+        let [asked, short] = [asked, short].map(|own| (own.cycles + own.align) as f64);
+        time += more(Step::Covariant, asked, short);
+    }
+    time
+}
+
+/// Cycles of all probes and cells that are asked for, by those of some.
+fn probed(found: &MultistabilityOutcome, asked: &MultistabilityQuestion) -> f64 {
+    let all = |cycles: Vec<u64>, count: f64| {
+        cycles.iter().sum::<u64>() as f64 * count / cycles.len().max(1) as f64
+    };
+    let probes = found.probes.iter().map(|probe| probe.cycles).collect();
+    let cells = found.cells.iter().map(|cell| cell.cycles).collect();
+    let side = asked.slice.map_or(0.0, |slice| f64::from(slice.count));
+    all(probes, asked.initial_conditions.into()) + all(cells, side * side)
+}
+
+/// Repeats probes and cells until there are as many as are asked for: rows of that size.
+fn enlarge(found: &mut MultistabilityOutcome, asked: &MultistabilityQuestion) {
+    fn repeat<T: Clone>(list: &mut Vec<T>, count: usize) {
+        *list = list.iter().cloned().cycle().take(count).collect();
+    }
+    let side = asked.slice.map_or(0, |slice| slice.count as usize);
+    repeat(&mut found.probes, asked.initial_conditions as usize);
+    repeat(&mut found.cells, side * side);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::manifest;
+    use crate::store::TableStore;
+    use std::path::Path;
+
+    /// A tried out point that settles is the point itself; of all points trying out takes a twentieth of the cycles.
+    #[test]
+    fn points_are_tried_out_over_few_cycles() {
+        let text = include_str!("../../../tests/data/oscillator.toml")
+            .replace("15 um", "10 um")
+            .replace("cycles = 300", "cycles = 160000")
+            .replace("exponents = 2", "stop_at_stderr = 0.01");
+        let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data");
+        let job = manifest::parse(&text, "m.toml", &data).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let parts = Parts::new(TableStore::open(folder.path()));
+        let worker = Worker {
+            index: 0,
+            topology: None,
+        };
+        let over = AtomicBool::new(false);
+        let (mut few, mut all, mut open) = (0, 0, 0);
+        for id in 0..job.points.len() {
+            let whole = attempt(&job.points.at(id), None, &parts, &over).unwrap();
+            let tried = try_out(&job, id, &parts, worker, ProcessorClock::Thread, &over).unwrap();
+            let row = tried.row.unwrap();
+            few += row.outcome.cycles;
+            all += whole.outcome.cycles;
+            if row.outcome.measured_cycles < MEASURED {
+                assert_eq!(row.outcome.cycles, whole.outcome.cycles);
+                assert_eq!(row.outcome.class, whole.outcome.class);
+                assert_eq!(tried.sampled.spread, 0.0);
+            } else {
+                assert!(tried.sampled.spread > 0.0 && tried.most > 0.0);
+                assert_eq!(tried.motion, Some(Class::Chaotic));
+                open += 1;
+            }
+        }
+        assert_eq!(open, 3, "three points are chaotic");
+        assert!(20 * few < all, "{few} of {all} cycles");
+    }
+
+    /// Of what is asked beside the integration a part is tried out, and counted as the whole.
+    #[test]
+    fn a_part_stands_for_the_whole_of_what_is_asked_beside() {
+        let text = include_str!("../../../tests/data/oscillator.toml").replace(
+            "[analyses]",
+            "[analyses]\nhorizon = { twins = 64, separation = 1e-6, cycles = 20, averages = 320 }",
+        );
+        let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data");
+        let job = manifest::parse(&text, "m.toml", &data).unwrap();
+        let point = job.points.at(0);
+        let short = shortened(&point);
+        let asked = short.analyses.horizon.unwrap();
+        assert_eq!((asked.twins, asked.averages), (2, 10));
+        let folder = tempfile::tempdir().unwrap();
+        let parts = Parts::new(TableStore::open(folder.path()));
+        let over = AtomicBool::new(false);
+        let mut answer = attempt(&short, None, &parts, &over).unwrap();
+        answer.times[Step::Horizon as usize] = 0.5;
+        // 64 twins take 32 times as long as two.
+        assert_eq!(beside(&point.analyses, &short.analyses, &answer), 15.5);
+    }
+}

@@ -1,0 +1,168 @@
+//! The drive that kernels are timed on: the default one, read from the manifest `flex80` as it
+//! was when the program was built, with any number of its modes.
+
+use super::error::MeasurementError;
+use super::plan::Mesh;
+use crate::manifest::{self, DampingSpec, FrictionSpec, StiffnessSpec, StructureSource};
+use crate::model::{Division, Drive, InitialState, Model, OperatingPoint, TrajectoryState};
+use crate::propagate::{Counters, Kernel, Volterra};
+use crate::shaft::FlexibleDrive;
+use crate::structure::ModalStructure;
+use std::path::Path;
+
+const MANIFEST: &str = include_str!("../../../manifests/flex80.toml");
+
+/// Most events in a mesh cycle.
+pub const EVENT_LIMIT: u32 = 10_000;
+
+/// Mesh cycles after which the drive rattles.
+const TRANSIENT: u64 = 60;
+
+/// How much the stiffness of sixty levels rises from the first to the last, beside the two
+/// levels of the default mesh: enough to make each its own.
+const SLOPE: f64 = 0.02;
+
+/// The default drive.
+#[derive(Debug, Clone)]
+pub struct DefaultDrive {
+    shafts: FlexibleDrive,
+    levels: Vec<f64>,
+    drive: Drive,
+}
+
+impl DefaultDrive {
+    /// Reads the manifest that is built in.
+    pub fn new() -> Result<Self, MeasurementError> {
+        let lacks = |what| MeasurementError::Drive { what };
+        let job = manifest::parse(MANIFEST, "manifests/flex80.toml", Path::new(""))
+            .map_err(|_| lacks("a manifest that can be read"))?;
+        let point = job.points.first().ok_or(lacks("an operating point"))?;
+        let (
+            StructureSource::Flexible(shafts),
+            StiffnessSpec::Piecewise(levels),
+            DampingSpec::Coefficient(damping),
+            FrictionSpec::Constant(friction),
+        ) = (
+            &point.model.source,
+            &point.mesh.stiffness,
+            &point.mesh.damping,
+            &point.mesh.friction,
+        )
+        else {
+            return Err(lacks("flexible shafts and a piecewise mesh"));
+        };
+        Ok(Self {
+            shafts: (**shafts).clone(),
+            levels: levels.to_vec(),
+            drive: Drive {
+                half_gap: point.mesh.half_gap,
+                mesh: Vec::new(),
+                damping: *damping,
+                coast: None,
+                friction: *friction,
+                release: point.mesh.release,
+                transmission_error: point.excitation.transmission_error.clone(),
+                torque_ripple: Vec::new(),
+                further: Vec::new(),
+            },
+        })
+    }
+
+    /// Its structure with some of its modes.
+    pub fn structure(&self, modes: usize) -> Result<ModalStructure, MeasurementError> {
+        Ok(self.shafts.modes(modes, modes, false)?)
+    }
+
+    /// Its system at an operating point.
+    pub fn model(
+        &self,
+        structure: &ModalStructure,
+        mesh: Mesh,
+        point: OperatingPoint,
+    ) -> Result<Model, MeasurementError> {
+        let mut levels = self.levels.clone();
+        if mesh == Mesh::SixtyLevels {
+            let count = levels.len() as f64;
+            for (i, level) in levels.iter_mut().enumerate() {
+                *level *= 1.0 + SLOPE * ((i as f64 + 0.5) / count - 0.5);
+            }
+        }
+        let drive = Drive {
+            mesh: Division::levels(&levels, &[]),
+            ..self.drive.clone()
+        };
+        Ok(Model::new(structure, &drive, point)?)
+    }
+
+    /// The system by which it is seen whether the machine is quiet: as the default manifest has
+    /// it, near resonance.
+    pub fn probed(&self) -> Result<Model, MeasurementError> {
+        const MODES: usize = 40;
+        let point = OperatingPoint {
+            load: 0.05,
+            speed: 1200.0,
+        };
+        self.model(&self.structure(MODES)?, Mesh::TwoLevels, point)
+    }
+}
+
+/// The structured kernel as users run it.
+pub fn volterra(model: &Model) -> Volterra<'_> {
+    Volterra::new(model, f64::EPSILON, EVENT_LIMIT)
+}
+
+/// The state of a model past its transient.
+pub fn settled(model: &Model) -> Result<TrajectoryState, MeasurementError> {
+    let kernel = volterra(model);
+    let mut trajectory = model.start(&InitialState::Static);
+    let mut workspace = kernel.workspace();
+    let mut counters = Counters::default();
+    kernel.advance(
+        TRANSIENT,
+        &mut trajectory,
+        &mut workspace,
+        &mut (),
+        &mut counters,
+    )?;
+    Ok(trajectory)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const POINT: OperatingPoint = OperatingPoint {
+        load: 0.05,
+        speed: 1200.0,
+    };
+
+    #[test]
+    fn every_segment_of_sixty_levels_is_its_own() {
+        let drive = DefaultDrive::new().unwrap();
+        let structure = drive.structure(6).unwrap();
+        for (mesh, segments) in [(Mesh::TwoLevels, 2), (Mesh::SixtyLevels, 60)] {
+            let model = drive.model(&structure, mesh, POINT).unwrap();
+            assert_eq!(model.first_cycle().segments.len(), segments);
+            let mut levels: Vec<f64> = (model.first_cycle().segments.iter())
+                .map(|segment| segment.stiffness.coefficients()[0])
+                .collect();
+            levels.sort_by(f64::total_cmp);
+            levels.dedup();
+            assert_eq!(levels.len(), segments);
+        }
+    }
+
+    #[test]
+    fn it_rattles() {
+        let drive = DefaultDrive::new().unwrap();
+        let structure = drive.structure(20).unwrap();
+        let model = drive.model(&structure, Mesh::SixtyLevels, POINT).unwrap();
+        let mut trajectory = settled(&model).unwrap();
+        let kernel = volterra(&model);
+        let (mut counters, mut workspace) = (Counters::default(), kernel.workspace());
+        kernel
+            .advance(50, &mut trajectory, &mut workspace, &mut (), &mut counters)
+            .unwrap();
+        assert!(counters.events > 50, "{}", counters.events);
+    }
+}

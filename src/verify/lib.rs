@@ -1,0 +1,8 @@
+//! What the program is held against: independent integrators, closed forms, published values.
+
+pub mod reference;
+pub mod verify;
+
+use gearatlas_core::{analysis, model, numerics, propagate, structure};
+use gearatlas_gears::{gear, shaft};
+use gearatlas_jobs::{manifest, store};

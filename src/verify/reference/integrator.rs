@@ -1,0 +1,523 @@
+//! Advances a model from breakpoint to breakpoint and records its crossings.
+
+use super::crossing::{Margin, Sample, first_crossing};
+use super::gauss::{Compensated, GaussRule, StageWork};
+use super::push::push;
+use crate::model::{ActiveSet, Model, Release, Segment, TrajectoryState};
+
+/// Stages of the rule: order 16.
+const STAGES: usize = 8;
+
+/// Most changes of contact state in one mesh cycle before the integration is given up.
+pub(super) const CROSSING_LIMIT: u32 = 10_000;
+
+/// A contact opens or closes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Crossing {
+    /// Mesh cycle.
+    pub cycle: u64,
+    /// Time within the mesh cycle \[s\].
+    pub time: f64,
+    /// The contacts that are closed before.
+    pub from: ActiveSet,
+    /// The contacts that are closed after.
+    pub to: ActiveSet,
+    /// The one that opens or closes.
+    pub contact: usize,
+    /// Rate of the deflection against the surface at the crossing, δ' − s b' \[m/s\].
+    pub rate: f64,
+}
+
+/// What an integration leaves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Passage {
+    /// The trajectory at its end.
+    pub end: TrajectoryState,
+    /// Every opening and closing of a contact, in order.
+    pub crossings: Vec<Crossing>,
+}
+
+/// A moment that an integration has come by.
+#[derive(Debug, Clone, Copy)]
+pub struct Moment<'a> {
+    /// Mesh cycle.
+    pub cycle: u64,
+    /// Time within the mesh cycle \[s\].
+    pub time: f64,
+    /// Time that it stands for \[s\]: a weight of Gauss's rule, which integrates over time what is smooth in
+    /// the state to order 16; 0 where a smooth piece starts or ends.
+    pub weight: f64,
+    /// The segment of every contact.
+    pub segments: &'a [Segment],
+    /// The closed contacts.
+    pub contact: ActiveSet,
+    /// The state.
+    pub state: &'a [f64],
+}
+
+/// Why an integration was given up.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum ReferenceError {
+    /// The state became non-finite.
+    #[error("the state became non-finite in mesh cycle {cycle}; check the model's parameters")]
+    NonFinite {
+        /// The mesh cycle.
+        cycle: u64,
+    },
+    /// Contact chatters.
+    #[error("more than {limit} changes of contact state in mesh cycle {cycle}")]
+    Chatter {
+        /// The mesh cycle.
+        cycle: u64,
+        /// The limit that was passed.
+        limit: u32,
+    },
+    /// A surface is touched so closely that no arithmetic at hand tells a touch from a crossing.
+    #[error("a surface is touched within the last digit in mesh cycle {cycle}")]
+    Touch {
+        /// The mesh cycle.
+        cycle: u64,
+    },
+}
+
+/// The independent integrator of one model.
+#[derive(Debug, Clone)]
+pub struct Reference<'m> {
+    model: &'m Model,
+    rule: GaussRule,
+    /// Longest step \[s\].
+    step: f64,
+}
+
+impl<'m> Reference<'m> {
+    /// The integrator of a model, with steps of at most one radian of its fastest rate.
+    pub fn new(model: &'m Model) -> Self {
+        Self {
+            model,
+            rule: GaussRule::new(STAGES),
+            step: 1.0 / fastest_rate(model),
+        }
+    }
+
+    /// The same integrator with steps `factor` ≥ 1 times shorter.
+    pub fn refined(mut self, factor: u32) -> Self {
+        self.step /= f64::from(factor.max(1));
+        self
+    }
+
+    /// Advances `cycles` whole mesh cycles from `start`.
+    ///
+    /// # Errors
+    /// [`ReferenceError`] where the state becomes non-finite or the contact chatters.
+    pub fn advance(&self, start: &TrajectoryState, cycles: u64) -> Result<Passage, ReferenceError> {
+        self.advance_watched(start, cycles, &mut |_| {})
+    }
+
+    /// As [`Reference::advance`]; shows the moments that integrals over time take, in order.
+    ///
+    /// # Errors
+    /// As [`Reference::advance`].
+    pub fn advance_watched(
+        &self,
+        start: &TrajectoryState,
+        cycles: u64,
+        watch: &mut dyn FnMut(Moment<'_>),
+    ) -> Result<Passage, ReferenceError> {
+        let n = start.state.len();
+        let mut integration = Integration {
+            reference: self,
+            cycle: start.cycle,
+            contact: start.contact,
+            unladen: ActiveSet::FREE,
+            segments: self.model.segments_at(start.cycle, 0.0),
+            state: Compensated::new(start.state.clone()),
+            moved: Compensated::new(vec![0.0; n]),
+            work: StageWork::new(self.rule.stages(), n),
+            samples: Vec::with_capacity(self.rule.stages() + 2),
+            crossings: Vec::new(),
+            watch,
+        };
+        for _ in 0..cycles {
+            integration.one_cycle()?;
+        }
+        Ok(Passage {
+            end: TrajectoryState {
+                state: integration.state.value,
+                contact: integration.contact,
+                cycle: integration.cycle,
+            },
+            crossings: integration.crossings,
+        })
+    }
+}
+
+/// A rate \[1/s\] that bounds how fast anything in the model moves: natural frequencies with
+/// the mesh spring and damper on top, decay, excitation.
+pub(super) fn fastest_rate(model: &Model) -> f64 {
+    let mut natural = 0.0f64;
+    let mut decay = 0.0f64;
+    for block in &model.blocks {
+        natural = natural.max(block.fastest());
+        decay = decay.max(block.growth().abs());
+    }
+    let segments = (model.contacts.iter())
+        .flat_map(|contact| &contact.cycles)
+        .flat_map(|cycle| &cycle.segments);
+    let structure = segments
+        .map(|segment| {
+            let [direct, inertial] = model.directions[segment.direction].felt_at_most();
+            let stiffness = segment.stiffness.bound();
+            (natural * natural + stiffness * inertial).sqrt()
+                + segment.damping * inertial
+                + stiffness * direct
+        })
+        .fold(natural, f64::max);
+    let error = model.transmission_errors().map(|h| h.angular_frequency);
+    let ripple = model.ripple.iter().map(|r| r.angular_frequency);
+    error
+        .chain(ripple)
+        .fold(structure + 2.0 * decay, f64::max)
+        // A free body has no rate of its own; the mesh cycle then sets the step.
+        .max(1.0 / model.period())
+}
+
+/// What may end a contact's state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Watched {
+    /// Its deflection, at its surface.
+    Deflection,
+    /// The push of its spring and damper, at zero.
+    Push,
+}
+
+/// An integration under way.
+struct Integration<'r> {
+    reference: &'r Reference<'r>,
+    cycle: u64,
+    contact: ActiveSet,
+    /// Open contacts that are compressed: they let go where their force vanished and have not come
+    /// free since.
+    unladen: ActiveSet,
+    /// The segment of every contact.
+    segments: Vec<Segment>,
+    state: Compensated,
+    /// The state at the end of a trial step.
+    moved: Compensated,
+    work: StageWork,
+    samples: Vec<Sample>,
+    crossings: Vec<Crossing>,
+    watch: &'r mut dyn FnMut(Moment<'_>),
+}
+
+impl Integration<'_> {
+    fn one_cycle(&mut self) -> Result<(), ReferenceError> {
+        let model = self.reference.model;
+        let mut changes = 0;
+        let mut start = 0.0;
+        for end in model.segment_ends(self.cycle) {
+            let inside = 0.5 * (start + end);
+            self.segments = model.segments_at(self.cycle, model.period() * inside);
+            let mut time = model.period() * start;
+            self.turn(start, time);
+            while time < model.period() * end {
+                self.show(time);
+                time = self.smooth_piece(time, model.period() * end, &mut changes)?;
+            }
+            start = end;
+        }
+        self.cycle += 1;
+        Ok(())
+    }
+
+    /// Takes up new lines and gaps, where contacts may open and close.
+    fn turn(&mut self, phase: f64, time: f64) {
+        let model = self.reference.model;
+        let turning: Vec<usize> = model.turning(self.cycle, phase).collect();
+        for (index, contact) in model.contacts.iter().enumerate() {
+            // A force that vanishes steps with the stiffness too.
+            if contact.release == Release::Deflection && !turning.contains(&index) {
+                continue;
+            }
+            let segment = &self.segments[index];
+            let state = &self.state.value;
+            let (deflection, rate) = model.deflection_on(segment, self.cycle, state, time);
+            let closes = contact.closes(segment, time, deflection, rate);
+            if closes != self.contact.holds(index) {
+                self.cross(index, time, rate);
+            }
+        }
+        self.unladen = self.compressed(time);
+    }
+
+    /// The open contacts that a force keeps open while they are compressed.
+    fn compressed(&self, time: f64) -> ActiveSet {
+        let model = self.reference.model;
+        let mut found = ActiveSet::FREE;
+        for (index, contact) in model.contacts.iter().enumerate() {
+            if contact.release == Release::Force && !self.contact.holds(index) {
+                let state = &self.state.value;
+                let segment = &self.segments[index];
+                let (deflection, _) = model.deflection_on(segment, self.cycle, state, time);
+                let [gap, _] = contact.gap(segment, time);
+                if contact.margin(true, deflection, gap) > 0.0 {
+                    found = found.toggled(index);
+                }
+            }
+        }
+        found
+    }
+
+    /// What ends the present state of a contact, whichever comes first.
+    fn watched(&self, contact: usize) -> &'static [Watched] {
+        let by_force = self.reference.model.contacts[contact].release == Release::Force;
+        match (self.contact.holds(contact), self.unladen.holds(contact)) {
+            (true, _) if by_force => &[Watched::Push],
+            (false, true) => &[Watched::Push, Watched::Deflection],
+            _ => &[Watched::Deflection],
+        }
+    }
+
+    /// Opens or closes a contact.
+    fn cross(&mut self, contact: usize, time: f64, rate: f64) {
+        let from = self.contact;
+        self.contact = from.toggled(contact);
+        self.crossings.push(Crossing {
+            cycle: self.cycle,
+            time,
+            from,
+            to: self.contact,
+            contact,
+            rate,
+        });
+    }
+
+    /// Advances to the next breakpoint or to the next crossing; gives the time reached.
+    fn smooth_piece(
+        &mut self,
+        start: f64,
+        end: f64,
+        changes: &mut u32,
+    ) -> Result<f64, ReferenceError> {
+        let steps = ((end - start) / self.reference.step).ceil().max(1.0);
+        let at = |j: f64| {
+            if j == steps {
+                end
+            } else {
+                start + (end - start) * (j / steps)
+            }
+        };
+        let mut j = 0.0;
+        while j < steps {
+            let (left, right) = (at(j), at(j + 1.0));
+            if let Some(crossing) = self.step(left, right, j + 1.0 == steps)? {
+                *changes += 1;
+                if *changes > CROSSING_LIMIT {
+                    return Err(ReferenceError::Chatter {
+                        cycle: self.cycle,
+                        limit: CROSSING_LIMIT,
+                    });
+                }
+                return Ok(crossing);
+            }
+            j += 1.0;
+        }
+        Ok(end)
+    }
+
+    /// One step from `left` to `right`, or to the first crossing, whose time is given; the `last` one of a
+    /// smooth piece, where nothing crosses.
+    fn step(&mut self, left: f64, right: f64, last: bool) -> Result<Option<f64>, ReferenceError> {
+        let h = right - left;
+        let model = self.reference.model;
+        self.advance(left, h);
+        if !self.moved.value.iter().all(|x| x.is_finite()) {
+            return Err(ReferenceError::NonFinite { cycle: self.cycle });
+        }
+        // Half a unit in the last place of a mesh period.
+        let resolution = model.period() * 2f64.powi(-54);
+        let mut first: Option<(f64, usize, Watched)> = None;
+        let mut probed = false;
+        for contact in 0..model.contacts.len() {
+            if model.is_out_of_reach(contact, &self.segments, self.contact) {
+                continue;
+            }
+            for &watched in self.watched(contact) {
+                self.sample(contact, watched, left, h);
+                let samples = std::mem::take(&mut self.samples);
+                let mut own = false;
+                let found = first_crossing(&samples, resolution, |tau| {
+                    own = true;
+                    self.advance(left, tau);
+                    self.margin(contact, watched, &self.moved.value, left + tau)
+                });
+                self.samples = samples;
+                if own {
+                    probed = true;
+                    // The stages are those of the whole step again.
+                    self.advance(left, h);
+                }
+                if let Some(tau) = found
+                    && first.is_none_or(|(earlier, ..)| tau < earlier)
+                {
+                    first = Some((tau, contact, watched));
+                }
+            }
+        }
+        let reached = match first {
+            // The crossing's time as it can be told: the state goes with the rounded one.
+            Some((tau, ..)) => left + tau,
+            None => right,
+        };
+        if probed {
+            self.advance(left, reached - left);
+        }
+        self.show_stages(left, reached - left);
+        self.state.copy_from(&self.moved);
+        if first.is_some() || last {
+            self.show(reached);
+        }
+        let Some((_, contact, watched)) = first else {
+            return Ok(None);
+        };
+        let was_unladen = self.unladen.holds(contact);
+        if was_unladen || watched == Watched::Push {
+            self.unladen = self.unladen.toggled(contact);
+        }
+        if was_unladen && watched == Watched::Deflection {
+            // It has come free; no force changes.
+            return Ok(Some(reached));
+        }
+        let segment = self.segments[contact];
+        let state = &self.state.value;
+        let (_, rate) = model.deflection_on(&segment, self.cycle, state, reached);
+        let own = &model.contacts[contact];
+        let [_, opening] = own.gap(&segment, reached);
+        self.cross(contact, reached, rate - own.side * opening);
+        Ok(Some(reached))
+    }
+
+    /// Shows the present state.
+    fn show(&mut self, time: f64) {
+        (self.watch)(Moment {
+            cycle: self.cycle,
+            time,
+            weight: 0.0,
+            segments: &self.segments,
+            contact: self.contact,
+            state: &self.state.value,
+        });
+    }
+
+    /// Shows the stages of the step just solved.
+    fn show_stages(&mut self, left: f64, h: f64) {
+        let rule = &self.reference.rule;
+        let stages = self.work.states.chunks_exact(self.state.value.len());
+        for (state, (node, weight)) in stages.zip(rule.nodes.iter().zip(&rule.weights)) {
+            (self.watch)(Moment {
+                cycle: self.cycle,
+                time: left + node * h,
+                weight: weight * h,
+                segments: &self.segments,
+                contact: self.contact,
+                state,
+            });
+        }
+    }
+
+    /// Sets `moved` to the state after `tau` from `left`.
+    fn advance(&mut self, left: f64, tau: f64) {
+        let model = self.reference.model;
+        let rule = &self.reference.rule;
+        let (contact, cycle, segments) = (self.contact, self.cycle, &self.segments);
+        rule.solve(
+            &self.state.value,
+            tau,
+            &mut self.work,
+            |fraction, state, out| {
+                model.derivative(segments, contact, cycle, left + fraction * tau, state, out);
+            },
+        );
+        self.moved.copy_from(&self.state);
+        for i in 0..self.state.value.len() {
+            self.moved.add(i, rule.increment(&self.work, tau, i));
+        }
+    }
+
+    /// The margin of a contact in a state at a time.
+    fn margin(&self, contact: usize, watched: Watched, state: &[f64], time: f64) -> Margin {
+        let model = self.reference.model;
+        let (own, segment) = (&model.contacts[contact], &self.segments[contact]);
+        let closed = self.contact.holds(contact);
+        match watched {
+            Watched::Deflection => {
+                let motion = model.deflection_on(segment, self.cycle, state, time);
+                let compressed = closed || self.unladen.holds(contact);
+                Margin::new(own.side, compressed, motion, own.gap(segment, time))
+            }
+            Watched::Push => {
+                let mut slope = vec![0.0; state.len()];
+                let active = self.contact;
+                model.derivative(&self.segments, active, self.cycle, time, state, &mut slope);
+                let push = push(model, contact, segment, (self.cycle, time), state, &slope);
+                let inside = if closed { 1.0 } else { -1.0 };
+                Margin {
+                    value: inside * push.value,
+                    rate: inside * push.rate,
+                }
+            }
+        }
+    }
+
+    /// Collects a contact's margin at the start, the stages and the end of the step just solved.
+    fn sample(&mut self, contact: usize, watched: Watched, left: f64, h: f64) {
+        let n = self.state.value.len();
+        let mut samples = std::mem::take(&mut self.samples);
+        samples.clear();
+        samples.push((0.0, self.margin(contact, watched, &self.state.value, left)));
+        for (i, c) in self.reference.rule.nodes.iter().enumerate() {
+            let stage = &self.work.states[i * n..(i + 1) * n];
+            samples.push((c * h, self.margin(contact, watched, stage, left + c * h)));
+        }
+        samples.push((
+            h,
+            self.margin(contact, watched, &self.moved.value, left + h),
+        ));
+        self.samples = samples;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Drive, OperatingPoint};
+    use crate::structure::ModalStructure;
+
+    fn model(frequency: f64, stiffness: f64) -> Model {
+        let structure = ModalStructure {
+            mesh: vec![2.0],
+            ..ModalStructure::of_modes(&[frequency], 0.0, &[1.0], &[1.0])
+        };
+        let point = OperatingPoint {
+            load: 1.0,
+            speed: 1.0,
+        };
+        Model::new(&structure, &Drive::constant(1.0, stiffness), point).unwrap()
+    }
+
+    #[test]
+    fn fastest_rate_is_the_closed_loop_frequency_of_one_degree() {
+        // ω² + k w².
+        assert!((fastest_rate(&model(3.0, 4.0)) - 5.0).abs() < 1e-14);
+        assert!((fastest_rate(&model(0.0, 4.0)) - 4.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn non_finite_states_are_reported() {
+        let model = model(3.0, 4.0);
+        let start = TrajectoryState::new(&model, vec![f64::NAN, 0.0], 7);
+        assert_eq!(
+            Reference::new(&model).advance(&start, 1),
+            Err(ReferenceError::NonFinite { cycle: 7 })
+        );
+    }
+}

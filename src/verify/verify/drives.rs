@@ -1,0 +1,300 @@
+//! The drives on which kernels are tested, from one degree of freedom to forty modes; all of
+//! them rattle. The largest is the default drive, read from the manifest `flex80` as it was
+//! when the program was built.
+
+use super::Trouble;
+use super::candidate::Propagator;
+use crate::gear::{Flanks, GearPair, MeshTable, MeshTableInputs, MeshTablePiece};
+use crate::manifest::{self, DampingSpec, FrictionSpec, Job, StiffnessSpec, StructureSource};
+use crate::model::{
+    Division, Drive, DriveShaft, FlankError, InitialState, MeshHarmonic, Model, OperatingPoint,
+    Release, Stiffness, TorqueRipple, TrajectoryState,
+};
+use crate::propagate::Stepping;
+use crate::shaft::FlexibleDrive;
+use crate::structure::ModalStructure;
+use std::path::Path;
+
+const DEFAULT_DRIVE: &str = include_str!("../../../manifests/flex80.toml");
+
+/// Steps a mesh cycle with which a drive is brought into rattle.
+const STEPS: u32 = 2000;
+
+/// Mesh cycles after which it rattles.
+const TRANSIENT: u64 = 40;
+
+/// A drive at an operating point.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// Its name in the report.
+    pub name: String,
+    /// The structure.
+    pub structure: ModalStructure,
+    /// Mesh and excitation.
+    pub drive: Drive,
+    /// Load and speed.
+    pub point: OperatingPoint,
+}
+
+impl Case {
+    /// Its piecewise-linear system.
+    ///
+    /// # Errors
+    /// A value out of its range.
+    pub fn model(&self) -> Result<Model, Trouble> {
+        Ok(Model::new(&self.structure, &self.drive, self.point)?)
+    }
+
+    /// The case at full load on a nearly even mesh, hardly shaken: contact never opens.
+    pub fn in_constant_contact(&self) -> Self {
+        let mut case = self.clone();
+        for harmonic in &mut case.drive.transmission_error {
+            harmonic.amplitude *= 0.002;
+        }
+        for ripple in &mut case.drive.torque_ripple {
+            ripple.amplitude *= 0.1;
+        }
+        case.drive.mesh = Division::levels(&[3.4e8, 3.333e8], &[0.6]);
+        case.point.load = 1.0;
+        case
+    }
+}
+
+/// The state of a model after some cycles from static equilibrium, by small steps: no kernel
+/// under test decides where it is tested.
+///
+/// # Errors
+/// The trajectory diverges.
+pub fn rattling(model: &Model) -> Result<TrajectoryState, Trouble> {
+    let kernel = Stepping::new(model, STEPS, 10_000);
+    let start = model.start(&InitialState::Static);
+    Ok(kernel.passage(&start, TRANSIENT)?.end)
+}
+
+/// A structure with the given frequencies \[rad/s\], damping ratio of the elastic modes, mesh
+/// and torque participations, and nothing else.
+pub fn structure(frequency: &[f64], ratio: f64, mesh: &[f64], torque: &[f64]) -> ModalStructure {
+    ModalStructure {
+        teeth: 20,
+        wheel_teeth: Some(30),
+        rated_force: 1330.0,
+        ..ModalStructure::of_modes(frequency, ratio, mesh, torque)
+    }
+}
+
+/// The cases of the quick ladder.
+///
+/// # Errors
+/// The default drive cannot be assembled.
+pub fn cases() -> Result<Vec<Case>, Trouble> {
+    let forty = default_drive()?;
+    let mut twenty = forty.clone();
+    twenty.name = "20 modes + MTA, 30 % load".to_owned();
+    twenty.structure = forty.structure.truncated(20, true)?;
+    twenty.point.load = 0.3;
+    let mut sparse = six_modes();
+    sparse.name = "6 modes, 1400 rad/s".to_owned();
+    sparse.point.speed = 1400.0;
+    let mut computed = forty.clone();
+    computed.name = "40 modes, computed mesh".to_owned();
+    computed.drive.mesh = computed_mesh(forty.point.load)?;
+    Ok(vec![
+        one_degree(),
+        two_bodies(),
+        six_modes(),
+        sparse,
+        twenty,
+        computed,
+        forty,
+    ])
+}
+
+/// The mesh of the default drive as its drawing gives it, misaligned by 0.2 mrad: stiffness that
+/// varies, a load centroid that wanders, friction that turns round.
+fn computed_mesh(load: f64) -> Result<Vec<Division>, Trouble> {
+    let gears = default_gears()?;
+    let mut inputs = MeshTableInputs::of_gears(&gears);
+    inputs.misalignment = vec![2e-4];
+    inputs.torque = vec![load * gears.rated_torque];
+    let table = MeshTable::build(&Flanks::new(&gears)?, &inputs, &|_, _| ())?;
+    let division = |piece: &MeshTablePiece| Division {
+        end: piece.end,
+        stiffness: Stiffness::series(piece.stiffness),
+        error: FlankError::series(piece.tangent_error),
+        load_centre: piece.centre,
+        friction: [piece.friction, piece.friction_lever],
+    };
+    Ok(table.cycle(0, 0).pieces().iter().map(division).collect())
+}
+
+/// The points of the default drive's grid.
+///
+/// # Errors
+/// The default drive cannot be assembled.
+pub fn grid() -> Result<Vec<Case>, Trouble> {
+    let drive = default_drive()?;
+    let case = |point: manifest::PointSpec| {
+        let mut case = drive.clone();
+        case.name = format!("40 modes, {:.3} load, {:.0} rad/s", point.load, point.speed);
+        case.point = OperatingPoint {
+            load: point.load,
+            speed: point.speed,
+        };
+        case.drive.half_gap = point.mesh.half_gap;
+        case
+    };
+    Ok(job()?.points.iter().map(case).collect())
+}
+
+/// Two levels of stiffness, as of a pair with contact ratio 1.6, and one harmonic of
+/// transmission error.
+fn two_level_mesh(half_gap: f64) -> Drive {
+    Drive {
+        coast: None,
+        half_gap,
+        mesh: Division::levels(&[4.444e8, 3.333e8], &[0.6]),
+        damping: 1483.0,
+        friction: 0.0,
+        release: Release::Deflection,
+        transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.0)],
+        torque_ripple: Vec::new(),
+        further: Vec::new(),
+    }
+}
+
+const STRONG_RATTLE: OperatingPoint = OperatingPoint {
+    load: 0.05,
+    speed: 1200.0,
+};
+
+/// The relative rotation alone, rigid.
+fn one_degree() -> Case {
+    Case {
+        name: "1 degree of freedom".to_owned(),
+        structure: structure(&[0.0], 0.0, &[1.3], &[1.3]),
+        drive: two_level_mesh(10e-6),
+        point: STRONG_RATTLE,
+    }
+}
+
+/// Two rigid bodies: a neutral and a relative rotation, not yet separated.
+fn two_bodies() -> Case {
+    let mesh = [0.98, -0.86];
+    Case {
+        name: "2 rigid bodies".to_owned(),
+        structure: structure(&[0.0, 0.0], 0.0, &mesh, &mesh),
+        drive: two_level_mesh(9e-6),
+        point: STRONG_RATTLE,
+    }
+}
+
+/// Rigid pair and four elastic modes, with friction, two harmonics of transmission error and
+/// torque ripple on both shafts.
+fn six_modes() -> Case {
+    let mut structure = structure(
+        &[0.0, 0.0, 4288.0, 4864.0, 8171.0, 19757.0],
+        0.01,
+        &[0.61, -0.49, 0.72, 0.64, -0.48, 0.21],
+        &[0.61, -0.49, 0.33, -0.21, 0.05, 0.0],
+    );
+    structure.friction = vec![0.1, 0.2, -0.17, 0.56, 0.3, -0.1];
+    structure.pinion_torque = Some(vec![16.0, 0.0, 8.0, -5.0, 1.0, 0.0]);
+    structure.wheel_torque = Some(vec![0.0, 8.0, 3.0, 2.0, -1.0, 0.5]);
+    let ripple = |shaft, order, amplitude, phase| TorqueRipple {
+        shaft,
+        order,
+        amplitude,
+        phase,
+    };
+    let drive = Drive {
+        friction: 0.1,
+        transmission_error: vec![
+            MeshHarmonic::new(1, 5e-6, 0.0),
+            MeshHarmonic::new(2, 1e-6, 0.7),
+        ],
+        torque_ripple: vec![
+            ripple(DriveShaft::Pinion, 2.0, 1.5, 0.3),
+            ripple(DriveShaft::Wheel, 1.5, 0.8, -1.1),
+        ],
+        ..two_level_mesh(10e-6)
+    };
+    Case {
+        name: "6 modes, friction, ripple".to_owned(),
+        structure,
+        drive,
+        point: OperatingPoint {
+            load: 0.1,
+            ..STRONG_RATTLE
+        },
+    }
+}
+
+fn job() -> Result<Job, Trouble> {
+    Ok(manifest::parse(
+        DEFAULT_DRIVE,
+        "manifests/flex80.toml",
+        Path::new(""),
+    )?)
+}
+
+/// Shafts, bearings and gears of the default drive.
+///
+/// # Errors
+/// Its manifest is not what it should be.
+pub fn shafts() -> Result<FlexibleDrive, Trouble> {
+    let job = job()?;
+    match job.points.first().map(|point| point.model.source) {
+        Some(StructureSource::Flexible(drive)) => Ok((*drive).clone()),
+        _ => Err(Trouble::Missing {
+            what: "a flexible drive",
+        }),
+    }
+}
+
+/// The default drive with its forty modes in strong rattle, a half gap of 9 µm.
+fn default_drive() -> Result<Case, Trouble> {
+    let job = job()?;
+    let point = job.points.first().ok_or(Trouble::Missing {
+        what: "an operating point of the default drive",
+    })?;
+    let (
+        StiffnessSpec::Piecewise(levels),
+        DampingSpec::Coefficient(damping),
+        FrictionSpec::Constant(friction),
+    ) = (
+        &point.mesh.stiffness,
+        &point.mesh.damping,
+        &point.mesh.friction,
+    )
+    else {
+        return Err(Trouble::Missing {
+            what: "a piecewise mesh of the default drive",
+        });
+    };
+    Ok(Case {
+        name: "40 modes".to_owned(),
+        structure: shafts()?.modes(point.model.modes, point.model.retained, false)?,
+        drive: Drive {
+            coast: None,
+            half_gap: 9e-6,
+            mesh: Division::levels(levels, &[]),
+            damping: *damping,
+            friction: *friction,
+            release: point.mesh.release,
+            transmission_error: point.excitation.transmission_error.clone(),
+            torque_ripple: Vec::new(),
+            further: Vec::new(),
+        },
+        point: STRONG_RATTLE,
+    })
+}
+
+/// The gears of the default drive, on its shafts.
+pub(super) fn default_gears() -> Result<GearPair, Trouble> {
+    let drive = shafts()?;
+    let diameters = drive.shafts.each_ref().map(|shaft| shaft.diameter);
+    let mut gears = drive.gears.on_shafts(diameters);
+    // Gears and shafts of one piece are rigid below these diameters.
+    gears.form.bore = [Some(48e-3), Some(76e-3)];
+    Ok(gears)
+}

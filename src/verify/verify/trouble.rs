@@ -1,0 +1,70 @@
+//! Why a check could not be carried out.
+
+use crate::analysis::{CalledOff, SliceError};
+use crate::gear::{GearError, MeshTableError, SharingError};
+use crate::manifest::ManifestErrors;
+use crate::model::ModelError;
+use crate::propagate::{DenseError, Stop};
+use crate::reference::ReferenceError;
+use crate::shaft::ShaftError;
+use crate::store::MeshFetchError;
+use crate::structure::ModeCount;
+
+/// Why a check could not be carried out.
+#[derive(Debug, thiserror::Error)]
+pub enum Trouble {
+    /// A kernel gave up.
+    #[error(transparent)]
+    Stop(#[from] Stop),
+    /// A kernel's tables cannot be built.
+    #[error(transparent)]
+    Tables(#[from] DenseError),
+    /// The reference integrator gave up.
+    #[error("the reference: {0}")]
+    Reference(#[from] ReferenceError),
+    /// A structure cannot be assembled.
+    #[error(transparent)]
+    Shaft(#[from] ShaftError),
+    /// A structure has fewer modes than are to stay.
+    #[error(transparent)]
+    ModeCount(#[from] ModeCount),
+    /// Gears do not mesh.
+    #[error(transparent)]
+    Gear(#[from] GearError),
+    /// A load cannot be shared out.
+    #[error(transparent)]
+    Sharing(#[from] SharingError),
+    /// A mesh table cannot be computed.
+    #[error(transparent)]
+    MeshTable(#[from] MeshTableError),
+    /// A mesh table cannot be kept.
+    #[error(transparent)]
+    MeshFetch(#[from] MeshFetchError),
+    /// A model cannot be formed.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The built-in drive cannot be read.
+    #[error("the built-in drive: {0}")]
+    Manifest(#[from] ManifestErrors),
+    /// There is no such slice of initial states.
+    #[error(transparent)]
+    Slice(#[from] SliceError),
+    /// An analysis ended without an answer.
+    #[error(transparent)]
+    CalledOff(#[from] CalledOff),
+    /// A temporary folder cannot be used.
+    #[error("a temporary folder: {0}")]
+    Folder(#[from] std::io::Error),
+    /// Threads cannot be started.
+    #[error("threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+    /// Numbers cannot be compared byte by byte.
+    #[error("bytes: {0}")]
+    Bytes(#[from] postcard::Error),
+    /// Something that the check rests on is not there.
+    #[error("{what} is missing")]
+    Missing {
+        /// What.
+        what: &'static str,
+    },
+}
