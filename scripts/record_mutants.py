@@ -42,6 +42,9 @@ TESTS = {
 }
 
 
+# The crate below `src` that holds a module.
+CRATES = {"numerics": "core", "model": "core", "propagate": "core", "analysis": "core", "gear": "gears", "shaft": "gears"}
+
 # Mutants that are put to tests at once.
 AT_ONCE = max(1, len(os.sched_getaffinity(0)))
 
@@ -55,7 +58,7 @@ def run(command, **options):
 
 def mutants_of(module):
     """All mutants of the files of a module, those that hold tests left out."""
-    files = sorted(Path(f"src/{module}").rglob("*.rs"))
+    files = sorted(Path(f"src/{CRATES[module]}/{module}").rglob("*.rs"))
     working = [file for file in files if "tests" not in file.parts and not file.stem.endswith("tests")]
     found = [mutant for file in working for mutant in listed(file.read_bytes(), str(file))]
     print(f"{module}: {len(found)} mutants", flush=True)
@@ -83,16 +86,16 @@ def switch_on(tree, mutants, files):
     for name in files:
         own = [mutant for mutant in mutants if mutant["file"] == name]
         (tree / name).write_text(Switched(Path(name).read_bytes(), own).text())
-    (tree / "src/mutants.rs").write_text(SWITCH)
-    root = Path("src/lib.rs").read_text().replace("pub mod analysis;", "pub mod mutants;\npub mod analysis;")
-    (tree / "src/lib.rs").write_text(root)
+    for crate in {Path(name).parts[1] for name in files}:
+        (tree / f"src/{crate}/mutants.rs").write_text(SWITCH)
+        root = Path(f"src/{crate}/lib.rs").read_text().replace("pub mod ", "pub mod mutants;\npub mod ", 1)
+        (tree / f"src/{crate}/lib.rs").write_text(root)
 
 
 def cargo(scratch, tree, arguments):
     environment = os.environ | {"CARGO_TARGET_DIR": str(scratch / "target"), "CARGO_INCREMENTAL": "1"}
     # A third of the time to compile; tests take little longer. Without symbols programs take a tenth of the room.
-    quick = ["opt-level=1", "debug=false", "strip='symbols'"]
-    settings = [part for setting in quick for part in ("--config", f"profile.release.package.atlas.{setting}")]
+    settings = ["--config", "scripts/quick.toml", "--config", "profile.release.strip='symbols'"]
     command = ["cargo", *settings, *arguments, "--release", "--message-format=json"]
     done = subprocess.run(command, cwd=tree, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     messages = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
@@ -106,7 +109,7 @@ def viable(scratch, tree, mutants):
         left = [mutant for mutant in mutants if mutant["number"] not in dropped]
         switch_on(tree, left, sorted({mutant["file"] for mutant in mutants}))
         # No `check`: it would have dependencies compiled once more.
-        code, messages, said = cargo(scratch, tree, ["test", "--no-run", "--lib"])
+        code, messages, said = cargo(scratch, tree, ["test", "--no-run", "--workspace", "--lib"])
         errors = [m["message"] for m in messages if m["reason"] == "compiler-message" and m["message"]["level"] == "error"]
         if code == 0:
             return [mutant for mutant in mutants if mutant["number"] not in dropped], dropped
@@ -125,14 +128,14 @@ def viable(scratch, tree, mutants):
 
 def built(scratch, tree, tests):
     """Builds the unit tests and some integration tests; gives their programs by name."""
-    arguments = ["test", "--no-run", "--lib", *(part for test in tests for part in ("--test", test))]
+    arguments = ["test", "--no-run", "--workspace", "--lib", *(part for test in tests for part in ("--test", test))]
     code, messages, said = cargo(scratch, tree, arguments)
     if code:
         sys.exit(said[-4000:])
     programs = {}
     for message in messages:
         if message["reason"] == "compiler-artifact" and message.get("executable") and message["profile"]["test"]:
-            programs["lib" if "lib" in message["target"]["kind"] else message["target"]["name"]] = message["executable"]
+            programs[message["target"]["name"]] = message["executable"]
     return programs
 
 
@@ -168,7 +171,7 @@ class Test:
 
 def tests_of(module, programs):
     """The tests that hold a module."""
-    suites = [("lib", [f"{module}::"])] + [(test, []) for test in TESTS[module]]
+    suites = [(f"gearatlas_{CRATES[module]}", [f"{module}::"])] + [(test, []) for test in TESTS[module]]
     found = []
     for suite, filters in suites:
         listing = run([programs[suite], *filters, "--list", "--format", "terse"], stderr=subprocess.DEVNULL)
