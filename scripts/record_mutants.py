@@ -169,9 +169,17 @@ class Test:
                 self.reaches = {int(line) for line in reached.read_text().split()}
 
 
+def program_of(test):
+    """The program that holds a file of tests: its folder. `golden` is a folder itself."""
+    files = [*Path("tests").glob(f"*/{test}.rs"), Path(f"tests/{test}/main.rs")]
+    return files[0].parent.name
+
+
 def tests_of(module, programs):
     """The tests that hold a module."""
-    suites = [(f"gearatlas_{CRATES[module]}", [f"{module}::"])] + [(test, []) for test in TESTS[module]]
+    suites = [(f"gearatlas_{CRATES[module]}", [f"{module}::"])] + [
+        (program_of(test), [] if test == "golden" else [f"{test}::"]) for test in TESTS[module]
+    ]
     found = []
     for suite, filters in suites:
         listing = run([programs[suite], *filters, "--list", "--format", "terse"], stderr=subprocess.DEVNULL)
@@ -281,7 +289,7 @@ def main():
         modules = sorted({mutant["module"] for mutant in drawn})
         for module in counts if not asked.only else []:
             counts[module]["lost"] = sum(m["module"] == module and m["number"] in dropped for m in drawn)
-        programs = built(scratch, tree, sorted({test for module in modules for test in TESTS[module]}))
+        programs = built(scratch, tree, sorted({program_of(test) for module in modules for test in TESTS[module]}))
         tests = {module: tests_of(module, programs) for module in modules}
         # Programs that hold several modules have their tests traced once.
         known_tests = {}

@@ -1,4 +1,4 @@
-"""Compliance of gears by plane finite elements, for tests/gear_finite_elements.rs.
+"""Compliance of gears by plane finite elements, for tests/gears/gear_finite_elements.rs.
 
     python -m venv fe && fe/bin/pip install gmsh==4.15.* numpy scipy
     fe/bin/python scripts/record_tooth_fe.py > tests/data/tooth-fe.toml

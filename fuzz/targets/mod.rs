@@ -5,7 +5,7 @@
 //! that is wrong panics with a text that begins with [`WRONG`], so that counts tell it from a crash.
 //!
 //! The functions know nothing of what draws the bytes: `fuzz/src/target.rs` puts them to libFuzzer,
-//! `tests/fuzz_targets.rs` to a seeded generator and to all inputs that were ever found to break them.
+//! `tests/house/fuzz_targets.rs` to a seeded generator and to all inputs that were ever found to break them.
 
 // Each of the two programs uses a part of it.
 #![allow(dead_code, unused_imports)]

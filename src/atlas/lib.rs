@@ -9,7 +9,7 @@
 //! ```
 //!
 //! `sweep` drives the middle, `cli` drives everything. A module imports only from
-//! layers above its own line; `tests/architecture.rs` holds the code to that.
+//! layers above its own line; `tests/house/architecture.rs` holds the code to that.
 
 pub mod cli;
 pub mod export;

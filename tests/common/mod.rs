@@ -1,5 +1,5 @@
 //! Hand-built drives from one degree of freedom to forty modes, all of which rattle from
-//! the equilibrium of their mean stiffness (asserted in `tests/reference.rs`), and how states are compared.
+//! the equilibrium of their mean stiffness (asserted in `tests/motion/reference.rs`), and how states are compared.
 //!
 //! Mesh data are those of a 20/30-tooth steel pair of module 4 mm and 20 mm face width:
 //! single- and double-pair stiffness 3.333e8 and 4.444e8 N/m with contact ratio 1.6,

@@ -295,12 +295,12 @@ impl Drawn {
             ripples.join(", "),
             point.load,
             point.speed,
-            super::TRANSIENT,
-            super::CYCLES,
-            super::CELLS,
+            crate::fuzz_drives::TRANSIENT,
+            crate::fuzz_drives::CYCLES,
+            crate::fuzz_drives::CELLS,
         );
         let manifest = match kernel {
-            "volterra" => manifest.replace(&format!("cells = {}\n", super::CELLS), ""),
+            "volterra" => manifest.replace(&format!("cells = {}\n", crate::fuzz_drives::CELLS), ""),
             _ => manifest,
         };
         [manifest, modal]

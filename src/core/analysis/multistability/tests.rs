@@ -1,5 +1,5 @@
 //! Initial conditions and shares; attractors themselves are planted in
-//! `tests/multistability.rs`.
+//! `tests/motion/multistability.rs`.
 
 use super::*;
 use crate::analysis::outcome::Class;

@@ -1,0 +1,143 @@
+//! Errors that go with the revolution of a gear (`excitation.gear_error`, `excitation.pitch_deviation`): what they
+//! are in the model, and that kernels follow fractional turns. What a drawing says of its flanks in a manifest.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
+use crate::common;
+use atlas::gear::{Modification, Plane};
+use atlas::manifest;
+use atlas::model::{InitialState, Model};
+use atlas::propagate::{Dyadic, Fused, Hermite, Kernel, Spectral, Stepping};
+use atlas::reference::Extended;
+use common::advance::{advance, volterra};
+use common::relative_difference;
+use std::f64::consts::TAU;
+use std::path::Path;
+
+const MANIFEST: &str = include_str!("../../manifests/tiers/torsional.toml");
+
+fn model(excitation: &str, speed: f64, load: f64) -> Model {
+    let text = MANIFEST
+        .replace("[mesh]", "[mesh]\ncoast_flank = \"same_line\"")
+        .replace("[excitation]", &format!("[excitation]\n{excitation}"));
+    let job = manifest::parse(&text, "m.toml", Path::new("")).unwrap();
+    let mut point = job.points.at(0);
+    (point.speed, point.load) = (speed, load);
+    common::parts().model(&point).unwrap()
+}
+
+/// Error of the drive flanks at the start of mesh cycles, without the mesh harmonic of the manifest.
+fn errors(model: &Model, cycles: u64) -> Vec<f64> {
+    let line = &model.lines[model.line(&model.first_cycle().segments[0])];
+    (0..cycles)
+        .map(|cycle| line.transmission_error_at(cycle, 0.0).0 - 5e-6)
+        .collect()
+}
+
+/// An order of the wheel's shaft turns once in as many mesh cycles as the wheel has teeth.
+#[test]
+fn an_error_of_a_gear_goes_with_its_shaft() {
+    let error = "gear_error = [{ shaft = \"wheel\", order = 2, amplitude = \"3 um\", phase = \"0.4 rad\" }]";
+    let found = errors(&model(error, 1200.0, 0.3), 60);
+    for (cycle, found) in found.iter().enumerate() {
+        let exact = 3e-6 * (TAU * 2.0 * cycle as f64 / 30.0 + 0.4).cos();
+        assert!((found - exact).abs() < 1e-18, "{cycle}");
+    }
+}
+
+/// Tooth by tooth: mesh cycle n begins with tooth n of either gear, less the mean of its teeth.
+#[test]
+fn pitch_deviations_are_those_of_the_teeth() {
+    let pinion: Vec<f64> = (0..20).map(|n| f64::from(n % 7)).collect();
+    let wheel: Vec<f64> = (0..30).map(|n| f64::from(n * n % 5)).collect();
+    let list = |values: &[f64]| {
+        let texts: Vec<String> = values.iter().map(|v| format!("\"{v} um\"")).collect();
+        texts.join(", ")
+    };
+    let deviation = format!(
+        "pitch_deviation = {{ pinion = [{}], wheel = [{}] }}",
+        list(&pinion),
+        list(&wheel)
+    );
+    let found = errors(&model(&deviation, 1200.0, 0.3), 120);
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    for (cycle, found) in found.iter().enumerate() {
+        let exact = pinion[cycle % 20] - mean(&pinion) + wheel[cycle % 30] - mean(&wheel);
+        assert!(
+            (found - 1e-6 * exact).abs() < 1e-17,
+            "{cycle}: {found} {exact}"
+        );
+    }
+    let short = MANIFEST.replace(
+        "[excitation]",
+        "[excitation]\npitch_deviation = { pinion = [0, 1e-6] }",
+    );
+    let said = format!(
+        "{:?}",
+        manifest::parse(&short, "m.toml", Path::new("")).unwrap_err()
+    );
+    assert!(said.contains("2 values for 20 teeth"), "{said}");
+}
+
+/// Errors that turn by a fraction a mesh cycle, through rattle: every kernel against thirty digits, over cycles
+/// whose numbers are not multiples of the teeth.
+#[test]
+fn kernels_follow_fractional_turns() {
+    let error = "gear_error = [{ shaft = \"pinion\", order = 1, amplitude = \"2 um\" }, \
+                 { shaft = \"wheel\", order = 7, amplitude = \"1 um\", phase = \"1 rad\" }]";
+    let model = model(error, 1200.0, 0.05);
+    let exact = Extended::new(&model);
+    let start = advance(&volterra(&model), &model.start(&InitialState::Static), 37);
+    let end = exact.advance(&start, 1).unwrap();
+    let off = |state: &[f64]| relative_difference(state, &end.end().state);
+    fn after<K: Kernel>(kernel: &K, start: &atlas::model::TrajectoryState) -> Vec<f64> {
+        advance(kernel, start, 1).state
+    }
+    let dyadic = Dyadic::new(&model, 60, 1000).unwrap();
+    let hermite = Hermite::new(&model, 60, 1000).unwrap();
+    let spectral = Spectral::new(&model, 60, 1000, None).unwrap();
+    let fused = Fused::new(&model, 60, 1000).unwrap();
+    let exact_kernels = [
+        ("volterra", off(&after(&volterra(&model), &start))),
+        ("dyadic", off(&after(&dyadic, &start))),
+        ("hermite", off(&after(&hermite, &start))),
+        ("spectral", off(&after(&spectral, &start))),
+        ("fused", off(&after(&fused, &start))),
+    ];
+    for (name, off) in exact_kernels {
+        println!("{name}: {off:.1e}");
+        assert!(off < 1e-10, "{name}: {off:e}");
+    }
+    let steps =
+        [4_000, 64_000].map(|steps| off(&after(&Stepping::new(&model, steps, 1000), &start)));
+    println!("stepping: {steps:?}");
+    // Where nothing opens or closes in the cycle, both are right to round-off.
+    assert!(
+        steps[1] < 1e-6 && steps[1] < steps[0].max(1e-11),
+        "{steps:?}"
+    );
+}
+
+/// Crowning, slopes and the plane state of `[gear]` reach the drawing; the plane follows the width where it is
+/// not given.
+#[test]
+fn a_manifest_says_what_flanks_are() {
+    let form = |gear: &str| {
+        let text = MANIFEST.replace("rated_torque =", &format!("{gear}\nrated_torque ="));
+        let job = manifest::parse(&text, "m.toml", Path::new("")).unwrap();
+        job.points.at(0).model.source.gears().unwrap().form.clone()
+    };
+    let given = form(
+        "profile_crowning = [\"4 um\", \"2 um\"]\nprofile_slope = \"-3 um\"\nlead_crowning = \"5 um\"\nlead_slope = [0, \"6 um\"]\nplane = \"strain\"",
+    );
+    let of = |crowning: f64, slope: f64| Modification { crowning, slope };
+    assert_eq!(given.profile, [of(4e-6, -3e-6), of(2e-6, -3e-6)]);
+    assert_eq!(given.lead, [of(5e-6, 0.0), of(5e-6, 6e-6)]);
+    assert_eq!(given.plane, Plane::Strain);
+    assert_eq!(form("").plane, Plane::Stress);
+    // Wider than five thicknesses of a tooth, 5 π/2 modules.
+    let text = MANIFEST.replace("face_width = \"20 mm\"", "face_width = \"32 mm\"");
+    let job = manifest::parse(&text, "m.toml", Path::new("")).unwrap();
+    let wide = job.points.at(0).model.source.gears().unwrap().form.plane;
+    assert_eq!(wide, Plane::Strain);
+}

@@ -1,0 +1,407 @@
+//! Trains of gears from manifests: what is shipped, bevel gears in closed form, what is refused.
+// Helpers outside the test functions may unwrap, too.
+#![allow(clippy::unwrap_used)]
+
+use crate::common;
+use atlas::analysis::{EnergyAudit, EnergyNorm, Nvh};
+use atlas::manifest::{self, Job};
+use atlas::model::{InitialState, Model, TrajectoryState};
+use atlas::reference::Extended;
+use atlas::sweep::build;
+use common::advance::{Events, advance, advance_with, volterra};
+use std::path::Path;
+
+fn text(name: &str) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/trains");
+    std::fs::read_to_string(folder.join(format!("{name}.toml"))).unwrap()
+}
+
+fn job(text: &str) -> Job {
+    manifest::parse(text, "test.toml", Path::new("")).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+fn model(job: &Job, point: usize) -> Model {
+    common::parts().model(&job.points.at(point)).unwrap()
+}
+
+/// The shipped trains, the flexible one with few modes, each with what its base period is.
+fn shipped() -> Vec<(&'static str, Model, usize)> {
+    let two_stage = text("two-stage").replace("modes = 30", "modes = 10");
+    let idle = job(&text("idle-rattle"));
+    let last = idle.points.len() - 1;
+    vec![
+        ("two-stage", model(&job(&two_stage), 3), 25),
+        ("idle-rattle", model(&idle, last), 1),
+        ("clutch", model(&job(&text("clutch")), 8), 1),
+    ]
+}
+
+/// A state from which contacts open and close, a few half gaps from the static one.
+fn disturbed(model: &Model) -> TrajectoryState {
+    let start = model.start(&InitialState::Static);
+    let norm = EnergyNorm::new(model);
+    let mut state = start.state.clone();
+    let felt = norm.felt();
+    let part = 4.0 * norm.unit() / (felt.len() as f64).sqrt();
+    for (k, i) in felt.into_iter().enumerate() {
+        state[i] += part * (1.7 * k as f64).cos() / norm.weights()[i];
+    }
+    TrajectoryState::new(model, state, 0)
+}
+
+#[test]
+fn shipped_trains_are_exact() {
+    for (name, model, base) in shipped() {
+        assert_eq!(model.base_cycles(), base, "{name}");
+        let start = disturbed(&model);
+        let exact = Extended::new(&model).advance(&start, 3).unwrap();
+        let mut seen = Events::default();
+        let (end, _) = advance_with(&volterra(&model), &start, 3, &mut seen);
+        let norm = EnergyNorm::new(&model);
+        let exact_end = exact.end().state;
+        let worst = norm.distance(&end.state, &exact_end) / norm.length(&exact_end);
+        let times = seen.0.iter().zip(&exact.crossings);
+        let late = times
+            .map(|(event, crossing)| (event.time - crossing.time.value()).abs() / model.period())
+            .fold(0.0, f64::max);
+        println!(
+            "{name}: states {worst:.1e}, times {late:.1e} of a cycle, {} events",
+            seen.0.len()
+        );
+        assert_eq!(seen.0.len(), exact.crossings.len(), "{name}");
+        assert!(seen.0.len() > 3, "{name}: {} events", seen.0.len());
+        // Bodies that turn for themselves have gone a hundred gaps, whose round-off contacts see; a
+        // cycle of idling is as long as thirty of the others, in windows.
+        let rigid = if name == "two-stage" { 1.0 } else { 10.0 };
+        assert!(worst < 1e-12 * rigid, "{name}: {worst:e}");
+        assert!(late < 1e-13 * rigid, "{name}: {late:e}");
+    }
+}
+
+#[test]
+fn energy_of_trains_closes() {
+    for (name, model, _) in shipped() {
+        let start = disturbed(&model);
+        let mut audit = EnergyAudit::new(&model);
+        let (end, _) = advance_with(&volterra(&model), &start, 30, &mut audit);
+        let residual = audit.residual(&end).unwrap();
+        println!("{name}: {residual:.1e}");
+        assert!(residual < 1e-12, "{name}: {residual:e}");
+    }
+}
+
+/// On average every mesh of a train bears what its torque asks for: the difference of the forces on its two flanks.
+#[test]
+fn every_mesh_of_a_train_tells_its_force() {
+    let job = job(&text("two-stage").replace("modes = 30", "modes = 10"));
+    let point = job.points.at(job.points.len() - 1);
+    let model = common::parts().model(&point).unwrap();
+    let kernel = volterra(&model);
+    let start = advance(&kernel, &model.start(&InitialState::Static), 200);
+    let mut nvh = Nvh::new(&model, 0);
+    advance_with(&kernel, &start, 4000, &mut nvh);
+    let found = nvh.outcome().unwrap();
+    assert_eq!(found.contact_force.len(), model.contacts.len());
+    let torque = point.load * 40.0;
+    let base_radius = |teeth: f64, module: f64| 0.5 * teeth * module * 20f64.to_radians().cos();
+    let asked = [
+        torque / base_radius(20.0, 2.5e-3),
+        torque * 50.0 / 20.0 / base_radius(18.0, 3e-3),
+    ];
+    for (mesh, asked) in asked.iter().enumerate() {
+        let [drive, coast] = [0, 1].map(|flank| found.contact_force[2 * mesh + flank]);
+        println!("mesh {mesh}: {drive} N less {coast} N, {asked} N");
+        assert!(drive >= 0.0 && coast >= 0.0);
+        assert!(((drive - coast) / asked - 1.0).abs() < 0.01);
+    }
+    let net = found.contact_force[0] - found.contact_force[1];
+    assert!((net / found.force_mean - 1.0).abs() < 1e-9);
+}
+
+/// The neutral rotation of a train under drag goes where it likes, and nothing else shows it.
+#[test]
+fn where_a_train_has_turned_to_is_not_felt() {
+    let (_, model, _) = shipped().remove(1);
+    let norm = EnergyNorm::new(&model);
+    let [unfelt] = &model.unfelt_displacements()[..] else {
+        panic!("one displacement");
+    };
+    let start = disturbed(&model);
+    let turned: Vec<f64> = (start.state.iter().zip(unfelt))
+        .map(|(x, n)| x + 1e-4 * n)
+        .collect();
+    let turned = TrajectoryState::new(&model, turned, 0);
+    assert!(norm.distance(&turned.state, &start.state) < 1e-9 * norm.unit());
+    let kernel = volterra(&model);
+    let [one, other] = [&start, &turned].map(|start| advance(&kernel, start, 2));
+    let apart = norm.distance(&one.state, &other.state) / norm.unit();
+    assert!(apart < 1e-9, "{apart:e}");
+    // The neutral displacement and one of four rotations' exponents apart, all are there.
+    assert_eq!(norm.dimension(), 2 * model.modes() - 1);
+}
+
+/// A pair of bevel gears at right angles on rigid shafts.
+const BEVEL: &str = r#"
+[job]
+name = "bevel"
+
+[model]
+kind = "train"
+
+[train]
+gears = ["z20", "z30"]
+rated_torque = "60 N*m"
+
+[[train.shaft]]
+name = "pinion"
+origin = [0, 0, "-45 mm"]
+gears = [{ name = "z20", at = 0, teeth = 20, module = "3 mm", width = "15 mm" }]
+bearings = [
+    { at = "-20 mm", x = "1e8 N/m", y = "1e8 N/m", axial = "1e8 N/m", tilt = "1e5 N*m/rad" },
+    { at = "-60 mm", x = "1e8 N/m", y = "1e8 N/m" },
+]
+
+[[train.shaft]]
+name = "wheel"
+origin = ["30 mm", 0, 0]
+direction = [1, 0, 0]
+gears = [{ name = "z30", at = 0, teeth = 30, module = "3 mm", width = "15 mm" }]
+bearings = [
+    { at = "20 mm", x = "1e8 N/m", y = "1e8 N/m", axial = "1e8 N/m", tilt = "1e5 N*m/rad" },
+    { at = "60 mm", x = "1e8 N/m", y = "1e8 N/m" },
+]
+output = 1
+
+[mesh]
+half_gap = "30 um"
+stiffness = "constant"
+mean_stiffness = "2e8 N/m"
+contact_damping = 0.05
+
+[grid]
+load = 1
+speed = "1000 rpm"
+"#;
+
+/// Friction turns where teeth pass the pitch point, which of bevel gears no drawing here says.
+#[test]
+fn friction_of_bevel_gears_is_refused() {
+    let rubbing = BEVEL.replace("[mesh]", "[mesh]\nfriction = 0.05");
+    let refused = manifest::parse(&rubbing, "test.toml", Path::new("")).unwrap_err();
+    let said = refused.to_string();
+    assert!(
+        said.contains("pitch point") && said.contains("bevel"),
+        "{said}"
+    );
+    let further = BEVEL.replace(
+        "[mesh]",
+        "[[train.mesh]]\ngears = [\"z20\", \"z30\"]\nhalf_gap = \"30 um\"\ncoast_symmetry = 0\nstiffness = \"2e8 N/m\"\nfriction = 0.05\n\n[mesh]",
+    );
+    let refused = manifest::parse(&further, "test.toml", Path::new("")).unwrap_err();
+    let said = refused.to_string();
+    assert!(
+        said.contains("pitch point") && said.contains("bevel"),
+        "{said}"
+    );
+}
+
+/// Three gears in a row, each mesh of which may be the first.
+fn in_a_row(first: [&str; 2], further: [&str; 2]) -> Model {
+    let shaft = |name: &str, gear: &str, at: u32, teeth: u32, more: &str| {
+        format!(
+            "[[train.shaft]]\nname = \"{name}\"\nmotion = \"rotation\"\norigin = [\"{at} mm\", 0, 0]\n\
+             discs = [{{ at = 0, polar_inertia = \"1e-3 kg*m^2\" }}]\n\
+             gears = [{{ name = \"{gear}\", at = \"30 mm\", teeth = {teeth}, module = \"4 mm\", width = \"20 mm\" }}]\n{more}\n"
+        )
+    };
+    let text = format!(
+        "[job]\nname = \"row\"\n[model]\nkind = \"train\"\n[train]\ngears = [\"{}\", \"{}\"]\n\
+         rated_torque = \"50 N*m\"\n{}{}{}\
+         [[train.mesh]]\ngears = [\"{}\", \"{}\"]\nhalf_gap = \"20 um\"\nstiffness = \"3e8 N/m\"\ndamping = \"500 N*s/m\"\nfriction = 0.08\n\
+         [mesh]\nhalf_gap = \"20 um\"\nstiffness = \"constant\"\nmean_stiffness = \"3e8 N/m\"\n\
+         contact_damping = \"500 N*s/m\"\nfriction = 0.08\n[grid]\nload = 1\nspeed = 100\n",
+        first[0],
+        first[1],
+        shaft("one", "a", 0, 20, ""),
+        shaft("two", "b", 100, 30, ""),
+        shaft("three", "c", 210, 25, "output = 1"),
+        further[0],
+        further[1],
+    );
+    model(&job(&text), 0)
+}
+
+/// A further mesh rubs as the first one does: with the meshes of a train in either order, every flank is pushed along
+/// the same direction at the same phase, whatever modes that is written in.
+#[test]
+fn friction_of_further_meshes_turns_as_that_of_the_first() {
+    let (one, two) = (
+        in_a_row(["a", "b"], ["b", "c"]),
+        in_a_row(["b", "c"], ["a", "b"]),
+    );
+    // Squares and products of directions and of what flanks feel do not depend on the modes.
+    let invariants = |model: &Model, contact: usize, phase: f64| {
+        let segments = &model.contacts[contact].cycles[0].segments;
+        let segment = segments.iter().find(|own| phase < own.end).unwrap();
+        let gains = model.gains(segment);
+        let sum = |term: &dyn Fn(f64, f64) -> f64| -> f64 {
+            let terms = gains.iter();
+            terms
+                .map(|gain| term(gain.deflection[0], gain.mesh_input[1]))
+                .sum()
+        };
+        // The coast flanks of a further mesh count their deflection the other way, and their force.
+        [sum(&|w, _| w * w), sum(&|w, g| w * g), sum(&|_, g| g * g)]
+    };
+    let mut directions = Vec::new();
+    for place in 0..200 {
+        let phase = (f64::from(place) + 0.5) / 200.0;
+        for flank in 0..2 {
+            for (first, further) in [(&one, &two), (&two, &one)] {
+                let found = invariants(further, 2 + flank, phase);
+                let expected = invariants(first, flank, phase);
+                for (found, expected) in found.into_iter().zip(expected) {
+                    assert!(
+                        (found / expected - 1.0).abs() < 1e-9,
+                        "{phase} {flank}: {found} {expected}"
+                    );
+                }
+                directions.push(found[1]);
+            }
+        }
+    }
+    let least = directions.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = directions.iter().copied().fold(0.0, f64::max);
+    assert!(most > 1.01 * least, "friction turns: {least} {most}");
+}
+
+/// Separating and axial forces of a bevel pair: `F_t tan α cos δ` across its axis and
+/// `F_t tan α sin δ` along it, away from the apex.
+#[test]
+fn bevel_gears_push_away_from_the_apex() {
+    let job = job(BEVEL);
+    let structure = build::structure(&job.points.at(0).model).unwrap();
+    assert_eq!(structure.rigid_modes(), 2);
+    let tangential = 60.0 / 30e-3;
+    assert!((structure.rated_force * 20f64.to_radians().cos() / tangential - 1.0).abs() < 1e-12);
+    let elastic = (structure.frequency.iter().enumerate()).filter(|(_, omega)| **omega > 0.0);
+    // The modes under the mesh force, the torques in balance with it.
+    let force = structure.rated_force;
+    let response: Vec<(usize, f64)> = elastic
+        .map(|(i, omega)| {
+            let load = structure.torque[i] - structure.mesh[i];
+            (i, force * load / omega.powi(2))
+        })
+        .collect();
+    let reaction = |direction: &str| -> f64 {
+        let named = structure.bearings.iter();
+        let named = named.filter(|b| b.name.starts_with("pinion") && b.name.ends_with(direction));
+        let parts = named.flat_map(|bearing| response.iter().map(|(i, q)| bearing.gain[*i] * q));
+        parts.sum()
+    };
+    let cone = (20.0f64 / 30.0).atan();
+    let separating = tangential * 20f64.to_radians().tan();
+    // The wheel lies at +x of the pinion's axis, which points at the apex: the pinion is pushed
+    // along −x, against its axis, and by the wheel's resistance against the way it moves, +y.
+    for (direction, expected) in [
+        ("x", -separating * cone.cos()),
+        ("y", -tangential),
+        ("axial", -separating * cone.sin()),
+    ] {
+        let found = reaction(direction);
+        println!("{direction}: {found:.3} N, {expected:.3} N in closed form");
+        assert!(
+            (found / expected - 1.0).abs() < 1e-9,
+            "{direction}: {found} {expected}"
+        );
+    }
+}
+
+/// Gears on axes that cross have errors of their orders, tooth by tooth as the train counts them.
+#[test]
+fn bevel_gears_have_errors_of_their_shafts() {
+    let errors = "[excitation]\ngear_error = [{ shaft = \"wheel\", order = 1, amplitude = \"5 um\" }, \
+                  { shaft = \"pinion\", order = 2, amplitude = \"3 um\" }]\n\n[grid]";
+    let job = job(&BEVEL.replacen("[grid]", errors, 1));
+    let orders = &job.points.at(0).excitation.transmission_error;
+    let counted: Vec<(u32, u32)> = orders.iter().map(|e| (e.cycles, e.harmonic)).collect();
+    assert_eq!(counted, [(30, 1), (20, 2)]);
+    model(&job, 0);
+}
+
+/// A mesh table is that of cylindrical gears: of bevel gears it is refused, however it is asked for.
+#[test]
+fn bevel_gears_have_no_mesh_table() {
+    for stiffness in ["table", "continuous"] {
+        let text = BEVEL
+            .replacen("\"constant\"", &format!("\"{stiffness}\""), 1)
+            .replacen("mean_stiffness", "# mean_stiffness", 1);
+        let told = refusal(&text);
+        assert!(
+            told.contains("the gears of this train are bevel gears"),
+            "{told}"
+        );
+    }
+}
+
+fn refusal(text: &str) -> String {
+    match manifest::parse(text, "test.toml", Path::new("")) {
+        Err(errors) => errors.to_string(),
+        Ok(job) => build::structure(&job.points.at(0).model)
+            .unwrap_err()
+            .to_string(),
+    }
+}
+
+#[test]
+fn bad_trains_get_one_clear_error_each() {
+    let two_stage = text("two-stage");
+    let bad = |from: &str, to: &str| {
+        assert!(two_stage.contains(from), "{from}");
+        let told = refusal(&two_stage.replacen(from, to, 1));
+        println!("{told}\n");
+        assert_eq!(told.matches("error[").count().max(1), 1, "{told}");
+        told
+    };
+    for (from, to, told) in [
+        (
+            r#"gears = ["z18", "z54"]"#,
+            r#"gears = ["z18", "z45"]"#,
+            "there is no gear `z45`",
+        ),
+        (
+            r#"teeth = 54, module = "3 mm""#,
+            r#"teeth = 54, module = "2.5 mm""#,
+            "cannot mesh: their modules are",
+        ),
+        (
+            r#"origin = ["87.55 mm", 0, "40 mm"]"#,
+            r#"origin = ["95 mm", 0, "40 mm"]"#,
+            "cannot mesh with their axes 95.000000 mm apart: the contact ratio is",
+        ),
+        (
+            r#"at = "75 mm", teeth = 20"#,
+            r#"at = "120 mm", teeth = 20"#,
+            "their faces are",
+        ),
+        (
+            r#"origin = ["87.55 mm", 0, "40 mm"]"#,
+            "origin = [\"87.55 mm\", 0, \"40 mm\"]\ndirection = [0, 1, 0]",
+            "axes must be parallel (spur gears) or meet (bevel gears)",
+        ),
+        ("output = 1 ", "output = 0.5 ", "add up to 0.5"),
+        (
+            r#"{ at = 0, x = "1.5e8 N/m", y = "1.2e8 N/m", axial = "8e7 N/m", tilt = "1e4 N*m/rad" }"#,
+            r#"{ at = 0, x = "1.5e8 N/m", y = "1.2e8 N/m", tilt = "1e4 N*m/rad" }"#,
+            "shaft `counter` is not held axially",
+        ),
+        (
+            r#"torque_at = "140 mm""#,
+            r#"torque_at = "150 mm""#,
+            "the torque of shaft `output` stands at 0.15 m",
+        ),
+    ] {
+        let message = bad(from, to);
+        assert!(message.contains(told), "{message}");
+    }
+}

@@ -1,0 +1,188 @@
+//! `atlas machine` as a process: everything is measured once with little memory, files and page
+//! say the same, and other commands read them.
+
+#![allow(clippy::unwrap_used)]
+
+use crate::place;
+use atlas::store::{Characteristics, Figure};
+use place::{OSCILLATOR, Place, status, stderr, stdout};
+use serde_json::Value;
+use std::process::{Command, Output};
+
+/// One round, for which there is time on a slow machine that has others to serve too.
+const LITTLE: [&str; 8] = [
+    "machine", "--quick", "--rounds", "1", "--memory", "8MiB", "--budget", "240",
+];
+
+fn measured(place: &Place, out: &str, topology: Option<&str>) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_atlas"));
+    command.current_dir(place.0.path());
+    command.args(LITTLE).args(["--out", out]);
+    if let Some(topology) = topology {
+        command.env("HWLOC_SYNTHETIC", topology);
+    }
+    command.output().unwrap()
+}
+
+fn check(figure: &Figure, time: bool) {
+    assert!(figure.value.is_finite() && figure.value > 0.0, "{figure:?}");
+    assert_eq!((figure.rounds, figure.spread), (1, None));
+    match time {
+        true => assert!(figure.median >= figure.best),
+        false => assert!(figure.median <= figure.best),
+    }
+}
+
+#[test]
+fn a_machine_is_measured_shown_compared_and_planned_with() {
+    let place = Place::new(OSCILLATOR);
+    let output = measured(&place, "m", None);
+    assert_eq!(status(&output), 0, "{}", stderr(&output));
+    let page = stdout(&output);
+    let found = Characteristics::read(&place.path("m")).unwrap();
+
+    for (what, figure) in found.figures() {
+        let of = |kinds: &[&str]| kinds.iter().any(|kind| what.starts_with(kind));
+        // The middle repetition counts where disturbance is what is measured, or a ratio.
+        match of(&["loaded, ", "percentiles, ", "transfer, ", "gain, "]) {
+            true => assert_eq!(figure.value, figure.median, "{what}"),
+            false => {
+                assert_eq!(figure.value, figure.best, "{what}");
+                assert!(figure.repetitions >= 3, "{what}");
+            }
+        }
+        let times = [
+            "operators, ",
+            "latency, ",
+            "loaded, ",
+            "percentiles, ",
+            "transfer, ",
+            "gain, ",
+        ];
+        check(&figure, of(&times));
+    }
+    assert!(!found.mountain.is_empty() && !found.latency.is_empty());
+    for kernel in ["read", "copy", "triad"] {
+        assert!(
+            found.bandwidth.iter().any(|row| row.key.kernel == kernel),
+            "{kernel}"
+        );
+    }
+    for kernel in ["volterra", "spectral", "fused"] {
+        assert!(
+            found.solver.iter().any(|row| row.key.kernel == kernel),
+            "{kernel}"
+        );
+        assert!(
+            found.roofline.iter().any(|row| row.kernel == kernel),
+            "{kernel}"
+        );
+    }
+    // Counted work: the structured kernel reads its tables again and again.
+    let intensity = |kernel: &str| {
+        let mut rows = found.roofline.iter().filter(|row| row.kernel == kernel);
+        rows.find(|row| row.modes == 20).unwrap().intensity
+    };
+    assert!(intensity("volterra") > 2.0 * intensity("spectral"));
+
+    for table in [
+        "mountain",
+        "operators",
+        "bandwidth",
+        "latency",
+        "loaded",
+        "percentiles",
+        "parallel",
+        "transfer",
+        "arithmetic",
+        "solver",
+        "gain",
+        "roofline",
+    ] {
+        assert!(
+            place.path(&format!("m/{table}.parquet")).exists(),
+            "{table}"
+        );
+    }
+    assert!(place.path("m/pictures/machine-operators.png").exists());
+    for words in [
+        &*found.description.cpu,
+        "rotating tables",
+        "rates at",
+        "read:written",
+        "of batches; loads a ns",
+        "not measured",
+    ] {
+        assert!(page.contains(words), "{words}: {page}");
+    }
+    // With so little memory not everything can be measured, and that is said.
+    assert!(page.contains("four times the last-level caches"), "{page}");
+
+    let shown = place.atlas(&["machine", "show", "m"]);
+    assert_eq!(stdout(&shown), page);
+
+    let compared = place.atlas(&["machine", "compare", "m", "m", "--json"]);
+    let document: Value = serde_json::from_str(&stdout(&compared)).unwrap();
+    let pairs = document["pairs"].as_array().unwrap();
+    assert_eq!(
+        pairs.len(),
+        found.figures().count(),
+        "every figure has a name of its own"
+    );
+    assert!(pairs.iter().all(|pair| pair["ratio"] == 1.0));
+
+    // The run would take here what it takes here.
+    let plan = [
+        "plan",
+        "m.toml",
+        "--threads",
+        "1",
+        "--json",
+        "--machine",
+        "m",
+        "--on",
+        "m",
+    ];
+    let output = place.atlas(&plan);
+    assert_eq!(status(&output), 0, "{}", stderr(&output));
+    let plan: Value = serde_json::from_str(&stdout(&output)).unwrap();
+    assert_eq!(plan["machine"]["threads"], 1);
+    assert_eq!(plan["elsewhere"][1]["expected"], plan["time"]["expected"]);
+    let text = stdout(&place.atlas(&["plan", "m.toml", "--machine", "m"]));
+    assert!(text.contains("machine     "), "{text}");
+}
+
+/// Threads cannot be bound to a machine that does not exist: its figures are those of one where
+/// the system does not let them be bound, and of nodes that cannot be reached.
+#[test]
+#[cfg(feature = "hwloc")]
+fn without_rights_to_bind_the_rest_is_measured_and_the_lack_is_said() {
+    let place = Place::new(OSCILLATOR);
+    let output = measured(&place, "m", Some("package:2 [numa] core:1 pu:1"));
+    assert_eq!(status(&output), 0, "{}", stderr(&output));
+    let found = Characteristics::read(&place.path("m")).unwrap();
+    assert_eq!(found.description.nodes.len(), 2);
+    assert!(!found.bandwidth.is_empty() && !found.solver.is_empty());
+    assert!(found.solver.iter().any(|row| row.key.tables == "node"));
+    let said = found.missing.join("\n");
+    for words in ["threads bound to cores", "no memory of node"] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+}
+
+#[test]
+fn bad_input_is_refused() {
+    let place = Place::new(OSCILLATOR);
+    for arguments in [
+        &["machine", "--memory", "12"][..],
+        &["machine", "--budget", "0"],
+        &["machine", "--quick", "--full"],
+        &["machine", "show", "nowhere"],
+        &["machine", "compare", "nowhere", "m"],
+        &["plan", "m.toml", "--machine", "nowhere"],
+        &["plan", "m.toml", "--on", "nowhere"],
+    ] {
+        assert_eq!(status(&place.atlas(arguments)), 2, "{arguments:?}");
+    }
+    assert!(!place.path("results").exists());
+}

@@ -1,0 +1,49 @@
+//! Manifests, runs and result tables, mostly by the program itself in a process of its own.
+
+#![allow(clippy::unwrap_used)]
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../common/place.rs"]
+mod place;
+#[path = "../common/program.rs"]
+mod program;
+#[path = "../common/results.rs"]
+mod results;
+#[path = "../common/seal.rs"]
+mod seal;
+
+mod appended;
+mod bounds;
+mod changed_keys;
+mod check;
+mod cut_table;
+mod damage;
+mod disk_full;
+mod follow;
+mod follow_bifurcations;
+mod help;
+mod hostile_names;
+mod interrupt;
+mod limits;
+mod machine;
+mod manifest;
+mod manifest_errors;
+mod many_points;
+mod merge;
+mod messages;
+mod plan;
+mod planted;
+mod points;
+mod power_cut;
+mod refined;
+mod retry;
+mod run;
+mod store_sample;
+mod stream;
+mod sweep;
+mod train_size;
+mod verify;
+mod warnings;
+
+use common::skipped;

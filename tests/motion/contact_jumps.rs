@@ -1,0 +1,173 @@
+//! Jumps over constant contact against marching: equal to round-off where contact lasts, and not
+//! taken where it does not.
+
+#![allow(clippy::unwrap_used)]
+
+use crate::common;
+use atlas::analysis::ContactJumps;
+use atlas::model::{Division, InitialState, Model, TrajectoryState};
+use atlas::propagate::{Counters, Fused, Kernel, Spectral};
+use common::advance::{advance, advance_with, mean_equilibrium, volterra};
+use common::{Case, state_difference};
+use std::f64::consts::{PI, TAU};
+use std::path::Path;
+
+const CELLS: u32 = 60;
+
+/// The drive below its resonance, with little error, under a load that keeps it in contact.
+fn loaded(mut case: Case) -> Case {
+    (case.2.load, case.2.speed) = (3.0, 400.0);
+    for harmonic in &mut case.1.transmission_error {
+        harmonic.amplitude *= 0.2;
+    }
+    case
+}
+
+/// Skips cycles as a trace does; with it goes how many were jumped.
+fn skip<K: Kernel>(
+    model: &Model,
+    kernel: &K,
+    start: &TrajectoryState,
+    cycles: u64,
+) -> (TrajectoryState, u64) {
+    let mut jumps = ContactJumps::new(model);
+    let mut workspace = kernel.workspace();
+    let (mut trajectory, mut counters) = (start.clone(), Counters::default());
+    let (mut left, mut jumped) = (cycles, 0);
+    while left > 0 {
+        let leap = jumps.jump(kernel, &mut trajectory, left, &mut workspace);
+        (jumped, left) = (jumped + leap, left - leap);
+        if left > 0 {
+            kernel
+                .advance(1, &mut trajectory, &mut workspace, &mut (), &mut counters)
+                .unwrap();
+            jumps.marched();
+            left -= 1;
+        }
+    }
+    assert_eq!(trajectory.cycle, start.cycle + cycles);
+    (trajectory, jumped)
+}
+
+fn agrees<K: Kernel>(name: &str, model: &Model, kernel: &K, cycles: u64) {
+    let start = mean_equilibrium(model);
+    let (found, jumped) = skip(model, kernel, &start, cycles);
+    assert!(jumped > cycles / 2, "{name}: {jumped} of {cycles}");
+    let marched = advance(kernel, &start, cycles);
+    assert_eq!(found.contact, marched.contact);
+    let off = state_difference(model, &found.state, &marched.state);
+    assert!(off < 1e-11, "{name}: {off:e}");
+}
+
+#[test]
+fn a_jump_is_where_marching_comes_to() {
+    for (name, case) in common::drives() {
+        let case = loaded(case);
+        let model = common::model(&case);
+        let cycles = 1000 + 50 * model.modes() as u64;
+        agrees(name, &model, &volterra(&model), cycles);
+        agrees(
+            name,
+            &model,
+            &Spectral::new(&model, CELLS, 99, None).unwrap(),
+            cycles,
+        );
+        agrees(
+            name,
+            &model,
+            &Fused::new(&model, CELLS, 99).unwrap(),
+            cycles,
+        );
+    }
+}
+
+/// Coast flanks on a line of their own, seen through the blocks, and a drive that coasts.
+#[test]
+fn flanks_of_their_own_line_and_coasting_drives() {
+    let text = include_str!("../../manifests/quickstart.toml");
+    let job = atlas::manifest::parse(text, "m.toml", Path::new("")).unwrap();
+    for load in [3.0, -3.0] {
+        let mut point = job.points.at(0);
+        point.load = load;
+        let model = common::parts().model(&point).unwrap();
+        assert!(model.lines.len() > 1);
+        let cycles = 1000 + 50 * model.modes() as u64;
+        agrees("mirrored", &model, &volterra(&model), cycles);
+    }
+}
+
+/// A million cycles are those of the fixed point.
+#[test]
+fn a_million_cycles_end_on_the_orbit() {
+    let model = common::model(&loaded(common::twenty_modes()));
+    let kernel = volterra(&model);
+    let (end, jumped) = skip(&model, &kernel, &mean_equilibrium(&model), 1_000_000);
+    assert!(jumped > 990_000, "{jumped}");
+    let again = advance(&kernel, &end, 1);
+    let norm = atlas::analysis::EnergyNorm::new(&model);
+    let off = norm.distance(&again.state, &end.state) / norm.unit();
+    assert!(off < 1e-11, "{off:e}");
+}
+
+/// Contact is lost long after the first attempt: every cycle is integrated, to the bit. In resonance
+/// with an error e an undamped deflection grows by π e a cycle.
+#[test]
+fn contact_that_is_lost_later_is_not_jumped() {
+    let mut case = common::one_degree();
+    case.1.mesh = Division::levels(&[4e8], &[]);
+    (case.1.damping, case.2.load) = (2.0, 1.0);
+    case.1.transmission_error.truncate(1);
+    case.1.transmission_error[0].amplitude = 0.0;
+    let model = common::model(&case);
+    let gain = model.first_gains()[0];
+    let natural = (4e8 * gain.deflection[0] * gain.mesh_input[1]).abs().sqrt();
+    let still = model.start(&InitialState::Static);
+    let pressed = model.deflection(&still.state, 0.0).0 - model.half_gap;
+    case.2.speed *= natural * model.period() / TAU;
+    case.1.transmission_error[0].amplitude = pressed / (300.0 * PI);
+    let model = common::model(&case);
+    let kernel = volterra(&model);
+    let start = model.start(&InitialState::Static);
+    let (_, early) = advance_with(&kernel, &start, 200, &mut ());
+    let (marched, late) = advance_with(&kernel, &start, 1000, &mut ());
+    assert!(early.events == 0 && late.events > 0, "{early:?} {late:?}");
+    let (found, jumped) = skip(&model, &kernel, &start, 1000);
+    assert_eq!(jumped, 0);
+    assert_eq!(found, marched);
+}
+
+/// One oscillator about its equilibrium: the bound on how far it swings is some 1.9 times that, so that a swing of
+/// 0.45 of what keeps contact is jumped at the first attempt, and one of 0.7 is not before it has decayed.
+#[test]
+fn how_far_an_oscillator_swings_is_bounded_closely() {
+    let mut case = common::one_degree();
+    case.1.mesh = Division::levels(&[4e8], &[]);
+    (case.1.damping, case.2.load) = (0.5, 1.0);
+    case.1.transmission_error.clear();
+    let model = common::model(&case);
+    let kernel = volterra(&model);
+    let still = model.start(&InitialState::Static);
+    let pressed = model.deflection(&still.state, 0.0).0 - model.half_gap;
+    for (part, expected) in [(0.45, 1000 - 64), (0.7, 0)] {
+        let mut start = still.clone();
+        start.state[0] += part * pressed / model.first_gains()[0].deflection[0];
+        let (found, jumped) = skip(&model, &kernel, &start, 1000);
+        assert_eq!(jumped, expected, "{part}");
+        let marched = advance(&kernel, &start, 1000);
+        let off = state_difference(&model, &found.state, &marched.state);
+        assert!(off < 1e-11, "{off:e}");
+    }
+}
+
+/// Drives that rattle are integrated as ever.
+#[test]
+fn rattle_is_not_jumped() {
+    for (name, case) in common::drives() {
+        let model = common::model(&case);
+        let kernel = volterra(&model);
+        let start = mean_equilibrium(&model);
+        let (found, jumped) = skip(&model, &kernel, &start, 3000);
+        assert_eq!(jumped, 0, "{name}");
+        assert_eq!(found, advance(&kernel, &start, 3000), "{name}");
+    }
+}

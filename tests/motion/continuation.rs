@@ -1,0 +1,247 @@
+//! Continuation against closed forms and published motions of oscillators with a stop.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
+use crate::stopped;
+use atlas::analysis::continuation::branch::{End, Steps, follow};
+use atlas::analysis::continuation::curve::{self, Plane};
+use atlas::analysis::continuation::drive::{DriveMap, Family};
+use atlas::analysis::continuation::kind::Kind;
+use atlas::analysis::continuation::map::{At, CycleMap};
+use atlas::analysis::continuation::onset::onset;
+use atlas::analysis::continuation::orbit::{Border, find};
+use atlas::analysis::continuation::path::Span;
+use atlas::model::{Division, Drive, Model, OperatingPoint, Release};
+use atlas::structure::{HarmonicLoad, ModalStructure};
+use stopped::{OFF, PUBLISHED, Stopped};
+
+/// The amplitude at which the linear oscillator just reaches the stop.
+fn grazing(omega: f64, damping: f64) -> f64 {
+    (1.0 - omega * omega).hypot(2.0 * damping * omega)
+}
+
+/// Published: an oscillator with a stop 29 times as stiff behind a gap of 1, damping ratio 0.01, under
+/// 0.9·0.8²/1.26 at ω = 0.8, comes from rest to an orbit of two periods with these strobes.
+#[test]
+fn a_bilinear_oscillator_is_the_published_one() {
+    let family = Stopped {
+        damping: 0.01,
+        stop: 29.0,
+    };
+    let at = [0.8, PUBLISHED];
+    let mut map = DriveMap::new(&family, at).unwrap();
+    let model = map.model(at).unwrap().clone();
+    let rest = model.basis.state(&[OFF], &[0.0]);
+    let mut state = atlas::model::TrajectoryState::new(&model, rest, 0);
+    map.advance(at, 2000, &mut state, &mut ()).unwrap();
+    let guess = map.coordinates(&state.state);
+    let orbit = find(&mut map, &guess, at, 2, &Border::Parameters).unwrap();
+    let strobes: Vec<[f64; 2]> = (orbit.details.strobes.iter())
+        .map(|u| {
+            let state = map.state(u).state;
+            [state[0] - OFF, state[1]]
+        })
+        .collect();
+    println!("{strobes:?} {:?}", orbit.multipliers);
+    let published = [[1.175847, -0.158646], [0.384678, 0.077491]];
+    for wanted in published {
+        let near = strobes
+            .iter()
+            .map(|s| (s[0] - wanted[0]).abs().max((s[1] - wanted[1]).abs()));
+        assert!(near.fold(f64::INFINITY, f64::min) < 1e-6, "{wanted:?}");
+    }
+    // Its branch over the frequency: every bifurcation stands where a search from there finds it again.
+    let span = Span {
+        axis: 0,
+        from: 0.6,
+        to: 1.2,
+    };
+    let branch = follow(&mut map, &span, orbit, &Steps::default()).unwrap();
+    for own in &branch.bifurcations {
+        println!(
+            "{} at {:.10} ({:?})",
+            own.kind.name(),
+            own.orbit.at[0],
+            own.critical()
+        );
+    }
+    println!(
+        "{} orbits, {} and {}",
+        branch.orbits.len(),
+        branch.ends[0],
+        branch.ends[1]
+    );
+    assert_eq!(
+        branch.ends,
+        [End::Merged { period: 1 }, End::Merged { period: 1 }]
+    );
+    // Where it ends by a smooth doubling of the orbits of one period, their own branch says the same place.
+    let mut smooth = 0;
+    for own in branch.bifurcations.iter().filter(|b| b.merges().is_some()) {
+        let omega = own.orbit.at[0];
+        let beside = [omega + 1e-3, at[1]];
+        let parent = find(&mut map, &own.orbit.u, beside, 1, &Border::Parameters).unwrap();
+        let near = Span {
+            axis: 0,
+            from: omega - 1e-2,
+            to: omega + 1e-2,
+        };
+        let parents = follow(&mut map, &near, parent, &Steps::default()).unwrap();
+        let doublings = parents.bifurcations.iter();
+        for doubling in doublings.filter(|b| b.kind == Kind::PeriodDoubling) {
+            let apart = (doubling.orbit.at[0] - omega).abs();
+            println!("merging at {omega:.10}, doubling {apart:.1e} away");
+            assert!(apart < 1e-8, "{apart:e}");
+            smooth += 1;
+        }
+    }
+    assert!(smooth > 0);
+    // Where multipliers jump instead of crossing, a graze is close by.
+    let places = |wanted: fn(&Kind) -> bool| -> Vec<f64> {
+        let all = branch.bifurcations.iter().filter(move |b| wanted(&b.kind));
+        all.map(|b| b.orbit.at[0]).collect()
+    };
+    let grazes = places(|kind| matches!(kind, Kind::Graze { .. }));
+    assert!(grazes.len() >= 3, "{grazes:?}");
+    for jump in places(|kind| *kind == Kind::Jump) {
+        assert!(
+            grazes.iter().any(|graze| (graze - jump).abs() < 6e-3),
+            "{jump}: {grazes:?}"
+        );
+    }
+}
+
+/// The orbit that does not touch grazes where the closed form says, over the amplitude and along the
+/// whole locus in (ω, A).
+#[test]
+fn grazing_is_where_the_closed_form_says() {
+    let damping = 0.05;
+    let family = Stopped {
+        damping,
+        stop: 100.0,
+    };
+    for omega in [0.7, 1.0, 1.3] {
+        let mut map = DriveMap::new(&family, [omega, 0.01]).unwrap();
+        let state = map
+            .model([omega, 0.01])
+            .unwrap()
+            .start(&atlas::model::InitialState::Static);
+        let guess = map.coordinates(&state.state);
+        let first = find(&mut map, &guess, [omega, 0.01], 1, &Border::Parameters).unwrap();
+        let span = Span {
+            axis: 1,
+            from: 0.0,
+            to: 2.0 * grazing(omega, damping),
+        };
+        let branch = follow(&mut map, &span, first, &Steps::default()).unwrap();
+        let graze = branch
+            .bifurcations
+            .iter()
+            .find(|b| matches!(b.kind, Kind::Graze { .. }))
+            .unwrap();
+        let off = graze.orbit.at[1] / grazing(omega, damping) - 1.0;
+        println!(
+            "omega {omega}: {off:.1e}, {} and {}",
+            branch.ends[0], branch.ends[1]
+        );
+        assert!(off.abs() < 1e-10, "{off:e}");
+        assert_eq!(branch.ends[0], End::Interval);
+        if omega == 1.0 {
+            assert!((grazing(omega, damping) - 0.1).abs() < 1e-15);
+            let plane = Plane {
+                from: [0.5, 0.0],
+                to: [1.5, 1.5],
+                longest: 0.05,
+                most: 500,
+            };
+            let locus = curve::follow(&mut map, &plane, graze).unwrap();
+            let worst = (locus.points.iter())
+                .map(|point| (point.orbit.at[1] / grazing(point.orbit.at[0], damping) - 1.0).abs())
+                .fold(0.0, f64::max);
+            println!(
+                "locus: {} points, {worst:.1e}, ends {:?}",
+                locus.points.len(),
+                locus.ends
+            );
+            assert!(worst < 1e-10 && locus.points.len() > 20, "{worst:e}");
+            let reach = locus.points.iter().map(|p| p.orbit.at[0]);
+            let (low, high) =
+                reach.fold((f64::INFINITY, 0.0_f64), |(l, h), x| (l.min(x), h.max(x)));
+            assert!(low < 0.55 && high > 1.45, "{low} {high}");
+        }
+    }
+}
+
+/// A mass on a spring of the mesh under load L and force A: contact is lost under the load at which the
+/// linear answer reaches back to the flank.
+struct Pressed {
+    /// Turns of the force a mesh cycle.
+    turns: f64,
+}
+
+const PRESSED: f64 = 0.03;
+
+impl Family for Pressed {
+    fn model(&self, [omega, load]: At) -> Result<Model, String> {
+        let mut structure = ModalStructure::of_modes(&[0.5], PRESSED, &[1.0], &[1.0]);
+        structure.harmonic_loads = vec![HarmonicLoad {
+            name: "force".to_owned(),
+            force: vec![0.2],
+            turns_per_cycle: self.turns,
+            phase: 0.0,
+        }];
+        let drive = Drive {
+            half_gap: 1.0,
+            mesh: Division::levels(&[2.0], &[]),
+            damping: 0.1,
+            friction: 0.0,
+            release: Release::Deflection,
+            coast: None,
+            transmission_error: Vec::new(),
+            torque_ripple: Vec::new(),
+            further: Vec::new(),
+        };
+        let point = OperatingPoint { load, speed: omega };
+        Model::new(&structure, &drive, point).map_err(|error| error.to_string())
+    }
+
+    fn derivative(&self, _: At, _: usize) -> Result<Model, String> {
+        Err("none is needed".to_owned())
+    }
+
+    fn event_limit(&self) -> u32 {
+        1000
+    }
+}
+
+/// A force that turns twice in five mesh cycles has the map repeat after five.
+#[test]
+fn the_unit_of_a_map_is_the_period_of_what_drives_it() {
+    for (turns, unit) in [(1.0, 1), (0.4, 5), (1.25, 4)] {
+        let pressed = Pressed { turns };
+        let map = DriveMap::new(&pressed, [0.9, 3.0]);
+        assert_eq!(map.unwrap().unit(), unit);
+    }
+}
+
+/// `x'' + (2ζω + c) x' + (ω² + k) x = L + k b + 0.2 cos Ωt`: the smallest x is b under
+/// `L = ω² b + |H| 0.2 (ω² + k)`.
+#[test]
+fn onset_of_rattle_is_where_the_closed_form_says() {
+    let map_at = [0.9, 3.0];
+    let mut map = DriveMap::new(&Pressed { turns: 1.0 }, map_at).unwrap();
+    // So many that the peak of some lies beside the border of two windows.
+    for omega in (0..150).map(|i| 0.4 + 0.016 * f64::from(i)) {
+        let found = onset(&mut map, [omega, 0.0], 1).unwrap().unwrap();
+        let (spring, rate) = (0.25 + 2.0, 2.0 * PRESSED * 0.5 + 0.1);
+        let answer = 0.2 / (spring - omega * omega).hypot(rate * omega);
+        let exact = 0.25 + spring * answer;
+        assert!(
+            (found.at[1] / exact - 1.0).abs() < 1e-10,
+            "{omega}: {}",
+            found.at[1]
+        );
+        assert!(found.radius < 1.0);
+    }
+    assert_eq!(map.unit(), 1);
+}

@@ -1,0 +1,137 @@
+//! Misalignment that drifts within a run: slices one behind the other against the same integration by
+//! hand, and what the columns say of each slice's mesh against its table.
+
+#![allow(clippy::unwrap_used)]
+
+use crate::common;
+use atlas::analysis::Nvh;
+use atlas::gear::{Contact, FaceLaw, Flanks, MeshTable, MeshTableInputs};
+use atlas::manifest::{self, PointSpec};
+use atlas::model::{InitialState, TrajectoryState};
+use atlas::store::{ResultTable, TableKind};
+use common::advance::{advance, advance_with, volterra};
+use std::path::Path;
+use std::process::Command;
+
+const MANIFEST: &str = include_str!("../../manifests/misalignment-drift.toml");
+
+/// Cycles on each slice: audited, measured.
+const CYCLES: [u64; 2] = [20, 230];
+
+fn number(table: &ResultTable, name: &str) -> Vec<f64> {
+    let column = table.f64(name).unwrap();
+    column.into_iter().map(Option::unwrap).collect()
+}
+
+/// Five slices up: motion and mesh.
+#[test]
+fn a_drift_is_one_motion_over_its_slices() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = MANIFEST.replace("order = \"both\"", "order = \"sweep-up\"");
+    std::fs::write(folder.path().join("m.toml"), &text).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_atlas"))
+        .args(["run", "m.toml", "--out", "r", "--quiet"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(matches!(output.status.code(), Some(0 | 3)), "{said}");
+    let table = ResultTable::read(&folder.path().join("r"), TableKind::Points).unwrap();
+    let [rms, loss] = ["deflection_rms", "power_loss"].map(|name| number(&table, name));
+    let slices = number(&table, "mesh.misalignment");
+    assert_eq!(slices, [0.0, 5e-5, 1e-4, 1.5e-4, 2e-4]);
+    let measured = table.u64("measured_cycles").unwrap();
+    assert_eq!(measured, [Some(CYCLES[1]); 5]);
+
+    // By hand: the state goes on, the mesh cycles too.
+    let job = manifest::parse(&text, "m.toml", Path::new("")).unwrap();
+    let parts = common::parts();
+    let mut state: Option<TrajectoryState> = None;
+    for slice in 0..slices.len() {
+        let point = job.points.at(slice);
+        let model = parts.model(&point).unwrap();
+        let start = match &state {
+            Some(end) => TrajectoryState::new(&model, end.state.clone(), end.cycle),
+            None => model.start(&InitialState::Static),
+        };
+        let kernel = volterra(&model);
+        let audited = advance(&kernel, &start, CYCLES[0]);
+        let mut nvh = Nvh::new(&model, 0);
+        state = Some(advance_with(&kernel, &audited, CYCLES[1], &mut nvh).0);
+        let found = nvh.outcome().unwrap();
+        println!("{slice}: RMS {} {}", found.deflection_rms, rms[slice]);
+        assert!(
+            (found.deflection_rms / rms[slice] - 1.0).abs() < 1e-6,
+            "slice {slice}"
+        );
+        assert!(
+            (found.power_loss.unwrap() / loss[slice] - 1.0).abs() < 1e-6,
+            "slice {slice}"
+        );
+    }
+    assert_eq!(state.unwrap().cycle, 5 * CYCLES.iter().sum::<u64>());
+    meshes(&table, |slice| job.points.at(slice));
+}
+
+/// What the columns say of the mesh, against a table built for the angle that they tell.
+fn meshes(table: &ResultTable, point: impl Fn(usize) -> PointSpec) {
+    let column = |name: &str| number(table, name);
+    let [angle, centre, stiffness] =
+        ["misalignment_loaded", "load_centre", "mesh_stiffness"].map(column);
+    let [ratio, error] = ["contact_ratio_loaded", "transmission_error_pp"].map(column);
+    for slice in 0..angle.len() {
+        let gears = point(slice).model.source.gears().unwrap();
+        let flanks = Flanks::new(&gears).unwrap();
+        let mut inputs = MeshTableInputs::of_gears(&gears);
+        inputs.misalignment = vec![angle[slice]];
+        inputs.torque = vec![0.3 * gears.rated_torque];
+        inputs.contact = Contact::Secant;
+        // As the manifest has it.
+        inputs.face = FaceLaw::Independent;
+        let cycle = MeshTable::build(&flanks, &inputs, &|_, _| ())
+            .unwrap()
+            .cycle(0, 0);
+        let close = |a: f64, b: f64, scale: f64| assert!((a - b).abs() < 1e-5 * scale, "{a} {b}");
+        close(centre[slice], cycle.mean_centre(), gears.face_width);
+        close(stiffness[slice], cycle.mean_stiffness(), stiffness[slice]);
+        close(error[slice], cycle.peak_to_peak(), 1e-6);
+        // Flanks without relief touch over the path of contact of the drawing, and with their tips a little further.
+        let beyond = ratio[slice] - flanks.contact_ratio();
+        assert!((0.0..0.1).contains(&beyond), "{beyond}");
+    }
+    // The shafts take a part of the misalignment back, and the mesh grows soft towards one end.
+    assert!(angle[4] < 2e-4 && angle[4] > 1e-4, "{angle:?}");
+    assert!(
+        stiffness
+            .windows(2)
+            .all(|pair| pair[1] <= pair[0] * (1.0 + 1e-9)),
+        "{stiffness:?}"
+    );
+    assert!(stiffness[4] < stiffness[0] && centre[4].abs() > centre[0].abs() + 1e-4);
+}
+
+/// Material that is missing at the tips keeps pairs from bearing at the ends of the path.
+#[test]
+fn relief_shortens_the_contact_under_a_light_load() {
+    let relieved =
+        "bore = [\"48 mm\", \"76 mm\"]\ntip_relief = { amount = \"20 um\", length = \"4 mm\" }\n#";
+    let text = MANIFEST.replace("bore = [\"48 mm\", \"76 mm\"]", relieved);
+    let job = manifest::parse(&text, "m.toml", Path::new("")).unwrap();
+    let parts = common::parts();
+    let mut point = job.points.at(0);
+    let mut at = |load: f64| {
+        point.load = load;
+        parts
+            .model_and_mesh(&point)
+            .unwrap()
+            .1
+            .unwrap()
+            .contact_ratio
+    };
+    let [light, heavy] = [0.05, 5.0].map(&mut at);
+    println!("pairs that bear: {light} under a light load, {heavy} under a heavy one");
+    assert!(
+        (1.0..1.55).contains(&light) && heavy > light + 0.05,
+        "{light} {heavy}"
+    );
+}

@@ -1,0 +1,77 @@
+//! Motions, orbits and statistics against closed forms, other integrators and each other.
+
+#![allow(clippy::unwrap_used)]
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../fuzz/dice.rs"]
+mod dice;
+#[path = "../fuzz/drawn.rs"]
+mod drawn;
+#[path = "../common/place.rs"]
+mod place;
+#[path = "../common/processor.rs"]
+mod processor;
+#[path = "../common/program.rs"]
+mod program;
+#[path = "../common/results.rs"]
+mod results;
+#[path = "../../fuzz/targets/row.rs"]
+mod row;
+#[path = "../common/stopped.rs"]
+mod stopped;
+#[path = "../../fuzz/targets/mod.rs"]
+mod targets;
+
+mod analysis;
+mod any_drive;
+mod basins;
+mod bearing_forces;
+mod breakpoints;
+mod coast_flank;
+mod coasting;
+mod contact_jumps;
+mod continuation;
+mod continuous;
+mod coverage;
+mod cycle_expansion;
+mod cycle_map;
+mod doubling;
+mod drift;
+mod dynamics;
+mod events;
+mod exponents;
+mod extended;
+mod flank_error;
+mod followed;
+mod fuzz_drives;
+mod grazing;
+mod horizon;
+mod instructions;
+mod kernel_choice;
+mod kernel_tables;
+mod ladder;
+mod ladder_fused;
+mod lifetime;
+mod losses;
+mod multistability;
+mod nvh;
+mod nvh_stop;
+mod orbits;
+mod power_balance;
+mod quasi_static;
+mod reference;
+mod release;
+mod repeated_modes;
+mod sensitivity;
+mod settling;
+mod specialisation;
+mod statics;
+mod steady_contact;
+mod stepping;
+mod torque_balance;
+mod trace;
+mod verdicts;
+mod volterra;
+
+use common::{default_drive, skipped};

@@ -1,0 +1,455 @@
+//! Is the structured kernel exact? Against the reference integrator, against the small-step
+//! kernel, against itself on other windows and other instruction sets.
+
+#![allow(clippy::unwrap_used)]
+
+use crate::common;
+use atlas::analysis::EnergyAudit;
+use atlas::model::{Division, MeshHarmonic, Model, TrajectoryState};
+use atlas::propagate::{InstructionSet, Kernel, Stepping, Volterra};
+use atlas::reference::{Passage, Reference};
+use common::advance::{
+    Events, ROUND_OFF, advance, advance_with, mean_equilibrium, settled, volterra,
+};
+use common::skipped::skipped;
+use common::{drives, relative_difference, state_difference};
+
+/// How two integrations over the same time differ.
+#[derive(Debug, Clone, Copy, Default)]
+struct Difference {
+    /// Of the final states, relative.
+    state: f64,
+    /// Of event times, in mesh cycles.
+    time: f64,
+    /// Events met.
+    events: usize,
+}
+
+impl Difference {
+    fn worst(self, other: Self) -> Self {
+        Self {
+            state: self.state.max(other.state),
+            time: self.time.max(other.time),
+            events: self.events + other.events,
+        }
+    }
+}
+
+/// Advances the kernel beside the reference; none where the sequences of events differ.
+fn compare<K: Kernel>(
+    model: &Model,
+    kernel: &K,
+    start: &TrajectoryState,
+    exact: &Passage,
+) -> Option<Difference> {
+    let mut seen = Events::default();
+    let cycles = exact.end.cycle - start.cycle;
+    let (end, counters) = advance_with(kernel, start, cycles, &mut seen);
+    assert_eq!(counters.events, seen.0.len() as u64);
+    assert_eq!(end.cycle, exact.end.cycle);
+    let same = seen.0.len() == exact.crossings.len()
+        && end.contact == exact.end.contact
+        && seen
+            .0
+            .iter()
+            .zip(&exact.crossings)
+            .all(|(a, b)| (a.cycle, a.from, a.to) == (b.cycle, b.from, b.to));
+    let time = seen
+        .0
+        .iter()
+        .zip(&exact.crossings)
+        .map(|(a, b)| (a.time - b.time).abs() / model.period())
+        .fold(0.0, f64::max);
+    same.then(|| Difference {
+        state: state_difference(model, &end.state, &exact.end.state),
+        time,
+        events: seen.0.len(),
+    })
+}
+
+/// Follows a rattling drive for some cycles, every one from the kernel's own state.
+fn follow(model: &Model, cycles: u64) -> Difference {
+    let (kernel, reference) = (volterra(model), Reference::new(model));
+    let mut start = settled(model, 40);
+    let mut worst = Difference::default();
+    for _ in 0..cycles {
+        let exact = reference.advance(&start, 1).unwrap();
+        let one = compare(model, &kernel, &start, &exact).expect("the same events");
+        worst = worst.worst(one);
+        start = advance(&kernel, &start, 1);
+    }
+    worst
+}
+
+#[test]
+fn one_cycle_is_that_of_the_reference() {
+    for (name, case) in drives() {
+        for load in [0.05, 0.3] {
+            let mut case = case.clone();
+            case.2.load = load;
+            let worst = follow(&common::model(&case), 12);
+            println!("{name}, load {load}: {worst:?}");
+            assert!(worst.events >= 8, "{name} at load {load} does not rattle");
+            assert!(worst.state < 1e-13, "{name} at load {load}: {worst:?}");
+            assert!(worst.time < 1e-14, "{name} at load {load}: {worst:?}");
+        }
+    }
+}
+
+#[test]
+fn constant_contact_is_exact_over_many_cycles() {
+    for (name, mut case) in drives() {
+        for harmonic in &mut case.1.transmission_error {
+            harmonic.amplitude *= 0.002;
+        }
+        // The full step of stiffness alone shakes one degree out of contact.
+        case.1.mesh = Division::levels(&[3.4e8, 3.333e8], &[0.6]);
+        for ripple in &mut case.1.torque_ripple {
+            ripple.amplitude *= 0.1;
+        }
+        case.2.load = 1.0;
+        let model = common::model(&case);
+        let start = mean_equilibrium(&model);
+        let exact = Reference::new(&model).advance(&start, 20).unwrap();
+        let found = compare(&model, &volterra(&model), &start, &exact).unwrap();
+        println!("{name}: {found:?}");
+        assert_eq!(found.events, 0, "{name} leaves contact");
+        assert!(found.state < 1e-12, "{name}: {found:?}");
+    }
+}
+
+/// Any mesh: every division its own stiffness, or one for all.
+#[test]
+fn mesh_may_have_sixty_levels_or_one() {
+    let (structure, mut drive, point) = common::six_modes();
+    let smooth = |i: u32| 4e8 * (1.0 + 0.2 * (f64::from(i) * std::f64::consts::TAU / 60.0).sin());
+    for (segments, stiffness) in [
+        (60, (0..60).map(smooth).collect::<Vec<_>>()),
+        (1, vec![4e8]),
+        (1, vec![4e8; 60]),
+        (3, vec![4e8, 4e8, 3e8, 3.5e8, 3.5e8, 3.5e8, 3.5e8]),
+    ] {
+        drive.mesh = Division::levels(&stiffness, &[]);
+        let model = Model::new(&structure, &drive, point).unwrap();
+        assert_eq!(model.first_cycle().segments.len(), segments);
+        let worst = follow(&model, 8);
+        println!("{segments} segments: {worst:?}");
+        assert!(worst.events >= 8);
+        assert!(worst.state < 1e-13 && worst.time < 1e-13, "{worst:?}");
+    }
+}
+
+/// Windows many times shorter leave nothing but round-off, and so does the coarsest
+/// setting, whose windows are as long as the exponential series allow.
+#[test]
+fn windows_of_any_length_give_the_same() {
+    for (name, case) in drives() {
+        let model = common::model(&case);
+        let start = settled(&model, 40);
+        let usual = volterra(&model);
+        let fine = Volterra::new(&model, 1e-60, 10_000);
+        let coarse = Volterra::new(&model, 1e-6, 10_000);
+        let windows = [&coarse, &usual, &fine].map(Volterra::windows_per_cycle);
+        assert!(windows[0] <= windows[1], "{windows:?}");
+        assert!(windows[2] >= 5 * windows[1], "{windows:?}");
+        let ends = [&coarse, &usual, &fine].map(|kernel| advance(kernel, &start, 1));
+        let shorter = relative_difference(&ends[2].state, &ends[1].state);
+        let longest = relative_difference(&ends[0].state, &ends[1].state);
+        println!("{name}: windows {windows:?}, shorter {shorter:.1e}, longest {longest:.1e}");
+        assert!(shorter < 1e-11, "{name}: {shorter:e}");
+        assert!(longest < 1e-10, "{name}: {longest:e}");
+    }
+}
+
+#[test]
+fn instruction_sets_agree_within_rounding() {
+    let sets = InstructionSet::available();
+    assert_eq!(sets[0], InstructionSet::PORTABLE);
+    assert_eq!(sets.last(), Some(&InstructionSet::best()));
+    let names: Vec<_> = sets.iter().map(|set| set.name()).collect();
+    for missing in ["avx2", "avx512"] {
+        if !names.contains(&missing) {
+            skipped(format!("{missing}, which this processor does not have"));
+        }
+    }
+    for (name, case) in drives() {
+        let model = common::model(&case);
+        let mut start = settled(&model, 40);
+        for _ in 0..10 {
+            let ends: Vec<_> = sets
+                .iter()
+                .map(|&set| {
+                    let kernel = Volterra::with_instructions(&model, ROUND_OFF, 10_000, set);
+                    advance(&kernel, &start, 1)
+                })
+                .collect();
+            for (set, end) in sets.iter().zip(&ends).skip(1) {
+                assert_eq!(end.contact, ends[0].contact);
+                let difference = relative_difference(&end.state, &ends[0].state);
+                assert!(difference < 1e-11, "{name}, {}: {difference:e}", set.name());
+            }
+            start = ends[0].clone();
+        }
+    }
+}
+
+/// One instruction set gives the same bits whatever was integrated before on its workspace.
+#[test]
+fn integrating_is_repeatable_to_the_bit() {
+    let model = common::model(&common::six_modes());
+    let kernel = volterra(&model);
+    let start = settled(&model, 40);
+    let whole = advance(&kernel, &start, 30);
+    let half = advance(&kernel, &start, 15);
+    assert_eq!(advance(&kernel, &half, 15), whole);
+}
+
+/// Work of a fixed case on the portable path. A change here is a change of the algorithm;
+/// `cargo insta review` accepts it.
+#[test]
+fn work_of_a_fixed_case_is_known() {
+    let model = common::model(&common::six_modes());
+    let kernel = Volterra::with_instructions(&model, ROUND_OFF, 100, InstructionSet::PORTABLE);
+    let start = mean_equilibrium(&model);
+    let (_, counters) = advance_with(&kernel, &start, 6, &mut ());
+    insta::assert_debug_snapshot!(counters, @r"
+    Counters {
+        cycles: 6,
+        windows: 38,
+        partial_windows: 17,
+        certified: 24,
+        bisections: 4,
+        newton_steps: 16,
+        events: 9,
+        grazings: 0,
+        tangent_windows: 0,
+        factorised: 0,
+        matvecs: 0,
+        guard_evaluations: 0,
+    }
+    ");
+}
+
+/// The neutral pair moves freely: after 10⁵ cycles it is where its start says, and all the
+/// rest has taken nothing from it.
+#[test]
+fn neutral_pair_does_not_drift() {
+    let cycles = 100_000;
+    for case in [common::two_modes(), common::forty_modes()] {
+        let model = common::model(&case);
+        let n = model.modes();
+        let [neutral] = model.neutral[..] else {
+            panic!("one neutral pair expected");
+        };
+        let mut start = settled(&model, 40);
+        let (place, speed) = (1e-6, 1e-4);
+        start.state[neutral] = place;
+        start.state[n + neutral] = speed;
+        let end = advance(&volterra(&model), &start, cycles);
+        let time = cycles as f64 * model.period();
+        let pull = model.blocks[neutral].static_input[1];
+        let exact = [
+            place + time * (speed + 0.5 * time * pull),
+            speed + time * pull,
+        ];
+        // Round-off of one rounding a window, as it adds up at random or all one way.
+        let growth = 1e5 * f64::EPSILON;
+        let found = [end.state[neutral], end.state[n + neutral]];
+        for (found, exact) in found.into_iter().zip(exact) {
+            let error = (found - exact).abs() / exact.abs();
+            println!("{n} modes: {error:.1e}");
+            assert!(error < growth, "{n} modes: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn energy_is_accounted_for_over_many_cycles() {
+    let cycles = 10_000;
+    for case in [common::one_degree(), common::forty_modes()] {
+        let model = common::model(&case);
+        let mut audit = EnergyAudit::new(&model);
+        let start = settled(&model, 40);
+        let (end, counters) = advance_with(&volterra(&model), &start, cycles, &mut audit);
+        let residual = audit.residual(&end).unwrap();
+        println!("{} modes: {residual:.1e}", model.modes());
+        assert!(counters.events > cycles);
+        assert!(residual < 1e-10, "{residual:e}");
+    }
+}
+
+/// Slope of the error against the step, by least squares on logarithms.
+fn observed_order(ladder: &[(u32, f64)]) -> f64 {
+    let n = ladder.len() as f64;
+    let points: Vec<_> = ladder
+        .iter()
+        .map(|&(steps, error)| (-f64::from(steps).ln(), error.ln()))
+        .collect();
+    let x = points.iter().map(|p| p.0).sum::<f64>() / n;
+    let y = points.iter().map(|p| p.1).sum::<f64>() / n;
+    let top: f64 = points.iter().map(|p| (p.0 - x) * (p.1 - y)).sum();
+    let bottom: f64 = points.iter().map(|p| (p.0 - x).powi(2)).sum();
+    top / bottom
+}
+
+/// The small-step kernel converges to this one: order 1 through rattle, 2 in contact.
+#[test]
+fn small_steps_converge_to_it() {
+    for (name, case) in [
+        ("one degree", common::one_degree()),
+        ("six modes", common::six_modes()),
+        ("forty modes", common::forty_modes()),
+    ] {
+        let model = common::model(&case);
+        let kernel = volterra(&model);
+        let mut start = settled(&model, 40);
+        let mut ladder = [960, 1920, 3840, 7680].map(|steps| (steps, 0.0));
+        let mut samples = 0.0;
+        for _ in 0..8 {
+            let mut events = Events::default();
+            let (end, _) = advance_with(&kernel, &start, 1, &mut events);
+            if !events.0.is_empty() {
+                // One error is luck; its geometric mean over neighbouring steps is not.
+                samples += 6.0;
+                for (steps, log) in &mut ladder {
+                    for neighbour in 0..6 {
+                        let steps = *steps + *steps * neighbour / 24;
+                        let small = Stepping::new(&model, steps, 10_000);
+                        let error =
+                            relative_difference(&advance(&small, &start, 1).state, &end.state);
+                        *log += error.ln();
+                    }
+                }
+            }
+            start = end;
+        }
+        assert!(samples > 0.0, "{name} does not rattle");
+        let ladder = ladder.map(|(steps, log)| (steps, (log / samples).exp()));
+        let order = observed_order(&ladder);
+        assert!((0.8..1.3).contains(&order), "{name}: {order}, {ladder:?}");
+
+        let mut quiet = case.clone();
+        quiet
+            .1
+            .transmission_error
+            .iter_mut()
+            .for_each(|h| h.amplitude *= 0.01);
+        quiet
+            .1
+            .torque_ripple
+            .iter_mut()
+            .for_each(|r| r.amplitude *= 0.1);
+        quiet.2.load = 1.0;
+        let model = common::model(&quiet);
+        let start = mean_equilibrium(&model);
+        let end = advance(&volterra(&model), &start, 3);
+        let ladder = [960, 1920, 3840].map(|steps| {
+            let small = advance(&Stepping::new(&model, steps, 100), &start, 3);
+            (steps, relative_difference(&small.state, &end.state))
+        });
+        let order = observed_order(&ladder);
+        assert!((1.9..2.1).contains(&order), "{name}: {order}, {ladder:?}");
+    }
+}
+
+mod random_drives {
+    use super::*;
+    use atlas::model::{Drive, DriveShaft, OperatingPoint, Release, TorqueRipple};
+    use atlas::structure::ModalStructure;
+    use proptest::collection::vec;
+    use proptest::prelude::*;
+
+    fn structures() -> impl Strategy<Value = ModalStructure> {
+        let modes = prop_oneof![1..=3usize, 4..=12usize, 13..=40usize];
+        (modes, 0..=2usize, 0.0..=4.0f64, 0.0..0.3f64).prop_flat_map(
+            |(n, rigid, decades, ratio)| {
+                let gains = || vec(-1.0..1.0f64, n);
+                (vec(0.0..1.0f64, n), gains(), gains(), gains(), gains()).prop_map(
+                    move |(place, mesh, torque, friction, ripple)| {
+                        let frequency: Vec<f64> = (0..n)
+                            .map(|i| {
+                                let slow = 600.0;
+                                if i < rigid {
+                                    0.0
+                                } else {
+                                    slow * 10f64.powf(decades * place[i])
+                                }
+                            })
+                            .collect();
+                        let mut s = common::structure(&frequency, ratio, &mesh, &torque);
+                        s.friction = friction;
+                        s.pinion_torque = Some(ripple.iter().map(|p| 10.0 * p).collect());
+                        s
+                    },
+                )
+            },
+        )
+    }
+
+    fn meshes() -> impl Strategy<Value = Drive> {
+        let stiffness = prop_oneof![
+            vec(1e8..5e8f64, 1),
+            vec(1e8..5e8f64, 5),
+            (1e8..5e8f64, 1e8..5e8f64, 1..59usize)
+                .prop_map(|(a, b, cut)| { (0..60).map(|i| if i < cut { a } else { b }).collect() }),
+        ];
+        (
+            (2e-6..30e-6f64, stiffness, 0.0..3000.0f64, 0.0..0.2f64),
+            vec((1..6u32, 0.0..8e-6f64, -3.0..3.0f64), 0..3),
+            vec((0.3..40.0f64, 0.0..3.0f64, -3.0..3.0f64), 0..2),
+        )
+            .prop_map(
+                |((half_gap, stiffness, damping, friction), error, ripple)| Drive {
+                    coast: None,
+                    half_gap,
+                    mesh: Division::levels(&stiffness, &[]),
+                    damping,
+                    friction,
+                    release: Release::Deflection,
+                    transmission_error: (error.into_iter())
+                        .map(|(harmonic, amplitude, phase)| {
+                            MeshHarmonic::new(harmonic, amplitude, phase)
+                        })
+                        .collect(),
+                    torque_ripple: ripple
+                        .into_iter()
+                        .map(|(order, amplitude, phase)| TorqueRipple {
+                            shaft: DriveShaft::Pinion,
+                            order,
+                            amplitude,
+                            phase,
+                        })
+                        .collect(),
+                    further: Vec::new(),
+                },
+            )
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig {
+            cases: 96,
+            max_global_rejects: 10,
+            failure_persistence: None,
+            ..ProptestConfig::default()
+        })]
+
+        #[test]
+        fn one_cycle_is_that_of_the_reference(
+            structure in structures(),
+            drive in meshes(),
+            load in -1.0..1.0f64,
+            speed in 200.0..3000.0f64,
+        ) {
+            let point = OperatingPoint { load, speed };
+            let model = Model::new(&structure, &drive, point).unwrap();
+            let kernel = volterra(&model);
+            let start = advance(&kernel, &mean_equilibrium(&model), 5);
+            let exact = Reference::new(&model).advance(&start, 1).unwrap();
+            let found = compare(&model, &kernel, &start, &exact);
+            // A grazing within round-off may fall on either side.
+            prop_assume!(found.is_some());
+            let found = found.unwrap();
+            prop_assert!(found.state < 1e-9, "{found:?}");
+        }
+    }
+}
