@@ -65,9 +65,6 @@ fn files(out: &Path) -> Vec<String> {
 fn every_format_has_its_files() {
     for (format, expected) in [
         ("csv", vec!["events.csv", "trace.csv"]),
-        ("npz", vec!["events.npz", "trace.npz"]),
-        ("mat", vec!["trace.mat"]),
-        ("xlsx", vec!["trace.xlsx"]),
         ("arrow", vec!["events.arrow", "trace.arrow"]),
     ] {
         let out = tempfile::tempdir().unwrap();
@@ -76,10 +73,10 @@ fn every_format_has_its_files() {
         assert_eq!(files(out.path()), expected);
         let said = String::from_utf8(output.stdout).unwrap();
         assert_eq!(said.lines().count(), expected.len(), "{said}");
-        // The same command writes the same bytes; the workbook has its time in it.
+        // The same command writes the same bytes.
         let again = tempfile::tempdir().unwrap();
         export(&["--format", format, "--out", again.path().to_str().unwrap()]);
-        for name in expected.iter().filter(|_| format != "xlsx") {
+        for name in &expected {
             let [first, second] =
                 [&out, &again].map(|dir| fs::read(dir.path().join(name)).unwrap());
             assert!(first == second, "{name}");
@@ -148,7 +145,7 @@ fn what_is_not_there_is_said() {
         said.contains("no column `deflexion` in trace, events; is `deflection` meant?"),
         "{said}"
     );
-    let said = refusal(&["--format", "mat", "--lists", "long"]);
+    let said = refusal(&["--format", "arrow", "--lists", "long"]);
     assert!(said.contains("keeps lists as they are"), "{said}");
     let empty = tempfile::tempdir().unwrap();
     for folder in [empty.path(), Path::new("nowhere")] {

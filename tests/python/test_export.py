@@ -1,11 +1,12 @@
-"""What `atlas export` writes, read back by the programs that it is for, has the values of the tables.
+"""What `atlas export` and `python -m atlas.export` write, read back by the programs that it is for, has the values of the tables.
 
-`cargo test --test export --test store_sample` leaves the folders that are exported in
+`cargo test --release --test jobs --test pictures` leaves the folders that are exported in
 target/tmp, and says in target/tmp/exported/atlas where the program is."""
 
 import json
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,7 @@ FOLDERS = ["sample", "sharded", "exported/trace"]
 @pytest.fixture(scope="module", params=FOLDERS)
 def source(request) -> Path:
     folder = WRITTEN / request.param
-    assert folder.is_dir(), "run `cargo test --release --test export --test store_sample` first"
+    assert folder.is_dir(), "run `cargo test --release --test jobs --test pictures` first"
     return folder
 
 
@@ -32,6 +33,11 @@ def export(source: Path, out: Path, *options: str) -> Path:
     atlas = (WRITTEN / "exported" / "atlas").read_text()
     subprocess.run([atlas, "export", source, "--quiet", "--out", out, *options], check=True)
     return out
+
+
+def package_export(source: Path, out: Path, format: str, *options: str) -> subprocess.CompletedProcess:
+    command = [sys.executable, "-m", "atlas.export", source, "--format", format, "--out", out, *options]
+    return subprocess.run(command, capture_output=True, text=True, cwd=out)
 
 
 def tables(source: Path) -> dict[str, pa.Table]:
@@ -133,7 +139,7 @@ def test_csv_with_lists_apart(source, tmp_path):
 
 
 def test_npz(source, tmp_path):
-    export(source, tmp_path, "--format", "npz")
+    assert package_export(source, tmp_path, "npz").returncode == 0
     for name, table in tables(source).items():
         with np.load(tmp_path / f"{name}.npz", allow_pickle=False) as arrays:
             assert list(arrays["column_names"]) == table.column_names
@@ -158,7 +164,7 @@ def test_npz(source, tmp_path):
 
 
 def test_mat(source, tmp_path):
-    export(source, tmp_path, "--format", "mat")
+    assert package_export(source, tmp_path, "mat").returncode == 0
     (path,) = tmp_path.iterdir()
     assert path.name == f"{source.name}.mat"
     kept = scipy.io.loadmat(path, simplify_cells=True)
@@ -186,7 +192,7 @@ def test_mat(source, tmp_path):
 
 
 def test_xlsx(source, tmp_path):
-    export(source, tmp_path, "--format", "xlsx")
+    assert package_export(source, tmp_path, "xlsx").returncode == 0
     (path,) = tmp_path.iterdir()
     book = openpyxl.load_workbook(path, read_only=True)
     found = tables(source)
@@ -221,3 +227,17 @@ def test_arrow_files_have_the_columns_chosen(tmp_path):
     read = pa.ipc.open_file(tmp_path / "points.arrow").read_all()
     assert read.schema.names == ["speed", "lambda_max"]
     assert json.loads(read.schema.metadata[b"units"])["speed"] == "rad/s"
+
+
+def test_the_package_refuses_what_it_cannot_write(tmp_path):
+    sample = WRITTEN / "sample"
+    refused = package_export(sample, tmp_path, "npz", "--tables", "nothing")
+    assert refused.returncode == 1 and "has no table `nothing`; it has " in refused.stderr
+    refused = package_export(sample, tmp_path, "npz", "--columns", "nothing")
+    assert refused.returncode == 1 and "no column `nothing` in " in refused.stderr
+    assert list(tmp_path.iterdir()) == []
+    chosen = ("--tables", "points", "--columns", "speed")
+    assert package_export(sample, tmp_path, "npz", *chosen).returncode == 0
+    refused = package_export(sample, tmp_path, "npz", *chosen)
+    assert refused.returncode == 1 and "is there already" in refused.stderr
+    assert package_export(sample, tmp_path, "npz", *chosen, "--overwrite").returncode == 0

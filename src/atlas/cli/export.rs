@@ -13,7 +13,7 @@ use std::process::ExitCode;
 pub struct ExportArgs {
     /// Folder that `atlas run`, `atlas follow` or `atlas trace` wrote, such as results/flex80.
     pub folder: PathBuf,
-    /// Format of the files.
+    /// Format of the files; `python -m atlas.export` writes NumPy, MATLAB and Excel files.
     #[arg(long, value_enum, default_value_t = Format::Csv)]
     pub format: Format,
     /// Tables, separated by commas: points, spectra, trace, ... [default: all].
@@ -22,7 +22,7 @@ pub struct ExportArgs {
     /// Columns, separated by commas, of all tables that have them [default: all].
     #[arg(long, value_delimiter = ',', value_name = "COLUMN,...")]
     pub columns: Vec<String>,
-    /// Where lists go in csv and xlsx; in npz and mat they are matrices, in arrow lists.
+    /// Where lists go in csv; in arrow they stay lists.
     #[arg(long, value_enum, default_value_t = Lists::Wide)]
     pub lists: Lists,
     /// Folder for the files [default: `export` in the folder].
@@ -84,9 +84,7 @@ pub fn run(args: &ExportArgs) -> ExitCode {
 /// 1 where the system refuses, 2 where something else is to be asked for.
 fn status(error: &ExportError) -> u8 {
     match error {
-        ExportError::Store(StoreError::Io(_))
-        | ExportError::Workbook { .. }
-        | ExportError::Arrow { .. } => 1,
+        ExportError::Store(StoreError::Io(_)) | ExportError::Arrow { .. } => 1,
         _ => BAD_INPUT,
     }
 }

@@ -77,15 +77,3 @@ impl Cells {
         }
     }
 }
-
-impl Cell<'_> {
-    /// As a floating-point number: `NaN` where there is none, and of a text.
-    pub fn number(self) -> f64 {
-        match self {
-            Self::Whole(value) => value as f64,
-            Self::Number(value) => value,
-            Self::Truth(value) => f64::from(u8::from(value)),
-            Self::Absent | Self::Text(_) => f64::NAN,
-        }
-    }
-}

@@ -6,7 +6,6 @@
 use super::cells::Cell;
 use super::error::ExportError;
 use super::format::Lists;
-use super::sheet::{Sheet, write_lists, write_table};
 use super::survey::Surveyed;
 use crate::store::{StoreError, WholeFile};
 use std::fmt::Write as _;
@@ -52,7 +51,8 @@ struct Lines<'a, W> {
     line: String,
 }
 
-impl<W: Write> Sheet for Lines<'_, W> {
+impl<W: Write> Lines<'_, W> {
+    /// Writes a row.
     fn row(&mut self, cells: &[Cell<'_>]) -> Result<(), ExportError> {
         self.line.clear();
         for (place, cell) in cells.iter().enumerate() {
@@ -65,6 +65,79 @@ impl<W: Write> Sheet for Lines<'_, W> {
         let written = self.sink.write_all(self.line.as_bytes());
         Ok(written.map_err(|source| StoreError::io(self.path, "write", source))?)
     }
+}
+
+/// Head and rows of a table, its lists widened or left out.
+fn write_table<W: Write>(
+    folder: &Path,
+    table: &Surveyed,
+    lists: Lists,
+    sheet: &mut Lines<'_, W>,
+) -> Result<(), ExportError> {
+    let flat = table.flat(lists);
+    let head: Vec<Cell<'_>> = flat.iter().map(|flat| Cell::Text(&flat.title)).collect();
+    sheet.row(&head)?;
+    table.scan(folder, |columns| {
+        for row in 0..columns.first().map_or(0, |cells| cells.rows()) {
+            let cells = flat
+                .iter()
+                .map(|flat| columns[flat.column].at(row, flat.place));
+            sheet.row(&cells.collect::<Vec<_>>())?;
+        }
+        Ok(())
+    })
+}
+
+/// The lists of a table with a row an element: row of the table and place in the list, counted from 1.
+fn write_lists<W: Write>(
+    folder: &Path,
+    table: &Surveyed,
+    sheet: &mut Lines<'_, W>,
+) -> Result<(), ExportError> {
+    let point = table
+        .columns
+        .iter()
+        .position(|column| column.head.name == "point_id");
+    let head = [
+        "row", "point_id", "column", "unit", "element", "name", "value",
+    ]
+    .map(Cell::Text);
+    // Without `point_id` where the table has none.
+    let shown = move |place: usize| point.is_some() || place != 1;
+    sheet.row(&kept(&head, shown))?;
+    let mut before = 0;
+    table.scan(folder, |columns| {
+        let rows = columns.first().map_or(0, |cells| cells.rows());
+        for row in 0..rows {
+            for (column, cells) in table.columns.iter().zip(&columns) {
+                if !column.is_list() {
+                    continue;
+                }
+                for place in 0..cells.length(row) {
+                    let name = column.elements().get(place);
+                    let cells = [
+                        Cell::Whole(before + row as u64 + 1),
+                        point.map_or(Cell::Absent, |point| columns[point].at(row, 0)),
+                        Cell::Text(&column.head.name),
+                        Cell::Text(&column.head.unit),
+                        Cell::Whole(place as u64 + 1),
+                        name.map_or(Cell::Absent, |name| Cell::Text(name)),
+                        cells.at(row, place),
+                    ];
+                    sheet.row(&kept(&cells, shown))?;
+                }
+            }
+        }
+        before += rows as u64;
+        Ok(())
+    })
+}
+
+fn kept<'a>(cells: &[Cell<'a>], shown: impl Fn(usize) -> bool) -> Vec<Cell<'a>> {
+    let each = cells.iter().enumerate();
+    each.filter(|(place, _)| shown(*place))
+        .map(|(_, cell)| *cell)
+        .collect()
 }
 
 fn push(line: &mut String, cell: Cell<'_>) {

@@ -48,53 +48,8 @@ pub enum ExportError {
         path: PathBuf,
     },
     /// A format that has no place for lists in a table of their own.
-    #[error("{format} keeps lists as they are: leave out --lists long, or choose csv or xlsx")]
+    #[error("{format} keeps lists as they are: leave out --lists long, or choose csv")]
     ListsAreKept {
-        /// The format.
-        format: &'static str,
-    },
-    /// More than a worksheet holds.
-    #[error(
-        "table `{table}` has {found} {what}, and a worksheet of Excel holds {most}{}; {remedy}",
-        if *what == "rows" { " below its head" } else { "" }
-    )]
-    Worksheet {
-        /// The table.
-        table: &'static str,
-        /// `rows`, `columns` or `characters in a text`.
-        what: &'static str,
-        /// How many it has.
-        found: u64,
-        /// How many there may be.
-        most: u64,
-        /// What to do instead.
-        remedy: &'static str,
-    },
-    /// More than a MATLAB file of level 5 holds in a variable.
-    #[error(
-        "table `{table}` would take {bytes} bytes, and a variable in a MATLAB file of level 5 at most \
-         {most}: choose columns with --columns, or --format npz or csv"
-    )]
-    MatlabVariable {
-        /// The table.
-        table: &'static str,
-        /// Bytes it would take.
-        bytes: u64,
-        /// Bytes a variable may take.
-        most: u64,
-    },
-    /// A whole number that a floating-point number does not hold.
-    #[error(
-        "column `{column}` of table `{table}` has the whole number {value}, which the numbers of {format} \
-         do not hold to the last digit (they do up to 2^53): leave it out with --columns, or choose csv"
-    )]
-    TooLarge {
-        /// The table.
-        table: &'static str,
-        /// The column.
-        column: String,
-        /// Its largest value.
-        value: u64,
         /// The format.
         format: &'static str,
     },
@@ -105,13 +60,5 @@ pub enum ExportError {
         path: PathBuf,
         /// Why.
         source: arrow_schema::ArrowError,
-    },
-    /// The library of worksheets refused.
-    #[error("cannot write the workbook `{}`", path.display())]
-    Workbook {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: rust_xlsxwriter::XlsxError,
     },
 }

@@ -7,12 +7,6 @@ use clap::ValueEnum;
 pub enum Format {
     /// Text separated by commas: a file a table.
     Csv,
-    /// NumPy: a file a table, an array a column.
-    Npz,
-    /// MATLAB, level 5: one file, a struct a table.
-    Mat,
-    /// Excel: one workbook, a worksheet a table.
-    Xlsx,
     /// Arrow IPC (Feather, version 2): a file a table, for Julia, R and others.
     Arrow,
 }
@@ -22,16 +16,8 @@ impl Format {
     pub fn extension(self) -> &'static str {
         match self {
             Self::Csv => "csv",
-            Self::Npz => "npz",
-            Self::Mat => "mat",
-            Self::Xlsx => "xlsx",
             Self::Arrow => "arrow",
         }
-    }
-
-    /// Whether one file holds all tables.
-    pub(super) fn holds_all(self) -> bool {
-        matches!(self, Self::Mat | Self::Xlsx)
     }
 }
 

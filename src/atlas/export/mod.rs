@@ -1,7 +1,7 @@
-//! Result tables for other programs: CSV, NumPy, MATLAB, Excel, Arrow.
+//! Result tables for other programs: CSV and Arrow. The Python package writes NumPy, MATLAB and Excel files.
 //!
-//! A table is read twice, some thousand rows at a time: once to learn how many rows, how long lists and
-//! how long texts it has (`survey`), then to be written. Memory holds a row group of the table and
+//! A table is read twice, some thousand rows at a time: once to learn how many rows, how long lists
+//! it has (`survey`), then to be written. Memory holds a row group of the table and
 //! 8192 rows, whatever its length; every format takes rows as they come. A file has its name when it is whole.
 
 mod arrow;
@@ -9,14 +9,8 @@ mod cells;
 mod csv;
 mod error;
 mod format;
-mod mat;
-mod npz;
-mod region;
 mod request;
-mod sheet;
 mod survey;
-mod xlsx;
-mod zip;
 
 pub use error::ExportError;
 pub use format::{Format, Lists};

@@ -3,9 +3,8 @@
 use super::error::ExportError;
 use super::format::{Format, Lists};
 use super::survey::{Surveyed, survey};
-use super::{arrow, csv, mat, npz, xlsx};
+use super::{arrow, csv};
 use crate::store::{ResultTable, TableKind, create_folder, present_tables, remove_stale};
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// What is wanted of a folder of results.
@@ -38,26 +37,11 @@ pub struct Exported {
 /// There is no such table or column, a file would be replaced, a format does not hold a table, or a file
 /// cannot be read or written.
 pub fn export(folder: &Path, request: &ExportRequest, out: &Path) -> Result<Exported, ExportError> {
-    if request.lists == Lists::Long {
-        let kept = match request.format {
-            Format::Npz => Some("npz"),
-            Format::Mat => Some("mat"),
-            Format::Arrow => Some("arrow"),
-            Format::Csv | Format::Xlsx => None,
-        };
-        if let Some(format) = kept {
-            return Err(ExportError::ListsAreKept { format });
-        }
+    if request.lists == Lists::Long && request.format == Format::Arrow {
+        return Err(ExportError::ListsAreKept { format: "arrow" });
     }
     let tables = survey_folder(folder, request)?;
-    for table in &tables {
-        match request.format {
-            Format::Mat => mat::admit(table)?,
-            Format::Xlsx => xlsx::admit(table, request.lists)?,
-            Format::Csv | Format::Npz | Format::Arrow => {}
-        }
-    }
-    let files = files(folder, &tables, request, out);
+    let files = files(&tables, request, out);
     if !request.overwrite
         && let Some(path) = files.iter().find(|path| path.symlink_metadata().is_ok())
     {
@@ -66,13 +50,6 @@ pub fn export(folder: &Path, request: &ExportRequest, out: &Path) -> Result<Expo
     create_folder(out)?;
     remove_stale(out)?;
     match request.format {
-        Format::Mat => mat::write(folder, &tables, &files[0])?,
-        Format::Xlsx => xlsx::write(folder, &tables, request.lists, &files[0])?,
-        Format::Npz => {
-            for (table, path) in tables.iter().zip(&files) {
-                npz::write(folder, table, path)?;
-            }
-        }
         Format::Arrow => {
             for (table, path) in tables.iter().zip(&files) {
                 arrow::write(folder, table, path)?;
@@ -162,19 +139,9 @@ fn chosen(folder: &Path, request: &ExportRequest) -> Result<Vec<TableKind>, Expo
 }
 
 /// The files to be written.
-fn files(folder: &Path, tables: &[Surveyed], request: &ExportRequest, out: &Path) -> Vec<PathBuf> {
+fn files(tables: &[Surveyed], request: &ExportRequest, out: &Path) -> Vec<PathBuf> {
     let extension = request.format.extension();
     let file = |stem: &str| out.join(format!("{stem}.{extension}"));
-    if request.format.holds_all() {
-        // `.` and the like have no name of their own.
-        let whole = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_path_buf());
-        let name = whole
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        return vec![file(if name.is_empty() { "results" } else { &name })];
-    }
     let mut files = Vec::new();
     for table in tables {
         files.push(file(table.name()));

@@ -1,4 +1,4 @@
-//! What has to be known of a table before it is written: rows, lengths of lists and texts.
+//! What has to be known of a table before it is written: rows and lengths of lists.
 
 use super::cells::{Cell, Cells};
 use super::error::ExportError;
@@ -7,9 +7,6 @@ use crate::store::{ColumnHead, ColumnKind, ResultTable, StoreError, TableKind};
 use std::collections::HashSet;
 use std::path::Path;
 
-/// Whole numbers up to this have floating-point numbers of their own.
-const EXACT: u64 = 1 << 53;
-
 /// A table of a folder and what was found of its columns.
 #[derive(Debug)]
 pub struct Surveyed {
@@ -17,8 +14,6 @@ pub struct Surveyed {
     pub kind: TableKind,
     /// Rows.
     pub rows: u64,
-    /// Elements of all its lists.
-    pub elements: u64,
     /// The columns chosen, in file order.
     pub columns: Vec<SurveyedColumn>,
 }
@@ -34,12 +29,6 @@ pub struct SurveyedColumn {
     pub width: usize,
     /// Whether every list is as long as there are names of elements.
     named: bool,
-    /// Characters of the longest text.
-    pub characters: usize,
-    /// Bytes of all texts, each filled up to a multiple of eight.
-    pub(super) padded_bytes: u64,
-    /// Largest whole number.
-    largest: u64,
 }
 
 impl SurveyedColumn {
@@ -49,9 +38,6 @@ impl SurveyedColumn {
             head,
             absent: 0,
             width: 0,
-            characters: 0,
-            padded_bytes: 0,
-            largest: 0,
         }
     }
 
@@ -64,15 +50,7 @@ impl SurveyedColumn {
                 self.named &= lists[row].is_none() || length == self.head.elements.len();
                 continue;
             }
-            match cells.at(row, 0) {
-                Cell::Absent => self.absent += 1,
-                Cell::Whole(value) => self.largest = self.largest.max(value),
-                Cell::Text(text) => {
-                    self.characters = self.characters.max(text.chars().count());
-                    self.padded_bytes += (text.len() as u64).next_multiple_of(8);
-                }
-                Cell::Number(_) | Cell::Truth(_) => {}
-            }
+            self.absent += u64::from(cells.at(row, 0) == Cell::Absent);
         }
     }
 
@@ -148,25 +126,6 @@ impl Surveyed {
         lists == Lists::Long && self.columns.iter().any(SurveyedColumn::is_list)
     }
 
-    /// Refuses whole numbers that a format's floating-point numbers do not hold, in columns where it
-    /// has such.
-    pub(super) fn exact(
-        &self,
-        format: &'static str,
-        floating: impl Fn(&SurveyedColumn) -> bool,
-    ) -> Result<(), ExportError> {
-        let inexact = |column: &&SurveyedColumn| column.largest > EXACT && floating(column);
-        match self.columns.iter().find(inexact) {
-            None => Ok(()),
-            Some(column) => Err(ExportError::TooLarge {
-                table: self.name(),
-                column: column.head.name.clone(),
-                value: column.largest,
-                format,
-            }),
-        }
-    }
-
     /// Hands over the rows, some thousand at a time, a [`Cells`] a column.
     pub(super) fn scan(
         &self,
@@ -210,7 +169,6 @@ pub fn survey(folder: &Path, kind: TableKind, chosen: &[String]) -> Result<Surve
     let mut found = Surveyed {
         kind,
         rows: 0,
-        elements: 0,
         columns,
     };
     let names: Vec<String> = (found.columns.iter())
@@ -222,10 +180,6 @@ pub fn survey(folder: &Path, kind: TableKind, chosen: &[String]) -> Result<Surve
         for column in &mut found.columns {
             let cells = Cells::read(rows, &column.head.name, column.head.kind)?;
             column.add(&cells);
-            if column.is_list() {
-                let lengths = (0..cells.rows()).map(|row| cells.length(row) as u64);
-                found.elements += lengths.sum::<u64>();
-            }
         }
         Ok::<_, StoreError>(())
     })?;
@@ -255,7 +209,6 @@ mod tests {
         let surveyed = Surveyed {
             kind: TableKind::Points,
             rows: 1,
-            elements: 4,
             columns: vec![column("mean", ["b x", "b_x"]), column("rms", ["b x", "a"])],
         };
         let flat = surveyed.flat(Lists::Wide);
