@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Writes the figures of README's section "Measured" from the records under benches/runs/, so that
+"""Writes the figures of README.md and docs/measured.md from the records under benches/runs/, so that
 each of them is a record's and none is chosen by hand.
 
-    .venv/bin/python scripts/front_page.py           rewrites that part of README.md
-    .venv/bin/python scripts/front_page.py --check   status 1 where README.md says something else
+    .venv/bin/python scripts/front_page.py           rewrites those parts
+    .venv/bin/python scripts/front_page.py --check   status 1 where a page says something else
 
 There is one record of a kind: `cycle` (scripts/bench), `peers` and `by-hand` (scripts/peers), `settling`
 (scripts/settling) and `verify` (scripts/verify).
@@ -16,7 +16,6 @@ from pathlib import Path
 from record_peers import by_solver, significant, time_at
 
 ROOT = Path(__file__).resolve().parents[1]
-README = ROOT / "README.md"
 BEGIN, END = "<!-- written by scripts/front_page.py -->\n", "<!-- end of what it writes -->\n"
 
 MODES = [6, 20, 40, 160, 640]
@@ -168,17 +167,22 @@ def campaign() -> str:
     )
 
 
+def pages() -> dict[Path, list[str]]:
+    """What is written, by page."""
+    all_of_it = [*cycles(), "", accuracy(), "", *solvers(), "", *by_hand(), "", campaign()]
+    links = [line.replace("](benches/", "](../benches/") for line in all_of_it]
+    return {ROOT / "README.md": by_hand(), ROOT / "docs/measured.md": links}
+
+
 def main(arguments: list[str]) -> None:
-    parts = [*cycles(), "", accuracy(), "", *solvers(), "", *by_hand(), "", campaign()]
-    text = README.read_text()
-    head, rest = text.split(BEGIN)
-    tail = rest.split(END)[1]
-    written = head + BEGIN + "\n" + "\n".join(parts) + "\n\n" + END + tail
-    if arguments == ["--check"]:
-        if written != text:
-            sys.exit("README.md's measured figures are not those of benches/runs: scripts/front_page.py")
-    else:
-        README.write_text(written)
+    for page, lines in pages().items():
+        text = page.read_text()
+        head, rest = text.split(BEGIN)
+        written = head + BEGIN + "\n" + "\n".join(lines) + "\n\n" + END + rest.split(END)[1]
+        if arguments != ["--check"]:
+            page.write_text(written)
+        elif written != text:
+            sys.exit(f"the figures of {page.name} are not those of benches/runs: scripts/front_page.py")
 
 
 if __name__ == "__main__":

@@ -36,7 +36,7 @@ const LOOK: usize = 16;
 /// chains that are not in the window yet is kept.
 const LONGEST_ROW: usize = 16_384;
 
-/// Modes whose work equals that of integrating a cycle of none (README, "Measured").
+/// Modes whose work equals that of integrating a cycle of none (docs/measured.md).
 const FIXED_WORK: f64 = 40.0;
 
 /// Chains that may be begun before their turn.
