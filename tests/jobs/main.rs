@@ -32,6 +32,7 @@ mod manifest_errors;
 mod many_points;
 mod merge;
 mod messages;
+mod new;
 mod plan;
 mod planted;
 mod points;

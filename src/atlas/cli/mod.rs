@@ -20,6 +20,7 @@ pub mod machine;
 pub mod man;
 mod manifest_args;
 pub mod merge;
+mod new;
 pub mod plan;
 pub mod plot;
 mod point;
@@ -80,6 +81,8 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Write a commented manifest to begin with
+    New(new::NewArgs),
     /// Compute every point of a manifest, or what an interrupted run left, and write the
     /// result files
     Run(run_args::RunArgs),
@@ -97,7 +100,7 @@ enum Command {
     Plot(plot::PlotArgs),
     /// Write one HTML file that explores a results or trace folder in a browser, without a network
     Report(report::ReportArgs),
-    /// Write the tables of a results or trace folder for other programs: CSV, NumPy, MATLAB, Excel
+    /// Write the tables of a results or trace folder as CSV or Arrow files for other programs
     Export(export::ExportArgs),
     /// Tell how the answers of a point change with keys of the manifest
     Sensitivity(sensitivity::SensitivityArgs),
@@ -139,6 +142,7 @@ fn carry_out() -> ExitCode {
         Err(refusal) => return refused(&refusal),
     };
     match arguments.command {
+        Command::New(args) => new::run(&args),
         Command::Run(args) => run::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Follow(args) => follow::run(&args),

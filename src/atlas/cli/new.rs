@@ -1,0 +1,94 @@
+//! `atlas new`: a commented manifest to begin with.
+
+use super::{BAD_INPUT, answer, fail, with_causes};
+use crate::manifest;
+use crate::store::write_whole;
+use clap::{Args, ValueEnum};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Arguments of `atlas new`.
+#[derive(Debug, Args)]
+pub struct NewArgs {
+    /// Name of the job. The file is NAME.toml in the present folder.
+    #[arg(value_name = "NAME")]
+    pub name: String,
+    /// Drive to begin with.
+    #[arg(long, value_enum, default_value_t = Template::Pair)]
+    pub from: Template,
+    /// Replace a file that is there already.
+    #[arg(long)]
+    pub overwrite: bool,
+}
+
+/// A shipped manifest that stands alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Template {
+    /// A gear pair on two shafts, twelve points.
+    Pair,
+    /// The same pair with its mesh computed from the drawing of the gears.
+    Drawing,
+    /// A reducer of two stages on three shafts.
+    Train,
+    /// Loose gears of an idling gearbox.
+    IdleRattle,
+    /// A clutch damper of two stages and the gearbox behind it.
+    Clutch,
+}
+
+impl Template {
+    /// Path and text of the manifest.
+    fn manifest(self) -> (&'static str, &'static str) {
+        macro_rules! shipped {
+            ($path:literal) => {
+                ($path, include_str!(concat!("../../../", $path)))
+            };
+        }
+        match self {
+            Self::Pair => shipped!("manifests/quickstart.toml"),
+            Self::Drawing => shipped!("manifests/flex80-table.toml"),
+            Self::Train => shipped!("manifests/trains/two-stage.toml"),
+            Self::IdleRattle => shipped!("manifests/trains/idle-rattle.toml"),
+            Self::Clutch => shipped!("manifests/trains/clutch.toml"),
+        }
+    }
+
+    /// The manifest as that of a job in the file `NAME.toml`.
+    fn named(self, name: &str) -> String {
+        let (path, text) = self.manifest();
+        let old = Path::new(path).file_stem().unwrap_or_default();
+        let old = old.to_string_lossy();
+        let lines = text.lines().filter(|line| !line.starts_with("#:schema"));
+        let text = lines.collect::<Vec<_>>().join("\n") + "\n";
+        text.replace(path, &format!("{name}.toml"))
+            .replacen(&format!("# {old}:"), &format!("# {name}:"), 1)
+            .replacen(
+                &format!("name = \"{old}\""),
+                &format!("name = \"{name}\""),
+                1,
+            )
+    }
+}
+
+/// Writes the manifest: status 0, 2 where the name cannot be that of a job or the file is there, 1 where it cannot be written.
+pub fn run(args: &NewArgs) -> ExitCode {
+    let text = args.from.named(&args.name);
+    let file = PathBuf::from(format!("{}.toml", args.name));
+    if let Err(errors) = manifest::parse(&text, &file.to_string_lossy(), Path::new(".")) {
+        return fail(BAD_INPUT, &with_causes(&errors));
+    }
+    if !args.overwrite && file.symlink_metadata().is_ok() {
+        let message = "is there already: choose another name, or replace it with --overwrite";
+        return fail(BAD_INPUT, &format!("`{}` {message}", file.display()));
+    }
+    match write_whole(&file, text.as_bytes()) {
+        Ok(()) => answer(
+            &format!(
+                "{0}\nNext: atlas check {0}, then atlas run {0}\n",
+                file.display()
+            ),
+            ExitCode::SUCCESS,
+        ),
+        Err(error) => fail(1, &with_causes(&error)),
+    }
+}
