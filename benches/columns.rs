@@ -4,7 +4,7 @@
 //! them and could be shared.
 //!
 //! ```text
-//! scripts/columns          runs this and records it under benches/runs/
+//! scripts/record columns          runs this and records it under benches/runs/
 //! ```
 //!
 //! What is compared is timed in turn, in rounds, by the thread's processor time; figures are

@@ -2,7 +2,7 @@
 //! run: Tables 1 to 4, Figures 3, 5c and 6, and operators in single precision.
 //!
 //! ```text
-//! scripts/ladder           runs this and records it under benches/runs/
+//! scripts/record ladder           runs this and records it under benches/runs/
 //! ```
 //!
 //! What is compared is timed in turn, in rounds, by the thread's processor time; figures are

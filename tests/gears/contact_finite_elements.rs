@@ -1,6 +1,6 @@
 //! Pairs of gears in loaded contact against plane finite elements of both whole gears (`tests/data/contact-fe.toml`,
-//! made by `scripts/record_contact_fe.py`): teeth, bodies, flattening and tip edges off the path together; and askew
-//! flanks against elements in three dimensions (`tests/data/face-fe.toml`, `scripts/record_face_fe.py`).
+//! made by `scripts/records/record_contact_fe.py`): teeth, bodies, flattening and tip edges off the path together; and askew
+//! flanks against elements in three dimensions (`tests/data/face-fe.toml`, `scripts/records/record_face_fe.py`).
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 

@@ -1,5 +1,5 @@
 //! Teeth on a body against plane finite elements of the whole gear (`tests/data/tooth-fe.toml`,
-//! made by `scripts/record_tooth_fe.py`).
+//! made by `scripts/records/record_tooth_fe.py`).
 
 #![allow(clippy::unwrap_used)]
 

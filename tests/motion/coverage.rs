@@ -1,5 +1,5 @@
 //! Do error bars hold? Chaotic drives from many starts, whose averages are held against the long-run values:
-//! averages must scatter as their standard errors say, and 95 % intervals hold the truth. `scripts/coverage`
+//! averages must scatter as their standard errors say, and 95 % intervals hold the truth. `scripts/record coverage`
 //! does the same of ten points of four drives, the intermittent ones among them.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
@@ -164,7 +164,7 @@ fn coverage(
     (0..STATISTICS.len()).map(of).collect()
 }
 
-/// The chaotic impact oscillator of `scripts/coverage`.
+/// The chaotic impact oscillator of `scripts/record coverage`.
 fn oscillator() -> Model {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/manifests");
     let text = include_str!("../manifests/oscillator.toml");
@@ -197,7 +197,7 @@ fn error_bars_of_a_chaotic_oscillator_hold() {
 
 /// More starts of more drives, against long-run values of their own.
 #[test]
-#[ignore = "takes minutes: cargo test --release --test motion -- --ignored coverage; scripts/coverage is the full size"]
+#[ignore = "takes minutes: cargo test --release --test motion -- --ignored coverage; scripts/record coverage is the full size"]
 fn error_bars_of_chaotic_drives_hold() {
     let one_degree = |load, speed| common::model_at(&common::one_degree(), load, speed);
     let mut all = Vec::new();

@@ -24,7 +24,7 @@
 //! answers otherwise from their end are counted. Rows with another status are answers, and are
 //! counted by it.
 //!
-//! `scripts/fuzz-drives 1000` asks for any number of drives.
+//! `scripts/record fuzz-drives 1000` asks for any number of drives.
 
 #![allow(clippy::unwrap_used)]
 
@@ -464,7 +464,7 @@ fn orbits_are_told_where_round_off_hides_them() {
     }
 }
 
-/// Asked for by `scripts/fuzz-drives`: ATLAS_FUZZ_DRIVES of them, from number ATLAS_FUZZ_FIRST on,
+/// Asked for by `scripts/record fuzz-drives`: ATLAS_FUZZ_DRIVES of them, from number ATLAS_FUZZ_FIRST on,
 /// of seed ATLAS_FUZZ_SEED; manifests of wrong rows go to ATLAS_FUZZ_OUT.
 #[test]
 #[ignore = "as long as asked for"]

@@ -12,6 +12,6 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 @pytest.mark.parametrize("script", ["front_page", "gpu_reckoning", "replication"])
 def test_measured_figures_are_the_records(script):
     done = subprocess.run(
-        [sys.executable, ROOT / f"scripts/{script}.py", "--check"], capture_output=True, text=True
+        [sys.executable, ROOT / f"scripts/records/{script}.py", "--check"], capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr

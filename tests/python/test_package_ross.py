@@ -1,6 +1,6 @@
 """Rotors of ROSS as modal files, held against what ROSS itself says of them.
 
-tests/data/ross.npz is what scripts/record_ross.py recorded of ROSS 2.3.0; where ROSS is installed it is also asked anew."""
+tests/data/ross.npz is what scripts/records/record_ross.py recorded of ROSS 2.3.0; where ROSS is installed it is also asked anew."""
 
 import sys
 from pathlib import Path

@@ -1,7 +1,7 @@
 //! What does the same accuracy cost a general-purpose solver?
 //!
 //! ```text
-//! scripts/peers        builds this, runs it and records table and picture under benches/runs/
+//! scripts/record peers        builds this, runs it and records table and picture under benches/runs/
 //! ```
 //!
 //! Every solver advances the same stretches of five rattling cycles from the same settled

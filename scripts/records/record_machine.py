@@ -1,0 +1,175 @@
+"""Writes summary.md of `atlas machine` beside STREAM, lmbench and core-to-core-latency.
+
+    python3 scripts/records/record_machine.py WORK benches/runs/NAME
+"""
+
+import json
+import pathlib
+import re
+import shutil
+import statistics
+import sys
+
+
+def streams(work, kind, threads):
+    """Best rates of STREAM [B/s], a dictionary a turn."""
+    found = []
+    for path in sorted(work.glob(f"stream-{kind}-{threads}-*.txt")):
+        rates = re.findall(r"^(\w+):\s+([\d.]+)", path.read_text(), re.M)
+        found.append({name.lower(): 1e6 * float(rate) for name, rate in rates})
+        assert "Solution Validates" in path.read_text(), path
+    return found
+
+
+def chains(work):
+    """Latency by size [s by bytes], the median of all turns: of the last line of every run, and
+    of all lines of the smallest."""
+    found = {}
+    for path in work.glob("chain-*.txt"):
+        largest = int(path.stem.split("-")[2])
+        pairs = re.findall(r"^([\d.]+) ([\d.]+)$", path.read_text(), re.M)
+        # Sizes are printed in MiB with five digits; all are multiples of 512 bytes.
+        curve = {512 * round(2048 * float(size)): 1e-9 * float(time) for size, time in pairs}
+        own = {size: time for size, time in curve.items() if size == largest << 20 or largest == 1}
+        for size, time in own.items():
+            found.setdefault(size, []).append(time)
+    return {size: statistics.median(times) for size, times in sorted(found.items())}
+
+
+def transfers(work):
+    """Mean one-way times of core-to-core-latency [ns] by pair of threads, the median of all turns."""
+    found = {}
+    for path in work.glob("transfer-*.csv"):
+        for a, line in enumerate(path.read_text().splitlines()):
+            for b, cell in enumerate(line.split(",")):
+                if cell.strip():
+                    found.setdefault((min(a, b), max(a, b)), []).append(float(cell))
+    return {pair: statistics.median(times) for pair, times in found.items()}
+
+
+def parallel(work):
+    """What lmbench's par_mem says: how many chains at once are worth, by size [bytes]."""
+    found = {}
+    for path in work.glob("parallel-*.txt"):
+        size = int(path.stem.split("-")[2])
+        values = re.findall(r"([\d.]+)\s*$", path.read_text(), re.M)
+        if values:
+            found.setdefault(size, []).append(float(values[-1]))
+    return {size: statistics.median(values) for size, values in sorted(found.items())}
+
+
+def table(head, rows):
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+
+
+def main(work, out):
+    work, out = pathlib.Path(work), pathlib.Path(out)
+    turns = [json.loads((path / "machine.json").read_text()) for path in sorted(work.glob("turn-*"))]
+    second = json.loads((work / "second/machine.json").read_text())
+
+    def ours(kernel, threads):
+        return max(
+            row["figure"]["best"]
+            for turn in turns
+            for row in turn["bandwidth"]
+            if (row["kernel"], row["threads"], row["placement"]) == (kernel, threads, "compact")
+        )
+
+    rows, worst = [], 0.0
+    threads = sorted({r["threads"] for r in turns[0]["bandwidth"] if r["placement"] == "compact"})
+    kernels = {r["kernel"] for r in turns[0]["bandwidth"]}
+    for count in threads:
+        for mine, kind, theirs in [
+            ("copy", "plain", "copy"),
+            ("triad", "plain", "triad"),
+            ("copy_nt", "memcpy", "copy"),
+        ]:
+            if mine not in kernels:
+                continue
+            stream = max(run[theirs] for run in streams(work, kind, count))
+            atlas = ours(mine, count)
+            if kind == "plain":
+                worst = max(worst, abs(atlas / stream - 1))
+            rows.append((str(count), mine, f"{1e-9 * atlas:.2f}",
+                f"{theirs}, {kind}", f"{1e-9 * stream:.2f}", f"{atlas / stream:.3f}"))
+    text = [
+        "# `atlas machine` beside STREAM, lmbench and core-to-core-latency, and beside itself\n",
+        f"{second['description']['cpu']}, {second['host']}, {second['started']}, "
+        f"{second['program']['version']} ({second['program']['commit']}), `scripts/record machine-peers`.",
+        "Quiet." if second["noise"]["quiet"] else
+        "**Not quiet**: " + "; ".join(second["noise"]["remarks"]) + ".",
+        f"\n## Bandwidth, GB/s, best of {len(turns)} turns\n",
+        "STREAM 5.10 (J. D. McCalpin), arrays as long as those of atlas, compiled here with plain "
+        "loops, and with the copy as a call of memcpy.\n",
+        table(("threads", "atlas", "", "STREAM", "", "ratio"), rows),
+        f"\nPlain copies and triads differ by {100 * worst:.1f} % at most (wanted: 10 %).",
+    ]
+    lmbench = chains(work)
+    if lmbench:
+        atlas = {}
+        for row in (row for turn in turns for row in turn["latency"]):
+            if row["order"] == "hops" and not row["huge_pages"] and row["cpu_node"] == row["memory_node"]:
+                atlas.setdefault(row["size"], []).append(row["figure"]["median"])
+        sizes = [size for size in sorted(atlas) if size in lmbench]
+        rows, worst = [], 0.0
+        for i, size in enumerate(sizes):
+            mine, theirs = statistics.median(atlas[size]), lmbench[size]
+            beside = [lmbench[other] for other in sizes[max(i - 1, 0):i] + sizes[i + 1:i + 2]]
+            level = any(0.8 < time / theirs < 1.25 for time in beside)
+            if level:
+                worst = max(worst, abs(mine / theirs - 1))
+            rows.append((f"{size / 1024:.0f}", f"{1e9 * mine:.2f}", f"{1e9 * theirs:.2f}",
+                f"{mine / theirs:.3f}", "" if level else "on a slope"))
+        text += [
+            f"\n## Time of a load from page to page, ns, medians of {len(turns)} turns\n",
+            "lmbench 3.0-a9 of Debian, `lat_mem_rd -t`, lines of 64 bytes, a run a size from 1 MiB on.\n",
+            table(("buffer [KiB]", "atlas", "lmbench", "ratio", ""), rows),
+            f"\nThey differ by {100 * worst:.1f} % at most, slopes left out, where half the size and "
+            "twice the size both take another time by a quarter (wanted: 15 %).",
+        ]
+    theirs = transfers(work)
+    if theirs:
+        ours = {}
+        for row in (row for turn in turns for row in turn["transfer"]):
+            ours.setdefault((row["a"], row["b"]), []).append(1e9 * row["figure"]["median"])
+        rows = [(f"{a} and {b}", f"{statistics.median(ours[a, b]):.1f}", f"{time:.1f}",
+            f"{statistics.median(ours[a, b]) / time:.3f}") for (a, b), time in sorted(theirs.items()) if (a, b) in ours]
+        text += [
+            "\n## A line handed over, one way, ns\n",
+            "core-to-core-latency 1.2.0 (N. Viennot), bench 1, the mean of 300 samples of 1000 round trips; atlas, "
+            "the median repetition. A sample during which somebody else had a core counts in the mean.\n",
+            table(("threads", "atlas", "core-to-core-latency", "ratio"), rows),
+        ]
+    theirs = parallel(work)
+    rows = []
+    for size, worth in theirs.items():
+        rates = {}
+        for row in (row for turn in turns for row in turn["parallel"] if row["size"] == size):
+            rates.setdefault(row["chains"], []).append(row["figure"]["value"])
+        medians = {chains: statistics.median(values) for chains, values in rates.items()}
+        if medians:
+            rows.append((f"{size / 1024:.0f}", f"{max(medians.values()) / medians[1]:.2f}", f"{worth:.2f}"))
+    if rows:
+        text += [
+            "\n## What several chains at once are worth on one core\n",
+            "Loads a second at best over those of one chain; lmbench 3.0-a9, `par_mem`.\n",
+            table(("buffer [KiB]", "atlas", "lmbench"), rows),
+        ]
+    fence = "```"
+    text += [
+        "\n## Two runs\n", fence, (work / "compare.txt").read_text().rstrip(), fence,
+        "\n## The second one\n", fence, (work / "page.txt").read_text().rstrip(), fence,
+    ]
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "summary.md").write_text("\n".join(text) + "\n")
+    shutil.copy(work / "second/machine.json", out / "machine.json")
+    for name in ("operators", "solver", "roofline", "loaded", "parallel"):
+        picture = work / f"second/pictures/machine-{name}.png"
+        if picture.exists():
+            shutil.copy(picture, out / picture.name)
+    print(out / "summary.md")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
