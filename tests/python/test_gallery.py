@@ -7,7 +7,7 @@ import pytest
 
 from program import ROOT
 
-sys.path.insert(0, str(ROOT / "scripts"))
+sys.path.insert(0, str(ROOT / "scripts/records"))
 from make_gallery import PAGE, PICTURES, sections  # noqa: E402
 
 
