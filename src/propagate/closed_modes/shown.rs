@@ -1,4 +1,4 @@
-//! Windows as observers see them: Legendre series of deflections and forces on a block, or on its part up to an event.
+//! Windows as observers see them: Legendre series of deflections and forces on two blocks, or on their part up to an event.
 
 use super::ClosedModes;
 use super::basis::{Basis, padded};
@@ -8,15 +8,18 @@ use super::lanes;
 use super::sets::SAME_TIME;
 use super::slot::{Series, Slot};
 use super::system::System;
-use super::workspace::{Place, Workspace};
+use super::workspace::{Open, Place, Workspace};
 use crate::model::{DRIVE_FLANK, MOST_CONTACTS};
 use crate::numerics::exponential::legendre_series;
 use crate::numerics::legendre::{self, transforms24};
-use crate::propagate::observer::ShownContacts;
 use crate::propagate::vectors::{Row, TERMS, interpolation};
 use crate::propagate::volterra::lanes as windows;
-use crate::propagate::{Observer, Window};
+use crate::propagate::{ClosedContact, Observer, Window};
 use num_complex::{Complex64, c64};
+
+/// Blocks of a window at most. From its middle to its ends the fastest wave turns by `NODES SHORT` = 3.76 then, and
+/// what its series lacks is below `49 j₂₄(3.76)` = 6e-17 of it.
+const MOST_BLOCKS: usize = 2;
 
 impl ClosedModes<'_> {
     /// The series of a system.
@@ -27,7 +30,7 @@ impl ClosedModes<'_> {
     }
 
     fn series_along(&self, basis: &Basis<'_>, system: &System, line: usize) -> Series {
-        let block_length = NODES as f64 * self.step;
+        let length = MOST_BLOCKS as f64 * NODES as f64 * self.step;
         let n = self.model.modes();
         let padded = padded(n);
         // One more, as the workspace has them.
@@ -38,7 +41,7 @@ impl ClosedModes<'_> {
         for i in 0..n {
             let block = basis.block(i);
             let m = block.traceless();
-            block.exponential(block_length, &mut terms);
+            block.exponential(length, &mut terms);
             let w = [sight.row[i], sight.row[padded + i]];
             for (k, term) in terms.iter().enumerate() {
                 let (even, odd) = (term.re, term.im);
@@ -50,13 +53,12 @@ impl ClosedModes<'_> {
         let constant = &mut rows[2 * padded].0;
         constant[0] = sight.drive[0];
         let rule = transforms24();
-        for (drift, pushes) in system.steady.drifts.iter().zip(&system.pushes) {
+        for drift in &system.steady.drifts {
             let w = [sight.row[drift.lane], sight.row[padded + drift.lane]];
             let values = rule.nodes().map(|x| {
-                let time = 0.5 * (x + 1.0) * block_length;
-                let node = (time / self.step).floor() as usize;
-                let before = node.checked_sub(1).map_or([0.0; 2], |node| pushes[node]);
-                let [x, y] = drift.pushed(before, time - node as f64 * self.step);
+                let steps = 0.5 * (x + 1.0) * length / self.step;
+                let before = (0..steps as usize).fold([0.0; 2], |before, _| drift.pushed(before, self.step));
+                let [x, y] = drift.pushed(before, steps.fract() * self.step);
                 w[0] * x + w[1] * y
             });
             for (sum, term) in constant.iter_mut().zip(rule.interpolate(&values)) {
@@ -64,7 +66,7 @@ impl ClosedModes<'_> {
             }
         }
         for (h, &[omega, _]) in self.frequencies.all.iter().enumerate() {
-            legendre_series(c64(0.0, omega), block_length, &mut terms);
+            legendre_series(c64(0.0, omega), length, &mut terms);
             let amplitude = c64(sight.drive[1 + 2 * h], -sight.drive[2 + 2 * h]);
             for (k, term) in terms.iter().enumerate() {
                 let value = amplitude * term;
@@ -75,25 +77,49 @@ impl ClosedModes<'_> {
         Series { rows }
     }
 
-    /// Shows a window of some length \[s\] from where the states are.
-    pub(super) fn show<O: Observer>(
+    /// Moves the end of the open window on by some time \[s\] from where the states are, and shows it where it `ends` there or
+    /// has no room for another block.
+    pub(super) fn pass_window<O: Observer>(
         &self,
         place: &Place,
         duration: f64,
+        ends: bool,
         w: &mut Workspace,
         observer: &mut O,
     ) {
+        if w.window.length == 0.0 {
+            w.window.start = place.time;
+            w.window.state.copy_from_slice(&w.states[..w.length]);
+            w.window.inputs.copy_from_slice(&w.inputs);
+        }
+        w.window.length += duration;
+        let is_full = w.window.length > (MOST_BLOCKS as f64 - 0.5) * NODES as f64 * self.step;
+        if w.window.length == 0.0 || !(ends || is_full) {
+            return;
+        }
         if observer.states() {
             self.show_state(w);
         }
-        for (index, contact) in self.model.contacts.iter().enumerate() {
-            let cycle = contact.cycle(place.cycle);
-            w.segments[index] = *cycle.segment_at(place.time + SAME_TIME * cycle.period);
-        }
+        self.find_segments(place.cycle, w);
         // Room for many is not made where it is not needed.
         match place.active.count() <= 1 {
-            true => self.show_few::<O, 1>(place, duration, w, observer),
-            false => self.show_few::<O, MOST_CONTACTS>(place, duration, w, observer),
+            true => self.show_few::<O, 1>(place, w, observer),
+            false => self.show_few::<O, MOST_CONTACTS>(place, w, observer),
+        }
+        w.window.length = 0.0;
+    }
+
+    /// The segments of all contacts at the start of a window, where those of the last one are over.
+    fn find_segments(&self, cycle: u64, w: &mut Workspace) {
+        let time = w.window.start + SAME_TIME * self.model.period();
+        if time < w.segments_end {
+            return;
+        }
+        w.segments_end = f64::INFINITY;
+        for (segment, contact) in w.segments.iter_mut().zip(&self.model.contacts) {
+            let cycle = contact.cycle(cycle);
+            *segment = *cycle.segment_at(time);
+            w.segments_end = w.segments_end.min(cycle.period * segment.end);
         }
     }
 
@@ -101,75 +127,86 @@ impl ClosedModes<'_> {
     fn show_state(&self, w: &mut Workspace) {
         let set = self.instructions;
         let [own, modal] = &mut w.shown;
-        own.copy_from_slice(&w.states[..w.length]);
-        let slot = self.slot(w.set);
+        own.copy_from_slice(&w.window.state);
+        let (slot, inputs) = (self.slot(w.set), &w.window.inputs);
         let responses = [&slot.system.steady.responses[..], &[]];
         match slot.basis.to_modes() {
             Some(map) => {
                 let modes = self.model.modes();
-                lanes::map(set, map, modes, responses, &w.inputs, own, modal);
+                lanes::map(set, map, modes, responses, inputs, own, modal);
             }
             None => {
-                lanes::shift(set, responses[0], &w.inputs, 1.0, own);
+                lanes::shift(set, responses[0], inputs, 1.0, own);
                 modal.copy_from_slice(own);
             }
         }
     }
 
-    /// As [`Self::show`], with at most M contacts closed.
+    /// Shows the open window, with at most M contacts closed.
     fn show_few<O: Observer, const M: usize>(
         &self,
         place: &Place,
-        duration: f64,
         w: &Workspace,
         observer: &mut O,
     ) {
         let (set, model) = (self.instructions, self.model);
-        let block_length = NODES as f64 * self.step;
-        let is_part = duration < block_length * (1.0 - 1e-12);
-        let end = 2.0 * duration / block_length - 1.0;
-        let (state, series) = (&w.states[..w.length], self.series(w.set));
-        let along = |line: usize| {
-            let mut out = [Row::ZERO];
-            windows::free(set, &series[line].rows, &w.inputs, state, &mut out);
+        let Open {
+            start,
+            length: duration,
+            state,
+            inputs,
+        } = &w.window;
+        let (slot, series) = (self.slot(w.set), self.series(w.set));
+        let whole = MOST_BLOCKS as f64 * NODES as f64 * self.step;
+        let is_part = *duration < whole * (1.0 - 1e-12);
+        let end = 2.0 * duration / whole - 1.0;
+        let see = |line: usize, out: &mut [Row; 1]| {
+            windows::free(set, &series[line].rows, inputs, state, out);
             if is_part {
                 let nodes = transforms24().nodes();
                 windows::restrict_to(set, nodes, interpolation(), end, &mut out[0]);
             }
-            out[0].0
         };
-        let mesh = along(w.line_of[DRIVE_FLANK]);
-        let mut shown = ShownContacts::<TERMS, M>::new(mesh);
-        for contact in place.active.iter() {
-            let deflection = match w.line_of[contact] == w.line_of[DRIVE_FLANK] {
-                true => mesh,
-                false => along(w.line_of[contact]),
-            };
+        let mut mesh = [Row::ZERO];
+        see(w.line_of[DRIVE_FLANK], &mut mesh);
+        let (mut contacts, mut forces) = ([0; M], [[0.0; TERMS]; M]);
+        let mut others = [None; M];
+        for (i, contact) in place.active.iter().enumerate() {
+            contacts[i] = contact;
+            if w.line_of[contact] != w.line_of[DRIVE_FLANK] {
+                see(w.line_of[contact], others[i].insert([Row::ZERO]));
+            }
+            let deflection = &others[i].as_ref().unwrap_or(&mesh)[0].0;
             let own = &model.contacts[contact];
-            let class = self.sets.class(contact, self.slot(w.set).states[contact]);
-            let slope = legendre::derivative(&deflection);
+            let class = self.sets.class(contact, slot.states[contact]);
+            let slope = legendre::derivative(deflection);
             let damping = class.damping * 2.0 / duration;
-            let mut force: [f64; TERMS] =
-                std::array::from_fn(|k| class.stiffness * deflection[k] + damping * slope[k]);
-            force[0] -= class.stiffness * own.side * own.half_gap;
-            shown.push(contact, model.of_mesh(contact), deflection, force);
+            for ((force, a), slope) in forces[i].iter_mut().zip(deflection).zip(&slope) {
+                *force = class.stiffness * a + damping * slope;
+            }
+            forces[i][0] -= class.stiffness * own.side * own.half_gap;
         }
+        let closed: [ClosedContact<'_>; M] = std::array::from_fn(|i| ClosedContact {
+            contact: contacts[i],
+            deflection: &others[i].as_ref().unwrap_or(&mesh)[0].0,
+            force: &forces[i],
+        });
         let [first, second] = match observer.states() {
             true => w.components(model.modes()),
             false => [&[][..]; 2],
         };
-        shown.show(
-            &Window {
-                cycle: place.cycle,
-                start: place.time,
-                duration,
-                segments: &w.segments,
-                contact: place.active,
-                first,
-                second,
-                ..Window::default()
-            },
-            observer,
-        );
+        let window = Window {
+            cycle: place.cycle,
+            start: *start,
+            duration: *duration,
+            segments: &w.segments,
+            contact: place.active,
+            deflection: &mesh[0].0,
+            closed: &closed[..place.active.count()],
+            first,
+            second,
+            ..Window::default()
+        };
+        window.show::<TERMS, O>(model.flank_springs, observer);
     }
 }

@@ -32,10 +32,27 @@ pub struct Workspace {
     pub line_of: Vec<usize>,
     /// The next stop of the present cycle.
     pub next_stop: usize,
-    /// The segment of every contact, where windows are shown.
+    /// The window that is shown next, where windows are shown.
+    pub window: Open,
+    /// The segment of every contact there.
     pub segments: Vec<Segment>,
-    /// The trajectory's state where a window starts, where windows are shown: in the coordinates of `set`, and in modes.
+    /// Time of the cycle up to which they are those \[s\].
+    pub segments_end: f64,
+    /// The trajectory's modal state where the window starts, behind room for it in the coordinates of `set`; where it is read.
     pub shown: [Aligned; 2],
+}
+
+/// A window that may grow.
+#[derive(Debug)]
+pub struct Open {
+    /// Time of the cycle where it starts \[s\].
+    pub start: f64,
+    /// Its length so far \[s\]; zero before there is one.
+    pub length: f64,
+    /// The trajectory there.
+    pub state: Aligned,
+    /// Values of the inputs there.
+    pub inputs: Vec<f64>,
 }
 
 /// What a line sees on the present block.
@@ -67,6 +84,12 @@ impl Workspace {
             set: 0,
             length: 2 * padded,
             trial: inputs.clone(),
+            window: Open {
+                start: 0.0,
+                length: 0.0,
+                state: Aligned::zeros(2 * padded),
+                inputs: inputs.clone(),
+            },
             inputs,
             seen: vec![
                 Seen {
@@ -84,6 +107,7 @@ impl Workspace {
             line_of: vec![0; model.contacts.len()],
             next_stop: 0,
             segments: model.segments_at(0, 0.0),
+            segments_end: 0.0,
             shown: [0, 1].map(|_| Aligned::zeros(2 * padded)),
         }
     }
@@ -127,6 +151,8 @@ impl Workspace {
             *line = now;
         }
         self.next_stop = 0;
+        self.window.length = 0.0;
+        self.segments_end = 0.0;
     }
 }
 
