@@ -38,12 +38,17 @@ impl Losses {
         })
     }
 
-    /// Energy \[J\] lost on the flanks of the mesh over a window.
-    pub fn over(&self, window: &Window<'_>) -> f64 {
+    /// Energy \[J\] lost on the flanks of the mesh over a window, over which its force may be known to have one sign.
+    pub fn over(&self, window: &Window<'_>, has_one_sign: bool) -> f64 {
         let of_mesh = (window.closed.iter()).filter(|closed| closed.contact < self.flank_springs);
+        let is_one = of_mesh.clone().count() == 1;
+        let mean = |force: &[f64]| match has_one_sign && is_one {
+            true => force[0].abs(),
+            false => modulus(&padded(force)),
+        };
         let lost = of_mesh.filter_map(|closed| {
             let speed = self.speeds[window.segments[closed.contact].direction];
-            (speed != 0.0).then(|| speed * modulus(&padded(closed.force)))
+            (speed != 0.0).then(|| speed * mean(closed.force))
         });
         window.duration * lost.sum::<f64>()
     }

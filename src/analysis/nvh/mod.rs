@@ -28,8 +28,8 @@ use crate::propagate::{Event, InstructionSet, Observer, Window};
 use contacts::Contacts;
 use fourier::Fourier;
 use losses::Losses;
-use peaks::{Extremes, Peaks, Seen};
-use rule::{Rules, Sizes};
+use peaks::{Extremes, Peaks};
+use rule::Rules;
 use stretches::Stretches;
 use sums::{Origin, Sums, ratio};
 
@@ -320,45 +320,37 @@ impl Observer for Nvh {
         let Origin {
             centre, half_gap, ..
         } = self.origin;
-        let sizes = rules.sizes(set, deflection);
-        let turned = self.fourier.as_ref().map_or(0.0, |f| f.half_turn(tau));
-        let short = turned <= rules.short.widest_turn && sizes.falls_off(deflection[0] - centre[0]);
-        let rule = if short { &rules.short } else { &rules.long };
-        let parts = rule.parts(set, deflection);
-        let of_force = match force.iter().all(|f| *f == 0.0) {
-            true => Sizes::default(),
-            false => rules.sizes(set, force),
-        };
-        let seen = |series, sizes| Seen {
-            rule,
-            set,
-            series,
-            sizes,
-        };
-        self.peaks
-            .window(&seen(deflection, sizes), &parts, &seen(force, of_force));
+        let turn = self.fourier.as_ref().map_or(0.0, |f| f.half_turn(tau));
+        let seen = rules.look(set, deflection, centre[0], turn);
+        let of_force = (force.iter().any(|f| *f != 0.0))
+            .then(|| seen.rule.look(set, force, rules.sizes(set, force)));
+        self.peaks.window(&seen, of_force.as_ref());
 
         let sums = self.stretches.open();
         sums.time += tau;
         sums.times[window.contact.flanks().index()] += tau;
         let first = (deflection[0] - centre[0]) / half_gap;
-        let second = first * first + sizes.square / (half_gap * half_gap);
-        let [third, fourth] = rule.powers(set, &parts, centre[0], half_gap);
+        let second = first * first + seen.square() / (half_gap * half_gap);
+        let [third, fourth] = seen.powers(set, centre[0], half_gap);
         for (sum, moment) in sums.moments.iter_mut().zip([first, second, third, fourth]) {
             *sum += tau * moment;
         }
         let about = force[0] - centre[1];
         sums.force[0] += tau * about;
-        sums.force[1] += tau * (about * about + of_force.square);
+        sums.force[1] += tau * about * about;
+        if let Some(force) = &of_force {
+            sums.force[1] += tau * force.square();
+        }
         if let Some(losses) = &self.losses {
-            sums.loss += losses.over(window);
+            let has_one_sign = of_force.is_some_and(|force| force.range.has_one_sign());
+            sums.loss += losses.over(window, has_one_sign);
         }
         for closed in window.closed {
             let (place, side) = self.places[closed.contact];
             sums.pressing[place] += tau * side * closed.force[0];
         }
         if let Some(fourier) = &mut self.fourier {
-            fourier.add(window, deflection, rule, &parts);
+            fourier.add(window, &seen);
         }
     }
 

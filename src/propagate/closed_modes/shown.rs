@@ -74,7 +74,7 @@ impl ClosedModes<'_> {
                 rows[2 * padded + 2 + 2 * h].0[k] = -value.im;
             }
         }
-        Series { rows }
+        Series::new(&rows)
     }
 
     /// Moves the end of the open window on by some time \[s\] from where the states are, and shows it where it `ends` there or
@@ -89,8 +89,9 @@ impl ClosedModes<'_> {
     ) {
         if w.window.length == 0.0 {
             w.window.start = place.time;
-            w.window.state.copy_from_slice(&w.states[..w.length]);
-            w.window.inputs.copy_from_slice(&w.inputs);
+            let (state, inputs) = w.window.weights.split_at_mut(w.length);
+            state.copy_from_slice(&w.states[..w.length]);
+            inputs.copy_from_slice(&w.inputs);
         }
         w.window.length += duration;
         let is_full = w.window.length > (MOST_BLOCKS as f64 - 0.5) * NODES as f64 * self.step;
@@ -127,8 +128,9 @@ impl ClosedModes<'_> {
     fn show_state(&self, w: &mut Workspace) {
         let set = self.instructions;
         let [own, modal] = &mut w.shown;
-        own.copy_from_slice(&w.window.state);
-        let (slot, inputs) = (self.slot(w.set), &w.window.inputs);
+        let (state, inputs) = w.window.weights.split_at(w.length);
+        own.copy_from_slice(state);
+        let slot = self.slot(w.set);
         let responses = [&slot.system.steady.responses[..], &[]];
         match slot.basis.to_modes() {
             Some(map) => {
@@ -153,30 +155,29 @@ impl ClosedModes<'_> {
         let Open {
             start,
             length: duration,
-            state,
-            inputs,
+            weights,
         } = &w.window;
         let (slot, series) = (self.slot(w.set), self.series(w.set));
         let whole = MOST_BLOCKS as f64 * NODES as f64 * self.step;
         let is_part = *duration < whole * (1.0 - 1e-12);
         let end = 2.0 * duration / whole - 1.0;
-        let see = |line: usize, out: &mut [Row; 1]| {
-            windows::free(set, &series[line].rows, inputs, state, out);
+        let see = |line: usize, out: &mut Row| {
+            lanes::series(set, &series[line].0, weights, out);
             if is_part {
                 let nodes = transforms24().nodes();
-                windows::restrict_to(set, nodes, interpolation(), end, &mut out[0]);
+                windows::restrict_to(set, nodes, interpolation(), end, out);
             }
         };
-        let mut mesh = [Row::ZERO];
+        let mut mesh = Row::ZERO;
         see(w.line_of[DRIVE_FLANK], &mut mesh);
         let (mut contacts, mut forces) = ([0; M], [[0.0; TERMS]; M]);
         let mut others = [None; M];
         for (i, contact) in place.active.iter().enumerate() {
             contacts[i] = contact;
             if w.line_of[contact] != w.line_of[DRIVE_FLANK] {
-                see(w.line_of[contact], others[i].insert([Row::ZERO]));
+                see(w.line_of[contact], others[i].insert(Row::ZERO));
             }
-            let deflection = &others[i].as_ref().unwrap_or(&mesh)[0].0;
+            let deflection = &others[i].as_ref().unwrap_or(&mesh).0;
             let own = &model.contacts[contact];
             let class = self.sets.class(contact, slot.states[contact]);
             let slope = legendre::derivative(deflection);
@@ -188,7 +189,7 @@ impl ClosedModes<'_> {
         }
         let closed: [ClosedContact<'_>; M] = std::array::from_fn(|i| ClosedContact {
             contact: contacts[i],
-            deflection: &others[i].as_ref().unwrap_or(&mesh)[0].0,
+            deflection: &others[i].as_ref().unwrap_or(&mesh).0,
             force: &forces[i],
         });
         let [first, second] = match observer.states() {
@@ -201,7 +202,7 @@ impl ClosedModes<'_> {
             duration: *duration,
             segments: &w.segments,
             contact: place.active,
-            deflection: &mesh[0].0,
+            deflection: &mesh.0,
             closed: &closed[..place.active.count()],
             first,
             second,

@@ -49,10 +49,8 @@ pub struct Open {
     pub start: f64,
     /// Its length so far \[s\]; zero before there is one.
     pub length: f64,
-    /// The trajectory there.
-    pub state: Aligned,
-    /// Values of the inputs there.
-    pub inputs: Vec<f64>,
+    /// The trajectory there, then the values of the inputs.
+    pub weights: Vec<f64>,
 }
 
 /// What a line sees on the present block.
@@ -87,8 +85,7 @@ impl Workspace {
             window: Open {
                 start: 0.0,
                 length: 0.0,
-                state: Aligned::zeros(2 * padded),
-                inputs: inputs.clone(),
+                weights: vec![0.0; 2 * padded + inputs.len()],
             },
             inputs,
             seen: vec![
