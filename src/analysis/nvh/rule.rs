@@ -239,6 +239,27 @@ impl Seen<'_> {
         &self.parts[..2 * self.rule.groups]
     }
 
+    /// Another series at the same nodes.
+    pub(super) fn beside<'b>(&'b self, set: InstructionSet, series: &'b [f64; TERMS]) -> Seen<'b> {
+        let sizes = Rules::shared().sizes(set, series);
+        self.rule.look(set, series, sizes)
+    }
+
+    /// Places and values, at both ends and all nodes in order.
+    pub(super) fn values(&self) -> impl Iterator<Item = (f64, f64)> {
+        let (even, odd) = self.parts().split_at(self.rule.groups);
+        let (count, [start, end]) = (self.rule.groups * LANES, self.sizes.ends);
+        let at = move |j: usize| {
+            let of = |all: &[Lanes]| all[j / LANES].0[j % LANES];
+            [of(&self.rule.places), of(even), of(odd)]
+        };
+        let left = (0..count).rev().map(at).map(|[x, e, o]| (-x, e - o));
+        let right = (0..count).map(at).map(|[x, e, o]| (x, e + o));
+        let ends = [(-1.0, start), (1.0, end)].map(std::iter::once);
+        let [first, last] = ends;
+        first.chain(left).chain(right).chain(last)
+    }
+
     /// Mean square about its mean.
     pub(super) fn square(&self) -> f64 {
         self.sizes.square
