@@ -59,7 +59,11 @@ impl<T> Recurring<T> {
 
     /// Whether a length was met lately: many at a time, as most were not.
     fn is_recent(&self, length: f64) -> bool {
-        let any = |lengths: &[f64; 32]| lengths.iter().fold(false, |any, own| any | (*own == length));
+        let any = |lengths: &[f64; 32]| {
+            lengths
+                .iter()
+                .fold(false, |any, own| any | (*own == length))
+        };
         self.recent.as_chunks().0.iter().any(any)
     }
 }

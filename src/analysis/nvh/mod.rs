@@ -325,8 +325,7 @@ impl Observer for Nvh {
         } = self.origin;
         let turn = self.fourier.as_ref().map_or(0.0, |f| f.half_turn(tau));
         let seen = rules.look(set, deflection, centre[0], turn);
-        let of_force = (force.iter().any(|f| *f != 0.0))
-            .then(|| seen.beside(set, force));
+        let of_force = (force.iter().any(|f| *f != 0.0)).then(|| seen.beside(set, force));
         self.peaks.window(&seen, of_force.as_ref());
 
         let sums = self.stretches.open();

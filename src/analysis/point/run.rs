@@ -69,7 +69,11 @@ impl<K: Kernel> PointRun<'_, K> {
         );
         if let Some(lyapunov) = &self.questions.lyapunov {
             for _ in 0..lyapunov.align {
-                self.cycle(&mut instruments.record.growth, instruments.record.twin.as_mut(), &mut ())?;
+                self.cycle(
+                    &mut instruments.record.growth,
+                    instruments.record.twin.as_mut(),
+                    &mut (),
+                )?;
             }
         }
         instruments.restart();

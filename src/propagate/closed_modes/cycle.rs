@@ -101,9 +101,8 @@ impl ClosedModes<'_> {
         self.check_range(place, w)?;
         let Some(found) = found else {
             let duration = if fits { whole } else { left };
-            let arrives = left <= whole + ROUNDING * period;
-            if O::WINDOWS {
-                self.pass_window(place, duration, arrives, w, observer);
+            if O::WINDOWS && duration > 0.0 {
+                self.show(place, duration, w, observer);
             }
             if fits {
                 self.move_whole(w);
@@ -112,6 +111,7 @@ impl ClosedModes<'_> {
             }
             counters.partial_windows += u64::from(!fits);
             counters.tangent_windows += (w.states.len() / w.length - 1) as u64;
+            let arrives = left <= whole + ROUNDING * period;
             if fits {
                 place.time += whole;
             }
@@ -147,10 +147,10 @@ impl ClosedModes<'_> {
         counters: &mut Counters,
     ) -> Result<(), End> {
         let contact = found.contact;
-        if O::WINDOWS {
-            self.pass_window(place, found.time, true, w, observer);
-        }
         if found.time > 0.0 {
+            if O::WINDOWS {
+                self.show(place, found.time, w, observer);
+            }
             self.move_to(found.time, place, w);
             counters.partial_windows += 1;
             counters.tangent_windows += (w.states.len() / w.length - 1) as u64;

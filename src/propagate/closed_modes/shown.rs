@@ -1,4 +1,4 @@
-//! Windows as observers see them: Legendre series of deflections and forces on two blocks, or on their part up to an event.
+//! Windows as observers see them: Legendre series of deflections and forces on a block, or on its part up to an event.
 
 use super::ClosedModes;
 use super::basis::{Basis, padded};
@@ -8,7 +8,7 @@ use super::lanes;
 use super::sets::SAME_TIME;
 use super::slot::{Series, Slot};
 use super::system::System;
-use super::workspace::{Open, Place, Workspace};
+use super::workspace::{Place, Workspace};
 use crate::model::{DRIVE_FLANK, MOST_CONTACTS};
 use crate::numerics::exponential::legendre_series;
 use crate::numerics::legendre::{self, transforms24};
@@ -16,10 +16,6 @@ use crate::propagate::vectors::{Row, TERMS, interpolation};
 use crate::propagate::volterra::lanes as windows;
 use crate::propagate::{ClosedContact, Observer, Window};
 use num_complex::{Complex64, c64};
-
-/// Blocks of a window at most. From its middle to its ends the fastest wave turns by `NODES SHORT` = 3.76 then, and
-/// what its series lacks is below `49 j₂₄(3.76)` = 6e-17 of it.
-const MOST_BLOCKS: usize = 2;
 
 impl ClosedModes<'_> {
     /// The series of a system.
@@ -30,7 +26,7 @@ impl ClosedModes<'_> {
     }
 
     fn series_along(&self, basis: &Basis<'_>, system: &System, line: usize) -> Series {
-        let length = MOST_BLOCKS as f64 * NODES as f64 * self.step;
+        let block_length = NODES as f64 * self.step;
         let n = self.model.modes();
         let padded = padded(n);
         // One more, as the workspace has them.
@@ -41,7 +37,7 @@ impl ClosedModes<'_> {
         for i in 0..n {
             let block = basis.block(i);
             let m = block.traceless();
-            block.exponential(length, &mut terms);
+            block.exponential(block_length, &mut terms);
             let w = [sight.row[i], sight.row[padded + i]];
             for (k, term) in terms.iter().enumerate() {
                 let (even, odd) = (term.re, term.im);
@@ -53,12 +49,13 @@ impl ClosedModes<'_> {
         let constant = &mut rows[2 * padded].0;
         constant[0] = sight.drive[0];
         let rule = transforms24();
-        for drift in &system.steady.drifts {
+        for (drift, pushes) in system.steady.drifts.iter().zip(&system.pushes) {
             let w = [sight.row[drift.lane], sight.row[padded + drift.lane]];
             let values = rule.nodes().map(|x| {
-                let steps = 0.5 * (x + 1.0) * length / self.step;
-                let before = (0..steps as usize).fold([0.0; 2], |before, _| drift.pushed(before, self.step));
-                let [x, y] = drift.pushed(before, steps.fract() * self.step);
+                let time = 0.5 * (x + 1.0) * block_length;
+                let node = (time / self.step).floor() as usize;
+                let before = node.checked_sub(1).map_or([0.0; 2], |node| pushes[node]);
+                let [x, y] = drift.pushed(before, time - node as f64 * self.step);
                 w[0] * x + w[1] * y
             });
             for (sum, term) in constant.iter_mut().zip(rule.interpolate(&values)) {
@@ -66,7 +63,7 @@ impl ClosedModes<'_> {
             }
         }
         for (h, &[omega, _]) in self.frequencies.all.iter().enumerate() {
-            legendre_series(c64(0.0, omega), length, &mut terms);
+            legendre_series(c64(0.0, omega), block_length, &mut terms);
             let amplitude = c64(sight.drive[1 + 2 * h], -sight.drive[2 + 2 * h]);
             for (k, term) in terms.iter().enumerate() {
                 let value = amplitude * term;
@@ -77,48 +74,37 @@ impl ClosedModes<'_> {
         Series::new(&rows)
     }
 
-    /// Moves the end of the open window on by some time \[s\] from where the states are, and shows it where it `ends` there or
-    /// has no room for another block.
-    pub(super) fn pass_window<O: Observer>(
+    /// Shows a window of some length \[s\] from where the states are.
+    pub(super) fn show<O: Observer>(
         &self,
         place: &Place,
         duration: f64,
-        ends: bool,
         w: &mut Workspace,
         observer: &mut O,
     ) {
-        if w.window.length == 0.0 {
-            w.window.start = place.time;
-            let (state, inputs) = w.window.weights.split_at_mut(w.length);
-            state.copy_from_slice(&w.states[..w.length]);
-            inputs.copy_from_slice(&w.inputs);
-        }
-        w.window.length += duration;
-        let is_full = w.window.length > (MOST_BLOCKS as f64 - 0.5) * NODES as f64 * self.step;
-        if w.window.length == 0.0 || !(ends || is_full) {
-            return;
-        }
         if observer.states() {
             self.show_state(w);
         }
-        self.find_segments(place.cycle, w);
+        self.find_segments(place, w);
+        let (state, inputs) = w.weights.split_at_mut(w.length);
+        state.copy_from_slice(&w.states[..w.length]);
+        inputs.copy_from_slice(&w.inputs);
         // Room for many is not made where it is not needed.
         match place.active.count() <= 1 {
-            true => self.show_few::<O, 1>(place, w, observer),
-            false => self.show_few::<O, MOST_CONTACTS>(place, w, observer),
+            true => self.show_few::<O, 1>(place, duration, w, observer),
+            false => self.show_few::<O, MOST_CONTACTS>(place, duration, w, observer),
         }
-        w.window.length = 0.0;
     }
 
     /// The segments of all contacts at the start of a window, where those of the last one are over.
-    fn find_segments(&self, cycle: u64, w: &mut Workspace) {
-        let time = w.window.start + SAME_TIME * self.model.period();
+    fn find_segments(&self, place: &Place, w: &mut Workspace) {
+        let time = place.time + SAME_TIME * self.model.period();
         if time < w.segments_end {
             return;
         }
         w.segments_end = f64::INFINITY;
         for (segment, contact) in w.segments.iter_mut().zip(&self.model.contacts) {
-            let cycle = contact.cycle(cycle);
+            let cycle = contact.cycle(place.cycle);
             *segment = *cycle.segment_at(time);
             w.segments_end = w.segments_end.min(cycle.period * segment.end);
         }
@@ -128,41 +114,36 @@ impl ClosedModes<'_> {
     fn show_state(&self, w: &mut Workspace) {
         let set = self.instructions;
         let [own, modal] = &mut w.shown;
-        let (state, inputs) = w.window.weights.split_at(w.length);
-        own.copy_from_slice(state);
+        own.copy_from_slice(&w.states[..w.length]);
         let slot = self.slot(w.set);
         let responses = [&slot.system.steady.responses[..], &[]];
         match slot.basis.to_modes() {
             Some(map) => {
                 let modes = self.model.modes();
-                lanes::map(set, map, modes, responses, inputs, own, modal);
+                lanes::map(set, map, modes, responses, &w.inputs, own, modal);
             }
             None => {
-                lanes::shift(set, responses[0], inputs, 1.0, own);
+                lanes::shift(set, responses[0], &w.inputs, 1.0, own);
                 modal.copy_from_slice(own);
             }
         }
     }
 
-    /// Shows the open window, with at most M contacts closed.
+    /// As [`Self::show`], with at most M contacts closed.
     fn show_few<O: Observer, const M: usize>(
         &self,
         place: &Place,
+        duration: f64,
         w: &Workspace,
         observer: &mut O,
     ) {
         let (set, model) = (self.instructions, self.model);
-        let Open {
-            start,
-            length: duration,
-            weights,
-        } = &w.window;
         let (slot, series) = (self.slot(w.set), self.series(w.set));
-        let whole = MOST_BLOCKS as f64 * NODES as f64 * self.step;
-        let is_part = *duration < whole * (1.0 - 1e-12);
+        let whole = NODES as f64 * self.step;
+        let is_part = duration < whole * (1.0 - 1e-12);
         let end = 2.0 * duration / whole - 1.0;
         let see = |line: usize, out: &mut Row| {
-            lanes::series(set, &series[line].0, weights, out);
+            lanes::series(set, &series[line].0, &w.weights, out);
             if is_part {
                 let nodes = transforms24().nodes();
                 windows::restrict_to(set, nodes, interpolation(), end, out);
@@ -198,8 +179,8 @@ impl ClosedModes<'_> {
         };
         let window = Window {
             cycle: place.cycle,
-            start: *start,
-            duration: *duration,
+            start: place.time,
+            duration,
             segments: &w.segments,
             contact: place.active,
             deflection: &mesh.0,

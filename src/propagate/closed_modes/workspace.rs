@@ -32,25 +32,14 @@ pub struct Workspace {
     pub line_of: Vec<usize>,
     /// The next stop of the present cycle.
     pub next_stop: usize,
-    /// The window that is shown next, where windows are shown.
-    pub window: Open,
+    /// The trajectory where a window starts, then the values of the inputs, where windows are shown.
+    pub weights: Vec<f64>,
     /// The segment of every contact there.
     pub segments: Vec<Segment>,
     /// Time of the cycle up to which they are those \[s\].
     pub segments_end: f64,
-    /// The trajectory's modal state where the window starts, behind room for it in the coordinates of `set`; where it is read.
+    /// The trajectory's state where the window starts, where it is read: in the coordinates of `set`, and in modes.
     pub shown: [Aligned; 2],
-}
-
-/// A window that may grow.
-#[derive(Debug)]
-pub struct Open {
-    /// Time of the cycle where it starts \[s\].
-    pub start: f64,
-    /// Its length so far \[s\]; zero before there is one.
-    pub length: f64,
-    /// The trajectory there, then the values of the inputs.
-    pub weights: Vec<f64>,
 }
 
 /// What a line sees on the present block.
@@ -82,11 +71,7 @@ impl Workspace {
             set: 0,
             length: 2 * padded,
             trial: inputs.clone(),
-            window: Open {
-                start: 0.0,
-                length: 0.0,
-                weights: vec![0.0; 2 * padded + inputs.len()],
-            },
+            weights: vec![0.0; 2 * padded + inputs.len()],
             inputs,
             seen: vec![
                 Seen {
@@ -148,7 +133,6 @@ impl Workspace {
             *line = now;
         }
         self.next_stop = 0;
-        self.window.length = 0.0;
         self.segments_end = 0.0;
     }
 }
