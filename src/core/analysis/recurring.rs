@@ -36,7 +36,7 @@ impl<T> Recurring<T> {
         let place = match known {
             Some(place) => place,
             None => {
-                let again = self.recent.contains(&length);
+                let again = self.is_recent(length);
                 self.recent[self.next] = length;
                 self.next = (self.next + 1) % LOOKED_BACK;
                 if !again {
@@ -55,6 +55,16 @@ impl<T> Recurring<T> {
             }
         };
         Some(&self.kept[place].1)
+    }
+
+    /// Whether a length was met lately: many at a time, as most were not.
+    fn is_recent(&self, length: f64) -> bool {
+        let any = |lengths: &[f64; 32]| {
+            lengths
+                .iter()
+                .fold(false, |any, own| any | (*own == length))
+        };
+        self.recent.as_chunks().0.iter().any(any)
     }
 }
 

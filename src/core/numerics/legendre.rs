@@ -83,11 +83,12 @@ pub fn polynomials(x: f64, out: &mut [f64]) {
 #[inline(always)]
 pub fn derivative<const P: usize>(series: &[f64; P]) -> [f64; P] {
     let mut out = [0.0; P];
-    let (mut even, mut odd) = (0.0, 0.0);
+    // The sums of even and odd terms change places: a choice between them would wait for every addition.
+    let (mut sum, mut other) = (0.0, 0.0);
     for n in (0..P - 1).rev() {
-        let sum = if n % 2 == 0 { &mut odd } else { &mut even };
-        *sum += series[n + 1];
-        out[n] = (2.0 * n as f64 + 1.0) * *sum;
+        sum += series[n + 1];
+        out[n] = (2.0 * n as f64 + 1.0) * sum;
+        (sum, other) = (other, sum);
     }
     out
 }

@@ -43,52 +43,37 @@ pub struct ClosedContact<'a> {
     pub force: &'a [f64],
 }
 
-/// At most M closed contacts of a window as a kernel shows them, in series of P terms.
-pub(super) struct ShownContacts<const P: usize, const M: usize> {
-    mesh: [f64; P],
-    force: [f64; P],
-    contacts: [usize; M],
-    series: [[[f64; P]; 2]; M],
-    count: usize,
+impl<'a> ClosedContact<'a> {
+    /// Contacts with their deflections and forces.
+    pub(super) fn each<const P: usize, const M: usize>(
+        contacts: &[usize; M],
+        series: &'a [[[f64; P]; 2]; M],
+    ) -> [Self; M] {
+        std::array::from_fn(|i| Self {
+            contact: contacts[i],
+            deflection: &series[i][0],
+            force: &series[i][1],
+        })
+    }
 }
 
-impl<const P: usize, const M: usize> ShownContacts<P, M> {
-    /// None yet; `mesh` is the deflection of the mesh.
-    pub fn new(mesh: [f64; P]) -> Self {
-        Self {
-            mesh,
-            force: [0.0; P],
-            contacts: [0; M],
-            series: [[[0.0; P]; 2]; M],
-            count: 0,
-        }
-    }
-
-    /// One more, a spring of the mesh or not, with its deflection and its force.
-    pub fn push(&mut self, contact: usize, of_mesh: bool, deflection: [f64; P], force: [f64; P]) {
-        if of_mesh {
-            for (sum, f) in self.force.iter_mut().zip(&force) {
-                *sum += f;
+impl Window<'_> {
+    /// Shows a window, in series of P terms, with the force of its mesh: that of its closed contacts before the first `springs`.
+    pub(super) fn show<const P: usize, O: Observer>(&self, springs: usize, observer: &mut O) {
+        let mut sum = [0.0; P];
+        let of_mesh = self.closed.iter().filter(|own| own.contact < springs);
+        let force = match (of_mesh.clone().next(), of_mesh.clone().nth(1)) {
+            (Some(only), None) => only.force,
+            _ => {
+                for own in of_mesh {
+                    for (sum, f) in sum.iter_mut().zip(own.force) {
+                        *sum += f;
+                    }
+                }
+                &sum
             }
-        }
-        self.contacts[self.count] = contact;
-        self.series[self.count] = [deflection, force];
-        self.count += 1;
-    }
-
-    /// Shows a window with these contacts.
-    pub fn show<O: Observer>(&self, window: &Window<'_>, observer: &mut O) {
-        let closed: [ClosedContact<'_>; M] = std::array::from_fn(|i| ClosedContact {
-            contact: self.contacts[i],
-            deflection: &self.series[i][0],
-            force: &self.series[i][1],
-        });
-        observer.window(&Window {
-            deflection: &self.mesh,
-            force: &self.force,
-            closed: &closed[..self.count],
-            ..*window
-        });
+        };
+        observer.window(&Window { force, ..*self });
     }
 }
 

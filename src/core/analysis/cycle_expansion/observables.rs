@@ -136,7 +136,7 @@ impl Observer for Cycles<'_> {
             let force = padded(closed.force).map(|f| side * f);
             self.sums[2] += share * force[0];
             if force[0] + variation(&force) > self.peak {
-                let largest = Rules::shared().long.maximum(self.set, &force);
+                let largest = Rules::shared().maximum(self.set, &force);
                 self.peak = self.peak.max(largest);
             }
         }

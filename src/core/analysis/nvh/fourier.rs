@@ -6,7 +6,7 @@
 //! exponential, unless orders are many or turn too fast for the rule.
 
 use super::lanes::{self, Complex, Eight, Integrals, Stretch};
-use super::rule::{Parts, Rule};
+use super::rule::Seen;
 use super::stretches::{Stretches, Summable};
 use crate::analysis::modal_series::TERMS;
 use crate::analysis::recurring::Recurring;
@@ -92,14 +92,9 @@ impl Fourier {
         self.harmonics > MOST_AT_NODES
     }
 
-    /// Adds a window; `parts` are those of its `series` at the rule's nodes.
-    pub(super) fn add(
-        &mut self,
-        window: &Window<'_>,
-        series: &[f64; TERMS],
-        rule: &Rule,
-        parts: &Parts,
-    ) {
+    /// Adds a window with its deflection as seen.
+    pub(super) fn add(&mut self, window: &Window<'_>, seen: &Seen<'_>) {
+        let Seen { rule, series, .. } = seen;
         let tau = window.duration;
         let stretch = Stretch {
             duration: tau,
@@ -128,7 +123,7 @@ impl Fourier {
                 lanes::add_by_terms(set, own, &integrals, series, &stretch, sums);
             }
         } else {
-            let (places, weights, parts) = (&rule.places, &rule.weights, rule.own(parts));
+            let (places, weights, parts) = (&rule.places, &rule.weights, seen.parts());
             lanes::add_by_nodes(set, frequencies, places, weights, parts, &stretch, sums);
         }
     }
@@ -295,13 +290,12 @@ mod tests {
                         duration: share * period,
                         ..Window::default()
                     };
-                    let short = fourier.half_turn(window.duration) <= rules.short.widest_turn;
-                    let rule = if short { &rules.short } else { &rules.long };
                     assert_eq!(smooth, rules.sizes(set, series).falls_off(0.0));
-                    let parts = rule.parts(set, series);
+                    let turn = fourier.half_turn(window.duration);
+                    let seen_series = rules.look(set, series, series[0], turn);
                     let mut seen = vec![Complex64::ZERO; SUBORDERS + harmonics];
                     for round in 0..3 {
-                        fourier.add(&window, series, rule, &parts);
+                        fourier.add(&window, &seen_series);
                         let suborders = std::mem::take(&mut fourier.suborders.present);
                         let mut whole = vec![Complex64::ZERO; harmonics];
                         fourier.advance(&mut whole);

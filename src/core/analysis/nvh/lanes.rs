@@ -49,18 +49,13 @@ for_each_set! {
 
 for_each_set! {
     /// Even part, then odd part of a series at positive nodes; the rule has for every node group the
-    /// values of P_0, P_1, … there, term after term.
-    fn parts(polynomials: &[Lanes], series: &Series, out: &mut [Lanes]) = parts_body
+    /// values of P_0, P_1, … there, term after term. Returns the smallest and the largest value at all nodes.
+    fn parts(polynomials: &[Lanes], series: &Series, out: &mut [Lanes]) -> [f64; 2] = parts_body
 }
 
 for_each_set! {
     /// Weighted sums of the third and fourth powers of `(value − centre)/unit` over all nodes.
     fn powers(weights: &[Lanes], parts: &[Lanes], centre: f64, unit: f64) -> [f64; 2] = powers_body
-}
-
-for_each_set! {
-    /// Smallest and largest value at the nodes.
-    fn range(parts: &[Lanes]) -> [f64; 2] = range_body
 }
 
 for_each_set! {
@@ -109,7 +104,7 @@ fn sizes_body<V: Vector>(weights: &[Row; SIZES], series: &Series) -> [f64; SIZES
 }
 
 #[inline(always)]
-fn parts_body<V: Vector>(polynomials: &[Lanes], series: &Series, out: &mut [Lanes]) {
+fn parts_body<V: Vector>(polynomials: &[Lanes], series: &Series, out: &mut [Lanes]) -> [f64; 2] {
     match out.len() {
         4 => parts_of::<V, 2>(polynomials, series, out),
         _ => parts_of::<V, 3>(polynomials, series, out),
@@ -117,7 +112,11 @@ fn parts_body<V: Vector>(polynomials: &[Lanes], series: &Series, out: &mut [Lane
 }
 
 #[inline(always)]
-fn parts_of<V: Vector, const G: usize>(polynomials: &[Lanes], series: &Series, out: &mut [Lanes]) {
+fn parts_of<V: Vector, const G: usize>(
+    polynomials: &[Lanes],
+    series: &Series,
+    out: &mut [Lanes],
+) -> [f64; 2] {
     let mut sums = [[V::zero(); G]; 2];
     let pairs = polynomials.chunks_exact(2 * G);
     for (a, rows) in series.chunks_exact(2).zip(pairs) {
@@ -128,11 +127,21 @@ fn parts_of<V: Vector, const G: usize>(polynomials: &[Lanes], series: &Series, o
             }
         }
     }
-    for odd in 0..2 {
-        for g in 0..G {
-            out[odd * G + g] = sums[odd][g].lanes();
-        }
+    let [even, odd] = sums;
+    let (mut low, mut high) = (V::splat(f64::INFINITY), V::splat(f64::NEG_INFINITY));
+    for g in 0..G {
+        out[g] = even[g].lanes();
+        out[G + g] = odd[g].lanes();
+        let (right, left) = (even[g].plus(odd[g]), even[g].minus(odd[g]));
+        low = low.smaller(right.smaller(left));
+        high = high.larger(right.larger(left));
     }
+    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+    for (low, high) in low.lanes().0.into_iter().zip(high.lanes().0) {
+        least = if low < least { low } else { least };
+        most = if high > most { high } else { most };
+    }
+    [least, most]
 }
 
 /// With e and o the parts about the centre, `Σ w ((e + o)³ + (e − o)³)/2 = Σ w e (e² + 3 o²)`, and
@@ -153,24 +162,6 @@ fn powers_body<V: Vector>(weights: &[Lanes], parts: &[Lanes], centre: f64, unit:
         fourth = w.multiply_add(e2.multiply_add(e2, o2.times(six)), fourth);
     }
     [third.sum(), fourth.sum()]
-}
-
-#[inline(always)]
-fn range_body<V: Vector>(parts: &[Lanes]) -> [f64; 2] {
-    let (even, odd) = parts.split_at(parts.len() / 2);
-    let (mut low, mut high) = (V::splat(f64::INFINITY), V::splat(f64::NEG_INFINITY));
-    for (e, o) in even.iter().zip(odd) {
-        let (e, o) = (V::read(&e.0), V::read(&o.0));
-        let (right, left) = (e.plus(o), e.minus(o));
-        low = low.smaller(right.smaller(left));
-        high = high.larger(right.larger(left));
-    }
-    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-    for (low, high) in low.lanes().0.into_iter().zip(high.lanes().0) {
-        least = if low < least { low } else { least };
-        most = if high > most { high } else { most };
-    }
-    [least, most]
 }
 
 /// A sum of two that leaves of a small number its nearest whole one.

@@ -4,12 +4,15 @@
 //! goes from the pinion to the wheel. μ_f Σ p |s| is constant on a segment, so that the loss is an
 //! integral of |F| over windows, exact where F keeps its sign and where it changes it.
 
+use super::rule::Seen;
 use crate::analysis::modal_series::{Series, TERMS, padded};
 use crate::analysis::outcome::{NvhErrors, NvhOutcome};
 use crate::model::{Model, Rolling};
-use crate::numerics::legendre::{evaluate, transforms24, variation};
+use crate::numerics::legendre::{
+    at_end, at_start, derivative, evaluate_with_derivatives, transforms24, variation,
+};
 use crate::numerics::roots::sign_changes;
-use crate::propagate::Window;
+use crate::propagate::{InstructionSet, Window};
 
 /// Forces below this part of a window's largest are round-off where their sign is looked at.
 const NOISE: f64 = 1e-14;
@@ -38,12 +41,16 @@ impl Losses {
         })
     }
 
-    /// Energy \[J\] lost on the flanks of the mesh over a window.
-    pub fn over(&self, window: &Window<'_>) -> f64 {
+    /// Energy \[J\] lost on the flanks of the mesh over a window, with the force of the mesh as seen.
+    pub fn over(&self, set: InstructionSet, window: &Window<'_>, force: Option<&Seen<'_>>) -> f64 {
         let of_mesh = (window.closed.iter()).filter(|closed| closed.contact < self.flank_springs);
+        let only = force.filter(|_| of_mesh.clone().count() == 1);
         let lost = of_mesh.filter_map(|closed| {
             let speed = self.speeds[window.segments[closed.contact].direction];
-            (speed != 0.0).then(|| speed * modulus(&padded(closed.force)))
+            (speed != 0.0).then(|| match only {
+                Some(force) => speed * modulus_seen(set, force),
+                None => speed * modulus(&padded(closed.force)),
+            })
         });
         window.duration * lost.sum::<f64>()
     }
@@ -71,12 +78,55 @@ impl Losses {
     }
 }
 
-/// Mean of the modulus of a series over \[−1, 1\].
-fn modulus(series: &Series) -> f64 {
-    if series[0].abs() >= variation(series) {
-        return series[0].abs();
+/// Mean of the modulus of a series as seen.
+fn modulus_seen(set: InstructionSet, seen: &Seen<'_>) -> f64 {
+    if seen.range.has_one_sign() {
+        return seen.series[0].abs();
     }
-    // ∫ P_n dx = (P_{n+1} − P_{n−1})/(2n + 1), ∫ P_0 dx = P_1.
+    let slope = derivative(seen.series);
+    let slope = seen.beside(set, &slope);
+    modulus_of_one_change(seen, &slope).unwrap_or_else(|| modulus(seen.series))
+}
+
+/// Mean of the modulus of a series whose sign changes once, if the values and slopes at nodes and ends prove it: between
+/// any two of them it leaves their chord too little to come to zero, or its slope does.
+fn modulus_of_one_change(seen: &Seen<'_>, slope: &Seen<'_>) -> Option<f64> {
+    /// A distance behind which the parabola is exact to round-off.
+    const SMALL: f64 = 1e-5;
+    let mut all = seen.values().zip(slope.values());
+    let mut before = all.next()?;
+    let mut change = None;
+    for here in all {
+        let ((_, a), (_, b)) = (before.0, here.0);
+        let ((_, p), (_, q)) = (before.1, here.1);
+        let stays = |a: f64, b: f64, rise: f64| a * b > 0.0 && a.abs().min(b.abs()) > rise;
+        if !stays(a, b, seen.range.rise) && !stays(p, q, slope.range.rise) {
+            return None;
+        }
+        if (a > 0.0) != (b > 0.0) && change.replace((before, here)).is_some() {
+            return None;
+        }
+        before = here;
+    }
+    let ((start, a), (end, b)) = change.map(|(before, here)| (before.0, here.0))?;
+    let integral = integral(seen.series);
+    // Its extreme is where the sign changes.
+    let mut x = (start * b - end * a) / (b - a);
+    for _ in 0..4 {
+        let [value, force, slope] = evaluate_with_derivatives::<_, false>(&integral, x);
+        let step = -force / slope;
+        if step.abs() < SMALL {
+            let extreme = value + 0.5 * force * step;
+            let sides = [extreme - at_start(&integral), at_end(&integral) - extreme];
+            return Some(0.5 * (sides[0].abs() + sides[1].abs()));
+        }
+        x += step;
+    }
+    None
+}
+
+/// `∫ P_n dx = (P_{n+1} − P_{n−1})/(2n + 1), ∫ P_0 dx = P_1` of every term.
+fn integral(series: &Series) -> [f64; TERMS + 1] {
     let mut integral = [0.0; TERMS + 1];
     for (n, a) in series.iter().enumerate() {
         let part = a / (2 * n + 1) as f64;
@@ -85,23 +135,35 @@ fn modulus(series: &Series) -> f64 {
             integral[n - 1] -= part;
         }
     }
+    integral
+}
+
+/// Mean of the modulus of a series over \[−1, 1\].
+fn modulus(series: &Series) -> f64 {
+    if series[0].abs() >= variation(series) {
+        return series[0].abs();
+    }
+    let integral = integral(series);
     let largest = series[0].abs() + variation(series);
-    let mut before = evaluate(&integral, -1.0);
+    let mut before = at_start(&integral);
     let mut sum = 0.0;
-    let mut to = |x: f64| {
-        let here = evaluate(&integral, x);
+    let mut to = |here: f64| {
         sum += (here - before).abs();
         before = here;
     };
     let noise = NOISE * largest;
-    sign_changes(transforms24(), series, noise, &mut None, |x, _| to(x));
-    to(1.0);
+    sign_changes(transforms24(), series, noise, &mut None, |x, _| {
+        to(evaluate_with_derivatives::<_, false>(&integral, x)[0]);
+    });
+    to(at_end(&integral));
     0.5 * sum
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::nvh::rule::Rules;
+    use crate::numerics::legendre::evaluate;
     use crate::numerics::quadrature::GaussLegendre;
 
     #[test]
@@ -143,5 +205,37 @@ mod tests {
             modulus(&std::array::from_fn(|n| if n == 0 { -2.0 } else { 0.01 })),
             2.0
         );
+    }
+
+    /// A force that lets go, of every place and width of its only change of sign; several changes are left to halving.
+    #[test]
+    fn one_change_of_sign_is_proved_at_the_nodes() {
+        let rules = Rules::shared();
+        let series_of = |turn: f64, phase: f64| -> Series {
+            transforms24().interpolate(&std::array::from_fn(|i| {
+                (turn * transforms24().nodes()[i] + phase).sin()
+            }))
+        };
+        for set in InstructionSet::available() {
+            let (mut proved, mut changes) = (0, 0);
+            for step in 0..300 {
+                let phase = 0.021 * f64::from(step);
+                let (series, several) = (series_of(1.9, phase), series_of(5.0, phase));
+                for series in [series, several] {
+                    let slope = derivative(&series);
+                    let seen = rules.look(set, &series, 0.0, 0.0);
+                    let slope = seen.beside(set, &slope);
+                    let exact = modulus(&series);
+                    let once = modulus_of_one_change(&seen, &slope);
+                    proved += usize::from(once.is_some());
+                    changes += usize::from(!seen.range.has_one_sign());
+                    let found = [once, Some(modulus_seen(set, &seen))];
+                    for found in found.into_iter().flatten() {
+                        assert!((found - exact).abs() < 1e-14, "{phase}: {found} {exact}");
+                    }
+                }
+            }
+            assert!(proved > 200 && proved < changes, "{proved} of {changes}");
+        }
     }
 }

@@ -28,8 +28,9 @@ use crate::propagate::{Event, InstructionSet, Observer, Window};
 use contacts::Contacts;
 use fourier::Fourier;
 use losses::Losses;
-use peaks::{Extremes, Peaks, Seen};
-use rule::{Rules, Sizes};
+use peaks::{Extremes, Peaks};
+use rule::Rules;
+use std::borrow::Cow;
 use stretches::Stretches;
 use sums::{Origin, Sums, ratio};
 
@@ -149,7 +150,7 @@ impl Nvh {
         let [deflection, force] = [0, 1].map(|i| other.origin.centre[i] - self.origin.centre[i]);
         if [deflection, force] != [0.0; 2] {
             let shift = [deflection / self.origin.half_gap, force];
-            other.stretches.each(|sums| sums.recentre(shift));
+            (other.to_mut().stretches).each(|sums| sums.recentre(shift));
         }
         self.over += other.over;
         self.stretches.append(&other.stretches);
@@ -178,8 +179,8 @@ impl Nvh {
         }
         let Self {
             stretches, origin, ..
-        } = self.finished();
-        sums::watched(stretches.closed(), &stretches.total(), origin)
+        } = &*self.finished();
+        sums::watched(stretches.closed(), &stretches.total(), *origin)
     }
 
     /// Mesh cycles of a whole stretch: of a value of what is watched.
@@ -193,7 +194,7 @@ impl Nvh {
         let mut closed = self.finished();
         let mut total = closed.stretches.total();
         if self.repeats.is_some() {
-            (closed.contacts).close_circle(first, present + 1, &mut total);
+            (closed.to_mut().contacts).close_circle(first, present + 1, &mut total);
         }
         let mut found = sums::statistics(&total, self.origin);
         found.cycles = closed.over;
@@ -260,17 +261,19 @@ impl Nvh {
     }
 
     /// Counts the cycle integrated last, which is over though no window has shown it.
-    fn finish(&mut self) {
+    pub(super) fn finish(&mut self) {
         if std::mem::take(&mut self.open) {
             self.advance();
         }
     }
 
-    /// A copy whose last cycle counts.
-    fn finished(&self) -> Self {
-        let mut copy = self.clone();
-        copy.finish();
-        copy
+    /// The same with the last cycle counted.
+    fn finished(&self) -> Cow<'_, Self> {
+        let mut own = Cow::Borrowed(self);
+        if self.open {
+            own.to_mut().finish();
+        }
+        own
     }
 
     /// A mesh cycle is over.
@@ -320,45 +323,35 @@ impl Observer for Nvh {
         let Origin {
             centre, half_gap, ..
         } = self.origin;
-        let sizes = rules.sizes(set, deflection);
-        let turned = self.fourier.as_ref().map_or(0.0, |f| f.half_turn(tau));
-        let short = turned <= rules.short.widest_turn && sizes.falls_off(deflection[0] - centre[0]);
-        let rule = if short { &rules.short } else { &rules.long };
-        let parts = rule.parts(set, deflection);
-        let of_force = match force.iter().all(|f| *f == 0.0) {
-            true => Sizes::default(),
-            false => rules.sizes(set, force),
-        };
-        let seen = |series, sizes| Seen {
-            rule,
-            set,
-            series,
-            sizes,
-        };
-        self.peaks
-            .window(&seen(deflection, sizes), &parts, &seen(force, of_force));
+        let turn = self.fourier.as_ref().map_or(0.0, |f| f.half_turn(tau));
+        let seen = rules.look(set, deflection, centre[0], turn);
+        let of_force = (force.iter().any(|f| *f != 0.0)).then(|| seen.beside(set, force));
+        self.peaks.window(&seen, of_force.as_ref());
 
         let sums = self.stretches.open();
         sums.time += tau;
         sums.times[window.contact.flanks().index()] += tau;
         let first = (deflection[0] - centre[0]) / half_gap;
-        let second = first * first + sizes.square / (half_gap * half_gap);
-        let [third, fourth] = rule.powers(set, &parts, centre[0], half_gap);
+        let second = first * first + seen.square() / (half_gap * half_gap);
+        let [third, fourth] = seen.powers(set, centre[0], half_gap);
         for (sum, moment) in sums.moments.iter_mut().zip([first, second, third, fourth]) {
             *sum += tau * moment;
         }
         let about = force[0] - centre[1];
         sums.force[0] += tau * about;
-        sums.force[1] += tau * (about * about + of_force.square);
+        sums.force[1] += tau * about * about;
+        if let Some(force) = &of_force {
+            sums.force[1] += tau * force.square();
+        }
         if let Some(losses) = &self.losses {
-            sums.loss += losses.over(window);
+            sums.loss += losses.over(set, window, of_force.as_ref());
         }
         for closed in window.closed {
             let (place, side) = self.places[closed.contact];
             sums.pressing[place] += tau * side * closed.force[0];
         }
         if let Some(fourier) = &mut self.fourier {
-            fourier.add(window, deflection, rule, &parts);
+            fourier.add(window, &seen);
         }
     }
 

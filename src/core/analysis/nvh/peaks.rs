@@ -6,11 +6,10 @@
 //! bound the extremes of a window. Only the window that holds the extreme of its cycle is
 //! searched, once the cycle is over.
 
-use super::rule::{Parts, Range, Rule, Sizes, peaks};
+use super::rule::{Seen, peaks};
 use super::sample::Sample;
 use crate::analysis::modal_series::{Series, TERMS};
 use crate::numerics::statistics::quantile;
-use crate::propagate::InstructionSet;
 
 /// Shares of mesh cycles whose peaks stay below the quantiles.
 pub(super) const PEAK_SHARES: [f64; 2] = [0.99, 0.999];
@@ -84,7 +83,8 @@ impl Highest {
     }
 
     /// Takes a window in.
-    fn offer(&mut self, seen: &Seen<'_>, parts: &Parts, range: Range, upwards: bool) {
+    fn offer(&mut self, seen: &Seen<'_>, upwards: bool) {
+        let range = seen.range;
         let high = if upwards { range.high } else { -range.low };
         let most = high + range.rise;
         if most <= self.least {
@@ -99,27 +99,8 @@ impl Highest {
         if self.waits() {
             let sign = if upwards { 1.0 } else { -1.0 };
             self.series = seen.series.map(|a| sign * a);
-            self.place = seen.rule.start(parts, &seen.sizes, sign * high);
+            self.place = seen.start(sign * high);
         }
-    }
-}
-
-/// A series on a window.
-pub(super) struct Seen<'a> {
-    /// A rule that serves it.
-    pub(super) rule: &'a Rule,
-    pub(super) set: InstructionSet,
-    pub(super) series: &'a Series,
-    pub(super) sizes: Sizes,
-}
-
-impl Seen<'_> {
-    fn parts(&self) -> Parts {
-        self.rule.parts(self.set, self.series)
-    }
-
-    fn range(&self, parts: &Parts) -> Range {
-        self.rule.range(self.set, parts, &self.sizes)
     }
 }
 
@@ -154,21 +135,15 @@ impl Peaks {
         }
     }
 
-    /// Takes a window in; `parts` are those of the deflection at the nodes.
-    pub(super) fn window(&mut self, deflection: &Seen<'_>, parts: &Parts, force: &Seen<'_>) {
+    /// Takes a window in, with the force of the mesh, if there is any.
+    pub(super) fn window(&mut self, deflection: &Seen<'_>, force: Option<&Seen<'_>>) {
         let [lowest, highest, strongest] = &mut self.present;
-        let (spread, mean) = (deflection.sizes.variation, deflection.series[0]);
-        if spread - mean > lowest.least || spread + mean > highest.least {
-            let range = deflection.range(parts);
-            lowest.offer(deflection, parts, range, false);
-            highest.offer(deflection, parts, range, true);
-        }
-        if force.series[0].abs() + force.sizes.variation > strongest.least {
+        lowest.offer(deflection, false);
+        highest.offer(deflection, true);
+        if let Some(force) = force {
             // Contact damping pulls before it lets go: either sign may be the larger.
-            let parts = force.parts();
-            let range = force.range(&parts);
-            strongest.offer(force, &parts, range, true);
-            strongest.offer(force, &parts, range, false);
+            strongest.offer(force, true);
+            strongest.offer(force, false);
         }
     }
 

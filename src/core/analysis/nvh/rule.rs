@@ -38,7 +38,7 @@ pub struct Rule {
 }
 
 /// Even and odd part of a series at the positive nodes of a rule.
-pub(super) type Parts = [Lanes; 2 * LONG];
+type Parts = [Lanes; 2 * LONG];
 
 /// Sums over a series.
 #[derive(Debug, Clone, Copy, Default)]
@@ -69,13 +69,31 @@ pub(super) struct Range {
     pub(super) rise: f64,
 }
 
+impl Range {
+    /// Whether the series has one sign everywhere.
+    pub(super) fn has_one_sign(&self) -> bool {
+        self.low > self.rise || -self.high > self.rise
+    }
+}
+
+/// A series on a window as the nodes of a rule see it.
+#[derive(Debug)]
+pub(super) struct Seen<'a> {
+    pub(super) rule: &'a Rule,
+    pub(super) series: &'a [f64; TERMS],
+    sizes: Sizes,
+    /// Its parts at the nodes; those of a short rule are followed by nothing of use.
+    parts: Parts,
+    pub(super) range: Range,
+}
+
 /// Both rules.
 #[derive(Debug, Clone)]
 pub struct Rules {
     /// For series that fall off.
-    pub(super) short: Rule,
+    short: Rule,
     /// For every series.
-    pub long: Rule,
+    long: Rule,
     /// Weights of [`lanes::sizes`].
     weights: [Row; SIZES],
 }
@@ -104,6 +122,21 @@ impl Rules {
                 long,
             }
         })
+    }
+
+    /// A series at the nodes of a rule that integrates the fourth power of its distance from `centre` to round-off, and its
+    /// product with an exponential that makes a half `turn` \[rad\].
+    pub(super) fn look<'a>(
+        &'a self,
+        set: InstructionSet,
+        series: &'a [f64; TERMS],
+        centre: f64,
+        turn: f64,
+    ) -> Seen<'a> {
+        let sizes = self.sizes(set, series);
+        let short = turn <= self.short.widest_turn && sizes.falls_off(series[0] - centre);
+        let rule = if short { &self.short } else { &self.long };
+        rule.look(set, series, sizes)
     }
 
     /// Sums over a series.
@@ -166,70 +199,94 @@ impl Rule {
         positive.flat_map(|x| [x, -x]).collect()
     }
 
-    /// The parts of a series at the nodes; those of a short rule are followed by nothing of use.
-    pub(super) fn parts(&self, set: InstructionSet, series: &[f64; TERMS]) -> Parts {
-        let mut parts = [Lanes::ZERO; 2 * LONG];
-        lanes::parts(
-            set,
-            &self.polynomials,
-            series,
-            &mut parts[..2 * self.groups],
-        );
-        parts
-    }
-
-    /// Weighted sums of the third and fourth powers of `(value − centre)/unit`.
-    pub(super) fn powers(
-        &self,
+    /// A series of which the rule knows the sizes at its nodes.
+    pub(super) fn look<'a>(
+        &'a self,
         set: InstructionSet,
-        parts: &Parts,
-        centre: f64,
-        unit: f64,
-    ) -> [f64; 2] {
-        lanes::powers(set, &self.weights, self.own(parts), centre, unit)
-    }
-
-    /// Those of the parts that belong to the rule.
-    pub(super) fn own<'a>(&self, parts: &'a Parts) -> &'a [Lanes] {
-        &parts[..2 * self.groups]
-    }
-
-    /// Largest value of a series.
-    pub fn maximum(&self, set: InstructionSet, series: &[f64; TERMS]) -> f64 {
-        let parts = self.parts(set, series);
-        let [_, high] = lanes::range(set, self.own(&parts));
-        let place = self.place(&parts, high);
-        maximum(series, place.unwrap_or(0.0))
-    }
-
-    /// Between what its values at the nodes and its sizes say the extremes of a series lie.
-    pub(super) fn range(&self, set: InstructionSet, parts: &Parts, sizes: &Sizes) -> Range {
-        let [low, high] = lanes::range(set, self.own(parts));
+        series: &'a [f64; TERMS],
+        sizes: Sizes,
+    ) -> Seen<'a> {
+        let mut parts = [Lanes::ZERO; 2 * LONG];
+        let own = &mut parts[..2 * self.groups];
+        let [low, high] = lanes::parts(set, &self.polynomials, series, own);
         let [start, end] = sizes.ends;
-        Range {
+        let range = Range {
             low: low.min(start.min(end)),
             high: high.max(start.max(end)),
             rise: sizes.rise,
+        };
+        Seen {
+            rule: self,
+            series,
+            sizes,
+            parts,
+            range,
         }
     }
+}
 
-    /// The node at which the series has a value; none where none has it.
-    fn place(&self, parts: &Parts, value: f64) -> Option<f64> {
-        let (even, odd) = self.own(parts).split_at(self.groups);
-        (self.places.iter().zip(even).zip(odd)).find_map(|((x, e), o)| {
+impl Rules {
+    /// Largest value of a series.
+    pub fn maximum(&self, set: InstructionSet, series: &[f64; TERMS]) -> f64 {
+        let seen = self.long.look(set, series, self.sizes(set, series));
+        maximum(series, seen.start(seen.range.high))
+    }
+}
+
+impl Seen<'_> {
+    /// Even part, then odd part at the positive nodes.
+    pub(super) fn parts(&self) -> &[Lanes] {
+        &self.parts[..2 * self.rule.groups]
+    }
+
+    /// Another series at the same nodes.
+    pub(super) fn beside<'b>(&'b self, set: InstructionSet, series: &'b [f64; TERMS]) -> Seen<'b> {
+        let sizes = Rules::shared().sizes(set, series);
+        self.rule.look(set, series, sizes)
+    }
+
+    /// Places and values, at both ends and all nodes in order.
+    pub(super) fn values(&self) -> impl Iterator<Item = (f64, f64)> {
+        let (even, odd) = self.parts().split_at(self.rule.groups);
+        let (count, [start, end]) = (self.rule.groups * LANES, self.sizes.ends);
+        let at = move |j: usize| {
+            let of = |all: &[Lanes]| all[j / LANES].0[j % LANES];
+            [of(&self.rule.places), of(even), of(odd)]
+        };
+        let left = (0..count).rev().map(at).map(|[x, e, o]| (-x, e - o));
+        let right = (0..count).map(at).map(|[x, e, o]| (x, e + o));
+        let ends = [(-1.0, start), (1.0, end)].map(std::iter::once);
+        let [first, last] = ends;
+        first.chain(left).chain(right).chain(last)
+    }
+
+    /// Mean square about its mean.
+    pub(super) fn square(&self) -> f64 {
+        self.sizes.square
+    }
+
+    /// Weighted sums of the third and fourth powers of `(value − centre)/unit`.
+    pub(super) fn powers(&self, set: InstructionSet, centre: f64, unit: f64) -> [f64; 2] {
+        lanes::powers(set, &self.rule.weights, self.parts(), centre, unit)
+    }
+
+    /// Where the search for an extreme begins that is `value` at nodes and ends: at the node
+    /// that has it, else at the end that has it.
+    pub(super) fn start(&self, value: f64) -> f64 {
+        let (even, odd) = self.parts().split_at(self.rule.groups);
+        let node = (self.rule.places.iter().zip(even).zip(odd)).find_map(|((x, e), o)| {
             (0..LANES).find_map(|i| match (e.0[i] + o.0[i], e.0[i] - o.0[i]) {
                 (right, _) if right == value => Some(x.0[i]),
                 (_, left) if left == value => Some(-x.0[i]),
                 _ => None,
             })
-        })
-    }
-
-    /// Where the search for an extreme begins that is `value` at nodes and ends: at the node
-    /// that has it, else at the end that has it.
-    pub(super) fn start(&self, parts: &Parts, sizes: &Sizes, value: f64) -> f64 {
-        let end = if sizes.ends[0] == value { -1.0 } else { 1.0 };
-        self.place(parts, value).unwrap_or(end)
+        });
+        let end = if self.sizes.ends[0] == value {
+            -1.0
+        } else {
+            1.0
+        };
+        node.unwrap_or(end)
     }
 }
 
@@ -398,8 +455,8 @@ mod tests {
                 let bound = variation(&series) + about.abs();
                 let own = [short.then_some(&rules.short), Some(&rules.long)];
                 for rule in own.into_iter().flatten() {
-                    let parts = rule.parts(set, &series);
-                    let found = rule.powers(set, &parts, centre, 0.5);
+                    let sizes = rules.sizes(set, &series);
+                    let found = rule.look(set, &series, sizes).powers(set, centre, 0.5);
                     for (power, (found, exact)) in [3, 4].into_iter().zip(found.iter().zip(&exact))
                     {
                         let error = found * 0.5_f64.powi(power) - exact;
@@ -435,7 +492,7 @@ mod tests {
                 assert!((found - exact).abs() < 1e-15);
             }
             for rule in [&rules.short, &rules.long] {
-                let [_, found] = rule.powers(set, &rule.parts(set, &series), 0.0, 1.0);
+                let [_, found] = rule.look(set, &series, sizes).powers(set, 0.0, 1.0);
                 assert!((found - fourth).abs() < 1e-15, "{found} {fourth}");
             }
         }
@@ -464,7 +521,7 @@ mod tests {
         for rule in [&rules.short, &rules.long] {
             for series in some_series() {
                 let sizes = rules.sizes(set, &series);
-                let Range { low, high, rise } = rule.range(set, &rule.parts(set, &series), &sizes);
+                let Range { low, high, rise } = rule.look(set, &series, sizes).range;
                 let highest = by_search(&series);
                 let lowest = -by_search(&series.map(|a| -a));
                 assert!(highest <= high + rise, "{highest} {high} {rise}");
@@ -484,9 +541,8 @@ mod tests {
         let (rules, set) = (Rules::shared(), InstructionSet::best());
         let rule = &rules.short;
         let start = |series: &[f64; TERMS]| {
-            let (sizes, parts) = (rules.sizes(set, series), rule.parts(set, series));
-            let Range { high, .. } = rule.range(set, &parts, &sizes);
-            (high, rule.start(&parts, &sizes, high))
+            let seen = rule.look(set, series, rules.sizes(set, series));
+            (seen.range.high, seen.start(seen.range.high))
         };
         let mut count = 0;
         for series in some_series().filter(|series| rules.sizes(set, series).falls_off(0.0)) {
@@ -512,7 +568,8 @@ mod tests {
         let mut series = [0.0; TERMS];
         series[TERMS - 1] = 1.0;
         assert!(!rules.sizes(set, &series).falls_off(0.0));
-        let fourth = |rule: &Rule| rule.powers(set, &rule.parts(set, &series), 0.0, 1.0)[1];
+        let sizes = rules.sizes(set, &series);
+        let fourth = |rule: &Rule| rule.look(set, &series, sizes).powers(set, 0.0, 1.0)[1];
         let (short, long) = (fourth(&rules.short), fourth(&rules.long));
         assert!((short - long).abs() > 1e-6 * long, "{short} {long}");
     }

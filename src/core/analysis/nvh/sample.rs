@@ -40,11 +40,10 @@ impl<T: Copy> Sample<T> {
     /// Adds the record of another trajectory behind this one. Both keep every value of the
     /// coarser stride, so that both weigh as much as they are long.
     pub(super) fn append(&mut self, other: &Self) {
-        let mut other = other.clone();
         let stride = self.stride.max(other.stride);
         self.thin(stride);
-        other.thin(stride);
-        self.values.append(&mut other.values);
+        let step = (stride / other.stride) as usize;
+        self.values.extend(other.values.iter().step_by(step));
         self.skipped = 0;
     }
 
@@ -56,12 +55,15 @@ impl<T: Copy> Sample<T> {
     /// Drops values evenly until they are `stride` apart, a multiple of the present stride.
     fn thin(&mut self, stride: u64) {
         let step = (stride / self.stride) as usize;
+        self.stride = stride;
+        if step == 1 {
+            return;
+        }
         let mut place = 0;
         self.values.retain(|_| {
             place += 1;
             (place - 1) % step == 0
         });
-        self.stride = stride;
     }
 
     /// The values in time.

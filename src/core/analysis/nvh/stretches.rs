@@ -1,6 +1,8 @@
 //! Sums over successive stretches of equal length, in bounded memory: what error bars are
 //! taken from.
 
+use std::borrow::Cow;
+
 /// Most stretches kept; twice as many as any level of an error bar needs to be of use.
 const MOST: usize = 2048;
 
@@ -96,14 +98,14 @@ impl<T: Summable> Stretches<T> {
     /// is added to it any more.
     pub(in crate::analysis) fn append(&mut self, other: &Self) {
         debug_assert_eq!(self.first_length, other.first_length);
-        let mut other = other.clone();
         while self.length < other.length {
             self.join();
         }
+        let mut other = Cow::Borrowed(other);
         while other.length < self.length {
-            other.join();
+            other.to_mut().join();
         }
-        self.closed.append(&mut other.closed);
+        self.closed.extend_from_slice(&other.closed);
         self.open.add(&other.open);
     }
 

@@ -303,7 +303,7 @@ impl<K: Kernel> PointRun<'_, K> {
             let mut instruments = Instruments::of(self.model, growth, None, watch);
             self.trajectory = trajectory;
             for _ in 0..plan.part {
-                self.cycle(&mut instruments, &mut ())?;
+                self.cycle(&mut instruments.record.growth, None, &mut ())?;
             }
             instruments.restart();
             members.push(Member::new(self.trajectory.clone(), instruments));

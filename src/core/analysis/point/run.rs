@@ -2,17 +2,18 @@
 //! and what is handed over when it ends.
 
 use super::instruments::{Instruments, Record};
-use super::watch::Watch;
 use crate::analysis::averages::CYCLES_PER_AVERAGE;
 use crate::analysis::called_off::CalledOff;
 use crate::analysis::contact_jumps::ContactJumps;
 use crate::analysis::energy::{EnergyAudit, objection};
+use crate::analysis::lyapunov::TangentGrowth;
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::orders::Orders;
 use crate::analysis::outcome::{Class, LyapunovOutcome, PointOutcome, Status};
 use crate::analysis::questions::Questions;
 use crate::analysis::runaway::{Bounds, Runaway};
 use crate::analysis::spectrum::Spectra;
+use crate::analysis::twin::Twin;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::statistics::FEWEST_VALUES;
 use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
@@ -68,7 +69,11 @@ impl<K: Kernel> PointRun<'_, K> {
         );
         if let Some(lyapunov) = &self.questions.lyapunov {
             for _ in 0..lyapunov.align {
-                self.cycle(&mut instruments, &mut ())?;
+                self.cycle(
+                    &mut instruments.record.growth,
+                    instruments.record.twin.as_mut(),
+                    &mut (),
+                )?;
             }
         }
         instruments.restart();
@@ -116,13 +121,13 @@ impl<K: Kernel> PointRun<'_, K> {
     /// One cycle of the trajectory, its tangents and its twin; the growth of the first tangent.
     pub(super) fn cycle<O: Observer>(
         &mut self,
-        instruments: &mut Instruments,
+        growth: &mut Option<TangentGrowth>,
+        twin: Option<&mut Twin>,
         observer: &mut O,
     ) -> Result<f64, Halt> {
         CalledOff::check(self.called_off)?;
-        let record = &mut instruments.record;
         let mut none = Tangents::none();
-        let tangents = match &mut record.growth {
+        let tangents = match growth {
             Some(growth) => growth.tangents(),
             None => &mut none,
         };
@@ -133,14 +138,11 @@ impl<K: Kernel> PointRun<'_, K> {
             observer,
             &mut self.counters,
         )?;
-        let Some(growth) = &mut record.growth else {
+        let Some(growth) = growth else {
             return Ok(0.0);
         };
         let tangent = growth.cycle(&self.growth_norm);
-        // Nothing is measured while it is aligned, however long that takes.
-        if let Some(twin) = &mut record.twin
-            && record.measured < TWIN_CYCLES
-        {
+        if let Some(twin) = twin {
             // The twin's work is not the point's: its events and grazings are not counted.
             let mut uncounted = Counters::default();
             self.kernel.advance(
@@ -163,17 +165,14 @@ impl<K: Kernel> PointRun<'_, K> {
     ) -> Result<(), Halt> {
         for _ in 0..cycles {
             let events = self.counters.events;
-            let growth = if instruments.record.watch.watches() {
-                let nothing = Watch::of_nothing(self.model);
-                let mut watch = std::mem::replace(&mut instruments.record.watch, nothing);
-                let result = self.cycle(instruments, &mut watch);
-                instruments.record.watch = watch;
-                result?
-            } else {
-                self.cycle(instruments, &mut ())?
+            let record = &mut instruments.record;
+            let watch = &mut record.watch;
+            let twin = (record.twin.as_mut()).filter(|_| record.measured < TWIN_CYCLES);
+            let growth = match watch.watches() {
+                true => self.cycle(&mut record.growth, twin, watch)?,
+                false => self.cycle(&mut record.growth, twin, &mut ())?,
             };
             let (strobe, _) = self.model.deflection(&self.trajectory.state, 0.0);
-            let record = &mut instruments.record;
             record.measured += 1;
             record.events += self.counters.events - events;
             record.strobe.push(strobe * strobe);

@@ -147,6 +147,9 @@ impl Watch {
     /// A measured cycle is over, and the trajectory at its end.
     pub(super) fn cycle(&mut self, model: &Model, end: &TrajectoryState) {
         self.poincare.push(model, end);
+        if let Some(nvh) = &mut self.nvh {
+            nvh.finish();
+        }
         if let Some(power) = self.power.as_mut().filter(|_| !self.enough) {
             power.cycle(end);
         }

@@ -1,6 +1,7 @@
 //! The inner loops of closed modes. States are padded: first components in whole lane groups, then second ones.
 
-use crate::propagate::vectors::{InstructionSet, LANES, Lanes, Vector, for_each_set};
+use super::slot::{GROUPS, Terms};
+use crate::propagate::vectors::{InstructionSet, LANES, Lanes, Row, Vector, for_each_set};
 
 /// What a lane group of blocks is made of: `G = μ I + M`, `M² = s I`.
 #[derive(Debug, Clone, Copy)]
@@ -72,6 +73,11 @@ for_each_set! {
         amplitudes: &[f64],
         out: &mut Lanes,
     ) -> [f64; 2] = see_body
+}
+
+for_each_set! {
+    /// A series as the sum of those of all coordinates and inputs, each times its weight.
+    fn series(of: &[Terms; GROUPS], weights: &[f64], out: &mut Row) = series_body
 }
 
 for_each_set! {
@@ -251,6 +257,39 @@ fn see_body<V: Vector>(
     }
     *out = sums[0].plus(sums[1]).plus(sums[2].plus(sums[3])).lanes();
     two_products_body::<V>(amplitudes, size, curvature)
+}
+
+/// Series that are added at once, each to sums of its own.
+pub const AT_ONCE: usize = 4;
+
+#[inline(always)]
+fn series_body<V: Vector>(of: &[Terms; GROUPS], weights: &[f64], out: &mut Row) {
+    let mut sums = [[V::zero(); GROUPS]; AT_ONCE];
+    add_series::<V, 1>(&of[0], weights, &mut sums);
+    add_series::<V, 2>(&of[1], weights, &mut sums);
+    add_series::<V, 3>(&of[2], weights, &mut sums);
+    for g in 0..GROUPS {
+        let sum = (sums[0][g].plus(sums[1][g])).plus(sums[2][g].plus(sums[3][g]));
+        sum.write(&mut out.0[g * LANES..]);
+    }
+}
+
+/// Adds series of G groups of terms.
+#[inline(always)]
+fn add_series<V: Vector, const G: usize>(
+    terms: &Terms,
+    weights: &[f64],
+    sums: &mut [[V; GROUPS]; AT_ONCE],
+) {
+    let rows = terms.rows.chunks_exact(AT_ONCE * G);
+    for (places, rows) in terms.places.chunks_exact(AT_ONCE).zip(rows) {
+        for way in 0..AT_ONCE {
+            let weight = V::splat(weights[places[way]]);
+            for g in 0..G {
+                sums[way][g] = V::read(&rows[way * G + g].0).multiply_add(weight, sums[way][g]);
+            }
+        }
+    }
 }
 
 #[inline(always)]

@@ -12,10 +12,9 @@ use super::workspace::{Place, Workspace};
 use crate::model::{DRIVE_FLANK, MOST_CONTACTS};
 use crate::numerics::exponential::legendre_series;
 use crate::numerics::legendre::{self, transforms24};
-use crate::propagate::observer::ShownContacts;
 use crate::propagate::vectors::{Row, TERMS, interpolation};
 use crate::propagate::volterra::lanes as windows;
-use crate::propagate::{Observer, Window};
+use crate::propagate::{ClosedContact, Observer, Window};
 use num_complex::{Complex64, c64};
 
 impl ClosedModes<'_> {
@@ -72,7 +71,7 @@ impl ClosedModes<'_> {
                 rows[2 * padded + 2 + 2 * h].0[k] = -value.im;
             }
         }
-        Series { rows }
+        Series::new(&rows)
     }
 
     /// Shows a window of some length \[s\] from where the states are.
@@ -86,14 +85,28 @@ impl ClosedModes<'_> {
         if observer.states() {
             self.show_state(w);
         }
-        for (index, contact) in self.model.contacts.iter().enumerate() {
-            let cycle = contact.cycle(place.cycle);
-            w.segments[index] = *cycle.segment_at(place.time + SAME_TIME * cycle.period);
-        }
+        self.find_segments(place, w);
+        let (state, inputs) = w.weights.split_at_mut(w.length);
+        state.copy_from_slice(&w.states[..w.length]);
+        inputs.copy_from_slice(&w.inputs);
         // Room for many is not made where it is not needed.
         match place.active.count() <= 1 {
             true => self.show_few::<O, 1>(place, duration, w, observer),
             false => self.show_few::<O, MOST_CONTACTS>(place, duration, w, observer),
+        }
+    }
+
+    /// The segments of all contacts at the start of a window, where those of the last one are over.
+    fn find_segments(&self, place: &Place, w: &mut Workspace) {
+        let time = place.time + SAME_TIME * self.model.period();
+        if time < w.segments_end {
+            return;
+        }
+        w.segments_end = f64::INFINITY;
+        for (segment, contact) in w.segments.iter_mut().zip(&self.model.contacts) {
+            let cycle = contact.cycle(place.cycle);
+            *segment = *cycle.segment_at(time);
+            w.segments_end = w.segments_end.min(cycle.period * segment.end);
         }
     }
 
@@ -125,51 +138,57 @@ impl ClosedModes<'_> {
         observer: &mut O,
     ) {
         let (set, model) = (self.instructions, self.model);
-        let block_length = NODES as f64 * self.step;
-        let is_part = duration < block_length * (1.0 - 1e-12);
-        let end = 2.0 * duration / block_length - 1.0;
-        let (state, series) = (&w.states[..w.length], self.series(w.set));
-        let along = |line: usize| {
-            let mut out = [Row::ZERO];
-            windows::free(set, &series[line].rows, &w.inputs, state, &mut out);
+        let (slot, series) = (self.slot(w.set), self.series(w.set));
+        let whole = NODES as f64 * self.step;
+        let is_part = duration < whole * (1.0 - 1e-12);
+        let end = 2.0 * duration / whole - 1.0;
+        let see = |line: usize, out: &mut Row| {
+            lanes::series(set, &series[line].0, &w.weights, out);
             if is_part {
                 let nodes = transforms24().nodes();
-                windows::restrict_to(set, nodes, interpolation(), end, &mut out[0]);
+                windows::restrict_to(set, nodes, interpolation(), end, out);
             }
-            out[0].0
         };
-        let mesh = along(w.line_of[DRIVE_FLANK]);
-        let mut shown = ShownContacts::<TERMS, M>::new(mesh);
-        for contact in place.active.iter() {
-            let deflection = match w.line_of[contact] == w.line_of[DRIVE_FLANK] {
-                true => mesh,
-                false => along(w.line_of[contact]),
-            };
+        let mut mesh = Row::ZERO;
+        see(w.line_of[DRIVE_FLANK], &mut mesh);
+        let (mut contacts, mut forces) = ([0; M], [[0.0; TERMS]; M]);
+        let mut others = [None; M];
+        for (i, contact) in place.active.iter().enumerate() {
+            contacts[i] = contact;
+            if w.line_of[contact] != w.line_of[DRIVE_FLANK] {
+                see(w.line_of[contact], others[i].insert(Row::ZERO));
+            }
+            let deflection = &others[i].as_ref().unwrap_or(&mesh).0;
             let own = &model.contacts[contact];
-            let class = self.sets.class(contact, self.slot(w.set).states[contact]);
-            let slope = legendre::derivative(&deflection);
+            let class = self.sets.class(contact, slot.states[contact]);
+            let slope = legendre::derivative(deflection);
             let damping = class.damping * 2.0 / duration;
-            let mut force: [f64; TERMS] =
-                std::array::from_fn(|k| class.stiffness * deflection[k] + damping * slope[k]);
-            force[0] -= class.stiffness * own.side * own.half_gap;
-            shown.push(contact, model.of_mesh(contact), deflection, force);
+            for ((force, a), slope) in forces[i].iter_mut().zip(deflection).zip(&slope) {
+                *force = class.stiffness * a + damping * slope;
+            }
+            forces[i][0] -= class.stiffness * own.side * own.half_gap;
         }
+        let closed: [ClosedContact<'_>; M] = std::array::from_fn(|i| ClosedContact {
+            contact: contacts[i],
+            deflection: &others[i].as_ref().unwrap_or(&mesh).0,
+            force: &forces[i],
+        });
         let [first, second] = match observer.states() {
             true => w.components(model.modes()),
             false => [&[][..]; 2],
         };
-        shown.show(
-            &Window {
-                cycle: place.cycle,
-                start: place.time,
-                duration,
-                segments: &w.segments,
-                contact: place.active,
-                first,
-                second,
-                ..Window::default()
-            },
-            observer,
-        );
+        let window = Window {
+            cycle: place.cycle,
+            start: place.time,
+            duration,
+            segments: &w.segments,
+            contact: place.active,
+            deflection: &mesh.0,
+            closed: &closed[..place.active.count()],
+            first,
+            second,
+            ..Window::default()
+        };
+        window.show::<TERMS, O>(model.flank_springs, observer);
     }
 }

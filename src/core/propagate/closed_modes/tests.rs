@@ -1,8 +1,10 @@
 use super::*;
 use crate::model::{Drive, InitialState, OperatingPoint, TrajectoryState, fixtures};
+use crate::propagate::vectors::Row;
 use crate::propagate::{Beside, Counters, Event, Kernel, Observer, Tangents, Volterra, Window};
 use crate::structure::{Coupling, ModalStructure, StructureContact};
 use met::MetSets;
+use slot::Series;
 
 fn structure() -> ModalStructure {
     let mut structure = fixtures::structure(
@@ -295,4 +297,27 @@ fn a_trajectory_goes_on_from_anywhere() {
     let (kept, fresh) = (advance(false), advance(true));
     assert_eq!(kept.state, fresh.state);
     assert_eq!(kept.contact, fresh.contact);
+}
+
+/// A sum of rows with one group of terms that matters, with two, and with three.
+#[test]
+fn series_are_sums_of_rows() {
+    let rows: Vec<Row> = (0..37)
+        .map(|i| {
+            let ratio = [0.0, 1e-3, 0.05, 0.5, 0.9][i % 5];
+            let term = |k: usize| (1.7 * (i * k) as f64).cos() * f64::powi(ratio, k as i32);
+            Row(std::array::from_fn(term))
+        })
+        .collect();
+    let weights: Vec<f64> = (0..40).map(|i| (0.3 * (i * i) as f64).sin()).collect();
+    let series = Series::new(&rows);
+    assert!(series.0.iter().all(|terms| !terms.places.is_empty()));
+    for set in InstructionSet::available() {
+        let mut out = Row::ZERO;
+        lanes::series(set, &series.0, &weights, &mut out);
+        for (k, found) in out.0.iter().enumerate() {
+            let exact: f64 = rows.iter().zip(&weights).map(|(row, w)| row.0[k] * w).sum();
+            assert!((found - exact).abs() < 1e-14, "{k}: {found} {exact}");
+        }
+    }
 }

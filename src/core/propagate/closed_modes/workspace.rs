@@ -32,9 +32,13 @@ pub struct Workspace {
     pub line_of: Vec<usize>,
     /// The next stop of the present cycle.
     pub next_stop: usize,
-    /// The segment of every contact, where windows are shown.
+    /// The trajectory where a window starts, then the values of the inputs, where windows are shown.
+    pub weights: Vec<f64>,
+    /// The segment of every contact there.
     pub segments: Vec<Segment>,
-    /// The trajectory's state where a window starts, where windows are shown: in the coordinates of `set`, and in modes.
+    /// Time of the cycle up to which they are those \[s\].
+    pub segments_end: f64,
+    /// The trajectory's state where the window starts, where it is read: in the coordinates of `set`, and in modes.
     pub shown: [Aligned; 2],
 }
 
@@ -67,6 +71,7 @@ impl Workspace {
             set: 0,
             length: 2 * padded,
             trial: inputs.clone(),
+            weights: vec![0.0; 2 * padded + inputs.len()],
             inputs,
             seen: vec![
                 Seen {
@@ -84,6 +89,7 @@ impl Workspace {
             line_of: vec![0; model.contacts.len()],
             next_stop: 0,
             segments: model.segments_at(0, 0.0),
+            segments_end: 0.0,
             shown: [0, 1].map(|_| Aligned::zeros(2 * padded)),
         }
     }
@@ -127,6 +133,7 @@ impl Workspace {
             *line = now;
         }
         self.next_stop = 0;
+        self.segments_end = 0.0;
     }
 }
 

@@ -4,8 +4,7 @@ use super::Stepping;
 use super::cubic::{derivative, hermite};
 use super::mesh_state::MeshStates;
 use crate::model::{MOST_CONTACTS, Segment, TrajectoryState};
-use crate::propagate::observer::ShownContacts;
-use crate::propagate::{Observer, Window};
+use crate::propagate::{ClosedContact, Observer, Window};
 
 impl Stepping {
     /// Shows a step to the observer: δ as the cubic through values and rates at its ends,
@@ -23,8 +22,10 @@ impl Stepping {
             let motion = [left, right].map(|mesh| [mesh[contact].deflection, mesh[contact].rate]);
             hermite(motion[0], motion[1], self.step)
         };
-        let mut shown = ShownContacts::<4, MOST_CONTACTS>::new(cubic(0));
-        for contact in active.iter() {
+        let mesh = cubic(0);
+        let mut contacts = [0; MOST_CONTACTS];
+        let mut series = [[[0.0; 4]; 2]; MOST_CONTACTS];
+        for (index, contact) in active.iter().enumerate() {
             let side = self.contacts[contact].contact.side;
             let segment = self.segment(contact, trajectory.cycle, j);
             let stiffness = self.middle(contact, trajectory.cycle, j).stiffness;
@@ -32,29 +33,29 @@ impl Stepping {
             let rate = derivative(deflection, self.step);
             let gap = hermite(left[contact].gap, right[contact].gap, self.step);
             let opening = derivative(gap, self.step);
-            let mut force = [0.0; 4];
-            for i in 0..4 {
-                force[i] = stiffness * (deflection[i] - side * gap[i])
-                    + segment.damping * (rate[i] - side * opening[i]);
-            }
-            shown.push(contact, contact < self.flank_springs, deflection, force);
+            let force = std::array::from_fn(|i| {
+                stiffness * (deflection[i] - side * gap[i])
+                    + segment.damping * (rate[i] - side * opening[i])
+            });
+            contacts[index] = contact;
+            series[index] = [deflection, force];
         }
         for (contact, segment) in segments.iter_mut().enumerate() {
             *segment = *self.segment(contact, trajectory.cycle, j);
         }
         let (first, second) = start.split_at(start.len() / 2);
-        shown.show(
-            &Window {
-                cycle: trajectory.cycle,
-                start: left[0].time,
-                duration: self.step,
-                segments,
-                contact: active,
-                first,
-                second,
-                ..Window::default()
-            },
-            observer,
-        );
+        let window = Window {
+            cycle: trajectory.cycle,
+            start: left[0].time,
+            duration: self.step,
+            segments,
+            contact: active,
+            deflection: &mesh,
+            closed: &ClosedContact::each(&contacts, &series)[..active.count()],
+            first,
+            second,
+            ..Window::default()
+        };
+        window.show::<4, O>(self.flank_springs, observer);
     }
 }

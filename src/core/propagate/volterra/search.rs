@@ -10,7 +10,6 @@ use super::workspace::Workspace;
 use crate::model::{ActiveSet, DRIVE_FLANK, MOST_CONTACTS};
 use crate::numerics::legendre;
 use crate::propagate::events::{Crossing, Guard, Margin, ROUND_OFF};
-use crate::propagate::observer::ShownContacts;
 use crate::propagate::{ClosedContact, Counters, Observer, Window};
 
 /// Most contacts on one line that are looked at together.
@@ -274,17 +273,22 @@ impl Volterra<'_> {
             own if own == place => mesh,
             own => seen(&workspace.solutions[own].deflection),
         };
-        let mut shown = ShownContacts::<TERMS, M>::new(mesh);
+        let (mut contacts, mut series) = ([0; M], [[[0.0; TERMS]; 2]; M]);
         let columns = workspace.tangents() + 1;
         for (index, contact) in active.iter().enumerate() {
             let force = match track {
                 Track::Course(..) => &workspace.forces[0].0,
                 Track::Joint(_) => &workspace.joint.forces[index * columns].0,
             };
-            let of_mesh = self.model.of_mesh(contact);
-            shown.push(contact, of_mesh, along(contact), seen(force));
+            contacts[index] = contact;
+            series[index] = [along(contact), seen(force)];
         }
-        shown.show(&view.window(self.model.modes(), workspace), observer);
+        let window = Window {
+            deflection: &mesh,
+            closed: &ClosedContact::each(&contacts, &series)[..active.count()],
+            ..view.window(self.model.modes(), workspace)
+        };
+        window.show::<TERMS, O>(self.model.flank_springs, observer);
     }
 }
 
