@@ -7,15 +7,16 @@ use super::build::{BuildError, model, structure};
 use super::kernel_tables::KernelTables;
 use super::mesh_tables::MeshTables;
 use super::near::Near;
+use crate::analysis::continuation::drive::bases;
 use crate::manifest::{
     Job, MeshTableSpec, ModelSpec, PointSpec, StiffnessSpec, StructureSource, Variant,
 };
 use crate::model::Model;
-use crate::propagate::{KernelChoice, KernelSetting};
+use crate::propagate::{KernelChoice, KernelSetting, SharedBases};
 use crate::shaft::{ModalStructure, ShaftError};
 use crate::store::{MeshUnderLoad, TableStore};
 use crate::topology::{Room, Topology};
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet, VecDeque};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -122,7 +123,12 @@ pub struct Parts {
     near: Option<Near<Place, ModalStructure>>,
     meshes: MeshTables,
     kernels: KernelTables,
+    /// Bases of the structures and meshes along which orbits were followed last.
+    bases: Arc<Mutex<VecDeque<Arc<SharedBases>>>>,
 }
+
+/// Bases that are kept.
+const BASES: usize = 4;
 
 impl Parts {
     /// Nothing at hand yet; tables of meshes and kernels are kept in `tables`.
@@ -132,6 +138,7 @@ impl Parts {
             near: None,
             meshes: MeshTables::new(tables.clone()),
             kernels: KernelTables::new(tables),
+            bases: Arc::default(),
         }
     }
 
@@ -143,12 +150,26 @@ impl Parts {
             near: Some(Near::default()),
             meshes: self.meshes.on_node(),
             kernels: self.kernels.on_node(room),
+            bases: self.bases.clone(),
         }
     }
 
     /// The mesh tables.
     pub fn meshes(&self) -> &MeshTables {
         &self.meshes
+    }
+
+    /// The bases of closed modes for a model along which orbits are followed, and for others like it.
+    pub fn followed_bases(&self, model: &Model) -> Option<Arc<SharedBases>> {
+        // Computing under the lock keeps workers from computing the same ones twice.
+        let mut known = self.bases.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = known.iter().find(|found| found.serve(model)) {
+            return Some(found.clone());
+        }
+        let found = Arc::new(bases(model)?);
+        known.push_front(found.clone());
+        known.truncate(BASES);
+        Some(found)
     }
 
     /// The tables of kernels.

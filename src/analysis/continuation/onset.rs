@@ -35,6 +35,7 @@ const PLACES: usize = 48;
 const NARROWINGS: usize = 80;
 
 /// The depth of the drive flank's contact over a period.
+#[derive(Clone)]
 struct Depths<'m> {
     watch: Watch<'m>,
     windows: Vec<(f64, f64, Series)>,
@@ -127,7 +128,7 @@ pub fn onset<F: Family>(
     let mut found = at;
     found[load] = needed(window, x);
     let (start, length, _) = a[window];
-    let radius = one.multipliers.first().map_or(0.0, |m| m.norm());
+    let radius = one.multipliers().first().map_or(0.0, |m| m.norm());
     Ok(Some(Onset {
         at: found,
         phase: start + 0.5 * length * (1.0 + x),

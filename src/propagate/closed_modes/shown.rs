@@ -83,6 +83,13 @@ impl ClosedModes<'_> {
         w: &mut Workspace,
         observer: &mut O,
     ) {
+        if observer.lines() {
+            for (index, &line) in w.line_of.iter().enumerate() {
+                if !w.line_of[..index].contains(&line) {
+                    observer.line(line, &self.along(line, duration, w));
+                }
+            }
+        }
         if observer.states() {
             self.show_state(w);
         }
@@ -116,6 +123,21 @@ impl ClosedModes<'_> {
         }
     }
 
+    /// The deflection along a line on a window of some length \[s\] from where the states are.
+    fn along(&self, line: usize, duration: f64, w: &Workspace) -> [f64; TERMS] {
+        let set = self.instructions;
+        let block_length = NODES as f64 * self.step;
+        let (state, series) = (&w.states[..w.length], self.series(w.set));
+        let mut out = [Row::ZERO];
+        windows::free(set, &series[line].rows, &w.inputs, state, &mut out);
+        if duration < block_length * (1.0 - 1e-12) {
+            let end = 2.0 * duration / block_length - 1.0;
+            let nodes = transforms24().nodes();
+            windows::restrict_to(set, nodes, interpolation(), end, &mut out[0]);
+        }
+        out[0].0
+    }
+
     /// As [`Self::show`], with at most M contacts closed.
     fn show_few<O: Observer, const M: usize>(
         &self,
@@ -124,20 +146,8 @@ impl ClosedModes<'_> {
         w: &Workspace,
         observer: &mut O,
     ) {
-        let (set, model) = (self.instructions, self.model);
-        let block_length = NODES as f64 * self.step;
-        let is_part = duration < block_length * (1.0 - 1e-12);
-        let end = 2.0 * duration / block_length - 1.0;
-        let (state, series) = (&w.states[..w.length], self.series(w.set));
-        let along = |line: usize| {
-            let mut out = [Row::ZERO];
-            windows::free(set, &series[line].rows, &w.inputs, state, &mut out);
-            if is_part {
-                let nodes = transforms24().nodes();
-                windows::restrict_to(set, nodes, interpolation(), end, &mut out[0]);
-            }
-            out[0].0
-        };
+        let model = &*self.model;
+        let along = |line: usize| self.along(line, duration, w);
         let mesh = along(w.line_of[DRIVE_FLANK]);
         let mut shown = ShownContacts::<TERMS, M>::new(mesh);
         for contact in place.active.iter() {

@@ -2,6 +2,7 @@
 
 use super::ClosedModes;
 use super::basis::padded;
+use super::legs::Leg;
 use super::search::Known;
 use crate::model::{ActiveSet, Segment, TrajectoryState};
 use crate::propagate::vectors::{Aligned, Lanes};
@@ -36,6 +37,8 @@ pub struct Workspace {
     pub segments: Vec<Segment>,
     /// The trajectory's state where a window starts, where windows are shown: in the coordinates of `set`, and in modes.
     pub shown: [Aligned; 2],
+    /// Where the trajectory has been, where that is noted.
+    pub legs: Option<Vec<Leg>>,
 }
 
 /// What a line sees on the present block.
@@ -56,7 +59,7 @@ pub struct Seen {
 impl Workspace {
     /// Room for a trajectory without tangents.
     pub fn new(kernel: &ClosedModes<'_>) -> Self {
-        let model = kernel.model;
+        let model = &*kernel.model;
         let padded = padded(model.modes());
         let inputs = vec![0.0; kernel.frequencies.inputs() + 1];
         Self {
@@ -85,6 +88,7 @@ impl Workspace {
             next_stop: 0,
             segments: model.segments_at(0, 0.0),
             shown: [0, 1].map(|_| Aligned::zeros(2 * padded)),
+            legs: None,
         }
     }
 
