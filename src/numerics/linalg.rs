@@ -222,7 +222,13 @@ pub fn eigenvalues_in_parts(matrix: MatRef<'_, f64>) -> Option<Vec<Complex64>> {
         return eigenvalues(matrix);
     }
     for part in parts {
-        let own = Mat::from_fn(part.len(), part.len(), |i, j| matrix[(part[i], part[j])]);
+        let mut own = Mat::zeros(part.len(), part.len());
+        for (j, &from) in part.iter().enumerate() {
+            let from = matrix.col(from);
+            for (value, &i) in own.col_as_slice_mut(j).iter_mut().zip(&part) {
+                *value = from[i];
+            }
+        }
         all.extend(eigenvalues(own.as_ref())?);
     }
     sort(&mut all);

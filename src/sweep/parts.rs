@@ -290,4 +290,27 @@ mod tests {
         assert!(parts.nodes(&topology).is_empty(), "no copies");
         assert!(nodes[0].nodes(&topology).len() <= 1);
     }
+
+    /// Speed, load and half gap leave the bases as they are, a stiffness does not.
+    #[test]
+    fn orbits_of_one_structure_and_mesh_share_bases() {
+        let text = include_str!("../../manifests/quickstart.toml");
+        let job = manifest::parse(text, "m.toml", Path::new("")).unwrap();
+        let parts = Parts::new(TableStore::open(tempfile::tempdir().unwrap().path()));
+        let of = |change: fn(&mut PointSpec)| {
+            let mut point = job.points.at(0);
+            change(&mut point);
+            (parts.followed_bases(&parts.model(&point).unwrap())).unwrap()
+        };
+        let first = of(|_| {});
+        for change in [
+            |point: &mut PointSpec| point.speed *= 1.3,
+            |point: &mut PointSpec| point.load += 0.4,
+            |point: &mut PointSpec| point.mesh.half_gap *= 2.0,
+        ] {
+            assert!(Arc::ptr_eq(&first, &of(change)));
+        }
+        let stiffer = of(|point| point.mesh.stiffness = StiffnessSpec::Constant(3e8));
+        assert!(!Arc::ptr_eq(&first, &stiffer));
+    }
 }

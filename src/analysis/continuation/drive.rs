@@ -9,7 +9,7 @@ use crate::analysis::norm::EnergyNorm;
 use crate::analysis::recurrence::excitation_period;
 use crate::analysis::sensitivity::tangent::ParameterTangent;
 use crate::model::{MeshGain, Model, TrajectoryState};
-use crate::propagate::{Counters, Interruptible, Kernel, Observer, SharedBases, Stop};
+use crate::propagate::{Counters, Interruptible, Kernel, Leg, Observer, SharedBases, Stop};
 use faer::Mat;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -102,6 +102,17 @@ struct Built {
     norm: EnergyNorm,
     apart: Apart,
     workspace: Work,
+    /// The trajectory that was traced last.
+    traced: Option<Traced>,
+}
+
+/// A trajectory at the parameters that are kept.
+#[derive(Debug)]
+struct Traced {
+    u: Vec<f64>,
+    period: u32,
+    end: Vec<f64>,
+    legs: Vec<Leg>,
 }
 
 impl Built {
@@ -122,6 +133,7 @@ impl Built {
             norm,
             apart,
             workspace,
+            traced: None,
         })
     }
 }
@@ -259,23 +271,48 @@ impl<'f, F: Family> DriveMap<'f, F> {
         Ok(())
     }
 
-    /// Derivative of the end of some cycles by the coordinates of their start.
-    fn derivative(
-        &mut self,
-        state: &mut TrajectoryState,
-        cycles: u32,
-    ) -> Result<Mat<f64>, MapError> {
-        let shared = self.shared.as_deref();
+    /// Traces a trajectory from u at the parameters last asked for, unless that was done last.
+    fn trace(&mut self, u: &[f64], period: u32) -> Result<(), MapError> {
+        let traced = self.built.traced.as_ref();
+        if traced.is_some_and(|traced| traced.period == period && traced.u == u) {
+            return Ok(());
+        }
+        let mut state = self.state(u);
+        let Built {
+            kernel, workspace, ..
+        } = &mut self.built;
+        let legs = kernel.trace(&mut state, period, workspace, self.called_off)?;
+        self.built.traced = Some(Traced {
+            u: u.to_vec(),
+            period,
+            end: self.coordinates(&state.state),
+            legs,
+        });
+        Ok(())
+    }
+
+    /// Where the trajectory that was traced ends.
+    fn traced_end(&self) -> Vec<f64> {
+        let traced = self.built.traced.as_ref();
+        traced.map_or_else(Vec::new, |traced| traced.end.clone())
+    }
+
+    /// Derivative of the end of a trajectory that was traced by the coordinates of its start.
+    fn derivative(&mut self, u: &[f64], period: u32) -> Result<Mat<f64>, MapError> {
+        let state = self.state(u);
         let (felt, scales) = (&self.felt, &self.scales);
         let Built {
             kernel,
             norm,
             apart,
             workspace,
+            traced,
             ..
         } = &mut self.built;
-        let mut moved =
-            kernel.derivative(shared, felt, (state, cycles), workspace, self.called_off)?;
+        let legs = traced.as_ref().map_or(&[][..], |traced| &traced.legs);
+        let known = (self.shared.as_deref(), legs);
+        let start = (state, period);
+        let mut moved = kernel.derivative(known, felt, start, workspace, self.called_off)?;
         let (n, modes) = (felt.len(), kernel.model().modes());
         let mut matrix = Mat::zeros(n, n);
         for j in 0..n {
@@ -301,20 +338,18 @@ impl<F: Family> CycleMap for DriveMap<'_, F> {
 
     fn image(&mut self, u: &[f64], at: At, period: u32) -> Result<Image, MapError> {
         self.surely(at, |own| {
-            let mut state = own.state(u);
-            let monodromy = own.derivative(&mut state, period)?;
+            own.trace(u, period)?;
             Ok(Image {
-                end: own.coordinates(&state.state),
-                monodromy,
+                end: own.traced_end(),
+                monodromy: own.derivative(u, period)?,
             })
         })
     }
 
     fn end(&mut self, u: &[f64], at: At, period: u32) -> Result<Vec<f64>, MapError> {
         self.surely(at, |own| {
-            let mut state = own.state(u);
-            own.integrate(u64::from(period), &mut state, &mut ())?;
-            Ok(own.coordinates(&state.state))
+            own.trace(u, period)?;
+            Ok(own.traced_end())
         })
     }
 

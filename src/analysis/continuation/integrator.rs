@@ -4,7 +4,7 @@
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::instructions::portable;
 use crate::propagate::{
-    ClosedModes, Counters, DenseError, InstructionSet, Interruptible, Kernel, Observer,
+    ClosedModes, Counters, DenseError, InstructionSet, Interruptible, Kernel, Leg, Observer,
     SharedBases, Stop, Tangents, Volterra,
 };
 use faer::Mat;
@@ -67,27 +67,47 @@ impl Integrator {
         }
     }
 
-    /// Advances a trajectory by some cycles. The derivative of its end by its start is a matrix of 2N rows, first components
-    /// of the model's blocks, then second ones, for the components `from` of the start.
+    /// Advances a trajectory by some cycles; where it has been, of closed modes.
+    ///
+    /// # Errors
+    /// [`Stop`] as for any integration.
+    pub fn trace(
+        &self,
+        state: &mut TrajectoryState,
+        cycles: u32,
+        work: &mut Work,
+        called_off: &AtomicBool,
+    ) -> Result<Vec<Leg>, Stop> {
+        if let Work::Closed(own) = work {
+            own.note_legs();
+        }
+        let mut counters = Counters::default();
+        let attentive = Interruptible::new(self, called_off);
+        let done = attentive.advance(u64::from(cycles), state, work, &mut (), &mut counters);
+        let legs = match work {
+            Work::Closed(own) => own.take_legs(),
+            Work::Structured(_) => Vec::new(),
+        };
+        done.map(|()| legs)
+    }
+
+    /// The derivative of a trajectory's end by its start, 2N rows, first components of the model's blocks, then second ones,
+    /// for the components `from` of the start: of closed modes from where the trajectory has been, else by tangents, with
+    /// which it is advanced by some cycles again.
     ///
     /// # Errors
     /// [`Stop`] as for any integration.
     pub fn derivative(
         &self,
-        shared: Option<&SharedBases>,
+        (shared, legs): (Option<&SharedBases>, &[Leg]),
         from: &[usize],
-        (state, cycles): (&mut TrajectoryState, u32),
+        (mut state, cycles): (TrajectoryState, u32),
         work: &mut Work,
         called_off: &AtomicBool,
     ) -> Result<Mat<f64>, Stop> {
-        if let (Self::Closed(kernel), Work::Closed(own), Some(shared)) = (self, &mut *work, shared)
-        {
+        if let (Self::Closed(kernel), Some(shared)) = (self, shared) {
             let cycle = state.cycle;
-            own.note_legs();
-            let attentive = Interruptible::new(&**kernel, called_off);
-            let mut counters = Counters::default();
-            attentive.advance(u64::from(cycles), state, own, &mut (), &mut counters)?;
-            return (kernel.derivative(shared, from, own))
+            return (kernel.derivative(shared, from, legs))
                 .map_err(|error| Stop::Refused { cycle, error });
         }
         let mut tangents = Tangents::zeros(self.model().modes(), from.len());
@@ -97,11 +117,13 @@ impl Integrator {
         let attentive = Interruptible::new(self, called_off);
         for _ in 0..cycles {
             let mut counters = Counters::default();
-            attentive.advance_cycle(state, &mut tangents, work, &mut (), &mut counters)?;
+            attentive.advance_cycle(&mut state, &mut tangents, work, &mut (), &mut counters)?;
         }
-        Ok(Mat::from_fn(state.state.len(), from.len(), |i, j| {
-            tangents.vector(j)[i]
-        }))
+        let mut moved = Mat::zeros(state.state.len(), from.len());
+        for j in 0..from.len() {
+            (moved.col_as_slice_mut(j)).copy_from_slice(tangents.vector(j));
+        }
+        Ok(moved)
     }
 }
 

@@ -29,9 +29,14 @@ pub struct Leg {
 }
 
 impl Workspace {
-    /// Notes from here on where the trajectory has been.
+    /// Notes where the trajectory has been, from here on until that is taken.
     pub fn note_legs(&mut self) {
-        self.legs.get_or_insert_default().clear();
+        self.legs = Some(Vec::new());
+    }
+
+    /// What was noted.
+    pub fn take_legs(&mut self) -> Vec<Leg> {
+        self.legs.take().unwrap_or_default()
     }
 
     /// Notes the present system.
@@ -66,7 +71,7 @@ impl Workspace {
 
 impl ClosedModes<'_> {
     /// The derivative of a trajectory's end by its start: of the states of the model's blocks, first components, then second
-    /// ones, 2N rows for the components `from` of the start. The workspace has noted the legs ([`Workspace::note_legs`]).
+    /// ones, 2N rows for the components `from` of the start, from the legs that were noted ([`Workspace::note_legs`]).
     ///
     /// # Errors
     /// [`DenseError`] where a basis is not to be had.
@@ -74,10 +79,9 @@ impl ClosedModes<'_> {
         &self,
         shared: &SharedBases,
         from: &[usize],
-        w: &Workspace,
+        legs: &[Leg],
     ) -> Result<Mat<f64>, DenseError> {
         let n = self.model.modes();
-        let legs = w.legs.as_deref().unwrap_or_default();
         let mut set = legs.first().map_or(Sets::FREE, |leg| leg.set);
         let first = shared.change(&self.model, &self.sets, [Sets::FREE, set])?;
         let [mut moved, mut room] = [0, 1].map(|_| Mat::zeros(2 * n, from.len()));

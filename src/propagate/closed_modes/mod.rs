@@ -42,6 +42,7 @@ use std::borrow::Cow;
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicUsize;
 
+pub use legs::Leg;
 pub use shared::SharedBases;
 
 /// The kernel of closed modes for one model.

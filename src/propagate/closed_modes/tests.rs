@@ -341,7 +341,9 @@ fn legs_make_the_derivative_that_tangents_have() {
         }
         events += counters.events;
         assert!(distance(&model, &a.state, &b.state) < 1e-11 * model.half_gap);
-        let found = kernel.derivative(&shared, &from, &noting).unwrap();
+        let found = kernel
+            .derivative(&shared, &from, &noting.take_legs())
+            .unwrap();
         for (column, _) in from.iter().enumerate() {
             let known = tangents.vector(column);
             let size = distance(&model, known, &vec![0.0; 2 * n]);
