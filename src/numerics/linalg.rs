@@ -159,6 +159,9 @@ pub fn determinant(mut matrix: Mat<f64>) -> (f64, f64) {
             .max_by(|&a, &b| column[a].abs().total_cmp(&column[b].abs()))
             .unwrap_or(k);
         let value = column[pivot];
+        if value == 0.0 {
+            return (f64::NEG_INFINITY, sign);
+        }
         size += value.abs().ln();
         if (value < 0.0) != (pivot != k) {
             sign = -sign;

@@ -9,7 +9,9 @@ use crate::analysis::norm::EnergyNorm;
 use crate::analysis::recurrence::excitation_period;
 use crate::analysis::sensitivity::tangent::ParameterTangent;
 use crate::model::{MeshGain, Model, TrajectoryState};
-use crate::propagate::{Counters, Interruptible, Kernel, Leg, Observer, SharedBases, Stop};
+use crate::propagate::{
+    Counters, Interruptible, Kernel, Leg, Observer, SharedBases, Stop, Volterra,
+};
 use faer::Mat;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -90,6 +92,8 @@ pub struct DriveMap<'f, F> {
     /// Bases of the structure and the mesh, where kernels share some.
     shared: Option<Arc<SharedBases>>,
     built: Built,
+    /// What transients are integrated by, where some were.
+    transient: Option<Transient>,
     /// Models built so far.
     pub models: u64,
 }
@@ -105,6 +109,13 @@ struct Built {
     /// The trajectory that was traced last.
     traced: Option<Traced>,
 }
+
+/// The structured kernel at some parameters.
+type Transient = (
+    At,
+    Box<Volterra<'static>>,
+    <Volterra<'static> as Kernel>::Workspace,
+);
 
 /// A trajectory at the parameters that are kept.
 #[derive(Debug)]
@@ -162,6 +173,7 @@ impl<'f, F: Family> DriveMap<'f, F> {
             unit: unit as u32,
             shared,
             built,
+            transient: None,
             models: 1,
         })
     }
@@ -238,35 +250,30 @@ impl<'f, F: Family> DriveMap<'f, F> {
         }
     }
 
-    /// Advances a trajectory at some values of the parameters, shown to an observer.
+    /// Advances a trajectory at some values of the parameters, shown to an observer; by the structured kernel, so that what
+    /// a transient leads to does not depend on what the orbits are followed by.
     ///
     /// # Errors
     /// [`MapError`].
-    pub fn advance<O: Observer + Clone>(
+    pub fn advance<O: Observer>(
         &mut self,
         at: At,
         cycles: u64,
         state: &mut TrajectoryState,
         observer: &mut O,
     ) -> Result<(), MapError> {
-        let (start, unseeing) = (state.clone(), observer.clone());
-        self.surely(at, |own| {
-            state.clone_from(&start);
-            observer.clone_from(&unseeing);
-            own.integrate(cycles, state, observer)
-        })
-    }
-
-    fn integrate<O: Observer>(
-        &mut self,
-        cycles: u64,
-        state: &mut TrajectoryState,
-        observer: &mut O,
-    ) -> Result<(), MapError> {
-        let Built {
-            kernel, workspace, ..
-        } = &mut self.built;
-        let kernel = Interruptible::new(&*kernel, self.called_off);
+        self.build(at)?;
+        let transient = match self.transient.take() {
+            Some(known) if known.0 == at => known,
+            _ => {
+                let model = self.built.kernel.model().clone();
+                let kernel = Volterra::of(model, f64::EPSILON, self.family.event_limit());
+                let workspace = kernel.workspace();
+                (at, Box::new(kernel), workspace)
+            }
+        };
+        let (_, kernel, workspace) = self.transient.insert(transient);
+        let kernel = Interruptible::new(&**kernel, self.called_off);
         kernel.advance(cycles, state, workspace, observer, &mut Counters::default())?;
         Ok(())
     }

@@ -35,7 +35,6 @@ const PLACES: usize = 48;
 const NARROWINGS: usize = 80;
 
 /// The depth of the drive flank's contact over a period.
-#[derive(Clone)]
 struct Depths<'m> {
     watch: Watch<'m>,
     windows: Vec<(f64, f64, Series)>,

@@ -108,7 +108,7 @@ impl Touches {
 }
 
 /// Watches an orbit.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Watch<'m> {
     model: &'m Model,
     motion: Option<ModalMotion<'m>>,
