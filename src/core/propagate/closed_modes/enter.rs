@@ -45,7 +45,7 @@ impl<'m> ClosedModes<'m> {
     }
 
     fn made(&self, set: usize) -> Result<Slot<'m>, DenseError> {
-        let (model, sets) = (self.model, &self.sets);
+        let (model, sets) = (&*self.model, &self.sets);
         let basis = self.bases.of(model, sets, set)?;
         unresonant(model, &basis, &self.frequencies)?;
         self.take_room(met::bytes(model.modes()))?;
