@@ -253,7 +253,7 @@ fn between([low, high]: [f64; 2], part: f64, (width, round): (f64, i32)) -> f64 
     nearer.clamp(middle - room, middle + room)
 }
 
-/// Places of a piece where a margin has another sign than at the nodes by the polynomial through
+/// Places of a piece where a margin that has one sign at all nodes has the other by the polynomial through
 /// its values there: one in each part that is cut off.
 fn unseen(columns: &[Column]) -> Vec<f64> {
     let mut places = Vec::new();
@@ -261,6 +261,9 @@ fn unseen(columns: &[Column]) -> Vec<f64> {
         for margin in 0..cell.margins.len() {
             let values: [f64; NODES] =
                 std::array::from_fn(|node| columns[node].cells[case].margins[margin]);
+            if values.iter().any(|v| (*v >= 0.0) != (values[0] >= 0.0)) {
+                continue;
+            }
             let noise = NOISE * values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
             let series = transforms8().interpolate(&values);
             let mut sign = Some(values[0] >= 0.0);
