@@ -90,10 +90,17 @@ fn a_course_is_as_far_off_as_it_says() {
             ..accuracy
         });
         let counts = [&frictionless.pieces, &course.pieces].map(Vec::len);
-        assert!(counts[0] < cycle.stiffness.len() && counts[0] <= counts[1], "{counts:?}");
+        assert!(
+            counts[0] < cycle.stiffness.len() && counts[0] <= counts[1],
+            "{counts:?}"
+        );
         // The impulse of friction and load is that of the table, however long the pieces are.
         let mean = |of: fn(&MeshTablePiece) -> f64| -> f64 {
-            course.pieces.iter().map(|own| (own.end - own.start) * of(own)).sum()
+            course
+                .pieces
+                .iter()
+                .map(|own| (own.end - own.start) * of(own))
+                .sum()
         };
         assert!((mean(|own| own.friction) - cycle.mean(&cycle.friction)).abs() < 1e-12);
         assert!((mean(|own| own.centre) - cycle.mean_centre()).abs() < 1e-14);
@@ -122,7 +129,13 @@ fn friction_is_met_with_second_order() {
 #[test]
 fn pieces_can_be_carried_on() {
     let (cycle, accuracy) = cycle(0.0, 0.0);
-    for piece in cycle.course(CourseAccuracy { friction: 0.0, ..accuracy }).pieces {
+    for piece in cycle
+        .course(CourseAccuracy {
+            friction: 0.0,
+            ..accuracy
+        })
+        .pieces
+    {
         let length = piece.end - piece.start;
         let end = evaluate(&piece.stiffness, 1.0);
         for step in 0..=10 {

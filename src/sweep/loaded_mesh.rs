@@ -37,7 +37,10 @@ pub fn loaded_mesh(point: &PointSpec, spec: &MeshTableSpec) -> Result<LoadedMesh
             CycleDivision::Segments(_) if spec.stiffness.is_tangent() => None,
             _ => {
                 let course = course(point, spec, &cycle)?;
-                Some((course.pieces.len(), [course.stiffness_error, course.turning_error]))
+                Some((
+                    course.pieces.len(),
+                    [course.stiffness_error, course.turning_error],
+                ))
             }
         },
     })

@@ -3,9 +3,9 @@
 use super::mesh_divisions::{course_divisions, segments, spring_divisions};
 use super::near::Near;
 use crate::gear::{
-    Contact, CourseAccuracy, Face, Flanks, GearError, GearPair, MeshCourse, MeshSprings, MeshTable, MeshTableCycle,
-    MeshTableError, MeshTableInputs, MisalignmentEnding, MisalignmentReport, MisalignmentSearch,
-    SecantContact, StiffnessLaw, TiltCompliance, loaded_misalignment,
+    Contact, CourseAccuracy, Face, Flanks, GearError, GearPair, MeshCourse, MeshSprings, MeshTable,
+    MeshTableCycle, MeshTableError, MeshTableInputs, MisalignmentEnding, MisalignmentReport,
+    MisalignmentSearch, SecantContact, StiffnessLaw, TiltCompliance, loaded_misalignment,
 };
 use crate::manifest::{CoastSpec, CycleDivision, MeshTableSpec, PointSpec};
 use crate::model::{Division, MeshHarmonic};
@@ -277,7 +277,8 @@ impl MeshTables {
             face,
             ..
         } = spec;
-        let key = format!("{gears:?} {contact:?} {face:?} {stiffness:?} {misalignment:e} {force:e}");
+        let key =
+            format!("{gears:?} {contact:?} {face:?} {stiffness:?} {misalignment:e} {force:e}");
         let far = || {
             let inputs = inputs(spec, stiffness, misalignment, force);
             (self.common).cycle(&key, gears, &inputs)

@@ -4,9 +4,9 @@
 //! follows the stiffness and the error of both, and where means stand for load centroid and friction. An error counts
 //! by how long it lasts: relative to what the mesh force or its direction are, times the length of the piece in cycles.
 
+use super::NODES;
 use super::cycle::{MeshTableCycle, MeshTablePiece};
 use super::pieces::{BEHIND, CARRIED_ON};
-use super::NODES;
 use crate::numerics::legendre::{evaluate, transforms8};
 
 /// Places of every piece of the table at which a course is held against it, ends included.
@@ -151,7 +151,13 @@ impl<'a> Exact<'a> {
         (length <= self.accuracy.shortest || own.errors[1] <= self.accuracy.turning).then_some(own)
     }
 
-    fn fitted(&self, ends: [f64; 2], samples: &[Sample], series: [[f64; NODES]; 2], error: f64) -> Fitted {
+    fn fitted(
+        &self,
+        ends: [f64; 2],
+        samples: &[Sample],
+        series: [[f64; NODES]; 2],
+        error: f64,
+    ) -> Fitted {
         let means = self.cycle.means(ends);
         let of = &self.accuracy;
         let scales = [

@@ -174,8 +174,8 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
 
     /// The law at a phase, what is in contact sought from there on where it is known at another.
     pub fn column(&self, phase: f64, near: Option<&Column>) -> Result<Column, MeshTableError> {
-        let cells =
-            (self.cells(phase, near)).map_err(|source| MeshTableError::Sharing { phase, source })?;
+        let cells = (self.cells(phase, near))
+            .map_err(|source| MeshTableError::Sharing { phase, source })?;
         Ok(Column { phase, cells })
     }
 

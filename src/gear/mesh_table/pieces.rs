@@ -225,7 +225,10 @@ fn kink<L: FlankLaw>(
     let (width, mut round) = (high - low, 0);
     while high - low > ROUND_OFF {
         // Where the first of the margins vanishes on the line between the ends.
-        let crossings = at_low.iter().zip(&at_high).filter(|(a, b)| (**a >= 0.0) != (**b >= 0.0));
+        let crossings = at_low
+            .iter()
+            .zip(&at_high)
+            .filter(|(a, b)| (**a >= 0.0) != (**b >= 0.0));
         let part = crossings.map(|(a, b)| a / (a - b)).fold(1.0, f64::min);
         let at = between([low, high], part, (width, round));
         let found = of(&law.column(at, Some(*before))?);
