@@ -27,6 +27,7 @@ mod mesh_teeth;
 mod sharing;
 mod structure_published;
 mod structure_reference;
+mod table_course;
 mod table_mesh;
 mod tier_manifests;
 mod tiers;

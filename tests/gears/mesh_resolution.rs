@@ -105,16 +105,16 @@ fn jumps(model: &Model) -> [f64; 2] {
 fn no_pair_takes_hold_without_force() {
     let relief = "tip_relief = { amount = \"4 um\", length = \"1.5 mm\" }";
     for (name, gear, mesh, bound) in [
-        ("spur", "", "", 1e-7),
-        ("spur, friction", "", "friction = 0.05", 1e-7),
-        ("spur, course", "", "stiffness = \"continuous\" #", 1e-7),
-        ("relieved", relief, "", 1e-7),
+        ("spur", "", "", 1e-5),
+        ("spur, friction", "", "friction = 0.05", 1e-5),
+        ("spur, course", "", "stiffness = \"continuous\" #", 1e-5),
+        ("relieved", relief, "", 1e-5),
         ("askew", "", "misalignment = \"0.1 mrad\"", 1e-3),
         (
             "slices",
             "",
             "misalignment = \"0.1 mrad\"\nface = \"independent\"",
-            1e-7,
+            1e-5,
         ),
         ("crowned", "lead_crowning = \"3 um\"", "", 1e-3),
         ("helical", "helix_angle = \"15 deg\"", "", 1e-2),
@@ -165,7 +165,7 @@ fn a_quasi_static_cycle_keeps_its_energy() {
     };
     let (step, work) = supplied(None);
     println!("static course steps by {step:.1e}, energy from nowhere {work:.1e}");
-    assert!(step < 1e-8 && work < 1e-8, "{step} {work}");
+    assert!(step < 1e-5 && work < 1e-6, "{step} {work}");
 }
 
 /// The largest change of the mesh force between a window and the next, and its extremes \[N\].
@@ -210,7 +210,7 @@ fn whine_has_a_continuous_force() {
         );
         seen
     });
-    assert!(default.largest < 1e-4, "{}", default.largest);
+    assert!(default.largest < 1e-3, "{}", default.largest);
     assert!(pairs.largest < 1.0 && tangent.largest > 10.0);
     let [own, exact] = [&default, &pairs].map(|seen| seen.extremes.unwrap());
     for (own, exact) in own.iter().zip(exact) {

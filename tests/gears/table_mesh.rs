@@ -86,11 +86,11 @@ fn what_opens_the_gap() {
 }
 
 /// Segment means converge to the course after one cycle of rattle, and sixty are as far off as the
-/// documents say. With friction the course has means of its direction over a 24th of the cycle.
+/// documents say. With friction the course has means of its direction over its pieces.
 #[test]
 fn segments_converge_to_the_course() {
     let parts = common::parts();
-    for (friction, floor) in [(FRICTIONLESS, 1e-4), (RUBBING, 1e-3)] {
+    for (friction, floor) in [(FRICTIONLESS, 1e-5), (RUBBING, 1e-3)] {
         let edited = job(&[COURSE[0], COURSE[1], friction]);
         let course = model(&parts, &edited, 0.05, 1200.0);
         let start = advance(&volterra(&course), &mean_equilibrium(&course), 60);
@@ -106,32 +106,36 @@ fn segments_converge_to_the_course() {
         assert!(errors[0] < 1e-2 && errors[4] < floor, "{errors:?}");
         // With friction the means of its direction are what is left.
         assert!(
-            friction == RUBBING || errors[4] < 0.01 * errors[0],
+            friction == RUBBING || errors[1] < 0.3 * errors[0],
             "{errors:?}"
         );
     }
 }
 
-/// Pieces have the mean of the load centroid, and are short wherever that moves.
+/// Pieces have the mean of the load centroid and of friction, and are short wherever these move: at most a quarter of the cycle,
+/// where otherwise a piece is half a cycle long.
 #[test]
 fn pieces_are_short_where_the_load_wanders() {
     let parts = common::parts();
-    let longest = |drawing: &str| {
+    let longest = |drawing: &str, friction| {
         let drawing = format!("{drawing}\nrated_torque = ");
         let edits = [
             COURSE[0],
             COURSE[1],
-            FRICTIONLESS,
+            friction,
             ("rated_torque = ", &drawing),
         ];
         let model = model(&parts, &job(&edits), 0.3, 1200.0);
         let segments = &model.contacts[0].cycles[0].segments;
         let lengths = segments.iter().map(|segment| segment.end - segment.start);
-        lengths.fold(0.0, f64::max)
+        let longest = lengths.fold(0.0, f64::max);
+        println!("{drawing:?} {}: {longest:.3}", friction.1);
+        longest
     };
-    assert!(longest("") > 1.0 / 24.0 + 1e-9);
+    assert!(longest("", FRICTIONLESS) > 0.4);
+    assert!(longest("", RUBBING) < 0.2);
     for drawing in ["helix_angle = \"10 deg\"", "lead_slope = \"1 um\""] {
-        assert!(longest(drawing) < 1.0 / 24.0 + 1e-9, "{drawing}");
+        assert!(longest(drawing, FRICTIONLESS) < 0.25, "{drawing}");
     }
 }
 
@@ -145,7 +149,7 @@ const RELIEVED: (&str, &str) = (
 #[test]
 fn segments_converge_to_the_course_of_relieved_flanks() {
     let parts = common::parts();
-    for (friction, floor) in [(FRICTIONLESS, 1e-6), (RUBBING, 2e-4)] {
+    for (friction, floor) in [(FRICTIONLESS, 1e-6), (RUBBING, 4e-3)] {
         let edited = job(&[COURSE[0], COURSE[1], friction, RELIEVED]);
         for load in [0.05, 0.175, 0.3] {
             let course = model(&parts, &edited, load, 1200.0);
@@ -162,7 +166,7 @@ fn segments_converge_to_the_course_of_relieved_flanks() {
             assert!(errors[0] < 1e-2 && errors[3] < floor, "{load}: {errors:?}");
             // Where contact is lost throughout the cycle there is nothing to converge.
             if friction == FRICTIONLESS && errors[0] > 1e-9 {
-                let order = (errors[0] / errors[3]).log(64.0);
+                let order = (errors[0] / errors[2]).log(16.0);
                 assert!(order > 1.6, "{load}: order {order}, {errors:?}");
             }
         }

@@ -86,6 +86,19 @@ impl GearMesh {
                 ),
             ));
         }
+        if let Some(Ok(LoadedMesh {
+            course: Some((pieces, [stiffness, turning])),
+            ..
+        })) = &self.loaded
+        {
+            lines.push((
+                "course".to_owned(),
+                format!(
+                    "{pieces} pieces; error times length in mesh cycles at most {stiffness:.0e} of the stiffness, \
+                     {turning:.0e} of where the force acts"
+                ),
+            ));
+        }
         lines
     }
 
@@ -98,6 +111,8 @@ impl GearMesh {
 
     /// The same for programs.
     pub fn json(&self) -> Value {
+        let loaded = self.loaded.as_ref();
+        let course = loaded.and_then(|mesh| mesh.as_ref().ok()?.course);
         json!({
             "contact_ratio": self.ratios.map(|[contact, _]| contact),
             "overlap_ratio": self.ratios.map(|[_, overlap]| overlap),
@@ -107,6 +122,9 @@ impl GearMesh {
             "stiffness_min": self.stiffness.map(|[least, ..]| least),
             "stiffness_mean": self.stiffness.map(|[_, mean, _]| mean),
             "stiffness_max": self.stiffness.map(|[.., most]| most),
+            "course_pieces": course.map(|(pieces, _)| pieces),
+            "course_stiffness_error": course.map(|(_, [stiffness, _])| stiffness),
+            "course_turning_error": course.map(|(_, [_, turning])| turning),
         })
     }
 }

@@ -35,8 +35,8 @@ pub use involute::{inverse_involute, involute};
 pub use mean_friction::MeanFriction;
 pub use mesh_springs::{MeshSprings, SpringPiece, SpringStretch};
 pub use mesh_table::{
-    FaceLaw, MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs, MeshTablePiece, NODES,
-    SegmentMeans, StiffnessLaw,
+    CourseAccuracy, FaceLaw, MeshCourse, MeshTable, MeshTableCycle, MeshTableError,
+    MeshTableInputs, MeshTablePiece, NODES, SegmentMeans, StiffnessLaw,
 };
 pub use misalignment::{
     MisalignmentEnding, MisalignmentReport, MisalignmentSearch, MisalignmentStep, TiltCompliance,

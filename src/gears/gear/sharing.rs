@@ -33,6 +33,7 @@ pub use error::{MOST_PAIRS, SharingError};
 pub use helical::HelicalFace;
 pub use pairs::{ContactPair, Face, pairs_at};
 
+pub(super) use coupled::Touching;
 use coupled::{Bearing, Coupled, PairBearing};
 use pairs::Span;
 use ramp::Ramp;
@@ -102,10 +103,13 @@ impl LoadSharing {
     /// No pair, more than [`MOST_PAIRS`], a face without width or slices, an ε that is not
     /// finite, or bodies that couple pairs more strongly than any body does.
     pub fn new(pairs: &[ContactPair], face: Face, misalignment: f64) -> Result<Self, SharingError> {
-        let slices = Self::of_slices(pairs, face, misalignment)?;
+        check(pairs, face, misalignment)?;
+        let coupled = Coupled::new(pairs, face, misalignment)?;
+        // Then slices for themselves only tell where flanks first touch.
+        let joining = if coupled.is_some() { 1 } else { pairs.len() };
         Ok(Self {
-            coupled: Coupled::new(pairs, face, misalignment)?,
-            ..slices
+            coupled,
+            ..Self::of_joining(pairs, face, misalignment, joining)?
         })
     }
 
@@ -118,27 +122,20 @@ impl LoadSharing {
         face: Face,
         misalignment: f64,
     ) -> Result<Self, SharingError> {
-        if pairs.is_empty() {
-            return Err(SharingError::NoPair);
-        }
-        if pairs.len() > MOST_PAIRS {
-            return Err(SharingError::TooManyPairs { found: pairs.len() });
-        }
-        if face.slices == 0 || !(face.width > 0.0 && face.width.is_finite()) {
-            let Face { width, slices } = face;
-            return Err(SharingError::NoFace { width, slices });
-        }
-        if !misalignment.is_finite() {
-            return Err(SharingError::OutOfRange {
-                name: "misalignment [rad]",
-                value: misalignment,
-                position: pairs[0].position,
-                accepted: "finite",
-            });
-        }
-        let mut ramps = Vec::with_capacity(pairs.len() * face.slices);
+        check(pairs, face, misalignment)?;
+        Self::of_joining(pairs, face, misalignment, pairs.len())
+    }
+
+    /// The first pairs, so many, to join on slices that do not support each other.
+    fn of_joining(
+        pairs: &[ContactPair],
+        face: Face,
+        misalignment: f64,
+        joining: usize,
+    ) -> Result<Self, SharingError> {
+        let mut ramps = Vec::with_capacity(joining * face.slices);
         for slice in 0..face.slices {
-            ramp::add_slice(&mut ramps, pairs, face, slice, misalignment)?;
+            ramp::add_slice(&mut ramps, pairs, face, slice, misalignment, joining)?;
         }
         let mut knots: Vec<f64> = ramps.iter().flat_map(|r| [r.low, r.high]).collect();
         knots.sort_unstable_by(f64::total_cmp);
@@ -165,16 +162,27 @@ impl LoadSharing {
     /// Their number depends on pairs and slices only. On a helical face there are none: a pair comes
     /// into contact there little by little.
     pub fn bear_with_margins(&self, force: f64) -> (SharedLoad, Vec<f64>) {
+        let (load, margins, _) = self.bear_near(force, &Touching::default());
+        (load, margins)
+    }
+
+    /// The same, with what of the face is in contact: where slices support each other that is sought from what
+    /// is `near`, in contact at another mesh phase, or from the whole face.
+    pub(in crate::gear) fn bear_near(
+        &self,
+        force: f64,
+        near: &Touching,
+    ) -> (SharedLoad, Vec<f64>, Touching) {
         match self.coupled.as_ref().filter(|_| force > 0.0) {
             None => {
                 let load = self.bear(force);
-                (load, self.margins(load.deflection))
+                (load, self.margins(load.deflection), Touching::default())
             }
             Some(coupled) => {
-                let bearing = coupled.bear(force);
+                let bearing = coupled.bear_near(force, near);
                 let mut margins = coupled.margins(&bearing);
                 margins.extend(&self.above_least[..self.pairs]);
-                (self.shared(coupled, &bearing).0, margins)
+                (self.shared(coupled, &bearing).0, margins, bearing.touching)
             }
         }
     }
@@ -310,6 +318,29 @@ impl LoadSharing {
         // The root of slope d + curvature d²/2 = rest that does not cancel.
         knot + 2.0 * rest / (slope + (slope * slope + 2.0 * curvature * rest).max(0.0).sqrt())
     }
+}
+
+/// Refuses pairs, a face and an angle that share no load.
+fn check(pairs: &[ContactPair], face: Face, misalignment: f64) -> Result<(), SharingError> {
+    if pairs.is_empty() {
+        return Err(SharingError::NoPair);
+    }
+    if pairs.len() > MOST_PAIRS {
+        return Err(SharingError::TooManyPairs { found: pairs.len() });
+    }
+    if face.slices == 0 || !(face.width > 0.0 && face.width.is_finite()) {
+        let Face { width, slices } = face;
+        return Err(SharingError::NoFace { width, slices });
+    }
+    if !misalignment.is_finite() {
+        return Err(SharingError::OutOfRange {
+            name: "misalignment [rad]",
+            value: misalignment,
+            position: pairs[0].position,
+            accepted: "finite",
+        });
+    }
+    Ok(())
 }
 
 #[cfg(test)]

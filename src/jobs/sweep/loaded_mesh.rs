@@ -1,6 +1,6 @@
 //! What the mean load makes of a mesh that is computed from the drawing, looked at in passing: nothing is kept.
 
-use super::mesh_tables::{MEANS, MeshError, flank_load, inputs, is_scaled};
+use super::mesh_tables::{MeshError, course, flank_load, inputs, is_scaled};
 use crate::gear::{Flanks, MeshTable, MeshTableCycle, StiffnessLaw};
 use crate::manifest::{CycleDivision, MeshTableSpec, PointSpec};
 
@@ -13,6 +13,9 @@ pub struct LoadedMesh {
     pub stiffness: [f64; 3],
     /// Mean number of pairs that bear load.
     pub contact_ratio: f64,
+    /// Pieces of the course that the mesh cycle is integrated with, how far their stiffness and how far friction and load
+    /// centroid are off ([`MeshCourse`](crate::gear::MeshCourse)); none where the mesh has segments or springs.
+    pub course: Option<(usize, [f64; 2])>,
 }
 
 /// That of a point that takes its stiffness from the table of `spec`. Nothing is kept.
@@ -29,6 +32,17 @@ pub fn loaded_mesh(point: &PointSpec, spec: &MeshTableSpec) -> Result<LoadedMesh
         },
         stiffness: [least, cycle.mean_stiffness(), most],
         contact_ratio: cycle.mean_loaded_pairs(),
+        course: match spec.division {
+            CycleDivision::Pairs { .. } => None,
+            CycleDivision::Segments(_) if spec.stiffness.is_tangent() => None,
+            _ => {
+                let course = course(point, spec, &cycle)?;
+                Some((
+                    course.pieces.len(),
+                    [course.stiffness_error, course.turning_error],
+                ))
+            }
+        },
     })
 }
 
@@ -51,7 +65,7 @@ fn passing(point: &PointSpec, spec: &MeshTableSpec) -> Result<MeshTableCycle, Me
     let misalignment = point.mesh.misalignment;
     let flanks = Flanks::new(&spec.gears)?;
     let cycle = |stiffness| -> Result<MeshTableCycle, MeshError> {
-        let inputs = inputs(spec, stiffness, misalignment, force, MEANS);
+        let inputs = inputs(spec, stiffness, misalignment, force);
         Ok(MeshTable::build(&flanks, &inputs, &|_, _| ())?.cycle(0, 0))
     };
     let found = cycle(spec.stiffness)?;

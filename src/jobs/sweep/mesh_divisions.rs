@@ -1,7 +1,6 @@
 //! How a computed mesh becomes divisions of the model's mesh cycle.
 
-use crate::gear::{MeshSprings, MeshTableCycle, MeshTablePiece, NODES, StiffnessLaw};
-use crate::manifest::CycleDivision;
+use crate::gear::{MeshCourse, MeshSprings, MeshTableCycle, MeshTablePiece, NODES};
 use crate::model::{Division, FlankError, STIFFNESS_TERMS, Stiffness};
 use crate::numerics::legendre::transforms8;
 
@@ -46,58 +45,42 @@ pub(super) fn spring_divisions(
         .collect()
 }
 
-/// The divisions of a cycle: means over equal segments, or pieces as they are; `with_error` to have
-/// what loaded flanks lack, if anything. It is as it is in either case, as the secant stiffness is, and equal
-/// segments are cut where these have their kinks and steps.
-pub(super) fn divisions(
-    cycle: &MeshTableCycle,
-    division: CycleDivision,
-    stiffness: StiffnessLaw,
-    with_error: bool,
-) -> Vec<Division> {
-    let with_error = with_error && cycle.has_error();
+/// The tangent's means over equal segments; `with_error` to have what loaded flanks lack, which is as it is: segments
+/// are cut where it has its kinks and steps.
+pub(super) fn segments(cycle: &MeshTableCycle, count: u32, with_error: bool) -> Vec<Division> {
     let pieces = cycle.pieces();
-    match division {
-        CycleDivision::Segments(count) => {
-            let ends = segment_ends(cycle, count, with_error || !stiffness.is_tangent());
-            (ends.windows(2))
-                .map(|ends| {
-                    let [start, end] = [ends[0], ends[1]];
-                    let means = cycle.means([start, end]);
-                    Division {
-                        end,
-                        stiffness: match stiffness {
-                            StiffnessLaw::Tangent => Stiffness::constant(means.stiffness),
-                            StiffnessLaw::Secant => {
-                                Stiffness::series(part(&pieces, [start, end], |p| p.stiffness))
-                            }
-                        },
-                        error: match with_error {
-                            true => {
-                                FlankError::series(part(&pieces, [start, end], |p| p.tangent_error))
-                            }
-                            false => FlankError::NONE,
-                        },
-                        load_centre: means.centre,
-                        friction: [means.friction, means.friction_lever],
-                    }
-                })
-                .collect()
-        }
-        // Springs of pairs have divisions of their own.
-        CycleDivision::Continuous | CycleDivision::Pairs { .. } => (pieces.iter())
-            .map(|piece| Division {
-                end: piece.end,
-                stiffness: Stiffness::series(piece.stiffness),
+    (segment_ends(cycle, count, with_error).windows(2))
+        .map(|ends| {
+            let [start, end] = [ends[0], ends[1]];
+            let means = cycle.means([start, end]);
+            Division {
+                end,
+                stiffness: Stiffness::constant(means.stiffness),
                 error: match with_error {
-                    true => FlankError::series(piece.tangent_error),
+                    true => FlankError::series(part(&pieces, [start, end], |p| p.tangent_error)),
                     false => FlankError::NONE,
                 },
-                load_centre: piece.centre,
-                friction: [piece.friction, piece.friction_lever],
-            })
-            .collect(),
-    }
+                load_centre: means.centre,
+                friction: [means.friction, means.friction_lever],
+            }
+        })
+        .collect()
+}
+
+/// The divisions of a course; `with_error` to have what loaded flanks lack.
+pub(super) fn course_divisions(course: &MeshCourse, with_error: bool) -> Vec<Division> {
+    (course.pieces.iter())
+        .map(|piece| Division {
+            end: piece.end,
+            stiffness: Stiffness::series(piece.stiffness),
+            error: match with_error {
+                true => FlankError::series(piece.tangent_error),
+                false => FlankError::NONE,
+            },
+            load_centre: piece.centre,
+            friction: [piece.friction, piece.friction_lever],
+        })
+        .collect()
 }
 
 /// Ends of equal segments, 0 first, cut where the pieces of the cycle end if `cut`.

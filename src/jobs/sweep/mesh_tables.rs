@@ -1,11 +1,11 @@
 //! Mesh tables of a job: fetched from the cache or computed, once for all points that share one.
 
-use super::mesh_divisions::{divisions, spring_divisions};
+use super::mesh_divisions::{course_divisions, segments, spring_divisions};
 use super::near::Near;
 use crate::gear::{
-    Contact, Face, Flanks, GearError, GearPair, MeshSprings, MeshTable, MeshTableCycle,
-    MeshTableError, MeshTableInputs, MisalignmentEnding, MisalignmentReport, MisalignmentSearch,
-    SecantContact, StiffnessLaw, TiltCompliance, loaded_misalignment,
+    Contact, CourseAccuracy, Face, Flanks, GearError, GearPair, MeshCourse, MeshSprings, MeshTable,
+    MeshTableCycle, MeshTableError, MeshTableInputs, MisalignmentEnding, MisalignmentReport,
+    MisalignmentSearch, SecantContact, StiffnessLaw, TiltCompliance, loaded_misalignment,
 };
 use crate::manifest::{CoastSpec, CycleDivision, MeshTableSpec, PointSpec};
 use crate::model::{Division, MeshHarmonic};
@@ -19,33 +19,17 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// resolved.
 const LONGEST_PIECE: f64 = 0.25;
 
-/// The same where load centroid or friction matter and the stiffness is used as it is: their
-/// means over longer pieces would be the largest error of all.
-const LONGEST_TURNING_PIECE: f64 = 1.0 / 24.0;
+/// How far a table may be from its law, relative: a tenth of what its course may be.
+const TABLE_TOLERANCE: f64 = 1e-6;
 
-/// How far a course may be from its law, relative.
-const COURSE_TOLERANCE: f64 = 1e-9;
+/// How far the stiffness of a course may be off its table, relative and times the length of a piece.
+const COURSE_TOLERANCE: f64 = 1e-5;
 
-/// The same of the secant, a difference of two states of the flanks.
-const SECANT_TOLERANCE: f64 = 1e-7;
+/// How far load centroid and friction may depart from the means of a piece, relative and times its length.
+const TURNING_TOLERANCE: f64 = 2.5e-4;
 
-/// The same where segments take means of it: those come out closer by far.
-const MEANS_TOLERANCE: f64 = 1e-6;
-
-/// How finely a table follows its law.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Resolution {
-    /// Longest piece, in mesh cycles.
-    longest: f64,
-    /// Largest error of its polynomials, relative.
-    tolerance: f64,
-}
-
-/// Of a table of which means are taken.
-pub(super) const MEANS: Resolution = Resolution {
-    longest: LONGEST_PIECE,
-    tolerance: MEANS_TOLERANCE,
-};
+/// Pieces of a course of this length \[cycles\] have means whatever they depart by.
+const SHORTEST_TURNING_PIECE: f64 = 1.0 / 24.0;
 
 /// Why a point has no mesh.
 #[derive(Debug, thiserror::Error)]
@@ -183,41 +167,21 @@ impl MeshTables {
                 (report.misalignment().unwrap_or(unloaded), Some(report))
             }
         };
-        let turning = point.mesh.friction.acts() || wanders(&spec.gears, misalignment);
-        let resolution = match spec.division {
-            CycleDivision::Segments(_) | CycleDivision::Pairs { .. } => Resolution {
-                tolerance: match spec.stiffness {
-                    StiffnessLaw::Tangent => MEANS_TOLERANCE,
-                    StiffnessLaw::Secant => SECANT_TOLERANCE,
-                },
-                ..MEANS
-            },
-            CycleDivision::Continuous => Resolution {
-                longest: if turning {
-                    LONGEST_TURNING_PIECE
-                } else {
-                    LONGEST_PIECE
-                },
-                tolerance: match spec.stiffness {
-                    StiffnessLaw::Tangent => COURSE_TOLERANCE,
-                    StiffnessLaw::Secant => SECANT_TOLERANCE,
-                },
-            },
-        };
-        // Segments are for what the course of the stiffness has means of.
-        let division = match spec.stiffness.is_tangent() || turning {
-            true => spec.division,
-            false => CycleDivision::Continuous,
-        };
-        let mut cycle = self.cycle(spec, spec.stiffness, misalignment, force, resolution)?;
+        let mut cycle = self.cycle(spec, spec.stiffness, misalignment, force)?;
         if is_scaled(spec, misalignment) {
-            let tangent = self.cycle(spec, StiffnessLaw::Tangent, misalignment, force, MEANS)?;
+            let tangent = self.cycle(spec, StiffnessLaw::Tangent, misalignment, force)?;
             let own = MeshTableCycle::clone(&cycle);
             cycle = Arc::new(own.with_mean_stiffness(tangent.mean_stiffness()));
         }
         let harmonics = point.excitation.table_harmonics;
+        let with_error = harmonics.is_none() && cycle.has_error();
         Ok(TabledMesh {
-            divisions: divisions(&cycle, division, spec.stiffness, harmonics.is_none()),
+            divisions: match spec.division {
+                CycleDivision::Segments(count) if spec.stiffness.is_tangent() => {
+                    segments(&cycle, count, with_error)
+                }
+                _ => course_divisions(&course(point, spec, &cycle)?, with_error),
+            },
             further: Vec::new(),
             mean_stiffness: cycle.mean_stiffness(),
             transmission_error: (cycle.harmonics(&cycle.tangent_error(), harmonics.unwrap_or(0)))
@@ -245,7 +209,7 @@ impl MeshTables {
         } else {
             structure.rated_force
         };
-        let cycle = self.cycle(spec, spec.stiffness, misalignment, loaded, MEANS)?;
+        let cycle = self.cycle(spec, spec.stiffness, misalignment, loaded)?;
         let springs = self.common.springs(spec, misalignment, slices, loaded)?;
         let mean_stiffness = cycle.mean_stiffness();
         let mut all = spring_divisions(&springs, misalignment, mean_stiffness);
@@ -275,7 +239,7 @@ impl MeshTables {
         let mut fault = None;
         let search = MisalignmentSearch::default();
         let report = loaded_misalignment(unloaded, force, compliance, search, |misalignment| {
-            let inputs = inputs(spec, StiffnessLaw::Tangent, misalignment, force, MEANS);
+            let inputs = inputs(spec, StiffnessLaw::Tangent, misalignment, force);
             match MeshTable::build(&flanks, &inputs, &|_, _| ()) {
                 Ok(table) => table.cycle(0, 0).mean_centre(),
                 Err(error) => {
@@ -306,7 +270,6 @@ impl MeshTables {
         stiffness: StiffnessLaw,
         misalignment: f64,
         force: f64,
-        resolution: Resolution,
     ) -> Result<Arc<MeshTableCycle>, MeshError> {
         let MeshTableSpec {
             gears,
@@ -314,11 +277,10 @@ impl MeshTables {
             face,
             ..
         } = spec;
-        let key = format!(
-            "{gears:?} {contact:?} {face:?} {stiffness:?} {misalignment:e} {force:e} {resolution:?}"
-        );
+        let key =
+            format!("{gears:?} {contact:?} {face:?} {stiffness:?} {misalignment:e} {force:e}");
         let far = || {
-            let inputs = inputs(spec, stiffness, misalignment, force, resolution);
+            let inputs = inputs(spec, stiffness, misalignment, force);
             (self.common).cycle(&key, gears, &inputs)
         };
         match &self.near {
@@ -332,6 +294,29 @@ impl MeshTables {
 /// that are no more what they were cut, and on helical gears, whose lines of contact cross the face.
 fn wanders(gears: &GearPair, misalignment: f64) -> bool {
     misalignment != 0.0 || gears.helix_angle != 0.0 || gears.form.has_modified_lead()
+}
+
+/// The course that a mesh is integrated with, where that is not the tangent's means over segments. Segments are the
+/// shortest pieces that it is cut to.
+///
+/// # Errors
+/// A coefficient of friction that its law does not give.
+pub(super) fn course(
+    point: &PointSpec,
+    spec: &MeshTableSpec,
+    cycle: &MeshTableCycle,
+) -> Result<MeshCourse, GearError> {
+    Ok(cycle.course(CourseAccuracy {
+        stiffness: COURSE_TOLERANCE,
+        turning: TURNING_TOLERANCE,
+        shortest: match spec.division {
+            CycleDivision::Segments(count) => 1.0 / f64::from(count),
+            CycleDivision::Continuous | CycleDivision::Pairs { .. } => SHORTEST_TURNING_PIECE,
+        },
+        friction: point.mesh.friction.coefficient(cycle.force, point.speed)?,
+        base_radius: spec.gears.base_radii()[0],
+        face_width: spec.gears.face_width,
+    }))
 }
 
 /// Whether the secant stiffness is scaled to the mean of the tangent's: contact that spreads along the face stiffens as it
@@ -449,7 +434,6 @@ pub(super) fn inputs(
     stiffness: StiffnessLaw,
     misalignment: f64,
     force: f64,
-    resolution: Resolution,
 ) -> MeshTableInputs {
     let gears = &spec.gears;
     let mut inputs = MeshTableInputs::of_gears(gears);
@@ -458,8 +442,8 @@ pub(super) fn inputs(
     inputs.stiffness = stiffness;
     inputs.misalignment = vec![misalignment];
     inputs.torque = vec![force * inputs.base_radius];
-    inputs.longest_piece = resolution.longest;
-    inputs.tolerance = resolution.tolerance;
+    inputs.longest_piece = LONGEST_PIECE;
+    inputs.tolerance = TABLE_TOLERANCE;
     // A gap that is a straight line across the face of spur gears is exact on one slice.
     if gears.helix_angle == 0.0 && !gears.form.has_curved_lead() {
         inputs.slices = 1;

@@ -295,7 +295,7 @@ mod tests {
     /// Speed, load and half gap leave the bases as they are, a stiffness does not.
     #[test]
     fn orbits_of_one_structure_and_mesh_share_bases() {
-        let text = include_str!("../../manifests/quickstart.toml");
+        let text = include_str!("../../../manifests/quickstart.toml");
         let job = manifest::parse(text, "m.toml", Path::new("")).unwrap();
         let parts = Parts::new(TableStore::open(tempfile::tempdir().unwrap().path()));
         let of = |change: fn(&mut PointSpec)| {

@@ -3,7 +3,7 @@
 use super::super::friction::friction_direction;
 use super::super::sharing::{
     Contact, ContactPair, Face, HelicalFace, LoadSharing, MOST_PAIRS, SharedLoad, SharingError,
-    pairs_at,
+    Touching, pairs_at,
 };
 use super::{MeshTableError, MeshTableInputs, StiffnessLaw};
 use crate::gear::flank_law::{FlankLaw, SecantContact};
@@ -94,6 +94,12 @@ impl Column {
             .flat_map(|cell| cell.margins.iter().copied())
     }
 
+    /// Whether as many pairs bear load here as there, under every load.
+    pub fn loads_as(&self, other: &Self) -> bool {
+        let mut cells = self.cells.iter().zip(&other.cells);
+        cells.all(|(own, other)| own.loaded_pairs == other.loaded_pairs)
+    }
+
     /// The numbers of the margins by whose signs two columns have different formulas.
     pub fn kinks_before(&self, other: &Self) -> Vec<usize> {
         let signs = self.margins().zip(other.margins()).enumerate();
@@ -118,6 +124,8 @@ pub(super) struct Cell {
     pub share: [f64; MOST_PAIRS],
     /// Distances from the kinks of the law (see [`LoadSharing::bear_with_margins`]).
     pub margins: Vec<f64>,
+    /// What of the face is in contact, where slices support each other.
+    touching: Touching,
     /// Line load on each slice; empty where it is not asked for.
     pub pattern: Vec<f64>,
 }
@@ -164,14 +172,26 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
         flanks.along_face().is_some() && (askew || uneven())
     }
 
-    /// The law at a phase.
-    pub fn column(&self, phase: f64) -> Result<Column, MeshTableError> {
-        let cells =
-            (self.cells(phase)).map_err(|source| MeshTableError::Sharing { phase, source })?;
+    /// The law at a phase, what is in contact sought from there on where it is known at another.
+    pub fn column(&self, phase: f64, near: Option<&Column>) -> Result<Column, MeshTableError> {
+        let cells = (self.cells(phase, near))
+            .map_err(|source| MeshTableError::Sharing { phase, source })?;
         Ok(Column { phase, cells })
     }
 
-    fn cells(&self, phase: f64) -> Result<Vec<Cell>, SharingError> {
+    /// The law at several phases, each from the one before.
+    pub fn columns(
+        &self,
+        phases: impl IntoIterator<Item = f64>,
+    ) -> Result<Vec<Column>, MeshTableError> {
+        let mut columns: Vec<Column> = Vec::new();
+        for phase in phases {
+            columns.push(self.column(phase, columns.last())?);
+        }
+        Ok(columns)
+    }
+
+    fn cells(&self, phase: f64, near: Option<&Column>) -> Result<Vec<Cell>, SharingError> {
         let Self { flanks, inputs } = *self;
         let face = Face {
             width: inputs.face_width,
@@ -184,23 +204,24 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
         let inclined = flanks.helix().hypot(1.0);
         let mut cells = Vec::with_capacity(inputs.misalignment.len() * inputs.torque.len());
         for &misalignment in &inputs.misalignment {
-            let mut sharing = lines.sharing(face, misalignment)?;
             for &torque in &inputs.torque {
                 let force = torque / inputs.base_radius;
-                match inputs.contact {
-                    Contact::Linear => {}
+                let sharing = match inputs.contact {
+                    Contact::Linear => lines.sharing(face, misalignment)?,
                     Contact::Secant => {
                         let law = SecantContact {
                             law: flanks,
                             line_load: force / face.width,
                         };
-                        sharing = Lines::new(&law, phase, face)?.sharing(face, misalignment)?;
+                        Lines::new(&law, phase, face)?.sharing(face, misalignment)?
                     }
                     Contact::LoadDependent => {
-                        sharing = LoadSharing::under(flanks, phase, face, misalignment, force)?;
+                        LoadSharing::under(flanks, phase, face, misalignment, force)?
                     }
-                }
-                let (load, margins) = sharing.bear_with_margins(force);
+                };
+                let start = near.map(|column| &column.cells[cells.len()].touching);
+                let nothing = Touching::default();
+                let (load, margins, touching) = sharing.bear_near(force, start.unwrap_or(&nothing));
                 let stiffness = match inputs.stiffness {
                     StiffnessLaw::Tangent => load.stiffness,
                     // Which pair touches first is a matter of their order, whose margins are known.
@@ -230,6 +251,7 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
                     loaded_pairs: lines.loaded_pairs(&sharing, &load, (flanks, phase)) as f64,
                     share: load.share,
                     margins,
+                    touching,
                     pattern,
                 });
             }
@@ -348,7 +370,7 @@ mod tests {
             slices: 8,
         };
         let phase = 0.2;
-        let column = law.column(phase).unwrap();
+        let column = law.column(phase, None).unwrap();
         let pairs = pairs_at(&flanks, phase, face).unwrap();
         for (row, angle) in inputs.misalignment.iter().enumerate() {
             let sharing = LoadSharing::new(&pairs, face, *angle).unwrap();

@@ -9,12 +9,14 @@
 
 mod breaks;
 mod build;
+mod course;
 mod cycle;
 mod error;
 mod law;
 mod pieces;
 
 pub(super) use breaks::breaks;
+pub use course::{CourseAccuracy, MeshCourse};
 pub use cycle::{MeshTableCycle, MeshTablePiece, SegmentMeans};
 pub use error::MeshTableError;
 pub(super) use pieces::{BEHIND, CARRIED_ON};
@@ -75,7 +77,7 @@ pub struct MeshTableInputs {
     /// to what the load deflects the mesh by, of lengths along the face to its width, of the
     /// friction lever to the base pitch. Helical gears are held to 1e-5 at most, their
     /// shortest pieces, which are under 1/128 of the cycle, to 1e-2; spur gears that bear unevenly on slices that
-    /// support each other to 1e-9 over the length of the piece in cycles, at most 1e-2.
+    /// support each other to the tolerance over the length of the piece in cycles, at most 1e-2.
     pub tolerance: f64,
     /// Slices of the face. One is enough for flanks without deviation across the face; more
     /// resolve crowning and the contact pattern. A helical face is divided into about as many.

@@ -4,9 +4,11 @@
 //! depends on load and misalignment; a wedge of contact reaches the end of the face at another.
 //! Stiffness steps or bends there, and a margin of the load sharing changes its sign
 //! ([`LoadSharing::bear_with_margins`](crate::gear::LoadSharing::bear_with_margins)): between two samples of a piece, or
-//! where the margin's own polynomial says so though no sample lies there. Such a phase is bisected
-//! to round-off and ends a piece. A piece without one is halved until its polynomials are within the
-//! tolerance of the law at places that took no part in the fit. No other piece leaves this file.
+//! where the margin's own polynomial says so though no sample lies there. Polynomials that are within the
+//! tolerance of the law, at places that took no part in the fit, make a piece, with or without such a phase inside.
+//! Others are cut: where the margin's sign changes, found to round-off, or in halves. A pair that takes hold always ends a
+//! piece. Where slices of a face support each other its borders bend the law little: what else is to be cut there is halved.
+//! No other piece leaves this file.
 //!
 //! Of helical gears pairs come into contact little by little all along the face, with many small bends:
 //! their pieces are only halved, until they are within what the division of the face is worth, and
@@ -47,11 +49,6 @@ const SHORTEST: f64 = 1.0 / 256.0;
 
 /// Their largest error: a single bend inside of them, or a border of contact that reaches its end.
 const SHORT: f64 = 1e-2;
-
-/// Largest error, times the length of the piece in cycles, of faces whose slices support each other and bear
-/// unevenly, where no larger one is asked for and up to [`SHORT`]: a pair may touch inside the face first, and
-/// stiffness then begins with a root of the phase, on a piece however short.
-const COUPLED: f64 = 1e-9;
 
 /// Terms of the polynomials of short pieces of helical gears.
 const SHORT_TERMS: usize = 3;
@@ -130,32 +127,46 @@ fn examine<L: FlankLaw>(
         .windows(2)
         .map(|pair| phase(0.5 * (pair[0] + pair[1])));
     let places = [first].into_iter().chain(between).chain([last]);
-    let checks: Vec<Column> = places.map(|at| law.column(at)).collect::<Result<_, _>>()?;
-    let mut columns: Vec<Column> = (nodes.iter())
-        .map(|&x| law.column(phase(x)))
-        .collect::<Result<_, _>>()?;
+    let mut checks = law.columns(places)?;
+    let mut columns = law.columns(nodes.iter().map(|&x| phase(x)))?;
     if is_short(law, [from, to]) {
         smooth(&mut columns);
     }
-    let mut seen: Vec<&Column> = checks.iter().chain(&columns).collect();
-    seen.sort_by(|a, b| a.phase.total_cmp(&b.phase));
-    for (number, after) in seen.iter().enumerate() {
-        if let Some(at) = kink(law, &seen[..number], after)? {
-            return Ok(Verdict::Kink(at));
-        }
-    }
     for x in unseen(&columns) {
-        let found = law.column(phase(x).clamp(first, last))?;
-        let before = seen.partition_point(|column| column.phase < found.phase);
-        if let Some(at) = kink(law, &seen[..before], &found)? {
-            return Ok(Verdict::Kink(at));
-        }
+        checks.push(law.column(phase(x).clamp(first, last), None)?);
     }
     let misfit = worst(law, &columns, &checks, [from, to]);
-    Ok(match misfit.error <= tolerance(law, [from, to]) {
-        true => Verdict::Accepted(columns),
-        false => Verdict::Misfit(misfit),
+    let follows = misfit.error <= tolerance(law, [from, to]);
+    let mut seen: Vec<&Column> = checks.iter().chain(&columns).collect();
+    seen.sort_by(|a, b| a.phase.total_cmp(&b.phase));
+    let takes_hold = (seen.windows(2)).find(|two| !two[0].loads_as(two[1]));
+    let at = match takes_hold {
+        Some(two) => kink(law, &two[..1], two[1])?,
+        None => None,
+    };
+    let at = match at {
+        // Where the borders of slices bend the law of a whole face they do so little.
+        None if !follows && !law.is_coupled() => first_kink(law, &seen)?,
+        found => found,
+    };
+    Ok(match at {
+        Some(at) => Verdict::Kink(at),
+        None if follows => Verdict::Accepted(columns),
+        None => Verdict::Misfit(misfit),
     })
+}
+
+/// Where the law changes its formula between columns for the first time.
+fn first_kink<L: FlankLaw>(
+    law: &MeshLaw<'_, L>,
+    seen: &[&Column],
+) -> Result<Option<f64>, MeshTableError> {
+    for (number, after) in seen.iter().enumerate() {
+        if let Some(at) = kink(law, &seen[..number], after)? {
+            return Ok(Some(at));
+        }
+    }
+    Ok(None)
 }
 
 /// Whether a piece is one of helical gears that is not to be halved.
@@ -169,7 +180,9 @@ fn tolerance<L: FlankLaw>(law: &MeshLaw<'_, L>, piece: [f64; 2]) -> f64 {
     let [from, to] = piece;
     match (law.flanks.helix() == 0.0, law.is_coupled()) {
         (true, false) => asked,
-        (true, true) => asked.max((COUPLED / (to - from)).min(SHORT)),
+        // A pair may touch inside the face first, and stiffness then begins with a root of the phase, on a piece
+        // however short.
+        (true, true) => asked.max((asked / (to - from)).min(SHORT)),
         (false, _) => asked.max(if is_short(law, piece) { SHORT } else { HELICAL }),
     }
 }
@@ -201,22 +214,49 @@ fn kink<L: FlankLaw>(
     let Some((before, kinks)) = kinks.find(|(_, kinks)| !kinks.is_empty()) else {
         return Ok(None);
     };
-    let signs = |column: &Column| -> Vec<bool> {
+    let of = |column: &Column| -> Vec<f64> {
         let margins: Vec<f64> = column.margins().collect();
-        kinks.iter().map(|&kink| margins[kink] >= 0.0).collect()
+        kinks.iter().map(|&kink| margins[kink]).collect()
     };
+    let positive = |margins: &[f64]| -> Vec<bool> { margins.iter().map(|m| *m >= 0.0).collect() };
     let (mut low, mut high) = (before.phase, after.phase);
+    let [mut at_low, mut at_high] = [before, &after].map(|column| of(column));
+    let own = positive(&at_low);
+    let (width, mut round) = (high - low, 0);
     while high - low > ROUND_OFF {
-        let middle = 0.5 * (low + high);
-        match signs(&law.column(middle)?) == signs(before) {
-            true => low = middle,
-            false => high = middle,
+        // Where the first of the margins vanishes on the line between the ends.
+        let crossings = at_low
+            .iter()
+            .zip(&at_high)
+            .filter(|(a, b)| (**a >= 0.0) != (**b >= 0.0));
+        let part = crossings.map(|(a, b)| a / (a - b)).fold(1.0, f64::min);
+        let at = between([low, high], part, (width, round));
+        let found = of(&law.column(at, Some(*before))?);
+        match positive(&found) == own {
+            true => (low, at_low) = (at, found),
+            false => (high, at_high) = (at, found),
         }
+        round += 1;
     }
     Ok(Some(0.5 * (low + high)))
 }
 
-/// Places of a piece where a margin has another sign than at the nodes by the polynomial through
+/// The next place of a search for a sign change between two places, on whose line it is so far along: there, but a little
+/// to the middle, that the other end follows, and no farther from the middle than leaves the search one step longer
+/// than bisection (Oliveira & Takahashi 2020). `width` is what it began with, `round` how many steps it has made.
+fn between([low, high]: [f64; 2], part: f64, (width, round): (f64, i32)) -> f64 {
+    let (own, middle) = (high - low, 0.5 * (low + high));
+    let line = low + part * own;
+    let aside = (0.2 * own * own / width).max(0.5 * ROUND_OFF);
+    let nearer = match aside < (middle - line).abs() {
+        true => line + aside.copysign(middle - line),
+        false => middle,
+    };
+    let room = (width * 0.5_f64.powi(round) - 0.5 * own).max(0.0);
+    nearer.clamp(middle - room, middle + room)
+}
+
+/// Places of a piece where a margin that has one sign at all nodes has the other by the polynomial through
 /// its values there: one in each part that is cut off.
 fn unseen(columns: &[Column]) -> Vec<f64> {
     let mut places = Vec::new();
@@ -224,6 +264,9 @@ fn unseen(columns: &[Column]) -> Vec<f64> {
         for margin in 0..cell.margins.len() {
             let values: [f64; NODES] =
                 std::array::from_fn(|node| columns[node].cells[case].margins[margin]);
+            if values.iter().any(|v| (*v >= 0.0) != (values[0] >= 0.0)) {
+                continue;
+            }
             let noise = NOISE * values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
             let series = transforms8().interpolate(&values);
             let mut sign = Some(values[0] >= 0.0);

@@ -61,9 +61,13 @@ pub(super) struct Bearing {
     pub stiffness: f64,
     /// Waves of displacement, pair by pair \[m\].
     displacement: Vec<f64>,
-    /// What of the face is in contact, pair by pair.
-    touching: Vec<Vec<Interval>>,
+    /// What of the face is in contact.
+    pub touching: Touching,
 }
+
+/// What of the face is in contact, pair by pair.
+#[derive(Debug, Clone, Default)]
+pub(in crate::gear) struct Touching(Vec<Vec<Interval>>);
 
 /// What a pair bears.
 #[derive(Debug, Clone, PartialEq)]
@@ -170,10 +174,20 @@ impl Coupled {
 
     /// The least Φ under a force > 0 \[N\]. A search that does not end there has an approach that is no number.
     pub fn bear(&self, force: f64) -> Bearing {
+        self.bear_near(force, &Touching::default())
+    }
+
+    /// The same, sought from what is in contact `near` by, or from the whole face.
+    pub fn bear_near(&self, force: f64, near: &Touching) -> Bearing {
         let mean = force / self.width;
         let scale = mean * self.contact.iter().copied().fold(0.0, f64::max);
-        let whole = vec![vec![Interval::WHOLE]; self.contact.len()];
-        let (mut point, _) = self.settle(&self.patch(whole), mean);
+        let pairs = self.contact.len();
+        let known = near.0.len() == pairs && near.0.iter().any(|pair| !pair.is_empty());
+        let start = match known {
+            true => near.0.clone(),
+            false => vec![vec![Interval::WHOLE]; pairs],
+        };
+        let (mut point, _) = self.settle(&self.patch(start), mean);
         let mut patch = self.patch_at(&point);
         let mut last = false;
         for round in 0..ROUNDS {
@@ -216,7 +230,7 @@ impl Coupled {
 
     /// What each pair bears.
     pub fn pairs(&self, bearing: &Bearing) -> Vec<PairBearing> {
-        (bearing.touching.iter().enumerate())
+        (bearing.touching.0.iter().enumerate())
             .map(|(pair, touching)| {
                 let press = self.press(bearing, pair);
                 let scale = self.width / self.contact[pair];
@@ -256,7 +270,7 @@ impl Coupled {
             approach: point.approach,
             stiffness,
             displacement: self.displacement(point),
-            touching,
+            touching: Touching(touching),
         }
     }
 

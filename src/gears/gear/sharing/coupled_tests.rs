@@ -159,7 +159,7 @@ fn contact_may_be_in_two_places() {
     });
     let coupled = Coupled::of(falling, waves, vec![CONTACT], gaps, face(slices), false).unwrap();
     let bearing = coupled.bear(500.0);
-    assert_eq!(bearing.touching[0].len(), 2);
+    assert_eq!(bearing.touching.0[0].len(), 2);
     let pair = &coupled.pairs(&bearing)[0];
     assert!(pair.moment.abs() < 1e-12 * 500.0 * WIDTH);
     assert!(pair.loaded < 0.9);

@@ -81,7 +81,7 @@ impl Ramp {
     }
 }
 
-/// Adds one ramp for each pair on a slice.
+/// Adds one ramp for each of the pairs on a slice that join first, `most` at most.
 ///
 /// The pairs' mean gap, misalignment included, is the line that all follow; what a pair
 /// differs from it by is constant on the slice. With u the approach above that line, pairs come
@@ -92,6 +92,7 @@ pub(super) fn add_slice(
     face: Face,
     slice: usize,
     misalignment: f64,
+    most: usize,
 ) -> Result<(), SharingError> {
     let count = pairs.len() as f64;
     let [from, to] = [slice, slice + 1].map(|border| {
@@ -113,7 +114,7 @@ pub(super) fn add_slice(
         if apart.abs() <= rounding { 0.0 } else { apart }
     });
     let width = face.width / face.slices as f64;
-    for _ in pairs {
+    for _ in pairs.iter().take(most) {
         let before = joining.gain;
         let pair = joining.next()?;
         ramps.push(Ramp {
@@ -256,6 +257,11 @@ impl<'a> Joining<'a> {
 
     /// What the line loads of the joined pairs gain with the approach: `C⁻¹ 1` among them.
     fn gains(&self) -> [f64; MOST_PAIRS] {
+        let mut joined = (0..MOST_PAIRS).filter(|&pair| self.joined[pair]);
+        if let (Some(alone), None) = (joined.next(), joined.next()) {
+            let own = 1.0 / self.compliance[alone][alone];
+            return std::array::from_fn(|pair| if pair == alone { own } else { 0.0 });
+        }
         let scale = self.compliance[0][0];
         // The others stand aside on a diagonal of their own.
         let among: [[f64; MOST_PAIRS]; MOST_PAIRS] = std::array::from_fn(|i| {

@@ -15,7 +15,7 @@ use crate::gear::{
 use crate::numerics::instructions::portable;
 
 /// Part of every key: changes whenever the same gears give other numbers or other arrays.
-const METHOD: &str = "atlas mesh table 5";
+const METHOD: &str = "atlas mesh table 6";
 
 /// A mesh table, and how it was come by.
 #[derive(Debug)]

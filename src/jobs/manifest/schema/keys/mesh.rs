@@ -41,8 +41,8 @@ pub(super) const KEYS: &[Key] = &[
         .about("By which part the stiffness of one pair is less than that of two."),
     integer("mesh.segments", 1.0, 10_000.0, "120").or("60")
         .about("Equal segments of the mesh cycle, of \"piecewise\" with two levels and of \"table\". A segment \
-                that straddles a step has the mean over its width. With resolution = \"secant\" load centroid and friction \
-                have means, the stiffness is as it is."),
+                that straddles a step has the mean over its width. With resolution = \"secant\" the stiffness is as it is: \
+                segments that need no means of their own for load centroid and friction are joined."),
     key("mesh.values", Kind::List("stiffnesses, one a segment of the mesh cycle"), ANY, r#"["4.4e8 N/m", "3.3e8 N/m"]"#)
         .otherwise("none: the two-level law holds")
         .about("Stiffness of each equal segment of the mesh cycle, with \"piecewise\". Replaces the two-level law."),

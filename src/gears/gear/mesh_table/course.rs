@@ -1,0 +1,259 @@
+//! What a run has of a mesh table: few pieces, as close to the table as asked for.
+//!
+//! A window of propagation ends with a piece, so that pieces cost time. Neighbours become one where a polynomial
+//! follows the stiffness and the error of both, and where means stand for load centroid and friction. An error counts
+//! by how long it lasts: relative to what the mesh force or its direction are, times the length of the piece in cycles.
+
+use super::NODES;
+use super::cycle::{MeshTableCycle, MeshTablePiece};
+use super::pieces::{BEHIND, CARRIED_ON};
+use crate::numerics::legendre::{evaluate, transforms8};
+
+/// Places of every piece of the table at which a course is held against it, ends included.
+const CHECKS: usize = 9;
+
+/// No window of propagation is longer \[cycles\].
+const LONGEST_WINDOW: f64 = 0.25;
+
+/// How close a course is to be to its table.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CourseAccuracy {
+    /// Largest error of stiffness (relative) and of tangent error (in deflections) times the length of a piece.
+    pub stiffness: f64,
+    /// Largest departure from the means of a piece, times its length: of friction direction times `friction`, of its
+    /// lever times that and in base radii, of the load centroid in face widths.
+    pub turning: f64,
+    /// Pieces of at most this length \[cycles\] have means whatever they depart by.
+    pub shortest: f64,
+    /// Coefficient of friction.
+    pub friction: f64,
+    /// Base radius of the pinion \[m\].
+    pub base_radius: f64,
+    /// Face width \[m\].
+    pub face_width: f64,
+}
+
+/// A course of few pieces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshCourse {
+    /// The pieces, in order.
+    pub pieces: Vec<MeshTablePiece>,
+    /// Largest error of stiffness and tangent error, as in [`CourseAccuracy::stiffness`].
+    pub stiffness_error: f64,
+    /// Largest departure from the means, as in [`CourseAccuracy::turning`].
+    pub turning_error: f64,
+}
+
+/// A piece with how far it is off, as in [`MeshCourse`].
+struct Fitted {
+    piece: MeshTablePiece,
+    errors: [f64; 2],
+}
+
+/// Values of the table at a place: stiffness, tangent error, load centroid, friction direction and lever.
+struct Sample {
+    phase: f64,
+    values: [f64; 5],
+}
+
+/// The table's polynomials.
+struct Exact<'a> {
+    cycle: &'a MeshTableCycle,
+    accuracy: CourseAccuracy,
+    /// Piece by piece the series of what a [`Sample`] has.
+    series: Vec<[[f64; NODES]; 5]>,
+}
+
+impl MeshTableCycle {
+    /// The course of fewest pieces that joining neighbours from phase 0 on leads to.
+    pub fn course(&self, accuracy: CourseAccuracy) -> MeshCourse {
+        let exact = Exact::new(self, accuracy);
+        let ends = exact.ends();
+        let mut course = MeshCourse {
+            pieces: Vec::new(),
+            stiffness_error: 0.0,
+            turning_error: 0.0,
+        };
+        let mut first = 0;
+        while first + 1 < ends.len() {
+            let mut last = first + 1;
+            let mut own = exact.part([ends[first], ends[last]]);
+            while let Some(&end) = ends.get(last + 1) {
+                let Some(longer) = exact.joined([ends[first], end]) else {
+                    break;
+                };
+                (own, last) = (longer, last + 1);
+            }
+            course.stiffness_error = course.stiffness_error.max(own.errors[0]);
+            course.turning_error = course.turning_error.max(own.errors[1]);
+            course.pieces.push(own.piece);
+            first = last;
+        }
+        course
+    }
+}
+
+impl<'a> Exact<'a> {
+    fn new(cycle: &'a MeshTableCycle, accuracy: CourseAccuracy) -> Self {
+        let error = cycle.tangent_error();
+        let series = (0..cycle.stiffness.len())
+            .map(|piece| {
+                let courses = [
+                    &cycle.stiffness,
+                    &error,
+                    &cycle.centre,
+                    &cycle.friction,
+                    &cycle.friction_lever,
+                ];
+                courses.map(|values| transforms8().interpolate(&values[piece]))
+            })
+            .collect();
+        Self {
+            cycle,
+            accuracy,
+            series,
+        }
+    }
+
+    /// Ends of the table's pieces and of equal parts of theirs, none longer than the shortest that a course is cut to.
+    fn ends(&self) -> Vec<f64> {
+        let mut ends = vec![0.0];
+        for own in self.cycle.breaks.windows(2) {
+            let length = own[1] - own[0];
+            let parts = (length / self.accuracy.shortest - 1e-9).ceil().max(1.0);
+            for part in 1..parts as usize {
+                ends.push(own[0] + length * part as f64 / parts);
+            }
+            ends.push(own[1]);
+        }
+        ends
+    }
+
+    /// A part of one piece of the table, the same polynomials.
+    fn part(&self, ends: [f64; 2]) -> Fitted {
+        let samples = self.samples(ends);
+        let [stiffness, tangent_error] = [0, 1].map(|quantity| self.through(ends, quantity));
+        self.fitted(ends, &samples, [stiffness, tangent_error], 0.0)
+    }
+
+    /// One piece between two phases, where it is close enough to the table.
+    fn joined(&self, ends: [f64; 2]) -> Option<Fitted> {
+        let length = ends[1] - ends[0];
+        let samples = self.samples(ends);
+        let (mut error, allowed) = (0.0_f64, self.accuracy.stiffness / length);
+        let mut series = [[0.0; NODES]; 2];
+        for (quantity, series) in series.iter_mut().enumerate() {
+            let found = self.follows(ends, &samples, quantity, allowed)?;
+            *series = found.0;
+            error = error.max(found.1);
+        }
+        let own = self.fitted(ends, &samples, series, error * length);
+        (length <= self.accuracy.shortest || own.errors[1] <= self.accuracy.turning).then_some(own)
+    }
+
+    fn fitted(
+        &self,
+        ends: [f64; 2],
+        samples: &[Sample],
+        series: [[f64; NODES]; 2],
+        error: f64,
+    ) -> Fitted {
+        let means = self.cycle.means(ends);
+        let of = &self.accuracy;
+        let scales = [
+            (2, means.centre, 1.0 / of.face_width),
+            (3, means.friction, of.friction),
+            (4, means.friction_lever, of.friction / of.base_radius),
+        ];
+        let off = |sample: &Sample| {
+            scales.map(|(quantity, mean, scale)| scale * (sample.values[quantity] - mean).abs())
+        };
+        let departure = samples.iter().flat_map(off).fold(0.0, f64::max);
+        Fitted {
+            piece: MeshTablePiece {
+                start: ends[0],
+                end: ends[1],
+                stiffness: series[0],
+                tangent_error: series[1],
+                centre: means.centre,
+                friction: means.friction,
+                friction_lever: means.friction_lever,
+            },
+            errors: [error, departure * (ends[1] - ends[0])],
+        }
+    }
+
+    /// The polynomial of most terms about a quantity between two phases that stays within an error and can be
+    /// carried on behind its end as far as windows run, with its error.
+    fn follows(
+        &self,
+        ends: [f64; 2],
+        samples: &[Sample],
+        quantity: usize,
+        allowed: f64,
+    ) -> Option<([f64; NODES], f64)> {
+        let full = self.through(ends, quantity);
+        let [Some(first), Some(last)] = [samples.first(), samples.last()] else {
+            return None;
+        };
+        let reach = (LONGEST_WINDOW / (ends[1] - ends[0])).min(1.0);
+        (2..=NODES).rev().find_map(|terms| {
+            let mut series = [0.0; NODES];
+            series[..terms].copy_from_slice(&full[..terms]);
+            // At its ends it is the table, so that nothing steps where pieces meet.
+            let [before, behind] = [(first, -1.0), (last, 1.0)]
+                .map(|(sample, x)| sample.values[quantity] - evaluate(&series, x));
+            series[0] += 0.5 * (before + behind);
+            series[1] += 0.5 * (behind - before);
+            let off = |sample: &Sample| {
+                let x = (2.0 * sample.phase - ends[0] - ends[1]) / (ends[1] - ends[0]);
+                let scale = match quantity {
+                    0 => sample.values[0],
+                    _ => self.cycle.force / sample.values[0],
+                };
+                ((evaluate(&series, x) - sample.values[quantity]) / scale).abs()
+            };
+            let error = samples.iter().map(off).fold(0.0, f64::max);
+            let end = evaluate(&series, 1.0);
+            let [least, most] = CARRIED_ON.map(|part| part * end);
+            let behind = BEHIND.map(|x| evaluate(&series, 1.0 + (x - 1.0) * reach));
+            let carries = quantity > 0 || behind.iter().all(|k| (least..=most).contains(k));
+            (carries && error <= allowed).then_some((series, error))
+        })
+    }
+
+    /// The series through the values at the nodes between two phases.
+    fn through(&self, [from, to]: [f64; 2], quantity: usize) -> [f64; NODES] {
+        let values = (transforms8().nodes()).map(|x| {
+            let phase = 0.5 * ((to - from) * x + (from + to));
+            let after = self.cycle.breaks.partition_point(|end| *end <= phase);
+            self.value(after.clamp(1, self.series.len()) - 1, phase, quantity)
+        });
+        transforms8().interpolate(&values)
+    }
+
+    /// The table at places between two phases, those of each of its pieces by its own polynomials.
+    fn samples(&self, [from, to]: [f64; 2]) -> Vec<Sample> {
+        let breaks = &self.cycle.breaks;
+        let first = breaks.partition_point(|end| *end <= from).max(1) - 1;
+        (first..self.series.len())
+            .take_while(|piece| breaks[*piece] < to)
+            .flat_map(|piece| {
+                let (low, high) = (breaks[piece].max(from), breaks[piece + 1].min(to));
+                (0..CHECKS).map(move |place| {
+                    let phase = low + (high - low) * place as f64 / (CHECKS - 1) as f64;
+                    Sample {
+                        phase,
+                        values: [0, 1, 2, 3, 4].map(|quantity| self.value(piece, phase, quantity)),
+                    }
+                })
+            })
+            .collect()
+    }
+
+    fn value(&self, piece: usize, phase: f64, quantity: usize) -> f64 {
+        let (start, end) = (self.cycle.breaks[piece], self.cycle.breaks[piece + 1]);
+        let x = (2.0 * phase - start - end) / (end - start);
+        evaluate(&self.series[piece][quantity], x)
+    }
+}

@@ -1,0 +1,145 @@
+//! The course of a run against its table: few pieces, as far off as it says.
+
+#![allow(clippy::unwrap_used)]
+
+use crate::fixtures;
+use atlas::gear::{
+    Contact, CourseAccuracy, Flanks, MeshCourse, MeshTable, MeshTableCycle, MeshTableInputs,
+    MeshTablePiece, Modification, ToothForm,
+};
+use atlas::numerics::legendre::evaluate;
+
+/// No window is longer \[cycles\].
+const LONGEST_WINDOW: f64 = 0.25;
+
+/// A cycle of the 20/30 pair under a torque \[N m\], the pinion's lead crowned \[m\].
+fn cycle(crowning: f64, misalignment: f64) -> (MeshTableCycle, CourseAccuracy) {
+    let crowned = Modification {
+        crowning,
+        ..Modification::default()
+    };
+    let form = ToothForm {
+        bore: [Some(48e-3), Some(76e-3)],
+        lead: [crowned, Modification::default()],
+        ..ToothForm::default()
+    };
+    let pair = fixtures::pair([20, 30], form);
+    let inputs = MeshTableInputs {
+        misalignment: vec![misalignment],
+        longest_piece: 0.25,
+        tolerance: 1e-6,
+        slices: 16,
+        contact: Contact::Secant,
+        ..MeshTableInputs::of_gears(&pair)
+    };
+    let table = MeshTable::build(&Flanks::new(&pair).unwrap(), &inputs, &|_, _| ()).unwrap();
+    let accuracy = CourseAccuracy {
+        stiffness: 1e-5,
+        turning: 2.5e-4,
+        shortest: 1.0 / 96.0,
+        friction: 0.05,
+        base_radius: inputs.base_radius,
+        face_width: inputs.face_width,
+    };
+    (table.cycle(0, 0), accuracy)
+}
+
+/// Largest error of stiffness and departure from the means, each times the length of its piece, at places of which
+/// none is one that the course was held to.
+fn off(cycle: &MeshTableCycle, course: &MeshCourse, of: &CourseAccuracy) -> [f64; 2] {
+    let mut worst = [0.0_f64; 2];
+    for step in 0..5003 {
+        let phase = (f64::from(step) + 0.37) / 5003.0;
+        let piece = &course.pieces[course.pieces.partition_point(|own| own.end <= phase)];
+        let length = piece.end - piece.start;
+        let x = (2.0 * phase - piece.start - piece.end) / length;
+        let k = cycle.value(&cycle.stiffness, phase);
+        let stiffness = (evaluate(&piece.stiffness, x) / k - 1.0).abs();
+        worst[0] = worst[0].max(stiffness * length);
+        let turning = [
+            (cycle.value(&cycle.centre, phase) - piece.centre) / of.face_width,
+            of.friction * (cycle.value(&cycle.friction, phase) - piece.friction),
+            of.friction * (cycle.value(&cycle.friction_lever, phase) - piece.friction_lever)
+                / of.base_radius,
+        ];
+        for departure in turning {
+            worst[1] = worst[1].max(departure.abs() * length);
+        }
+    }
+    worst
+}
+
+/// The course says how far it is off, keeps to what is asked for, and has fewer pieces than the table.
+#[test]
+fn a_course_is_as_far_off_as_it_says() {
+    for (crowning, misalignment) in [(0.0, 0.0), (5e-6, 2e-4)] {
+        let (cycle, accuracy) = cycle(crowning, misalignment);
+        let course = cycle.course(accuracy);
+        let found = off(&cycle, &course, &accuracy);
+        let told = [course.stiffness_error, course.turning_error];
+        for (found, told) in found.into_iter().zip(told) {
+            assert!(found <= 1.2 * told + 1e-12, "{found:e} {told:e}");
+            assert!(found >= 0.5 * told - 1e-12, "{found:e} {told:e}");
+        }
+        assert!(told[0] <= accuracy.stiffness, "{told:?}");
+        let frictionless = cycle.course(CourseAccuracy {
+            friction: 0.0,
+            turning: f64::INFINITY,
+            ..accuracy
+        });
+        let counts = [&frictionless.pieces, &course.pieces].map(Vec::len);
+        assert!(
+            counts[0] < cycle.stiffness.len() && counts[0] <= counts[1],
+            "{counts:?}"
+        );
+        // The impulse of friction and load is that of the table, however long the pieces are.
+        let mean = |of: fn(&MeshTablePiece) -> f64| -> f64 {
+            course
+                .pieces
+                .iter()
+                .map(|own| (own.end - own.start) * of(own))
+                .sum()
+        };
+        assert!((mean(|own| own.friction) - cycle.mean(&cycle.friction)).abs() < 1e-12);
+        assert!((mean(|own| own.centre) - cycle.mean_centre()).abs() < 1e-14);
+    }
+}
+
+/// Friction of aligned gears turns smoothly: a piece of half the length departs from its mean by half as much, so that
+/// the error falls with the square of the number of pieces.
+#[test]
+fn friction_is_met_with_second_order() {
+    let (cycle, accuracy) = cycle(0.0, 0.0);
+    let [rough, fine] = [4e-4, 2.5e-5].map(|turning| {
+        let course = cycle.course(CourseAccuracy {
+            turning,
+            shortest: 1e-3,
+            ..accuracy
+        });
+        let double = course.pieces.iter().filter(|own| own.end < 0.6);
+        (off(&cycle, &course, &accuracy)[1], double.count() as f64)
+    });
+    let order = (rough.0 / fine.0).ln() / (fine.1 / rough.1).ln();
+    assert!((1.6..2.4).contains(&order), "{order} {rough:?} {fine:?}");
+}
+
+/// A window may start anywhere in a piece and run on by a quarter of the cycle, or the length of the piece.
+#[test]
+fn pieces_can_be_carried_on() {
+    let (cycle, accuracy) = cycle(0.0, 0.0);
+    for piece in cycle
+        .course(CourseAccuracy {
+            friction: 0.0,
+            ..accuracy
+        })
+        .pieces
+    {
+        let length = piece.end - piece.start;
+        let end = evaluate(&piece.stiffness, 1.0);
+        for step in 0..=10 {
+            let behind = 0.1 * f64::from(step) * length.min(LONGEST_WINDOW);
+            let k = evaluate(&piece.stiffness, 1.0 + 2.0 * behind / length);
+            assert!((0.1..10.0).contains(&(k / end)), "{} {k:e}", piece.end);
+        }
+    }
+}
