@@ -44,7 +44,6 @@ pub mod verify;
 mod words;
 
 use crate::input::{printable, printable_but_colours, with_causes};
-use crate::store::ProgramRecord;
 use crate::sweep::hush_workers;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::borrow::Cow;
@@ -126,7 +125,6 @@ enum Command {
 
 /// Runs the program with the process's own arguments.
 pub fn main() -> ExitCode {
-    ProgramRecord::set_commit(crate::COMMIT);
     hush_workers();
     bus_fault::say_which();
     match process::end_when_interrupted() {

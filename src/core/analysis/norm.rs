@@ -83,11 +83,6 @@ impl EnergyNorm {
             .collect()
     }
 
-    /// Whether differences keep all components that count ([`Self::project`]).
-    pub fn keeps_components(&self) -> bool {
-        self.unfelt.is_empty()
-    }
-
     /// The natural unit: the norm of a displacement by half a gap.
     pub fn unit(&self) -> f64 {
         self.unit

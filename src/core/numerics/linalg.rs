@@ -114,71 +114,12 @@ pub fn invert<const P: usize>(columns: &[[f64; P]; P]) -> [[f64; P]; P] {
 
 /// Solution of `A x = b` by partial pivoting.
 pub fn solve(matrix: MatRef<'_, f64>, rhs: &[f64]) -> Vec<f64> {
-    Factors::new(matrix.to_owned()).solve(rhs)
-}
-
-/// The factors of a matrix, for any number of right sides.
-#[derive(Debug)]
-pub struct Factors(Real);
-
-#[derive(Debug)]
-enum Real {
-    Library(PartialPivLu<f64>),
-    Plain(plain::Lu),
-}
-
-impl Factors {
-    /// Those of a matrix.
-    pub fn new(matrix: Mat<f64>) -> Self {
-        Self(match portable() {
-            true => Real::Plain(plain::Lu::new(matrix)),
-            false => Real::Library(PartialPivLu::new(matrix.as_ref())),
-        })
+    if portable() {
+        return plain::Lu::new(matrix.to_owned()).solve(rhs);
     }
-
-    /// Solution of `A x = b`.
-    pub fn solve(&self, rhs: &[f64]) -> Vec<f64> {
-        match &self.0 {
-            Real::Plain(factors) => factors.solve(rhs),
-            Real::Library(factors) => {
-                let mut x = Mat::from_fn(rhs.len(), 1, |i, _| rhs[i]);
-                factors.solve_in_place(x.as_mut());
-                (0..rhs.len()).map(|i| x[(i, 0)]).collect()
-            }
-        }
-    }
-}
-
-/// The logarithm of the size of a determinant, and its sign, by elimination with partial pivoting.
-pub fn determinant(mut matrix: Mat<f64>) -> (f64, f64) {
-    let n = matrix.nrows();
-    let (mut size, mut sign) = (0.0, 1.0);
-    for k in 0..n {
-        let column = matrix.col_as_slice(k);
-        let pivot = (k..n)
-            .max_by(|&a, &b| column[a].abs().total_cmp(&column[b].abs()))
-            .unwrap_or(k);
-        let value = column[pivot];
-        if value == 0.0 {
-            return (f64::NEG_INFINITY, sign);
-        }
-        size += value.abs().ln();
-        if (value < 0.0) != (pivot != k) {
-            sign = -sign;
-        }
-        let factors: Vec<f64> = (k + 1..n)
-            .map(|i| column[if i == pivot { k } else { i }] / value)
-            .collect();
-        for j in k + 1..n {
-            let column = matrix.col_as_slice_mut(j);
-            column.swap(k, pivot);
-            let (top, below) = column[k..].split_at_mut(1);
-            for (x, factor) in below.iter_mut().zip(&factors) {
-                *x -= factor * top[0];
-            }
-        }
-    }
-    (size, sign)
+    let b = Mat::from_fn(rhs.len(), 1, |i, _| rhs[i]);
+    let x = PartialPivLu::new(matrix).solve(&b);
+    (0..rhs.len()).map(|i| x[(i, 0)]).collect()
 }
 
 /// A power of two near the largest entry of a matrix, where products of its entries could underflow or
@@ -204,84 +145,12 @@ pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Option<Vec<Complex64>> {
         false => plain::eigenvalues((matrix * faer::Scale(1.0 / unit)).as_ref())?,
     };
     values.iter_mut().for_each(|value| *value *= unit);
-    sort(&mut values);
-    Some(values)
-}
-
-/// Largest modulus first.
-fn sort(values: &mut [Complex64]) {
     values.sort_by(|a, b| {
         (b.norm().total_cmp(&a.norm()))
             .then(b.re.total_cmp(&a.re))
             .then(b.im.total_cmp(&a.im))
     });
-}
-
-/// As [`eigenvalues`], of a matrix whose zeros may take it apart: those of each part in which every index leads to every other.
-pub fn eigenvalues_in_parts(matrix: MatRef<'_, f64>) -> Option<Vec<Complex64>> {
-    let mut all = Vec::with_capacity(matrix.nrows());
-    let parts = parts(matrix);
-    if parts.len() == 1 {
-        return eigenvalues(matrix);
-    }
-    for part in parts {
-        let mut own = Mat::zeros(part.len(), part.len());
-        for (j, &from) in part.iter().enumerate() {
-            let from = matrix.col(from);
-            for (value, &i) in own.col_as_slice_mut(j).iter_mut().zip(&part) {
-                *value = from[i];
-            }
-        }
-        all.extend(eigenvalues(own.as_ref())?);
-    }
-    sort(&mut all);
-    Some(all)
-}
-
-/// The sets of indices of a matrix in which non-zero entries lead from each to every other. (Kosaraju)
-fn parts(matrix: MatRef<'_, f64>) -> Vec<Vec<usize>> {
-    let n = matrix.nrows();
-    let (mut seen, mut order) = (vec![false; n], Vec::with_capacity(n));
-    for start in 0..n {
-        visit(start, &mut seen, &mut order, &|i, j| matrix[(j, i)] != 0.0);
-    }
-    seen.fill(false);
-    let mut parts = Vec::new();
-    for &start in order.iter().rev() {
-        let mut part = Vec::new();
-        visit(start, &mut seen, &mut part, &|i, j| matrix[(i, j)] != 0.0);
-        part.sort_unstable();
-        parts.push(part);
-    }
-    parts.retain(|part| !part.is_empty());
-    parts
-}
-
-/// Adds what a place leads to and was not seen, each behind all that it leads to.
-fn visit(
-    start: usize,
-    seen: &mut [bool],
-    order: &mut Vec<usize>,
-    leads: &impl Fn(usize, usize) -> bool,
-) {
-    if std::mem::replace(&mut seen[start], true) {
-        return;
-    }
-    let mut way = vec![(start, 0)];
-    while let Some((place, next)) = way.last_mut() {
-        let (from, first) = (*place, *next);
-        match (first..seen.len()).find(|&to| !seen[to] && leads(from, to)) {
-            Some(to) => {
-                *next = to + 1;
-                seen[to] = true;
-                way.push((to, 0));
-            }
-            None => {
-                order.push(from);
-                way.pop();
-            }
-        }
-    }
+    Some(values)
 }
 
 /// An eigenvalue and its right eigenvector.
@@ -463,45 +332,6 @@ mod tests {
         let x = solve(a.as_ref(), &[1.0, -2.0, 0.5]);
         let back: f64 = (0..3).map(|k| columns[k][1] * x[k]).sum();
         assert!((back + 2.0).abs() < 1e-15);
-    }
-
-    /// Blocks that lead one way alone, in any order of the indices, have their eigenvalues for themselves.
-    #[test]
-    fn a_matrix_falls_into_the_parts_that_its_zeros_make() {
-        let mut stream = Stream::new(7, 0, 0);
-        let part_of = [2, 0, 1, 0, 2, 2, 1, 0];
-        let matrix = Mat::from_fn(8, 8, |i, j| match part_of[i] <= part_of[j] {
-            true => stream.normal(),
-            false => 0.0,
-        });
-        let mut found = parts(matrix.as_ref());
-        found.sort();
-        assert_eq!(found, [vec![0, 4, 5], vec![1, 3, 7], vec![2, 6]]);
-        let whole = eigenvalues(matrix.as_ref()).unwrap();
-        let apart = eigenvalues_in_parts(matrix.as_ref()).unwrap();
-        for (a, b) in whole.iter().zip(&apart) {
-            assert!((a - b).norm() < 1e-12, "{a} {b}");
-        }
-        let whole = Mat::from_fn(3, 3, |_, _| 1.0);
-        assert_eq!(parts(whole.as_ref()), [[0, 1, 2]]);
-    }
-
-    /// A determinant is the product of eigenvalues, a permutation's its sign, a singular matrix's 0.
-    #[test]
-    fn determinants_are_products_of_eigenvalues() {
-        for n in [1, 2, 3, 7, 20] {
-            let mut stream = Stream::new(5, n as u64, 0);
-            let matrix = Mat::from_fn(n, n, |_, _| stream.normal());
-            let values = eigenvalues(matrix.as_ref()).unwrap();
-            let product: Complex64 = values.iter().product();
-            let (size, sign) = determinant(matrix);
-            assert!((sign * size.exp() / product.re - 1.0).abs() < 1e-11, "{n}");
-        }
-        let turned = Mat::from_fn(3, 3, |i, j| f64::from(u8::from(j == (i + 1) % 3)));
-        assert_eq!(determinant(turned), (0.0, 1.0));
-        let swapped = Mat::from_fn(2, 2, |i, j| f64::from(u8::from(i != j)));
-        assert_eq!(determinant(swapped), (0.0, -1.0));
-        assert_eq!(determinant(Mat::zeros(2, 2)).0, f64::NEG_INFINITY);
     }
 
     #[test]

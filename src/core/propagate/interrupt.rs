@@ -61,14 +61,6 @@ impl<O: Observer> Observer for Attentive<'_, O> {
         self.observer.states()
     }
 
-    fn lines(&self) -> bool {
-        self.observer.lines()
-    }
-
-    fn line(&mut self, line: usize, deflection: &[f64]) {
-        self.observer.line(line, deflection);
-    }
-
     fn window(&mut self, window: &Window<'_>) {
         self.observer.window(window);
     }

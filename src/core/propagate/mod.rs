@@ -22,7 +22,7 @@ mod volterra;
 
 pub use auto::{KernelSetting, Why};
 pub use choice::{KernelChoice, KernelTable, KernelUse};
-pub use closed_modes::{ClosedModes, Leg, SharedBases};
+pub use closed_modes::ClosedModes;
 pub use counters::Counters;
 pub use dense::{
     Beside, Conditioning, DYADIC_BYTES, DenseError, Dyadic, Fused, Hermite, KeptTables, Operator,

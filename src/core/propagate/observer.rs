@@ -111,14 +111,6 @@ pub trait Observer {
         true
     }
 
-    /// Whether deflections along all lines of the model are read ([`Self::line`]).
-    fn lines(&self) -> bool {
-        false
-    }
-
-    /// The deflection \[m\] along a line on the window that is shown next. Kernels that have it at hand tell it where it is read.
-    fn line(&mut self, _line: usize, _deflection: &[f64]) {}
-
     /// A window was passed.
     fn window(&mut self, window: &Window<'_>);
 
@@ -148,15 +140,6 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
         (A::WINDOWS && self.0.states()) || (B::WINDOWS && self.1.states())
     }
 
-    fn lines(&self) -> bool {
-        self.0.lines() || self.1.lines()
-    }
-
-    fn line(&mut self, line: usize, deflection: &[f64]) {
-        self.0.line(line, deflection);
-        self.1.line(line, deflection);
-    }
-
     fn window(&mut self, window: &Window<'_>) {
         self.0.window(window);
         self.1.window(window);
@@ -177,14 +160,6 @@ impl<O: Observer> Observer for &mut O {
 
     fn states(&self) -> bool {
         (**self).states()
-    }
-
-    fn lines(&self) -> bool {
-        (**self).lines()
-    }
-
-    fn line(&mut self, line: usize, deflection: &[f64]) {
-        (**self).line(line, deflection);
     }
 
     fn window(&mut self, window: &Window<'_>) {

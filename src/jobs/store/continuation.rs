@@ -51,7 +51,7 @@ pub struct Told {
 impl Told {
     /// Of an orbit.
     pub fn of(orbit: &Orbit) -> Self {
-        let leading = orbit.multipliers().first().copied().unwrap_or_default();
+        let leading = orbit.multipliers.first().copied().unwrap_or_default();
         let (touches, motion) = (&orbit.details.touches, &orbit.details.motion);
         Self {
             period: orbit.period,

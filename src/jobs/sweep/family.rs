@@ -6,8 +6,6 @@ use crate::analysis::continuation::drive::Family;
 use crate::analysis::continuation::map::At;
 use crate::manifest::{Between, Parameter, PointSpec};
 use crate::model::{Model, ShapeChange};
-use crate::propagate::SharedBases;
-use std::sync::Arc;
 
 /// Steps of difference quotients of models, relative to the parameter's size, in the order in which
 /// they are tried: a smaller one where the model's shape changes within a larger one.
@@ -158,10 +156,6 @@ impl Family for PointFamily<'_> {
             self.parameters[axis].name(),
             fault.unwrap_or_default()
         ))
-    }
-
-    fn bases(&self, model: &Model) -> Option<Arc<SharedBases>> {
-        self.parts.followed_bases(model)
     }
 
     fn event_limit(&self) -> u32 {

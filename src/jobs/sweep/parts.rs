@@ -7,17 +7,16 @@ use super::build::{BuildError, model, structure};
 use super::kernel_tables::KernelTables;
 use super::mesh_tables::MeshTables;
 use super::near::Near;
-use crate::analysis::continuation::drive::bases;
 use crate::manifest::{
     Job, MeshTableSpec, ModelSpec, PointSpec, StiffnessSpec, StructureSource, Variant,
 };
 use crate::model::Model;
-use crate::propagate::{KernelChoice, KernelSetting, SharedBases};
+use crate::propagate::{KernelChoice, KernelSetting};
 use crate::shaft::ShaftError;
 use crate::store::{MeshUnderLoad, TableStore};
 use crate::structure::ModalStructure;
 use crate::topology::{Room, Topology};
-use std::collections::{BTreeSet, HashMap, HashSet, VecDeque};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -124,12 +123,7 @@ pub struct Parts {
     near: Option<Near<Place, ModalStructure>>,
     meshes: MeshTables,
     kernels: KernelTables,
-    /// Bases of the structures and meshes along which orbits were followed last.
-    bases: Arc<Mutex<VecDeque<Arc<SharedBases>>>>,
 }
-
-/// Bases that are kept.
-const BASES: usize = 4;
 
 impl Parts {
     /// Nothing at hand yet; tables of meshes and kernels are kept in `tables`.
@@ -139,7 +133,6 @@ impl Parts {
             near: None,
             meshes: MeshTables::new(tables.clone()),
             kernels: KernelTables::new(tables),
-            bases: Arc::default(),
         }
     }
 
@@ -151,26 +144,12 @@ impl Parts {
             near: Some(Near::default()),
             meshes: self.meshes.on_node(),
             kernels: self.kernels.on_node(room),
-            bases: self.bases.clone(),
         }
     }
 
     /// The mesh tables.
     pub fn meshes(&self) -> &MeshTables {
         &self.meshes
-    }
-
-    /// The bases of closed modes for a model along which orbits are followed, and for others like it.
-    pub fn followed_bases(&self, model: &Model) -> Option<Arc<SharedBases>> {
-        // Computing under the lock keeps workers from computing the same ones twice.
-        let mut known = self.bases.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(found) = known.iter().find(|found| found.serve(model)) {
-            return Some(found.clone());
-        }
-        let found = Arc::new(bases(model)?);
-        known.push_front(found.clone());
-        known.truncate(BASES);
-        Some(found)
     }
 
     /// The tables of kernels.
@@ -290,28 +269,5 @@ mod tests {
         let topology = Topology::current().unwrap();
         assert!(parts.nodes(&topology).is_empty(), "no copies");
         assert!(nodes[0].nodes(&topology).len() <= 1);
-    }
-
-    /// Speed, load and half gap leave the bases as they are, a stiffness does not.
-    #[test]
-    fn orbits_of_one_structure_and_mesh_share_bases() {
-        let text = include_str!("../../../manifests/quickstart.toml");
-        let job = manifest::parse(text, "m.toml", Path::new("")).unwrap();
-        let parts = Parts::new(TableStore::open(tempfile::tempdir().unwrap().path()));
-        let of = |change: fn(&mut PointSpec)| {
-            let mut point = job.points.at(0);
-            change(&mut point);
-            (parts.followed_bases(&parts.model(&point).unwrap())).unwrap()
-        };
-        let first = of(|_| {});
-        for change in [
-            |point: &mut PointSpec| point.speed *= 1.3,
-            |point: &mut PointSpec| point.load += 0.4,
-            |point: &mut PointSpec| point.mesh.half_gap *= 2.0,
-        ] {
-            assert!(Arc::ptr_eq(&first, &of(change)));
-        }
-        let stiffer = of(|point| point.mesh.stiffness = StiffnessSpec::Constant(3e8));
-        assert!(!Arc::ptr_eq(&first, &stiffer));
     }
 }

@@ -363,7 +363,6 @@ fn advance(
             .map_err(lost)?
             .ok_or(End::Interval)?;
     }
-    orbit = orbit.with_multipliers().map_err(lost)?;
     let largest = arm.orbits.iter().map(Orbit::size).fold(0.0, f64::max);
     orbit.details.size = orbit.size().max(LEAST_SIZE * largest);
     let from = count.saturating_sub(3);

@@ -337,7 +337,7 @@ fn point(
     // A fold has orbits on one side only: it is sought along its null vector.
     let across = match kind {
         Kind::Fold => {
-            let null = eigenpair((*last.monodromy).as_ref(), Complex64::ONE).ok_or(NO_ORBIT)?;
+            let null = eigenpair(last.monodromy.as_ref(), Complex64::ONE).ok_or(NO_ORBIT)?;
             let column = map.by_parameter(&guess, place, period, free);
             let scale = plane.scale(free);
             let column: Vec<f64> = (column.map_err(|_| NO_ORBIT)?.iter())
@@ -347,7 +347,6 @@ fn point(
         }
         _ => None,
     };
-    let like = Some(&*last.monodromy);
     let at_trial = |map: &mut _, x: f64, near: &[f64]| match &across {
         Some((null, column)) => {
             let there: Vec<f64> = (guess.iter().zip(null))
@@ -360,12 +359,12 @@ fn point(
                 along: 0.0,
                 column: column.clone(),
             };
-            correct(map, &there, place, period, &border, None)
+            correct(map, &there, place, period, &border)
         }
         None => {
             let mut at = place;
             at[free] += x * plane.scale(free);
-            correct(map, near, at, period, &Border::Parameters, like)
+            correct(map, near, at, period, &Border::Parameters)
         }
     };
     let (x, first) = FIRST_PLACES
@@ -383,8 +382,7 @@ fn point(
             false => older.1 == 0.0 || change.abs() <= LOCATED,
         };
         if located {
-            let orbit = older.2.of_period(period).with_multipliers();
-            let orbit = orbit.map_err(|_| NO_ORBIT)?;
+            let orbit = older.2.with_multipliers(period).map_err(|_| NO_ORBIT)?;
             return orbit.with_details(map).map_err(|_| NO_ORBIT);
         }
         // Beyond a graze there may be no orbit: less of the way then, and the other way at first.

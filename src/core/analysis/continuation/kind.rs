@@ -1,7 +1,6 @@
 //! What can happen on a branch, and the functions whose zeros say so.
 
 use super::map::CycleMap;
-use super::multipliers::product;
 use super::orbit::{Orbit, SAME_ORBIT, length};
 use super::path::Span;
 use super::touches::Extreme;
@@ -60,7 +59,7 @@ impl Kind {
 /// The multiplier of an orbit that is next to where a bifurcation of some kind has one.
 pub(super) fn critical(kind: &Kind, orbit: &Orbit) -> Option<Complex64> {
     let near = |wanted: f64| {
-        let real = orbit.multipliers().iter().filter(|m| m.im == 0.0);
+        let real = orbit.multipliers.iter().filter(|m| m.im == 0.0);
         real.min_by(|a, b| (a.re - wanted).abs().total_cmp(&(b.re - wanted).abs()))
             .copied()
     };
@@ -68,7 +67,7 @@ pub(super) fn critical(kind: &Kind, orbit: &Orbit) -> Option<Complex64> {
         Kind::Fold | Kind::BranchPoint => near(1.0),
         Kind::PeriodDoubling => near(-1.0),
         Kind::Torus => {
-            let pairs = orbit.multipliers().iter().filter(|m| m.im > 0.0);
+            let pairs = orbit.multipliers.iter().filter(|m| m.im > 0.0);
             pairs
                 .min_by(|a, b| (a.norm() - 1.0).abs().total_cmp(&(b.norm() - 1.0).abs()))
                 .copied()
@@ -92,15 +91,28 @@ pub enum Test {
     Offset(u32, Vec<f64>),
 }
 
+/// The logarithm of a product's size and its sign.
+fn product(factors: impl Iterator<Item = Complex64>) -> (f64, f64) {
+    let (mut size, mut sign) = (0.0, 1.0);
+    for factor in factors {
+        size += factor.norm().ln();
+        // Complex factors come in pairs, whose product is positive.
+        if factor.im == 0.0 && factor.re < 0.0 {
+            sign = -sign;
+        }
+    }
+    (size, sign)
+}
+
 impl Test {
     /// Its value at an orbit: a logarithm of its size to be compared with others of the same test, and
     /// a sign. None where the orbit has no such extreme.
     pub fn at(&self, orbit: &Orbit) -> Option<(f64, f64)> {
+        let all = &orbit.multipliers;
         Some(match self {
-            Self::PlusOne => orbit.determinant(1.0),
-            Self::MinusOne => orbit.determinant(-1.0),
+            Self::PlusOne => product(all.iter().map(|m| m - 1.0)),
+            Self::MinusOne => product(all.iter().map(|m| m + 1.0)),
             Self::Pair => {
-                let all = orbit.multipliers();
                 let pairs = (0..all.len()).flat_map(|i| (0..i).map(move |j| all[i] * all[j] - 1.0));
                 let real = |z: Complex64| {
                     if z.im.abs() <= 1e-14 * z.norm() {
@@ -139,7 +151,7 @@ impl Test {
 /// Complex multipliers outside a circle of some radius.
 pub(super) fn pairs_outside(orbit: &Orbit, radius: f64) -> usize {
     let outside = |m: &&Complex64| m.im != 0.0 && m.norm() > radius;
-    orbit.multipliers().iter().filter(outside).count()
+    orbit.multipliers.iter().filter(outside).count()
 }
 
 fn signed(value: f64) -> (f64, f64) {

@@ -163,9 +163,9 @@ pub(super) fn locate(
     for _ in 0..MOST_TRIALS {
         let width = high.0 - low.0;
         let p = [&low, &high].map(|end| end.2.at[span.axis]);
-        let approached = || best.as_ref().is_none_or(|(_, _, orbit)| !off(test, orbit));
+        let approached = best.as_ref().is_none_or(|(_, _, orbit)| !off(test, orbit));
         let together = (p[0] - p[1]).abs() <= LOCATED * span.scale();
-        if width <= LOCATED || together && width <= NARROW && approached() {
+        if width <= LOCATED || together && width <= NARROW && approached {
             break;
         }
         // Where a secant leaves more than half of the bracket the next step halves it; of orbits that have come
@@ -256,7 +256,7 @@ fn inside(
     [guess(span, &chosen, s), guess(span, &ends, s)]
         .into_iter()
         .find_map(|guess| {
-            let orbit = place_bare(map, span, low, &guess, across, Some(&*low.monodromy)).ok()?;
+            let orbit = place_bare(map, span, low, &guess, across).ok()?;
             let along = Vector::between(span, low, &orbit);
             let place = along.cosine(&chord) * along.length() / chord.length();
             (place > 0.0 && place < 1.0).then_some((s, orbit))

@@ -78,14 +78,6 @@ pub trait CycleMap {
     /// [`MapError`].
     fn image(&mut self, u: &[f64], at: At, period: u32) -> Result<Image, MapError>;
 
-    /// Where it ends alone.
-    ///
-    /// # Errors
-    /// [`MapError`].
-    fn end(&mut self, u: &[f64], at: At, period: u32) -> Result<Vec<f64>, MapError> {
-        Ok(self.image(u, at, period)?.end)
-    }
-
     /// The derivative of that image by the parameter `axis`, per unit.
     ///
     /// # Errors

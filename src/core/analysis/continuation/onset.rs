@@ -127,7 +127,7 @@ pub fn onset<F: Family>(
     let mut found = at;
     found[load] = needed(window, x);
     let (start, length, _) = a[window];
-    let radius = one.multipliers().first().map_or(0.0, |m| m.norm());
+    let radius = one.multipliers.first().map_or(0.0, |m| m.norm());
     Ok(Some(Onset {
         at: found,
         phase: start + 0.5 * length * (1.0 + x),

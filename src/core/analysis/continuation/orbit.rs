@@ -6,17 +6,13 @@
 //! | cᵀ      c_p | | Δp |  = −| c·(u − u₀) + c_p (p − p₀) |
 //! ```
 
-use super::map::{At, CycleMap, Details, Image, MapError};
-use super::multipliers::{Multipliers, shifted};
-use crate::numerics::linalg::{Factors, solve};
+use super::map::{At, CycleMap, Details, MapError};
+use crate::numerics::linalg::{eigenvalues, solve};
 use faer::Mat;
-use std::sync::Arc;
+use num_complex::Complex64;
 
 /// Most Newton steps; a good guess needs two or three.
 const MOST_STEPS: u32 = 10;
-
-/// Part of a residual that a step leaves from which its derivative is made anew.
-const WORN: f64 = 0.1;
 
 /// Residual, as a part of the state's length, at which an orbit counts as found, but for one step more.
 const CONVERGED: f64 = 1e-11;
@@ -44,9 +40,9 @@ pub struct Orbit {
     /// Newton steps that it took until there.
     pub steps: u32,
     /// Derivative of the map of a period.
-    pub monodromy: Arc<Mat<f64>>,
-    /// Its eigenvalues ([`Self::multipliers`]).
-    pub multipliers: Multipliers,
+    pub monodromy: Mat<f64>,
+    /// Floquet multipliers, largest modulus first.
+    pub multipliers: Vec<Complex64>,
     /// What it is like on its way.
     pub details: Details,
 }
@@ -54,7 +50,7 @@ pub struct Orbit {
 impl Orbit {
     /// Multipliers outside the unit circle.
     pub fn unstable(&self) -> usize {
-        self.multipliers().iter().filter(|m| m.norm() > 1.0).count()
+        self.multipliers.iter().filter(|m| m.norm() > 1.0).count()
     }
 
     /// Whether it is an orbit of half its period.
@@ -81,10 +77,9 @@ impl Orbit {
             at: self.at,
             residual: self.residual,
             steps: self.steps,
-            monodromy: &*self.monodromy * &*self.monodromy,
+            monodromy: &self.monodromy * &self.monodromy,
         };
-        let twice = twice.of_period(2 * self.period);
-        twice.with_multipliers()?.with_details(map)
+        twice.with_multipliers(2 * self.period)?.with_details(map)
     }
 
     /// How far a part of a period leads away from the start: zero where the orbit's own period is
@@ -143,10 +138,7 @@ pub struct Bare {
     pub monodromy: Mat<f64>,
 }
 
-/// Seeks the orbit next to a guess; `near` is the derivative of the map at an orbit near it, where one is known.
-///
-/// At given parameters `near` serves for as long as each step with it leaves less than a tenth, and so does the derivative of the last
-/// step but one: steps with them take a trajectory alone, and count as one.
+/// Seeks the orbit next to a guess.
 ///
 /// # Errors
 /// [`NoOrbit`].
@@ -156,70 +148,27 @@ pub fn correct(
     at: At,
     period: u32,
     border: &Border,
-    near: Option<&Mat<f64>>,
-) -> Result<Bare, NoOrbit> {
-    match near.filter(|_| matches!(border, Border::Parameters)) {
-        None => newton(map, guess, at, period, border, None),
-        // What leads astray with the derivative of another orbit may not with its own.
-        near => newton(map, guess, at, period, border, near)
-            .or_else(|_| newton(map, guess, at, period, border, None)),
-    }
-}
-
-/// Newton's method, the first steps with `near` where that is given.
-fn newton(
-    map: &mut impl CycleMap,
-    guess: &[f64],
-    at: At,
-    period: u32,
-    border: &Border,
-    near: Option<&Mat<f64>>,
 ) -> Result<Bare, NoOrbit> {
     let n = map.dimension();
     let (mut u, mut here) = (guess.to_vec(), at);
-    let (mut steps, mut last) = (0, f64::INFINITY);
-    let mut factors = near.map(|m| Factors::new(shifted(m, 1.0)));
-    // Whether steps are made with a derivative from elsewhere.
-    let mut is_chord = near.is_some();
-    let keeps = matches!(border, Border::Parameters);
-    while steps < MOST_STEPS {
-        let (end, mut monodromy) = match keeps && factors.is_some() {
-            true => (map.end(&u, here, period)?, None),
-            false => {
-                let Image { end, monodromy } = map.image(&u, here, period)?;
-                (end, Some(monodromy))
-            }
-        };
-        let defect: Vec<f64> = end.iter().zip(&u).map(|(end, start)| end - start).collect();
+    let mut last = f64::INFINITY;
+    for steps in 0..MOST_STEPS {
+        let image = map.image(&u, here, period)?;
+        let defect: Vec<f64> = image
+            .end
+            .iter()
+            .zip(&u)
+            .map(|(end, start)| end - start)
+            .collect();
         let residual = length(&defect);
         // Round-off goes with the state, wherever its gaps are.
-        let size = length(&u).max(length(&end));
+        let size = length(&u).max(length(&image.end));
         if residual.is_nan() || residual > 2.0 * last.max(size) {
             return Err(NoOrbit::Newton { residual });
         }
-        let stagnates = !is_chord && residual <= STAGNANT * size && residual > 0.5 * last;
-        let found = residual <= CONVERGED * size || stagnates;
-        let next = residual * (residual / last).powi(2);
-        let was_chord = is_chord;
-        is_chord = match is_chord {
-            true => residual <= WORN * last || last.is_infinite(),
-            // A derivative of its own would end the search with the next step: some steps with the last one do as well.
-            false => keeps && last.is_finite() && next <= CONVERGED * size,
-        };
-        if (found || !is_chord) && monodromy.is_none() {
-            monodromy = Some(map.image(&u, here, period)?.monodromy);
-        }
-        let right: Vec<f64> = defect.iter().map(|d| -d).collect();
-        let step = match (&monodromy, keeps) {
-            (Some(matrix), false) => step_on_plane(matrix, right, (&u, here), (guess, at), border),
-            (matrix, _) => {
-                let own = matrix.as_ref().map(|m| Factors::new(shifted(m, 1.0)));
-                factors = own.or(factors);
-                factors
-                    .as_ref()
-                    .map_or(right.clone(), |own| own.solve(&right))
-            }
-        };
+        let found =
+            residual <= CONVERGED * size || residual <= STAGNANT * size && residual > 0.5 * last;
+        let step = newton_step(&image.monodromy, &defect, (&u, here), (guess, at), border);
         let long = length(&step[..n]);
         if !found && (long.is_nan() || long > LONGEST_STEP * size) {
             return Err(NoOrbit::Newton { residual });
@@ -233,69 +182,76 @@ fn newton(
                 here[*axis] += scale * step[n];
             }
         }
-        if let (true, Some(monodromy)) = (found, monodromy) {
+        if found {
             return Ok(Bare {
                 u,
                 at: here,
                 residual,
                 steps,
-                monodromy,
+                monodromy: image.monodromy,
             });
         }
-        steps += u32::from(!is_chord || !was_chord);
         last = residual;
     }
     Err(NoOrbit::Newton { residual: last })
 }
 
-/// A step with one parameter free, on the plane.
-fn step_on_plane(
+fn newton_step(
     monodromy: &Mat<f64>,
-    mut right: Vec<f64>,
+    defect: &[f64],
     (u, here): (&[f64], At),
     (guess, at): (&[f64], At),
     border: &Border,
 ) -> Vec<f64> {
-    let Border::Plane {
-        axis,
-        scale,
-        normal,
-        along,
-        column,
-    } = border
-    else {
-        return right;
-    };
-    let n = right.len();
-    let off: f64 = normal
-        .iter()
-        .zip(u)
-        .zip(guess)
-        .map(|((c, u), g)| c * (u - g))
-        .sum();
-    right.push(-off - along * (here[*axis] - at[*axis]) / scale);
-    let system = Mat::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
-        (true, true) => monodromy[(i, j)] - f64::from(u8::from(i == j)),
-        (true, false) => column[i],
-        (false, true) => normal[j],
-        (false, false) => *along,
-    });
-    solve(system.as_ref(), &right)
+    let n = defect.len();
+    let entry = |i: usize, j: usize| monodromy[(i, j)] - f64::from(u8::from(i == j));
+    let mut right: Vec<f64> = defect.iter().map(|d| -d).collect();
+    match border {
+        Border::Parameters => solve(Mat::from_fn(n, n, entry).as_ref(), &right),
+        Border::Plane {
+            axis,
+            scale,
+            normal,
+            along,
+            column,
+        } => {
+            let off: f64 = normal
+                .iter()
+                .zip(u)
+                .zip(guess)
+                .map(|((c, u), g)| c * (u - g))
+                .sum();
+            right.push(-off - along * (here[*axis] - at[*axis]) / scale);
+            let system = Mat::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
+                (true, true) => entry(i, j),
+                (true, false) => column[i],
+                (false, true) => normal[j],
+                (false, false) => *along,
+            });
+            solve(system.as_ref(), &right)
+        }
+    }
 }
 
 impl Bare {
-    /// As an orbit of some period, without details.
-    pub fn of_period(self, period: u32) -> Orbit {
-        Orbit {
+    /// With multipliers, and without details.
+    ///
+    /// # Errors
+    /// [`NoOrbit`] where its multipliers are not finite.
+    pub fn with_multipliers(self, period: u32) -> Result<Orbit, NoOrbit> {
+        let multipliers = eigenvalues(self.monodromy.as_ref()).ok_or(NoOrbit::Newton {
+            residual: self.residual,
+        })?;
+        Ok(Orbit {
             u: self.u,
             at: self.at,
             period,
             residual: self.residual,
             steps: self.steps,
-            monodromy: self.monodromy.into(),
-            multipliers: Multipliers::default(),
+            monodromy: self.monodromy,
+            multipliers,
             details: Details::default(),
-        }
+        })
     }
 }
 
@@ -321,9 +277,8 @@ pub fn find(
     period: u32,
     border: &Border,
 ) -> Result<Orbit, NoOrbit> {
-    correct(map, guess, at, period, border, None)?
-        .of_period(period)
-        .with_multipliers()?
+    correct(map, guess, at, period, border)?
+        .with_multipliers(period)?
         .with_details(map)
 }
 
@@ -348,67 +303,4 @@ pub(super) const SAME_ORBIT: f64 = 1e-6;
 pub fn same(a: &Orbit, b: &Orbit) -> bool {
     let meets = |u: &Vec<f64>| distance(u, &b.u) < SAME_ORBIT * b.size();
     a.period == b.period && a.details.strobes.iter().any(meets)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// `u' = u² + p`, with a fixed point at `½ − √(¼ − p)`, and how often its derivative was asked for.
-    struct Parabola {
-        derivatives: usize,
-    }
-
-    impl CycleMap for Parabola {
-        fn dimension(&self) -> usize {
-            1
-        }
-
-        fn image(&mut self, u: &[f64], at: At, period: u32) -> Result<Image, MapError> {
-            self.derivatives += 1;
-            Ok(Image {
-                end: self.end(u, at, period)?,
-                monodromy: Mat::from_fn(1, 1, |_, _| 2.0 * u[0]),
-            })
-        }
-
-        fn end(&mut self, u: &[f64], at: At, _: u32) -> Result<Vec<f64>, MapError> {
-            Ok(vec![u[0] * u[0] + at[0]])
-        }
-
-        fn by_parameter(
-            &mut self,
-            _: &[f64],
-            _: At,
-            _: u32,
-            _: usize,
-        ) -> Result<Vec<f64>, MapError> {
-            Ok(vec![1.0])
-        }
-
-        fn details(&mut self, _: &[f64], _: At, _: u32) -> Result<Details, MapError> {
-            Ok(Details::default())
-        }
-    }
-
-    /// The derivative of an orbit nearby finds the same orbit, and its own derivative is asked for once; one that leads astray
-    /// does not keep the orbit from being found.
-    #[test]
-    fn a_derivative_from_nearby_finds_the_same_orbit() {
-        let p = -0.3;
-        let exact = 0.5 - f64::sqrt(0.25 - p);
-        let find = |near: Option<f64>| {
-            let mut map = Parabola { derivatives: 0 };
-            let near = near.map(|slope| Mat::from_fn(1, 1, |_, _| slope));
-            let guess = [exact + 1e-3];
-            let border = Border::Parameters;
-            let found = correct(&mut map, &guess, [p, 0.0], 1, &border, near.as_ref()).unwrap();
-            assert!((found.u[0] - exact).abs() < 1e-15, "{:?}", found.u);
-            assert!((found.monodromy[(0, 0)] - 2.0 * exact).abs() < 1e-10);
-            map.derivatives
-        };
-        assert_eq!(find(Some(2.0 * exact - 0.05)), 1);
-        assert!(find(None) >= 2);
-        assert!(find(Some(1.0 + 1e-9)) >= 2);
-    }
 }

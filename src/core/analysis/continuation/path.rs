@@ -1,9 +1,7 @@
 //! A stretch of branch: orbits in order, and guesses between and beyond them.
 
 use super::map::CycleMap;
-use super::multipliers::shifted;
 use super::orbit::{Border, NoOrbit, Orbit, correct, length};
-use faer::Mat;
 
 /// Weight of a change by the motion's own size against the whole interval of the parameter, in the length of a branch.
 const WEIGHT: f64 = 0.1;
@@ -132,10 +130,10 @@ pub fn place(
     guess: &Vector,
     across: Across<'_>,
 ) -> Result<Orbit, NoOrbit> {
-    place_bare(map, span, like, guess, across, None)?.with_details(map)
+    place_bare(map, span, like, guess, across)?.with_details(map)
 }
 
-/// The same without its multipliers and its details, but for its size; `near` as for [`correct`].
+/// The same without its details, but for its size.
 ///
 /// # Errors
 /// [`NoOrbit`].
@@ -145,7 +143,6 @@ pub fn place_bare(
     like: &Orbit,
     guess: &Vector,
     across: Across<'_>,
-    near: Option<&Mat<f64>>,
 ) -> Result<Orbit, NoOrbit> {
     let mut at = like.at;
     at[span.axis] = guess.p;
@@ -156,8 +153,8 @@ pub fn place_bare(
         Across::Always(direction) => plane(map, span, like.period, (&guess.u, at), direction)?,
         Across::Parameter | Across::Steep(_) => Border::Parameters,
     };
-    let found = correct(map, &guess.u, at, like.period, &border, near)?;
-    let mut orbit = found.of_period(like.period);
+    let mut orbit =
+        correct(map, &guess.u, at, like.period, &border)?.with_multipliers(like.period)?;
     orbit.details.size = like.size();
     Ok(orbit)
 }
@@ -188,8 +185,11 @@ fn plane(
 /// [`NoOrbit`] where the map has none.
 pub fn tangent(map: &mut impl CycleMap, span: &Span, orbit: &Orbit) -> Result<Vector, NoOrbit> {
     let column = map.by_parameter(&orbit.u, orbit.at, orbit.period, span.axis)?;
-    let system = shifted(&orbit.monodromy, 1.0);
-    let right: Vec<f64> = column.iter().map(|c| -c * span.scale()).collect();
+    let n = column.len();
+    let system = faer::Mat::from_fn(n, n, |i, j| {
+        f64::from(u8::from(i == j)) - orbit.monodromy[(i, j)]
+    });
+    let right: Vec<f64> = column.iter().map(|c| c * span.scale()).collect();
     Ok(Vector {
         u: crate::numerics::linalg::solve(system.as_ref(), &right),
         p: 1.0,

@@ -41,7 +41,7 @@ pub fn branches(
         _ => return Vec::new(),
     };
     let own = &at.orbit;
-    let Some(critical) = eigenpair((*own.monodromy).as_ref(), Complex64::new(wanted, 0.0)) else {
+    let Some(critical) = eigenpair(own.monodromy.as_ref(), Complex64::new(wanted, 0.0)) else {
         return vec![Err(NoBranch::NoDirection { wanted })];
     };
     let here = match at.kind {

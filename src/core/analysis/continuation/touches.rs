@@ -6,7 +6,7 @@
 
 use crate::analysis::modal_series::{ModalMotion, Series, TERMS, cosine_series, padded};
 use crate::model::Model;
-use crate::numerics::legendre::{derivative, evaluate, transforms24, variation};
+use crate::numerics::legendre::{derivative, evaluate, transforms24};
 use crate::numerics::roots::sign_changes;
 use crate::propagate::{Event, Observer, Window};
 use std::collections::BTreeMap;
@@ -112,8 +112,6 @@ impl Touches {
 pub struct Watch<'m> {
     model: &'m Model,
     motion: Option<ModalMotion<'m>>,
-    /// Deflections along the lines on the next window, where the kernel tells them.
-    told: Vec<Option<Series>>,
     /// Whether every depth was rising.
     rising: Vec<Option<bool>>,
     /// For every contact an extreme where its depth was first seen to rise or to fall, as it is if
@@ -131,7 +129,6 @@ impl<'m> Watch<'m> {
         Self {
             model,
             motion: (model.lines.len() > 1).then(|| ModalMotion::new(model)),
-            told: vec![None; model.lines.len()],
             rising: vec![None; model.contacts.len()],
             first: vec![None; model.contacts.len()],
             touches: Touches::default(),
@@ -176,8 +173,6 @@ impl<'m> Watch<'m> {
             padded(closed.deflection)
         } else if line == self.model.line(&window.segments[0]) {
             padded(window.deflection)
-        } else if let Some(told) = self.told[line] {
-            told
         } else {
             self.along(segment.direction, window)
         };
@@ -222,50 +217,8 @@ impl<'m> Watch<'m> {
     }
 }
 
-/// Widens the smallest and largest δ and the largest |F| by those of a window.
-fn widen(bounds: &mut [f64; 3], deflection: &Series, force: &Series) {
-    let by_value = |bounds: &mut [f64; 3], value: f64, of_force: bool| match of_force {
-        true => bounds[2] = bounds[2].max(value.abs()),
-        false => {
-            bounds[0] = bounds[0].min(value);
-            bounds[1] = bounds[1].max(value);
-        }
-    };
-    for (series, of_force) in [(deflection, false), (force, true)] {
-        for x in [-1.0, 1.0] {
-            by_value(bounds, evaluate(series, x), of_force);
-        }
-        let swing = variation(series);
-        let is_within = match of_force {
-            true => series[0].abs() + swing <= bounds[2],
-            false => series[0] - swing >= bounds[0] && series[0] + swing <= bounds[1],
-        };
-        if is_within {
-            continue;
-        }
-        let slope = derivative(series);
-        let size: f64 = series.iter().map(|a| a.abs()).sum();
-        let mut rising = Some(evaluate(&slope, -1.0) > 0.0);
-        let found = |x, _| by_value(bounds, evaluate(series, x), of_force);
-        let noise = SLOPE_NOISE * size;
-        sign_changes(transforms24(), &slope, noise, &mut rising, found);
-    }
-}
-
 impl Observer for Watch<'_> {
     const WINDOWS: bool = true;
-
-    fn states(&self) -> bool {
-        self.motion.is_some() && self.told.iter().all(Option::is_none)
-    }
-
-    fn lines(&self) -> bool {
-        self.motion.is_some()
-    }
-
-    fn line(&mut self, line: usize, deflection: &[f64]) {
-        self.told[line] = Some(padded(deflection));
-    }
 
     fn window(&mut self, window: &Window<'_>) {
         let half_gap = self.model.half_gap;
@@ -278,7 +231,33 @@ impl Observer for Watch<'_> {
         for (sum, value) in self.sums.iter_mut().zip([1.0, deflection[0], square]) {
             *sum += window.duration * value;
         }
-        widen(&mut self.bounds, &deflection, &padded(window.force));
+        let mut extreme_of = |series: &Series, x: f64, peak: bool| {
+            let value = evaluate(series, x);
+            match peak {
+                true => self.bounds[2] = self.bounds[2].max(value.abs()),
+                false => {
+                    self.bounds[0] = self.bounds[0].min(value);
+                    self.bounds[1] = self.bounds[1].max(value);
+                }
+            }
+        };
+        let force = padded(window.force);
+        for x in [-1.0, 1.0] {
+            extreme_of(&deflection, x, false);
+            extreme_of(&force, x, true);
+        }
+        for (series, peak) in [(&deflection, false), (&force, true)] {
+            let slope = derivative(series);
+            let size: f64 = series.iter().map(|a| a.abs()).sum();
+            let mut rising = Some(evaluate(&slope, -1.0) > 0.0);
+            sign_changes(
+                transforms24(),
+                &slope,
+                SLOPE_NOISE * size,
+                &mut rising,
+                |x, _| extreme_of(series, x, peak),
+            );
+        }
         for contact in 0..self.model.contacts.len() {
             let depth = self.depth(contact, window);
             let size: f64 = depth.iter().map(|a| a.abs()).sum();
@@ -310,7 +289,6 @@ impl Observer for Watch<'_> {
             }
             self.rising[contact] = rising;
         }
-        self.told.fill(None);
     }
 
     fn event(&mut self, event: &Event) {

@@ -132,7 +132,7 @@ impl<'t> Bases<'t> {
 }
 
 /// Fastest rate of some blocks, four numbers each \[1/s\].
-pub fn fastest(generators: &[f64]) -> f64 {
+fn fastest(generators: &[f64]) -> f64 {
     let rate = |&[a, b, c, d]: &[f64; 4]| {
         let block = Block {
             generator: [[a, b], [c, d]],
@@ -146,7 +146,7 @@ pub fn fastest(generators: &[f64]) -> f64 {
 }
 
 /// The blocks of the system in which every contact is closed at its stiffest: none turns faster.
-pub fn stiffest(model: &Model, sets: &Sets) -> Result<Vec<f64>, DenseError> {
+fn stiffest(model: &Model, sets: &Sets) -> Result<Vec<f64>, DenseError> {
     let found = Found::new(model, sets, sets.stiffest())?;
     Ok(found.generators.as_flattened().as_flattened().to_vec())
 }

@@ -16,10 +16,9 @@ impl ClosedModes<'_> {
         tangents: &Tangents,
         w: &mut Workspace,
     ) -> Result<(), DenseError> {
-        let (model, cycle) = (&*self.model, trajectory.cycle);
+        let (model, cycle) = (self.model, trajectory.cycle);
         w.set = self.sets.at(model, trajectory.contact, cycle, 0.0);
         let slot = self.enter(w.set)?;
-        w.note_set();
         self.frequencies.write(cycle, 0.0, &mut w.inputs);
         w.put(&trajectory.state, tangents);
         let responses = &slot.system.steady.responses;
@@ -100,7 +99,6 @@ impl ClosedModes<'_> {
             (None, None) => unreachable!("one of two systems has a closed contact"),
         }
         w.set = to;
-        w.note_set();
         Ok(())
     }
 
@@ -158,34 +156,21 @@ impl ClosedModes<'_> {
 
     /// Applies the saltation matrix of an event to all tangents, before the coordinates change.
     pub(super) fn salt(&self, contact: usize, state: usize, closes: bool, w: &mut Workspace) {
-        let ([row, pull], damping) = self.jump(w.set, contact, state, closes);
-        let length = w.length;
-        for tangent in w.states.chunks_exact_mut(length).skip(1) {
-            let seen: f64 = tangent.iter().zip(row).map(|(x, r)| x * r).sum();
-            for (x, g) in tangent.iter_mut().zip(pull) {
-                *x += damping * seen * g;
-            }
-        }
-    }
-
-    /// What a contact that opens or closes sees of a tangent and how it pushes it, in the coordinates of a system, and its
-    /// damping with the sign of the push.
-    pub(super) fn jump(
-        &self,
-        set: usize,
-        contact: usize,
-        state: usize,
-        closes: bool,
-    ) -> ([&[f64]; 2], f64) {
         let class = self.sets.class(contact, state);
-        let system = self.system(set);
-        let line = self.model.directions[class.direction].line;
+        let system = self.system(w.set);
+        let pull = &system.pulls[class.direction];
+        let sight = &system.sights[self.model.directions[class.direction].line];
         let damping = if closes {
             -class.damping
         } else {
             class.damping
         };
-        let pull = &system.pulls[class.direction];
-        ([&system.sights[line].row, pull], damping)
+        let length = w.length;
+        for tangent in w.states.chunks_exact_mut(length).skip(1) {
+            let seen: f64 = tangent.iter().zip(&sight.row).map(|(x, r)| x * r).sum();
+            for (x, g) in tangent.iter_mut().zip(pull) {
+                *x += damping * seen * g;
+            }
+        }
     }
 }

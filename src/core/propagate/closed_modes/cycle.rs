@@ -170,12 +170,9 @@ impl ClosedModes<'_> {
         changes.meet(&event, observer, counters)?;
         let state = self
             .sets
-            .closed_state(&self.model, contact, place.cycle, place.time);
+            .closed_state(self.model, contact, place.cycle, place.time);
         if found.on_surface && w.states.len() > w.length {
             self.salt(contact, state, event.closes(), w);
-        }
-        if found.on_surface {
-            w.note_saltation(contact, state, event.closes());
         }
         (self.change(contact, if event.closes() { state } else { 0 }, w))
             .map_err(|error| place.refused(error))?;
@@ -190,7 +187,6 @@ impl ClosedModes<'_> {
 
     /// Moves all states over a whole block.
     fn move_whole(&self, w: &mut Workspace) {
-        w.note_time(NODES as f64 * self.step);
         let system = self.system(w.set);
         lanes::advance(self.instructions, &system.moves[NODES - 1], &mut w.states);
         let half = w.length / 2;
@@ -227,7 +223,6 @@ impl ClosedModes<'_> {
         std::mem::swap(&mut w.states, &mut w.spare);
         std::mem::swap(&mut w.inputs, &mut w.trial);
         w.tried = None;
-        w.note_time(time);
         place.time += time;
     }
 

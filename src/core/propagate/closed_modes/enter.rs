@@ -3,7 +3,8 @@
 use super::ClosedModes;
 use super::excitation::unresonant;
 use super::met::{self, MOST_BYTES};
-use super::slot::{Series, Slot};
+use super::series::Series;
+use super::slot::Slot;
 use super::system::System;
 use crate::propagate::{DenseError, TableSize};
 use std::sync::OnceLock;
@@ -45,7 +46,7 @@ impl<'m> ClosedModes<'m> {
     }
 
     fn made(&self, set: usize) -> Result<Slot<'m>, DenseError> {
-        let (model, sets) = (&*self.model, &self.sets);
+        let (model, sets) = (self.model, &self.sets);
         let basis = self.bases.of(model, sets, set)?;
         unresonant(model, &basis, &self.frequencies)?;
         self.take_room(met::bytes(model.modes()))?;

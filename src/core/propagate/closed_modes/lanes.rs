@@ -1,6 +1,6 @@
 //! The inner loops of closed modes. States are padded: first components in whole lane groups, then second ones.
 
-use super::slot::{GROUPS, Terms};
+use super::series::{AT_ONCE, GROUPS, Terms};
 use crate::propagate::vectors::{InstructionSet, LANES, Lanes, Row, Vector, for_each_set};
 
 /// What a lane group of blocks is made of: `G = μ I + M`, `M² = s I`.
@@ -258,9 +258,6 @@ fn see_body<V: Vector>(
     *out = sums[0].plus(sums[1]).plus(sums[2].plus(sums[3])).lanes();
     two_products_body::<V>(amplitudes, size, curvature)
 }
-
-/// Series that are added at once, each to sums of its own.
-pub const AT_ONCE: usize = 4;
 
 #[inline(always)]
 fn series_body<V: Vector>(of: &[Terms; GROUPS], weights: &[f64], out: &mut Row) {

@@ -18,12 +18,11 @@ mod enter;
 mod excitation;
 mod grid;
 mod lanes;
-mod legs;
 mod met;
 mod search;
 mod seen;
+mod series;
 mod sets;
-mod shared;
 mod shown;
 mod slot;
 mod system;
@@ -38,17 +37,13 @@ use excitation::{Frequencies, unresonant};
 use met::MOST_BYTES;
 use sets::{Sets, Stop};
 use slot::Slot;
-use std::borrow::Cow;
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicUsize;
-
-pub use legs::Leg;
-pub use shared::SharedBases;
 
 /// The kernel of closed modes for one model.
 #[derive(Debug)]
 pub struct ClosedModes<'m> {
-    model: Cow<'m, Model>,
+    model: &'m Model,
     sets: Sets,
     bases: Bases<'m>,
     frequencies: Frequencies,
@@ -87,7 +82,7 @@ impl<'m> ClosedModes<'m> {
     ) -> Result<Self, DenseError> {
         let (sets, _) = suited(model)?;
         let bases = Bases::new(model, &sets)?;
-        Self::of_bases(Cow::Borrowed(model), event_limit, sets, bases, instructions)
+        Self::of_bases(model, event_limit, sets, bases, instructions)
     }
 
     /// The kernel of a model whose bases are kept, other arguments as for [`Self::new`]: they serve every speed, load and
@@ -102,7 +97,7 @@ impl<'m> ClosedModes<'m> {
         instructions: InstructionSet,
     ) -> Result<Self, DenseError> {
         let (sets, bases) = read(model, kept)?;
-        Self::of_bases(Cow::Borrowed(model), event_limit, sets, bases, instructions)
+        Self::of_bases(model, event_limit, sets, bases, instructions)
     }
 
     /// Refuses what [`Self::arrays`] refuses for its shape, without eigenvectors; gives the size of the tables: systems, each with
@@ -124,22 +119,22 @@ impl<'m> ClosedModes<'m> {
     }
 
     fn of_bases(
-        model: Cow<'m, Model>,
+        model: &'m Model,
         event_limit: u32,
         sets: Sets,
         bases: Bases<'m>,
         instructions: InstructionSet,
     ) -> Result<Self, DenseError> {
-        let frequencies = Frequencies::new(&model);
-        let (step, blocks) = grid::step(&model, &bases, &frequencies);
-        let stops = sets.stops(&model);
-        all_unresonant(&model, &sets, &bases, &frequencies)?;
+        let frequencies = Frequencies::new(model);
+        let (step, blocks) = grid::step(model, &bases, &frequencies);
+        let stops = sets.stops(model);
+        all_unresonant(model, &sets, &bases, &frequencies)?;
         let own = Self {
             slots: (0..sets.count()).map(|_| OnceLock::new()).collect(),
             taken: AtomicUsize::new(0),
             refusal: OnceLock::new(),
             planned: blocks as usize + stops.iter().map(Vec::len).max().unwrap_or(0),
-            farthest: super::farthest(&model),
+            farthest: super::farthest(model),
             turns: frequencies.turns(grid::NODES as f64 * step),
             model,
             sets,
@@ -150,7 +145,7 @@ impl<'m> ClosedModes<'m> {
             event_limit,
             instructions,
         };
-        if matches!(own.bases, Bases::All { .. }) {
+        if own.sets.are_few() {
             // An integrated cycle allocates nothing.
             for set in 0..own.sets.count() {
                 own.enter(set)?;

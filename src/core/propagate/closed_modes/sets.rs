@@ -24,7 +24,7 @@ pub struct Class {
 }
 
 /// The systems of a drive, numbered. Each contact has a state: 0 where it is open, else 1 more than its class.
-#[derive(Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Sets {
     /// Classes of each contact.
     classes: Vec<Vec<Class>>,

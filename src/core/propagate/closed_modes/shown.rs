@@ -5,8 +5,9 @@ use super::basis::{Basis, padded};
 
 use super::grid::NODES;
 use super::lanes;
+use super::series::Series;
 use super::sets::SAME_TIME;
-use super::slot::{Series, Slot};
+use super::slot::Slot;
 use super::system::System;
 use super::workspace::{Place, Workspace};
 use crate::model::{DRIVE_FLANK, MOST_CONTACTS};
@@ -89,15 +90,6 @@ impl ClosedModes<'_> {
         let (state, inputs) = w.weights.split_at_mut(w.length);
         state.copy_from_slice(&w.states[..w.length]);
         inputs.copy_from_slice(&w.inputs);
-        if observer.lines() {
-            let mut seen = Row::ZERO;
-            for (index, &line) in w.line_of.iter().enumerate() {
-                if !w.line_of[..index].contains(&line) {
-                    self.along(line, duration, w, &mut seen);
-                    observer.line(line, &seen.0);
-                }
-            }
-        }
         // Room for many is not made where it is not needed.
         match place.active.count() <= 1 {
             true => self.show_few::<O, 1>(place, duration, w, observer),
@@ -138,18 +130,6 @@ impl ClosedModes<'_> {
         }
     }
 
-    /// The deflection along a line on a window of some length \[s\] from where the states are, by the workspace's weights.
-    fn along(&self, line: usize, duration: f64, w: &Workspace, out: &mut Row) {
-        let set = self.instructions;
-        let whole = NODES as f64 * self.step;
-        lanes::series(set, &self.series(w.set)[line].0, &w.weights, out);
-        if duration < whole * (1.0 - 1e-12) {
-            let end = 2.0 * duration / whole - 1.0;
-            let nodes = transforms24().nodes();
-            windows::restrict_to(set, nodes, interpolation(), end, out);
-        }
-    }
-
     /// As [`Self::show`], with at most M contacts closed.
     fn show_few<O: Observer, const M: usize>(
         &self,
@@ -158,9 +138,18 @@ impl ClosedModes<'_> {
         w: &Workspace,
         observer: &mut O,
     ) {
-        let model = &*self.model;
-        let slot = self.slot(w.set);
-        let see = |line: usize, out: &mut Row| self.along(line, duration, w, out);
+        let (set, model) = (self.instructions, self.model);
+        let (slot, series) = (self.slot(w.set), self.series(w.set));
+        let whole = NODES as f64 * self.step;
+        let is_part = duration < whole * (1.0 - 1e-12);
+        let end = 2.0 * duration / whole - 1.0;
+        let see = |line: usize, out: &mut Row| {
+            lanes::series(set, &series[line].0, &w.weights, out);
+            if is_part {
+                let nodes = transforms24().nodes();
+                windows::restrict_to(set, nodes, interpolation(), end, out);
+            }
+        };
         let mut mesh = Row::ZERO;
         see(w.line_of[DRIVE_FLANK], &mut mesh);
         let (mut contacts, mut forces) = ([0; M], [[0.0; TERMS]; M]);

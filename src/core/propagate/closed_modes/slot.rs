@@ -1,9 +1,8 @@
 //! A system of a kernel with all that its operating point makes of it.
 
 use super::basis::Basis;
-use super::lanes;
+use super::series::Series;
 use super::system::System;
-use crate::propagate::vectors::{LANES, Lanes, Row, TERMS};
 use std::sync::{Arc, OnceLock};
 
 /// A system at an operating point.
@@ -17,46 +16,4 @@ pub struct Slot<'m> {
     pub system: System,
     /// Series of what it sees along each line on a block, where windows are shown.
     pub series: OnceLock<Vec<Series>>,
-}
-
-/// What a system sees along a line on a window: a series for each coordinate and input, by how many groups of its terms
-/// matter.
-#[derive(Debug)]
-pub struct Series(pub [Terms; GROUPS]);
-
-/// Groups of terms of a series.
-pub const GROUPS: usize = TERMS / LANES;
-
-/// Series of so many groups of terms.
-#[derive(Debug, Default)]
-pub struct Terms {
-    /// Whose they are: places among the coordinates, then the inputs.
-    pub places: Vec<usize>,
-    /// The groups, one series after another.
-    pub rows: Vec<Lanes>,
-}
-
-impl Series {
-    /// The series of all coordinates and inputs. What is below round-off of one's largest term does not matter.
-    pub fn new(rows: &[Row]) -> Self {
-        let mut own = Self(Default::default());
-        for (place, row) in rows.iter().enumerate() {
-            let largest = row.0.iter().fold(0.0, |most: f64, a| most.max(a.abs()));
-            let matters = |a: &f64| a.abs() > 0.25 * f64::EPSILON * largest;
-            let Some(last) = row.0.iter().rposition(matters) else {
-                continue;
-            };
-            let terms = &mut own.0[last / LANES];
-            terms.places.push(place);
-            let groups = row.0.as_chunks().0.iter().copied().map(Lanes);
-            terms.rows.extend(groups.take(last / LANES + 1));
-        }
-        for (g, terms) in own.0.iter_mut().enumerate() {
-            // What fills a step of the sums up adds nothing.
-            let count = terms.places.len().next_multiple_of(lanes::AT_ONCE);
-            terms.places.resize(count, 0);
-            terms.rows.resize(count * (g + 1), Lanes::ZERO);
-        }
-        own
-    }
 }

@@ -56,7 +56,7 @@ pub struct Sight {
 const TURNS: f64 = 0.05;
 
 /// `e^{Gt}` of a block.
-pub fn exponential(block: &Block, time: f64) -> [[f64; 2]; 2] {
+fn exponential(block: &Block, time: f64) -> [[f64; 2]; 2] {
     let (mu, m) = (block.growth(), block.traceless());
     let grown = (mu * time).exp();
     let [even, odd] = match (block.damped_frequency(), block.spread()) {

@@ -4,7 +4,7 @@ use crate::propagate::vectors::Row;
 use crate::propagate::{Beside, Counters, Event, Kernel, Observer, Tangents, Volterra, Window};
 use crate::structure::{Coupling, ModalStructure, StructureContact};
 use met::MetSets;
-use slot::Series;
+use series::Series;
 
 fn structure() -> ModalStructure {
     let mut structure = fixtures::structure(
@@ -319,75 +319,5 @@ fn series_are_sums_of_rows() {
             let exact: f64 = rows.iter().zip(&weights).map(|(row, w)| row.0[k] * w).sum();
             assert!((found - exact).abs() < 1e-14, "{k}: {found} {exact}");
         }
-    }
-}
-
-/// The derivative that legs make is that of tangents which move along, and kernels on shared bases pass other speeds, loads
-/// and gaps as those do that have their own; another stiffness or friction has other bases.
-#[test]
-fn legs_make_the_derivative_that_tangents_have() {
-    let point = |load, speed| OperatingPoint { load, speed };
-    let of = |drive: &Drive, at| Model::new(&structure(), drive, at).unwrap();
-    let first = of(&drive(), fixtures::strong_rattle());
-    let shared = SharedBases::new(&first).unwrap();
-    let wider = Drive {
-        half_gap: 1.7e-5,
-        ..drive()
-    };
-    let set = InstructionSet::best();
-    let models = [
-        first.clone(),
-        of(&drive(), point(0.3, 700.0)),
-        of(&wider, point(0.05, 1500.0)),
-    ];
-    let mut events = 0;
-    for model in models {
-        let kernel = ClosedModes::on_shared(model.clone(), 100, &shared, set).unwrap();
-        let kernel = kernel.unwrap();
-        let own = ClosedModes::new(&model, 100, set).unwrap();
-        let n = model.modes();
-        let from: Vec<usize> = (0..2 * n).filter(|i| i % 3 != 1).collect();
-        let mut start = model.start(&InitialState::Static);
-        start.state[2] += 1e-6;
-        let (mut a, mut b) = (start.clone(), start);
-        let (mut noting, mut moving) = (kernel.workspace(), own.workspace());
-        let mut tangents = Tangents::zeros(n, from.len());
-        for (column, &i) in from.iter().enumerate() {
-            tangents.vector_mut(column)[i] = 1.0;
-        }
-        let mut counters = Counters::default();
-        noting.note_legs();
-        kernel
-            .advance(3, &mut a, &mut noting, &mut (), &mut counters)
-            .unwrap();
-        for _ in 0..3 {
-            own.advance_cycle(&mut b, &mut tangents, &mut moving, &mut (), &mut counters)
-                .unwrap();
-        }
-        events += counters.events;
-        assert!(distance(&model, &a.state, &b.state) < 1e-11 * model.half_gap);
-        let found = kernel
-            .derivative(&shared, &from, &noting.take_legs())
-            .unwrap();
-        for (column, _) in from.iter().enumerate() {
-            let known = tangents.vector(column);
-            let size = distance(&model, known, &vec![0.0; 2 * n]);
-            let found: Vec<f64> = found.col(column).iter().copied().collect();
-            let off = distance(&model, &found, known) / size;
-            assert!(off < 1e-11, "{column}: {off:e}");
-        }
-    }
-    assert!(events > 10, "{events} events: nothing to jump at");
-    let others = [
-        Drive {
-            friction: 0.2,
-            ..drive()
-        },
-        fixtures::constant_mesh(1e-5, 4e8),
-    ];
-    for other in others {
-        let model = of(&other, fixtures::strong_rattle());
-        let kernel = ClosedModes::on_shared(model.clone(), 100, &shared, set).unwrap();
-        assert_eq!(*kernel.unwrap_err(), model);
     }
 }

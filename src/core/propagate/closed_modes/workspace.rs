@@ -2,7 +2,6 @@
 
 use super::ClosedModes;
 use super::basis::padded;
-use super::legs::Leg;
 use super::search::Known;
 use crate::model::{ActiveSet, Segment, TrajectoryState};
 use crate::propagate::vectors::{Aligned, Lanes};
@@ -41,8 +40,6 @@ pub struct Workspace {
     pub segments_end: f64,
     /// The trajectory's state where the window starts, where it is read: in the coordinates of `set`, and in modes.
     pub shown: [Aligned; 2],
-    /// Where the trajectory has been, where that is noted.
-    pub legs: Option<Vec<Leg>>,
 }
 
 /// What a line sees on the present block.
@@ -63,7 +60,7 @@ pub struct Seen {
 impl Workspace {
     /// Room for a trajectory without tangents.
     pub fn new(kernel: &ClosedModes<'_>) -> Self {
-        let model = &*kernel.model;
+        let model = kernel.model;
         let padded = padded(model.modes());
         let inputs = vec![0.0; kernel.frequencies.inputs() + 1];
         Self {
@@ -94,7 +91,6 @@ impl Workspace {
             segments: model.segments_at(0, 0.0),
             segments_end: 0.0,
             shown: [0, 1].map(|_| Aligned::zeros(2 * padded)),
-            legs: None,
         }
     }
 

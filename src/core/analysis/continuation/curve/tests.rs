@@ -2,7 +2,6 @@
 
 use super::*;
 use crate::analysis::continuation::map::{Details, Image, MapError};
-use crate::analysis::continuation::multipliers::Multipliers;
 use crate::analysis::continuation::touches::{Extreme, Touches};
 use faer::Mat;
 
@@ -25,8 +24,8 @@ fn orbit(polar: &[[f64; 2]], depths: &[f64]) -> Orbit {
         period: 1,
         residual: 0.0,
         steps: 0,
-        monodromy: Mat::zeros(0, 0).into(),
-        multipliers: Multipliers::known(multipliers),
+        monodromy: Mat::zeros(0, 0),
+        multipliers,
         details: Details {
             touches: Touches {
                 extremes: (depths.iter().enumerate())
@@ -206,9 +205,8 @@ fn a_sharp_bend_is_followed_in_shorter_steps() {
     ] {
         let mut map = Hyperbola { width };
         let at = [f64::hypot(-0.5, width), -0.5];
-        let orbit = (correct(&mut map, &[1.0], at, 1, &Border::Parameters, None).unwrap())
-            .of_period(1)
-            .with_multipliers()
+        let orbit = (correct(&mut map, &[1.0], at, 1, &Border::Parameters).unwrap())
+            .with_multipliers(1)
             .unwrap();
         let start = Bifurcation {
             kind: Kind::Fold,

@@ -1,0 +1,48 @@
+//! What is seen along a line on a block: a series for each coordinate and input.
+
+use crate::propagate::vectors::{LANES, Lanes, Row, TERMS};
+
+/// Series that are added at once, each to sums of its own.
+pub const AT_ONCE: usize = 4;
+
+/// What a system sees along a line on a window: a series for each coordinate and input, by how many groups of its terms
+/// matter.
+#[derive(Debug)]
+pub struct Series(pub [Terms; GROUPS]);
+
+/// Groups of terms of a series.
+pub const GROUPS: usize = TERMS / LANES;
+
+/// Series of so many groups of terms.
+#[derive(Debug, Default)]
+pub struct Terms {
+    /// Whose they are: places among the coordinates, then the inputs.
+    pub places: Vec<usize>,
+    /// The groups, one series after another.
+    pub rows: Vec<Lanes>,
+}
+
+impl Series {
+    /// The series of all coordinates and inputs. What is below round-off of one's largest term does not matter.
+    pub fn new(rows: &[Row]) -> Self {
+        let mut own = Self(Default::default());
+        for (place, row) in rows.iter().enumerate() {
+            let largest = row.0.iter().fold(0.0, |most: f64, a| most.max(a.abs()));
+            let matters = |a: &f64| a.abs() > 0.25 * f64::EPSILON * largest;
+            let Some(last) = row.0.iter().rposition(matters) else {
+                continue;
+            };
+            let terms = &mut own.0[last / LANES];
+            terms.places.push(place);
+            let groups = row.0.as_chunks().0.iter().copied().map(Lanes);
+            terms.rows.extend(groups.take(last / LANES + 1));
+        }
+        for (g, terms) in own.0.iter_mut().enumerate() {
+            // What fills a step of the sums up adds nothing.
+            let count = terms.places.len().next_multiple_of(AT_ONCE);
+            terms.places.resize(count, 0);
+            terms.rows.resize(count * (g + 1), Lanes::ZERO);
+        }
+        own
+    }
+}
