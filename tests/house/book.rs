@@ -95,7 +95,7 @@ fn contents_name_every_page() {
             .map(|name| format!("{folder}{name}"))
             .collect()
     };
-    let mut there = [pages(""), pages("tutorials/")].concat();
+    let mut there = [pages(""), pages("tutorials/"), pages("theory/")].concat();
     named.sort();
     there.sort();
     assert_eq!(named, there);

@@ -75,7 +75,7 @@ kind = "torsional"
 [gear]
 teeth = [50, 50]
 module = "3 mm"
-face_width = "20 mm"
+face_width = "40 mm"
 body_length = ["20 mm", "20 mm"]
 bore = "60 mm"
 lead_crowning = "5 um"

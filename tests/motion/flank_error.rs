@@ -115,8 +115,8 @@ fn static_deflection_is_that_of_shared_load() {
             let bound = match name {
                 "segments" => 0.03,
                 "misaligned segments" => 0.25,
-                // Pieces of faces whose slices support each other are held to less.
-                "misaligned course" => 1e-6,
+                // Pieces are joined where the load centroid departs from its mean by less than 2.5e-4 of a cycle.
+                "misaligned course" => 1e-3,
                 _ => 1e-9,
             };
             assert!(

@@ -16,8 +16,6 @@ mod processor;
 mod program;
 #[path = "../common/results.rs"]
 mod results;
-#[path = "../../fuzz/targets/row.rs"]
-mod row;
 #[path = "../common/stopped.rs"]
 mod stopped;
 #[path = "../../fuzz/targets/mod.rs"]
@@ -75,3 +73,4 @@ mod verdicts;
 mod volterra;
 
 use common::{default_drive, skipped};
+use targets::row;

@@ -91,7 +91,7 @@ enum Command {
     Follow(follow::FollowArgs),
     /// Join the shards of a job into one set of results
     Merge(merge::MergeArgs),
-    /// Say what a run will take, from a few of its points: time, memory, disk, placement
+    /// Estimate time, memory and disk of a run from a few of its points
     Plan(plan::PlanArgs),
     /// Summarise a results folder
     Show(show::ShowArgs),
@@ -101,15 +101,15 @@ enum Command {
     Report(report::ReportArgs),
     /// Write the tables of a results or trace folder as CSV or Arrow files for other programs
     Export(export::ExportArgs),
-    /// Tell how the answers of a point change with keys of the manifest
+    /// Compute derivatives of the results of a point by keys of the manifest
     Sensitivity(sensitivity::SensitivityArgs),
     /// Record one trajectory with its events
     Trace(trace::TraceArgs),
-    /// Measure this machine: memory, arithmetic, kernels on all cores, and what a campaign will cost
+    /// Measure memory, arithmetic and kernels of this machine
     Machine(machine::MachineArgs),
     /// Build, list, show, verify or remove computed tables
     Table(table::TableArgs),
-    /// Check this build on this machine against closed forms, published values and independent
+    /// Compare this build on this machine with closed forms, published values and independent
     /// integrators
     Verify(verify::VerifyArgs),
     /// Explain a subcommand, or a table or key of a manifest
