@@ -31,7 +31,7 @@ pub struct ExportArgs {
     /// Replace files that are there already.
     #[arg(long)]
     pub overwrite: bool,
-    /// Say which tables and columns there are, and write nothing.
+    /// List tables and columns, and write nothing.
     #[arg(long)]
     pub list: bool,
     /// Print nothing but errors.

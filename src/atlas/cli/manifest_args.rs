@@ -13,9 +13,9 @@ pub struct ManifestArgs {
     /// The manifest; - reads it from standard input, and relative paths in it start at the current folder.
     #[arg(value_name = "MANIFEST")]
     pub path: PathBuf,
-    /// Give a key another value than the manifest has: --set mesh.half_gap="20 um", --set grid.load=0.1. The value
-    /// is TOML, or a text without quotes; without one the key is taken out of the manifest: --set run.initial=. May be
-    /// given more than once. Results keep what was set, and the same command goes on from them.
+    /// Change a key of the manifest for this command: --set mesh.half_gap="20 um", --set grid.load=0.1. The value is
+    /// TOML, or a text without quotes. An empty value removes the key: --set run.initial=. Repeat it for several keys.
+    /// The results record the changes, and the same command continues them.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 }

@@ -9,8 +9,7 @@ use std::process::ExitCode;
 /// Arguments of `atlas merge`.
 #[derive(Debug, Args)]
 pub struct MergeArgs {
-    /// Folders with the shards of one job, one or several in each, or a folder of such folders;
-    /// they stay as they are.
+    /// Folders that hold the shards of one job, or a folder of such folders; they are not changed.
     #[arg(required = true, value_name = "DIR")]
     pub folders: Vec<PathBuf>,
     /// Folder for the joined results; new or empty.

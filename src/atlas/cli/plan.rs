@@ -33,11 +33,10 @@ pub struct PlanArgs {
     /// Only part i of n, as `atlas run --shard i/n` would compute.
     #[arg(long, value_name = "i/n", value_parser = super::run_args::parse_shard)]
     pub shard: Option<Shard>,
-    /// What `atlas machine` found out about this machine [default: results/machine-HOST, where
-    /// it is there].
+    /// Results of `atlas machine` for this machine [default: results/machine-HOST if present].
     #[arg(long, value_name = "DIR")]
     pub machine: Option<PathBuf>,
-    /// Also what the run would take on the machine of this other result of `atlas machine`.
+    /// Also estimate the run on the machine of these results of `atlas machine`.
     #[arg(long, value_name = "DIR")]
     pub on: Option<PathBuf>,
     #[command(flatten)]

@@ -31,15 +31,14 @@ pub struct PlotArgs {
     /// [default: all kinds that the data allow].
     #[arg(long, value_parser = Names, value_delimiter = ',', value_name = "KIND|COLUMN,...", hide_possible_values = true)]
     pub what: Vec<Asked>,
-    /// Axis of pictures over one axis [default: the one with most values]; curves over it instead of
-    /// maps.
+    /// Axis to draw curves over, instead of maps [default: the axis with most values].
     #[arg(long, value_name = "AXIS")]
     pub over: Option<String>,
-    /// A curve for every value of this axis, of columns.
+    /// Axis whose values are curves of their own.
     #[arg(long, value_name = "AXIS")]
     pub by: Option<String>,
-    /// point_id of pictures of one point [default: the loudest, or the most chaotic one; all for
-    /// basins, multipliers and kicks].
+    /// point_id of the point to draw [default: the loudest or most chaotic point; all points for basins,
+    /// multipliers and kicks].
     #[arg(long, value_name = "ID")]
     pub point: Option<u64>,
     /// Mesh orders of `orders` [default: 1,2,3].

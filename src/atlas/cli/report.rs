@@ -19,7 +19,7 @@ pub struct ReportArgs {
     /// The file [default: `report.html` in the folder].
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Most that tables may take in the file; what has no room is left out, and named [default: 40MiB].
+    /// Limit for the tables in the file; the page lists what is left out [default: 40MiB].
     #[arg(long, value_name = "SIZE", value_parser = size)]
     pub most_bytes: Option<u64>,
     /// Replace a file that is there already.

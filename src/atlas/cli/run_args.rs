@@ -18,23 +18,23 @@ pub struct RunArgs {
     pub out: Option<PathBuf>,
     #[command(flatten)]
     pub(super) threads: Threads,
-    /// Bind workers to their cores even where they are fewer than the cores.
+    /// Bind workers to cores even if there are fewer workers than cores.
     #[arg(long, conflicts_with = "no_pin")]
     pub pin: bool,
-    /// Leave it to the system where workers run.
+    /// Let the system place the workers.
     #[arg(long)]
     pub no_pin: bool,
     /// Compute only part i of n, every n-th point (or chain of points): 1/4, 2/4, …
     #[arg(long, value_name = "i/n", value_parser = parse_shard)]
     pub shard: Option<Shard>,
-    /// Start over: replace results in the folder, drop what an interrupted run left.
+    /// Start over: replace the results in the folder and discard an interrupted run.
     #[arg(long)]
     pub fresh: bool,
     /// Compute points of finished results again and keep the others: those with status failed,
     /// diverged, event_storm or inaccurate.
     #[arg(long, value_name = "WHAT", conflicts_with = "fresh")]
     pub retry: Option<Retry>,
-    /// Call the job off once so many points have failed; the same command goes on.
+    /// Stop the job after this many failed points; the same command continues it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub max_failures: Option<u64>,
     #[command(flatten)]
@@ -42,7 +42,7 @@ pub struct RunArgs {
     /// Print nothing but errors.
     #[arg(long, short)]
     pub quiet: bool,
-    /// Print what happens to standard output, one JSON object a line, its kind in `event`:
+    /// Print events to standard output, one JSON object per line, their kind in `event`:
     /// started, point, progress (every second), warning, finished (with the record, run.json).
     #[arg(long)]
     pub json: bool,
@@ -62,7 +62,7 @@ impl RunArgs {
 /// What is to be computed again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Retry {
-    /// Points of which nothing is known.
+    /// Points without a result.
     Failed,
 }
 

@@ -5,9 +5,9 @@ use clap::ValueEnum;
 /// A format of other programs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Format {
-    /// Text separated by commas: a file a table.
+    /// Text separated by commas, one file per table.
     Csv,
-    /// Arrow IPC (Feather, version 2): a file a table, for Julia, R and others.
+    /// Arrow IPC (Feather, version 2), one file per table, for Julia, R and others.
     Arrow,
 }
 
@@ -24,8 +24,8 @@ impl Format {
 /// Where lists go in formats of rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Lists {
-    /// Into numbered columns, one an element.
+    /// Into numbered columns, one per element.
     Wide,
-    /// Into a table of their own, a row an element.
+    /// Into a table of their own, one row per element.
     Long,
 }
