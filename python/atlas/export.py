@@ -9,6 +9,7 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -49,23 +50,29 @@ def _exact(table: str, column: str, values: np.ndarray[Any, Any], format: str) -
         )
 
 
-def _texts(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Texts as NumPy has them: the empty text for none. Other columns as they are."""
-    return np.array([text or "" for text in values.tolist()], dtype=str) if values.dtype == object else values
+def _column(table: Table, name: str) -> np.ndarray[Any, Any]:
+    """A column without objects: the empty text for no text, NaN for no truth value. Other columns as they are."""
+    values = table[name]
+    if values.dtype != object:
+        return values
+    listed = values.tolist()
+    if any(isinstance(value, bool) for value in listed):
+        return np.array([np.nan if value is None else float(value) for value in listed])
+    return np.array([text or "" for text in listed], dtype=str)
 
 
 def _npz(chosen: _Tables, stem: str) -> dict[str, Callable[[Path], None]]:
     """A file per table, an array per column."""
 
     def write(path: Path, table: Table, columns: list[str]) -> None:
-        arrays = {name: _texts(table[name]) for name in columns}
+        arrays: dict[str, Any] = {name: _column(table, name) for name in columns}
         arrays |= {f"{name}_elements": np.array(table.elements(name)) for name in columns if table.elements(name)}
         arrays["column_names"] = np.array(columns)
         arrays["column_units"] = np.array([table.units[name] for name in columns])
         arrays["column_descriptions"] = np.array([table.descriptions[name] for name in columns])
         np.savez(path, **arrays)
 
-    return {f"{name}.npz": lambda path, entry=entry: write(path, *entry) for name, entry in chosen.items()}
+    return {f"{name}.npz": partial(write, table=entry[0], columns=entry[1]) for name, entry in chosen.items()}
 
 
 def _mat(chosen: _Tables, stem: str) -> dict[str, Callable[[Path], None]]:
@@ -75,10 +82,10 @@ def _mat(chosen: _Tables, stem: str) -> dict[str, Callable[[Path], None]]:
     for name, (table, columns) in chosen.items():
         own = variables[name] = {}
         for column in columns:
-            values = table[column]
+            values = _column(table, column)
             _exact(name, column, values, "MATLAB")
-            if values.dtype == object:
-                values = np.array([text or "" for text in values.tolist()], dtype=object)
+            if values.dtype.kind == "U":
+                values = values.astype(object)
             elif values.dtype.kind in "fu":
                 values = values.astype(float)
             own[column] = values.reshape(len(values), -1) if len(values) else values.reshape(0, 1)
@@ -124,7 +131,8 @@ def _xlsx(chosen: _Tables, stem: str) -> dict[str, Callable[[Path], None]]:
         for column in columns:
             values = table[column]
             _exact(name, column, values, "Excel")
-            if values.dtype == object and max((len(text or "") for text in values.tolist()), default=0) > _MOST_CHARACTERS:
+            texts = [text for text in values.tolist() if isinstance(text, str)] if values.dtype == object else []
+            if max(map(len, texts), default=0) > _MOST_CHARACTERS:
                 raise AtlasError(f"column `{column}` of table `{name}` has a text longer than a cell of Excel holds")
 
     def write(path: Path) -> None:
@@ -174,13 +182,17 @@ def export(
     return [place / name for name in files]
 
 
+def _names(text: str) -> list[str]:
+    return text.split(",")
+
+
 def _main() -> None:
     parser = argparse.ArgumentParser(prog="python -m atlas.export", description=__doc__)
-    several = {"type": lambda text: text.split(","), "default": []}
     parser.add_argument("folder", help="folder that `atlas run`, `atlas follow` or `atlas trace` wrote")
     parser.add_argument("--format", choices=list(_FORMATS), required=True, help="format of the files")
-    parser.add_argument("--tables", metavar="TABLE,...", help="tables to write [default: all]", **several)
-    parser.add_argument("--columns", metavar="COLUMN,...", help="columns of all tables that have them [default: all]", **several)
+    parser.add_argument("--tables", metavar="TABLE,...", help="tables to write [default: all]", type=_names, default=[])
+    of_columns = "columns of all tables that have them [default: all]"
+    parser.add_argument("--columns", metavar="COLUMN,...", help=of_columns, type=_names, default=[])
     parser.add_argument("--out", metavar="DIR", help="folder for the files [default: `export` in the folder]")
     parser.add_argument("--overwrite", action="store_true", help="replace files that are there already")
     given = vars(parser.parse_args())
