@@ -99,21 +99,19 @@ def _flat(table: Table, columns: list[str]) -> dict[str, list[Any]]:
     """Columns by title, lists widened to a column per element; equal titles are numbered."""
     flat: dict[str, list[Any]] = {}
     for name in columns:
-        values, names = table[name], table.elements(name)
-        unit = table.units[name]
+        values, names, unit = table[name], table.elements(name), table.units[name]
+        behind = "" if unit in ("", "1") else f" [{unit}]"
         wide = values.reshape(len(values), -1)
         for place in range(wide.shape[1]):
-            title = name
+            plain = name
             if values.ndim > 1:
                 named = len(names) == wide.shape[1]
-                title += "_" + (names[place].replace(" ", "_") if named else str(place + 1))
-            count, plain = 1, title
-            titled = title if unit in ("", "1") else f"{title} [{unit}]"
-            while titled in flat:
+                plain += "_" + (names[place].replace(" ", "_") if named else str(place + 1))
+            title, count = plain + behind, 1
+            while title in flat:
                 count += 1
-                title = f"{plain}_{count}"
-                titled = title if unit in ("", "1") else f"{title} [{unit}]"
-            flat[titled] = [None if value != value else value for value in wide[:, place].tolist()]
+                title = f"{plain}_{count}{behind}"
+            flat[title] = [None if value != value else value for value in wide[:, place].tolist()]
     return flat
 
 
