@@ -1,4 +1,5 @@
-//! From drawings to structures: gear pairs and what their teeth bear ([`gear`]), shafts, bearings and trains ([`shaft`]).
+//! Makes meshes and structures from drawings: gear pairs and their load sharing ([`gear`]), shafts, bearings and trains
+//! ([`shaft`]).
 
 pub mod gear;
 pub mod shaft;

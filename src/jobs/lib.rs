@@ -1,4 +1,4 @@
-//! Jobs: manifests are read, points are swept over threads, rows are stored.
+//! Reads manifests, sweeps their points over threads and stores the rows.
 
 pub mod input;
 pub mod manifest;

@@ -1,4 +1,4 @@
-//! What a machine gives: memory, arithmetic and kernels.
+//! Measures memory, arithmetic and kernels of a machine.
 
 pub mod characterize;
 

@@ -1,4 +1,4 @@
-//! What the program is held against: independent integrators, closed forms, published values.
+//! Checks the program against independent integrators, closed forms and published values.
 
 pub mod reference;
 pub mod verify;

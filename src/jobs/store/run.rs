@@ -159,7 +159,7 @@ pub enum RunState {
     Interrupted,
 }
 
-/// The commit of the program; none before it says so.
+/// The commit of the program; `None` before [`ProgramRecord::set_commit`].
 static COMMIT: OnceLock<Option<&str>> = OnceLock::new();
 
 /// The program that ran a job.
@@ -184,8 +184,8 @@ impl ProgramRecord {
         }
     }
 
-    /// Says which commit the program was built from; what is called first holds. Only the program itself is compiled
-    /// anew for every commit, not the crates below it.
+    /// Sets the commit that the program was built from; only the first call has an effect. The top crate passes it
+    /// down, so that a commit does not recompile this crate.
     pub fn set_commit(commit: Option<&'static str>) {
         COMMIT.get_or_init(|| commit);
     }

@@ -1,21 +1,21 @@
-//! What a run has of a mesh table: few pieces, as close to the table as asked for.
+//! Joins the pieces of a mesh table to a course of few pieces, within an accuracy.
 //!
-//! A window of propagation ends with a piece, so that pieces cost time. Neighbours become one where a polynomial
-//! follows the stiffness and the error of both, and where means stand for load centroid and friction. An error counts
-//! by how long it lasts: relative to what the mesh force or its direction are, times the length of the piece in cycles.
+//! A window of propagation ends with a piece, so that pieces cost time. Two neighbours become one piece if a polynomial
+//! follows the stiffness and the tangent error of both, and if means are accurate enough for load centroid and friction.
+//! The measure is a relative error times the length of the piece in cycles.
 
 use super::NODES;
 use super::cycle::{MeshTableCycle, MeshTablePiece};
 use super::pieces::{BEHIND, CARRIED_ON};
 use crate::numerics::legendre::{evaluate, transforms8};
 
-/// Places of every piece of the table at which a course is held against it, ends included.
+/// Places per piece of the table at which a course is compared with it, ends included.
 const CHECKS: usize = 9;
 
 /// No window of propagation is longer \[cycles\].
 const LONGEST_WINDOW: f64 = 0.25;
 
-/// How close a course is to be to its table.
+/// Required accuracy of a course.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CourseAccuracy {
     /// Largest error of stiffness (relative) and of tangent error (in deflections) times the length of a piece.
