@@ -27,8 +27,8 @@ mod rounds;
 #[path = "cycle/scenes.rs"]
 mod scenes;
 
-use atlas::model::Model;
-use atlas::propagate::{Counters, InstructionSet, Kernel, Tangents};
+use gearatlas::model::Model;
+use gearatlas::propagate::{Counters, InstructionSet, Kernel, Tangents};
 use common::Case;
 use rounds::{Contender, Spell, race};
 use scenes::{drive, quiet, settled, volterra};

@@ -12,15 +12,15 @@
 #[path = "../tests/common/stopped.rs"]
 mod stopped;
 
-use atlas::analysis::continuation::branch::{Branch, Steps, follow};
-use atlas::analysis::continuation::drive::{DriveMap, Family};
-use atlas::analysis::continuation::orbit::Orbit;
-use atlas::analysis::continuation::path::Span;
-use atlas::analysis::continuation::search::{Search, orbits};
-use atlas::manifest;
-use atlas::model::InitialState;
-use atlas::store::TableStore;
-use atlas::sweep::{Parts, PointFamily};
+use gearatlas::analysis::continuation::branch::{Branch, Steps, follow};
+use gearatlas::analysis::continuation::drive::{DriveMap, Family};
+use gearatlas::analysis::continuation::orbit::Orbit;
+use gearatlas::analysis::continuation::path::Span;
+use gearatlas::analysis::continuation::search::{Search, orbits};
+use gearatlas::manifest;
+use gearatlas::model::InitialState;
+use gearatlas::store::TableStore;
+use gearatlas::sweep::{Parts, PointFamily};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::path::Path;
 use stopped::{PUBLISHED, Stopped};

@@ -19,12 +19,12 @@ mod common;
 #[path = "cycle/scenes.rs"]
 mod scenes;
 
-use atlas::analysis::Nvh;
-use atlas::model::{Division, Model};
-use atlas::propagate::{
+use gearatlas::analysis::Nvh;
+use gearatlas::model::{Division, Model};
+use gearatlas::propagate::{
     ClosedModes, Counters, InstructionSet, Kernel, Observer, Stepping, Tangents, Volterra,
 };
-use atlas::reference::Reference;
+use gearatlas::reference::Reference;
 use common::Case;
 use criterion::{Bencher, BenchmarkId, Criterion, criterion_group, criterion_main};
 use scenes::{computed, drive, quiet, settled, volterra};
@@ -182,7 +182,7 @@ fn watched<K: Kernel>(bench: &mut Bencher<'_>, kernel: &K, model: &Model, nvh: O
 
 /// One cycle from rest: what it meets is made.
 fn advance_once<K: Kernel>(kernel: &K, model: &Model) {
-    let mut trajectory = model.start(&atlas::model::InitialState::Static);
+    let mut trajectory = model.start(&gearatlas::model::InitialState::Static);
     let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
     kernel
         .advance(1, &mut trajectory, &mut workspace, &mut (), &mut counters)

@@ -36,7 +36,7 @@ mod single;
 #[path = "ladder/threads.rs"]
 mod threads;
 
-use atlas::propagate::InstructionSet;
+use gearatlas::propagate::InstructionSet;
 use serde_json::{Map, Value, json};
 use std::time::Instant;
 

@@ -12,9 +12,9 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use atlas::manifest;
-use atlas::model::{InitialState, Model};
-use atlas::propagate::{ClosedModes, Counters, InstructionSet, Kernel, Tangents};
+use gearatlas::manifest;
+use gearatlas::model::{InitialState, Model};
+use gearatlas::propagate::{ClosedModes, Counters, InstructionSet, Kernel, Tangents};
 use common::advance::{advance, volterra};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};

@@ -4,7 +4,7 @@
     python examples/matrices.py [FOLDER]
 
 The matrices are those of two torsional shafts, motor - gear and gear - machine, written here as an .npz file in place of
-an export; `python -m atlas.convert drive.npz` does the same without Python code.
+an export; `python -m gearatlas.convert drive.npz` does the same without Python code.
 """
 
 import sys
@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-import atlas
-from atlas.convert import read
-from atlas.modal_file import write
+import gearatlas
+from gearatlas.convert import read
+from gearatlas.modal_file import write
 
 TEETH, BASE_RADII, RATED_TORQUE = (20, 30), (0.0376, 0.0564), 50.0
 
@@ -51,7 +51,7 @@ def main() -> None:
         "run": {"transient": 200, "cycles": 2000},
         "analyses": {"lyapunov": {"exponents": 1, "effort": "survey"}, "nvh": {"harmonics": 5}},
     }
-    results = atlas.run(atlas.Manifest.from_dict(manifest, folder=folder), folder / "results")
+    results = gearatlas.run(gearatlas.Manifest.from_dict(manifest, folder=folder), folder / "results")
     for row in results.points.to_dicts():
         print(f"{row['speed']:7.1f} rad/s  {row['class']:15}  {row['deflection_pp'] * 1e6:7.2f} um peak to peak")
 

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 import ross
 
-import atlas
-from atlas.modal_file import write
-from atlas.ross import geared
+import gearatlas
+from gearatlas.modal_file import write
+from gearatlas.ross import geared
 
 
 def rotors() -> tuple[ross.Rotor, ross.Rotor]:
@@ -71,7 +71,7 @@ def main() -> None:
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else tempfile.mkdtemp(prefix="ross-"))
     folder.mkdir(parents=True, exist_ok=True)
     write(geared(rotors(), **GEARED), folder / "drive.modal.toml", modes=20)
-    results = atlas.run(atlas.Manifest.from_dict(MANIFEST, folder=folder), folder / "results")
+    results = gearatlas.run(gearatlas.Manifest.from_dict(MANIFEST, folder=folder), folder / "results")
     print(results.points.to_pandas()[["speed", "class", "lambda_max", "deflection_pp", "fraction_free"]].to_string())
 
 

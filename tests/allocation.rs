@@ -6,8 +6,8 @@
 
 mod common;
 
-use atlas::model::{InitialState, Model};
-use atlas::propagate::{
+use gearatlas::model::{InitialState, Model};
+use gearatlas::propagate::{
     Counters, DenseError, Event, Kernel, KernelChoice, KernelTable, KernelUse, Observer, Tangents,
     Window,
 };

@@ -3,7 +3,7 @@
 
 use crate::rounds::{Contender, race};
 use crate::{COLUMNS, told};
-use atlas::propagate::Operator;
+use gearatlas::propagate::Operator;
 use faer::Mat;
 use multiversion::multiversion;
 use serde_json::{Value, json};

@@ -2,11 +2,11 @@
 //! that a cycle takes.
 
 use crate::common::{self, Case, default_drive};
-use atlas::gear::{Flanks, GearPair, MeshTable, MeshTableInputs, ToothForm};
-use atlas::model::{
+use gearatlas::gear::{Flanks, GearPair, MeshTable, MeshTableInputs, ToothForm};
+use gearatlas::model::{
     Division, FlankError, InitialState, Model, OperatingPoint, Stiffness, TrajectoryState,
 };
-use atlas::propagate::{Counters, Kernel, Volterra};
+use gearatlas::propagate::{Counters, Kernel, Volterra};
 use serde_json::{Value, json};
 
 /// Cycles integrated before the clock starts.

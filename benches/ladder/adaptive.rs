@@ -3,7 +3,7 @@
 //! steps and have the right-hand side with O(N) work.
 
 use crate::field::Field;
-use atlas::model::{Model, TrajectoryState};
+use gearatlas::model::{Model, TrajectoryState};
 
 /// A solver with its tolerance.
 pub trait Adaptive {

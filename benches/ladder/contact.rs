@@ -6,10 +6,10 @@ use crate::common;
 use crate::rattle::{AnyKernel, CELLS, LIMIT, kernels, side_by_side};
 use crate::rounds::{Contender, race};
 use crate::scenes::{drive, quiet, settled};
-use atlas::analysis::EnergyNorm;
-use atlas::model::{Model, TrajectoryState};
-use atlas::propagate::{Fused, PowerJumps};
-use atlas::reference::Extended;
+use gearatlas::analysis::EnergyNorm;
+use gearatlas::model::{Model, TrajectoryState};
+use gearatlas::propagate::{Fused, PowerJumps};
+use gearatlas::reference::Extended;
 use serde_json::{Map, Value, json};
 use std::hint::black_box;
 

@@ -3,12 +3,12 @@
 use crate::common::{self, Case};
 use crate::rounds::{Contender, race};
 use crate::scenes::{self, drive, settled};
-use atlas::analysis::{EnergyNorm, Nvh};
-use atlas::model::{Division, Model, TrajectoryState};
-use atlas::propagate::{
+use gearatlas::analysis::{EnergyNorm, Nvh};
+use gearatlas::model::{Division, Model, TrajectoryState};
+use gearatlas::propagate::{
     Counters, Dyadic, Fused, Hermite, Kernel, Observer, Spectral, Stepping, TableSize, Volterra,
 };
-use atlas::reference::Reference;
+use gearatlas::reference::Reference;
 use serde_json::{Map, Value, json};
 use std::f64::consts::TAU;
 use std::hint::black_box;
@@ -239,7 +239,7 @@ pub fn reduction() -> Value {
 pub fn conditioning() -> Value {
     let model = common::model(&sixty_levels(drive(40, 0.05, 1200.0)));
     let spectral = Spectral::new(&model, CELLS, LIMIT, None).expect("tables");
-    let most = |touching: bool, of: fn(&atlas::propagate::Conditioning) -> f64| {
+    let most = |touching: bool, of: fn(&gearatlas::propagate::Conditioning) -> f64| {
         let bases = spectral.conditioning();
         let own = bases.iter().filter(|basis| basis.touching == touching);
         own.map(of).fold(0.0, f64::max)

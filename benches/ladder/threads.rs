@@ -3,8 +3,8 @@
 use crate::common;
 use crate::rattle::{CELLS, LIMIT, sixty_levels};
 use crate::scenes::{drive, settled, volterra};
-use atlas::model::{Model, TrajectoryState};
-use atlas::propagate::{Counters, Fused, Kernel, Spectral};
+use gearatlas::model::{Model, TrajectoryState};
+use gearatlas::propagate::{Counters, Fused, Kernel, Spectral};
 use serde_json::{Map, Value, json};
 use std::sync::Barrier;
 use std::time::{Duration, Instant};

@@ -2,14 +2,14 @@
 //! breakpoints that do coincide.
 
 use super::right;
-use atlas::model::{
+use gearatlas::model::{
     CoastFlank, Division, Drive, FlankError, InitialState, MeshHarmonic, Model, OperatingPoint,
     Release, Stiffness,
 };
-use atlas::propagate::{
+use gearatlas::propagate::{
     Counters, DenseError, Event, Kernel, KernelChoice, KernelUse, Observer, Stop, Window,
 };
-use atlas::structure::{ContactLaw, FlankParticipation, ModalStructure, StructureContact};
+use gearatlas::structure::{ContactLaw, FlankParticipation, ModalStructure, StructureContact};
 
 /// Every kernel.
 pub const KERNELS: [KernelChoice; 7] = [
@@ -173,7 +173,7 @@ impl KernelUse for Passing<'_> {
 /// The motion of a case; an error where its kernel does not take it.
 pub fn motion(case: Case) -> Result<Result<Motion, Stop>, DenseError> {
     let model = model(case);
-    let kept = |table: atlas::propagate::KernelTable| table.arrays(&model).map(Box::new);
+    let kept = |table: gearatlas::propagate::KernelTable| table.arrays(&model).map(Box::new);
     KERNELS[case.kernel].apply(&model, EVENT_LIMIT, kept, Passing(&model))
 }
 

@@ -1,6 +1,6 @@
 //! Arguments of the command line; nothing is carried out.
 
-use atlas::cli::understood;
+use gearatlas::cli::understood;
 use std::ffi::OsString;
 use std::os::unix::ffi::OsStringExt;
 

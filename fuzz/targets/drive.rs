@@ -5,12 +5,12 @@ use super::manifest::judged;
 use super::row::{broken, differs, questions};
 use super::scratch::folder;
 use super::{WRONG, right};
-use atlas::analysis::{Class, PointOutcome, Status, investigate_onward};
-use atlas::manifest::{ManifestText, PointSpec, StiffnessSpec};
-use atlas::model::{Model, TrajectoryState};
-use atlas::propagate::{Kernel, Spectral, Volterra};
-use atlas::store::TableStore;
-use atlas::sweep::Parts;
+use gearatlas::analysis::{Class, PointOutcome, Status, investigate_onward};
+use gearatlas::manifest::{ManifestText, PointSpec, StiffnessSpec};
+use gearatlas::model::{Model, TrajectoryState};
+use gearatlas::propagate::{Kernel, Spectral, Volterra};
+use gearatlas::store::TableStore;
+use gearatlas::sweep::Parts;
 use std::sync::atomic::AtomicBool;
 
 /// Manifests whose keys are changed: every kind of model, of stiffness, of contact.

@@ -2,9 +2,9 @@
 
 use super::right;
 use super::scratch::{OSCILLATOR, empty, folder};
-use atlas::manifest::{Job, parse};
-use atlas::store::{Journal, PointRow, TableStore, journal_path};
-use atlas::sweep::{Link, Parts, Worker, compute};
+use gearatlas::manifest::{Job, parse};
+use gearatlas::store::{Journal, PointRow, TableStore, journal_path};
+use gearatlas::sweep::{Link, Parts, Worker, compute};
 use std::fs;
 use std::sync::LazyLock;
 use std::sync::atomic::AtomicBool;

@@ -2,11 +2,11 @@
 
 use super::right;
 use super::scratch::{folder, put};
-use atlas::input::printable;
-use atlas::manifest::{Job, ManifestErrors, ManifestText, advice};
-use atlas::propagate::{Counters, Kernel, Volterra};
-use atlas::store::TableStore;
-use atlas::sweep::Parts;
+use gearatlas::input::printable;
+use gearatlas::manifest::{Job, ManifestErrors, ManifestText, advice};
+use gearatlas::propagate::{Counters, Kernel, Volterra};
+use gearatlas::store::TableStore;
+use gearatlas::sweep::Parts;
 use std::path::Path;
 
 /// Most bytes said of a manifest that is no larger than fuzzers draw.

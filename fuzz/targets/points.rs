@@ -3,7 +3,7 @@
 use super::manifest::judged;
 use super::right;
 use super::scratch::{folder, put};
-use atlas::manifest::ManifestText;
+use gearatlas::manifest::ManifestText;
 
 /// The bytes of the file that a manifest names.
 pub fn points(data: &[u8]) {

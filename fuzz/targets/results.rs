@@ -2,14 +2,14 @@
 
 use super::right;
 use super::scratch::{OSCILLATOR, empty, folder, put};
-use atlas::input::printable;
-use atlas::manifest::parse;
-use atlas::report::{Style, Summary, render};
-use atlas::store::{
+use gearatlas::input::printable;
+use gearatlas::manifest::parse;
+use gearatlas::report::{Style, Summary, render};
+use gearatlas::store::{
     ColumnKind, Journal, PointRow, ResultTable, RunRecord, StoreError, TableKind, TableStore,
     read_runs, verify,
 };
-use atlas::sweep::{Begun, Options, Parts, Progress, Watcher, run};
+use gearatlas::sweep::{Begun, Options, Parts, Progress, Watcher, run};
 use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;

@@ -7,10 +7,10 @@
 //! | `energy` | the energy balance closes to 1e-9, where forces act |
 //! | `kind` | steady contact has no event and touches; chaos and flights have events |
 
-use atlas::analysis::{
+use gearatlas::analysis::{
     Class, Effort, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, Section, Signals,
 };
-use atlas::numerics::random::PointSeed;
+use gearatlas::numerics::random::PointSeed;
 
 /// Whether a drive lies still on a surface, without a force: contact and flight are then one.
 fn lies_on_a_surface(row: &PointOutcome, half_gap: f64) -> bool {

@@ -2,7 +2,7 @@
 //! and inputs kept in `fuzz/seeds`.
 
 use super::{drive, journal, results, table};
-use atlas::manifest::manual::json_schema;
+use gearatlas::manifest::manual::json_schema;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;

@@ -2,12 +2,12 @@
 
 use super::right;
 use super::scratch::{OSCILLATOR, empty, folder, put};
-use atlas::manifest::parse;
-use atlas::model::Model;
-use atlas::propagate::{KeptTables, KernelTable};
-use atlas::report::TableSummary;
-use atlas::store::{MappedTable, TableStore};
-use atlas::sweep::Parts;
+use gearatlas::manifest::parse;
+use gearatlas::model::Model;
+use gearatlas::propagate::{KeptTables, KernelTable};
+use gearatlas::report::TableSummary;
+use gearatlas::store::{MappedTable, TableStore};
+use gearatlas::sweep::Parts;
 use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;

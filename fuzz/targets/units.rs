@@ -1,7 +1,7 @@
 //! Quantities: numbers with units, and units alone.
 
 use super::right;
-use atlas::units::{Dimension, conversion, parse, parse_any, split};
+use gearatlas::units::{Dimension, conversion, parse, parse_any, split};
 
 /// A quantity a line; the lines are units as well.
 pub fn units(data: &[u8]) {

@@ -6,10 +6,10 @@ use crate::point::Point;
 use crate::table::{Table, with_unit};
 use arrow_array::{ArrayRef, BooleanArray, Float64Array, RecordBatch, UInt64Array};
 use arrow_schema::{DataType, Schema};
-use atlas::model::{InitialState, Model};
-use atlas::propagate::Event;
-use atlas::store::TableStore;
-use atlas::sweep::{self, MapError, MapImage, MapQuestion, MapTangents, Parts, WORKER};
+use gearatlas::model::{InitialState, Model};
+use gearatlas::propagate::Event;
+use gearatlas::store::TableStore;
+use gearatlas::sweep::{self, MapError, MapImage, MapQuestion, MapTangents, Parts, WORKER};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyReadonlyArray3, PyUntypedArrayMethods,
@@ -28,7 +28,7 @@ const AT_ONCE: u64 = 2000;
 const ALONE: u64 = 16;
 
 /// The map of an operating point.
-#[pyclass(frozen, module = "atlas._atlas")]
+#[pyclass(frozen, module = "gearatlas._gearatlas")]
 pub struct CycleMap {
     point: Py<Point>,
     map: sweep::CycleMap,

@@ -1,28 +1,28 @@
-//! Errors of the library as the exceptions of `atlas._errors`.
+//! Errors of the library as the exceptions of `gearatlas._errors`.
 
-use atlas::input::with_causes;
-use atlas::manifest::{Diagnostic, ManifestErrors, Source};
+use gearatlas::input::with_causes;
+use gearatlas::manifest::{Diagnostic, ManifestErrors, Source};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::error::Error;
 
 /// The exception of a name, with its arguments.
 fn raise<'py>(py: Python<'py>, name: &str, arguments: impl pyo3::call::PyCallArgs<'py>) -> PyErr {
-    let made = || py.import("atlas._errors")?.getattr(name)?.call1(arguments);
+    let made = || py.import("gearatlas._errors")?.getattr(name)?.call1(arguments);
     made().map_or_else(|error| error, PyErr::from_value)
 }
 
-/// `atlas.AtlasError` with what an error says, its causes included.
+/// `gearatlas.AtlasError` with what an error says, its causes included.
 pub fn failed(py: Python<'_>, error: &dyn Error) -> PyErr {
     refused(py, &with_causes(error))
 }
 
-/// `atlas.AtlasError` with a sentence.
+/// `gearatlas.AtlasError` with a sentence.
 pub fn refused(py: Python<'_>, sentence: &str) -> PyErr {
     raise(py, "AtlasError", (sentence,))
 }
 
-/// `atlas.ManifestError` with the text of the command line, and every fault by its parts.
+/// `gearatlas.ManifestError` with the text of the command line, and every fault by its parts.
 pub fn faulty(py: Python<'_>, errors: &ManifestErrors) -> PyErr {
     let text = format!("{}{}", errors.render(), errors.summary());
     match faults(py, &errors.sources, errors.errors()) {
@@ -31,7 +31,7 @@ pub fn faulty(py: Python<'_>, errors: &ManifestErrors) -> PyErr {
     }
 }
 
-/// Faults by their parts, as `atlas._errors.Fault` has them.
+/// Faults by their parts, as `gearatlas._errors.Fault` has them.
 pub fn faults<'py, 'd>(
     py: Python<'py>,
     sources: &[Source],

@@ -3,8 +3,8 @@
 use crate::attended::attended;
 use crate::errors::{failed, refused};
 use crate::manifest::Manifest;
-use atlas::store::TableStore;
-use atlas::sweep::{Parts, WORKER, follow_job, write_branches};
+use gearatlas::store::TableStore;
+use gearatlas::sweep::{Parts, WORKER, follow_job, write_branches};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};

@@ -17,7 +17,7 @@ mod trace;
 
 /// What the package `atlas` calls; not to be used by itself.
 #[pyo3::pymodule]
-mod _atlas {
+mod _gearatlas {
     #[pymodule_export]
     use crate::cycle_map::CycleMap;
     #[pymodule_export]
@@ -41,9 +41,9 @@ mod _atlas {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        atlas::sweep::hush_workers();
-        atlas::store::ProgramRecord::set_commit(atlas::COMMIT);
-        let program = atlas::store::ProgramRecord::current();
+        gearatlas::sweep::hush_workers();
+        gearatlas::store::ProgramRecord::set_commit(gearatlas::COMMIT);
+        let program = gearatlas::store::ProgramRecord::current();
         module.add("__version__", program.version)?;
         module.add("COMMIT", program.commit)
     }

@@ -6,7 +6,7 @@ use crate::table::{Table, with_unit};
 use crate::toml_values::{text_of, value_text};
 use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray, UInt64Array};
 use arrow_schema::{DataType, Schema};
-use atlas::manifest::{self, Job, ManifestErrors, ManifestText};
+use gearatlas::manifest::{self, Job, ManifestErrors, ManifestText};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A manifest without faults.
-#[pyclass(frozen, module = "atlas._atlas")]
+#[pyclass(frozen, module = "gearatlas._gearatlas")]
 pub struct Manifest {
     pub job: Arc<Job>,
 }

@@ -1,13 +1,13 @@
 //! Operating points: those of a grid, and others near them.
 
 use crate::errors::{failed, refused};
-use atlas::manifest::{Job, Parameter, PointSpec};
+use gearatlas::manifest::{Job, Parameter, PointSpec};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Arc;
 
 /// An operating point of a manifest, on its grid or off it.
-#[pyclass(frozen, module = "atlas._atlas")]
+#[pyclass(frozen, module = "gearatlas._gearatlas")]
 pub struct Point {
     pub job: Arc<Job>,
     pub spec: PointSpec,

@@ -2,7 +2,7 @@
 
 use crate::errors::{failed, refused};
 use crate::table::Table;
-use atlas::store::{ResultTable, TableKind, present_tables as present, read_runs as runs};
+use gearatlas::store::{ResultTable, TableKind, present_tables as present, read_runs as runs};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 

@@ -3,11 +3,11 @@
 use crate::attended::attended;
 use crate::errors::{failed, refused};
 use crate::manifest::Manifest;
-use atlas::store::{PointRow, RunRecord, TableStore};
-use atlas::sweep::{
+use gearatlas::store::{PointRow, RunRecord, TableStore};
+use gearatlas::sweep::{
     Begun, Earlier, JobRun, Options, Progress, Watcher, look_for_earlier, this_machine,
 };
-use atlas::topology::Pinning;
+use gearatlas::topology::Pinning;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
@@ -58,7 +58,7 @@ pub fn run(
             py,
             "run.instructions = \"portable\" needs a process of its own, which keeps to such \
              instructions from its start: compute this manifest with the command line (atlas run), and \
-             read its results with atlas.open",
+             read its results with gearatlas.open",
         ));
     }
     let earlier = py.detach(|| look_for_earlier(&folder, job, None, fresh));

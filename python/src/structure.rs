@@ -6,12 +6,12 @@ use crate::point::Point;
 use crate::table::{Table, with_unit};
 use arrow_array::{ArrayRef, Float64Array, RecordBatch};
 use arrow_schema::{ArrowError, DataType, Schema};
-use atlas::analysis::Frequencies;
-use atlas::model::Model;
-use atlas::store::TableStore;
-use atlas::structure::ModalStructure;
-use atlas::sweep::Parts;
-use atlas::sweep::build::{self, BuildError};
+use gearatlas::analysis::Frequencies;
+use gearatlas::model::Model;
+use gearatlas::store::TableStore;
+use gearatlas::structure::ModalStructure;
+use gearatlas::sweep::Parts;
+use gearatlas::sweep::build::{self, BuildError};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::path::PathBuf;
@@ -129,7 +129,7 @@ fn modes(structure: &ModalStructure) -> Vec<Numbers> {
 /// Natural frequencies, in ascending order, contacts open and closed.
 fn natural(frequencies: &Frequencies) -> Vec<Numbers> {
     let open = frequencies.open.iter();
-    let closed = |of: fn(&atlas::analysis::ClosedMode) -> f64| -> Vec<f64> {
+    let closed = |of: fn(&gearatlas::analysis::ClosedMode) -> f64| -> Vec<f64> {
         let known = frequencies.closed.iter().map(of);
         let absent = std::iter::repeat(f64::NAN);
         known.chain(absent).take(frequencies.open.len()).collect()

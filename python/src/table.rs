@@ -14,7 +14,7 @@ use pyo3::types::PyCapsule;
 use std::collections::HashMap;
 
 /// A table: batches of one schema.
-#[pyclass(frozen, module = "atlas._atlas")]
+#[pyclass(frozen, module = "gearatlas._gearatlas")]
 pub struct Table {
     schema: SchemaRef,
     batches: Vec<RecordBatch>,

@@ -4,9 +4,9 @@ use crate::attended::attended;
 use crate::errors::{failed, refused};
 use crate::point::Point;
 use crate::table::Table;
-use atlas::analysis::{Signals, TraceQuestion, named_outputs};
-use atlas::store::{TableStore, TraceTables};
-use atlas::sweep::{Parts, PointTrace, PointTraceError};
+use gearatlas::analysis::{Signals, TraceQuestion, named_outputs};
+use gearatlas::store::{TableStore, TraceTables};
+use gearatlas::sweep::{Parts, PointTrace, PointTraceError};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-import atlas
+import gearatlas
 
 BATCH = 1000
 MANY = 100
@@ -27,7 +27,7 @@ def seconds(work: Callable[[], object]) -> float:
     return time.perf_counter() - began
 
 
-def attractor(mapped: atlas.CycleMap) -> np.ndarray:
+def attractor(mapped: gearatlas.CycleMap) -> np.ndarray:
     """States of one trajectory, a cycle apart, behind a transient."""
     states = [mapped(mapped.start(), 1000)]
     while len(states) < BATCH:
@@ -35,7 +35,7 @@ def attractor(mapped: atlas.CycleMap) -> np.ndarray:
     return np.array(states)
 
 
-def measure(mapped: atlas.CycleMap) -> Iterator[str]:
+def measure(mapped: gearatlas.CycleMap) -> Iterator[str]:
     """Lines of a table."""
     states = attractor(mapped)
     works = {
@@ -66,14 +66,14 @@ def main() -> None:
     text = pathlib.Path("manifests/quickstart.toml").read_text()
     lines = [
         "# The cycle map from Python\n",
-        f"`scripts/records/measure_cycle_map.py`, one thread, package {atlas.__version__} ({atlas.COMMIT[:12]}), batches of {BATCH} states along a "
+        f"`scripts/records/measure_cycle_map.py`, one thread, package {gearatlas.__version__} ({gearatlas.COMMIT[:12]}), batches of {BATCH} states along a "
         f"trajectory of `manifests/quickstart.toml` (load 0.1, 6000 rpm), {REPETITIONS} repetitions in turn.",
     ]
     for modes in (6, 12, 40):
         changed = {"model.modes": modes, "model.retained": modes}
-        point = atlas.load(text, set=changed).point(load=0.1, speed="6000 rpm")
+        point = gearatlas.load(text, set=changed).point(load=0.1, speed="6000 rpm")
         lines += [f"\n{modes} modes:\n", "| call | median [µs a state] | fastest |", "|---|---|---|"]
-        lines += measure(atlas.CycleMap(point, threads=1))
+        lines += measure(gearatlas.CycleMap(point, threads=1))
     print("\n".join(lines))
     for folder in map(pathlib.Path, sys.argv[1:]):
         folder.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,6 @@
-//! The `atlas` binary; everything it does is in [`atlas::cli`].
+//! The `atlas` binary; everything it does is in [`gearatlas::cli`].
 
 fn main() -> std::process::ExitCode {
-    atlas::store::ProgramRecord::set_commit(atlas::COMMIT);
-    atlas::cli::main()
+    gearatlas::store::ProgramRecord::set_commit(gearatlas::COMMIT);
+    gearatlas::cli::main()
 }

@@ -1,7 +1,7 @@
 //! Integrating with any kernel, and what was met on the way.
 
-use atlas::model::{FlankError, InitialState, Model, Stiffness, TrajectoryState};
-use atlas::propagate::{Counters, Event, Kernel, Observer, Volterra, Window};
+use gearatlas::model::{FlankError, InitialState, Model, Stiffness, TrajectoryState};
+use gearatlas::propagate::{Counters, Event, Kernel, Observer, Volterra, Window};
 
 /// Tolerance of a kernel that works to round-off.
 pub const ROUND_OFF: f64 = f64::EPSILON;

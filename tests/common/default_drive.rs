@@ -3,8 +3,8 @@
 // Every test binary uses a part of it.
 #![allow(dead_code)]
 
-use atlas::gear::{GearPair, ToothForm};
-use atlas::shaft::{Bearing, Drag, FlexibleDrive, Shaft};
+use gearatlas::gear::{GearPair, ToothForm};
+use gearatlas::shaft::{Bearing, Drag, FlexibleDrive, Shaft};
 
 /// Density of steel \[kg/m³\].
 pub const DENSITY: f64 = 7850.0;

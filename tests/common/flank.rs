@@ -1,6 +1,6 @@
 //! A flank whose law is given by functions, for closed forms.
 
-use atlas::gear::{FlankLaw, PairCompliance, PathOfContact};
+use gearatlas::gear::{FlankLaw, PairCompliance, PathOfContact};
 
 type Law<T> = Box<dyn Fn(f64) -> T + Sync>;
 

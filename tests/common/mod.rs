@@ -17,12 +17,12 @@ pub mod skipped;
 
 pub use fixtures::*;
 
-use atlas::model::{
+use gearatlas::model::{
     Division, Drive, DriveShaft, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
 };
-use atlas::store::TableStore;
-use atlas::structure::{FlankParticipation, ModalStructure};
-use atlas::sweep::Parts;
+use gearatlas::store::TableStore;
+use gearatlas::structure::{FlankParticipation, ModalStructure};
+use gearatlas::sweep::Parts;
 use std::path::Path;
 
 /// A drive at an operating point.

@@ -3,14 +3,14 @@
 
 use super::advance::advance;
 use super::structure;
-use atlas::analysis::EnergyNorm;
-use atlas::model::{
+use gearatlas::analysis::EnergyNorm;
+use gearatlas::model::{
     Division, Drive, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, Release,
     TorqueRipple, TrajectoryState,
 };
-use atlas::numerics::random::Stream;
-use atlas::propagate::Volterra;
-use atlas::structure::ModalStructure;
+use gearatlas::numerics::random::Stream;
+use gearatlas::propagate::Volterra;
+use gearatlas::structure::ModalStructure;
 
 /// Why a planted motion is regular.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,10 +3,10 @@
 // Every test binary uses a part of it; benches use it too, outside any test.
 #![allow(dead_code)]
 
-use atlas::analysis::continuation::drive::Family;
-use atlas::analysis::continuation::map::At;
-use atlas::model::{Division, Drive, Model, OperatingPoint, Release};
-use atlas::structure::{HarmonicLoad, ModalStructure};
+use gearatlas::analysis::continuation::drive::Family;
+use gearatlas::analysis::continuation::map::At;
+use gearatlas::model::{Division, Drive, Model, OperatingPoint, Release};
+use gearatlas::structure::{HarmonicLoad, ModalStructure};
 
 /// Where the flank that the oscillator must not meet is out of its way.
 pub const OFF: f64 = 50.0;

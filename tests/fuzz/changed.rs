@@ -2,8 +2,8 @@
 //! the schema with the values of its examples.
 
 use super::dice::Dice;
-use atlas::manifest::manual::json_schema;
-use atlas::units::split;
+use gearatlas::manifest::manual::json_schema;
+use gearatlas::units::split;
 use toml::Value;
 
 /// Keys that are changed, each with the values it may have.

@@ -3,7 +3,7 @@
 // Every test binary uses a part of it.
 #![allow(dead_code)]
 
-use atlas::numerics::random::Stream;
+use gearatlas::numerics::random::Stream;
 
 /// Draws that follow from a seed.
 pub struct Dice(pub Stream);

@@ -1,12 +1,12 @@
 //! Random modal drives, and the manifests that describe them.
 
 use super::dice::Dice;
-use atlas::gear::{EvenSharing, GearPair, ToothForm};
-use atlas::model::{
+use gearatlas::gear::{EvenSharing, GearPair, ToothForm};
+use gearatlas::model::{
     Division, Drive, DriveShaft, InitialState, MeshHarmonic, OperatingPoint, Release, TorqueRipple,
 };
-use atlas::numerics::random::Stream;
-use atlas::structure::ModalStructure;
+use gearatlas::numerics::random::Stream;
+use gearatlas::structure::ModalStructure;
 use std::fmt::Write;
 
 /// The drawing by which friction turns, as a manifest has it beside a modal file.

@@ -4,7 +4,7 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-use atlas::gear::{
+use gearatlas::gear::{
     Face, FlankLaw, Flanks, GearPair, IndependentSlices, LoadSharing, Plane, ToothForm, pairs_at,
 };
 

@@ -3,11 +3,11 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use crate::common;
-use atlas::gear::{
+use gearatlas::gear::{
     BetweenPoints, FlankCourse, Flanks, GearError, GearPair, MeshTable, MeshTableInputs,
     Modification, PointCourse, Relief, ToothForm,
 };
-use atlas::manifest;
+use gearatlas::manifest;
 use std::path::Path;
 
 fn pair(form: ToothForm) -> GearPair {

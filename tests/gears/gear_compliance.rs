@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use atlas::gear::{Flanks, GearPair, Material, ToothForm};
+use gearatlas::gear::{Flanks, GearPair, Material, ToothForm};
 
 fn pair(teeth: [u32; 2], module: f64) -> GearPair {
     GearPair {

@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use atlas::gear::{Flanks, GearPair, Plane, ToothForm};
+use gearatlas::gear::{Flanks, GearPair, Plane, ToothForm};
 
 /// Tooth and body are within 0.1 % of the elements, from 17 to 62 teeth, root over bore from 1.45 to 6,
 /// in plane stress and strain, from the root to the tip. At the neighbour the body is 0.02 to

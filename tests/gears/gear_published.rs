@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use atlas::gear::{Flanks, GearPair, Material, PairCompliance, Tooth, ToothForm};
+use gearatlas::gear::{Flanks, GearPair, Material, PairCompliance, Tooth, ToothForm};
 use std::f64::consts::PI;
 
 /// Root diameter over bore of a solid disc on its shaft.

@@ -6,8 +6,8 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::manifest;
-use atlas::propagate::{Event, Observer, Window};
+use gearatlas::manifest;
+use gearatlas::propagate::{Event, Observer, Window};
 use common::advance::{advance_with, volterra};
 use std::path::Path;
 

@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, dead_code)]
 
 use crate::flank;
-use atlas::gear::{
+use gearatlas::gear::{
     Contact, Face, FlankLaw, Flanks, GearError, GearPair, HelicalFace, MeanFriction, MeshTable,
     MeshTableCycle, MeshTableInputs, Relief, SharedLoad, Tooth, ToothForm, involute,
     mesh_force_direction,
@@ -410,13 +410,13 @@ fn on_path_cycle(gears: &GearPair) -> MeshTableCycle {
 struct Crowned(Flanks, f64);
 
 impl FlankLaw for Crowned {
-    fn path(&self) -> atlas::gear::PathOfContact {
+    fn path(&self) -> gearatlas::gear::PathOfContact {
         self.0.path()
     }
     fn helix(&self) -> f64 {
         self.0.helix()
     }
-    fn compliance(&self, s: f64) -> atlas::gear::PairCompliance {
+    fn compliance(&self, s: f64) -> gearatlas::gear::PairCompliance {
         FlankLaw::compliance(&self.0, s)
     }
     fn coupling(&self, s: f64, ahead: usize) -> f64 {

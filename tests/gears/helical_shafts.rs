@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::default_drive;
-use atlas::shaft::{Bearing, RigidDrive, Tier};
-use atlas::structure::ModalStructure;
+use gearatlas::shaft::{Bearing, RigidDrive, Tier};
+use gearatlas::structure::ModalStructure;
 
 const RIGID_MODES: usize = 2;
 

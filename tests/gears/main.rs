@@ -37,4 +37,4 @@ mod trains;
 use common::default_drive;
 
 // What the fixtures name through `super`.
-use atlas::gear::{GearPair, ToothForm};
+use gearatlas::gear::{GearPair, ToothForm};

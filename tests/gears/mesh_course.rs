@@ -4,13 +4,13 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::EnergyAudit;
-use atlas::model::{
+use gearatlas::analysis::EnergyAudit;
+use gearatlas::model::{
     ActiveSet, COAST_FLANK, CoastFlank, Division, Drive, FlankError, InitialState, Model,
     OperatingPoint, Stiffness, TrajectoryState,
 };
-use atlas::propagate::{Counters, InstructionSet, Kernel, Stepping, Tangents, Volterra};
-use atlas::reference::{Extended, Reference};
+use gearatlas::propagate::{Counters, InstructionSet, Kernel, Stepping, Tangents, Volterra};
+use gearatlas::reference::{Extended, Reference};
 use common::advance::{Events, ROUND_OFF, advance, advance_with, settled, volterra};
 use common::{Case, relative_difference, state_difference};
 use std::f64::consts::TAU;

@@ -4,11 +4,11 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use crate::common;
-use atlas::analysis::{EnergyAudit, Nvh};
-use atlas::manifest;
-use atlas::model::{InitialState, Model};
-use atlas::reference::Extended;
-use atlas::store::{ResultTable, TableKind};
+use gearatlas::analysis::{EnergyAudit, Nvh};
+use gearatlas::manifest;
+use gearatlas::model::{InitialState, Model};
+use gearatlas::reference::Extended;
+use gearatlas::store::{ResultTable, TableKind};
 use common::advance::{Events, advance, advance_with, volterra};
 use common::relative_difference;
 use std::path::Path;

@@ -9,10 +9,10 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use crate::common;
-use atlas::manifest;
-use atlas::model::{InitialState, Model, Segment};
-use atlas::numerics::legendre::{at_end, at_start};
-use atlas::propagate::{Event, Observer, Window};
+use gearatlas::manifest;
+use gearatlas::model::{InitialState, Model, Segment};
+use gearatlas::numerics::legendre::{at_end, at_start};
+use gearatlas::propagate::{Event, Observer, Window};
 use common::advance::{advance, advance_with, volterra};
 use std::path::Path;
 

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, dead_code)]
 
 use crate::{default_drive, flank};
-use atlas::gear::{
+use gearatlas::gear::{
     Contact, Face, FaceLaw, LoadSharing, MeshTable, MeshTableInputs, MisalignmentEnding,
     MisalignmentSearch, StiffnessLaw, TiltCompliance, friction_direction, loaded_misalignment,
     pairs_at,

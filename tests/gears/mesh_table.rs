@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, dead_code)]
 
 use crate::{fixtures, flank};
-use atlas::gear::{
+use gearatlas::gear::{
     Contact, Face, FaceLaw, Flanks, GearPair, LoadSharing, MeshTable, MeshTableCycle,
     MeshTableError, MeshTableInputs, NODES, Relief, SecantContact, SharingError, StiffnessLaw,
     ToothForm, pairs_at,

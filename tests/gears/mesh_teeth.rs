@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::default_drive;
-use atlas::gear::{
+use gearatlas::gear::{
     BasicRack, Contact, Face, FaceLaw, FlankLaw, Flanks, GearPair, LoadSharing, MeshTable,
     MeshTableCycle, MeshTableInputs, Relief, pairs_at,
 };

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, dead_code)]
 
 use crate::flank;
-use atlas::gear::{ContactPair, Face, LoadSharing, SharedLoad, SharingError, pairs_at};
+use gearatlas::gear::{ContactPair, Face, LoadSharing, SharedLoad, SharingError, pairs_at};
 use flank::{FACE_WIDTH, FunctionFlank, MISALIGNMENT, STIFFNESS, default_force, path, split};
 
 fn face(slices: usize) -> Face {

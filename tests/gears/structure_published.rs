@@ -3,8 +3,8 @@
 // Helpers outside the test functions may unwrap, too.
 #![allow(clippy::unwrap_used)]
 
-use atlas::numerics::linalg::eigenvalues;
-use atlas::shaft::{Assembly, BeamElement, Disc, Freedom, Material, Modes, Section};
+use gearatlas::numerics::linalg::eigenvalues;
+use gearatlas::shaft::{Assembly, BeamElement, Disc, Freedom, Material, Modes, Section};
 use faer::{Mat, Scale};
 use num_complex::Complex64;
 use std::f64::consts::TAU;

@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::default_drive;
-use atlas::structure::ModalStructure;
+use gearatlas::structure::ModalStructure;
 use std::f64::consts::PI;
 
 const MODES: usize = 40;

@@ -3,11 +3,11 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::fixtures;
-use atlas::gear::{
+use gearatlas::gear::{
     Contact, CourseAccuracy, Flanks, MeshCourse, MeshTable, MeshTableCycle, MeshTableInputs,
     MeshTablePiece, Modification, ToothForm,
 };
-use atlas::numerics::legendre::evaluate;
+use gearatlas::numerics::legendre::evaluate;
 
 /// No window is longer \[cycles\].
 const LONGEST_WINDOW: f64 = 0.25;

@@ -4,10 +4,10 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::manifest::{self, Job};
-use atlas::model::{InitialState, Model};
-use atlas::propagate::{Counters, Kernel, Volterra};
-use atlas::sweep::Parts;
+use gearatlas::manifest::{self, Job};
+use gearatlas::model::{InitialState, Model};
+use gearatlas::propagate::{Counters, Kernel, Volterra};
+use gearatlas::sweep::Parts;
 use common::advance::{ROUND_OFF, advance, mean_equilibrium, volterra};
 use common::relative_difference;
 use std::path::Path;

@@ -4,11 +4,11 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::manifest::{self, Job, StructureSource};
-use atlas::model::{InitialState, Model};
-use atlas::reference::Reference;
-use atlas::shaft::{RigidDrive, Tier};
-use atlas::sweep::build;
+use gearatlas::manifest::{self, Job, StructureSource};
+use gearatlas::model::{InitialState, Model};
+use gearatlas::reference::Reference;
+use gearatlas::shaft::{RigidDrive, Tier};
+use gearatlas::sweep::build;
 use common::advance::{advance, settled, volterra};
 use std::f64::consts::PI;
 use std::path::Path;

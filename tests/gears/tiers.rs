@@ -4,10 +4,10 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::default_drive;
-use atlas::shaft::{
+use gearatlas::shaft::{
     Bearing, Disc, Drag, FlexibleDrive, Pedestal, RigidDrive, Shaft, ShaftError, Tier,
 };
-use atlas::structure::{ModalStructure, ModeCount};
+use gearatlas::structure::{ModalStructure, ModeCount};
 use default_drive::{DENSITY, gears, shafts};
 use proptest::prelude::*;
 use std::f64::consts::PI;

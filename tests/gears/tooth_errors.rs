@@ -4,11 +4,11 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use crate::common;
-use atlas::gear::{Modification, Plane};
-use atlas::manifest;
-use atlas::model::{InitialState, Model};
-use atlas::propagate::{Dyadic, Fused, Hermite, Kernel, Spectral, Stepping};
-use atlas::reference::Extended;
+use gearatlas::gear::{Modification, Plane};
+use gearatlas::manifest;
+use gearatlas::model::{InitialState, Model};
+use gearatlas::propagate::{Dyadic, Fused, Hermite, Kernel, Spectral, Stepping};
+use gearatlas::reference::Extended;
 use common::advance::{advance, volterra};
 use common::relative_difference;
 use std::f64::consts::TAU;
@@ -90,7 +90,7 @@ fn kernels_follow_fractional_turns() {
     let start = advance(&volterra(&model), &model.start(&InitialState::Static), 37);
     let end = exact.advance(&start, 1).unwrap();
     let off = |state: &[f64]| relative_difference(state, &end.end().state);
-    fn after<K: Kernel>(kernel: &K, start: &atlas::model::TrajectoryState) -> Vec<f64> {
+    fn after<K: Kernel>(kernel: &K, start: &gearatlas::model::TrajectoryState) -> Vec<f64> {
         advance(kernel, start, 1).state
     }
     let dyadic = Dyadic::new(&model, 60, 1000).unwrap();

@@ -3,11 +3,11 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::{EnergyAudit, EnergyNorm, Nvh};
-use atlas::manifest::{self, Job};
-use atlas::model::{InitialState, Model, TrajectoryState};
-use atlas::reference::Extended;
-use atlas::sweep::build;
+use gearatlas::analysis::{EnergyAudit, EnergyNorm, Nvh};
+use gearatlas::manifest::{self, Job};
+use gearatlas::model::{InitialState, Model, TrajectoryState};
+use gearatlas::reference::Extended;
+use gearatlas::sweep::build;
 use common::advance::{Events, advance, advance_with, volterra};
 use std::path::Path;
 

@@ -410,7 +410,7 @@ fn the_python_package_calls_the_library() {
         .iter()
         .flat_map(|rule| sources.iter().flat_map(rule))
         .collect();
-    let calls_cli = |source: &&Source| code(source.lines()).contains("atlas::cli");
+    let calls_cli = |source: &&Source| code(source.lines()).contains("gearatlas::cli");
     offences.extend(sources.iter().filter(calls_cli).map(|s| s.path.clone()));
     assert!(offences.is_empty(), "\n{}", offences.join("\n"));
 }

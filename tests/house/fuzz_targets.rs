@@ -7,7 +7,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::{changed, dice, mutated, targets};
-use atlas::numerics::random::Stream;
+use gearatlas::numerics::random::Stream;
 use changed::Changes;
 use dice::Dice;
 use mutated::Mutations;

@@ -3,11 +3,11 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::{Nvh, NvhOutcome};
-use atlas::model::{Model, TrajectoryState};
-use atlas::numerics::legendre::evaluate;
-use atlas::numerics::statistics::{quantile, standard_error};
-use atlas::propagate::{Event, Observer, Window};
+use gearatlas::analysis::{Nvh, NvhOutcome};
+use gearatlas::model::{Model, TrajectoryState};
+use gearatlas::numerics::legendre::evaluate;
+use gearatlas::numerics::statistics::{quantile, standard_error};
+use gearatlas::propagate::{Event, Observer, Window};
 use common::advance::{advance_with, settled, volterra};
 use common::{forty_modes, model};
 

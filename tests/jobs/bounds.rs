@@ -10,9 +10,9 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use atlas::manifest;
-use atlas::store::TableStore;
-use atlas::sweep::Parts;
+use gearatlas::manifest;
+use gearatlas::store::TableStore;
+use gearatlas::sweep::Parts;
 
 const QUICKSTART: &str = include_str!("../../manifests/quickstart.toml");
 

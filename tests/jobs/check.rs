@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::manifest;
-use atlas::model::Model;
+use gearatlas::manifest;
+use gearatlas::model::Model;
 use std::path::Path;
 use std::process::Command;
 

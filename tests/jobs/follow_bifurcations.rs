@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::program;
-use atlas::store::{ResultTable, TableKind};
+use gearatlas::store::{ResultTable, TableKind};
 use program::said;
 use std::fs;
 

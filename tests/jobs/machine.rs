@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::place;
-use atlas::store::{Characteristics, Figure};
+use gearatlas::store::{Characteristics, Figure};
 use place::{OSCILLATOR, Place, status, stderr, stdout};
 use serde_json::Value;
 use std::process::{Command, Output};

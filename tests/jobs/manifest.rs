@@ -2,14 +2,14 @@
 
 #![allow(clippy::unwrap_used)]
 
-use atlas::analysis::Effort;
-use atlas::gear::{BasicRack, Material, Relief, ToothForm};
-use atlas::manifest::{
+use gearatlas::analysis::Effort;
+use gearatlas::gear::{BasicRack, Material, Relief, ToothForm};
+use gearatlas::manifest::{
     self, CoastSpec, DampingSpec, Diagnostic, DiagnosticKind, FrictionSpec, Job, ManifestErrors,
     PointSpec, StiffnessSpec, StructureSource,
 };
-use atlas::model::{DriveShaft, InitialState, MeshHarmonic, Release};
-use atlas::propagate::{KernelChoice, KernelSetting};
+use gearatlas::model::{DriveShaft, InitialState, MeshHarmonic, Release};
+use gearatlas::propagate::{KernelChoice, KernelSetting};
 use std::path::Path;
 use std::sync::Arc;
 

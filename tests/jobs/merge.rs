@@ -5,8 +5,8 @@
 
 use crate::{place, results, seal};
 use arrow_array::RecordBatch;
-use atlas::store::ResultTable;
-use atlas::store::TableKind;
+use gearatlas::store::ResultTable;
+use gearatlas::store::TableKind;
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use place::{OSCILLATOR, Place, status, stderr, stdout};

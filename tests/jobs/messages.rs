@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::place;
-use atlas::manifest::{self, Diagnostic, DiagnosticKind, Job, ManifestErrors};
+use gearatlas::manifest::{self, Diagnostic, DiagnosticKind, Job, ManifestErrors};
 use place::{OSCILLATOR, Place, status, stderr, stdout};
 use std::path::Path;
 

@@ -6,15 +6,15 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::{
+use gearatlas::analysis::{
     Class, EnergyNorm, MultistabilityOutcome, MultistabilityQuestion, Probes, SliceOf,
     SliceQuestion, probe_basins,
 };
-use atlas::model::{
+use gearatlas::model::{
     Drive, DriveShaft, MeshHarmonic, Model, OperatingPoint, TorqueRipple, TrajectoryState,
 };
-use atlas::numerics::random::PointSeed;
-use atlas::reference::Reference;
+use gearatlas::numerics::random::PointSeed;
+use gearatlas::reference::Reference;
 use common::advance::{advance, advance_with, mean_equilibrium, volterra};
 use std::f64::consts::{PI, TAU};
 use std::sync::atomic::AtomicBool;

@@ -4,8 +4,8 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::{place, results};
-use atlas::manifest::{self, Direction, Job, ManifestErrors};
-use atlas::store::{ResultTable, TableKind};
+use gearatlas::manifest::{self, Direction, Job, ManifestErrors};
+use gearatlas::store::{ResultTable, TableKind};
 use place::{OSCILLATOR, Place, status, stderr, stdout};
 use results::assert_same;
 use std::path::Path;

@@ -4,8 +4,8 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::{place, results};
-use atlas::numerics::nested_grid::NestedGrid;
-use atlas::store::{ResultTable, TableKind};
+use gearatlas::numerics::nested_grid::NestedGrid;
+use gearatlas::store::{ResultTable, TableKind};
 use place::{Place, status, stderr, stdout};
 use results::assert_same;
 use std::collections::BTreeMap;

@@ -7,20 +7,20 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use atlas::analysis::{
+use gearatlas::analysis::{
     AttractorOutcome, BasinShare, Bifurcation, CellOutcome, ChainRecord, ChaosOutcome, Character,
     Class, CourseOutcome, EvidenceOutcome, KaplanYorke, Kick, LyapunovMethod, LyapunovOutcome,
     MissedState, MultistabilityOutcome, NvhOutcome, OrbitOutcome, OrbitSurvey, OrderLine,
     OrderReference, PoincareSample, PointOutcome, ProbeOutcome, SampleKind, SignalOrders, Spectrum,
     SpectrumLine, SpectrumMethod, Status,
 };
-use atlas::model::Quantity;
-use atlas::report::{Style, Summary, render};
-use atlas::store::{
+use gearatlas::model::Quantity;
+use gearatlas::report::{Style, Summary, render};
+use gearatlas::store::{
     AxisColumn, MachineRecord, Placement, PlacementRecord, PointRow, ProgramRecord, ResultLayout,
     ResultWriter, RunRecord, RunState, Shard, TableKind, Totals, timestamp, write_run,
 };
-use atlas::topology::Topology;
+use gearatlas::topology::Topology;
 
 const LOADS: u64 = 8;
 const SPEEDS: u64 = 10;

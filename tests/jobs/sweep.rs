@@ -5,16 +5,16 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::{common, results};
-use atlas::analysis::{
+use gearatlas::analysis::{
     ModalState, MultistabilityQuestion, PoincareSample, Probes, Questions, SampleKind, Section,
     Signals, Surface, TraceQuestion, TraceSample, TraceSink, investigate, probe_basins, trace,
 };
-use atlas::manifest::{self, Job};
-use atlas::model::{ActiveSet, COAST_FLANK, DRIVE_FLANK, Drive, InitialState, MeshHarmonic, Model};
-use atlas::numerics::random::PointSeed;
-use atlas::propagate::Event;
-use atlas::reference::Reference;
-use atlas::store::{ResultTable, TableKind};
+use gearatlas::manifest::{self, Job};
+use gearatlas::model::{ActiveSet, COAST_FLANK, DRIVE_FLANK, Drive, InitialState, MeshHarmonic, Model};
+use gearatlas::numerics::random::PointSeed;
+use gearatlas::propagate::Event;
+use gearatlas::reference::Reference;
+use gearatlas::store::{ResultTable, TableKind};
 use common::advance::volterra;
 use std::convert::Infallible;
 use std::fs;

@@ -4,21 +4,21 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::{
+use gearatlas::analysis::{
     Class, Effort, EnergyAudit, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, PointOutcome,
     Questions, Section, Signals, SpectrumQuestion, Status, investigate,
 };
-use atlas::model::{
+use gearatlas::model::{
     Division, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
     TrajectoryState,
 };
-use atlas::numerics::random::PointSeed;
-use atlas::propagate::{
+use gearatlas::numerics::random::PointSeed;
+use gearatlas::propagate::{
     ClosedContact, Counters, Event, Interruptible, Kernel, Observer, Spectral, Stepping, Stop,
     Tangents, Volterra, Window,
 };
-use atlas::reference::Reference;
-use atlas::structure::ModalStructure;
+use gearatlas::reference::Reference;
+use gearatlas::structure::ModalStructure;
 use common::advance::{advance, advance_with, settled, volterra};
 use common::{drives, relative_difference};
 use std::f64::consts::TAU;

@@ -5,14 +5,14 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::{EnergyAudit, excitation_period};
-use atlas::model::{
+use gearatlas::analysis::{EnergyAudit, excitation_period};
+use gearatlas::model::{
     CoastFlank, Division, Drive, DriveShaft, FlankError, InitialState, MeshHarmonic, Model,
     OperatingPoint, Release, StiffnessHarmonic, TorqueRipple, TrajectoryState,
 };
-use atlas::propagate::{Counters, Kernel, Stepping, Tangents};
-use atlas::reference::{Extended, Reference};
-use atlas::structure::{ContactLaw, Coupling, HarmonicLoad, ModalStructure, StructureContact};
+use gearatlas::propagate::{Counters, Kernel, Stepping, Tangents};
+use gearatlas::reference::{Extended, Reference};
+use gearatlas::structure::{ContactLaw, Coupling, HarmonicLoad, ModalStructure, StructureContact};
 use common::advance::{Events, advance, advance_with, volterra};
 use common::relative_difference;
 
@@ -94,7 +94,7 @@ fn load(force: Vec<f64>, turns_per_cycle: f64, phase: f64) -> HarmonicLoad {
 fn with_closed(model: &Model, count: usize) -> TrajectoryState {
     let n = model.modes();
     let base = model.start(&InitialState::Static).state;
-    let mut stream = atlas::numerics::random::Stream::new(7, 0, 0);
+    let mut stream = gearatlas::numerics::random::Stream::new(7, 0, 0);
     for _ in 0..100_000 {
         let mut state = base.clone();
         for (i, x) in state.iter_mut().enumerate() {

@@ -4,8 +4,8 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::program;
-use atlas::report::{Summary, render_branches};
-use atlas::store::{ResultTable, TableKind};
+use gearatlas::report::{Summary, render_branches};
+use gearatlas::store::{ResultTable, TableKind};
 use program::{atlas, said};
 use std::path::Path;
 

@@ -3,10 +3,10 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use crate::common;
-use atlas::analysis::{Outputs, Signals};
-use atlas::model::{Division, Drive, InitialState, Model, OperatingPoint, Quantity};
-use atlas::propagate::{Event, Observer, Window};
-use atlas::structure::{ModalStructure, StaticShare};
+use gearatlas::analysis::{Outputs, Signals};
+use gearatlas::model::{Division, Drive, InitialState, Model, OperatingPoint, Quantity};
+use gearatlas::propagate::{Event, Observer, Window};
+use gearatlas::structure::{ModalStructure, StaticShare};
 use common::advance::{advance, advance_with, volterra};
 use common::default_drive::flexible;
 

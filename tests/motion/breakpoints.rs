@@ -5,9 +5,9 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::{program, targets};
-use atlas::model::InitialState;
-use atlas::propagate::KernelChoice;
-use atlas::reference::Reference;
+use gearatlas::model::InitialState;
+use gearatlas::propagate::KernelChoice;
+use gearatlas::reference::Reference;
 use program::said;
 use std::fs;
 use targets::breakpoints::{ALL, Case, KERNELS, Of, model, motion, passes};

@@ -4,13 +4,13 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::default_drive;
-use atlas::gear::{MeshTable, MeshTableInputs, friction_direction};
-use atlas::model::{
+use gearatlas::gear::{MeshTable, MeshTableInputs, friction_direction};
+use gearatlas::model::{
     COAST_FLANK, CoastFlank, DRIVE_FLANK, Division, Drive, MeshHarmonic, Model, OperatingPoint,
     Release, Stiffness,
 };
-use atlas::shaft::{RigidDrive, Tier};
-use atlas::structure::ModalStructure;
+use gearatlas::shaft::{RigidDrive, Tier};
+use gearatlas::structure::ModalStructure;
 use default_drive::{DENSITY, gears, shafts};
 use nalgebra::{Matrix6, Vector6};
 use proptest::prelude::*;
@@ -213,7 +213,7 @@ fn gears_that_only_turn_have_one_line_where_stiffness_is_constant() {
 fn coast_flanks_have_what_their_own_pairs_bear() {
     let mut pair = gears();
     pair.form.bore = [Some(48e-3), Some(76e-3)];
-    let flanks = atlas::gear::Flanks::new(&pair).unwrap();
+    let flanks = gearatlas::gear::Flanks::new(&pair).unwrap();
     let table = MeshTable::build(&flanks, &MeshTableInputs::of_gears(&pair), &|_, _| ()).unwrap();
     let cycle = table.cycle(0, 0);
     let drive: Vec<Division> = (cycle.pieces().iter())

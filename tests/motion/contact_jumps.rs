@@ -4,9 +4,9 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::ContactJumps;
-use atlas::model::{Division, InitialState, Model, TrajectoryState};
-use atlas::propagate::{Counters, Fused, Kernel, Spectral};
+use gearatlas::analysis::ContactJumps;
+use gearatlas::model::{Division, InitialState, Model, TrajectoryState};
+use gearatlas::propagate::{Counters, Fused, Kernel, Spectral};
 use common::advance::{advance, advance_with, mean_equilibrium, volterra};
 use common::{Case, state_difference};
 use std::f64::consts::{PI, TAU};
@@ -85,7 +85,7 @@ fn a_jump_is_where_marching_comes_to() {
 #[test]
 fn flanks_of_their_own_line_and_coasting_drives() {
     let text = include_str!("../../manifests/quickstart.toml");
-    let job = atlas::manifest::parse(text, "m.toml", Path::new("")).unwrap();
+    let job = gearatlas::manifest::parse(text, "m.toml", Path::new("")).unwrap();
     for load in [3.0, -3.0] {
         let mut point = job.points.at(0);
         point.load = load;
@@ -104,7 +104,7 @@ fn a_million_cycles_end_on_the_orbit() {
     let (end, jumped) = skip(&model, &kernel, &mean_equilibrium(&model), 1_000_000);
     assert!(jumped > 990_000, "{jumped}");
     let again = advance(&kernel, &end, 1);
-    let norm = atlas::analysis::EnergyNorm::new(&model);
+    let norm = gearatlas::analysis::EnergyNorm::new(&model);
     let off = norm.distance(&again.state, &end.state) / norm.unit();
     assert!(off < 1e-11, "{off:e}");
 }

@@ -3,16 +3,16 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use crate::stopped;
-use atlas::analysis::continuation::branch::{End, Steps, follow};
-use atlas::analysis::continuation::curve::{self, Plane};
-use atlas::analysis::continuation::drive::{DriveMap, Family};
-use atlas::analysis::continuation::kind::Kind;
-use atlas::analysis::continuation::map::{At, CycleMap};
-use atlas::analysis::continuation::onset::onset;
-use atlas::analysis::continuation::orbit::{Border, find};
-use atlas::analysis::continuation::path::Span;
-use atlas::model::{Division, Drive, Model, OperatingPoint, Release};
-use atlas::structure::{HarmonicLoad, ModalStructure};
+use gearatlas::analysis::continuation::branch::{End, Steps, follow};
+use gearatlas::analysis::continuation::curve::{self, Plane};
+use gearatlas::analysis::continuation::drive::{DriveMap, Family};
+use gearatlas::analysis::continuation::kind::Kind;
+use gearatlas::analysis::continuation::map::{At, CycleMap};
+use gearatlas::analysis::continuation::onset::onset;
+use gearatlas::analysis::continuation::orbit::{Border, find};
+use gearatlas::analysis::continuation::path::Span;
+use gearatlas::model::{Division, Drive, Model, OperatingPoint, Release};
+use gearatlas::structure::{HarmonicLoad, ModalStructure};
 use stopped::{OFF, PUBLISHED, Stopped};
 
 /// The amplitude at which the linear oscillator just reaches the stop.
@@ -32,7 +32,7 @@ fn a_bilinear_oscillator_is_the_published_one() {
     let mut map = DriveMap::new(&family, at).unwrap();
     let model = map.model(at).unwrap().clone();
     let rest = model.basis.state(&[OFF], &[0.0]);
-    let mut state = atlas::model::TrajectoryState::new(&model, rest, 0);
+    let mut state = gearatlas::model::TrajectoryState::new(&model, rest, 0);
     map.advance(at, 2000, &mut state, &mut ()).unwrap();
     let guess = map.coordinates(&state.state);
     let orbit = find(&mut map, &guess, at, 2, &Border::Parameters).unwrap();
@@ -125,7 +125,7 @@ fn grazing_is_where_the_closed_form_says() {
         let state = map
             .model([omega, 0.01])
             .unwrap()
-            .start(&atlas::model::InitialState::Static);
+            .start(&gearatlas::model::InitialState::Static);
         let guess = map.coordinates(&state.state);
         let first = find(&mut map, &guess, [omega, 0.01], 1, &Border::Parameters).unwrap();
         let span = Span {

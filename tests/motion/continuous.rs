@@ -3,9 +3,9 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::model::{Division, Drive, Model};
-use atlas::propagate::{Stepping, Volterra};
-use atlas::reference::Reference;
+use gearatlas::model::{Division, Drive, Model};
+use gearatlas::propagate::{Stepping, Volterra};
+use gearatlas::reference::Reference;
 use common::advance::{Events, advance, advance_with, settled, volterra};
 use common::{Case, drives, relative_difference, state_difference};
 
@@ -48,7 +48,7 @@ fn against_reference(model: &Model, kernel: &Volterra<'_>, cycles: u64) -> (f64,
         let exact = reference.advance(&start, 1).unwrap();
         let mut seen = Events::default();
         let (end, _) = advance_with(kernel, &start, 1, &mut seen);
-        let kinds = |a: &atlas::propagate::Event, b: &atlas::reference::Crossing| {
+        let kinds = |a: &gearatlas::propagate::Event, b: &gearatlas::reference::Crossing| {
             (a.from, a.to) == (b.from, b.to)
         };
         assert_eq!(seen.0.len(), exact.crossings.len());

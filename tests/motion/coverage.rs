@@ -5,14 +5,14 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use crate::common;
-use atlas::analysis::{
+use gearatlas::analysis::{
     Class, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, Section, Signals, Status,
     investigate,
 };
-use atlas::manifest;
-use atlas::model::{InitialState, Model, TrajectoryState};
-use atlas::numerics::random::{PointSeed, Stream};
-use atlas::numerics::statistics::interval_factor;
+use gearatlas::manifest;
+use gearatlas::model::{InitialState, Model, TrajectoryState};
+use gearatlas::numerics::random::{PointSeed, Stream};
+use gearatlas::numerics::statistics::interval_factor;
 use common::advance::volterra;
 use std::ops::Range;
 use std::path::Path;

@@ -3,14 +3,14 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::{
+use gearatlas::analysis::{
     ExpansionError, ExpansionOutcome, ExpansionQuantity, ExpansionQuestion, OrbitQuestion,
     cycle_expansion, survey_orbits,
 };
-use atlas::manifest;
-use atlas::model::{Model, TrajectoryState};
-use atlas::numerics::random::PointSeed;
-use atlas::propagate::{Counters, Kernel};
+use gearatlas::manifest;
+use gearatlas::model::{Model, TrajectoryState};
+use gearatlas::numerics::random::PointSeed;
+use gearatlas::propagate::{Counters, Kernel};
 use common::advance::{mean_equilibrium, volterra};
 use std::path::Path;
 use std::process::Command;
@@ -127,7 +127,7 @@ fn another_search_finds_the_same_short_orbits() {
         let unstable = survey.orbits.iter().filter(|o| o.period == n);
         assert_eq!(unstable.count() as u32, order.orbits, "period {n}");
     }
-    let lambda = |averages: &[atlas::analysis::ExpansionAverage]| {
+    let lambda = |averages: &[gearatlas::analysis::ExpansionAverage]| {
         let of = |q| averages.iter().find(|a| a.quantity == q).unwrap().zeta;
         of(ExpansionQuantity::LambdaMax).unwrap().value
     };

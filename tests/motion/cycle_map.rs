@@ -3,11 +3,11 @@
 
 #![allow(clippy::unwrap_used)]
 
-use atlas::manifest::{self, Job};
-use atlas::model::TrajectoryState;
-use atlas::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra, Window};
-use atlas::store::TableStore;
-use atlas::sweep::{CycleMap, MapImage, MapQuestion, MapTangents, Parts};
+use gearatlas::manifest::{self, Job};
+use gearatlas::model::TrajectoryState;
+use gearatlas::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra, Window};
+use gearatlas::store::TableStore;
+use gearatlas::sweep::{CycleMap, MapImage, MapQuestion, MapTangents, Parts};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

@@ -5,7 +5,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::place;
-use atlas::store::{ResultTable, TableKind};
+use gearatlas::store::{ResultTable, TableKind};
 use place::{Place, status, stderr};
 use std::fs;
 

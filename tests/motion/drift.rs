@@ -4,11 +4,11 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::Nvh;
-use atlas::gear::{Contact, FaceLaw, Flanks, MeshTable, MeshTableInputs};
-use atlas::manifest::{self, PointSpec};
-use atlas::model::{InitialState, TrajectoryState};
-use atlas::store::{ResultTable, TableKind};
+use gearatlas::analysis::Nvh;
+use gearatlas::gear::{Contact, FaceLaw, Flanks, MeshTable, MeshTableInputs};
+use gearatlas::manifest::{self, PointSpec};
+use gearatlas::model::{InitialState, TrajectoryState};
+use gearatlas::store::{ResultTable, TableKind};
 use common::advance::{advance, advance_with, volterra};
 use std::path::Path;
 use std::process::Command;

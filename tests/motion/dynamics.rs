@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use atlas::store::{ResultTable, TableKind};
+use gearatlas::store::{ResultTable, TableKind};
 use std::path::Path;
 use std::process::Command;
 

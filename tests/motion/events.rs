@@ -5,11 +5,11 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::model::{
+use gearatlas::model::{
     ActiveSet, COAST_FLANK, DRIVE_FLANK, Division, Drive, DriveShaft, InitialState, Model,
     OperatingPoint, TorqueRipple, TrajectoryState,
 };
-use atlas::propagate::{Counters, Event, Kernel, Stop, Volterra};
+use gearatlas::propagate::{Counters, Event, Kernel, Stop, Volterra};
 use common::advance::{Events, ROUND_OFF, advance_with, volterra};
 use std::f64::consts::{PI, TAU};
 

@@ -5,17 +5,17 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::orbits::floquet;
-use atlas::analysis::{
+use gearatlas::analysis::orbits::floquet;
+use gearatlas::analysis::{
     Class, Effort, EnergyNorm, LyapunovMethod, LyapunovQuestion, Nvh, Questions, Section,
     TangentGrowth, investigate, kaplan_yorke,
 };
-use atlas::model::{Division, DriveShaft, InitialState, Model, TorqueRipple, TrajectoryState};
-use atlas::numerics::random::{PointSeed, Stream};
-use atlas::numerics::statistics::standard_error;
-use atlas::propagate::{Counters, Kernel, Tangents};
-use atlas::reference::Reference;
-use atlas::verify::constant_contact_exponents;
+use gearatlas::model::{Division, DriveShaft, InitialState, Model, TorqueRipple, TrajectoryState};
+use gearatlas::numerics::random::{PointSeed, Stream};
+use gearatlas::numerics::statistics::standard_error;
+use gearatlas::propagate::{Counters, Kernel, Tangents};
+use gearatlas::reference::Reference;
+use gearatlas::verify::constant_contact_exponents;
 use common::advance::{advance, settled, volterra};
 use common::{drives, relative_difference};
 use std::f64::consts::TAU;

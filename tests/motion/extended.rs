@@ -4,9 +4,9 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::EnergyNorm;
-use atlas::model::{Model, TrajectoryState};
-use atlas::reference::{Extended, ExtendedPassage, Reference};
+use gearatlas::analysis::EnergyNorm;
+use gearatlas::model::{Model, TrajectoryState};
+use gearatlas::reference::{Extended, ExtendedPassage, Reference};
 use common::advance::{Events, advance_with, settled, volterra};
 
 /// Error of a state in the energy norm, in half gaps.

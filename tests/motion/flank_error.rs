@@ -4,14 +4,14 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use crate::common;
-use atlas::analysis::EnergyAudit;
-use atlas::gear::{Face, Flanks, LoadSharing, pairs_at};
-use atlas::manifest::{self, Job, StiffnessSpec};
-use atlas::model::{ActiveSet, InitialState, Model, TrajectoryState};
-use atlas::numerics::legendre::evaluate;
-use atlas::propagate::{Dyadic, Event, Observer, Window};
-use atlas::reference::{Extended, Reference};
-use atlas::sweep::Parts;
+use gearatlas::analysis::EnergyAudit;
+use gearatlas::gear::{Face, Flanks, LoadSharing, pairs_at};
+use gearatlas::manifest::{self, Job, StiffnessSpec};
+use gearatlas::model::{ActiveSet, InitialState, Model, TrajectoryState};
+use gearatlas::numerics::legendre::evaluate;
+use gearatlas::propagate::{Dyadic, Event, Observer, Window};
+use gearatlas::reference::{Extended, Reference};
+use gearatlas::sweep::Parts;
 use common::advance::{Events, advance, advance_with, mean_equilibrium, volterra};
 use common::{relative_difference, state_difference};
 use std::path::Path;

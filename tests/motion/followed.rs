@@ -8,7 +8,7 @@ use program::{atlas, said};
 use std::fs;
 use std::path::Path;
 
-use atlas::store::{ResultTable, TableKind};
+use gearatlas::store::{ResultTable, TableKind};
 use serde_json::Value;
 
 /// A one-degree oscillator against a gap: orbits are followed in less than a second.

@@ -29,13 +29,13 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::{common, drawn, row};
-use atlas::analysis::{Class, PointOutcome, Status, investigate_onward};
-use atlas::model::{Model, TrajectoryState};
-use atlas::propagate::{
+use gearatlas::analysis::{Class, PointOutcome, Status, investigate_onward};
+use gearatlas::model::{Model, TrajectoryState};
+use gearatlas::propagate::{
     ClosedModes, Conditioning, Counters, Fused, InstructionSet, Kernel, Spectral, TableSize,
     Tangents, Volterra,
 };
-use atlas::reference::Reference;
+use gearatlas::reference::Reference;
 use common::advance::{Events, volterra};
 use common::state_difference;
 use drawn::Drawn;

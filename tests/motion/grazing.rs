@@ -10,7 +10,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::model::{Drive, DriveShaft, InitialState, Model, OperatingPoint, TorqueRipple};
+use gearatlas::model::{Drive, DriveShaft, InitialState, Model, OperatingPoint, TorqueRipple};
 use common::advance::{advance_with, volterra};
 
 const GAP: f64 = 10e-6;

@@ -4,13 +4,13 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::{
+use gearatlas::analysis::{
     EnergyNorm, HorizonOutcome, HorizonQuantity, HorizonQuestion, TangentGrowth, predictability,
 };
-use atlas::model::{Model, TrajectoryState};
-use atlas::numerics::random::{PointSeed, Stream};
-use atlas::numerics::statistics::mean;
-use atlas::propagate::{Counters, Kernel};
+use gearatlas::model::{Model, TrajectoryState};
+use gearatlas::numerics::random::{PointSeed, Stream};
+use gearatlas::numerics::statistics::mean;
+use gearatlas::propagate::{Counters, Kernel};
 use common::advance::{settled, volterra};
 use common::{model, one_degree, two_modes};
 use std::sync::atomic::AtomicBool;

@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use atlas::store::{ResultTable, TableKind, read_runs};
+use gearatlas::store::{ResultTable, TableKind, read_runs};
 use processor::without_chosen_instructions;
 use skipped::skipped;
 

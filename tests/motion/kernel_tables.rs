@@ -4,14 +4,14 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::{common, place};
-use atlas::model::{Model, TrajectoryState};
-use atlas::propagate::{
+use gearatlas::model::{Model, TrajectoryState};
+use gearatlas::propagate::{
     DenseError, Dyadic, Fused, KeptTables, Kernel, KernelTable, Spectral, TableArray, Volterra,
 };
-use atlas::store::{OperatorFetchError, Origin, TableStore};
-use atlas::sweep::build::BuildError;
-use atlas::sweep::{KernelTables, Parts};
-use atlas::topology::Room;
+use gearatlas::store::{OperatorFetchError, Origin, TableStore};
+use gearatlas::sweep::build::BuildError;
+use gearatlas::sweep::{KernelTables, Parts};
+use gearatlas::topology::Room;
 use common::Case;
 use common::advance::{Events, advance_with, settled};
 use place::{OSCILLATOR, Place, status, stderr, stdout};
@@ -326,7 +326,7 @@ fn a_model_without_tables_has_no_file() {
     let mut case = common::six_modes();
     let mut slope = [0.0; 8];
     (slope[0], slope[1]) = (4e8, 1e7);
-    case.1.mesh[0].stiffness = atlas::model::Stiffness::series(slope);
+    case.1.mesh[0].stiffness = gearatlas::model::Stiffness::series(slope);
     let model: Model = common::model(&case);
     let refused = store.kernel_table(KernelTable::Bases, &model);
     let error = refused.map(|_| ()).unwrap_err();
@@ -342,7 +342,7 @@ fn a_model_without_tables_has_no_file() {
 fn advice_is_checked_before_it_is_given() {
     let mut case = common::one_degree();
     case.0 = common::structure(&[0.0], 0.0, &[1.0], &[1.0]);
-    case.1.mesh = atlas::model::Division::levels(&[4e8], &[]);
+    case.1.mesh = gearatlas::model::Division::levels(&[4e8], &[]);
     case.1.damping = 4e4;
     let critical = common::model(&case);
     let refused = Spectral::new(&critical, CELLS, 9, None).map(|_| ());
@@ -453,7 +453,7 @@ fn speeds_of_a_grid_share_one_file() {
     let text = text
         .replace("kernel = \"volterra\"", "kernel = \"spectral\"")
         .replace("[mesh]", "[mesh]\ncoast_flank = \"same_line\"");
-    let job = atlas::manifest::parse(&text, "m.toml", std::path::Path::new("")).unwrap();
+    let job = gearatlas::manifest::parse(&text, "m.toml", std::path::Path::new("")).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let parts = Parts::new(TableStore::open(folder.path()));
     let mut periods = std::collections::BTreeSet::new();

@@ -3,11 +3,11 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::model::{Division, Drive, MeshHarmonic, Model, OperatingPoint, TrajectoryState};
-use atlas::propagate::{
+use gearatlas::model::{Division, Drive, MeshHarmonic, Model, OperatingPoint, TrajectoryState};
+use gearatlas::propagate::{
     Counters, DenseError, Dyadic, Fused, Hermite, Kernel, Spectral, Stepping, Stop, Tangents,
 };
-use atlas::reference::Reference;
+use gearatlas::reference::Reference;
 use common::advance::{Events, advance, advance_with, settled, volterra};
 use common::{Case, drives, relative_difference, state_difference};
 use proptest::prelude::*;
@@ -334,7 +334,7 @@ fn converge(case: &Case) -> Result<usize, TestCaseError> {
             break;
         };
         // Few and quick crossings: a slow one is a square root of the step late.
-        let quick = |event: &atlas::propagate::Event| {
+        let quick = |event: &gearatlas::propagate::Event| {
             event.rate.abs() > 0.3 * TAU * model.half_gap / model.period()
         };
         if (1..=3).contains(&events.0.len()) && events.0.iter().all(quick) {
@@ -429,7 +429,7 @@ fn varying_stiffness_is_refused() {
     let (structure, mut drive, point) = common::six_modes();
     let mut slope = [0.0; 8];
     (slope[0], slope[1]) = (4e8, 1e7);
-    drive.mesh[0].stiffness = atlas::model::Stiffness::series(slope);
+    drive.mesh[0].stiffness = gearatlas::model::Stiffness::series(slope);
     let model = Model::new(&structure, &drive, point).unwrap();
     let refused = Dyadic::new(&model, CELLS, 10).map(|_| ()).unwrap_err();
     assert_eq!(refused, DenseError::VaryingStiffness);
@@ -444,8 +444,8 @@ fn resonance_without_damping_is_refused() {
         let mut case = common::one_degree();
         case.0 = common::structure(&[0.0, order * 1200.0], 0.0, &[1.0, 0.0], &[1.0, 0.0]);
         case.0.pinion_torque = Some(vec![1.0, 1.0]);
-        case.1.torque_ripple = vec![atlas::model::TorqueRipple {
-            shaft: atlas::model::DriveShaft::Pinion,
+        case.1.torque_ripple = vec![gearatlas::model::TorqueRipple {
+            shaft: gearatlas::model::DriveShaft::Pinion,
             order,
             amplitude: 1.0,
             phase: 0.0,
@@ -471,7 +471,7 @@ fn work_seen_in_windows_closes_the_energy_balance() {
     let ladder = Ladder::new(&model, CELLS).unwrap();
     let start = settled(&model, 40);
     each!(&ladder, name, kernel => {
-        let mut audit = atlas::analysis::EnergyAudit::new(&model);
+        let mut audit = gearatlas::analysis::EnergyAudit::new(&model);
         let (end, _) = advance_with(kernel, &start, 20, &mut audit);
         let residual = audit.residual(&end).unwrap();
         assert!(residual < 1e-10, "{name}: {residual:e}");

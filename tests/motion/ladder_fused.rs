@@ -4,8 +4,8 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::model::{Division, InitialState, Model, OperatingPoint, TrajectoryState};
-use atlas::propagate::{Counters, Dyadic, Fused, Hermite, Kernel, PowerJumps, Spectral, Tangents};
+use gearatlas::model::{Division, InitialState, Model, OperatingPoint, TrajectoryState};
+use gearatlas::propagate::{Counters, Dyadic, Fused, Hermite, Kernel, PowerJumps, Spectral, Tangents};
 use common::advance::{Events, advance, advance_with, mean_equilibrium, settled, volterra};
 use common::{drives, relative_difference, state_difference};
 

@@ -4,15 +4,15 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::{common, place, results};
-use atlas::analysis::{
+use gearatlas::analysis::{
     Class, Effort, LyapunovMethod, LyapunovQuestion, PointOutcome, Questions, Section, Status,
     investigate,
 };
-use atlas::manifest;
-use atlas::model::{Division, InitialState, MeshHarmonic, Model, TrajectoryState};
-use atlas::numerics::random::{PointSeed, Stream};
-use atlas::numerics::statistics::mean;
-use atlas::store::{ResultTable, TableKind};
+use gearatlas::manifest;
+use gearatlas::model::{Division, InitialState, MeshHarmonic, Model, TrajectoryState};
+use gearatlas::numerics::random::{PointSeed, Stream};
+use gearatlas::numerics::statistics::mean;
+use gearatlas::store::{ResultTable, TableKind};
 use common::advance::volterra;
 use place::Place;
 use results::assert_same;

@@ -4,14 +4,14 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::{Nvh, NvhOutcome, Questions, investigate};
-use atlas::gear::{Flanks, GearPair, MeshTable, MeshTableInputs, ToothForm, friction_direction};
-use atlas::manifest::{self, Job};
-use atlas::model::{InitialState, Model};
-use atlas::numerics::legendre::evaluate;
-use atlas::numerics::random::PointSeed;
-use atlas::propagate::{Event, Observer, Window};
-use atlas::sweep::build::questions;
+use gearatlas::analysis::{Nvh, NvhOutcome, Questions, investigate};
+use gearatlas::gear::{Flanks, GearPair, MeshTable, MeshTableInputs, ToothForm, friction_direction};
+use gearatlas::manifest::{self, Job};
+use gearatlas::model::{InitialState, Model};
+use gearatlas::numerics::legendre::evaluate;
+use gearatlas::numerics::random::PointSeed;
+use gearatlas::propagate::{Event, Observer, Window};
+use gearatlas::sweep::build::questions;
 use common::advance::{advance, advance_with, volterra};
 use std::f64::consts::PI;
 use std::path::Path;

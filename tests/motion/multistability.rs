@@ -4,16 +4,16 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::{common, program};
-use atlas::analysis::{
+use gearatlas::analysis::{
     Class, MultistabilityOutcome, MultistabilityQuestion, ProbeOutcome, Probes, SliceOf,
     SliceQuestion, Status, probe_basins,
 };
-use atlas::model::{
+use gearatlas::model::{
     Drive, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
 };
-use atlas::numerics::random::PointSeed;
-use atlas::propagate::Volterra;
-use atlas::store::{ResultTable, TableKind};
+use gearatlas::numerics::random::PointSeed;
+use gearatlas::propagate::Volterra;
+use gearatlas::store::{ResultTable, TableKind};
 use common::advance::volterra;
 use program::said;
 use std::f64::consts::{SQRT_2, TAU};
@@ -283,7 +283,7 @@ fn cells_are_decided_as_they_are_when_integrated_to_the_end() {
         };
         assert!(4 * cycles(&watched) < cycles(&integrated));
         for (id, attractor) in (0..).zip(&watched.attractors) {
-            let on = |cell: &&atlas::analysis::CellOutcome| cell.attractor == Some(id);
+            let on = |cell: &&gearatlas::analysis::CellOutcome| cell.attractor == Some(id);
             let cells = watched.cells.iter().filter(on).count();
             assert!(cells > 10, "{cells} cells on attractor {id}");
             assert_eq!(attractor.cells, Some(cells as u32));
@@ -317,7 +317,7 @@ fn a_slice_finds_what_no_probe_found() {
         [1, 0]
     );
     assert!(found.attractors[1].cells > Some(10));
-    let on_second = |cell: &&atlas::analysis::CellOutcome| cell.attractor == Some(1);
+    let on_second = |cell: &&gearatlas::analysis::CellOutcome| cell.attractor == Some(1);
     let in_full = found
         .cells
         .iter()

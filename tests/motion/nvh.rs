@@ -3,18 +3,18 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::{
+use gearatlas::analysis::{
     Effort, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, OrderQuestion, OrderReference,
     PointOutcome, Questions, Section, Signals, Spectrum, SpectrumQuestion, investigate,
 };
-use atlas::model::{
+use gearatlas::model::{
     ActiveSet, Division, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, Quantity,
     TorqueRipple,
 };
-use atlas::numerics::exponential::legendre_series;
-use atlas::numerics::random::{PointSeed, Stream};
-use atlas::propagate::{ClosedModes, Event, InstructionSet, Observer, Window};
-use atlas::structure::{BearingGain, MotionKind, PlaceMotion, StaticShare, TorqueGain};
+use gearatlas::numerics::exponential::legendre_series;
+use gearatlas::numerics::random::{PointSeed, Stream};
+use gearatlas::propagate::{ClosedModes, Event, InstructionSet, Observer, Window};
+use gearatlas::structure::{BearingGain, MotionKind, PlaceMotion, StaticShare, TorqueGain};
 use common::advance::{Events, advance_with, settled, volterra};
 use common::{forty_modes, model, model_at, one_degree, six_modes, two_modes};
 use num_complex::{Complex64, c64};
@@ -662,14 +662,14 @@ fn orders_of_rattle_are_those_of_fine_steps() {
     let manifest = manifest
         .replacen("[mesh]", "[mesh]\ncoast_flank = \"same_line\"\n#", 1)
         .replacen("friction = 0.05", "friction = 0", 1);
-    let job = atlas::manifest::parse(&manifest, "m.toml", std::path::Path::new("")).unwrap();
+    let job = gearatlas::manifest::parse(&manifest, "m.toml", std::path::Path::new("")).unwrap();
     let mut point = job.points.at(0);
     (point.load, point.speed) = (0.1, 600.0);
     let model = common::parts().model(&point).unwrap();
     let found = ask_orders(&model, 400);
     assert_eq!(
         found.class,
-        Some(atlas::analysis::Class::Periodic(1)),
+        Some(gearatlas::analysis::Class::Periodic(1)),
         "{}",
         found.reason
     );

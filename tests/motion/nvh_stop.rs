@@ -4,13 +4,13 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::{common, place, results};
-use atlas::analysis::{
+use gearatlas::analysis::{
     Class, Effort, LyapunovQuestion, NvhQuestion, OrderQuestion, PointOutcome, Questions, Section,
     Signals, SpectrumQuestion, Status, investigate,
 };
-use atlas::model::{InitialState, Model};
-use atlas::numerics::random::PointSeed;
-use atlas::store::{ResultTable, TableKind};
+use gearatlas::model::{InitialState, Model};
+use gearatlas::numerics::random::PointSeed;
+use gearatlas::store::{ResultTable, TableKind};
 use common::advance::volterra;
 use place::Place;
 use results::assert_same;

@@ -3,10 +3,10 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::{Bifurcation, EnergyNorm, OrbitQuestion, OrbitSurvey, survey_orbits};
-use atlas::model::{InitialState, Model, TrajectoryState};
-use atlas::propagate::{Counters, Kernel};
-use atlas::reference::Reference;
+use gearatlas::analysis::{Bifurcation, EnergyNorm, OrbitQuestion, OrbitSurvey, survey_orbits};
+use gearatlas::model::{InitialState, Model, TrajectoryState};
+use gearatlas::propagate::{Counters, Kernel};
+use gearatlas::reference::Reference;
 use common::advance::{mean_equilibrium, volterra};
 use common::relative_difference;
 use std::process::Command;
@@ -229,9 +229,9 @@ fn deflection_at(model: &Model, deflection: f64, velocity: f64, phase: f64) -> f
         time: f64,
         value: f64,
     }
-    impl atlas::propagate::Observer for At {
+    impl gearatlas::propagate::Observer for At {
         const WINDOWS: bool = true;
-        fn window(&mut self, w: &atlas::propagate::Window<'_>) {
+        fn window(&mut self, w: &gearatlas::propagate::Window<'_>) {
             if (w.start..=w.start + w.duration * (1.0 + 1e-12)).contains(&self.time) {
                 let x = 2.0 * (self.time - w.start) / w.duration - 1.0;
                 let mut previous = 1.0;
@@ -245,7 +245,7 @@ fn deflection_at(model: &Model, deflection: f64, velocity: f64, phase: f64) -> f
                 }
             }
         }
-        fn event(&mut self, _: &atlas::propagate::Event) {}
+        fn event(&mut self, _: &gearatlas::propagate::Event) {}
     }
     let mut at = At {
         time: phase * model.period(),

@@ -3,18 +3,18 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::{
+use gearatlas::analysis::{
     Effort, EnergyNorm, LyapunovQuestion, NvhQuestion, Power, PowerOutcome, Questions, Section,
     Signals, investigate,
 };
-use atlas::manifest;
-use atlas::model::{
+use gearatlas::manifest;
+use gearatlas::model::{
     CoastFlank, Division, DriveShaft, FlankError, InitialState, MeshHarmonic, Model,
     OperatingPoint, Release, Segment, Stiffness, TorqueRipple, TrajectoryState,
 };
-use atlas::numerics::random::PointSeed;
-use atlas::reference::{Moment, Reference};
-use atlas::structure::Coupling;
+use gearatlas::numerics::random::PointSeed;
+use gearatlas::reference::{Moment, Reference};
+use gearatlas::structure::Coupling;
 use common::advance::{advance_with, settled, volterra};
 use num_complex::{Complex64, c64};
 use std::f64::consts::TAU;

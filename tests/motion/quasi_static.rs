@@ -4,12 +4,12 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use crate::common;
-use atlas::gear::{
+use gearatlas::gear::{
     Face, Flanks, LoadSharing, MeshTable, MeshTableCycle, MeshTableInputs, SecantContact, pairs_at,
 };
-use atlas::manifest::{self, MeshTableSpec, StiffnessSpec};
-use atlas::model::{InitialState, Model};
-use atlas::propagate::{Event, Observer, Window};
+use gearatlas::manifest::{self, MeshTableSpec, StiffnessSpec};
+use gearatlas::model::{InitialState, Model};
+use gearatlas::propagate::{Event, Observer, Window};
 use common::advance::{advance, advance_with, volterra};
 use std::f64::consts::TAU;
 use std::path::Path;

@@ -3,10 +3,10 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::model::{
+use gearatlas::model::{
     ActiveSet, Drive, InitialState, MeshHarmonic, Model, OperatingPoint, TrajectoryState,
 };
-use atlas::reference::{Passage, Reference};
+use gearatlas::reference::{Passage, Reference};
 use common::{drives, relative_difference, structure};
 use num_complex::{Complex64, c64};
 use std::f64::consts::{PI, TAU};
@@ -192,8 +192,8 @@ fn undamped_rattle_conserves_energy() {
 }
 
 fn structure_without_damping(
-    mut s: atlas::structure::ModalStructure,
-) -> atlas::structure::ModalStructure {
+    mut s: gearatlas::structure::ModalStructure,
+) -> gearatlas::structure::ModalStructure {
     s.damping.fill(0.0);
     s
 }
@@ -244,7 +244,7 @@ fn an_integration_can_be_split() {
 /// crossings.
 mod general_purpose {
     use super::*;
-    use atlas::model::Segment;
+    use gearatlas::model::Segment;
     use differential_equations::methods::ExplicitRungeKutta;
     use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 

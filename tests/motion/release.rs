@@ -4,10 +4,10 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::model::{Drive, InitialState, Model, OperatingPoint, Release, TrajectoryState};
-use atlas::numerics::legendre::evaluate;
-use atlas::propagate::{DenseError, Dyadic, Event, Observer, Stepping, Window};
-use atlas::reference::{Extended, Reference};
+use gearatlas::model::{Drive, InitialState, Model, OperatingPoint, Release, TrajectoryState};
+use gearatlas::numerics::legendre::evaluate;
+use gearatlas::propagate::{DenseError, Dyadic, Event, Observer, Stepping, Window};
+use gearatlas::reference::{Extended, Reference};
 use common::advance::{Events, advance, advance_with, volterra};
 use common::{constant_mesh, drives, one_mode, relative_difference};
 

@@ -5,12 +5,12 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::EnergyNorm;
-use atlas::gear::GearPair;
-use atlas::model::{Division, Drive, InitialState, Model, OperatingPoint, TrajectoryState};
-use atlas::propagate::{DenseError, Fused, Kernel, Spectral, Volterra};
-use atlas::shaft::{Bearing, FlexibleDrive, RigidDrive, Shaft, Tier};
-use atlas::structure::ModalStructure;
+use gearatlas::analysis::EnergyNorm;
+use gearatlas::gear::GearPair;
+use gearatlas::model::{Division, Drive, InitialState, Model, OperatingPoint, TrajectoryState};
+use gearatlas::propagate::{DenseError, Fused, Kernel, Spectral, Volterra};
+use gearatlas::shaft::{Bearing, FlexibleDrive, RigidDrive, Shaft, Tier};
+use gearatlas::structure::ModalStructure;
 use common::advance::{advance, volterra};
 use common::{default_drive, structure};
 

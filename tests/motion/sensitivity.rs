@@ -3,14 +3,14 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-use atlas::analysis::continuation::drive::Family;
-use atlas::analysis::sensitivity::tangent::ParameterTangent;
-use atlas::manifest::{self, Job};
-use atlas::model::{InitialState, Model, TrajectoryState};
-use atlas::propagate::{Counters, Kernel, Volterra};
-use atlas::reference::Extended;
-use atlas::store::TableStore;
-use atlas::sweep::{Parts, PointFamily};
+use gearatlas::analysis::continuation::drive::Family;
+use gearatlas::analysis::sensitivity::tangent::ParameterTangent;
+use gearatlas::manifest::{self, Job};
+use gearatlas::model::{InitialState, Model, TrajectoryState};
+use gearatlas::propagate::{Counters, Kernel, Volterra};
+use gearatlas::reference::Extended;
+use gearatlas::store::TableStore;
+use gearatlas::sweep::{Parts, PointFamily};
 use std::path::Path;
 
 fn text(name: &str) -> String {

@@ -3,20 +3,20 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::orbits::attracting::approaches;
-use atlas::analysis::orbits::shooting::{shoot, shortest};
-use atlas::analysis::orbits::twins::leading_exponent;
-use atlas::analysis::{
+use gearatlas::analysis::orbits::attracting::approaches;
+use gearatlas::analysis::orbits::shooting::{shoot, shortest};
+use gearatlas::analysis::orbits::twins::leading_exponent;
+use gearatlas::analysis::{
     Class, Effort, EnergyNorm, LyapunovMethod, LyapunovQuestion, PointOutcome, Questions, Section,
     investigate,
 };
-use atlas::model::{
+use gearatlas::model::{
     Division, DriveShaft, InitialState, MeshHarmonic, Model, TorqueRipple, TrajectoryState,
 };
-use atlas::numerics::linalg::{eigenpair, eigenvalues};
-use atlas::numerics::random::PointSeed;
-use atlas::propagate::{Counters, Kernel, Volterra};
-use atlas::reference::Reference;
+use gearatlas::numerics::linalg::{eigenpair, eigenvalues};
+use gearatlas::numerics::random::PointSeed;
+use gearatlas::propagate::{Counters, Kernel, Volterra};
+use gearatlas::reference::Reference;
 use common::relative_difference;
 use faer::Mat;
 use std::sync::atomic::AtomicBool;

@@ -4,9 +4,9 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::model::{ActiveSet, Division, Drive, InitialState, Model, TrajectoryState};
-use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
-use atlas::reference::Reference;
+use gearatlas::model::{ActiveSet, Division, Drive, InitialState, Model, TrajectoryState};
+use gearatlas::propagate::{Counters, Kernel, Tangents, Volterra};
+use gearatlas::reference::Reference;
 use common::advance::{advance, advance_with, settled, volterra};
 use common::{drives, state_difference};
 

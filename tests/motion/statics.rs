@@ -4,10 +4,10 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::Frequencies;
-use atlas::manifest;
-use atlas::model::{Drive, InitialState, Model, ModelError, OperatingPoint};
-use atlas::structure::{ContactLaw, ModalStructure, StructureContact};
+use gearatlas::analysis::Frequencies;
+use gearatlas::manifest;
+use gearatlas::model::{Drive, InitialState, Model, ModelError, OperatingPoint};
+use gearatlas::structure::{ContactLaw, ModalStructure, StructureContact};
 use common::constant_mesh;
 use std::f64::consts::TAU;
 use std::path::Path;

@@ -3,13 +3,13 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::{
+use gearatlas::analysis::{
     Class, Effort, EnergyNorm, LyapunovQuestion, PointOutcome, Questions, Section,
     investigate_onward,
 };
-use atlas::model::{DriveShaft, InitialState, Model, TorqueRipple, TrajectoryState};
-use atlas::numerics::random::PointSeed;
-use atlas::propagate::{Counters, Kernel, Observer, Stop, Tangents, Volterra};
+use gearatlas::model::{DriveShaft, InitialState, Model, TorqueRipple, TrajectoryState};
+use gearatlas::numerics::random::PointSeed;
+use gearatlas::propagate::{Counters, Kernel, Observer, Stop, Tangents, Volterra};
 use std::cell::Cell;
 use std::sync::atomic::AtomicBool;
 

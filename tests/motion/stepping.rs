@@ -4,9 +4,9 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::model::{Model, Release, TrajectoryState};
-use atlas::propagate::{Counters, Event, Kernel, Observer, Stepping, Tangents, Window};
-use atlas::reference::Reference;
+use gearatlas::model::{Model, Release, TrajectoryState};
+use gearatlas::propagate::{Counters, Event, Kernel, Observer, Stepping, Tangents, Window};
+use gearatlas::reference::Reference;
 use common::advance::mean_equilibrium;
 use common::{drives, relative_difference};
 

@@ -7,10 +7,10 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::{Nvh, NvhOutcome};
-use atlas::manifest::{self, Job, PointSpec, StructureSource};
-use atlas::model::{InitialState, Model};
-use atlas::propagate::{Event, Observer, Window};
+use gearatlas::analysis::{Nvh, NvhOutcome};
+use gearatlas::manifest::{self, Job, PointSpec, StructureSource};
+use gearatlas::model::{InitialState, Model};
+use gearatlas::propagate::{Event, Observer, Window};
 use common::advance::{advance, advance_with, volterra};
 use std::path::{Path, PathBuf};
 

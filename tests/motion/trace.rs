@@ -4,13 +4,13 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::manifest::{self, Job};
-use atlas::model::{Model, TrajectoryState};
-use atlas::propagate::{Counters, Event, Kernel, Observer, Volterra, Window};
-use atlas::reference::Reference;
-use atlas::store::{ResultTable, TableKind};
-use atlas::structure::ModalStructure;
-use atlas::sweep::build;
+use gearatlas::manifest::{self, Job};
+use gearatlas::model::{Model, TrajectoryState};
+use gearatlas::propagate::{Counters, Event, Kernel, Observer, Volterra, Window};
+use gearatlas::reference::Reference;
+use gearatlas::store::{ResultTable, TableKind};
+use gearatlas::structure::ModalStructure;
+use gearatlas::sweep::build;
 use common::relative_difference;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -195,7 +195,7 @@ fn events_are_those_of_the_kernel() {
     let (kind, contact) = (text("kind"), whole(table.u64("contact").unwrap()));
 
     let (_, model) = model(0.05, 1200.0);
-    let mut trajectory = model.start(&atlas::model::InitialState::Static);
+    let mut trajectory = model.start(&gearatlas::model::InitialState::Static);
     advance(&model, &mut trajectory, 10, &mut Events::default());
     let mut events = Events::default();
     advance(&model, &mut trajectory, 15, &mut events);
@@ -236,7 +236,7 @@ fn assert_contact_law(s: &Samples, model: &Model) -> [u64; 3] {
     let mut seen = [0; 3];
     for row in 0..s.time.len() {
         let (d, v, f) = (s.deflection[row], s.velocity[row], s.force[row]);
-        let holds = |g: &&atlas::model::Segment| g.end > s.phase[row] + 1e-11;
+        let holds = |g: &&gearatlas::model::Segment| g.end > s.phase[row] + 1e-11;
         let segment = model.first_cycle().segments.iter().find(holds).unwrap();
         let (side, index) = match s.contact[row].as_str() {
             "drive" => (1.0, 0),
@@ -374,7 +374,7 @@ fn modal_rows_are_the_trajectory() {
     }
     assert_eq!(structure.bearings.len(), 8 + 2);
     // At mesh phase 0 it is the state that an independent integrator finds.
-    let start = model.start(&atlas::model::InitialState::Static);
+    let start = model.start(&gearatlas::model::InitialState::Static);
     let reference = Reference::new(&model);
     for cycle in 1..4 {
         let passage = reference.advance(&start, cycle as u64).unwrap();

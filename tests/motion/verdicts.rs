@@ -18,11 +18,11 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::{
+use gearatlas::analysis::{
     Class, Effort, LyapunovQuestion, PointOutcome, Questions, Section, Status, investigate,
 };
-use atlas::model::{InitialState, MeshHarmonic, Model, TrajectoryState};
-use atlas::numerics::random::PointSeed;
+use gearatlas::model::{InitialState, MeshHarmonic, Model, TrajectoryState};
+use gearatlas::numerics::random::PointSeed;
 use common::advance::volterra;
 use common::motions::{Kind, Planted, contracts, planted};
 use std::collections::BTreeMap;
@@ -200,7 +200,7 @@ fn chaotic_motion_is_found_at_any_budget_with_an_error_bar() {
     let band = |load, speed| {
         let structure = common::structure(&[0.0], 0.01, &[1.0], &[1.0]);
         let (_, mut drive, mut point) = common::one_degree();
-        drive.mesh = atlas::model::Division::levels(&[4e8], &[]);
+        drive.mesh = gearatlas::model::Division::levels(&[4e8], &[]);
         drive.transmission_error = vec![MeshHarmonic::new(1, 2e-6, 0.0)];
         (point.load, point.speed) = (load, speed);
         Model::new(&structure, &drive, point).unwrap()

@@ -4,10 +4,10 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use atlas::analysis::EnergyAudit;
-use atlas::model::{Division, MeshHarmonic, Model, TrajectoryState};
-use atlas::propagate::{InstructionSet, Kernel, Stepping, Volterra};
-use atlas::reference::{Passage, Reference};
+use gearatlas::analysis::EnergyAudit;
+use gearatlas::model::{Division, MeshHarmonic, Model, TrajectoryState};
+use gearatlas::propagate::{InstructionSet, Kernel, Stepping, Volterra};
+use gearatlas::reference::{Passage, Reference};
 use common::advance::{
     Events, ROUND_OFF, advance, advance_with, mean_equilibrium, settled, volterra,
 };
@@ -354,8 +354,8 @@ fn small_steps_converge_to_it() {
 
 mod random_drives {
     use super::*;
-    use atlas::model::{Drive, DriveShaft, OperatingPoint, Release, TorqueRipple};
-    use atlas::structure::ModalStructure;
+    use gearatlas::model::{Drive, DriveShaft, OperatingPoint, Release, TorqueRipple};
+    use gearatlas::structure::ModalStructure;
     use proptest::collection::vec;
     use proptest::prelude::*;
 

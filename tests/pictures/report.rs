@@ -12,12 +12,12 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use atlas::analysis::{
+use gearatlas::analysis::{
     ChaosOutcome, Class, EvidenceOutcome, LyapunovMethod, LyapunovOutcome, NvhOutcome,
     PoincareSample, PointOutcome, SampleKind, Status,
 };
-use atlas::report::{PageRequest, results_page};
-use atlas::store::{
+use gearatlas::report::{PageRequest, results_page};
+use gearatlas::store::{
     AxisColumn, ColumnKind, Placement, PointRow, ResultLayout, ResultTable, ResultWriter, TableKind,
 };
 use base64::Engine;
@@ -512,7 +512,7 @@ fn the_same_folder_gives_the_same_bytes() {
     let (first, second) = (Page::written("grid", &[]), Page::written("grid", &[]));
     assert!(first.html == second.html);
     // However the folder is named. The program says of which commit it is.
-    atlas::store::ProgramRecord::set_commit(atlas::COMMIT);
+    gearatlas::store::ProgramRecord::set_commit(gearatlas::COMMIT);
     let whole = FOLDERS.join("grid");
     let third = results_page(&whole, PageRequest::default()).unwrap();
     assert!(first.html == third.html);

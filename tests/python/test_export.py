@@ -1,4 +1,4 @@
-"""What `atlas export` and `python -m atlas.export` write, read back by the programs that it is for, has the values of the tables.
+"""What `atlas export` and `python -m gearatlas.export` write, read back by the programs that it is for, has the values of the tables.
 
 `cargo test --release --test jobs --test pictures` leaves the folders that are exported in
 target/tmp, and says in target/tmp/exported/atlas where the program is."""
@@ -9,7 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-import atlas
+import gearatlas
 import numpy as np
 import openpyxl
 import pandas as pd
@@ -37,7 +37,7 @@ def export(source: Path, out: Path, *options: str) -> Path:
 
 
 def package_export(source: Path, out: Path, format: str, *options: str) -> subprocess.CompletedProcess:
-    command = [sys.executable, "-m", "atlas.export", source, "--format", format, "--out", out, *options]
+    command = [sys.executable, "-m", "gearatlas.export", source, "--format", format, "--out", out, *options]
     return subprocess.run(command, capture_output=True, text=True, cwd=out)
 
 
@@ -50,7 +50,7 @@ def tables(source: Path) -> dict[str, pa.Table]:
 
 def package_tables(source: Path) -> dict[str, pa.Table]:
     """As the package reads them: rows of shards in the order of their points."""
-    results = atlas.open(source)
+    results = gearatlas.open(source)
     return {name: pa.table(results.table(name)) for name in results.tables}
 
 

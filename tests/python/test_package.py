@@ -16,7 +16,7 @@ import polars as pl
 import pyarrow as pa
 import pytest
 
-import atlas
+import gearatlas
 from program import ATLAS, ROOT, same_bits
 
 QUICKSTART = ROOT / "manifests/quickstart.toml"
@@ -24,9 +24,9 @@ OSCILLATOR = ROOT / "tests/data/oscillator.toml"
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory) -> atlas.Results:
+def results(tmp_path_factory) -> gearatlas.Results:
     tables = tmp_path_factory.mktemp("tables")
-    return atlas.run(QUICKSTART, tmp_path_factory.mktemp("out") / "run", tables=tables, progress=False)
+    return gearatlas.run(QUICKSTART, tmp_path_factory.mktemp("out") / "run", tables=tables, progress=False)
 
 
 @pytest.fixture(scope="module")
@@ -42,13 +42,13 @@ def by_command_line() -> Path:
 
 def test_a_file_a_text_and_a_dictionary_are_one_manifest():
     text = QUICKSTART.read_text()
-    manifests = [atlas.load(QUICKSTART), atlas.load(str(QUICKSTART)), atlas.load(text), atlas.load(tomllib.loads(text))]
+    manifests = [gearatlas.load(QUICKSTART), gearatlas.load(str(QUICKSTART)), gearatlas.load(text), gearatlas.load(tomllib.loads(text))]
     assert len({manifest.hash for manifest in manifests}) == 1
     assert all(len(manifest) == 12 and manifest.name == "quickstart" for manifest in manifests)
 
 
 def test_points_are_listed():
-    manifest = atlas.load(QUICKSTART)
+    manifest = gearatlas.load(QUICKSTART)
     load, speed = manifest.axes
     assert (load.name, load.unit, speed.name, speed.unit) == ("load", "1", "speed", "rad/s")
     np.testing.assert_allclose(load.values, [0.1, 0.2, 0.3])
@@ -58,11 +58,11 @@ def test_points_are_listed():
 
 
 def test_keys_are_set_as_on_the_command_line():
-    changed = atlas.load(QUICKSTART, set={"mesh.half_gap": "20 um", "run.cycles": 2000, "grid.load": {"values": [0.1, 0.2]}})
+    changed = gearatlas.load(QUICKSTART, set={"mesh.half_gap": "20 um", "run.cycles": 2000, "grid.load": {"values": [0.1, 0.2]}})
     assert changed.point()["mesh.half_gap"] == pytest.approx(20e-6)
     assert len(changed) == 8 and "run.cycles=2000" in changed.changes
-    dropped = atlas.load(QUICKSTART, set={"analyses.poincare": None})
-    assert dropped.hash != atlas.load(QUICKSTART).hash
+    dropped = gearatlas.load(QUICKSTART, set={"analyses.poincare": None})
+    assert dropped.hash != gearatlas.load(QUICKSTART).hash
     as_typed = ["mesh.half_gap=\"20 um\"", "run.cycles=2000", "grid.load={ values = [0.1, 0.2] }"]
     options = [word for change in as_typed for word in ("--set", change)]
     told = subprocess.run([ATLAS, "check", QUICKSTART, "--json", *options], capture_output=True, text=True, check=True)
@@ -79,8 +79,8 @@ def test_faults_are_those_of_the_command_line(name, tmp_path):
         path = ROOT / f"tests/manifests/bad/{name}.toml"
     told = subprocess.run([ATLAS, "run", path], capture_output=True, text=True)
     assert told.returncode == 2
-    with pytest.raises(atlas.ManifestError) as raised:
-        atlas.load(path)
+    with pytest.raises(gearatlas.ManifestError) as raised:
+        gearatlas.load(path)
     assert str(raised.value) + "\n" == told.stderr
     error = raised.value
     assert error.count >= len(error.faults) >= 1 and isinstance(error, ValueError)
@@ -96,18 +96,18 @@ def test_faults_are_those_of_the_command_line(name, tmp_path):
 def test_faults_of_a_dictionary_show_its_text():
     tables = tomllib.loads(QUICKSTART.read_text())
     tables["mesh"]["half_gap"] = "10 kg"
-    with pytest.raises(atlas.ManifestError, match='half_gap = "10 kg"') as raised:
-        atlas.load(tables)
+    with pytest.raises(gearatlas.ManifestError, match='half_gap = "10 kg"') as raised:
+        gearatlas.load(tables)
     assert raised.value.faults[0].source == "dict"
     tables["mesh"]["half_gap"] = object()
     with pytest.raises(TypeError, match="mesh.half_gap is a object"):
-        atlas.load(tables)
+        gearatlas.load(tables)
 
 
 def test_keys_without_effect_are_warnings():
     text = QUICKSTART.read_text().replace('stiffness = "piecewise"', 'stiffness = "constant"')
-    with pytest.warns(atlas.ManifestWarning) as caught:
-        manifest = atlas.load(text)
+    with pytest.warns(gearatlas.ManifestWarning) as caught:
+        manifest = gearatlas.load(text)
     [warning] = caught
     assert warning.filename == __file__
     keys = [fault.key for fault in manifest.warnings]
@@ -117,7 +117,7 @@ def test_keys_without_effect_are_warnings():
     assert (first.kind, first.source, first.line) == ("no-effect", "text", line)
     assert first.remedy == 'remove it, or set stiffness = "piecewise"'
     assert all(str(warning.message).count(f"`{key}` has no effect") == 1 for key in keys)
-    assert atlas.load(QUICKSTART).warnings == []
+    assert gearatlas.load(QUICKSTART).warnings == []
 
 
 def test_a_table_that_was_not_computed_is_told_how_to_have_it(tmp_path):
@@ -125,12 +125,12 @@ def test_a_table_that_was_not_computed_is_told_how_to_have_it(tmp_path):
     text = text.split("[analyses]")[0] + "[analyses]\nnvh = {}\n"
     (tmp_path / "m.toml").write_text(text)
     (tmp_path / "oscillator.modal.toml").write_text((OSCILLATOR.parent / "oscillator.modal.toml").read_text())
-    plain = atlas.run(tmp_path / "m.toml", tmp_path / "run", tables=tmp_path / "tables", progress=False)
-    with pytest.raises(atlas.AtlasError, match=r"no spectra\.parquet in .*`nvh = \{ spectrum = \{\} \}`.*here are points"):
+    plain = gearatlas.run(tmp_path / "m.toml", tmp_path / "run", tables=tmp_path / "tables", progress=False)
+    with pytest.raises(gearatlas.AtlasError, match=r"no spectra\.parquet in .*`nvh = \{ spectrum = \{\} \}`.*here are points"):
         _ = plain.spectra
-    with pytest.raises(atlas.AtlasError, match="`atlas follow` writes it"):
+    with pytest.raises(gearatlas.AtlasError, match="`atlas follow` writes it"):
         _ = plain.branches
-    with pytest.raises(atlas.AtlasError, match="no table is called `spectrum`; tables are points, .*spectra"):
+    with pytest.raises(gearatlas.AtlasError, match="no table is called `spectrum`; tables are points, .*spectra"):
         plain.table("spectrum")
 
 
@@ -138,27 +138,27 @@ def test_numbers_of_numpy_are_numbers():
     tables = tomllib.loads(QUICKSTART.read_text())
     tables["grid"] = {"load": {"values": np.array([0.1, 0.2])}, "speed": np.float64(700.0)}
     tables["run"]["cycles"] = np.int64(3000)
-    assert len(atlas.load(tables)) == 2
+    assert len(gearatlas.load(tables)) == 2
 
 
 # ---- operating points
 
 
 def test_points_take_values_off_the_grid():
-    point = atlas.load(QUICKSTART).point(3, {"mesh.half_gap": "12 um"}, load=0.15, speed="9000 rpm")
+    point = gearatlas.load(QUICKSTART).point(3, {"mesh.half_gap": "12 um"}, load=0.15, speed="9000 rpm")
     assert (point.id, point.load, point["mesh.half_gap"]) == (3, 0.15, pytest.approx(12e-6))
     assert point.speed == pytest.approx(9000 * 2 * np.pi / 60) and point.unit("speed") == "rad/s"
-    with pytest.raises(atlas.AtlasError, match="did you mean"):
+    with pytest.raises(gearatlas.AtlasError, match="did you mean"):
         point.changed({"mesh.half_gpa": 1.0})
     with pytest.raises(IndexError, match="there is no point 12"):
-        atlas.load(QUICKSTART).point(12)
+        gearatlas.load(QUICKSTART).point(12)
 
 
 # ---- runs
 
 
 def test_a_run_has_the_bits_of_the_command_line(results, by_command_line):
-    other = atlas.open(by_command_line)
+    other = gearatlas.open(by_command_line)
     assert results.tables == other.tables == ["points", "poincare"]
     for name in results.tables:
         same_bits(results.table(name).to_pyarrow(), other.table(name).to_pyarrow())
@@ -167,7 +167,7 @@ def test_a_run_has_the_bits_of_the_command_line(results, by_command_line):
 
 
 def test_any_number_of_threads_gives_the_same_bits(results):
-    one = atlas.run(QUICKSTART, threads=1, progress=False)
+    one = gearatlas.run(QUICKSTART, threads=1, progress=False)
     same_bits(one.points.to_pyarrow(), results.points.to_pyarrow())
     folder = one.folder
     assert folder.is_dir()
@@ -177,38 +177,38 @@ def test_any_number_of_threads_gives_the_same_bits(results):
 
 def test_finished_results_are_not_computed_again(results):
     before = (results.folder / "run.json").stat().st_mtime_ns
-    again = atlas.run(QUICKSTART, results.folder, progress=False)
+    again = gearatlas.run(QUICKSTART, results.folder, progress=False)
     assert (results.folder / "run.json").stat().st_mtime_ns == before
     assert again.record == results.record
-    with pytest.raises(atlas.AtlasError, match="holds results of another manifest"):
-        atlas.run(QUICKSTART, results.folder, set={"run.cycles": 400}, progress=False)
+    with pytest.raises(gearatlas.AtlasError, match="holds results of another manifest"):
+        gearatlas.run(QUICKSTART, results.folder, set={"run.cycles": 400}, progress=False)
 
 
 def test_progress_is_told(tmp_path):
-    told: list[atlas.Progress] = []
-    atlas.run(OSCILLATOR, tmp_path / "run", progress=told.append)
+    told: list[gearatlas.Progress] = []
+    gearatlas.run(OSCILLATOR, tmp_path / "run", progress=told.append)
     assert (told[-1].done, told[-1].points, told[-1].open) == (6, 6, False)
     assert [t.done for t in told] == sorted(t.done for t in told) and told[-1].cycles > 0
 
 
 def test_progress_shows_a_bar(tmp_path, capsys):
-    atlas.run(OSCILLATOR, tmp_path / "run")
+    gearatlas.run(OSCILLATOR, tmp_path / "run")
     assert "oscillator" in (shown := capsys.readouterr().err) and "6/6" in shown
 
 
 def test_what_progress_raises_ends_the_run(tmp_path):
-    def refuse(progress: atlas.Progress) -> None:
+    def refuse(progress: gearatlas.Progress) -> None:
         raise RuntimeError("enough")
 
     longer = {"run.cycles": 200_000, "run.settle": False, "grid.load": {"from": 0.05, "to": 0.3, "count": 40}}
     with pytest.raises(RuntimeError, match="enough"):
-        atlas.run(OSCILLATOR, tmp_path / "run", set=longer, progress=refuse)
+        gearatlas.run(OSCILLATOR, tmp_path / "run", set=longer, progress=refuse)
     assert (tmp_path / "run" / ".journal").exists()
 
 
 def test_portable_instructions_are_for_a_process_of_their_own(tmp_path):
-    with pytest.raises(atlas.AtlasError, match="atlas run"):
-        atlas.run(OSCILLATOR, tmp_path / "run", set={"run.instructions": "portable"})
+    with pytest.raises(gearatlas.AtlasError, match="atlas run"):
+        gearatlas.run(OSCILLATOR, tmp_path / "run", set={"run.instructions": "portable"})
 
 
 # ---- tables
@@ -248,7 +248,7 @@ def test_columns_are_arrays(results):
 
 def test_a_sweep_up_and_down_has_two_columns_over_the_grid(tmp_path):
     changes = {"grid.order": "both", "grid.load": 0.1, "run.transient": 20, "run.cycles": 60}
-    points = atlas.run(OSCILLATOR, tmp_path / "both", set=changes, progress=False).points
+    points = gearatlas.run(OSCILLATOR, tmp_path / "both", set=changes, progress=False).points
     assert points.rows == 6
     with pytest.raises(ValueError, match="direction='up'"):
         points.on_grid("point_id")
@@ -274,29 +274,29 @@ def test_damaged_results_are_refused(results, tmp_path):
             (tmp_path / path.name).write_bytes(path.read_bytes())
     table = tmp_path / "points.parquet"
     table.write_bytes(table.read_bytes()[:-1])
-    with pytest.raises(atlas.AtlasError, match="is damaged"):
-        atlas.open(tmp_path).points
-    with pytest.raises(atlas.AtlasError, match="no results in"):
-        atlas.open(tmp_path / "elsewhere")
+    with pytest.raises(gearatlas.AtlasError, match="is damaged"):
+        gearatlas.open(tmp_path).points
+    with pytest.raises(gearatlas.AtlasError, match="no results in"):
+        gearatlas.open(tmp_path / "elsewhere")
 
 
 # ---- single trajectories, structure, orbits
 
 
 def test_a_trace_has_the_bits_of_the_command_line(tmp_path):
-    point = atlas.load(QUICKSTART).point(load=0.2, speed=1000.0)
-    traced = atlas.trace(point, cycles=4, skip=100, modal=True, outputs=True, tables=tmp_path)
+    point = gearatlas.load(QUICKSTART).point(load=0.2, speed=1000.0)
+    traced = gearatlas.trace(point, cycles=4, skip=100, modal=True, outputs=True, tables=tmp_path)
     command = [ATLAS, "trace", QUICKSTART, "--point", "load=0.2,speed=1000", "--cycles", "4", "--skip", "100"]
     subprocess.run([*command, "--modal", "--outputs", "--out", tmp_path / "trace"], check=True, capture_output=True)
-    written = atlas.open(tmp_path / "trace")
+    written = gearatlas.open(tmp_path / "trace")
     same_bits(traced.samples.to_pyarrow(), written.trace.to_pyarrow())
     same_bits(traced.events.to_pyarrow(), written.events.to_pyarrow())
     assert traced.samples["displacement"].shape == (4 * 64, 12) and traced.stop is None
 
 
 def test_the_structure_is_told(tmp_path):
-    point = atlas.load(QUICKSTART).point()
-    found = atlas.structure(point, samples=100, tables=tmp_path)
+    point = gearatlas.load(QUICKSTART).point()
+    found = gearatlas.structure(point, samples=100, tables=tmp_path)
     assert found.modes.rows == found.natural.rows == 12
     assert (np.diff(found.natural["open"]) >= 0).all() and found.modes.units["frequency"] == "rad/s"
     stiffness = found.mesh["stiffness"]

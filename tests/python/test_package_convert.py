@@ -1,4 +1,4 @@
-"""Modal files from matrices: `atlas.matrices`, `atlas.modal_file`, `python -m atlas.convert`.
+"""Modal files from matrices: `gearatlas.matrices`, `gearatlas.modal_file`, `python -m gearatlas.convert`.
 
 What a structure is known to be beforehand: modes that atlas itself assembled, hidden in matrices by a change of
 freedoms; a pair of gears and a chain in closed form."""
@@ -13,10 +13,10 @@ import pytest
 import scipy.io
 import scipy.sparse
 
-import atlas
-from atlas.convert import read
-from atlas.matrices import Contact, Matrices, StructureError, spur_mesh
-from atlas.modal_file import tables, write
+import gearatlas
+from gearatlas.convert import read
+from gearatlas.matrices import Contact, Matrices, StructureError, spur_mesh
+from gearatlas.modal_file import tables, write
 
 ROOT = Path(__file__).resolve().parents[2]
 QUICKSTART = ROOT / "manifests/quickstart.toml"
@@ -25,7 +25,7 @@ PAIR = {"mesh": np.array([0.04, 0.06]), "torque": np.array([0.04, 0.06])}
 
 
 def converted(*arguments: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-m", "atlas.convert", *arguments], capture_output=True, text=True)
+    return subprocess.run([sys.executable, "-m", "gearatlas.convert", *arguments], capture_output=True, text=True)
 
 
 def pair(**changed: object) -> dict[str, object]:
@@ -35,9 +35,9 @@ def pair(**changed: object) -> dict[str, object]:
 
 
 @pytest.fixture(scope="module")
-def hidden(tmp_path_factory) -> tuple[atlas.Structure, Path]:
+def hidden(tmp_path_factory) -> tuple[gearatlas.Structure, Path]:
     """The modes of quickstart, and an .npz file of matrices over other freedoms u, q = R u."""
-    found = atlas.structure(atlas.load(QUICKSTART).point())
+    found = gearatlas.structure(gearatlas.load(QUICKSTART).point())
     modes = found.modes
     count = modes.rows
     change = np.eye(count) + 0.2 * np.random.default_rng(1).normal(size=(count, count))
@@ -96,8 +96,8 @@ def test_a_run_of_a_converted_drive_is_that_of_the_drive(hidden, tmp_path):
     } | {"stiffness": "constant"}
     drawn = manifest | {"mesh": modal["mesh"]}
     changed = {"grid.load": {"values": [0.3, 0.6]}, "run.cycles": 400}
-    mine = atlas.run(modal, set=changed, progress=False).points
-    theirs = atlas.run(drawn, set=changed, progress=False).points
+    mine = gearatlas.run(modal, set=changed, progress=False).points
+    theirs = gearatlas.run(drawn, set=changed, progress=False).points
     assert mine["class"].tolist() == theirs["class"].tolist()
     repeats = np.isin(theirs["class"], ["steady_contact", "periodic"])
     assert repeats.sum() >= 3
@@ -201,7 +201,7 @@ def test_gyroscopic_terms_may_be_those_at_a_speed(tmp_path):
 
 def test_directions_of_a_spur_mesh_are_those_of_a_drawn_drive():
     """The translational drive: rotations and radial motion of two gears, whose mesh atlas assembles itself."""
-    found = atlas.structure(atlas.load(TRANSLATIONAL).point())
+    found = gearatlas.structure(gearatlas.load(TRANSLATIONAL).point())
     elastic = found.modes["frequency"] > 0.0
     omega = found.modes["frequency"][elastic]
     # Each elastic mode is x or y of one gear, of the mass k/ω²; two bearings carry a shaft.

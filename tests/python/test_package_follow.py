@@ -1,4 +1,4 @@
-"""Followed orbits in Python: `atlas.follow` on an oscillator against a gap, and beside it the command line."""
+"""Followed orbits in Python: `gearatlas.follow` on an oscillator against a gap, and beside it the command line."""
 
 import subprocess
 
@@ -6,7 +6,7 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-import atlas
+import gearatlas
 from program import ATLAS, ROOT, same_bits
 
 HEAD = (ROOT / "tests/manifests/oscillator.head.toml").read_text()
@@ -34,15 +34,15 @@ def told() -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def followed(tmp_path_factory, told) -> atlas.Results:
-    return atlas.follow(MANIFEST, tmp_path_factory.mktemp("out") / "case", threads=2, progress=told.append)
+def followed(tmp_path_factory, told) -> gearatlas.Results:
+    return gearatlas.follow(MANIFEST, tmp_path_factory.mktemp("out") / "case", threads=2, progress=told.append)
 
 
 def test_the_tables_have_the_bits_of_the_command_line(followed, tmp_path):
     (tmp_path / "case.toml").write_text(MANIFEST)
     command = [ATLAS, "follow", tmp_path / "case.toml", "--threads", "1", "--out", tmp_path / "out"]
     subprocess.run(command, check=True, capture_output=True, cwd=tmp_path)
-    theirs = atlas.open(tmp_path / "out")
+    theirs = gearatlas.open(tmp_path / "out")
     assert followed.tables == theirs.tables == TABLES
     for name in TABLES:
         same_bits(followed.table(name).to_pyarrow(), theirs.table(name).to_pyarrow())
@@ -84,5 +84,5 @@ def test_arrow_takes_followed_tables(followed):
 
 
 def test_a_manifest_that_follows_nothing_is_refused(tmp_path):
-    with pytest.raises(atlas.AtlasError, match="continuation"):
-        atlas.follow(MANIFEST.split("[continuation]")[0], tmp_path / "none")
+    with pytest.raises(gearatlas.AtlasError, match="continuation"):
+        gearatlas.follow(MANIFEST.split("[continuation]")[0], tmp_path / "none")

@@ -12,8 +12,8 @@ ROOT = Path(__file__).resolve().parents[2]
 WHEELS = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "wheels"
 
 FIRST_STEPS = """
-import atlas
-results = atlas.run({manifest!r})
+import gearatlas
+results = gearatlas.run({manifest!r})
 for row in results.points.on_grid("lambda_max"):
     print(*(f"{{value:8.4f}}" for value in row))
 for convert in [results.points.to_pandas, results.points.to_polars, lambda: results.points.quantity("speed")]:

@@ -15,7 +15,7 @@ from program import ATLAS, ROOT, environment_without_instructions, same_bits
 
 EMULATOR = shutil.which("qemu-x86_64")
 
-RUN = 'import atlas; atlas.run("m.toml", "package", progress=False)'
+RUN = 'import gearatlas; gearatlas.run("m.toml", "package", progress=False)'
 
 
 def emulated(processor):

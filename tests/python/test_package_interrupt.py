@@ -10,14 +10,14 @@ from pathlib import Path
 
 import pytest
 
-import atlas
+import gearatlas
 from program import ATLAS, ROOT, same_bits
 
 SCRIPT = """
 import sys, time, atlas
 manifest, out, tables = sys.argv[1:]
 try:
-    atlas.run(manifest, out, tables=tables, threads=2, progress=False)
+    gearatlas.run(manifest, out, tables=tables, threads=2, progress=False)
 except KeyboardInterrupt:
     print(time.monotonic())
     raise
@@ -25,7 +25,7 @@ except KeyboardInterrupt:
 
 MAPPING = """
 import sys, time, numpy, atlas
-map = atlas.CycleMap(atlas.load(sys.argv[1]).point())
+map = gearatlas.CycleMap(gearatlas.load(sys.argv[1]).point())
 states = numpy.tile(map.start(), (1000, 1))
 try:
     print("ready", flush=True)
@@ -54,8 +54,8 @@ def manifest(tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def undisturbed(manifest, tmp_path_factory) -> atlas.Results:
-    return atlas.run(manifest, tmp_path_factory.mktemp("undisturbed") / "run", progress=False)
+def undisturbed(manifest, tmp_path_factory) -> gearatlas.Results:
+    return gearatlas.run(manifest, tmp_path_factory.mktemp("undisturbed") / "run", progress=False)
 
 
 def interrupted(script: str, arguments: list[object], is_under_way) -> float:
@@ -86,7 +86,7 @@ def interrupt_run(manifest: Path, out: Path, tables: Path) -> float:
     return interrupted(SCRIPT, [manifest, out, tables], under_way)
 
 
-def same(one: atlas.Results, other: atlas.Results) -> None:
+def same(one: gearatlas.Results, other: gearatlas.Results) -> None:
     for name in other.tables:
         same_bits(one.table(name).to_pyarrow(), other.table(name).to_pyarrow())
 
@@ -98,15 +98,15 @@ def test_an_interrupted_run_is_taken_up(by, manifest, undisturbed, tmp_path, rec
     print(f"KeyboardInterrupt {1e3 * seconds:.0f} ms after SIGINT")
     record_property("seconds_to_end", seconds)
     assert (out / ".journal").exists()
-    partial = atlas.open(out)
+    partial = gearatlas.open(out)
     assert partial.record["state"] == "interrupted" and 0 < partial.points.rows < 64
     if by == "the same call":
-        told: list[atlas.Progress] = []
-        results = atlas.run(manifest, out, tables=tmp_path, progress=told.append)
+        told: list[gearatlas.Progress] = []
+        results = gearatlas.run(manifest, out, tables=tmp_path, progress=told.append)
         assert told[0].resumed > 0
     else:
         subprocess.run([ATLAS, "run", manifest, "--out", out, "--quiet"], check=True, cwd=tmp_path)
-        results = atlas.open(out)
+        results = gearatlas.open(out)
     assert results.record["totals"]["resumed"] >= partial.points.rows > 0
     assert not (out / ".journal").exists()
     same(results, undisturbed)
@@ -133,7 +133,7 @@ def test_other_threads_run_while_a_run_computes(manifest, tmp_path):
     thread = threading.Thread(target=count)
     thread.start()
     try:
-        atlas.run(manifest, tmp_path / "run", threads=1, progress=False)
+        gearatlas.run(manifest, tmp_path / "run", threads=1, progress=False)
     finally:
         stop.set()
         thread.join()

@@ -6,15 +6,15 @@ import lyapynov
 import numpy as np
 import pytest
 
-import atlas
+import gearatlas
 
 ROOT = Path(__file__).resolve().parents[2]
 QUICKSTART = ROOT / "manifests/quickstart.toml"
 
 
 @pytest.fixture(scope="module")
-def rattling() -> atlas.CycleMap:
-    return atlas.CycleMap(atlas.load(QUICKSTART).point(load=0.1, speed="6000 rpm"))
+def rattling() -> gearatlas.CycleMap:
+    return gearatlas.CycleMap(gearatlas.load(QUICKSTART).point(load=0.1, speed="6000 rpm"))
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def test_cycles_compose(rattling, states):
 
 
 def test_threads_do_not_change_bits(rattling, states):
-    alone = atlas.CycleMap(rattling.point, threads=1)
+    alone = gearatlas.CycleMap(rattling.point, threads=1)
     assert alone.threads == 1
     many = np.tile(states, (20, 1))
     np.testing.assert_array_equal(alone(many, 5), rattling(many, 5))
@@ -45,7 +45,7 @@ def test_threads_do_not_change_bits(rattling, states):
 
 def test_the_map_is_the_trace(rattling, tmp_path):
     point = rattling.point
-    traced = atlas.trace(point, cycles=5, skip=0, samples_per_cycle=1, modal=True, tables=tmp_path)
+    traced = gearatlas.trace(point, cycles=5, skip=0, samples_per_cycle=1, modal=True, tables=tmp_path)
     image = rattling.image(rattling.start(), 5, events=True)
     path = np.array([rattling(rattling.start(), cycles) for cycles in range(5)])
     displacement, velocity = rattling.to_modal(path)
@@ -133,14 +133,14 @@ def test_what_cannot_be_integrated_says_so(rattling, states):
         rattling(np.zeros((2, 3)))
     with pytest.raises(ValueError, match="tangents must have the shape"):
         rattling.image(states, tangents=np.zeros((1, 1, 1)))
-    with pytest.raises(atlas.AtlasError, match="names no key"):
+    with pytest.raises(gearatlas.AtlasError, match="names no key"):
         rattling.image(states, by=["mesh.nothing"])
 
 
 def test_other_kernels_have_maps(states):
-    manifest = atlas.load(QUICKSTART, set={"run.kernel": "stepping", "run.steps": 4000})
-    coarse = atlas.CycleMap(manifest.point(load=0.1, speed="6000 rpm"))
-    exact = atlas.CycleMap(atlas.load(QUICKSTART).point(load=0.1, speed="6000 rpm"))
+    manifest = gearatlas.load(QUICKSTART, set={"run.kernel": "stepping", "run.steps": 4000})
+    coarse = gearatlas.CycleMap(manifest.point(load=0.1, speed="6000 rpm"))
+    exact = gearatlas.CycleMap(gearatlas.load(QUICKSTART).point(load=0.1, speed="6000 rpm"))
     assert (coarse.kernel, exact.kernel) == ("stepping", "closed_modes")
     apart = exact.weights * (coarse(states[:3]) - exact(states[:3]))
     assert 0 < np.abs(apart).max() < 1e-2
@@ -148,10 +148,10 @@ def test_other_kernels_have_maps(states):
 
 def test_newton_of_a_researcher_finds_the_orbit(rattling):
     """A fixed point by Newton's method in NumPy, where the run finds the motion periodic."""
-    run = atlas.run(QUICKSTART, progress=False)
+    run = gearatlas.run(QUICKSTART, progress=False)
     periodic = [i for i, period in enumerate(run.points["period"]) if period == 1]
     assert periodic, "no point of the grid has period 1"
-    mapped = atlas.CycleMap(atlas.load(QUICKSTART).point(int(periodic[0])))
+    mapped = gearatlas.CycleMap(gearatlas.load(QUICKSTART).point(int(periodic[0])))
     felt, state = mapped.felt, mapped(mapped.start(), 2000)
     for _ in range(8):
         image = mapped.image(state, jacobian=True)
@@ -167,11 +167,11 @@ def test_newton_of_a_researcher_finds_the_orbit(rattling):
 def test_a_foreign_package_finds_our_exponent():
     """The largest exponent of a chaotic point by the package lyapynov (QR method on a map and its
     Jacobian), against that of the run."""
-    run = atlas.run(QUICKSTART, progress=False)
+    run = gearatlas.run(QUICKSTART, progress=False)
     chaotic = [i for i, kind in enumerate(run.points["class"]) if kind == "chaotic"]
     assert chaotic, "no point of the grid is chaotic"
     id = chaotic[0]
-    mapped = atlas.CycleMap(atlas.load(QUICKSTART).point(id), threads=1)
+    mapped = gearatlas.CycleMap(gearatlas.load(QUICKSTART).point(id), threads=1)
     felt, weights = mapped.felt, mapped.weights[mapped.felt]
 
     def whole(u: np.ndarray) -> np.ndarray:

@@ -9,10 +9,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import atlas
-from atlas.matrices import Matrices, StructureError
-from atlas.modal_file import tables, write
-from atlas.ross import geared
+import gearatlas
+from gearatlas.matrices import Matrices, StructureError
+from gearatlas.modal_file import tables, write
+from gearatlas.ross import geared
 
 ROOT = Path(__file__).resolve().parents[2]
 RECORDED = np.load(ROOT / "tests/data/ross.npz")
@@ -28,7 +28,7 @@ GEARED = {
 
 
 class Recorded:
-    """What `atlas.ross` asks of a rotor, from the record."""
+    """What `gearatlas.ross` asks of a rotor, from the record."""
 
     number_dof = 6
 
@@ -125,12 +125,12 @@ def test_a_manifest_runs_on_it(tmp_path):
         "run": {"transient": 200, "cycles": 2000},
         "analyses": {"lyapunov": {"exponents": 1, "effort": "survey"}, "nvh": {"harmonics": 3, "bearings": True}},
     }
-    loaded = atlas.Manifest.from_dict(manifest, folder=tmp_path)
-    natural = atlas.structure(loaded.point(), tables=tmp_path / "tables").natural
+    loaded = gearatlas.Manifest.from_dict(manifest, folder=tmp_path)
+    natural = gearatlas.structure(loaded.point(), tables=tmp_path / "tables").natural
     theirs = np.concatenate([RECORDED["first.still"], RECORDED["second.still"]])
     lowest = np.sort(theirs[theirs.imag > 1.0].imag)[0]
     assert abs(natural["open"] - lowest).min() < 1e-2 * lowest
-    points = atlas.run(loaded, tmp_path / "results", progress=False).points
+    points = gearatlas.run(loaded, tmp_path / "results", progress=False).points
     assert not set(points["status"]) - {"ok", "not_converged"}
     # What the mesh carries on average is what the torque presses it with.
     force = 0.5 * 5000.0 / 0.5086

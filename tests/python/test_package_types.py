@@ -4,20 +4,20 @@ import subprocess
 import sys
 from pathlib import Path
 
-import atlas
-from atlas import _atlas
+import gearatlas
+from gearatlas import _gearatlas
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "python" / "atlas"
 
 PROGRAM = """\
 import numpy as np
-import atlas
+import gearatlas
 
-manifest: atlas.Manifest = atlas.load("m.toml", set={"mesh.half_gap": "20 um"})
-results = atlas.run(manifest, "out", threads=2, progress=lambda progress: print(progress.done))
+manifest: gearatlas.Manifest = gearatlas.load("m.toml", set={"mesh.half_gap": "20 um"})
+results = gearatlas.run(manifest, "out", threads=2, progress=lambda progress: print(progress.done))
 exponents: np.ndarray = results.points["lambda_max"]
-mapped = atlas.CycleMap(manifest.point(load=0.1))
+mapped = gearatlas.CycleMap(manifest.point(load=0.1))
 image = mapped.image(np.zeros((3, mapped.dimension)), 2, jacobian=True, by=["load"])
 if image.jacobian is not None:
     determinant: float = float(np.linalg.det(image.jacobian[0]))
@@ -25,10 +25,10 @@ units: dict[str, str] = results.points.units
 """
 
 WRONG = """\
-import atlas
+import gearatlas
 
-atlas.run(3)
-atlas.load("m.toml").point(load=[1])
+gearatlas.run(3)
+gearatlas.load("m.toml").point(load=[1])
 """
 
 
@@ -38,7 +38,7 @@ def checked(*arguments: object) -> subprocess.CompletedProcess[str]:
 
 
 def test_the_package_is_typed():
-    done = checked("-p", "atlas")
+    done = checked("-p", "gearatlas")
     assert done.returncode == 0, done.stdout
 
 
@@ -53,10 +53,10 @@ def test_programs_that_use_it_are_checked(tmp_path):
 
 def test_the_stubs_are_those_of_what_was_compiled():
     done = subprocess.run(
-        [sys.executable, "-m", "mypy.stubtest", "atlas._atlas", "--ignore-disjoint-bases"],
+        [sys.executable, "-m", "mypy.stubtest", "gearatlas._gearatlas", "--ignore-disjoint-bases"],
         capture_output=True,
         text=True,
     )
     assert done.returncode == 0, done.stdout
-    assert (Path(atlas.__file__).parent / "py.typed").exists()
-    assert _atlas.__version__ == atlas.__version__
+    assert (Path(gearatlas.__file__).parent / "py.typed").exists()
+    assert _gearatlas.__version__ == gearatlas.__version__

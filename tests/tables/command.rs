@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use atlas::store::{Arrays, CacheKind};
+use gearatlas::store::{Arrays, CacheKind};
 use serde_json::{Value, json};
 
 use crate::made::{inputs, keep, mesh};

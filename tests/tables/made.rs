@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 use std::path::Path;
 
-use atlas::store::{Arrays, CacheKind, TableStore};
+use gearatlas::store::{Arrays, CacheKind, TableStore};
 use serde_json::{Value, json};
 
 /// Nodes of Gauss and Legendre \[Abramowitz and Stegun, table 25.4\].

@@ -10,7 +10,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use atlas::store::{Arrays, CacheKind, Fetched, MappedTable, TableStore};
+use gearatlas::store::{Arrays, CacheKind, Fetched, MappedTable, TableStore};
 use serde_json::json;
 
 use crate::skipped::skipped;

@@ -5,7 +5,7 @@ use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
-use atlas::store::{CacheError, CacheFault, CacheKind, CacheWarning, Fetched, Origin, TableStore};
+use gearatlas::store::{CacheError, CacheFault, CacheKind, CacheWarning, Fetched, Origin, TableStore};
 
 use crate::made::{inputs, mesh};
 use crate::skipped::skipped;

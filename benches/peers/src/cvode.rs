@@ -4,7 +4,7 @@ use crate::events::{Failure, SmoothSolver};
 use crate::field::Field;
 use crate::sundials as c;
 use crate::vectors::accelerate;
-use atlas::model::{COAST_FLANK, DRIVE_FLANK};
+use gearatlas::model::{COAST_FLANK, DRIVE_FLANK};
 use std::ffi::{c_char, c_int};
 use std::ptr::null_mut;
 

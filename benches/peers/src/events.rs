@@ -1,7 +1,7 @@
 //! How a solver of smooth equations is led over breakpoints and events: it restarts at each.
 
 use crate::field::Field;
-use atlas::model::{Model, TrajectoryState};
+use gearatlas::model::{Model, TrajectoryState};
 
 /// A solver that cannot go on.
 #[derive(Debug)]

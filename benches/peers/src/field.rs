@@ -1,7 +1,7 @@
 //! The right-hand side that the general-purpose solvers get: the model's equations in the form
 //! that costs least, with O(N) work and no loop that cannot be vectorised.
 
-use atlas::model::{ActiveSet, COAST_FLANK, DRIVE_FLANK, Model};
+use gearatlas::model::{ActiveSet, COAST_FLANK, DRIVE_FLANK, Model};
 use std::cell::Cell;
 
 /// The equations of a model, in one contact state at a time.
@@ -35,7 +35,7 @@ impl Field {
         for block in &model.blocks {
             assert_eq!(block.generator[0], [0.0, 1.0], "not in companion form");
         }
-        let column = |entry: fn(&atlas::model::Block) -> f64| -> Vec<f64> {
+        let column = |entry: fn(&gearatlas::model::Block) -> f64| -> Vec<f64> {
             model.blocks.iter().map(entry).collect()
         };
         assert_eq!(model.directions.len(), 1, "the mesh force turns");

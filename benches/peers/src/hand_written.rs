@@ -1,7 +1,7 @@
 //! The program of by_hand/peer.c, called.
 
 use crate::clock;
-use atlas::model::{Model, Release, TrajectoryState};
+use gearatlas::model::{Model, Release, TrajectoryState};
 use serde_json::{Value, json};
 use std::ffi::{CString, c_char, c_int, c_long, c_void};
 use std::path::Path;
@@ -172,7 +172,7 @@ fn description(model: &Model, felt: &[usize]) -> Value {
                     (first.direction, first.damping)
                 );
             }
-            let segment = |s: &atlas::model::Segment| (s.end, s.stiffness.mean());
+            let segment = |s: &gearatlas::model::Segment| (s.end, s.stiffness.mean());
             json!({
                 "w": of_felt(w),
                 "g": of_felt(g),

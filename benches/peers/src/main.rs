@@ -23,8 +23,8 @@ mod runge_kutta;
 mod sundials;
 mod vectors;
 
-use atlas::propagate::{Stepping, Volterra};
-use atlas::reference::Reference;
+use gearatlas::propagate::{Stepping, Volterra};
+use gearatlas::reference::Reference;
 use cvode::{Cvode, Method, Vectors};
 use events::Failure;
 use field::Field;

@@ -3,10 +3,10 @@
 use crate::clock;
 use crate::common;
 use crate::events::{self, Failure, SmoothSolver};
-use atlas::analysis::EnergyNorm;
-use atlas::model::{Model, TrajectoryState};
-use atlas::propagate::{Counters, Kernel, Tangents};
-use atlas::reference::{Extended, ExtendedPassage};
+use gearatlas::analysis::EnergyNorm;
+use gearatlas::model::{Model, TrajectoryState};
+use gearatlas::propagate::{Counters, Kernel, Tangents};
+use gearatlas::reference::{Extended, ExtendedPassage};
 use serde_json::{Value, json};
 use std::cell::Cell;
 

@@ -13,7 +13,7 @@ use std::process::ExitCode;
 pub struct ExportArgs {
     /// Folder that `atlas run`, `atlas follow` or `atlas trace` wrote, such as results/flex80.
     pub folder: PathBuf,
-    /// Format of the files; `python -m atlas.export` writes NumPy, MATLAB and Excel files.
+    /// Format of the files; `python -m gearatlas.export` writes NumPy, MATLAB and Excel files.
     #[arg(long, value_enum, default_value_t = Format::Csv)]
     pub format: Format,
     /// Tables, separated by commas: points, spectra, trace, ... [default: all].

@@ -15,10 +15,10 @@ mod common;
 #[path = "../hand_written.rs"]
 mod hand_written;
 
-use atlas::analysis::EnergyNorm;
-use atlas::manifest;
-use atlas::model::{Model, TrajectoryState};
-use atlas::propagate::{ClosedModes, Counters, InstructionSet, Kernel, Tangents};
+use gearatlas::analysis::EnergyNorm;
+use gearatlas::manifest;
+use gearatlas::model::{Model, TrajectoryState};
+use gearatlas::propagate::{ClosedModes, Counters, InstructionSet, Kernel, Tangents};
 use common::advance::{settled, volterra};
 use hand_written::HandWritten;
 use serde_json::{Value, json};

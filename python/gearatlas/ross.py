@@ -1,7 +1,7 @@
 """Two rotors of ROSS (`pip install ross-rotordynamics`) and a spur mesh between them, as matrices.
 
-    from atlas.modal_file import write
-    from atlas.ross import geared
+    from gearatlas.modal_file import write
+    from gearatlas.ross import geared
     write(geared((pinion, wheel), nodes=(2, 1), teeth=(20, 30), base_radii=(0.0376, 0.0564),
                  pressure_angle=0.349, rated_torque=50.0), "drive.modal.toml", modes=40)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from . import _atlas
+from . import _gearatlas
 from ._optional import optional
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ class Table:
     `pyarrow.table(table)`, `duckdb.sql("select * from table")`.
     """
 
-    def __init__(self, inner: _atlas.Table) -> None:
+    def __init__(self, inner: _gearatlas.Table) -> None:
         self._inner = inner
 
     def __arrow_c_schema__(self) -> object:
@@ -75,7 +75,7 @@ class Table:
         return column
 
     def __repr__(self) -> str:
-        return f"<atlas.Table of {self.rows} rows: {', '.join(self.columns)}>"
+        return f"<gearatlas.Table of {self.rows} rows: {', '.join(self.columns)}>"
 
     def to_numpy(self) -> dict[str, npt.NDArray[Any]]:
         """All columns as arrays."""

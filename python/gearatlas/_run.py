@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from . import _atlas
+from . import _gearatlas
 from ._manifest import Source, load
 from ._results import Results
 
@@ -119,7 +119,7 @@ def run(
             voice(Progress(*numbers))
 
     def compute() -> None:
-        _atlas.run(
+        _gearatlas.run(
             job._inner,
             folder,
             threads=threads,
@@ -158,5 +158,5 @@ def follow(
     job = load(manifest, set)
     kept = TemporaryDirectory(prefix="atlas-") if out is None else None
     folder = kept.name if kept else os.fspath(out or "")
-    _atlas.follow(job._inner, folder, threads=threads, tables=tables, progress=progress)
+    _gearatlas.follow(job._inner, folder, threads=threads, tables=tables, progress=progress)
     return Results(folder, kept)

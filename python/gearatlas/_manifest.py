@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from . import _atlas
+from . import _gearatlas
 from ._errors import Fault, ManifestWarning
 from ._table import Table
 
@@ -33,7 +33,7 @@ class Axis(NamedTuple):
 class Point:
     """An operating point, on its grid or off it."""
 
-    def __init__(self, inner: _atlas.Point) -> None:
+    def __init__(self, inner: _gearatlas.Point) -> None:
         self._inner = inner
 
     @property
@@ -70,17 +70,17 @@ class Point:
         return Point(self._inner.changed({**(values or {}), **more}))
 
     def __repr__(self) -> str:
-        return f"<atlas.Point {self.id}: load {self.load:g}, speed {self.speed:g} rad/s>"
+        return f"<gearatlas.Point {self.id}: load {self.load:g}, speed {self.speed:g} rad/s>"
 
 
 class Manifest:
     """A manifest without faults: what `atlas check` accepts."""
 
-    def __init__(self, inner: _atlas.Manifest) -> None:
+    def __init__(self, inner: _gearatlas.Manifest) -> None:
         self._inner = inner
 
     @classmethod
-    def _warned(cls, inner: _atlas.Manifest) -> Manifest:
+    def _warned(cls, inner: _gearatlas.Manifest) -> Manifest:
         """The manifest, after it was told what it is warned of: where the caller of this package stands."""
         if text := inner.warned():
             warnings.warn(text, ManifestWarning, stacklevel=_depth_of_caller())
@@ -89,21 +89,21 @@ class Manifest:
     @classmethod
     def from_file(cls, path: str | os.PathLike[str], set: Changes | None = None) -> Manifest:
         """The manifest in a file."""
-        return cls._warned(_atlas.Manifest.from_file(path, dict(set or {})))
+        return cls._warned(_gearatlas.Manifest.from_file(path, dict(set or {})))
 
     @classmethod
     def from_text(
         cls, text: str, set: Changes | None = None, folder: str | os.PathLike[str] = ""
     ) -> Manifest:
         """The manifest that a text is; paths in it start at `folder`."""
-        return cls._warned(_atlas.Manifest.from_text(text, dict(set or {}), "text", folder))
+        return cls._warned(_gearatlas.Manifest.from_text(text, dict(set or {}), "text", folder))
 
     @classmethod
     def from_dict(
         cls, tables: Mapping[str, Any], set: Changes | None = None, folder: str | os.PathLike[str] = ""
     ) -> Manifest:
         """The manifest that a dictionary of tables is; faults show the lines of its text."""
-        return cls._warned(_atlas.Manifest.from_dict(dict(tables), dict(set or {}), folder))
+        return cls._warned(_gearatlas.Manifest.from_dict(dict(tables), dict(set or {}), folder))
 
     @property
     def name(self) -> str:
@@ -166,7 +166,7 @@ class Manifest:
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{len(axis.values)} {axis.name}" for axis in self.axes)
-        return f"<atlas.Manifest {self.name}: {len(self)} points ({axes})>"
+        return f"<gearatlas.Manifest {self.name}: {len(self)} points ({axes})>"
 
 
 def _depth_of_caller() -> int:

@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from . import _atlas
+from . import _gearatlas
 from ._errors import AtlasError
 from ._table import Table
 
@@ -29,18 +29,18 @@ class Results:
     @property
     def tables(self) -> list[str]:
         """Names of the tables that are there."""
-        return _atlas.present_tables(self.folder)
+        return _gearatlas.present_tables(self.folder)
 
     def table(self, name: str) -> Table:
         """A table by its name."""
         if name not in self._tables:
-            self._tables[name] = Table(_atlas.read_table(self.folder, name))
+            self._tables[name] = Table(_gearatlas.read_table(self.folder, name))
         return self._tables[name]
 
     @cached_property
     def records(self) -> list[dict[str, Any]]:
         """The records of the runs (`run.json`), one a shard."""
-        return [json.loads(text) for text in _atlas.read_runs(self.folder)]
+        return [json.loads(text) for text in _gearatlas.read_runs(self.folder)]
 
     @property
     def record(self) -> dict[str, Any]:
@@ -130,11 +130,11 @@ class Results:
         return self.table("events")
 
     def __repr__(self) -> str:
-        return f"<atlas.Results in {self.folder}: {', '.join(self.tables)}>"
+        return f"<gearatlas.Results in {self.folder}: {', '.join(self.tables)}>"
 
 
 def open(folder: str | os.PathLike[str]) -> Results:
-    """The results in a folder that `atlas.run`, `atlas.follow` or the command line wrote."""
+    """The results in a folder that `gearatlas.run`, `gearatlas.follow` or the command line wrote."""
     results = Results(folder)
     if not results.tables:
         raise AtlasError(f"no results in `{folder}`; give the folder that `atlas run` wrote")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 
-from . import _atlas
+from . import _gearatlas
 from ._manifest import Point
 from ._table import Table
 
@@ -42,7 +42,7 @@ def trace(
     * `outputs`: records torques, accelerations and rotations, too.
     * `swept`: starts where the sweep that the manifest asks for has come to, not from `run.initial`.
     """
-    samples, events, stop = _atlas.trace(
+    samples, events, stop = _gearatlas.trace(
         point._inner,
         cycles=cycles,
         skip=skip,
@@ -71,5 +71,5 @@ def structure(
     point: Point, *, samples: int = 256, tables: str | os.PathLike[str] = "tables"
 ) -> Structure:
     """The structure of a point, and its mesh at `samples` even phases."""
-    found = _atlas.structure(point._inner, samples=samples, tables=tables)
+    found = _gearatlas.structure(point._inner, samples=samples, tables=tables)
     return Structure(*(Table(table) for table in found))

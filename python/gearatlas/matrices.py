@@ -1,7 +1,7 @@
 """What is a linear structure as matrices, and is it one?
 
 M u'' + (C + Ω G) u' + (K + K_c) u = f over freedoms u, with the directions along which contacts, loads and
-bearings act: what finite-element codes and programs of rotor dynamics export. `atlas.modal_file` makes the
+bearings act: what finite-element codes and programs of rotor dynamics export. `gearatlas.modal_file` makes the
 modal file of it that `model.kind = "modal"` reads. SI throughout.
 """
 

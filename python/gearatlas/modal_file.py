@@ -221,7 +221,7 @@ def write(
     file = tables(structure, modes, damping)
     count = len(file["frequency"])
     head = [
-        f"# {count} modes of {structure.size} freedoms, from {' '.join(structure.source.split())}, by atlas.modal_file.",
+        f"# {count} modes of {structure.size} freedoms, from {' '.join(structure.source.split())}, by gearatlas.modal_file.",
         "# SI: rad/s, 1/sqrt(kg). docs/modal-files.md describes the keys.",
     ]
     Path(path).write_text("\n".join(head + _lines(file)) + "\n", encoding="utf-8")

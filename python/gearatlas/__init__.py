@@ -1,14 +1,14 @@
 """Gear rattle over grids of operating points, in Python.
 
->>> import atlas
->>> results = atlas.run("manifests/quickstart.toml")
+>>> import gearatlas
+>>> results = gearatlas.run("manifests/quickstart.toml")
 >>> results.points.on_grid("lambda_max")
 
 The program, its manifests and what its tables hold are described in its manual; docs/python.md is the
 page on this package.
 """
 
-from ._atlas import COMMIT, __version__
+from ._gearatlas import COMMIT, __version__
 from ._errors import AtlasError, Fault, ManifestError, ManifestWarning
 from ._manifest import Axis, Manifest, Point, load
 from ._map import CycleMap, Image

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from . import _atlas
+from . import _gearatlas
 from ._manifest import Changes, Point
 from ._table import Table
 
@@ -55,7 +55,7 @@ class CycleMap:
         threads: int | None = None,
         tables: str | os.PathLike[str] = "tables",
     ) -> None:
-        self._inner = _atlas.CycleMap(point._inner, threads, tables)
+        self._inner = _gearatlas.CycleMap(point._inner, threads, tables)
         self._asked = (threads, tables)
 
     @property
@@ -181,7 +181,7 @@ class CycleMap:
         return rows[np.newaxis, :] if rows.ndim == 1 else rows
 
     def __repr__(self) -> str:
-        return f"<atlas.CycleMap of {self.point!r}: {self.modes} modes, {self.kernel}>"
+        return f"<gearatlas.CycleMap of {self.point!r}: {self.modes} modes, {self.kernel}>"
 
 
 def _floats(values: npt.ArrayLike) -> Floats:

@@ -1,7 +1,7 @@
-"""From files of matrices to a modal file: `python -m atlas.convert drive.npz` or `drive.toml`.
+"""From files of matrices to a modal file: `python -m gearatlas.convert drive.npz` or `drive.toml`.
 
-    python -m atlas.convert drive.npz --modes 40 --out drive.modal.toml
-    python -m atlas.convert drive.toml               # names Matrix Market files, has directions by freedom
+    python -m gearatlas.convert drive.npz --modes 40 --out drive.modal.toml
+    python -m gearatlas.convert drive.toml               # names Matrix Market files, has directions by freedom
 
 docs/modal-files.md has the names of the arrays and keys.
 """
@@ -199,7 +199,7 @@ def _whole(source: str, name: str, value: float) -> int:
 
 def main(arguments: list[str] | None = None) -> int:
     """The command line: 0 when the file is written, 2 for bad input, 1 where it cannot be written."""
-    parser = argparse.ArgumentParser(prog="python -m atlas.convert", description=(__doc__ or "").splitlines()[0])
+    parser = argparse.ArgumentParser(prog="python -m gearatlas.convert", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("structure", type=Path, help=".npz file of arrays, or .toml file that names .mtx files")
     parser.add_argument("--out", type=Path, help="modal file [default: NAME.modal.toml beside the structure]")
     parser.add_argument("--modes", type=int, help="how many of the lowest modes [default: all]")

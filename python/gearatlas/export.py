@@ -1,4 +1,4 @@
-"""Writes result tables for NumPy, MATLAB or Excel: `python -m atlas.export results/flex80 --format mat`.
+"""Writes result tables for NumPy, MATLAB or Excel: `python -m gearatlas.export results/flex80 --format mat`.
 
 CSV and Arrow files are written by the program itself: `atlas export`.
 """
@@ -185,7 +185,7 @@ def _names(text: str) -> list[str]:
 
 
 def _main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m atlas.export", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m gearatlas.export", description=__doc__)
     parser.add_argument("folder", help="folder that `atlas run`, `atlas follow` or `atlas trace` wrote")
     parser.add_argument("--format", choices=list(_FORMATS), required=True, help="format of the files")
     parser.add_argument("--tables", metavar="TABLE,...", help="tables to write [default: all]", type=_names, default=[])
