@@ -27,9 +27,9 @@ mod rounds;
 #[path = "cycle/scenes.rs"]
 mod scenes;
 
+use common::Case;
 use gearatlas::model::Model;
 use gearatlas::propagate::{Counters, InstructionSet, Kernel, Tangents};
-use common::Case;
 use rounds::{Contender, Spell, race};
 use scenes::{drive, quiet, settled, volterra};
 use serde_json::{Value, json};

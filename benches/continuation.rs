@@ -12,6 +12,7 @@
 #[path = "../tests/common/stopped.rs"]
 mod stopped;
 
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use gearatlas::analysis::continuation::branch::{Branch, Steps, follow};
 use gearatlas::analysis::continuation::drive::{DriveMap, Family};
 use gearatlas::analysis::continuation::orbit::Orbit;
@@ -21,7 +22,6 @@ use gearatlas::manifest;
 use gearatlas::model::InitialState;
 use gearatlas::store::TableStore;
 use gearatlas::sweep::{Parts, PointFamily};
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::path::Path;
 use stopped::{PUBLISHED, Stopped};
 

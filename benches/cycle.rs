@@ -19,14 +19,14 @@ mod common;
 #[path = "cycle/scenes.rs"]
 mod scenes;
 
+use common::Case;
+use criterion::{Bencher, BenchmarkId, Criterion, criterion_group, criterion_main};
 use gearatlas::analysis::Nvh;
 use gearatlas::model::{Division, Model};
 use gearatlas::propagate::{
     ClosedModes, Counters, InstructionSet, Kernel, Observer, Stepping, Tangents, Volterra,
 };
 use gearatlas::reference::Reference;
-use common::Case;
-use criterion::{Bencher, BenchmarkId, Criterion, criterion_group, criterion_main};
 use scenes::{computed, drive, quiet, settled, volterra};
 use serde_json::{Map, Value, json};
 use std::hint::black_box;

@@ -12,12 +12,12 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use gearatlas::manifest;
-use gearatlas::model::{InitialState, Model};
-use gearatlas::propagate::{ClosedModes, Counters, InstructionSet, Kernel, Tangents};
 use common::advance::{advance, volterra};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};
+use gearatlas::manifest;
+use gearatlas::model::{InitialState, Model};
+use gearatlas::propagate::{ClosedModes, Counters, InstructionSet, Kernel, Tangents};
 use std::hint::black_box;
 use std::path::Path;
 

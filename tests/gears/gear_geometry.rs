@@ -2,7 +2,9 @@
 
 #![allow(clippy::unwrap_used)]
 
-use gearatlas::gear::{Flanks, GearError, GearPair, ProfilePoint, Relief, Tooth, ToothForm, involute};
+use gearatlas::gear::{
+    Flanks, GearError, GearPair, ProfilePoint, Relief, Tooth, ToothForm, involute,
+};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 fn pair(teeth: [u32; 2], module: f64) -> GearPair {

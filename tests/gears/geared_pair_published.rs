@@ -6,9 +6,9 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{advance_with, volterra};
 use gearatlas::manifest;
 use gearatlas::propagate::{Event, Observer, Window};
-use common::advance::{advance_with, volterra};
 use std::path::Path;
 
 /// Mean transmission error as the code defines it, the error taken off \[m\].

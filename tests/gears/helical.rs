@@ -4,12 +4,12 @@
 #![allow(clippy::unwrap_used, dead_code)]
 
 use crate::flank;
+use flank::{FunctionFlank, STIFFNESS, path, split};
 use gearatlas::gear::{
     Contact, Face, FlankLaw, Flanks, GearError, GearPair, HelicalFace, MeanFriction, MeshTable,
     MeshTableCycle, MeshTableInputs, Relief, SharedLoad, Tooth, ToothForm, involute,
     mesh_force_direction,
 };
-use flank::{FunctionFlank, STIFFNESS, path, split};
 use std::f64::consts::PI;
 
 /// The default gears, inclined by an angle in degrees.

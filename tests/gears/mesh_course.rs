@@ -4,6 +4,8 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{Events, ROUND_OFF, advance, advance_with, settled, volterra};
+use common::{Case, relative_difference, state_difference};
 use gearatlas::analysis::EnergyAudit;
 use gearatlas::model::{
     ActiveSet, COAST_FLANK, CoastFlank, Division, Drive, FlankError, InitialState, Model,
@@ -11,8 +13,6 @@ use gearatlas::model::{
 };
 use gearatlas::propagate::{Counters, InstructionSet, Kernel, Stepping, Tangents, Volterra};
 use gearatlas::reference::{Extended, Reference};
-use common::advance::{Events, ROUND_OFF, advance, advance_with, settled, volterra};
-use common::{Case, relative_difference, state_difference};
 use std::f64::consts::TAU;
 
 /// Two pairs in mesh up to 0.6, then one: each an arch, as tooth bending makes it.

@@ -4,13 +4,13 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use crate::common;
+use common::advance::{Events, advance, advance_with, volterra};
+use common::relative_difference;
 use gearatlas::analysis::{EnergyAudit, Nvh};
 use gearatlas::manifest;
 use gearatlas::model::{InitialState, Model};
 use gearatlas::reference::Extended;
 use gearatlas::store::{ResultTable, TableKind};
-use common::advance::{Events, advance, advance_with, volterra};
-use common::relative_difference;
 use std::path::Path;
 use std::process::Command;
 

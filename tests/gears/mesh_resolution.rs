@@ -9,11 +9,11 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use crate::common;
+use common::advance::{advance, advance_with, volterra};
 use gearatlas::manifest;
 use gearatlas::model::{InitialState, Model, Segment};
 use gearatlas::numerics::legendre::{at_end, at_start};
 use gearatlas::propagate::{Event, Observer, Window};
-use common::advance::{advance, advance_with, volterra};
 use std::path::Path;
 
 /// Spur gears of 18 and 35 teeth that whine.

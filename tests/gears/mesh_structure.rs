@@ -3,12 +3,12 @@
 #![allow(clippy::unwrap_used, dead_code)]
 
 use crate::{default_drive, flank};
+use flank::{FACE_WIDTH, FunctionFlank, MISALIGNMENT, STIFFNESS, default_force, path, split};
 use gearatlas::gear::{
     Contact, Face, FaceLaw, LoadSharing, MeshTable, MeshTableInputs, MisalignmentEnding,
     MisalignmentSearch, StiffnessLaw, TiltCompliance, friction_direction, loaded_misalignment,
     pairs_at,
 };
-use flank::{FACE_WIDTH, FunctionFlank, MISALIGNMENT, STIFFNESS, default_force, path, split};
 
 /// Static tilt compliance of the default drive, from an independent assembly of it.
 fn default_compliance() -> TiltCompliance {

@@ -3,12 +3,12 @@
 #![allow(clippy::unwrap_used, dead_code)]
 
 use crate::{fixtures, flank};
+use flank::{FACE_WIDTH, FunctionFlank, MISALIGNMENT, STIFFNESS, default_force, path, split};
 use gearatlas::gear::{
     Contact, Face, FaceLaw, Flanks, GearPair, LoadSharing, MeshTable, MeshTableCycle,
     MeshTableError, MeshTableInputs, NODES, Relief, SecantContact, SharingError, StiffnessLaw,
     ToothForm, pairs_at,
 };
-use flank::{FACE_WIDTH, FunctionFlank, MISALIGNMENT, STIFFNESS, default_force, path, split};
 use std::f64::consts::{PI, TAU};
 use std::sync::Mutex;
 

@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used, dead_code)]
 
 use crate::flank;
-use gearatlas::gear::{ContactPair, Face, LoadSharing, SharedLoad, SharingError, pairs_at};
 use flank::{FACE_WIDTH, FunctionFlank, MISALIGNMENT, STIFFNESS, default_force, path, split};
+use gearatlas::gear::{ContactPair, Face, LoadSharing, SharedLoad, SharingError, pairs_at};
 
 fn face(slices: usize) -> Face {
     Face {

@@ -3,9 +3,9 @@
 // Helpers outside the test functions may unwrap, too.
 #![allow(clippy::unwrap_used)]
 
+use faer::{Mat, Scale};
 use gearatlas::numerics::linalg::eigenvalues;
 use gearatlas::shaft::{Assembly, BeamElement, Disc, Freedom, Material, Modes, Section};
-use faer::{Mat, Scale};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 

@@ -4,12 +4,12 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{ROUND_OFF, advance, mean_equilibrium, volterra};
+use common::relative_difference;
 use gearatlas::manifest::{self, Job};
 use gearatlas::model::{InitialState, Model};
 use gearatlas::propagate::{Counters, Kernel, Volterra};
 use gearatlas::sweep::Parts;
-use common::advance::{ROUND_OFF, advance, mean_equilibrium, volterra};
-use common::relative_difference;
 use std::path::Path;
 
 /// The manifest of the default drive with its mesh from a table, edited.

@@ -4,12 +4,12 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{advance, settled, volterra};
 use gearatlas::manifest::{self, Job, StructureSource};
 use gearatlas::model::{InitialState, Model};
 use gearatlas::reference::Reference;
 use gearatlas::shaft::{RigidDrive, Tier};
 use gearatlas::sweep::build;
-use common::advance::{advance, settled, volterra};
 use std::f64::consts::PI;
 use std::path::Path;
 

@@ -4,11 +4,11 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::default_drive;
+use default_drive::{DENSITY, gears, shafts};
 use gearatlas::shaft::{
     Bearing, Disc, Drag, FlexibleDrive, Pedestal, RigidDrive, Shaft, ShaftError, Tier,
 };
 use gearatlas::structure::{ModalStructure, ModeCount};
-use default_drive::{DENSITY, gears, shafts};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 

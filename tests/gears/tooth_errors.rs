@@ -4,13 +4,13 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use crate::common;
+use common::advance::{advance, volterra};
+use common::relative_difference;
 use gearatlas::gear::{Modification, Plane};
 use gearatlas::manifest;
 use gearatlas::model::{InitialState, Model};
 use gearatlas::propagate::{Dyadic, Fused, Hermite, Kernel, Spectral, Stepping};
 use gearatlas::reference::Extended;
-use common::advance::{advance, volterra};
-use common::relative_difference;
 use std::f64::consts::TAU;
 use std::path::Path;
 

@@ -3,12 +3,12 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{Events, advance, advance_with, volterra};
 use gearatlas::analysis::{EnergyAudit, EnergyNorm, Nvh};
 use gearatlas::manifest::{self, Job};
 use gearatlas::model::{InitialState, Model, TrajectoryState};
 use gearatlas::reference::Extended;
 use gearatlas::sweep::build;
-use common::advance::{Events, advance, advance_with, volterra};
 use std::path::Path;
 
 fn text(name: &str) -> String {

@@ -7,9 +7,9 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::{changed, dice, mutated, targets};
-use gearatlas::numerics::random::Stream;
 use changed::Changes;
 use dice::Dice;
+use gearatlas::numerics::random::Stream;
 use mutated::Mutations;
 use std::collections::BTreeMap;
 use std::fs;

@@ -3,13 +3,13 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{advance_with, settled, volterra};
+use common::{forty_modes, model};
 use gearatlas::analysis::{Nvh, NvhOutcome};
 use gearatlas::model::{Model, TrajectoryState};
 use gearatlas::numerics::legendre::evaluate;
 use gearatlas::numerics::statistics::{quantile, standard_error};
 use gearatlas::propagate::{Event, Observer, Window};
-use common::advance::{advance_with, settled, volterra};
-use common::{forty_modes, model};
 
 /// Time averages with the values that they have in two records.
 fn averages<'a>(a: &'a NvhOutcome, b: &'a NvhOutcome) -> Vec<(&'static str, f64, f64)> {

@@ -6,6 +6,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{advance, advance_with, mean_equilibrium, volterra};
 use gearatlas::analysis::{
     Class, EnergyNorm, MultistabilityOutcome, MultistabilityQuestion, Probes, SliceOf,
     SliceQuestion, probe_basins,
@@ -15,7 +16,6 @@ use gearatlas::model::{
 };
 use gearatlas::numerics::random::PointSeed;
 use gearatlas::reference::Reference;
-use common::advance::{advance, advance_with, mean_equilibrium, volterra};
 use std::f64::consts::{PI, TAU};
 use std::sync::atomic::AtomicBool;
 

@@ -5,17 +5,19 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::{common, results};
+use common::advance::volterra;
 use gearatlas::analysis::{
     ModalState, MultistabilityQuestion, PoincareSample, Probes, Questions, SampleKind, Section,
     Signals, Surface, TraceQuestion, TraceSample, TraceSink, investigate, probe_basins, trace,
 };
 use gearatlas::manifest::{self, Job};
-use gearatlas::model::{ActiveSet, COAST_FLANK, DRIVE_FLANK, Drive, InitialState, MeshHarmonic, Model};
+use gearatlas::model::{
+    ActiveSet, COAST_FLANK, DRIVE_FLANK, Drive, InitialState, MeshHarmonic, Model,
+};
 use gearatlas::numerics::random::PointSeed;
 use gearatlas::propagate::Event;
 use gearatlas::reference::Reference;
 use gearatlas::store::{ResultTable, TableKind};
-use common::advance::volterra;
 use std::convert::Infallible;
 use std::fs;
 use std::path::{Path, PathBuf};

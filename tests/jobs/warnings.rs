@@ -236,12 +236,14 @@ fn equal_rows_are_points_of_their_own() {
     assert_eq!(status(&merged), 0, "{}", stderr(&merged));
     let column = |folder: &Path, name: &str| {
         let points =
-            gearatlas::store::ResultTable::read(folder, gearatlas::store::TableKind::Points).unwrap();
+            gearatlas::store::ResultTable::read(folder, gearatlas::store::TableKind::Points)
+                .unwrap();
         points.f64(name).unwrap()
     };
     for folder in [&whole, &place.path("parts"), &place.path("joined")] {
         let points =
-            gearatlas::store::ResultTable::read(folder, gearatlas::store::TableKind::Points).unwrap();
+            gearatlas::store::ResultTable::read(folder, gearatlas::store::TableKind::Points)
+                .unwrap();
         assert_eq!(points.u64("point_id").unwrap(), [Some(0), Some(1), Some(2)]);
         assert_eq!(
             column(folder, "speed"),
@@ -257,7 +259,8 @@ fn equal_rows_are_points_of_their_own() {
         column(&place.path("parts"), "deflection_rms")
     );
     // Probes are drawn by point, so that each row has its own.
-    let probes = gearatlas::store::ResultTable::read(&whole, gearatlas::store::TableKind::Probes).unwrap();
+    let probes =
+        gearatlas::store::ResultTable::read(&whole, gearatlas::store::TableKind::Probes).unwrap();
     let ids = probes.u64("point_id").unwrap();
     assert_eq!(ids.iter().filter(|id| **id == Some(2)).count(), 3);
     for command in [

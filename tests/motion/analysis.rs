@@ -4,6 +4,8 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{advance, advance_with, settled, volterra};
+use common::{drives, relative_difference};
 use gearatlas::analysis::{
     Class, Effort, EnergyAudit, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, PointOutcome,
     Questions, Section, Signals, SpectrumQuestion, Status, investigate,
@@ -19,8 +21,6 @@ use gearatlas::propagate::{
 };
 use gearatlas::reference::Reference;
 use gearatlas::structure::ModalStructure;
-use common::advance::{advance, advance_with, settled, volterra};
-use common::{drives, relative_difference};
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -5,6 +5,8 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{Events, advance, advance_with, volterra};
+use common::relative_difference;
 use gearatlas::analysis::{EnergyAudit, excitation_period};
 use gearatlas::model::{
     CoastFlank, Division, Drive, DriveShaft, FlankError, InitialState, MeshHarmonic, Model,
@@ -13,8 +15,6 @@ use gearatlas::model::{
 use gearatlas::propagate::{Counters, Kernel, Stepping, Tangents};
 use gearatlas::reference::{Extended, Reference};
 use gearatlas::structure::{ContactLaw, Coupling, HarmonicLoad, ModalStructure, StructureContact};
-use common::advance::{Events, advance, advance_with, volterra};
-use common::relative_difference;
 
 /// A case: its name, its model and where it starts.
 type Case = (String, Model, TrajectoryState);

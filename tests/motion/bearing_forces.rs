@@ -3,12 +3,12 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use crate::common;
+use common::advance::{advance, advance_with, volterra};
+use common::default_drive::flexible;
 use gearatlas::analysis::{Outputs, Signals};
 use gearatlas::model::{Division, Drive, InitialState, Model, OperatingPoint, Quantity};
 use gearatlas::propagate::{Event, Observer, Window};
 use gearatlas::structure::{ModalStructure, StaticShare};
-use common::advance::{advance, advance_with, volterra};
-use common::default_drive::flexible;
 
 /// Freedoms of the drive: sixteen nodes of six on either shaft.
 const ALL: usize = 192;

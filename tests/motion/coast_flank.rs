@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::default_drive;
+use default_drive::{DENSITY, gears, shafts};
 use gearatlas::gear::{MeshTable, MeshTableInputs, friction_direction};
 use gearatlas::model::{
     COAST_FLANK, CoastFlank, DRIVE_FLANK, Division, Drive, MeshHarmonic, Model, OperatingPoint,
@@ -11,7 +12,6 @@ use gearatlas::model::{
 };
 use gearatlas::shaft::{RigidDrive, Tier};
 use gearatlas::structure::ModalStructure;
-use default_drive::{DENSITY, gears, shafts};
 use nalgebra::{Matrix6, Vector6};
 use proptest::prelude::*;
 

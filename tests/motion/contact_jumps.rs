@@ -4,11 +4,11 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{advance, advance_with, mean_equilibrium, volterra};
+use common::{Case, state_difference};
 use gearatlas::analysis::ContactJumps;
 use gearatlas::model::{Division, InitialState, Model, TrajectoryState};
 use gearatlas::propagate::{Counters, Fused, Kernel, Spectral};
-use common::advance::{advance, advance_with, mean_equilibrium, volterra};
-use common::{Case, state_difference};
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 

@@ -3,11 +3,11 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{Events, advance, advance_with, settled, volterra};
+use common::{Case, drives, relative_difference, state_difference};
 use gearatlas::model::{Division, Drive, Model};
 use gearatlas::propagate::{Stepping, Volterra};
 use gearatlas::reference::Reference;
-use common::advance::{Events, advance, advance_with, settled, volterra};
-use common::{Case, drives, relative_difference, state_difference};
 
 const DOUBLE_PAIR: f64 = 4.444e8;
 const SINGLE_PAIR: f64 = 3.333e8;

@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use crate::common;
+use common::advance::volterra;
 use gearatlas::analysis::{
     Class, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, Section, Signals, Status,
     investigate,
@@ -13,7 +14,6 @@ use gearatlas::manifest;
 use gearatlas::model::{InitialState, Model, TrajectoryState};
 use gearatlas::numerics::random::{PointSeed, Stream};
 use gearatlas::numerics::statistics::interval_factor;
-use common::advance::volterra;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{mean_equilibrium, volterra};
 use gearatlas::analysis::{
     ExpansionError, ExpansionOutcome, ExpansionQuantity, ExpansionQuestion, OrbitQuestion,
     cycle_expansion, survey_orbits,
@@ -11,7 +12,6 @@ use gearatlas::manifest;
 use gearatlas::model::{Model, TrajectoryState};
 use gearatlas::numerics::random::PointSeed;
 use gearatlas::propagate::{Counters, Kernel};
-use common::advance::{mean_equilibrium, volterra};
 use std::path::Path;
 use std::process::Command;
 use std::sync::atomic::AtomicBool;

@@ -4,12 +4,12 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{advance, advance_with, volterra};
 use gearatlas::analysis::Nvh;
 use gearatlas::gear::{Contact, FaceLaw, Flanks, MeshTable, MeshTableInputs};
 use gearatlas::manifest::{self, PointSpec};
 use gearatlas::model::{InitialState, TrajectoryState};
 use gearatlas::store::{ResultTable, TableKind};
-use common::advance::{advance, advance_with, volterra};
 use std::path::Path;
 use std::process::Command;
 

@@ -5,12 +5,12 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{Events, ROUND_OFF, advance_with, volterra};
 use gearatlas::model::{
     ActiveSet, COAST_FLANK, DRIVE_FLANK, Division, Drive, DriveShaft, InitialState, Model,
     OperatingPoint, TorqueRipple, TrajectoryState,
 };
 use gearatlas::propagate::{Counters, Event, Kernel, Stop, Volterra};
-use common::advance::{Events, ROUND_OFF, advance_with, volterra};
 use std::f64::consts::{PI, TAU};
 
 /// One mode `q'' + ω² q = load − F` that is the deflection itself, undamped.

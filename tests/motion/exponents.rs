@@ -5,6 +5,8 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{advance, settled, volterra};
+use common::{drives, relative_difference};
 use gearatlas::analysis::orbits::floquet;
 use gearatlas::analysis::{
     Class, Effort, EnergyNorm, LyapunovMethod, LyapunovQuestion, Nvh, Questions, Section,
@@ -16,8 +18,6 @@ use gearatlas::numerics::statistics::standard_error;
 use gearatlas::propagate::{Counters, Kernel, Tangents};
 use gearatlas::reference::Reference;
 use gearatlas::verify::constant_contact_exponents;
-use common::advance::{advance, settled, volterra};
-use common::{drives, relative_difference};
 use std::f64::consts::TAU;
 use std::sync::atomic::AtomicBool;
 

@@ -4,10 +4,10 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{Events, advance_with, settled, volterra};
 use gearatlas::analysis::EnergyNorm;
 use gearatlas::model::{Model, TrajectoryState};
 use gearatlas::reference::{Extended, ExtendedPassage, Reference};
-use common::advance::{Events, advance_with, settled, volterra};
 
 /// Error of a state in the energy norm, in half gaps.
 fn error(model: &Model, exact: &ExtendedPassage, state: &[f64]) -> f64 {

@@ -4,6 +4,8 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use crate::common;
+use common::advance::{Events, advance, advance_with, mean_equilibrium, volterra};
+use common::{relative_difference, state_difference};
 use gearatlas::analysis::EnergyAudit;
 use gearatlas::gear::{Face, Flanks, LoadSharing, pairs_at};
 use gearatlas::manifest::{self, Job, StiffnessSpec};
@@ -12,8 +14,6 @@ use gearatlas::numerics::legendre::evaluate;
 use gearatlas::propagate::{Dyadic, Event, Observer, Window};
 use gearatlas::reference::{Extended, Reference};
 use gearatlas::sweep::Parts;
-use common::advance::{Events, advance, advance_with, mean_equilibrium, volterra};
-use common::{relative_difference, state_difference};
 use std::path::Path;
 use std::process::Command;
 

@@ -29,6 +29,9 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::{common, drawn, row};
+use common::advance::{Events, volterra};
+use common::state_difference;
+use drawn::Drawn;
 use gearatlas::analysis::{Class, PointOutcome, Status, investigate_onward};
 use gearatlas::model::{Model, TrajectoryState};
 use gearatlas::propagate::{
@@ -36,9 +39,6 @@ use gearatlas::propagate::{
     Tangents, Volterra,
 };
 use gearatlas::reference::Reference;
-use common::advance::{Events, volterra};
-use common::state_difference;
-use drawn::Drawn;
 use row::{broken, differs, questions};
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -10,8 +10,8 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use gearatlas::model::{Drive, DriveShaft, InitialState, Model, OperatingPoint, TorqueRipple};
 use common::advance::{advance_with, volterra};
+use gearatlas::model::{Drive, DriveShaft, InitialState, Model, OperatingPoint, TorqueRipple};
 
 const GAP: f64 = 10e-6;
 const NATURAL: f64 = 4000.0;

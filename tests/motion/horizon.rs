@@ -4,6 +4,8 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{settled, volterra};
+use common::{model, one_degree, two_modes};
 use gearatlas::analysis::{
     EnergyNorm, HorizonOutcome, HorizonQuantity, HorizonQuestion, TangentGrowth, predictability,
 };
@@ -11,8 +13,6 @@ use gearatlas::model::{Model, TrajectoryState};
 use gearatlas::numerics::random::{PointSeed, Stream};
 use gearatlas::numerics::statistics::mean;
 use gearatlas::propagate::{Counters, Kernel};
-use common::advance::{settled, volterra};
-use common::{model, one_degree, two_modes};
 use std::sync::atomic::AtomicBool;
 
 const POINT: PointSeed = PointSeed {

@@ -3,13 +3,13 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{Events, advance, advance_with, settled, volterra};
+use common::{Case, drives, relative_difference, state_difference};
 use gearatlas::model::{Division, Drive, MeshHarmonic, Model, OperatingPoint, TrajectoryState};
 use gearatlas::propagate::{
     Counters, DenseError, Dyadic, Fused, Hermite, Kernel, Spectral, Stepping, Stop, Tangents,
 };
 use gearatlas::reference::Reference;
-use common::advance::{Events, advance, advance_with, settled, volterra};
-use common::{Case, drives, relative_difference, state_difference};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use std::f64::consts::TAU;

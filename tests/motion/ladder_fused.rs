@@ -4,10 +4,12 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use gearatlas::model::{Division, InitialState, Model, OperatingPoint, TrajectoryState};
-use gearatlas::propagate::{Counters, Dyadic, Fused, Hermite, Kernel, PowerJumps, Spectral, Tangents};
 use common::advance::{Events, advance, advance_with, mean_equilibrium, settled, volterra};
 use common::{drives, relative_difference, state_difference};
+use gearatlas::model::{Division, InitialState, Model, OperatingPoint, TrajectoryState};
+use gearatlas::propagate::{
+    Counters, Dyadic, Fused, Hermite, Kernel, PowerJumps, Spectral, Tangents,
+};
 
 /// Unit steps a mesh cycle, as published.
 const CELLS: u32 = 60;

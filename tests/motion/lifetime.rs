@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::{common, place, results};
+use common::advance::volterra;
 use gearatlas::analysis::{
     Class, Effort, LyapunovMethod, LyapunovQuestion, PointOutcome, Questions, Section, Status,
     investigate,
@@ -13,7 +14,6 @@ use gearatlas::model::{Division, InitialState, MeshHarmonic, Model, TrajectorySt
 use gearatlas::numerics::random::{PointSeed, Stream};
 use gearatlas::numerics::statistics::mean;
 use gearatlas::store::{ResultTable, TableKind};
-use common::advance::volterra;
 use place::Place;
 use results::assert_same;
 use std::f64::consts::TAU;

@@ -4,15 +4,17 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{advance, advance_with, volterra};
 use gearatlas::analysis::{Nvh, NvhOutcome, Questions, investigate};
-use gearatlas::gear::{Flanks, GearPair, MeshTable, MeshTableInputs, ToothForm, friction_direction};
+use gearatlas::gear::{
+    Flanks, GearPair, MeshTable, MeshTableInputs, ToothForm, friction_direction,
+};
 use gearatlas::manifest::{self, Job};
 use gearatlas::model::{InitialState, Model};
 use gearatlas::numerics::legendre::evaluate;
 use gearatlas::numerics::random::PointSeed;
 use gearatlas::propagate::{Event, Observer, Window};
 use gearatlas::sweep::build::questions;
-use common::advance::{advance, advance_with, volterra};
 use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;

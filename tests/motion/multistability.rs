@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::{common, program};
+use common::advance::volterra;
 use gearatlas::analysis::{
     Class, MultistabilityOutcome, MultistabilityQuestion, ProbeOutcome, Probes, SliceOf,
     SliceQuestion, Status, probe_basins,
@@ -14,7 +15,6 @@ use gearatlas::model::{
 use gearatlas::numerics::random::PointSeed;
 use gearatlas::propagate::Volterra;
 use gearatlas::store::{ResultTable, TableKind};
-use common::advance::volterra;
 use program::said;
 use std::f64::consts::{SQRT_2, TAU};
 use std::sync::atomic::AtomicBool;

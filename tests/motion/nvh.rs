@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{Events, advance_with, settled, volterra};
+use common::{forty_modes, model, model_at, one_degree, six_modes, two_modes};
 use gearatlas::analysis::{
     Effort, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, OrderQuestion, OrderReference,
     PointOutcome, Questions, Section, Signals, Spectrum, SpectrumQuestion, investigate,
@@ -15,8 +17,6 @@ use gearatlas::numerics::exponential::legendre_series;
 use gearatlas::numerics::random::{PointSeed, Stream};
 use gearatlas::propagate::{ClosedModes, Event, InstructionSet, Observer, Window};
 use gearatlas::structure::{BearingGain, MotionKind, PlaceMotion, StaticShare, TorqueGain};
-use common::advance::{Events, advance_with, settled, volterra};
-use common::{forty_modes, model, model_at, one_degree, six_modes, two_modes};
 use num_complex::{Complex64, c64};
 use std::f64::consts::{SQRT_2, TAU};
 use std::sync::atomic::AtomicBool;

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::{common, place, results};
+use common::advance::volterra;
 use gearatlas::analysis::{
     Class, Effort, LyapunovQuestion, NvhQuestion, OrderQuestion, PointOutcome, Questions, Section,
     Signals, SpectrumQuestion, Status, investigate,
@@ -11,7 +12,6 @@ use gearatlas::analysis::{
 use gearatlas::model::{InitialState, Model};
 use gearatlas::numerics::random::PointSeed;
 use gearatlas::store::{ResultTable, TableKind};
-use common::advance::volterra;
 use place::Place;
 use results::assert_same;
 use std::sync::atomic::AtomicBool;

@@ -3,12 +3,12 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{mean_equilibrium, volterra};
+use common::relative_difference;
 use gearatlas::analysis::{Bifurcation, EnergyNorm, OrbitQuestion, OrbitSurvey, survey_orbits};
 use gearatlas::model::{InitialState, Model, TrajectoryState};
 use gearatlas::propagate::{Counters, Kernel};
 use gearatlas::reference::Reference;
-use common::advance::{mean_equilibrium, volterra};
-use common::relative_difference;
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
 

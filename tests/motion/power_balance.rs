@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{advance_with, settled, volterra};
 use gearatlas::analysis::{
     Effort, EnergyNorm, LyapunovQuestion, NvhQuestion, Power, PowerOutcome, Questions, Section,
     Signals, investigate,
@@ -15,7 +16,6 @@ use gearatlas::model::{
 use gearatlas::numerics::random::PointSeed;
 use gearatlas::reference::{Moment, Reference};
 use gearatlas::structure::Coupling;
-use common::advance::{advance_with, settled, volterra};
 use num_complex::{Complex64, c64};
 use std::f64::consts::TAU;
 use std::path::Path;

@@ -4,13 +4,13 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use crate::common;
+use common::advance::{advance, advance_with, volterra};
 use gearatlas::gear::{
     Face, Flanks, LoadSharing, MeshTable, MeshTableCycle, MeshTableInputs, SecantContact, pairs_at,
 };
 use gearatlas::manifest::{self, MeshTableSpec, StiffnessSpec};
 use gearatlas::model::{InitialState, Model};
 use gearatlas::propagate::{Event, Observer, Window};
-use common::advance::{advance, advance_with, volterra};
 use std::f64::consts::TAU;
 use std::path::Path;
 

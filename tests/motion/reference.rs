@@ -3,11 +3,11 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::{drives, relative_difference, structure};
 use gearatlas::model::{
     ActiveSet, Drive, InitialState, MeshHarmonic, Model, OperatingPoint, TrajectoryState,
 };
 use gearatlas::reference::{Passage, Reference};
-use common::{drives, relative_difference, structure};
 use num_complex::{Complex64, c64};
 use std::f64::consts::{PI, TAU};
 
@@ -244,9 +244,9 @@ fn an_integration_can_be_split() {
 /// crossings.
 mod general_purpose {
     use super::*;
-    use gearatlas::model::Segment;
     use differential_equations::methods::ExplicitRungeKutta;
     use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
+    use gearatlas::model::Segment;
 
     struct Smooth<'m> {
         model: &'m Model,

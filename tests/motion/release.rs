@@ -4,12 +4,12 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{Events, advance, advance_with, volterra};
+use common::{constant_mesh, drives, one_mode, relative_difference};
 use gearatlas::model::{Drive, InitialState, Model, OperatingPoint, Release, TrajectoryState};
 use gearatlas::numerics::legendre::evaluate;
 use gearatlas::propagate::{DenseError, Dyadic, Event, Observer, Stepping, Window};
 use gearatlas::reference::{Extended, Reference};
-use common::advance::{Events, advance, advance_with, volterra};
-use common::{constant_mesh, drives, one_mode, relative_difference};
 
 /// A free mass of 1 kg between two walls of 1 N/m and of damping ratio ζ, one metre from the middle.
 fn bouncing(ratio: f64, release: Release) -> Model {

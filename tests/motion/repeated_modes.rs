@@ -5,14 +5,14 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{advance, volterra};
+use common::{default_drive, structure};
 use gearatlas::analysis::EnergyNorm;
 use gearatlas::gear::GearPair;
 use gearatlas::model::{Division, Drive, InitialState, Model, OperatingPoint, TrajectoryState};
 use gearatlas::propagate::{DenseError, Fused, Kernel, Spectral, Volterra};
 use gearatlas::shaft::{Bearing, FlexibleDrive, RigidDrive, Shaft, Tier};
 use gearatlas::structure::ModalStructure;
-use common::advance::{advance, volterra};
-use common::{default_drive, structure};
 
 const CELLS: u32 = 60;
 

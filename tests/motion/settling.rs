@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::relative_difference;
+use faer::Mat;
 use gearatlas::analysis::orbits::attracting::approaches;
 use gearatlas::analysis::orbits::shooting::{shoot, shortest};
 use gearatlas::analysis::orbits::twins::leading_exponent;
@@ -17,8 +19,6 @@ use gearatlas::numerics::linalg::{eigenpair, eigenvalues};
 use gearatlas::numerics::random::PointSeed;
 use gearatlas::propagate::{Counters, Kernel, Volterra};
 use gearatlas::reference::Reference;
-use common::relative_difference;
-use faer::Mat;
 use std::sync::atomic::AtomicBool;
 
 fn questions(transient: u64) -> Questions {

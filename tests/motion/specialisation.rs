@@ -4,11 +4,11 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{advance, advance_with, settled, volterra};
+use common::{drives, state_difference};
 use gearatlas::model::{ActiveSet, Division, Drive, InitialState, Model, TrajectoryState};
 use gearatlas::propagate::{Counters, Kernel, Tangents, Volterra};
 use gearatlas::reference::Reference;
-use common::advance::{advance, advance_with, settled, volterra};
-use common::{drives, state_difference};
 
 /// The work of some cycles with so many tangents.
 fn work(model: &Model, start: &TrajectoryState, cycles: u64, tangents: usize) -> Counters {

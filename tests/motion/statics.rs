@@ -4,11 +4,11 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::constant_mesh;
 use gearatlas::analysis::Frequencies;
 use gearatlas::manifest;
 use gearatlas::model::{Drive, InitialState, Model, ModelError, OperatingPoint};
 use gearatlas::structure::{ContactLaw, ModalStructure, StructureContact};
-use common::constant_mesh;
 use std::f64::consts::TAU;
 use std::path::Path;
 

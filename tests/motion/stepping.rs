@@ -4,11 +4,11 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::mean_equilibrium;
+use common::{drives, relative_difference};
 use gearatlas::model::{Model, Release, TrajectoryState};
 use gearatlas::propagate::{Counters, Event, Kernel, Observer, Stepping, Tangents, Window};
 use gearatlas::reference::Reference;
-use common::advance::mean_equilibrium;
-use common::{drives, relative_difference};
 
 /// Advances whole cycles without tangents.
 fn advance(model: &Model, start: &TrajectoryState, steps: u32, cycles: u64) -> TrajectoryState {

@@ -7,11 +7,11 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{advance, advance_with, volterra};
 use gearatlas::analysis::{Nvh, NvhOutcome};
 use gearatlas::manifest::{self, Job, PointSpec, StructureSource};
 use gearatlas::model::{InitialState, Model};
 use gearatlas::propagate::{Event, Observer, Window};
-use common::advance::{advance, advance_with, volterra};
 use std::path::{Path, PathBuf};
 
 /// Forces of all flanks over time, and what friction makes of them along the relative rotation.

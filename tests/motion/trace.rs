@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::relative_difference;
 use gearatlas::manifest::{self, Job};
 use gearatlas::model::{Model, TrajectoryState};
 use gearatlas::propagate::{Counters, Event, Kernel, Observer, Volterra, Window};
@@ -11,7 +12,6 @@ use gearatlas::reference::Reference;
 use gearatlas::store::{ResultTable, TableKind};
 use gearatlas::structure::ModalStructure;
 use gearatlas::sweep::build;
-use common::relative_difference;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;

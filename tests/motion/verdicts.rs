@@ -18,13 +18,13 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::volterra;
+use common::motions::{Kind, Planted, contracts, planted};
 use gearatlas::analysis::{
     Class, Effort, LyapunovQuestion, PointOutcome, Questions, Section, Status, investigate,
 };
 use gearatlas::model::{InitialState, MeshHarmonic, Model, TrajectoryState};
 use gearatlas::numerics::random::PointSeed;
-use common::advance::volterra;
-use common::motions::{Kind, Planted, contracts, planted};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::sync::atomic::AtomicBool;

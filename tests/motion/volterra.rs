@@ -4,15 +4,15 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use gearatlas::analysis::EnergyAudit;
-use gearatlas::model::{Division, MeshHarmonic, Model, TrajectoryState};
-use gearatlas::propagate::{InstructionSet, Kernel, Stepping, Volterra};
-use gearatlas::reference::{Passage, Reference};
 use common::advance::{
     Events, ROUND_OFF, advance, advance_with, mean_equilibrium, settled, volterra,
 };
 use common::skipped::skipped;
 use common::{drives, relative_difference, state_difference};
+use gearatlas::analysis::EnergyAudit;
+use gearatlas::model::{Division, MeshHarmonic, Model, TrajectoryState};
+use gearatlas::propagate::{InstructionSet, Kernel, Stepping, Volterra};
+use gearatlas::reference::{Passage, Reference};
 
 /// How two integrations over the same time differ.
 #[derive(Debug, Clone, Copy, Default)]

@@ -12,6 +12,9 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::read::ZlibDecoder;
 use gearatlas::analysis::{
     ChaosOutcome, Class, EvidenceOutcome, LyapunovMethod, LyapunovOutcome, NvhOutcome,
     PoincareSample, PointOutcome, SampleKind, Status,
@@ -20,9 +23,6 @@ use gearatlas::report::{PageRequest, results_page};
 use gearatlas::store::{
     AxisColumn, ColumnKind, Placement, PointRow, ResultLayout, ResultTable, ResultWriter, TableKind,
 };
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
-use flate2::read::ZlibDecoder;
 use serde_json::Value;
 
 /// Where the folders are left.

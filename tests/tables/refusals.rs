@@ -5,7 +5,9 @@ use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
-use gearatlas::store::{CacheError, CacheFault, CacheKind, CacheWarning, Fetched, Origin, TableStore};
+use gearatlas::store::{
+    CacheError, CacheFault, CacheKind, CacheWarning, Fetched, Origin, TableStore,
+};
 
 use crate::made::{inputs, mesh};
 use crate::skipped::skipped;

@@ -8,9 +8,13 @@ use super::error::ExportError;
 use super::format::Lists;
 use super::survey::Surveyed;
 use crate::store::{StoreError, WholeFile};
+use rayon::prelude::*;
 use std::fmt::Write as _;
 use std::io::{BufWriter, Write};
 use std::path::Path;
+
+/// Rows that one thread writes at a time.
+const ROWS_TOGETHER: usize = 256;
 
 /// Writes a table, its lists widened or left out.
 pub fn table(
@@ -33,11 +37,7 @@ fn written(
 ) -> Result<(), ExportError> {
     let file = WholeFile::create(path)?;
     let sink = BufWriter::with_capacity(1 << 20, file.file());
-    let mut lines = Lines {
-        sink,
-        path,
-        line: String::new(),
-    };
+    let mut lines = Lines { sink, path };
     rows(&mut lines)?;
     let flushed = lines.sink.flush();
     flushed.map_err(|source| StoreError::io(path, "write", source))?;
@@ -48,21 +48,19 @@ fn written(
 struct Lines<'a, W> {
     sink: W,
     path: &'a Path,
-    line: String,
 }
 
 impl<W: Write> Lines<'_, W> {
     /// Writes a row.
     fn row(&mut self, cells: &[Cell<'_>]) -> Result<(), ExportError> {
-        self.line.clear();
-        for (place, cell) in cells.iter().enumerate() {
-            if place > 0 {
-                self.line.push(',');
-            }
-            push(&mut self.line, *cell);
-        }
-        self.line.push('\n');
-        let written = self.sink.write_all(self.line.as_bytes());
+        let mut line = String::new();
+        push_row(&mut line, cells.iter().copied());
+        self.write(&line)
+    }
+
+    /// Writes lines.
+    fn write(&mut self, lines: &str) -> Result<(), ExportError> {
+        let written = self.sink.write_all(lines.as_bytes());
         Ok(written.map_err(|source| StoreError::io(self.path, "write", source))?)
     }
 }
@@ -78,13 +76,18 @@ fn write_table<W: Write>(
     let head: Vec<Cell<'_>> = flat.iter().map(|flat| Cell::Text(&flat.title)).collect();
     sheet.row(&head)?;
     table.scan(folder, |columns| {
-        for row in 0..columns.first().map_or(0, |cells| cells.rows()) {
-            let cells = flat
-                .iter()
-                .map(|flat| columns[flat.column].at(row, flat.place));
-            sheet.row(&cells.collect::<Vec<_>>())?;
-        }
-        Ok(())
+        let rows: Vec<usize> = (0..columns.first().map_or(0, |cells| cells.rows())).collect();
+        let pieces: Vec<String> = (rows.par_chunks(ROWS_TOGETHER))
+            .map(|rows| {
+                let mut lines = String::new();
+                for &row in rows {
+                    let cells = (flat.iter()).map(|flat| columns[flat.column].at(row, flat.place));
+                    push_row(&mut lines, cells);
+                }
+                lines
+            })
+            .collect();
+        pieces.iter().try_for_each(|lines| sheet.write(lines))
     })
 }
 
@@ -140,13 +143,23 @@ fn kept<'a>(cells: &[Cell<'a>], shown: impl Fn(usize) -> bool) -> Vec<Cell<'a>> 
         .collect()
 }
 
+fn push_row<'a>(line: &mut String, cells: impl Iterator<Item = Cell<'a>>) {
+    for (place, cell) in cells.enumerate() {
+        if place > 0 {
+            line.push(',');
+        }
+        push(line, cell);
+    }
+    line.push('\n');
+}
+
 fn push(line: &mut String, cell: Cell<'_>) {
     // Nothing that is written to a text is refused.
     _ = match cell {
         Cell::Absent => Ok(()),
         Cell::Whole(value) => write!(line, "{value}"),
-        // Its exponent is written where the number is very large or very small.
-        Cell::Number(value) => write!(line, "{value:?}"),
+        // With an exponent where the number is very large or very small.
+        Cell::Number(value) => line.write_str(zmij::Buffer::new().format(value)),
         Cell::Truth(value) => write!(line, "{value}"),
         Cell::Text(text) if is_plain(text) => write!(line, "{text}"),
         Cell::Text(text) => write!(line, "\"{}\"", text.replace('"', "\"\"")),
@@ -166,7 +179,6 @@ mod tests {
         let mut lines = Lines {
             sink: Vec::new(),
             path: Path::new(""),
-            line: String::new(),
         };
         lines.row(cells).unwrap();
         String::from_utf8(lines.sink).unwrap()

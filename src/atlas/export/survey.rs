@@ -1,6 +1,6 @@
 //! What has to be known of a table before it is written: rows and lengths of lists.
 
-use super::cells::{Cell, Cells};
+use super::cells::Cells;
 use super::error::ExportError;
 use super::format::Lists;
 use crate::store::{ColumnHead, ColumnKind, ResultTable, StoreError, TableKind};
@@ -41,17 +41,17 @@ impl SurveyedColumn {
         }
     }
 
-    fn add(&mut self, cells: &Cells) {
-        for row in 0..cells.rows() {
-            if let Cells::List(lists) = cells {
-                self.absent += u64::from(lists[row].is_none());
-                let length = cells.length(row);
-                self.width = self.width.max(length);
-                self.named &= lists[row].is_none() || length == self.head.elements.len();
-                continue;
-            }
-            self.absent += u64::from(cells.at(row, 0) == Cell::Absent);
+    fn add(&mut self, rows: &ResultTable) -> Result<(), StoreError> {
+        let name = &self.head.name;
+        self.absent += rows.absent(name) as u64;
+        if !self.is_list() {
+            return Ok(());
         }
+        for list in rows.lists(name)?.iter().flatten() {
+            self.width = self.width.max(list.len());
+            self.named &= list.len() == self.head.elements.len();
+        }
+        Ok(())
     }
 
     /// Whether it holds lists.
@@ -178,8 +178,7 @@ pub fn survey(folder: &Path, kind: TableKind, chosen: &[String]) -> Result<Surve
     ResultTable::scan(folder, kind, &names, |rows| {
         found.rows += rows.rows() as u64;
         for column in &mut found.columns {
-            let cells = Cells::read(rows, &column.head.name, column.head.kind)?;
-            column.add(&cells);
+            column.add(rows)?;
         }
         Ok::<_, StoreError>(())
     })?;

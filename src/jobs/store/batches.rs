@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use arrow_array::RecordBatch;
+use arrow_array::{Array, RecordBatch};
 use arrow_schema::{ArrowError, Fields, Schema, SchemaRef};
 use arrow_select::interleave::interleave_record_batch;
 
@@ -39,5 +39,14 @@ impl ResultTable {
         let all: Vec<&RecordBatch> = batches.iter().collect();
         let sorted = interleave_record_batch(&all, &order).map_err(unfit)?;
         Ok((schema, vec![sorted]))
+    }
+
+    /// Rows that have no value in a column that was read.
+    pub fn absent(&self, name: &str) -> usize {
+        let of = |batch: &RecordBatch| match batch.column_by_name(name) {
+            Some(column) => column.null_count(),
+            None => batch.num_rows(),
+        };
+        self.batches.iter().map(of).sum()
     }
 }
