@@ -183,6 +183,7 @@ impl CycleMap {
     }
 
     /// Maps states over some mesh cycles.
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     #[pyo3(signature = (states, cycles, first_cycle, jacobian, tangents, by, events))]
     fn image<'py>(
         &self,

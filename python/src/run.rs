@@ -40,6 +40,7 @@ impl Watcher for News<'_> {
 
 /// Computes what is missing of a manifest's results in a folder, and gives the record of the run as
 /// JSON. `progress` is called with the numbers of a sweep's progress whenever they have changed.
+#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 #[pyfunction]
 #[pyo3(signature = (manifest, folder, *, threads, fresh, tables, max_failures, progress))]
 pub fn run(

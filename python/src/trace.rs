@@ -11,6 +11,7 @@ use pyo3::prelude::*;
 use std::path::PathBuf;
 
 /// Samples and events of a point's trajectory, and why it ended early, where it did.
+#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 #[pyfunction]
 #[pyo3(signature = (point, *, cycles, skip, samples_per_cycle, modal, outputs, swept, tables))]
 pub fn trace(

@@ -137,7 +137,13 @@ pub fn follow_job(
                 })
                 .collect();
             planes.push(plane(
-                job, asked, second, base, &of_plane, parts, called_off, passed,
+                job,
+                asked,
+                (second, base),
+                &of_plane,
+                parts,
+                called_off,
+                passed,
             )?);
         }
     }
@@ -256,8 +262,7 @@ fn states_fit(asked: &ContinuationSpec, modes: usize) -> Result<(), FollowError>
 fn plane(
     job: &Job,
     asked: &ContinuationSpec,
-    second: usize,
-    base: &PointSpec,
+    (second, base): (usize, &PointSpec),
     lines: &[&Line],
     parts: &Parts,
     called_off: &AtomicBool,

@@ -132,7 +132,7 @@ impl ClosedModes<'_> {
             }
             return Ok(());
         };
-        self.meet(found, place, rates, changes, w, observer, counters)
+        self.meet(found, place, rates, changes, w, (observer, counters))
     }
 
     /// Moves to an event and lets it happen.
@@ -143,8 +143,7 @@ impl ClosedModes<'_> {
         rates: &mut Rates,
         changes: &mut Changes,
         w: &mut Workspace,
-        observer: &mut O,
-        counters: &mut Counters,
+        (observer, counters): (&mut O, &mut Counters),
     ) -> Result<(), End> {
         let contact = found.contact;
         if found.time > 0.0 {

@@ -218,8 +218,7 @@ impl Stepping {
         j: usize,
         last: MeshStates,
         changes: &mut Changes,
-        observer: &mut O,
-        counters: &mut Counters,
+        (observer, counters): (&mut O, &mut Counters),
     ) -> Result<MeshStates, Stop> {
         let cycle = trajectory.cycle;
         let mut contacts = 0..self.contacts.len();
@@ -234,8 +233,7 @@ impl Stepping {
             j,
             [&mesh, &mesh],
             changes,
-            observer,
-            counters,
+            (observer, counters),
         )?;
         Ok(mesh)
     }
@@ -250,8 +248,7 @@ impl Stepping {
         j: usize,
         [before, after]: [&MeshStates; 2],
         changes: &mut Changes,
-        observer: &mut O,
-        counters: &mut Counters,
+        (observer, counters): (&mut O, &mut Counters),
     ) -> Result<(), Stop> {
         loop {
             let mut first: Option<(Change, usize)> = None;
@@ -424,12 +421,17 @@ impl Kernel for Stepping {
                         j - 1,
                         [&last, &end],
                         &mut changes,
-                        observer,
-                        counters,
+                        (&mut *observer, &mut *counters),
                     )?;
                     last = end;
                 }
-                last = self.turn(trajectory, j, last, &mut changes, observer, counters)?;
+                last = self.turn(
+                    trajectory,
+                    j,
+                    last,
+                    &mut changes,
+                    (&mut *observer, &mut *counters),
+                )?;
                 left = last;
             }
             if O::WINDOWS {
@@ -446,8 +448,7 @@ impl Kernel for Stepping {
                 j,
                 [&last, &mesh],
                 &mut changes,
-                observer,
-                counters,
+                (&mut *observer, &mut *counters),
             )?;
             self.kick(trajectory, tangents, j, &mesh, &workspace.turned);
             self.half.advance(&mut trajectory.state);
@@ -478,8 +479,7 @@ impl Kernel for Stepping {
             self.steps - 1,
             [&last, &end],
             &mut changes,
-            observer,
-            counters,
+            (&mut *observer, &mut *counters),
         )?;
         counters.cycles += 1;
         counters.windows += self.steps as u64;

@@ -163,7 +163,12 @@ impl Volterra<'_> {
                 self.move_full(position, track, *active, workspace, observer, counters);
             } else {
                 self.move_to_cut(
-                    limit, position, track, *active, workspace, observer, counters,
+                    limit,
+                    position,
+                    track,
+                    *active,
+                    workspace,
+                    (observer, counters),
                 );
                 if !fits {
                     align(position, track, stop, stop_cell);
@@ -174,7 +179,12 @@ impl Volterra<'_> {
         let met = self.met(&found, position, track, *active, workspace);
         if found.x > -1.0 {
             self.move_to_cut(
-                found.x, position, track, *active, workspace, observer, counters,
+                found.x,
+                position,
+                track,
+                *active,
+                workspace,
+                (observer, counters),
             );
             position.aligned = None;
             // What opened or closed at this very moment does so still, all else is past.
@@ -410,8 +420,7 @@ impl Volterra<'_> {
         track: Track<'_>,
         active: ActiveSet,
         workspace: &mut Workspace,
-        observer: &mut O,
-        counters: &mut Counters,
+        (observer, counters): (&mut O, &mut Counters),
     ) {
         let first = match track {
             Track::Course(..) => track.sights()[0].window,

@@ -86,22 +86,28 @@ impl Volterra<'_> {
         if !self.never_pull.touching() {
             let none = ActiveSet::FREE;
             return self
-                .first_crossing(position, track, active, none, limit, workspace, counters)
+                .first_crossing(position, track, [active, none], limit, workspace, counters)
                 .map(at_surface);
         }
         let pushed = self.watched_by_push(position, track, active, workspace);
         let mut first = self
-            .first_crossing(position, track, active, pushed, limit, workspace, counters)
+            .first_crossing(
+                position,
+                track,
+                [active, pushed],
+                limit,
+                workspace,
+                counters,
+            )
             .map(at_surface);
         for contact in pushed.iter() {
             let limit = first.map_or(limit, |(found, _)| found.x);
             let indentation = self.indentation(contact, position, track, workspace);
             let found = match active.holds(contact) {
                 true => self.lets_go(
-                    contact,
+                    (contact, active),
                     &indentation,
                     position,
-                    active,
                     limit,
                     workspace,
                     counters,
@@ -177,10 +183,9 @@ impl Volterra<'_> {
     /// Where a closed contact lets go.
     fn lets_go(
         &self,
-        contact: usize,
+        (contact, active): (usize, ActiveSet),
         indentation: &Indentation,
         position: &Position,
-        active: ActiveSet,
         limit: f64,
         workspace: &Workspace,
         counters: &mut Counters,

@@ -122,8 +122,7 @@ impl VolterraTables {
                     kind,
                     exponentials,
                     (closures, varying),
-                    felt,
-                    &frequencies,
+                    (felt, &frequencies),
                     set,
                 )
             })

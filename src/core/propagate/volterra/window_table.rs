@@ -68,8 +68,7 @@ impl WindowTable {
         (delta, direction): (f64, usize),
         exponentials: &[BlockExponential],
         closures: (&[Closure], bool),
-        felt: &[usize],
-        frequencies: &[[f64; 2]],
+        (felt, frequencies): (&[usize], &[[f64; 2]]),
         set: InstructionSet,
     ) -> Self {
         let terms: Vec<_> = (exponentials.chunks(LANES))

@@ -83,8 +83,7 @@ impl GearBody {
     ) -> Option<Self> {
         Self::resolved(
             tooth,
-            teeth,
-            ratio,
+            (teeth, ratio),
             plane_stress,
             range,
             neighbours,
@@ -95,8 +94,7 @@ impl GearBody {
 
     pub(super) fn resolved(
         tooth: &Tooth,
-        teeth: u32,
-        ratio: f64,
+        (teeth, ratio): (u32, f64),
         plane_stress: &Material,
         range: [f64; 2],
         neighbours: usize,

@@ -70,8 +70,7 @@ fn the_resolution_is_enough() {
             let sizes = [64, TERMS + across / 8];
             GearBody::resolved(
                 &gear,
-                teeth,
-                ratio,
+                (teeth, ratio),
                 &UNIT,
                 range(&gear),
                 1,
@@ -193,8 +192,7 @@ fn every_drawing_has_a_compliance() {
         };
         let fine = GearBody::resolved(
             &gear,
-            pair.teeth[0],
-            ratio,
+            (pair.teeth[0], ratio),
             &UNIT,
             range(&gear),
             1,
