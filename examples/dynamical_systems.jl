@@ -1,14 +1,14 @@
-# Delay embedding and correlation dimension of a rattling drive, by packages of JuliaDynamics, from an Arrow file.
+# Computes delay embedding and correlation dimension of a rattling drive from an Arrow file, with packages of JuliaDynamics.
 #
 #     atlas trace manifests/quickstart.toml --point load=0.1,speed=628 --skip 1000 --cycles 20000 --samples-per-cycle 1 --out results/trace
 #     atlas export results/trace --format arrow
 #     julia -e 'import Pkg; Pkg.add(["Arrow", "DelayEmbeddings", "FractalDimensions"])'
 #     julia examples/dynamical_systems.jl results/trace/export/trace.arrow
 #
-# One sample a mesh cycle is the Poincaré map of the drive: deflection and velocity at mesh phase 0. The dimension is that
-# of `kaplan_yorke` in points.parquet, which atlas has from the exponents where enough of them are asked for.
+# One sample per mesh cycle is the Poincaré map of the drive: deflection and velocity at mesh phase 0. Compare the dimension with
+# `kaplan_yorke` in points.parquet, which atlas computes from the exponents if enough of them are requested.
 #
-# Julia is not among what the tests of this repository install: this file was not run by them (docs/known-issues.md).
+# The tests of this repository do not install Julia and do not run this file (docs/known-issues.md).
 
 using Arrow
 using DelayEmbeddings
@@ -26,7 +26,7 @@ function main(path)
     deflection = standardized(collect(Float64, table.deflection))
     velocity = standardized(collect(Float64, table.velocity))
 
-    # The plane that is seen, and spaces rebuilt from the deflection alone.
+    # The plane of deflection and velocity, and spaces reconstructed from the deflection alone.
     println("correlation dimension of (deflection, velocity): ",
         grassberger_proccaccia_dim(StateSpaceSet(deflection, velocity)))
     for dimension in 2:6

@@ -3,8 +3,8 @@
 
     python examples/matrices.py [FOLDER]
 
-The matrices are those of two torsional shafts, motor - gear and gear - machine, written here as an .npz file in place of
-an export; `python -m gearatlas.convert drive.npz` does the same without Python code.
+The example has two torsional shafts, motor - gear and gear - machine. It writes their matrices to an .npz file in place of
+an export. `python -m gearatlas.convert drive.npz` does the same without Python code.
 """
 
 import sys
@@ -23,7 +23,7 @@ TEETH, BASE_RADII, RATED_TORQUE = (20, 30), (0.0376, 0.0564), 50.0
 def main() -> None:
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else tempfile.mkdtemp(prefix="matrices-"))
     folder.mkdir(parents=True, exist_ok=True)
-    # Rotations of motor, pinion, wheel, machine, each in its own sense of running against the wheel's.
+    # Rotations of motor, pinion, wheel, machine, each positive in its direction of rotation (the wheel's side runs the other way).
     spring = np.array([[1.0, -1.0], [-1.0, 1.0]])
     K = np.zeros((4, 4))
     K[:2, :2], K[2:, 2:] = 1.5e4 * spring, 2.5e4 * spring
@@ -35,9 +35,9 @@ def main() -> None:
         teeth=TEETH[0],
         teeth_wheel=TEETH[1],
         rated_force=RATED_TORQUE / BASE_RADII[0],
-        # Turning the pinion forward and the wheel back approach the drive flanks.
+        # Rotating the pinion forward and the wheel backward closes the drive flanks.
         mesh=[0.0, BASE_RADII[0], BASE_RADII[1], 0.0],
-        # The motor's torque, and the machine's that balances it, by newton of mesh force.
+        # The torques of the motor and of the machine that balance one newton of mesh force.
         torque=[BASE_RADII[0], 0.0, 0.0, BASE_RADII[1]],
         torque_pinion=[1.0, 0.0, 0.0, 0.0],
     )

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Reads the results of a run in pandas and in polars, prints λ over load and speed with
+"""Reads the results of a run in pandas and in polars. Prints λ over load and speed with
 units, and draws it.
 
     .venv/bin/python examples/read_results.py results/flex80 [--plot lambda.png]
@@ -20,7 +20,7 @@ import pyarrow.dataset
 
 
 def metadata(table: Path, key: str):
-    """What the file says of its columns: key is `units`, `descriptions` or `axes`."""
+    """Metadata of the columns: key is `units`, `descriptions` or `axes`."""
     return json.loads(pyarrow.dataset.dataset(table).schema.metadata[key.encode()])
 
 
@@ -30,13 +30,13 @@ def label(name: str, units: dict[str, str]) -> str:
 
 
 def lambda_table(points: pd.DataFrame, axes: list[str], units: dict[str, str]) -> pd.DataFrame:
-    """λ with the slower axis down and the faster one across; absent where not computed."""
+    """λ with the slower axis down and the faster one across; no value for points that were not computed."""
     table = points.pivot(index=axes[0], columns=axes[1], values="lambda_max")
     return table.rename_axis(index=label(axes[0], units), columns=label(axes[1], units))
 
 
 def mark(point: dict) -> str:
-    """What stands at a point that is not chaotic."""
+    """The mark of a point that is not chaotic."""
     if point["class"] == "periodic":
         return str(int(point["period"]))
     if point["status"] not in ("ok", "not_converged"):
@@ -45,7 +45,7 @@ def mark(point: dict) -> str:
 
 
 def plot(points: pd.DataFrame, axes: list[str], units: dict[str, str], path: Path) -> None:
-    """Colour is λ of the chaotic points, lasting or not; a number is the period of the others."""
+    """Colour is λ of points with lasting or transient chaos; a number is the period of other points."""
     down, across = (np.sort(points[axis].unique()) for axis in axes[:2])
     grid = np.full((len(down), len(across)), np.nan)
     figure, frame = plt.subplots(figsize=(8.0, 5.0), layout="constrained")
@@ -60,7 +60,7 @@ def plot(points: pd.DataFrame, axes: list[str], units: dict[str, str], path: Pat
             frame.text(column, row, mark(point), ha="center", va="center", color="0.2")
     frame.set_facecolor("0.93")
     top = np.nanmax(grid) if np.isfinite(grid).any() else 1.0
-    # Viridis rises in brightness: it survives colour blindness and grey print.
+    # The brightness of viridis increases: it is readable with colour blindness and in grey print.
     image = frame.imshow(grid, origin="lower", aspect="auto", cmap="viridis", vmin=0.0, vmax=top)
     figure.colorbar(image, label=f"λ of chaotic points [{units['lambda_max']}]")
     for axis, values, ticks in ((frame.yaxis, down, 16), (frame.xaxis, across, 12)):
@@ -69,7 +69,7 @@ def plot(points: pd.DataFrame, axes: list[str], units: dict[str, str], path: Pat
     frame.set_ylabel(label(axes[0], units))
     frame.set_xlabel(label(axes[1], units))
     frame.set_title(
-        "colour: chaotic   t: for a time   number: period   L: locked   q: quasi-periodic\n"
+        "colour: chaotic   t: transient chaos   number: period   L: locked   q: quasi-periodic\n"
         "?: not converged   x: failed   .: not classified",
         fontsize="medium",
     )

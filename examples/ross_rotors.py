@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Two rotors of ROSS with a spur mesh between them, their rattle over speed.
+"""Computes the rattle over speed of two rotors of ROSS with a spur mesh between them.
 
     pip install ross-rotordynamics "plotly<6"
     python examples/ross_rotors.py [FOLDER]
 
-The rotors are those of Rao, Shiau and Chang, Theoretical analysis of lateral response due to torsional
-excitation of geared rotors, Mech. Mach. Theory 33 (1998) 761-783: a generator and a turbine, as ROSS has them.
+The rotors are a generator and a turbine, modelled as in the ROSS documentation. Source: Rao, Shiau and Chang, Theoretical analysis of
+lateral response due to torsional excitation of geared rotors, Mech. Mach. Theory 33 (1998) 761-783.
 """
 
 import sys

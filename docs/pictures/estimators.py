@@ -49,7 +49,7 @@ def main(settled, unsettled):
         axes.spines[side].set_visible(False)
     figure.savefig(HERE / "estimators.png", dpi=110)
 
-    print("| speed [rad/s] | λ settled | class | λ unsettled | class given |")
+    print("| speed [rad/s] | λ settled | class | λ unsettled | reported class |")
     print("|---|---|---|---|---|")
     for speed in speeds:
         row = [f"{speed:.0f}"]

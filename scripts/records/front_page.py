@@ -71,21 +71,21 @@ def cycles() -> list[str]:
     base = ns("cycle/load-0.05/40")
     best = ns(f"set/{facts['instructions']}/load-0.05")
     others = [
-        f"{name} takes {ns(f'set/{kind}/load-0.05') / best:.1f} times as long"
-        for kind, name in {"avx2": "AVX2", "baseline": "what every x86-64 processor has"}.items()
+        f"{ns(f'set/{kind}/load-0.05') / best:.1f} times as long with {name}"
+        for kind, name in {"avx2": "AVX2", "baseline": "the instruction set of every x86-64 processor"}.items()
         if kind != facts["instructions"]
     ]
     return [
-        f"Medians of one run on one core ({record['cpu']}, {facts['instructions']}, shared), so that "
-        f"ratios hold: {link('kernels', 'cycle', 'summary.md')}. A mesh cycle of the default drive at "
+        f"The table has medians of one run on one core ({record['cpu']}, {facts['instructions']}, shared; "
+        f"{link('kernels', 'cycle', 'summary.md')}). Compare ratios only. A mesh cycle of the default drive at "
         f"1200 rad/s lasts {facts['work']['cycle/load-0.05/40']['period_ns'] / 1e3:.0f} µs.",
         "",
         *lines,
         "",
-        f"At 40 modes and 5 % load the set-up of a point takes {microseconds(ns('set-up/tables/40'))} and a "
-        f"tangent vector adds {microseconds(ns('tangents/1/40') - base)} to a cycle; "
-        f"{', '.join(others)}. With the mesh computed from the gears, friction turning, a cycle "
-        f"takes {microseconds(ns('cycle/computed/course'))} along its course, "
+        f"At 40 modes and 5 % load the set-up of a point takes {microseconds(ns('set-up/tables/40'))}, and a "
+        f"tangent vector adds {microseconds(ns('tangents/1/40') - base)} to a cycle. "
+        f"A cycle takes {' and '.join(others)}. With the mesh computed from the gears and with friction, a cycle "
+        f"takes {microseconds(ns('cycle/computed/course'))} along its schedule and "
         f"{microseconds(ns('cycle/computed/60'))} in sixty segments.",
     ]
 
@@ -102,8 +102,8 @@ def accuracy() -> str:
     ]
     worst = max(lines, key=lambda line: line["value"])
     return (
-        f"Largest error of a single cycle of `volterra` on any instruction set against an integrator of "
-        f"30 digits: {power(worst['value'])} half gaps ({worst['what'].split(': ', 1)[1]}; "
+        f"A single cycle of `volterra` on any instruction set differs from an integrator of 30 digits by at most "
+        f"{power(worst['value'])} half gaps ({worst['what'].split(': ', 1)[1]}; "
         f"{link('`atlas verify`', 'verify', 'verify.json')})."
     )
 
@@ -120,9 +120,9 @@ def solvers() -> list[str]:
     }
     heads = [name for name, time in ratios.items() if time is not None]
     return [
-        "General-purpose solvers with the same right-hand side of O(N) work, restarted at every event, "
-        "take, at equal error (1e-9 half gaps after five rattling cycles, 40 modes), this many times as "
-        f"long as `volterra` ({link('work and precision', 'peers', 'summary.md')}):",
+        "General-purpose solvers have the same right-hand side of O(N) work and are restarted at every event. "
+        "The table has their time divided by that of `volterra` at equal error: 1e-9 half gaps after five "
+        f"rattling cycles with 40 modes ({link('work and precision', 'peers', 'summary.md')}).",
         "",
         "| " + " | ".join(heads) + " |",
         "|---" * len(heads) + "|",
@@ -136,9 +136,9 @@ def by_hand() -> list[str]:
     kinds = ("bare", "tangent")
     peer = [[case["peer"][kind][1] for kind in kinds] for case in cases]
     lines = [
-        "A program in C, written by hand for this drive with mirrored flanks and for nothing else, computes the same motion "
-        f"({link('by hand', 'by-hand', 'summary.md')}). It does not prove that it misses no event. The table has its time, bare / "
-        "with a tangent, and how many times as long the kernels take:",
+        "A program in C, written by hand for this drive with mirrored flanks only, computes the same motion "
+        f"({link('by hand', 'by-hand', 'summary.md')}). It does not prove that it misses no event. The table has its time "
+        "without / with a tangent, and the times of the kernels divided by it:",
         "",
         "| one cycle | " + " | ".join(f"{case['modes']} modes" for case in cases) + " |",
         "|---" * (1 + len(cases)) + "|",
@@ -155,14 +155,14 @@ def campaign() -> str:
     r = load("settling", "record.json")
     seconds = r["seconds"]
     return (
-        f"`manifests/flex80.toml`, {r['points']} points with 40 modes, nothing truncated, every chaotic λ to "
-        f"± {r['lambda_stderr']:.2f}: {seconds['settled']:.2f} s on one core, "
-        f"{seconds['settled on 2 threads']:.2f} s on two, {r['cycles']} cycles; largest energy residual "
-        f"{power(r['energy_residual'])}, {r['twins_disagree']} twins disagree. Integrated to the end with transients "
-        f"of 6000 cycles instead (`run.settle = false`) it takes "
+        f"`manifests/flex80.toml` has {r['points']} points with 40 modes, without truncation, and every chaotic λ to "
+        f"± {r['lambda_stderr']:.2f}. It takes {seconds['settled']:.2f} s on one core and "
+        f"{seconds['settled on 2 threads']:.2f} s on two, for {r['cycles']} cycles. The largest energy residual is "
+        f"{power(r['energy_residual'])}, and {r['twins_disagree']} twins disagree. With `run.settle = false` it integrates to "
+        f"the end with transients of 6000 cycles and takes "
         f"{seconds['integrated'] / seconds['settled']:.1f} times as long (settled points "
-        f"{r['settled_ratio']:.1f} times), gives {r['same_class']} of {r['points']} the same class, and the "
-        f"exponents of periodic points to {power(r['settled_lambda_difference'])} "
+        f"{r['settled_ratio']:.1f} times). Then {r['same_class']} of {r['points']} points have the same class, and the "
+        f"exponents of periodic points agree to {power(r['settled_lambda_difference'])} "
         f"({link('settling', 'settling', 'summary.md')})."
     )
 
