@@ -63,9 +63,8 @@ pub use basins::{CellRow, basins_table};
 pub use chain_part::{ChainEnd, ChainPart, Level, Transition};
 pub use chains::{TransitionRow, transitions_table};
 pub use characteristics::{
-    ArithmeticKey, BandwidthKey, Characteristics, Cliff, Description, Figure, GainKey, HugePages,
-    LatencyKey, LoadedKey, Measurement, MountainKey, NodeRecord, Noise, OperatorKey, ParallelKey,
-    PercentileKey, RoofRow, SolverKey, TransferKey,
+    ArithmeticKey, BandwidthKey, Characteristics, Description, Figure, HugePages,
+    LatencyKey, Measurement, MountainKey, NodeRecord, Noise, RoofRow, SolverKey,
 };
 pub use clock::{Stopwatch, timestamp};
 pub use columns::{PoincareRow, SpectrumRow, poincare_table, points_table, spectra_table};
