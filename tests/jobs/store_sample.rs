@@ -337,7 +337,6 @@ fn write(folder: &Path, shard: Option<Shard>) {
             copies_asked: String::new(),
             copies_obtained: String::new(),
         },
-        forecast: None,
         totals: Totals::new(count, count - failed, failed, 1000 * (count - failed), 1.0),
         kernels: Vec::new(),
         shards: Vec::new(),

@@ -257,17 +257,8 @@ fn text(job: &Job, found: &Forecast, topology: Option<Source>) -> String {
         );
         lines.push(("", cut));
     }
-    if let Some(parts) = &found.memory_parts {
-        lines.push((
-            "memory",
-            format!(
-                "at most about {}: {} to work, {} of points that wait for others, {} of tables",
-                size_text(parts.total()),
-                size_text(parts.work),
-                size_text(parts.waiting),
-                size_text(parts.row_groups),
-            ),
-        ));
+    if let Some(memory) = found.memory {
+        lines.push(("memory", format!("at most about {}", size_text(memory))));
     }
     lines.push((
         "disk",

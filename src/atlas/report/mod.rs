@@ -25,7 +25,7 @@ pub use branches::{Attractor, branches, read_attractors};
 pub use coexistence::{Coexistence, Ending};
 pub use error::ReportError;
 pub use expansion::{ExpansionSummary, Told};
-pub use followed::{Explained, Explaining, Explanation, FollowedSummary};
+pub use followed::FollowedSummary;
 pub use lifetimes::{Lifetimes, Lives};
 pub use machine_page::machine_page;
 pub use numbers::{size_text, to_digits};

@@ -152,7 +152,7 @@ impl Summary {
         let head = match ResultTable::head(folder, TableKind::Points) {
             Err(missing @ StoreError::Missing { .. }) => {
                 let followed = Followed::read(folder)?.ok_or(missing)?;
-                return Self::of_orbits(folder, &followed);
+                return Ok(Self::of_orbits(folder, &followed));
             }
             head => head?,
         };
@@ -233,7 +233,7 @@ impl Summary {
         }
         let mut coexisting_points = coexisting;
         coexisting_points.sort_by_key(|point| point.point_id);
-        let followed = followed.map(|own| FollowedSummary::of(folder, &own, &transitions));
+        let followed = followed.map(|own| FollowedSummary::of(&own));
         Ok(Self {
             folder: folder.to_path_buf(),
             job: runs.first().map(|run| shown(&run.job)),
@@ -253,7 +253,7 @@ impl Summary {
             transitions,
             transition_counts,
             refined,
-            followed: followed.transpose()?,
+            followed,
             axes,
             tied,
             with_exponent,
@@ -287,14 +287,14 @@ impl Summary {
     }
 
     /// Of a folder without points.
-    fn of_orbits(folder: &Path, followed: &Followed) -> Result<Self, ReportError> {
-        Ok(Self {
+    fn of_orbits(folder: &Path, followed: &Followed) -> Self {
+        Self {
             folder: folder.to_path_buf(),
             job: followed.job.clone(),
             axes: followed.axes.clone(),
-            followed: Some(FollowedSummary::of(folder, followed, &[])?),
+            followed: Some(FollowedSummary::of(followed)),
             ..Self::default()
-        })
+        }
     }
 }
 

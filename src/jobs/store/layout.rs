@@ -38,20 +38,3 @@ pub struct ResultLayout {
     /// Which part of a split job this is.
     pub shard: Option<Shard>,
 }
-
-impl ResultLayout {
-    /// Tables that are written beside `points.parquet`.
-    pub fn beside(&self) -> usize {
-        let one = [
-            self.poincare,
-            self.spectra,
-            self.orders,
-            self.orbits,
-            self.basins.is_some(),
-            self.horizon,
-            self.cycle_expansion,
-            self.swept.is_some(),
-        ];
-        one.into_iter().map(usize::from).sum::<usize>() + 2 * usize::from(self.probes)
-    }
-}

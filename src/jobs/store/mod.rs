@@ -75,7 +75,7 @@ pub use continuation::{
 };
 pub use cycle_expansion::{ExpansionRow, cycle_expansion_table};
 pub use error::{Damage, StoreError};
-pub use file::{GROUP_BYTES, GROUP_ROWS, Shard, create_folder, remove_stale, table_path};
+pub use file::{GROUP_BYTES, Shard, create_folder, remove_stale, table_path};
 pub use horizon::{HorizonRow, horizon_table};
 pub use io_fault::{IoFault, Purpose, Refusal};
 pub use journal::{Journal, SYNC_INTERVAL, journal_bytes, journal_path};
@@ -93,7 +93,7 @@ pub use read::{
 pub use refined::RefinedColumns;
 pub use replace::{Exchange, replace, statuses};
 pub use run::{
-    ForecastRecord, KernelRecord, MachineRecord, PlacementRecord, ProgramRecord, RetryRecord,
+    KernelRecord, MachineRecord, PlacementRecord, ProgramRecord, RetryRecord,
     RunRecord, RunState, ShardRecord, Totals, mixed, run_path, write_run,
 };
 pub use seal::TableRecord;

@@ -59,32 +59,6 @@ pub struct PointRow {
 }
 
 impl PointRow {
-    /// The row without what it adds to other tables.
-    pub fn without_tables(mut self) -> Self {
-        self.outcome.poincare.clear();
-        self.outcome.spectra.clear();
-        self.outcome.orders.clear();
-        if let Some(found) = &mut self.multistability {
-            found.probes.clear();
-            found.attractors.clear();
-            found.cells.clear();
-        }
-        if let Some(found) = &mut self.orbits {
-            found.orbits.clear();
-            found.missed.clear();
-        }
-        if let Some(found) = &mut self.horizon {
-            found.measures.clear();
-        }
-        if let Some(found) = &mut self.cycle_expansion {
-            found.orders.clear();
-        }
-        if let Some(chain) = &mut self.chain {
-            chain.end = None;
-        }
-        self
-    }
-
     pub(super) fn left_chaos(&self) -> Option<&LeftChaos> {
         self.outcome.chaos.as_ref()?.left.as_ref()
     }

@@ -123,7 +123,6 @@ fn record(folder: &Path, written: &Written, state: RunState, points: u64, comput
             copies_asked: String::new(),
             copies_obtained: String::new(),
         },
-        forecast: None,
         totals: Totals::new(points, computed, 0, 1000 * computed, 0.5),
         kernels: Vec::new(),
         shards: Vec::new(),
