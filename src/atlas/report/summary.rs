@@ -14,7 +14,6 @@ use serde::Serialize;
 use super::branches::{self, Attractor};
 use super::coexistence::{self, Coexistence};
 use super::error::ReportError;
-use super::expansion::{self, ExpansionSummary};
 use super::followed::{Followed, FollowedSummary};
 use super::heat::Map;
 use super::lifetimes::Lifetimes;
@@ -98,8 +97,6 @@ pub struct Summary {
     /// The same as points.
     #[serde(skip)]
     pub coexisting_points: Vec<PointSummary>,
-    /// Points with averages over unstable orbits, at the last order.
-    pub expansions: Vec<ExpansionSummary>,
     /// Every attractor that probes found, by point and number.
     pub attractors: Vec<Attractor>,
     /// The branch of each of `attractors` along the last axis with more than one value.
@@ -267,7 +264,6 @@ impl Summary {
             twin_disagrees,
             coexisting: coexistence::read(folder, &coexisting_points)?,
             coexisting_points,
-            expansions: expansion::read(folder)?,
             attractors,
             branches,
             orbits,

@@ -28,8 +28,6 @@ pub struct ResultLayout {
     pub basins: Option<[AxisColumn; 2]>,
     /// Whether `horizon.parquet` is written.
     pub horizon: bool,
-    /// Whether `cycle_expansion.parquet` is written.
-    pub cycle_expansion: bool,
     /// How the grid is refined, where it is.
     pub refined: Option<RefinedColumns>,
     /// Names of the elements of lists that tell an output of the structure, in their order; of outputs that all structures

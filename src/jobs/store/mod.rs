@@ -2,7 +2,7 @@
 //!
 //! A job writes `points.parquet` and, where asked for, `poincare.parquet`,
 //! `spectra.parquet`, `probes.parquet` with `attractors.parquet`, `basins.parquet`,
-//! `orbits.parquet`, `transitions.parquet`, `horizon.parquet` and `cycle_expansion.parquet`, then `run.json`. Files appear
+//! `orbits.parquet`, `transitions.parquet` and `horizon.parquet`, then `run.json`. Files appear
 //! under their final
 //! name only when they are whole; until then a journal keeps what is finished. The shards
 //! of a split job lie as `shard-i-of-n.parquet` in a *folder* of
@@ -27,7 +27,6 @@ mod columns;
 mod contents;
 mod continuation;
 mod covariant;
-mod cycle_expansion;
 mod durable;
 mod error;
 mod file;
@@ -73,7 +72,6 @@ pub use continuation::{
     BifurcationRow, BranchRow, CurveRow, FollowedRows, Told, bifurcation_rows, bifurcations_table,
     branch_rows, branches_table, curve_rows, curves_table, with, write_followed,
 };
-pub use cycle_expansion::{ExpansionRow, cycle_expansion_table};
 pub use error::{Damage, StoreError};
 pub use file::{GROUP_BYTES, Shard, create_folder, remove_stale, table_path};
 pub use horizon::{HorizonRow, horizon_table};

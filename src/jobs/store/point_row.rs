@@ -3,7 +3,7 @@
 use super::chain_part::ChainPart;
 use super::mesh_under_load::MeshUnderLoad;
 use crate::analysis::{
-    ChainRecord, CovariantOutcome, ExpansionOutcome, HorizonOutcome, LeftChaos, LyapunovOutcome,
+    ChainRecord, CovariantOutcome, HorizonOutcome, LeftChaos, LyapunovOutcome,
     MultistabilityOutcome, OrbitSurvey, PointOutcome,
 };
 use serde::{Deserialize, Serialize};
@@ -47,7 +47,6 @@ pub struct PointRow {
     /// How far ahead it can be foretold, where asked for and chaotic.
     pub horizon: Option<HorizonOutcome>,
     /// Averages over its unstable orbits, where asked for and chaotic.
-    pub cycle_expansion: Option<ExpansionOutcome>,
     /// Covariant vectors, where asked for and the motion does not repeat.
     pub covariant: Option<CovariantOutcome>,
     /// What the mean load makes of its mesh, where that is computed from the gears.

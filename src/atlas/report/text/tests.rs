@@ -95,7 +95,6 @@ fn write(
                 orbits: None,
                 chain: None,
                 horizon: None,
-                cycle_expansion: None,
                 covariant: None,
                 mesh: None,
                 kernel,
