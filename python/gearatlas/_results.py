@@ -100,11 +100,6 @@ class Results:
         return self.table("horizon")
 
     @property
-    def cycle_expansion(self) -> Table:
-        """One row an average over orbits up to a period."""
-        return self.table("cycle_expansion")
-
-    @property
     def branches(self) -> Table:
         """One row an orbit of a branch."""
         return self.table("branches")

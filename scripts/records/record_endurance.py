@@ -124,21 +124,14 @@ def part_points(work, note):
         status, said, peak = place.run("r")
         took = time.monotonic() - begun
         table = place.tables("r")["points.parquet"]
-        record = place.record("r")
-        forecast = record.get("forecast")
-        within, words = True, "no forecast"
-        if forecast:
-            wall = record["totals"]["wall_time"]
-            within = forecast["wall_time_low"] <= wall <= forecast["wall_time_high"]
-            words = f"took {wall:.1f} s, forecast {forecast['wall_time_low']:.1f} to {forecast['wall_time_high']:.1f} s"
         ids = table["point_id"]
         whole = len(table) == count and ids.equals(pl.Series("point_id", range(count), dtype=ids.dtype))
         left = [path.name for path in (place.folder / "r").iterdir() if path.name.startswith(".")]
         size = (place.folder / "r/points.parquet").stat().st_size
         note(
             f"{count} points",
-            f"{took:.0f} s, peak {peak:.1f} MB, file {size / 1e6:.1f} MB, {words}",
-            status in (0, 3) and whole and not left and within,
+            f"{took:.0f} s, peak {peak:.1f} MB, file {size / 1e6:.1f} MB",
+            status in (0, 3) and whole and not left,
         )
         peaks.append(peak)
     note("memory over points", f"10⁵ take {peaks[2] / peaks[1]:.2f} of what 10⁴ take", peaks[2] < 1.5 * peaks[1])
@@ -220,8 +213,8 @@ def part_clocks(work, note):
             continue
         walls = pl.read_parquet(place.folder / out / "points.parquet")["wall_time"]
         record = place.record(out)
-        total, forecast = record["totals"]["wall_time"], record.get("forecast") or {}
-        numbers = [total, walls.min(), *forecast.values()]
+        total = record["totals"]["wall_time"]
+        numbers = [total, walls.min()]
         equal = same(place.tables("whole"), place.tables(out))
         note(
             name,

@@ -1,4 +1,4 @@
-"""Writes summary.md of `atlas machine` beside STREAM, lmbench and core-to-core-latency.
+"""Writes summary.md of `atlas machine` beside STREAM and lmbench.
 
     python3 scripts/records/record_machine.py WORK benches/runs/NAME
 """
@@ -34,28 +34,6 @@ def chains(work):
         for size, time in own.items():
             found.setdefault(size, []).append(time)
     return {size: statistics.median(times) for size, times in sorted(found.items())}
-
-
-def transfers(work):
-    """Mean one-way times of core-to-core-latency [ns] by pair of threads, the median of all turns."""
-    found = {}
-    for path in work.glob("transfer-*.csv"):
-        for a, line in enumerate(path.read_text().splitlines()):
-            for b, cell in enumerate(line.split(",")):
-                if cell.strip():
-                    found.setdefault((min(a, b), max(a, b)), []).append(float(cell))
-    return {pair: statistics.median(times) for pair, times in found.items()}
-
-
-def parallel(work):
-    """What lmbench's par_mem says: how many chains at once are worth, by size [bytes]."""
-    found = {}
-    for path in work.glob("parallel-*.txt"):
-        size = int(path.stem.split("-")[2])
-        values = re.findall(r"([\d.]+)\s*$", path.read_text(), re.M)
-        if values:
-            found.setdefault(size, []).append(float(values[-1]))
-    return {size: statistics.median(values) for size, values in sorted(found.items())}
 
 
 def table(head, rows):
@@ -94,7 +72,7 @@ def main(work, out):
             rows.append((str(count), mine, f"{1e-9 * atlas:.2f}",
                 f"{theirs}, {kind}", f"{1e-9 * stream:.2f}", f"{atlas / stream:.3f}"))
     text = [
-        "# `atlas machine` beside STREAM, lmbench and core-to-core-latency, and beside itself\n",
+        "# `atlas machine` beside STREAM and lmbench, and beside itself\n",
         f"{second['description']['cpu']}, {second['host']}, {second['started']}, "
         f"{second['program']['version']} ({second['program']['commit']}), `scripts/record machine-peers`.",
         "Quiet." if second["noise"]["quiet"] else
@@ -128,34 +106,6 @@ def main(work, out):
             f"\nThey differ by {100 * worst:.1f} % at most, slopes left out, where half the size and "
             "twice the size both take another time by a quarter (wanted: 15 %).",
         ]
-    theirs = transfers(work)
-    if theirs:
-        ours = {}
-        for row in (row for turn in turns for row in turn["transfer"]):
-            ours.setdefault((row["a"], row["b"]), []).append(1e9 * row["figure"]["median"])
-        rows = [(f"{a} and {b}", f"{statistics.median(ours[a, b]):.1f}", f"{time:.1f}",
-            f"{statistics.median(ours[a, b]) / time:.3f}") for (a, b), time in sorted(theirs.items()) if (a, b) in ours]
-        text += [
-            "\n## A line handed over, one way, ns\n",
-            "core-to-core-latency 1.2.0 (N. Viennot), bench 1, the mean of 300 samples of 1000 round trips; atlas, "
-            "the median repetition. A sample during which somebody else had a core counts in the mean.\n",
-            table(("threads", "atlas", "core-to-core-latency", "ratio"), rows),
-        ]
-    theirs = parallel(work)
-    rows = []
-    for size, worth in theirs.items():
-        rates = {}
-        for row in (row for turn in turns for row in turn["parallel"] if row["size"] == size):
-            rates.setdefault(row["chains"], []).append(row["figure"]["value"])
-        medians = {chains: statistics.median(values) for chains, values in rates.items()}
-        if medians:
-            rows.append((f"{size / 1024:.0f}", f"{max(medians.values()) / medians[1]:.2f}", f"{worth:.2f}"))
-    if rows:
-        text += [
-            "\n## What several chains at once are worth on one core\n",
-            "Loads a second at best over those of one chain; lmbench 3.0-a9, `par_mem`.\n",
-            table(("buffer [KiB]", "atlas", "lmbench"), rows),
-        ]
     fence = "```"
     text += [
         "\n## Two runs\n", fence, (work / "compare.txt").read_text().rstrip(), fence,
@@ -164,7 +114,7 @@ def main(work, out):
     out.mkdir(parents=True, exist_ok=True)
     (out / "summary.md").write_text("\n".join(text) + "\n")
     shutil.copy(work / "second/machine.json", out / "machine.json")
-    for name in ("operators", "solver", "roofline", "loaded", "parallel"):
+    for name in ("solver", "roofline"):
         picture = work / f"second/pictures/machine-{name}.png"
         if picture.exists():
             shutil.copy(picture, out / picture.name)

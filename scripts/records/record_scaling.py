@@ -41,7 +41,6 @@ def run(path, out, threads):
         "wall": record["totals"]["wall_time"],
         "in_points": points["wall_time"].sum(),
         "placement": record["placement"],
-        "foretold": record["forecast"]["wall_time"],
         "load": os.getloadavg()[0],
     }
     return found, points.drop(NOT_PHYSICS)
@@ -68,7 +67,6 @@ def row(kernel, threads, runs, alone):
     idle = 1 - inside / (threads * wall)
     gain = statistics.median(run["wall"] for run in alone) / wall
     slower = inside / statistics.median(run["in_points"] for run in alone)
-    foretold = statistics.median(run["foretold"] / run["wall"] for run in runs)
     cells = [
         kernel,
         str(threads),
@@ -77,7 +75,6 @@ def row(kernel, threads, runs, alone):
         f"{100 * gain / threads:.0f} %",
         f"{slower:.2f}",
         f"{100 * idle:.1f} %",
-        f"{foretold:.2f}",
     ]
     return "| " + " | ".join(cells) + " |"
 
@@ -92,8 +89,8 @@ def summary(raw):
         + " runs, numbers of threads in turn.",
         f"Load of the machine over a minute, before the first run: {raw['load']:.1f}.",
         "",
-        "| kernel | threads | wall [s] | speed-up | efficiency | a point takes longer by | without a point | foretold / wall |",
-        "|---|---|---|---|---|---|---|---|",
+        "| kernel | threads | wall [s] | speed-up | efficiency | a point takes longer by | without a point |",
+        "|---|---|---|---|---|---|---|",
     ]
     for kernel, by_threads in raw["runs"].items():
         for threads, runs in by_threads.items():

@@ -6,10 +6,19 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// What becomes of a command.
+/// The variable without which a portable job is refused, and its value.
+pub const PORTABLE: [&str; 2] = [
+    "GLIBC_TUNABLES",
+    "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-AVX,-AVX512F,-FMA_Usable,-FMA4_Usable,-AVX2_Usable,-AVX_Usable",
+];
+
+/// What becomes of a command; of a portable job, with its variable.
 pub fn atlas(folder: impl AsRef<Path>, arguments: &[&str]) -> Output {
+    let is_portable = arguments.contains(&"run.instructions=portable");
+    let [name, value] = PORTABLE;
     Command::new(env!("CARGO_BIN_EXE_atlas"))
         .args(arguments)
+        .envs(is_portable.then_some((name, value)))
         .current_dir(folder)
         .output()
         .unwrap()

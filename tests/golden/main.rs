@@ -214,10 +214,6 @@ golden! {
         "run.cycles=330",
         "analyses={lyapunov={exponents=2},covariant={vectors=2,cycles=320,align=20},nvh={harmonics=1,spectrum={highest_order=1,resolution=8}}}",
     ];
-    cycle_expansion: "run manifests/cycle-expansion.toml" [
-        "grid.load=0.3", "run.instructions=portable", "run.transient=5", "run.cycles=320",
-        r#"analyses={lyapunov={align=5,effort="survey"},cycle_expansion={longest=4,guesses=200,cycles=1000}}"#,
-    ];
     branches: "follow manifests/bifurcations.toml" [
         r#"model={kind="torsional"}"#, "grid.load={from=0.5,to=1,count=2}", "grid.speed={from=900,to=1300,count=2}",
         r#"continuation={over="speed",second="load",starts=2,longest_period=2,transient=20,cycles=20,branches=4}"#,

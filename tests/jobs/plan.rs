@@ -36,13 +36,7 @@ fn a_plan_says_what_the_run_will_be() {
 
     let out = place.whole("r", &["--threads", "2"]);
     let record = place.record("r");
-    let (placement, forecast) = (record["placement"].clone(), &record["forecast"]);
-    assert_eq!(forecast["points"], 6, "a quarter of the points");
-    let of = |key: &str| forecast[key].as_f64().unwrap();
-    let ends = ["wall_time_low", "wall_time", "wall_time_high"].map(of);
-    assert!(0.0 < ends[0] && ends.is_sorted(), "{ends:?}");
-    assert!(0.0 < of("after") && of("after") <= record["totals"]["wall_time"].as_f64().unwrap());
-    assert_eq!(plan["placement"], placement["asked"]);
+    assert_eq!(plan["placement"], record["placement"]["asked"]);
     assert!(["hwloc", "/sys"].contains(&plan["topology"].as_str().unwrap()));
     assert_eq!(plan["topology"], record["machine"]["topology"]);
     let written: u64 = ["points.parquet", "poincare.parquet", "spectra.parquet"]
@@ -82,9 +76,6 @@ fn a_run_stays_within_the_memory_that_is_foretold() {
         let place = Place::new(&manifest);
         let plan = planned(&place, &["--threads", "2"]);
         let memory = plan["memory"].as_u64().unwrap();
-        let parts = ["work", "waiting", "row_groups"].map(|part| &plan["memory_parts"][part]);
-        let sum: u64 = parts.iter().map(|part| part.as_u64().unwrap()).sum();
-        assert_eq!(memory, sum);
         let taken = peak(&place);
         assert!(
             taken > 0 && taken <= memory && memory < 4 * taken,
@@ -111,17 +102,6 @@ fn shards_are_planned_apart_and_chains_named() {
     ] {
         assert!(text.contains(words), "{words}: {text}");
     }
-}
-
-#[test]
-fn few_points_foretell_nothing_and_chains_from_their_beginnings() {
-    let place = Place::new(OSCILLATOR);
-    place.whole("few", &[]);
-    assert!(place.record("few")["forecast"].is_null());
-    let chains = OSCILLATOR.replace("count = 3 }", "count = 30 }\norder = \"both\"");
-    fs::write(place.path("m.toml"), chains).unwrap();
-    place.whole("chains", &["--threads", "1"]);
-    assert_eq!(place.record("chains")["forecast"]["points"], 16);
 }
 
 #[test]

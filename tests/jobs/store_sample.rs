@@ -138,7 +138,6 @@ fn row(point_id: u64) -> PointRow {
         axis_values: vec![0.05 * (1 + load) as f64, 600.0 + 150.0 * speed as f64],
         outcome,
         horizon: None,
-        cycle_expansion: None,
         covariant: None,
         mesh: None,
         multistability: (point_id != 13).then(|| probes(point_id)),
@@ -286,7 +285,6 @@ fn write(folder: &Path, shard: Option<Shard>) {
             unit: "m".to_owned(),
         })),
         horizon: false,
-        cycle_expansion: false,
         refined: None,
         elements: vec![(
             Quantity::BearingForce,
@@ -337,7 +335,6 @@ fn write(folder: &Path, shard: Option<Shard>) {
             copies_asked: String::new(),
             copies_obtained: String::new(),
         },
-        forecast: None,
         totals: Totals::new(count, count - failed, failed, 1000 * (count - failed), 1.0),
         kernels: Vec::new(),
         shards: Vec::new(),

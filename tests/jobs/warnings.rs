@@ -175,12 +175,9 @@ fn warnings_are_told_once() {
         "{}",
         stdout(&check)
     );
-    // A process that starts itself again tells them once, too.
     let run = place.run(
         "out",
         &[
-            "--set",
-            "run.instructions=portable",
             "--set",
             "run.cycles=100",
             "--set",

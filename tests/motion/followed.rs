@@ -149,7 +149,6 @@ fn orbits_alone_are_shown_and_drawn() {
     assert_eq!(followed["lines"], 2);
     assert_eq!(followed["range"], serde_json::json!([600.0, 1500.0]));
     assert_eq!(followed["curves"]["onset"], 1);
-    assert_eq!(followed["transitions"], Value::Null);
     assert_counts(folder, followed);
     let text = said(folder, &["show", "r"]);
     assert!(
@@ -189,7 +188,7 @@ fn orbits_alone_are_shown_and_drawn() {
 }
 
 #[test]
-fn a_sweep_beside_them_is_explained() {
+fn points_of_a_sweep_lie_behind_the_branches() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let sweep = "order = \"both\"\nalong = \"speed\"";
@@ -203,46 +202,8 @@ fn a_sweep_beside_them_is_explained() {
 
     let json = summary(folder);
     assert_eq!(json["state"], "complete");
-    let found = &json["followed"]["transitions"];
-    let count = |key: &str| found[key].as_u64().unwrap() as usize;
-    let all = found["all"].as_array().unwrap();
-    let transitions = json["transitions"].as_array().unwrap();
-    assert!(!transitions.is_empty() && all.len() == transitions.len());
-    assert_eq!(count("count"), transitions.len());
-    let table = ResultTable::read(&folder.join("r"), TableKind::Bifurcations).unwrap();
-    let kinds = table.text("kind").unwrap();
-    let speeds = table.f64("speed").unwrap();
-    let mut counted = [0; 3];
-    for (own, transition) in all.iter().zip(transitions) {
-        assert_eq!(own["bracket"], transition["bracket"]);
-        let end = |i: usize| own["bracket"][i].as_f64().unwrap();
-        let inside = |aside: f64| {
-            let near = |speed: f64| (end(0) - aside..=end(1) + aside).contains(&speed);
-            let rows = kinds.iter().zip(&speeds);
-            rows.filter(|(kind, _)| kind.as_deref() != Some("end"))
-                .any(|(_, speed)| near(speed.unwrap()))
-        };
-        let (wanted, place) = match (inside(0.0), inside(0.9)) {
-            (true, _) => ("within", 0),
-            (_, true) => ("near", 1),
-            _ => ("none", 2),
-        };
-        assert_eq!(own["explained"], wanted);
-        assert_eq!(own["by"].as_array().unwrap().is_empty(), wanted == "none");
-        counted[place] += 1;
-    }
-    assert_eq!(counted[..2], [count("within"), count("near")]);
-    assert!((found["tolerance"].as_f64().unwrap() - 0.9).abs() < 1e-9);
-    assert!(counted[0] > 0, "{found:#}");
-
-    let text = said(folder, &["show", "r"]);
-    let head = format!(
-        "{} of {} changes of motion explained",
-        counted[0],
-        all.len()
-    );
-    assert!(text.contains(&head), "{text}");
-    assert!(text.contains("kind of motion") && text.contains("expected by chance"));
+    assert!(!json["transitions"].as_array().unwrap().is_empty());
+    assert!(json["followed"]["bifurcations"].is_object());
     let names = pictures(folder, &["--what", "branches"]);
     assert_eq!(names, ["branches.svg"]);
     holds(

@@ -4,6 +4,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+use crate::program::PORTABLE;
 use crate::{processor, skipped};
 use std::fs;
 use std::path::Path;
@@ -44,7 +45,11 @@ fn run(folder: &Path, instructions: &str, out: &str, emulator: &[&str]) -> Outpu
         .args(&program[1..])
         .args(["run", &name, "--out", out, "--threads", "2", "--quiet"])
         .current_dir(folder);
-    let output = without_chosen_instructions(&mut command).output().unwrap();
+    without_chosen_instructions(&mut command);
+    if instructions == "portable" {
+        command.env(PORTABLE[0], PORTABLE[1]);
+    }
+    let output = command.output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(matches!(output.status.code(), Some(0 | 3)), "{said}");
     output

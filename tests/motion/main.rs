@@ -32,7 +32,6 @@ mod contact_jumps;
 mod continuation;
 mod continuous;
 mod coverage;
-mod cycle_expansion;
 mod cycle_map;
 mod doubling;
 mod drift;

@@ -191,7 +191,6 @@ fn write_chaos(folder: &Path) {
                 axis_values: vec![0.05 * (1 + row) as f64, 600.0 + 100.0 * column as f64],
                 outcome,
                 horizon: None,
-                cycle_expansion: None,
                 covariant: None,
                 mesh: None,
                 multistability: None,
@@ -703,7 +702,6 @@ fn large_row(point_id: u64, columns: u64) -> PointRow {
             )
         },
         horizon: None,
-        cycle_expansion: None,
         covariant: None,
         mesh: None,
         multistability: None,

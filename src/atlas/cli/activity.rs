@@ -91,7 +91,6 @@ mod tests {
             orbits: None,
             chain: None,
             horizon: None,
-            cycle_expansion: None,
             covariant: None,
             mesh: None,
             kernel: "volterra".into(),

@@ -88,12 +88,6 @@ pub(super) fn analyses(point: &PointSpec) -> String {
             asked.twins, asked.cycles, asked.averages
         )
     });
-    let expansion = analyses.cycle_expansion.map(|asked| {
-        format!(
-            "cycle expansion (periods up to {}, at most {} guesses each)",
-            asked.longest, asked.guesses
-        )
-    });
     let covariant = analyses.covariant.map(|asked| {
         format!(
             "covariant vectors ({} over {} cycles)",
@@ -107,7 +101,6 @@ pub(super) fn analyses(point: &PointSpec) -> String {
         multistability,
         orbits,
         horizon,
-        expansion,
         covariant,
     ]
     .into_iter()

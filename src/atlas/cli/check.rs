@@ -353,7 +353,6 @@ fn job_json(name: &str, job: &Job) -> Value {
                 ("multistability", p.analyses.multistability.is_some()),
                 ("orbits", p.analyses.orbits.is_some()),
                 ("horizon", p.analyses.horizon.is_some()),
-                ("cycle_expansion", p.analyses.cycle_expansion.is_some()),
                 ("covariant", p.analyses.covariant.is_some()),
             ];
             names.iter().filter(|(_, on)| *on).map(|(name, _)| *name).collect::<Vec<_>>()

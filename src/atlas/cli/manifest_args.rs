@@ -51,7 +51,7 @@ impl ManifestArgs {
             report(&errors);
             ExitCode::from(BAD_INPUT)
         })?;
-        portable::obey(&job, self.is_stream()).map_err(|message| fail(1, &message))?;
+        portable::obey(&job).map_err(|message| fail(BAD_INPUT, &message))?;
         warn(&job.warnings);
         Ok(job)
     }

@@ -7,7 +7,7 @@ use super::process::{NOTHING_WRITTEN, Process};
 use super::table::TablesFolder;
 use super::threads::Threads;
 use super::{BAD_INPUT, answer, fail, grid, machine, with_causes};
-use crate::characterize::machine_rate::{MachineRate, machine_rate};
+use crate::characterize::compare::{MachineRate, machine_rate};
 use crate::manifest::Job;
 use crate::report::size_text;
 use crate::store::{Characteristics, Shard, StoreError};
@@ -156,12 +156,15 @@ impl Machines {
         let variants = job.points.variants().iter();
         let modes = variants.map(|variant| variant.model.retained).max();
         let modes = modes.unwrap_or(1);
-        let here = (self.here.as_ref()).and_then(|m| machine_rate(m, modes, found.threads));
+        let own = |modes| machine_rate(self.here.as_ref()?, modes, found.threads);
+        let here = own(modes);
         let there = self.there.as_ref().and_then(|machine| {
             let cores = machine.description.cores as u64;
             let threads = threads.map_or(cores, u64::from).min(found.pieces);
-            let there = machine_rate(machine, modes, threads)?;
-            let slower = here.as_ref()?.rate / there.rate;
+            // Both at one number of modes, which both were measured with.
+            let there = machine_rate(machine, here.as_ref()?.modes as usize, threads)?;
+            let own = own(there.modes as usize).filter(|own| own.modes == there.modes)?;
+            let slower = own.rate / there.rate;
             let time = Interval {
                 low: slower * found.time.low,
                 expected: slower * found.time.expected,
@@ -254,17 +257,8 @@ fn text(job: &Job, found: &Forecast, topology: Option<Source>) -> String {
         );
         lines.push(("", cut));
     }
-    if let Some(parts) = &found.memory_parts {
-        lines.push((
-            "memory",
-            format!(
-                "at most about {}: {} to work, {} of points that wait for others, {} of tables",
-                size_text(parts.total()),
-                size_text(parts.work),
-                size_text(parts.waiting),
-                size_text(parts.row_groups),
-            ),
-        ));
+    if let Some(memory) = found.memory {
+        lines.push(("memory", format!("at most about {}", size_text(memory))));
     }
     lines.push((
         "disk",

@@ -1,11 +1,10 @@
 //! What was found out about a machine, on one page of a terminal.
 
-mod load;
 mod words;
 
 use crate::report::numbers::plural;
 use crate::report::size_text;
-use crate::store::{Characteristics, Measurement, MountainKey, OperatorKey, SolverKey};
+use crate::store::{Characteristics, Measurement, MountainKey, SolverKey};
 use std::fmt::Write;
 use words::{caches, memory_words, processor, rate_text, seconds, system, time_text};
 
@@ -17,13 +16,8 @@ pub fn machine_page(machine: &Characteristics) -> String {
     let mut page = String::new();
     head(&mut page, machine);
     memory(&mut page, machine);
-    load::chases(&mut page, machine);
-    load::loaded(&mut page, machine);
-    load::transfers(&mut page, machine);
     bandwidth(&mut page, machine);
-    load::mixes(&mut page, machine);
     arithmetic(&mut page, machine);
-    operators(&mut page, machine);
     solver(&mut page, machine);
     if !machine.missing.is_empty() {
         page.push_str("\nnot measured, or not found\n");
@@ -51,13 +45,10 @@ fn head(page: &mut String, machine: &Characteristics) {
     line("memory", memory_words(d));
     line("system", system(d));
     let noise = &machine.noise;
-    let mut verdict = match noise.quiet {
+    let verdict = match noise.quiet {
         true => "quiet".to_owned(),
         false => format!("NOT QUIET: {}", noise.remarks.join("; ")),
     };
-    if noise.waited >= 0.1 {
-        _ = write!(verdict, "; waited {:.1} s for quiet moments", noise.waited);
-    }
     line("noise", verdict);
 }
 
@@ -231,108 +222,44 @@ fn arithmetic(page: &mut String, machine: &Characteristics) {
     }
 }
 
-fn operators(page: &mut String, machine: &Characteristics) {
-    let mut curves: Vec<(&str, u64)> = (machine.operators.iter())
-        .map(|row| (row.key.kernel.as_str(), row.key.dimension))
-        .collect();
-    curves.dedup();
-    if curves.is_empty() {
-        return;
-    }
-    page.push_str("\nrotating tables: time of a product or window, smallest set → largest\n");
-    for (kernel, dimension) in curves {
-        let own = |row: &&Measurement<OperatorKey>| {
-            row.key.kernel == kernel && row.key.dimension == dimension
-        };
-        let mut rows = machine.operators.iter().filter(own);
-        let Some(first) = rows.next() else {
-            continue;
-        };
-        let last = rows.next_back().unwrap_or(first);
-        let of = format!("{kernel} of dimension {dimension}");
-        let cliffs = machine.cliffs.iter().filter(|cliff| cliff.of == of);
-        let words: Vec<String> = cliffs
-            .map(|cliff| {
-                let cache = cliff
-                    .cache
-                    .map_or_else(String::new, |level| format!(" (L{level})"));
-                format!(
-                    "{:.1} × at {}{cache}",
-                    cliff.ratio,
-                    size_text(cliff.size as u64)
-                )
-            })
-            .collect();
-        let words = match words.is_empty() {
-            true => "no cliff".to_owned(),
-            false => words.join(", "),
-        };
-        let name = match kernel {
-            "matvec" => format!("matvec {dimension}"),
-            _ => kernel.to_owned(),
-        };
-        _ = writeln!(
-            page,
-            "  {name:<20} {:>9} at {:<9} → {:>9} at {:<9} {words}",
-            time_text(&first.figure),
-            size_text(first.key.working_set),
-            time_text(&last.figure),
-            size_text(last.key.working_set),
-        );
-    }
-}
-
 fn solver(page: &mut String, machine: &Characteristics) {
     let modes = machine.solver.iter().map(|row| row.key.modes);
     let Some(modes) = modes.min_by_key(|modes| modes.abs_diff(SHOWN_MODES)) else {
         return;
     };
-    let rows: Vec<&Measurement<SolverKey>> = (machine.solver.iter())
-        .filter(|r| r.key.modes == modes)
-        .collect();
+    let rows = || machine.solver.iter().filter(|row| row.key.modes == modes);
     _ = writeln!(
         page,
-        "\nrates at {modes} modes     table      one thread    best of threads"
+        "\nintegrating, {modes} modes           points   one table   one thread      best of threads"
     );
-    let mut kinds: Vec<(&str, &str)> = (rows.iter())
-        .map(|row| (row.key.kernel.as_str(), row.key.tables.as_str()))
-        .collect();
-    kinds.dedup();
-    for (kernel, tables) in kinds {
-        let own = rows
-            .iter()
-            .filter(|r| r.key.kernel == kernel && r.key.tables == tables);
+    let campaign = |row: &Measurement<SolverKey>| {
+        let key = &row.key;
+        (key.kernel.clone(), key.tables.clone(), key.points)
+    };
+    let mut campaigns: Vec<_> = rows().map(campaign).collect();
+    campaigns.sort();
+    campaigns.dedup();
+    for wanted in campaigns {
+        let own = rows().filter(|row| campaign(row) == wanted);
         let alone = own.clone().find(|row| row.key.threads == 1);
         let best = own.max_by(|a, b| a.figure.value.total_cmp(&b.figure.value));
         let (Some(alone), Some(best)) = (alone, best) else {
             continue;
         };
+        let (kernel, tables, points) = wanted;
+        let (threads, efficiency) = (best.key.threads, best.key.efficiency);
         _ = writeln!(
             page,
-            "  {:<20} {:<10} {:<13} {} × on {}{}",
-            format!("{kernel}, {tables}"),
+            "  {:<31} {points:<8} {:<11} {:<15} {:.2} × on {}{}",
+            format!("{kernel}, {tables} tables"),
             size_text(alone.key.table_bytes),
             format!("{} a cycle", seconds(1.0 / alone.figure.value)),
-            gain(machine, best),
-            plural(best.key.threads as usize, "thread"),
-            best.key
-                .efficiency
-                .filter(|_| best.key.threads > 1)
-                .map_or_else(String::new, |e| format!(", {:.0} % of ideal", 100.0 * e)),
+            efficiency * threads as f64,
+            plural(threads as usize, "thread"),
+            match threads {
+                1 => String::new(),
+                _ => format!(", {:.0} % of ideal", 100.0 * efficiency),
+            },
         );
-    }
-}
-
-/// How many times as fast as one thread a team is, with its spread.
-fn gain(machine: &Characteristics, of: &Measurement<SolverKey>) -> String {
-    let key = &of.key;
-    let row = machine.gain.iter().find(|row| {
-        (&row.key.kernel, &row.key.tables) == (&key.kernel, &key.tables)
-            && (row.key.modes, row.key.threads) == (key.modes, key.threads)
-    });
-    match row.map(|row| (row.figure.value, row.figure.spread)) {
-        Some((gain, Some(spread))) => format!("{gain:.2} ± {:.2}", gain * spread),
-        Some((gain, None)) => format!("{gain:.2}"),
-        None => "1.00".to_owned(),
     }
 }

@@ -3,7 +3,6 @@
 mod branches;
 mod coexistence;
 mod error;
-mod expansion;
 mod followed;
 mod heat;
 mod lifetimes;
@@ -24,8 +23,7 @@ mod transitions;
 pub use branches::{Attractor, branches, read_attractors};
 pub use coexistence::{Coexistence, Ending};
 pub use error::ReportError;
-pub use expansion::{ExpansionSummary, Told};
-pub use followed::{Explained, Explaining, Explanation, FollowedSummary};
+pub use followed::FollowedSummary;
 pub use lifetimes::{Lifetimes, Lives};
 pub use machine_page::machine_page;
 pub use numbers::{size_text, to_digits};

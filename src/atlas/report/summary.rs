@@ -14,7 +14,6 @@ use serde::Serialize;
 use super::branches::{self, Attractor};
 use super::coexistence::{self, Coexistence};
 use super::error::ReportError;
-use super::expansion::{self, ExpansionSummary};
 use super::followed::{Followed, FollowedSummary};
 use super::heat::Map;
 use super::lifetimes::Lifetimes;
@@ -98,8 +97,6 @@ pub struct Summary {
     /// The same as points.
     #[serde(skip)]
     pub coexisting_points: Vec<PointSummary>,
-    /// Points with averages over unstable orbits, at the last order.
-    pub expansions: Vec<ExpansionSummary>,
     /// Every attractor that probes found, by point and number.
     pub attractors: Vec<Attractor>,
     /// The branch of each of `attractors` along the last axis with more than one value.
@@ -152,7 +149,7 @@ impl Summary {
         let head = match ResultTable::head(folder, TableKind::Points) {
             Err(missing @ StoreError::Missing { .. }) => {
                 let followed = Followed::read(folder)?.ok_or(missing)?;
-                return Self::of_orbits(folder, &followed);
+                return Ok(Self::of_orbits(folder, &followed));
             }
             head => head?,
         };
@@ -233,7 +230,7 @@ impl Summary {
         }
         let mut coexisting_points = coexisting;
         coexisting_points.sort_by_key(|point| point.point_id);
-        let followed = followed.map(|own| FollowedSummary::of(folder, &own, &transitions));
+        let followed = followed.map(|own| FollowedSummary::of(&own));
         Ok(Self {
             folder: folder.to_path_buf(),
             job: runs.first().map(|run| shown(&run.job)),
@@ -253,7 +250,7 @@ impl Summary {
             transitions,
             transition_counts,
             refined,
-            followed: followed.transpose()?,
+            followed,
             axes,
             tied,
             with_exponent,
@@ -267,7 +264,6 @@ impl Summary {
             twin_disagrees,
             coexisting: coexistence::read(folder, &coexisting_points)?,
             coexisting_points,
-            expansions: expansion::read(folder)?,
             attractors,
             branches,
             orbits,
@@ -287,14 +283,14 @@ impl Summary {
     }
 
     /// Of a folder without points.
-    fn of_orbits(folder: &Path, followed: &Followed) -> Result<Self, ReportError> {
-        Ok(Self {
+    fn of_orbits(folder: &Path, followed: &Followed) -> Self {
+        Self {
             folder: folder.to_path_buf(),
             job: followed.job.clone(),
             axes: followed.axes.clone(),
-            followed: Some(FollowedSummary::of(folder, followed, &[])?),
+            followed: Some(FollowedSummary::of(followed)),
             ..Self::default()
-        })
+        }
     }
 }
 

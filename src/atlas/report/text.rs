@@ -2,7 +2,6 @@
 
 mod branches;
 mod coexistence;
-mod expansion;
 mod followed;
 mod heat;
 mod lifetimes;
@@ -45,7 +44,6 @@ pub fn render(summary: &Summary, style: Style) -> String {
     transitions::push(&mut text, summary);
     followed::push(&mut text, summary);
     coexistence::push(&mut text, summary);
-    expansion::push(&mut text, summary);
     orbits::push(&mut text, summary);
     push_energy(&mut text, summary);
     push_troubled(&mut text, summary);

@@ -1,7 +1,6 @@
 //! All that a manifest may ask of an operating point.
 
 use super::covariant::CovariantQuestion;
-use super::cycle_expansion::ExpansionQuestion;
 use super::horizon::HorizonQuestion;
 use super::multistability::MultistabilityQuestion;
 use super::orbits::survey::OrbitQuestion;
@@ -24,8 +23,6 @@ pub struct Analyses {
     pub orbits: Option<OrbitQuestion>,
     /// Predictability of chaotic motion.
     pub horizon: Option<HorizonQuestion>,
-    /// Averages over unstable orbits.
-    pub cycle_expansion: Option<ExpansionQuestion>,
     /// Covariant Lyapunov vectors.
     pub covariant: Option<CovariantQuestion>,
 }

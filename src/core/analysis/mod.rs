@@ -10,7 +10,6 @@ pub mod continuation;
 mod coupled_modes;
 mod course;
 mod covariant;
-mod cycle_expansion;
 mod dimension;
 mod energy;
 mod evidence;
@@ -50,10 +49,6 @@ pub use contact_jumps::ContactJumps;
 pub use covariant::{
     ANGLE_SHARES, AngleOutcome, CovariantError, CovariantOutcome, CovariantQuestion, MOST_MEMORY,
     covariant_vectors,
-};
-pub use cycle_expansion::{
-    Estimate, ExpansionAverage, ExpansionError, ExpansionOrder, ExpansionOutcome,
-    ExpansionQuantity, ExpansionQuestion, cycle_expansion,
 };
 pub use dimension::kaplan_yorke;
 pub use energy::EnergyAudit;

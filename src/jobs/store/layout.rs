@@ -28,8 +28,6 @@ pub struct ResultLayout {
     pub basins: Option<[AxisColumn; 2]>,
     /// Whether `horizon.parquet` is written.
     pub horizon: bool,
-    /// Whether `cycle_expansion.parquet` is written.
-    pub cycle_expansion: bool,
     /// How the grid is refined, where it is.
     pub refined: Option<RefinedColumns>,
     /// Names of the elements of lists that tell an output of the structure, in their order; of outputs that all structures
@@ -37,21 +35,4 @@ pub struct ResultLayout {
     pub elements: Vec<(Quantity, Vec<String>)>,
     /// Which part of a split job this is.
     pub shard: Option<Shard>,
-}
-
-impl ResultLayout {
-    /// Tables that are written beside `points.parquet`.
-    pub fn beside(&self) -> usize {
-        let one = [
-            self.poincare,
-            self.spectra,
-            self.orders,
-            self.orbits,
-            self.basins.is_some(),
-            self.horizon,
-            self.cycle_expansion,
-            self.swept.is_some(),
-        ];
-        one.into_iter().map(usize::from).sum::<usize>() + 2 * usize::from(self.probes)
-    }
 }

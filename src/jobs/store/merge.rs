@@ -390,7 +390,6 @@ fn record(parts: &[Part]) -> RunRecord {
             finished: record.finished.clone(),
             machine: record.machine.clone(),
             placement: record.placement.clone(),
-            forecast: record.forecast,
             totals: record.totals.clone(),
         }));
     }
@@ -404,7 +403,6 @@ fn record(parts: &[Part]) -> RunRecord {
         }
     }
     warnings.extend(mixed(used).filter(|warning| !warnings.contains(warning)));
-    whole.forecast = None;
     whole.totals = totals;
     whole.warnings = warnings;
     whole.placement.threads_asked = None;

@@ -2,7 +2,7 @@
 //!
 //! A job writes `points.parquet` and, where asked for, `poincare.parquet`,
 //! `spectra.parquet`, `probes.parquet` with `attractors.parquet`, `basins.parquet`,
-//! `orbits.parquet`, `transitions.parquet`, `horizon.parquet` and `cycle_expansion.parquet`, then `run.json`. Files appear
+//! `orbits.parquet`, `transitions.parquet` and `horizon.parquet`, then `run.json`. Files appear
 //! under their final
 //! name only when they are whole; until then a journal keeps what is finished. The shards
 //! of a split job lie as `shard-i-of-n.parquet` in a *folder* of
@@ -27,7 +27,6 @@ mod columns;
 mod contents;
 mod continuation;
 mod covariant;
-mod cycle_expansion;
 mod durable;
 mod error;
 mod file;
@@ -63,9 +62,8 @@ pub use basins::{CellRow, basins_table};
 pub use chain_part::{ChainEnd, ChainPart, Level, Transition};
 pub use chains::{TransitionRow, transitions_table};
 pub use characteristics::{
-    ArithmeticKey, BandwidthKey, Characteristics, Cliff, Description, Figure, GainKey, HugePages,
-    LatencyKey, LoadedKey, Measurement, MountainKey, NodeRecord, Noise, OperatorKey, ParallelKey,
-    PercentileKey, RoofRow, SolverKey, TransferKey,
+    ArithmeticKey, BandwidthKey, Characteristics, Description, Figure, HugePages,
+    LatencyKey, Measurement, MountainKey, NodeRecord, Noise, RoofRow, SolverKey,
 };
 pub use clock::{Stopwatch, timestamp};
 pub use columns::{PoincareRow, SpectrumRow, poincare_table, points_table, spectra_table};
@@ -74,9 +72,8 @@ pub use continuation::{
     BifurcationRow, BranchRow, CurveRow, FollowedRows, Told, bifurcation_rows, bifurcations_table,
     branch_rows, branches_table, curve_rows, curves_table, with, write_followed,
 };
-pub use cycle_expansion::{ExpansionRow, cycle_expansion_table};
 pub use error::{Damage, StoreError};
-pub use file::{GROUP_BYTES, GROUP_ROWS, Shard, create_folder, remove_stale, table_path};
+pub use file::{GROUP_BYTES, Shard, create_folder, remove_stale, table_path};
 pub use horizon::{HorizonRow, horizon_table};
 pub use io_fault::{IoFault, Purpose, Refusal};
 pub use journal::{Journal, SYNC_INTERVAL, journal_bytes, journal_path};
@@ -94,7 +91,7 @@ pub use read::{
 pub use refined::RefinedColumns;
 pub use replace::{Exchange, replace, statuses};
 pub use run::{
-    ForecastRecord, KernelRecord, MachineRecord, PlacementRecord, ProgramRecord, RetryRecord,
+    KernelRecord, MachineRecord, PlacementRecord, ProgramRecord, RetryRecord,
     RunRecord, RunState, ShardRecord, Totals, mixed, run_path, write_run,
 };
 pub use seal::TableRecord;

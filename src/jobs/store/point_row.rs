@@ -3,7 +3,7 @@
 use super::chain_part::ChainPart;
 use super::mesh_under_load::MeshUnderLoad;
 use crate::analysis::{
-    ChainRecord, CovariantOutcome, ExpansionOutcome, HorizonOutcome, LeftChaos, LyapunovOutcome,
+    ChainRecord, CovariantOutcome, HorizonOutcome, LeftChaos, LyapunovOutcome,
     MultistabilityOutcome, OrbitSurvey, PointOutcome,
 };
 use serde::{Deserialize, Serialize};
@@ -47,7 +47,6 @@ pub struct PointRow {
     /// How far ahead it can be foretold, where asked for and chaotic.
     pub horizon: Option<HorizonOutcome>,
     /// Averages over its unstable orbits, where asked for and chaotic.
-    pub cycle_expansion: Option<ExpansionOutcome>,
     /// Covariant vectors, where asked for and the motion does not repeat.
     pub covariant: Option<CovariantOutcome>,
     /// What the mean load makes of its mesh, where that is computed from the gears.
@@ -59,32 +58,6 @@ pub struct PointRow {
 }
 
 impl PointRow {
-    /// The row without what it adds to other tables.
-    pub fn without_tables(mut self) -> Self {
-        self.outcome.poincare.clear();
-        self.outcome.spectra.clear();
-        self.outcome.orders.clear();
-        if let Some(found) = &mut self.multistability {
-            found.probes.clear();
-            found.attractors.clear();
-            found.cells.clear();
-        }
-        if let Some(found) = &mut self.orbits {
-            found.orbits.clear();
-            found.missed.clear();
-        }
-        if let Some(found) = &mut self.horizon {
-            found.measures.clear();
-        }
-        if let Some(found) = &mut self.cycle_expansion {
-            found.orders.clear();
-        }
-        if let Some(chain) = &mut self.chain {
-            chain.end = None;
-        }
-        self
-    }
-
     pub(super) fn left_chaos(&self) -> Option<&LeftChaos> {
         self.outcome.chaos.as_ref()?.left.as_ref()
     }

@@ -33,10 +33,6 @@ pub struct RunRecord {
     pub machine: MachineRecord,
     /// Threads and where they ran.
     pub placement: PlacementRecord,
-    /// What the run forecast of its wall time from its first points, to be held against
-    /// `totals.wall_time`; absent where there were too few.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub forecast: Option<ForecastRecord>,
     /// Counts and times over all points.
     pub totals: Totals,
     /// The kernels that `run.kernel = "auto"` took, by name; empty where the manifest names one. A retry of failed points
@@ -95,21 +91,6 @@ impl KernelRecord {
     }
 }
 
-/// What a run forecast of its wall time.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ForecastRecord {
-    /// Points that it was forecast from.
-    pub points: u64,
-    /// When, since the run was begun \[s\].
-    pub after: f64,
-    /// Wall time \[s\].
-    pub wall_time: f64,
-    /// Lower end of its interval at 95 % \[s\].
-    pub wall_time_low: f64,
-    /// Upper end \[s\].
-    pub wall_time_high: f64,
-}
-
 /// What a joined record keeps of each shard.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ShardRecord {
@@ -123,9 +104,6 @@ pub struct ShardRecord {
     pub machine: MachineRecord,
     /// Threads and where they ran.
     pub placement: PlacementRecord,
-    /// What it forecast of its wall time.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub forecast: Option<ForecastRecord>,
     /// Counts and times over its points.
     pub totals: Totals,
 }
@@ -400,7 +378,6 @@ pub(super) mod tests {
                 copies_asked: "one copy for all workers".into(),
                 copies_obtained: "one copy for all workers".into(),
             },
-            forecast: None,
             totals: Totals::new(80, 70, 4, 50_000, 2.0),
             kernels: Vec::new(),
             shards: Vec::new(),

@@ -37,8 +37,6 @@ pub enum TableKind {
     Bifurcations,
     /// One row a point of a bifurcation curve.
     Curves,
-    /// One row an average over orbits up to a period.
-    CycleExpansion,
     /// One row an instant of a traced trajectory.
     Trace,
     /// One row a change of contact state of a traced trajectory.
@@ -47,13 +45,12 @@ pub enum TableKind {
 
 impl TableKind {
     /// The tables of a job, `points.parquet` last: it stands for a whole set of results.
-    pub(super) const OF_A_JOB: [Self; 11] = [
+    pub(super) const OF_A_JOB: [Self; 10] = [
         Self::Transitions,
         Self::Orbits,
         Self::Basins,
         Self::Attractors,
         Self::Horizon,
-        Self::CycleExpansion,
         Self::Probes,
         Self::Spectra,
         Self::Orders,
@@ -92,9 +89,6 @@ impl TableKind {
             }
             Self::Horizon => {
                 "ask for `lyapunov = {}` and `horizon = {}` in the manifest's [analyses]"
-            }
-            Self::CycleExpansion => {
-                "ask for `lyapunov = {}` and `cycle_expansion = {}` in the manifest's [analyses]"
             }
             Self::Branches | Self::Bifurcations | Self::Curves => "`atlas follow` writes it",
             Self::Trace | Self::Events => "`atlas trace` writes it",

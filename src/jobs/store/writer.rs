@@ -17,9 +17,9 @@ use super::seal::TableRecord;
 use super::table::Table;
 use super::table_kind::TableKind;
 use super::{
-    AttractorRow, CellRow, ExpansionRow, HorizonRow, OrbitRow, OrderRow, PoincareRow, PointRow,
+    AttractorRow, CellRow, HorizonRow, OrbitRow, OrderRow, PoincareRow, PointRow,
     ProbeRow, SpectrumRow, StoreError, TransitionRow, attractors_table, basins_table,
-    cycle_expansion_table, horizon_table, orbits_table, orders_table, poincare_table, points_table,
+    horizon_table, orbits_table, orders_table, poincare_table, points_table,
     probes_table, spectra_table, transitions_table,
 };
 
@@ -56,7 +56,6 @@ impl Row for SpectrumRow {}
 
 impl Row for HorizonRow {}
 
-impl Row for ExpansionRow {}
 
 impl Row for ProbeRow {
     fn list_bytes(&self) -> usize {
@@ -110,7 +109,6 @@ pub struct ResultWriter {
     attractors: Option<TableFile<AttractorRow>>,
     basins: Option<TableFile<CellRow>>,
     horizon: Option<TableFile<HorizonRow>>,
-    cycle_expansion: Option<TableFile<ExpansionRow>>,
 }
 
 /// `transitions.parquet` on its way, and the name of the swept axis.
@@ -200,11 +198,6 @@ impl ResultWriter {
             orbits: destination.start(layout.orbits, TableKind::Orbits, orbits_table)?,
             transitions,
             horizon: destination.start(layout.horizon, TableKind::Horizon, horizon_table)?,
-            cycle_expansion: destination.start(
-                layout.cycle_expansion,
-                TableKind::CycleExpansion,
-                cycle_expansion_table,
-            )?,
             destination,
         })
     }
@@ -261,7 +254,6 @@ impl ResultWriter {
         close(self.basins, &mut closed)?;
         close(self.attractors, &mut closed)?;
         close(self.horizon, &mut closed)?;
-        close(self.cycle_expansion, &mut closed)?;
         close(self.probes, &mut closed)?;
         close(self.spectra, &mut closed)?;
         close(self.orders, &mut closed)?;
@@ -305,9 +297,6 @@ impl ResultWriter {
         }
         if self.horizon.is_none() {
             old.push(table_path(folder, TableKind::Horizon, *shard));
-        }
-        if self.cycle_expansion.is_none() {
-            old.push(table_path(folder, TableKind::CycleExpansion, *shard));
         }
         old
     }
@@ -398,21 +387,6 @@ impl ResultWriter {
         if let (Some(file), Some(found)) = (&mut self.horizon, &mut row.horizon) {
             for measure in std::mem::take(&mut found.measures) {
                 file.push(HorizonRow { point_id, measure })?;
-            }
-        }
-        if let (Some(file), Some(found)) = (&mut self.cycle_expansion, &mut row.cycle_expansion) {
-            let cycles = found.cycles;
-            for mut order in std::mem::take(&mut found.orders) {
-                let averages = std::mem::take(&mut order.averages);
-                let order = Arc::new(order);
-                for average in averages {
-                    file.push(ExpansionRow {
-                        point_id,
-                        cycles,
-                        order: Arc::clone(&order),
-                        average,
-                    })?;
-                }
             }
         }
         self.admit_what_is_not_finite(&mut row);

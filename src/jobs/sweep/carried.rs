@@ -10,8 +10,7 @@ use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::store::ChainEnd;
 
-/// The random stream of the direction: apart from those of probes, horizons, cycle expansions and
-/// covariant vectors.
+/// The random stream of the direction: apart from those of probes, horizons and covariant vectors.
 const STREAM: u64 = 1 << 36;
 
 /// Where the point before has ended, and how far from there the next one starts.

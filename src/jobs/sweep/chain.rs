@@ -392,7 +392,6 @@ impl Search<'_> {
         analyses.multistability = None;
         analyses.orbits = None;
         analyses.horizon = None;
-        analyses.cycle_expansion = None;
         analyses.covariant = None;
         trial.run = Arc::new(RunSpec {
             audit_cycles: 0,

@@ -7,19 +7,17 @@
 //! refinement of changes takes is added for every change between neighbours of the sample: most
 //! points meet none, and a few would say little of how many do.
 
-use super::early_forecast::{sample, shared};
 use super::estimate::{Interval, Load, Sampled, drawn};
 use super::layout::layout;
-use super::memory::{Memory, Rows, record_bytes};
 use super::parts::{Parts, tables_wanted};
 use super::point::Worker;
-use super::queue::{ahead, work};
+use super::queue::work;
 use super::run::{Options, SweepError, pieces, start_workers};
 use super::trial::{Tried, try_out};
 use super::turns::Share;
 use crate::manifest::Job;
 use crate::numerics::statistics::mean;
-use crate::store::{PointRow, ResultWriter, StoreError, journal_bytes};
+use crate::store::{GROUP_BYTES, PointRow, ResultWriter, StoreError, journal_bytes};
 use crate::topology::{ProcessorClock, Topology, peak_memory};
 use serde::Serialize;
 use std::path::Path;
@@ -31,6 +29,18 @@ use std::time::{Duration, Instant};
 /// Half width of the interval of the computing time, over the time, at which it is known well
 /// enough.
 const CLOSE: f64 = 0.15;
+
+/// Most points of a first sample, per worker.
+const POINTS_A_WORKER: usize = 8;
+
+/// What is kept of a measured cycle until its point is finished, an estimate \[bytes\]: runs of
+/// shipped manifests with a budget of 160 000 cycles hold 18 to 44 MB more than a plan that tries their
+/// points out.
+const CYCLE_BYTES: u64 = 300;
+
+/// Cycles beyond which no growth is counted. Records of one trajectory do not grow from 10⁵ to 10⁷ cycles
+/// (docs/robustness.md); where those of eight stop was not measured.
+const MOST_CYCLES: u64 = 160_000;
 
 /// Most points that are tried out, a worker.
 const MOST_A_WORKER: usize = 64;
@@ -77,8 +87,6 @@ pub struct Forecast {
     /// Most memory that it takes \[bytes\]; absent where the system does not tell what the
     /// calibration took.
     pub memory: Option<u64>,
-    /// What that is made of.
-    pub memory_parts: Option<Memory>,
     /// Result files \[bytes\].
     pub disk: u64,
     /// The journal, which is there while the run lasts \[bytes\].
@@ -185,20 +193,12 @@ pub fn forecast(
         time.high = time.high.max(2.0 * most / threads as f64);
     }
     let row_bytes = mean_or_zero(&rows, |row| journal_bytes(row) as f64);
-    let size_of_rows = Rows {
-        points: all as u64,
-        waiting: ahead(threads, length) as u64,
-        row: row_bytes,
-        own: mean_or_zero(&rows, |row| {
-            journal_bytes(&row.clone().without_tables()) as f64
-        }),
-        beside: layout(job, None).beside(),
-    };
+    let journal = (row_bytes * all as f64) as u64;
     let most_cycles = (job.points.variants().iter()).map(|variant| variant.run.cycles);
-    let records = threads as u64 * record_bytes(most_cycles.max().unwrap_or(0));
+    let records = threads as u64 * CYCLE_BYTES * most_cycles.max().unwrap_or(0).min(MOST_CYCLES);
     // Before the memory is looked at, which encoding takes up too.
     let disk = disk(job, all, rows, scratch)?;
-    let memory = peak_memory().map(|peak| Memory::of(peak + records, size_of_rows));
+    let memory = peak_memory().map(|peak| memory(peak + records, journal));
     Ok(Some(Forecast {
         points: all as u64,
         chain_length: length as u64,
@@ -210,10 +210,9 @@ pub fn forecast(
         cut_short,
         calibration_time,
         time: time.after(prepared / threads as f64),
-        memory: memory.map(|memory| memory.total()),
-        memory_parts: memory,
+        memory,
         disk,
-        journal: (row_bytes * all as f64) as u64,
+        journal,
     }))
 }
 
@@ -340,6 +339,30 @@ fn mean_or_zero(rows: &[PointRow], value: impl Fn(&PointRow) -> f64) -> f64 {
         true => 0.0,
         false => mean(&rows.iter().map(value).collect::<Vec<f64>>()),
     }
+}
+
+/// Most memory of a run, from what trying its points out took and the size of its journal \[bytes\].
+/// Rows are in memory while they wait for older points and until their row group is written.
+fn memory(peak: u64, journal: u64) -> u64 {
+    /// A long run over a short one: memory that is free but in pieces.
+    const IN_PIECES: f64 = 1.25;
+    /// A row that waits and is being encoded over the same in the journal, where a small number takes a
+    /// byte.
+    const ENCODED: u64 = 6;
+    /// Groups are written when they are as large.
+    const MOST: u64 = 8 * GROUP_BYTES as u64;
+    (IN_PIECES * peak as f64) as u64 + (ENCODED * journal).min(MOST)
+}
+
+/// Points of a sample of so many, on so many threads.
+fn sample(points: usize, threads: usize) -> usize {
+    (points / 4).clamp(2, POINTS_A_WORKER * threads.max(2))
+}
+
+/// Whether threads share points.
+fn shared(job: &Job) -> bool {
+    let mut variants = job.points.variants().iter();
+    variants.any(|variant| variant.analyses.multistability.is_some())
 }
 
 /// Size of the result files of so many points like these \[bytes\].

@@ -6,7 +6,7 @@ use super::recorder::Watcher;
 use super::run::{Finished, Options, SweepError, run};
 use crate::manifest::Job;
 use crate::store::{
-    ForecastRecord, Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState,
+    Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState,
     Stopwatch, StoreError, TableStore, Totals, mixed, write_run,
 };
 use crate::topology::Topology;
@@ -134,13 +134,6 @@ impl JobRun<'_> {
                 copies_asked: finished.copies_asked.clone(),
                 copies_obtained: finished.copies_obtained.clone(),
             },
-            forecast: finished.forecast.map(|forecast| ForecastRecord {
-                points: forecast.points,
-                after: forecast.after,
-                wall_time: forecast.wall_time.expected,
-                wall_time_low: forecast.wall_time.low,
-                wall_time_high: forecast.wall_time.high,
-            }),
             totals: totals(&finished, watch.elapsed().as_secs_f64()),
             kernels,
             shards: Vec::new(),

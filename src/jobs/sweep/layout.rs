@@ -41,7 +41,6 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
             .find_map(|v| v.analyses.multistability?.slice)
             .map(slice_axes),
         horizon: any(|a| a.horizon.is_some()),
-        cycle_expansion: any(|a| a.cycle_expansion.is_some()),
         refined: job.refine.as_ref().map(|refine| refined(job, refine)),
         elements: elements(job),
         shard,

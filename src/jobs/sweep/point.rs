@@ -5,9 +5,9 @@ use super::carried::CarriedState;
 use super::parts::Parts;
 use super::point_kernel::PointKernel;
 use crate::analysis::{
-    Analyses, CalledOff, Class, CovariantError, CovariantOutcome, ExpansionError, ExpansionOutcome,
+    Analyses, CalledOff, Class, CovariantError, CovariantOutcome, 
     HorizonError, HorizonOutcome, MultistabilityOutcome, OrbitSurvey, PointOutcome, Probes,
-    Questions, Status, covariant_vectors, cycle_expansion, investigate_onward, predictability,
+    Questions, Status, covariant_vectors, investigate_onward, predictability,
     probe_basins, survey_orbits,
 };
 use crate::manifest::PointSpec;
@@ -36,7 +36,6 @@ pub(super) struct Answer {
     pub multistability: Option<MultistabilityOutcome>,
     pub orbits: Option<OrbitSurvey>,
     pub horizon: Option<HorizonOutcome>,
-    pub cycle_expansion: Option<ExpansionOutcome>,
     pub covariant: Option<CovariantOutcome>,
     /// What the mean load makes of a mesh computed from the gears.
     pub mesh: Option<MeshUnderLoad>,
@@ -55,7 +54,6 @@ pub(super) enum Step {
     Multistability,
     Orbits,
     Horizon,
-    CycleExpansion,
     Covariant,
 }
 
@@ -97,7 +95,6 @@ impl Answer {
             multistability: None,
             orbits: None,
             horizon: None,
-            cycle_expansion: None,
             covariant: None,
             mesh: None,
             end: None,
@@ -146,7 +143,6 @@ pub(super) fn row(
         orbits: answer.orbits,
         chain: None,
         horizon: answer.horizon,
-        cycle_expansion: answer.cycle_expansion,
         covariant: answer.covariant,
         mesh: answer.mesh,
         kernel: answer.kernel.to_owned(),
@@ -263,22 +259,6 @@ impl KernelUse for Ask<'_> {
         };
         outcome.cycles += horizon.iter().map(|h| h.cycles).sum::<u64>();
         laps.end(Step::Horizon, horizon.is_some());
-        let asked = self.analyses.cycle_expansion.filter(|_| chaotic);
-        let averaged = asked.map(|question| {
-            cycle_expansion(model, kernel, &trajectory, &question, self.seed, called_off)
-        });
-        let expansion = match averaged {
-            None => None,
-            Some(Ok(found)) => Some(found),
-            Some(Err(ExpansionError::CalledOff(called_off))) => return Err(called_off),
-            Some(Err(error)) => {
-                let reason = &mut outcome.reason;
-                reason.push_str(&format!(" (no cycle expansion: {error})"));
-                None
-            }
-        };
-        outcome.cycles += expansion.iter().map(|e| 2 * e.cycles).sum::<u64>();
-        laps.end(Step::CycleExpansion, expansion.is_some());
         let aperiodic = chaotic || whole && outcome.class == Some(Class::QuasiPeriodic);
         let asked = self.analyses.covariant.filter(|_| aperiodic);
         let found = asked.map(|question| {
@@ -303,7 +283,6 @@ impl KernelUse for Ask<'_> {
             multistability,
             orbits,
             horizon,
-            cycle_expansion: expansion,
             covariant,
             mesh: self.mesh,
             kernel: self.kernel,

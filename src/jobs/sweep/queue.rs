@@ -11,15 +11,14 @@
 //! whose tables a worker's node has come before those whose tables are to be kept there, and these
 //! before those of other nodes; the longest is sought among the nearest.
 //!
-//! Of independent points, a few drawn over the whole grid come before all others: from these the
-//! run forecasts its end. Only a window of chains is in memory, however many there are.
+//! Only a window of chains is in memory, however many there are.
 
 use super::parts::table_number;
 use super::turns::{Share, TakenOver, Turn};
 use crate::manifest::{Job, Variant};
 use crate::topology::{Nearness, Shelves};
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -46,7 +45,7 @@ pub(super) fn look(workers: usize) -> usize {
 
 /// Rows that may wait in memory for the oldest unfinished point, with so many workers on chains of
 /// such a length.
-pub(super) fn ahead(workers: usize, length: usize) -> usize {
+fn ahead(workers: usize, length: usize) -> usize {
     AHEAD.max(workers * length)
 }
 
@@ -67,10 +66,6 @@ pub(super) struct Queue<'a> {
 /// What changes while chains are handed out.
 struct Known {
     taken_over: TakenOver,
-    /// Places that come before all others.
-    first: VecDeque<usize>,
-    /// All that came first.
-    early: BTreeSet<usize>,
     /// The first place that has not been in the window.
     next: usize,
     /// Chains that have been in the window.
@@ -130,12 +125,11 @@ enum Next {
 
 impl<'a> Queue<'a> {
     /// A queue of what an earlier run has left of a share, dealt to so many shards, for so many
-    /// workers on so many nodes with tables of their own; the chains at the places `drawn` come first.
+    /// workers on so many nodes with tables of their own.
     pub(super) fn new(
         job: &'a Job,
         share: Share,
         taken_over: TakenOver,
-        drawn: Vec<usize>,
         shards: usize,
         workers: usize,
         nodes: usize,
@@ -145,13 +139,8 @@ impl<'a> Queue<'a> {
         // Which points of a refined grid lie beside each other does not show in their numbers.
         let regular =
             job.refine.is_none() && row.is_multiple_of(shards) && row / shards <= LONGEST_ROW;
-        let first: VecDeque<usize> = (drawn.into_iter())
-            .filter(|&place| !taken_over.has(&share, place))
-            .collect();
         let known = Known {
             taken_over,
-            early: first.iter().copied().collect(),
-            first,
             next: 0,
             entered: 0,
             window: VecDeque::new(),
@@ -199,7 +188,7 @@ impl<'a> Queue<'a> {
             let place = known.next;
             known.next += 1;
             let near = known.near.remove(&place).unwrap_or_default();
-            if known.early.remove(&place) || known.taken_over.has(&self.share, place) {
+            if known.taken_over.has(&self.share, place) {
                 continue;
             }
             let candidate = Candidate {
@@ -219,15 +208,6 @@ impl<'a> Queue<'a> {
     /// before it are written.
     fn next(&self, written: u64, node: Option<usize>) -> Next {
         let mut known = self.known();
-        if let Some(place) = known.first.pop_front() {
-            let work = self.work(&known, place);
-            if let Some(node) = node {
-                let table = self.table(&known, place);
-                known.shelves.take(table, node);
-            }
-            let turn = known.taken_over.turn(&self.share, place);
-            return Next::Chain { turn, work };
-        }
         self.fill(&mut known);
         if known.window.is_empty() {
             return Next::End;

@@ -1,7 +1,6 @@
 //! The writer's side of a sweep: every finished point goes to the journal, to those who
 //! watch, and to the result files.
 
-use super::early_forecast::{EarlyForecast, EarlySample};
 use super::point_kernel::KernelTally;
 use super::refine::{Refinement, lock};
 use crate::analysis::Status;
@@ -103,7 +102,6 @@ pub(super) struct Recorder<'a> {
     pub watcher: &'a mut dyn Watcher,
     /// When the first point was begun.
     pub begun: Instant,
-    pub forecast: EarlySample<'a>,
     /// Points that have left the writer's memory, for the workers to see.
     pub written: &'a AtomicU64,
     /// Points of this run, as far as they are known.
@@ -122,7 +120,6 @@ pub(super) struct Recorded {
     pub written: Written,
     /// Whether the sweep was called off for its failed points.
     pub gave_up: bool,
-    pub forecast: Option<EarlyForecast>,
 }
 
 impl Recorder<'_> {
@@ -160,7 +157,6 @@ impl Recorder<'_> {
             kernels: self.kernels,
             gave_up: gave_up && written.missing > 0,
             written,
-            forecast: self.forecast.forecast(),
         })
     }
 
@@ -171,7 +167,6 @@ impl Recorder<'_> {
         self.progress.cycles += row.outcome.cycles;
         self.progress.elapsed = self.begun.elapsed();
         self.progress.points = self.points.load(Ordering::Relaxed);
-        self.forecast.count(&row, self.progress.elapsed);
         self.watcher.point(&row, &self.progress);
         if self.refinement.is_some() {
             return Ok(());

@@ -1,7 +1,6 @@
 //! The pool and the channel between workers and writer.
 
 use super::chain::compute;
-use super::early_forecast::{EarlyForecast, EarlySample};
 use super::hush::WORKER;
 use super::layout::layout;
 use super::parts::Parts;
@@ -62,8 +61,6 @@ pub struct Finished {
     pub copies_obtained: String,
     /// Whether it was called off for its failed points.
     pub gave_up: bool,
-    /// What its first points forecast; none where there were too few.
-    pub forecast: Option<EarlyForecast>,
 }
 
 /// Why a sweep could not run.
@@ -112,7 +109,6 @@ pub fn run(
     called_off: &AtomicBool,
     watcher: &mut dyn Watcher,
 ) -> Result<Finished, SweepError> {
-    let clock = Instant::now();
     let length = job.chain_length();
     let mut share = Share::of_shard(job, options.shard);
     if let Some(only) = options.only {
@@ -160,13 +156,6 @@ pub fn run(
     });
 
     let shards = shard.map_or(1, |shard| shard.count as usize);
-    // Nobody knows how many points a refined grid takes: its end is not forecast.
-    let forecast_of = match &refinement {
-        Some(_) => Share::of_points(Vec::new()),
-        None => share.clone(),
-    };
-    let mut forecast = EarlySample::new(job, &forecast_of, &taken_over, threads);
-    let drawn = forecast.draw(&forecast_of, &taken_over);
     let left = (0..share.chains()).filter(|&place| !taken_over.has(&share, place));
     let firsts = left.map(|place| share.id(place * length));
     let mut tables = 0;
@@ -183,7 +172,6 @@ pub fn run(
     let rooms = topology.map_or_else(Vec::new, |topology| topology.rooms(&copies));
     let of_nodes: Vec<Parts> = rooms.into_iter().map(|room| parts.on_node(room)).collect();
     let nodes = of_nodes.len();
-    forecast.begin(clock.elapsed());
     let written = AtomicU64::new(match &refinement {
         // Its points do not wait in memory for others.
         Some(_) => u64::MAX / 2,
@@ -200,7 +188,6 @@ pub fn run(
             kernels,
             watcher: &mut *watcher,
             begun: Instant::now(),
-            forecast,
             written: &written,
             points: &points,
             refinement: refinement.as_ref(),
@@ -218,7 +205,7 @@ pub fn run(
         let writing = std::thread::Builder::new()
             .spawn_scoped(scope, record)
             .map_err(|error| SweepError::threads(threads + 1, &error))?;
-        let mut queue = Queue::new(job, share, taken_over, drawn, shards, threads, nodes);
+        let mut queue = Queue::new(job, share, taken_over, shards, threads, nodes);
         loop {
             let round = Round {
                 job,
@@ -247,7 +234,7 @@ pub fn run(
             crew.pool
                 .install(|| parts.prepare(job, next.iter().copied(), called_off, &mut || ()));
             let (share, none) = (Share::of_points(next), TakenOver::default());
-            queue = Queue::new(job, share, none, Vec::new(), shards, threads, nodes);
+            queue = Queue::new(job, share, none, shards, threads, nodes);
         }
         drop(sender);
         let recorded = writing
@@ -270,7 +257,6 @@ pub fn run(
         copies_obtained: copies_obtained(&of_nodes, &copies, topology),
         copies_asked: copies.to_string(),
         gave_up: recorded.gave_up,
-        forecast: recorded.forecast,
     })
 }
 

@@ -217,10 +217,6 @@ fn shortened(point: &PointSpec) -> PointSpec {
         asked.twins = part(asked.twins, 2);
         asked.averages = (asked.averages / u64::from(PART)).max(1);
     }
-    if let Some(asked) = &mut asked.cycle_expansion {
-        asked.guesses = part(asked.guesses, 1);
-        asked.cycles = part(asked.cycles, 1);
-    }
     if let Some(asked) = &mut asked.covariant {
         asked.cycles = (asked.cycles / u64::from(PART)).max(1);
     }
@@ -242,13 +238,6 @@ fn beside(asked: &Analyses, short: &Analyses, answer: &Answer) -> f64 {
     }
     if let (Some(asked), Some(short)) = (&asked.horizon, &short.horizon) {
         time += more(Step::Horizon, asked.twins.into(), short.twins.into());
-    }
-    if let (Some(asked), Some(short)) = (&asked.cycle_expansion, &short.cycle_expansion) {
-        time += more(
-            Step::CycleExpansion,
-            asked.cycles.into(),
-            short.cycles.into(),
-        );
     }
     if let (Some(asked), Some(short)) = (&asked.covariant, &short.covariant) {
         let [asked, short] = [asked, short].map(|own| (own.cycles + own.align) as f64);

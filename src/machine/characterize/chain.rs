@@ -20,21 +20,12 @@ const WARM: usize = 1 << 20;
 pub struct Chain {
     buffer: Buffer,
     at: u64,
-    /// Where chains are that go along it at once.
-    several: [u64; MOST_CHAINS],
 }
-
-/// Chains at once at most.
-pub const MOST_CHAINS: usize = 16;
 
 impl Chain {
     /// A ring of one line.
     pub fn new(buffer: Buffer) -> Self {
-        let mut chain = Self {
-            buffer,
-            at: 0,
-            several: [0; MOST_CHAINS],
-        };
+        let mut chain = Self { buffer, at: 0 };
         chain.link(1, Walk::Pages);
         chain
     }
@@ -50,8 +41,6 @@ impl Chain {
             Walk::Hops | Walk::HopsHuge => page_to_page(count, link),
         };
         self.at = address(first);
-        let order = PageToPage::new(count);
-        self.several = std::array::from_fn(|i| address(order.line(i * order.ring() / MOST_CHAINS)));
         // Loads go by these addresses until the next ring is written.
         self.buffer.lines().as_ptr().expose_provenance();
     }
@@ -77,27 +66,6 @@ impl Chain {
             at = self.next(at);
         }
         self.at = at;
-    }
-
-    /// Goes on by so many loads from each of some lines at once, which [`Walk::Hops`] puts equally
-    /// far from each other along the ring: the loads of one chain wait for each other, not for
-    /// those of the others.
-    pub fn follow_several<const CHAINS: usize>(&mut self, loads: usize) {
-        const { assert!(CHAINS <= MOST_CHAINS) };
-        let mut at: [u64; CHAINS] = std::array::from_fn(|i| self.several[i]);
-        for _ in 0..loads {
-            for at in &mut at {
-                *at = self.next(*at);
-            }
-        }
-        self.several[..CHAINS].copy_from_slice(&at);
-    }
-
-    /// Whether all places lie within the first lines.
-    pub fn is_within(&self, lines: usize) -> bool {
-        let start = self.buffer.lines().as_ptr() as u64;
-        (self.several.iter().chain([&self.at]))
-            .all(|at| (at.wrapping_sub(start) as usize) < lines * LINE)
     }
 
     /// The address in the line at an address of the ring.
@@ -242,23 +210,6 @@ mod tests {
             let mut lap = lap.to_vec();
             lap.sort_unstable();
             assert!(lap.into_iter().eq(0..pages));
-        }
-    }
-
-    /// Each chain has the same way to go before it meets the start of the next one.
-    #[test]
-    fn several_chains_share_the_ring() {
-        for (lines, pages) in [(32, 1), (64, 1), (8 * PAGE, 8)] {
-            let mut chain = Chain::new(Buffer::new(pages * PAGE).unwrap());
-            chain.link(lines, Walk::Hops);
-            let starts = chain.several;
-            chain.follow_several::<MOST_CHAINS>(lines / MOST_CHAINS);
-            let mut ends = starts;
-            ends.rotate_left(1);
-            assert_eq!(chain.several, ends, "{lines}");
-            chain.follow_several::<2>(lines / MOST_CHAINS);
-            assert_eq!(chain.several[..3], [ends[1], ends[2], ends[2]]);
-            assert!(chain.is_within(lines) && !chain.is_within(lines / 2));
         }
     }
 }

@@ -1,6 +1,8 @@
-//! Do two runs of `atlas machine` agree? Figure by figure, within the spread that each states.
+//! Do two runs of `atlas machine` agree, figure by figure, within the spread that each states? And how
+//! fast does each machine integrate a job?
 
-use crate::store::{Characteristics, Figure};
+use super::plan::POINTS;
+use crate::store::{Characteristics, Figure, Measurement, SolverKey};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -93,6 +95,73 @@ fn pair(what: &str, a: &Figure, b: &Figure) -> Pair {
     }
 }
 
+/// How fast a machine integrates a job.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MachineRate {
+    /// Name of the machine.
+    pub host: String,
+    /// When it was measured.
+    pub measured: String,
+    /// Modes of the rate: the measured number nearest to the job's.
+    pub modes: u64,
+    /// Threads of the rate: the largest measured team of no more than the job's.
+    pub threads: u64,
+    /// Mesh cycles of the default drive per second, by `volterra`.
+    pub rate: f64,
+    /// Gain over one thread, measured in turn, over the threads.
+    pub efficiency: f64,
+    /// Threads beyond which the gain no longer grows by two per cent.
+    pub worthwhile: u64,
+    /// Whether the machine was quiet while it was measured.
+    pub quiet: bool,
+}
+
+/// The rate of `volterra` with about so many modes on so many threads; `None` if it was not measured.
+pub fn machine_rate(machine: &Characteristics, modes: usize, threads: u64) -> Option<MachineRate> {
+    let row = usual(&machine.solver, modes, threads)?;
+    let alike = machine.solver.iter().filter(|other| {
+        let (a, b) = (&other.key, &row.key);
+        (&a.kernel, a.modes, a.points) == (&b.kernel, b.modes, b.points)
+    });
+    Some(MachineRate {
+        host: machine.host.clone(),
+        measured: machine.started.clone(),
+        modes: row.key.modes,
+        threads: row.key.threads,
+        rate: row.figure.value,
+        efficiency: row.key.efficiency,
+        worthwhile: worthwhile(alike)?,
+        quiet: machine.noise.quiet,
+    })
+}
+
+type Row = Measurement<SolverKey>;
+
+/// The largest team of no more than so many threads at the number of modes nearest to the wanted one.
+fn usual<'r>(
+    rows: impl IntoIterator<Item = &'r Row>,
+    modes: usize,
+    threads: u64,
+) -> Option<&'r Row> {
+    let distance = |row: &Row| (row.key.modes as f64 / modes as f64).ln().abs();
+    rows.into_iter()
+        .filter(|row| row.key.kernel == "volterra" && row.key.points == POINTS as u64)
+        .filter(|row| row.key.threads <= threads)
+        .min_by(|a, b| {
+            let near = distance(a).total_cmp(&distance(b));
+            near.then(b.key.threads.cmp(&a.key.threads))
+        })
+}
+
+/// The fewest threads whose gain is within two per cent of the best.
+fn worthwhile<'r>(rows: impl IntoIterator<Item = &'r Row>) -> Option<u64> {
+    let gain = |row: &Row| row.key.efficiency * row.key.threads as f64;
+    let rows: Vec<&Row> = rows.into_iter().collect();
+    let best = rows.iter().map(|row| gain(row)).fold(0.0, f64::max);
+    let good = rows.iter().filter(|row| gain(row) >= 0.98 * best);
+    good.map(|row| row.key.threads).min()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -124,5 +193,45 @@ mod tests {
         };
         assert_eq!(comparison.agreeing(), (1, 2));
         assert_eq!(comparison.by_kind(), [("x".to_owned(), 3, 1.04, 1, 2)]);
+    }
+
+    /// A team of no more than the job's threads, at the nearest measured number of modes.
+    #[test]
+    fn a_rate_is_that_of_the_nearest_measurement() {
+        let row = |kernel: &str, modes, threads, rate, efficiency| Measurement {
+            key: SolverKey {
+                kernel: kernel.to_owned(),
+                tables: "private".to_owned(),
+                modes,
+                points: POINTS as u64,
+                threads,
+                table_bytes: 1000,
+                efficiency,
+            },
+            figure: figure(rate, None),
+        };
+        let rows = [
+            row("volterra", 10, 1, 900.0, 1.0),
+            row("volterra", 40, 1, 100.0, 1.0),
+            row("volterra", 40, 2, 190.0, 0.95),
+            row("volterra", 40, 4, 191.0, 0.4775),
+            row("closed_modes", 30, 1, 500.0, 1.0),
+        ];
+        let wide = SolverKey {
+            points: 64,
+            ..rows[1].key.clone()
+        };
+        let rate = |modes, threads| {
+            let wide = Measurement {
+                key: wide.clone(),
+                figure: figure(50.0, None),
+            };
+            let found = usual(rows.iter().chain([&wide]), modes, threads);
+            found.map(|row| (row.key.modes, row.key.threads))
+        };
+        assert_eq!(rate(30, 3), Some((40, 2)));
+        assert_eq!(rate(15, 8), Some((10, 1)));
+        assert_eq!(rate(80, 0), None);
+        assert_eq!(worthwhile(&rows[1..4]), Some(2));
     }
 }

@@ -2,7 +2,6 @@
 //! was when the program was built, with any number of its modes.
 
 use super::error::MeasurementError;
-use super::plan::Mesh;
 use crate::manifest::{self, DampingSpec, FrictionSpec, StiffnessSpec, StructureSource};
 use crate::model::{Division, Drive, InitialState, Model, OperatingPoint, TrajectoryState};
 use crate::propagate::{Counters, Kernel, Volterra};
@@ -21,6 +20,15 @@ const TRANSIENT: u64 = 60;
 /// How much the stiffness of sixty levels rises from the first to the last, beside the two
 /// levels of the default mesh: enough to make each its own.
 const SLOPE: f64 = 0.02;
+
+/// A mesh of the default drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mesh {
+    /// Two levels of stiffness, as in the default manifest.
+    TwoLevels,
+    /// A separate level for each of sixty segments, as a computed mesh has.
+    SixtyLevels,
+}
 
 /// The default drive.
 #[derive(Debug, Clone)]
@@ -92,17 +100,6 @@ impl DefaultDrive {
             ..self.drive.clone()
         };
         Ok(Model::new(structure, &drive, point)?)
-    }
-
-    /// The system by which it is seen whether the machine is quiet: as the default manifest has
-    /// it, near resonance.
-    pub fn probed(&self) -> Result<Model, MeasurementError> {
-        const MODES: usize = 40;
-        let point = OperatingPoint {
-            load: 0.05,
-            speed: 1200.0,
-        };
-        self.model(&self.structure(MODES)?, Mesh::TwoLevels, point)
     }
 }
 

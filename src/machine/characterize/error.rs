@@ -1,7 +1,7 @@
 //! Why a measurement gives no figure.
 
 use crate::model::ModelError;
-use crate::propagate::{DenseError, Stop};
+use crate::propagate::Stop;
 use crate::shaft::ShaftError;
 use std::io;
 use thiserror::Error;
@@ -49,9 +49,9 @@ pub enum MeasurementError {
     /// The built-in drive has no model.
     #[error("the built-in drive has no model: {0}")]
     Model(#[from] ModelError),
-    /// A table kernel cannot be built.
-    #[error("no tables: {0}")]
-    Dense(#[from] DenseError),
+    /// A kernel has no tables for the built-in drive.
+    #[error("the built-in drive has no tables: {0}")]
+    Tables(Box<dyn std::error::Error + Send + Sync>),
     /// A trajectory stopped.
     #[error("the trajectory stopped: {0}")]
     Stopped(#[from] Stop),

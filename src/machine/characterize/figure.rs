@@ -10,31 +10,20 @@ pub enum Kind {
     Rate(f64),
     /// The time over so many pieces.
     Time(f64),
-    /// The time itself, of which a round gives its middle repetition and not its best one: where
-    /// the disturbance is what is measured, or where two kernels are compared.
-    Middle,
-    /// So much work over the time, of the middle repetition.
-    MiddleRate(f64),
 }
 
 /// The figure of some rounds of times \[s\]; none without a repetition.
 pub fn figure(rounds: &[Vec<f64>], kind: Kind) -> Option<Figure> {
     let value = |time: f64| match kind {
-        Kind::Rate(work) | Kind::MiddleRate(work) => work / time,
+        Kind::Rate(work) => work / time,
         Kind::Time(pieces) => time / pieces,
-        Kind::Middle => time,
     };
-    let of_round = |times: &Vec<f64>| match kind {
-        Kind::Rate(_) | Kind::Time(_) => times.iter().copied().reduce(f64::min),
-        Kind::Middle | Kind::MiddleRate(_) => {
-            (!times.is_empty()).then(|| median(&mut times.clone()))
-        }
-    };
+    let of_round = |times: &Vec<f64>| times.iter().copied().reduce(f64::min);
     let of_rounds: Vec<f64> = rounds.iter().filter_map(of_round).map(value).collect();
     let mut all: Vec<f64> = rounds.iter().flatten().copied().map(value).collect();
     let best = match kind {
-        Kind::Rate(_) | Kind::MiddleRate(_) => all.iter().copied().reduce(f64::max),
-        Kind::Time(_) | Kind::Middle => all.iter().copied().reduce(f64::min),
+        Kind::Rate(_) => all.iter().copied().reduce(f64::max),
+        Kind::Time(_) => all.iter().copied().reduce(f64::min),
     }?;
     Some(Figure {
         value: median(&mut of_rounds.clone()),
@@ -54,14 +43,6 @@ pub fn median(values: &mut [f64]) -> f64 {
         0 => f64::NAN,
         _ => 0.5 * (values[(n - 1) / 2] + values[n / 2]),
     }
-}
-
-/// The smallest of ascending values that so many per cent of them do not exceed (nearest rank).
-pub fn percentile(ascending: &[f64], percent: f64) -> f64 {
-    /// Whole ranks stay whole.
-    const ROUND_OFF: f64 = 1e-9;
-    let rank = (1e-2 * percent * ascending.len() as f64 - ROUND_OFF).ceil() as usize;
-    (ascending.get(rank.saturating_sub(1))).map_or(f64::NAN, |value| *value)
 }
 
 /// Half the width of the interval that holds one more value with 95 %, over the values' mean:
@@ -89,22 +70,8 @@ mod tests {
         assert_eq!((time.rounds, time.repetitions), (3, 6));
         let rate = figure(&rounds, Kind::Rate(40.0)).unwrap();
         assert_eq!((rate.value, rate.best), (10.0, 20.0));
-        let middle = figure(&rounds, Kind::Middle).unwrap();
-        assert_eq!((middle.value, middle.best, middle.median), (4.0, 2.0, 4.5));
-        let rate = figure(&rounds, Kind::MiddleRate(40.0)).unwrap();
-        assert_eq!((rate.value, rate.best), (10.0, 20.0));
         assert_eq!(figure(&[vec![1.0]], Kind::Time(1.0)).unwrap().spread, None);
         assert_eq!(figure(&[vec![]], Kind::Time(1.0)), None);
-    }
-
-    #[test]
-    fn percentiles_are_nearest_ranks() {
-        let values: Vec<f64> = (1..=1000).map(f64::from).collect();
-        for (percent, value) in [(50.0, 500.0), (90.0, 900.0), (99.9, 999.0), (100.0, 1000.0)] {
-            assert_eq!(percentile(&values, percent), value);
-        }
-        assert_eq!(percentile(&values[..1], 0.1), 1.0);
-        assert!(percentile(&[], 50.0).is_nan());
     }
 
     /// The next normal value lies within the spread in 95 of 100 cases.

@@ -1,4 +1,4 @@
-//! What one measurement of an item gives.
+//! What one measurement gives.
 
 use super::team::Worked;
 
@@ -7,6 +7,8 @@ use super::team::Worked;
 pub struct Measured {
     /// Times of a unit of work, for every figure of the item \[s\].
     pub times: Vec<Vec<f64>>,
+    /// Rate over that of one thread, for every team but the first.
+    pub gains: Vec<Vec<f64>>,
     /// Bytes of one table, where it has tables.
     pub bytes: usize,
     /// Work of a mesh cycle, where kernels integrate.

@@ -1,54 +1,41 @@
-//! What is this machine worth to a campaign? Memory at every level and on every node, arithmetic,
-//! and the production kernels on all of it.
+//! Where does memory limit depth (modes) and breadth (operating points, threads) on this machine?
+//! Memory at every level and on every node, arithmetic, and the kernels that integrate.
 //!
 //! | file | question |
 //! |---|---|
 //! | `settings`, `plan` | what is asked for; what is measured on a machine: a pure decision |
 //! | `team`, `figure` | the method: bound threads, best of a round, spread over rounds |
-//! | `quiet`, `noise` | waiting for quiet moments; who disturbed |
+//! | `noise` | who else used the machine |
 //! | `description` | what the system says of the machine |
 //! | `mountain`, `streaming` | memory by size and stride, by reads and writes |
-//! | `chain`, `latency`, `chases`, `loaded` | loads that wait for each other: alone, several at once, beside readers |
-//! | `transfer` | lines from core to core |
-//! | `operators` | dense products and the structured kernel over rotating tables |
-//! | `measured`, `sample` | what one measurement gives, what repeated rounds gave |
-//! | `solver`, `tables` | integrating on many threads, and copies of what is integrated with |
-//! | `cliffs` | where costs jump, and at which cache |
-//! | `measure`, `measured`, `outcome`, `memory_rows` | samples from items, figures from samples, the roofline |
-//! | `compare`, `machine_rate` | two machines; what a job would take on another one |
+//! | `chain`, `latency` | loads that wait for each other |
+//! | `drive`, `solver` | integrating: modes, operating points, threads, copies of tables |
+//! | `measure`, `measured`, `sample`, `outcome` | measurements from items, samples from rounds, rows from samples |
+//! | `compare` | two runs, two machines |
 //!
 //! Everything is repeated in rounds over the whole plan, with memory taken anew: what differs
 //! between rounds is what will differ between runs.
 
 mod buffer;
 mod chain;
-mod chases;
-mod cliffs;
 pub mod compare;
 mod description;
 mod drive;
 mod error;
 mod figure;
 mod latency;
-mod loaded;
-pub mod machine_rate;
 mod measure;
 mod measured;
 mod memory;
-mod memory_rows;
 mod mountain;
 mod noise;
-mod operators;
 mod outcome;
 mod plan;
-mod quiet;
 mod sample;
 mod settings;
 mod solver;
 mod streaming;
-mod tables;
 mod team;
-mod transfer;
 mod vectors;
 
 pub use error::MeasurementError;
@@ -60,15 +47,9 @@ use description::Root;
 use drive::DefaultDrive;
 use noise::Watch;
 use plan::Limits;
-use quiet::{Probe, QuietMachine};
 use sample::Sample;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Instant, SystemTime};
-use tables::BuiltTables;
-
-/// This part of the budget may pass with waiting for quiet moments and measuring once more, in
-/// every round as much.
-const PATIENCE: u32 = 5;
 
 /// Measures a machine; nothing where `called_off` was raised meanwhile.
 ///
@@ -86,18 +67,15 @@ pub fn characterize(
     let limits = limits(topology, settings, &description);
     let plan = plan::plan(topology, settings.extent, limits);
     let (items, mut missing) = plan.only(&settings.only);
-    let (default, mut built_tables) = (DefaultDrive::new()?, BuiltTables::default());
+    let default = DefaultDrive::new()?;
     let threads = (topology.cores.iter()).flat_map(|core| core.threads.clone());
     let noise = Watch::new(threads.collect());
-    let probed = default.probed()?;
-    let (probe, mut quiet) = (Probe::new(&probed)?, QuietMachine::new(called_off));
     let mut samples: Vec<Sample> = items.iter().map(|_| Sample::default()).collect();
     let pace = settings.extent.pace();
     let most = settings.extent.rounds();
     let rounds = settings.rounds.unwrap_or(most).clamp(1, most);
     for round in 0..rounds {
-        quiet.allow(settings.budget / PATIENCE / rounds as u32);
-        let begun = clock.elapsed() - quiet.waited();
+        let begun = clock.elapsed();
         for (done, (item, sample)) in items.iter().zip(&mut samples).enumerate() {
             if called_off.load(Ordering::Relaxed) {
                 return Ok(None);
@@ -112,18 +90,15 @@ pub fn characterize(
                 of,
                 what,
             });
-            sample.take(quiet.measure(&probe, topology, item.threads(), || {
-                measure::measure(topology, &default, &mut built_tables, item, pace)
-            }));
+            sample.take(measure::measure(topology, &default, item, pace));
         }
         // Only whole rounds after the first.
-        let taken = clock.elapsed() - quiet.waited() - begun;
-        if clock.elapsed() + taken > settings.budget {
+        if 2 * clock.elapsed() > settings.budget + begun {
             break;
         }
     }
     missing.extend(outcome::missing(&items, &samples));
-    let noise = noise.end(sample::scatter(&samples), &quiet);
+    let noise = noise.end(sample::scatter(&samples));
     let mut found = Characteristics {
         format: Characteristics::format(),
         host: host(),
@@ -134,22 +109,14 @@ pub fn characterize(
         description,
         noise,
         mountain: Vec::new(),
-        operators: Vec::new(),
-        cliffs: Vec::new(),
         bandwidth: Vec::new(),
         latency: Vec::new(),
-        loaded: Vec::new(),
-        percentiles: Vec::new(),
-        parallel: Vec::new(),
-        transfer: Vec::new(),
         arithmetic: Vec::new(),
         solver: Vec::new(),
-        gain: Vec::new(),
         roofline: Vec::new(),
         missing,
     };
     outcome::fill(&mut found, &items, &samples);
-    outcome::find_cliffs(&mut found, &topology.caches);
     Ok(Some(found))
 }
 

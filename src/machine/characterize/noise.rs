@@ -1,10 +1,9 @@
 //! Who else used the machine while it was measured?
 //!
 //! The system's own accounts (`/proc/stat`, ticks of usable processors) less what this process
-//! took, the time that the hypervisor kept for others, the load average, how far the
-//! repetitions of a measurement scatter, and how often its threads were slowed.
+//! took, the time that the hypervisor kept for others, the load average, and how far the
+//! repetitions of a measurement scatter.
 
-use super::quiet::QuietMachine;
 use crate::store::Noise;
 use std::fs;
 
@@ -16,9 +15,6 @@ const MOST_STOLEN: f64 = 0.01;
 
 /// The median repetition may lie so far behind the best.
 const MOST_SCATTER: f64 = 0.05;
-
-/// Mesh cycles may be slowed before or after this part of the measurements.
-const MOST_SLOWED: f64 = 0.1;
 
 /// Time spent until now, in ticks of all usable processors.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -53,11 +49,10 @@ impl Watch {
     }
 
     /// What was noticed; `scatter` of all measurements, none where nothing was repeated.
-    pub fn end(&self, scatter: Option<f64>, quiet: &QuietMachine<'_>) -> Noise {
+    pub fn end(&self, scatter: Option<f64>) -> Noise {
         Noise {
             load: self.load,
-            waited: quiet.waited().as_secs_f64(),
-            ..verdict(self.start.zip(now(&self.threads)), scatter, quiet.slowed())
+            ..verdict(self.start.zip(now(&self.threads)), scatter)
         }
     }
 }
@@ -106,11 +101,7 @@ fn own_ticks(text: &str) -> Option<u64> {
     Some(user + system)
 }
 
-fn verdict(
-    between: Option<(Accounts, Accounts)>,
-    scatter: Option<f64>,
-    slowed: Option<f64>,
-) -> Noise {
+fn verdict(between: Option<(Accounts, Accounts)>, scatter: Option<f64>) -> Noise {
     let part = |pick: fn(&Accounts) -> f64| {
         let (start, end) = between?;
         let all = end.all.checked_sub(start.all).filter(|all| *all > 0)?;
@@ -140,13 +131,6 @@ fn verdict(
                 100.0 * v
             )
         }),
-        notice(slowed, MOST_SLOWED, |v| {
-            format!(
-                "mesh cycles were slowed beside {:.0} % of the measurements: others share the \
-                 cores, or their clock changes",
-                100.0 * v
-            )
-        }),
     ];
     if between.is_none() {
         remarks.push("the system does not tell who else used the processors".to_owned());
@@ -156,9 +140,7 @@ fn verdict(
         stolen,
         load: None,
         scatter,
-        slowed,
-        waited: 0.0,
-        quiet: quiet == [true; 4] && between.is_some(),
+        quiet: quiet == [true; 3] && between.is_some(),
         remarks,
     }
 }
@@ -193,11 +175,11 @@ mod tests {
             stolen: 30,
             own: 500,
         };
-        let noise = verdict(Some((start, end)), Some(0.2), Some(0.3));
+        let noise = verdict(Some((start, end)), Some(0.2));
         assert!(!noise.quiet);
         assert_eq!((noise.others, noise.stolen), (Some(0.4), Some(0.03)));
         let said = noise.remarks.join("; ");
-        for words in ["40 %", "3 %", "20 % behind", "slowed beside 30 %"] {
+        for words in ["40 %", "3 %", "20 % behind"] {
             assert!(said.contains(words), "{said}");
         }
         let alone = Accounts {
@@ -205,9 +187,9 @@ mod tests {
             stolen: 0,
             ..end
         };
-        let noise = verdict(Some((start, alone)), Some(0.01), Some(0.05));
+        let noise = verdict(Some((start, alone)), Some(0.01));
         assert!(noise.quiet && noise.remarks.is_empty(), "{noise:?}");
-        assert!(!verdict(None, None, None).quiet);
+        assert!(!verdict(None, None).quiet);
     }
 
     #[test]

@@ -2,10 +2,9 @@
 //! that do not exist.
 
 mod item;
-mod memory;
 mod places;
 
-pub use item::{Item, Mesh, Placement, Relation, Sharing, Solver, StreamKernel, Walk};
+pub use item::{Campaign, Item, Placement, Sharing, Solver, StreamKernel, Walk};
 
 use super::buffer::{LINE, PAGE};
 use super::settings::{Extent, Part};
@@ -67,29 +66,18 @@ const USUAL_CACHE: u64 = 32 << 20;
 /// of STREAM ask.
 const OUTGROWN: u64 = 4;
 
-/// Operating points in rotation at most, with two levels of stiffness and with sixty: their
-/// tables take time to build.
-const MOST_POINTS: [u64; 2] = [4096, 512];
+/// Operating points of each thread, where breadth is not in question.
+pub const POINTS: usize = 8;
 
-/// Bytes of a point's tables, about: decides only how many rotate.
-const POINT_BYTES: [u64; 2] = [66 << 10, 610 << 10];
+/// Modes at which breadth in operating points is measured.
+const BREADTH_MODES: usize = 40;
 
-/// Modes with which more than one dense table is built.
-const MANY_TABLES: usize = 40;
+/// Memory that an operating point takes of a thread at that number of modes, about: decides only how
+/// many points there can be.
+const POINT_BYTES: u64 = 610 << 10;
 
-/// From nobody who reads to everybody who reads without a pause.
-const PAUSES: [Option<u32>; 10] = [
-    None,
-    Some(10_000),
-    Some(3000),
-    Some(1000),
-    Some(600),
-    Some(300),
-    Some(200),
-    Some(100),
-    Some(50),
-    Some(0),
-];
+/// Maps of closed modes on the default drive, of 4 N² numbers each.
+const MAPS: u64 = 44;
 
 /// What an extent asks for.
 struct Scale {
@@ -98,14 +86,11 @@ struct Scale {
     /// Sizes an octave.
     steps: u32,
     strides: &'static [usize],
-    dimensions: &'static [usize],
     modes: &'static [usize],
+    /// Operating points of each thread, beside [`POINTS`].
+    points: &'static [usize],
     /// Largest array of a stream over all threads \[bytes\].
     array: u64,
-    /// Largest buffer of chains that go beside others \[bytes\].
-    chase: u64,
-    /// Pauses of those that read beside a chain, in turns of an empty loop.
-    pauses: &'static [Option<u32>],
 }
 
 impl Scale {
@@ -115,31 +100,25 @@ impl Scale {
                 largest: 512 << 20,
                 steps: 1,
                 strides: &[1, 4, 16, 64],
-                dimensions: &[31, 41, 81],
                 modes: &[10, 20, 40],
+                points: &[1, 64],
                 array: 512 << 20,
-                chase: 256 << 20,
-                pauses: &[None, Some(3000), Some(1000), Some(300), Some(100), Some(0)],
             },
             Extent::Default => Self {
                 largest: 1 << 30,
                 steps: 2,
                 strides: &[1, 2, 4, 8, 16, 32, 64],
-                dimensions: &[31, 41, 81, 161],
                 modes: &[10, 20, 40, 80],
+                points: &[1, 64, 512],
                 array: 4 << 30,
-                chase: 512 << 20,
-                pauses: &PAUSES,
             },
             Extent::Full => Self {
                 largest: 4 << 30,
                 steps: 3,
                 strides: &[1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128],
-                dimensions: &[31, 41, 61, 81, 121, 161, 321],
                 modes: &[5, 10, 20, 40, 80, 160],
+                points: &[1, 2, 4, 16, 64, 512, 4096],
                 array: 64 << 30,
-                chase: 4 << 30,
-                pauses: &PAUSES,
             },
         }
     }
@@ -172,7 +151,6 @@ pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
     }
     let mut items = arithmetic(&compact);
     streams(&mut items, &mut missing, topology, &compact, &scale, limits);
-    memory::mixes(&mut items, topology, &compact, &scale, limits);
     nodes(&mut items, &mut missing, topology, &scale, limits);
 
     let llc = topology.caches.last().map_or(USUAL_CACHE, |c| c.size);
@@ -180,35 +158,13 @@ pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
     let largest = wanted.min(scale.largest).min(limits.memory);
     if largest < 2 * llc {
         missing.push(Missing {
-            of: &[Part::Operators, Part::Mountain, Part::Latency],
+            of: &[Part::Mountain, Part::Latency],
             said: format!(
                 "one thread's working sets beyond the last-level cache of {} MiB: buffers end at \
                  {} MiB (--memory, --full)",
                 llc >> 20,
                 largest >> 20
             ),
-        });
-    }
-    for &dimension in scale.dimensions {
-        let bytes = (8 * dimension * dimension.next_multiple_of(8)) as u64;
-        let counts: Vec<usize> = sizes(bytes, largest, scale.steps)
-            .map(|size| (size / bytes) as usize)
-            .collect();
-        if !counts.is_empty() {
-            items.push(Item::Operators {
-                thread: first,
-                dimension,
-                counts,
-            });
-        }
-    }
-    for (i, mesh) in [Mesh::TwoLevels, Mesh::SixtyLevels].into_iter().enumerate() {
-        let most = (largest / POINT_BYTES[i]).clamp(1, MOST_POINTS[i]) as usize;
-        let counts = (0..).map(|i| 1 << i).take_while(|&n| n <= most).collect();
-        items.push(Item::Points {
-            thread: first,
-            mesh,
-            counts,
         });
     }
     solvers(&mut items, &mut missing, topology, &compact, &scale, limits);
@@ -235,28 +191,16 @@ pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
         &scale,
         limits,
     );
-    let chase = largest.min(scale.chase);
-    memory::chases(&mut items, topology, first, chase, limits);
-    memory::loaded(&mut items, &mut missing, topology, chase, &scale, limits);
-    memory::transfers(&mut items, &mut missing, topology, limits);
     Plan { items, missing }
 }
 
-/// `smallest` and up to `largest`, so many sizes an octave.
+/// `smallest`, a power of two, and up to `largest`, so many sizes per octave, in whole lines.
 fn sizes(smallest: u64, largest: u64, steps: u32) -> impl Iterator<Item = u64> {
     let size = move |i: u32| {
         let grown = smallest as f64 * (f64::from(i) / f64::from(steps)).exp2();
-        // Whole lines, whole operators.
-        match smallest.is_multiple_of(LINE as u64) && smallest.is_power_of_two() {
-            true => (grown as u64).next_multiple_of(LINE as u64),
-            false => (grown / smallest as f64).round() as u64 * smallest,
-        }
+        (grown as u64).next_multiple_of(LINE as u64)
     };
-    let mut last = 0;
-    (0..)
-        .map(size)
-        .take_while(move |size| *size <= largest)
-        .filter(move |size| std::mem::replace(&mut last, *size) != *size)
+    (0..).map(size).take_while(move |size| *size <= largest)
 }
 
 fn arithmetic(teams: &[Vec<HardwareThread>]) -> Vec<Item> {
@@ -377,49 +321,80 @@ fn solvers(
     limits: Limits,
 ) {
     let several = topology.numa_nodes.len() > 1;
+    let most = teams.last().map_or(1, Vec::len) as u64;
+    let mut item = |campaign: Campaign, teams: &[Vec<HardwareThread>]| {
+        let copies = match campaign.sharing {
+            Sharing::Shared => 1,
+            Sharing::Node => topology.numa_nodes.len() as u64,
+            Sharing::Private => most,
+        };
+        let tables = match campaign.solver {
+            Solver::Volterra => 0,
+            Solver::ClosedModes => copies * MAPS * 32 * (campaign.modes as u64).pow(2),
+        };
+        // Few points are measured in any case.
+        let points = campaign.points.saturating_sub(POINTS) as u64 * most * POINT_BYTES;
+        if tables + points > limits.memory {
+            missing.push(Missing {
+                of: &[Part::Solver],
+                said: format!(
+                    "{} with {} modes, {} operating points per thread, tables {}: {} MiB (--memory)",
+                    campaign.solver.name(),
+                    campaign.modes,
+                    campaign.points,
+                    campaign.sharing.name(),
+                    (tables + points) >> 20
+                ),
+            });
+            return;
+        }
+        let teams = teams.to_vec();
+        items.push(Item::Solver { campaign, teams });
+    };
     for &modes in scale.modes {
-        // Two operators a segment; runs of cells double that. One more as they were built.
-        let table = 4 * 60 * 8 * (2 * modes as u64 + 3).pow(2);
-        for sharing in [Sharing::Shared, Sharing::Node, Sharing::Eight] {
-            if sharing == Sharing::Node && !several {
-                continue;
-            }
-            let tables = match sharing {
-                Sharing::Shared => 1,
-                Sharing::Node => topology.numa_nodes.len() as u64,
-                Sharing::Eight => 8,
+        for &solver in Solver::VARIANTS {
+            let sharings: &[Sharing] = match solver {
+                Solver::Volterra => &[Sharing::Private],
+                Solver::ClosedModes if several => {
+                    &[Sharing::Shared, Sharing::Node, Sharing::Private]
+                }
+                Solver::ClosedModes if most > 1 => &[Sharing::Shared, Sharing::Private],
+                Solver::ClosedModes => &[Sharing::Shared],
             };
-            for &solver in Solver::VARIANTS {
-                // Dense tables take seconds to build: many of them with one number of modes only.
-                let dense = solver != Solver::Volterra;
-                if dense && sharing != Sharing::Shared && modes != MANY_TABLES {
-                    continue;
-                }
-                if dense && (tables + 1) * table > limits.memory {
-                    missing.push(Missing {
-                        of: &[Part::Solver],
-                        said: format!(
-                            "{} with {modes} modes, tables {}: {} MiB of tables (--memory)",
-                            solver.name(),
-                            sharing.name(),
-                            ((tables + 1) * table) >> 20
-                        ),
-                    });
-                    continue;
-                }
-                items.push(Item::Solver {
+            for &sharing in sharings {
+                let points = POINTS;
+                let campaign = Campaign {
                     solver,
                     sharing,
                     modes,
-                    teams: teams.to_vec(),
-                });
+                    points,
+                };
+                item(campaign, teams);
             }
+        }
+    }
+    let mut ends: Vec<_> = teams
+        .first()
+        .into_iter()
+        .chain(teams.last())
+        .cloned()
+        .collect();
+    ends.dedup();
+    for &points in scale.points {
+        for &solver in Solver::VARIANTS {
+            let campaign = Campaign {
+                solver,
+                sharing: solver.usual_sharing(),
+                modes: BREADTH_MODES,
+                points,
+            };
+            item(campaign, &ends);
         }
     }
     if !several {
         missing.push(Missing {
             of: &[Part::Solver],
-            said: "a table a node: there is one node, its table is the shared one".to_owned(),
+            said: "a table per node: there is one node, its table is the shared one".to_owned(),
         });
     }
 }

@@ -10,6 +10,8 @@ use crate::store::{Figure, Measurement};
 pub struct Sample {
     /// Times of a unit of work, by figure and round \[s\].
     pub figures: Vec<Vec<Vec<f64>>>,
+    /// What every team but the first gained over one thread, in all rounds.
+    pub gains: Vec<Vec<f64>>,
     /// Bytes of one table, where it has tables.
     pub bytes: usize,
     /// Work of a mesh cycle, where kernels integrate.
@@ -21,32 +23,37 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Takes up one more round, of one measurement or several.
-    pub fn take(&mut self, round: Result<Vec<Measured>, MeasurementError>) {
+    /// Takes up one more round.
+    pub fn take(&mut self, round: Result<Measured, MeasurementError>) {
         let measured = match round {
+            Ok(measured) => measured,
             Err(error) => {
                 self.error = Some(error);
                 return;
             }
-            Ok(measured) => measured,
         };
-        for (i, measured) in measured.into_iter().enumerate() {
-            self.figures.resize(measured.times.len(), Vec::new());
-            for (rounds, times) in self.figures.iter_mut().zip(measured.times) {
-                match rounds.last_mut().filter(|_| i > 0) {
-                    Some(round) => round.extend(times),
-                    None => rounds.push(times),
-                }
-            }
-            self.bytes = measured.bytes;
-            self.work = measured.work;
-            self.unbound = self.unbound.take().or(measured.unbound);
+        self.figures.resize(measured.times.len(), Vec::new());
+        for (rounds, times) in self.figures.iter_mut().zip(measured.times) {
+            rounds.push(times);
         }
+        self.gains.resize(measured.gains.len(), Vec::new());
+        for (all, gains) in self.gains.iter_mut().zip(measured.gains) {
+            all.extend(gains);
+        }
+        self.bytes = measured.bytes;
+        self.work = measured.work;
+        self.unbound = self.unbound.take().or(measured.unbound);
     }
 
     /// One of its figures; none where there was no time for it.
     pub fn figure(&self, index: usize, kind: Kind) -> Option<Figure> {
         figure(self.figures.get(index)?, kind)
+    }
+
+    /// What a team gained over one thread, in the middle of all rounds; 1 of the first team.
+    pub fn gain(&self, team: usize) -> f64 {
+        let gains = team.checked_sub(1).and_then(|i| self.gains.get(i));
+        gains.map_or(1.0, |gains| median(&mut gains.clone()))
     }
 
     /// One of its figures with what was measured; none where there was no time for it.

@@ -64,20 +64,12 @@ pub enum Part {
     Arithmetic,
     /// Read, copy and triad over threads, and from node to node.
     Bandwidth,
-    /// Dense products and the structured kernel over rotating tables.
-    Operators,
-    /// Integrating over threads, modes and kinds of tables.
+    /// Integrating over modes, operating points, threads and copies of tables.
     Solver,
     /// Reading buffers by size and stride.
     Mountain,
     /// Loads that depend on each other.
     Latency,
-    /// Several chains of loads at once, and percentiles of the time of a load.
-    Chases,
-    /// The time of a load while other threads read.
-    Loaded,
-    /// Handing a line of memory from core to core.
-    Transfer,
 }
 
 impl Part {

@@ -1,209 +1,176 @@
-//! Solver scaling: teams that integrate the default drive with one table for all, a table a node, or
-//! the tables of eight operating points.
+//! Solver scaling: teams that integrate the default drive near resonance, each thread with its own
+//! operating points, and with one copy of the tables for all, one per node or one per thread.
 //!
 //! Every member advances the same trajectories over the same cycles in every repetition, so that all
 //! have the same work and must end in the same bits.
 
-use super::drive::{self, DefaultDrive, EVENT_LIMIT};
+use super::drive::{self, DefaultDrive, EVENT_LIMIT, Mesh};
 use super::error::MeasurementError;
 use super::figure::median;
 use super::measured::{Measured, Work};
-use super::plan::{Mesh, Sharing, Solver};
-use super::tables::{BuiltTables, LocalTables};
+use super::plan::{Campaign, Sharing, Solver};
 use super::team::{self, HardwareThread, Pace};
-use crate::model::{Model, OperatingPoint, TrajectoryState};
-use crate::propagate::{Counters, Fused, KeptTables, Kernel, Spectral, Stop, Volterra};
+use crate::model::{OperatingPoint, TrajectoryState};
+use crate::propagate::{ClosedModes, Counters, InstructionSet, Kernel, Stop, TableArray, Volterra};
 use crate::topology::Topology;
-
-/// Unit steps of the dense tables, as published.
-const CELLS: u32 = 60;
 
 /// Mesh cycles of a repetition at every operating point: cycles differ in their events, so that a
 /// repetition must hold several, and always the same ones; a short one is less often disturbed.
 const STAY: u64 = 16;
 
-/// How often all teams are gone through, the single thread, which is the first team, before each
-/// of the others: a machine that changes its speed meanwhile then changes both, and not their
-/// ratio. A table that lies in a shared cache is read a fifth faster once it has been read some
-/// fifty times, and else the first team would pay for the others.
+/// How often all teams are measured, and one thread before each of them: a machine that changes its
+/// speed meanwhile then changes both, and not their ratio. A table in a shared cache is read a fifth
+/// faster once it has been read some fifty times; otherwise the first team would pay for the others.
 const PASSES: usize = 3;
 
-/// Where the drive runs: near resonance, light load first.
+/// Where the drive runs: near resonance, light load first. Of more points some have equal loads.
 const SPEED: f64 = 1200.0;
 const LOADS: [f64; 8] = [0.05, 0.08, 0.12, 0.15, 0.19, 0.22, 0.26, 0.30];
-
-/// A kernel that can say what it reads.
-trait TableKernel: Kernel {
-    /// Bytes of its tables.
-    fn table_bytes(&self) -> usize;
-    /// Work of a cycle.
-    fn work(&self, counted: &Counters) -> Work;
-}
-
-impl TableKernel for Volterra<'_> {
-    fn table_bytes(&self) -> usize {
-        self.bytes()
-    }
-
-    fn work(&self, counted: &Counters) -> Work {
-        let windows = counted.windows as f64 / counted.cycles as f64;
-        let numbers = windows * self.numbers_per_window() as f64;
-        Work {
-            numbers,
-            distinct: (self.bytes() as f64).min(8.0 * numbers),
-        }
-    }
-}
-
-/// Work of a kernel with dense operators, all of the same size but few.
-fn of_operators(size: crate::propagate::TableSize, counted: &Counters) -> Work {
-    let products = counted.matvecs as f64 / counted.cycles as f64;
-    let operator = size.bytes as f64 / size.operators.max(1) as f64;
-    Work {
-        numbers: products * operator / 8.0,
-        distinct: (size.bytes as f64).min(products * operator),
-    }
-}
-
-impl TableKernel for Spectral<'_> {
-    fn table_bytes(&self) -> usize {
-        self.bytes().bytes
-    }
-
-    fn work(&self, counted: &Counters) -> Work {
-        of_operators(self.bytes(), counted)
-    }
-}
-
-impl TableKernel for Fused<'_> {
-    fn table_bytes(&self) -> usize {
-        self.bytes().bytes
-    }
-
-    fn work(&self, counted: &Counters) -> Work {
-        of_operators(self.bytes(), counted)
-    }
-}
 
 /// Integrates on every team.
 pub fn measure(
     topology: &Topology,
     default: &DefaultDrive,
-    built_tables: &mut BuiltTables,
-    solver: Solver,
-    sharing: Sharing,
-    modes: usize,
+    campaign: &Campaign,
     teams: &[Vec<HardwareThread>],
     pace: Pace,
 ) -> Result<Measured, MeasurementError> {
-    let structure = default.structure(modes)?;
-    let loads = match sharing {
-        Sharing::Eight => &LOADS[..],
-        Sharing::Shared | Sharing::Node => &LOADS[..1],
+    let structure = default.structure(campaign.modes)?;
+    let mesh = match campaign.solver {
+        Solver::Volterra => Mesh::SixtyLevels,
+        Solver::ClosedModes => Mesh::TwoLevels,
     };
-    let model = |&load: &f64| {
+    let loads = LOADS.iter().take(campaign.points);
+    let models = loads.map(|&load| {
         let speed = SPEED;
-        default.model(
-            &structure,
-            Mesh::SixtyLevels,
-            OperatingPoint { load, speed },
-        )
-    };
-    let models = loads.iter().map(model).collect::<Result<Vec<_>, _>>()?;
-    let nodes = nodes(sharing, teams);
-    let copies = |built| {
-        on_each(topology, &nodes, |_| {
-            models.iter().map(|_| LocalTables::new(built)).collect()
-        })
-    };
-    match solver {
+        default.model(&structure, mesh, OperatingPoint { load, speed })
+    });
+    let models = models.collect::<Result<Vec<_>, _>>()?;
+    let starts = models.iter().map(drive::settled);
+    let starts = starts.collect::<Result<Vec<_>, _>>()?;
+    let points = || models.iter().cycle().take(campaign.points);
+    let starts: Vec<_> = (starts.iter().cycle().take(campaign.points)).collect();
+    match campaign.solver {
         Solver::Volterra => {
-            let build = |_| Ok(models.iter().map(drive::volterra).collect());
-            let kernels = on_each(topology, &nodes, build)?;
-            advance(topology, &models, &nodes, &kernels, teams, pace)
-        }
-        Solver::Spectral => {
-            let built = || Spectral::arrays(&models[0]);
-            let copies: Vec<Vec<LocalTables>> = copies(built_tables.of(solver, modes, built)?)?;
-            let kernels = on_each(topology, &nodes, |node| {
-                let pairs = models.iter().zip(&copies[node]);
-                pairs
-                    .map(|(model, copy)| {
-                        Ok(Spectral::of_kept(model, CELLS, EVENT_LIMIT, None, copy)?)
-                    })
-                    .collect()
-            })?;
-            advance(topology, &models, &nodes, &kernels, teams, pace)
-        }
-        Solver::Fused => {
-            let built = || {
-                let mut arrays = Spectral::arrays(&models[0])?;
-                arrays.extend(Fused::arrays(&models[0], CELLS)?);
-                Ok(arrays)
+            let build = |_| Ok(points().map(drive::volterra).collect());
+            let work = |kernel: &Volterra<'_>, counted: &Counters| {
+                let read = counted.windows as f64 * kernel.numbers_per_window() as f64;
+                (kernel.bytes(), Work::new(read, counted, kernel.bytes()))
             };
-            let copies: Vec<Vec<LocalTables>> = copies(built_tables.of(solver, modes, built)?)?;
-            let kernels = on_each(topology, &nodes, |node| {
-                let pairs = models.iter().zip(&copies[node]);
-                pairs
-                    .map(|(model, copy)| {
-                        let kept: [&dyn KeptTables; 2] = [copy, copy];
-                        Ok(Fused::of_kept(model, CELLS, EVENT_LIMIT, kept)?)
-                    })
-                    .collect()
-            })?;
-            advance(topology, &models, &nodes, &kernels, teams, pace)
+            advance(topology, &starts, teams, pace, build, work)
+        }
+        Solver::ClosedModes => {
+            let built = ClosedModes::arrays(&models[0]).map_err(tables)?;
+            let team = teams.last().map_or(&[][..], Vec::as_slice);
+            let copy_of = copy_of(campaign.sharing, team);
+            let copies = copies(topology, team, &copy_of, &built);
+            let set = InstructionSet::best();
+            let build = |member: usize| {
+                let kept = &copies[copy_of[member]];
+                points()
+                    .map(|model| ClosedModes::of_kept(model, EVENT_LIMIT, kept, set))
+                    .collect::<Result<_, _>>()
+                    .map_err(tables)
+            };
+            let bytes = size_of::<f64>() * built.iter().map(|a| a.values.len()).sum::<usize>();
+            let work = |_: &ClosedModes<'_>, counted: &Counters| {
+                let read = closed_modes_reads(campaign.modes, counted);
+                (bytes, Work::new(read, counted, bytes))
+            };
+            advance(topology, &starts, teams, pace, build, work)
         }
     }
 }
 
-/// Nodes that get tables of their own.
-fn nodes(sharing: Sharing, teams: &[Vec<HardwareThread>]) -> Vec<u32> {
-    let mut nodes: Vec<u32> = teams.iter().flatten().map(|thread| thread.node).collect();
-    if sharing != Sharing::Node {
-        nodes.truncate(1);
-    }
-    nodes.sort_unstable();
-    nodes.dedup();
-    nodes
+/// A kernel's refusal as an error of the measurement.
+fn tables(error: impl std::error::Error + Send + Sync + 'static) -> MeasurementError {
+    MeasurementError::Tables(Box::new(error))
 }
 
-/// Makes what a node needs, for each of them on a thread of its own that is bound there.
-fn on_each<T: Send>(
+/// Numbers that closed modes read: in every block the motion of each pair of coordinates and its part
+/// of the deflection at eight nodes; a dense product at each event, and two per cycle from modes to
+/// eigenvectors and back. Changes of stiffness while closed are not counted.
+fn closed_modes_reads(modes: usize, counted: &Counters) -> f64 {
+    const NODES: usize = 8;
+    let block = (4 + 2 * NODES) * modes;
+    let product = 4 * modes * modes.next_multiple_of(8);
+    let products = counted.events + 2 * counted.cycles;
+    (counted.windows * block as u64 + products * product as u64) as f64
+}
+
+impl Work {
+    /// Of so many numbers read over some cycles, from tables of so many bytes.
+    fn new(read: f64, counted: &Counters, bytes: usize) -> Self {
+        let numbers = read / counted.cycles as f64;
+        Self {
+            numbers,
+            distinct: (bytes as f64).min(8.0 * numbers),
+        }
+    }
+}
+
+/// Which copy each member of a team reads.
+fn copy_of(sharing: Sharing, team: &[HardwareThread]) -> Vec<usize> {
+    let mut nodes: Vec<u32> = Vec::new();
+    let members = team.iter().enumerate();
+    let copies = members.map(|(index, thread)| match sharing {
+        Sharing::Shared => 0,
+        Sharing::Private => index,
+        Sharing::Node => match nodes.iter().position(|node| *node == thread.node) {
+            Some(place) => place,
+            None => {
+                nodes.push(thread.node);
+                nodes.len() - 1
+            }
+        },
+    });
+    copies.collect()
+}
+
+/// Copies of tables, each made by a thread that is bound where its first reader runs, so that it lies
+/// on that node.
+fn copies(
     topology: &Topology,
-    nodes: &[u32],
-    make: impl Fn(usize) -> Result<Vec<T>, MeasurementError> + Sync,
-) -> Result<Vec<Vec<T>>, MeasurementError> {
-    let of_node = |(index, &node): (usize, &u32)| {
-        let cores = topology.cores.iter().filter(|core| core.numa_node == node);
-        let threads: Vec<u32> = cores.flat_map(|core| core.threads.clone()).collect();
+    team: &[HardwareThread],
+    copy_of: &[usize],
+    built: &[TableArray],
+) -> Vec<Vec<TableArray>> {
+    let count = copy_of.iter().max().map_or(0, |last| last + 1);
+    let first_reader = |copy| copy_of.iter().position(|known| *known == copy);
+    let readers = (0..count)
+        .filter_map(first_reader)
+        .map(|member| team[member]);
+    let copy = |reader: HardwareThread| {
         std::thread::scope(|scope| {
             let maker = scope.spawn(|| {
                 // Where it cannot be bound, memory lies where the system puts it.
-                _ = topology.bind_current_thread(&threads);
-                make(index)
+                _ = topology.bind_current_thread(&[reader.index]);
+                built.to_vec()
             });
             (maker.join()).unwrap_or_else(|panic| std::panic::resume_unwind(panic))
         })
     };
-    nodes.iter().enumerate().map(of_node).collect()
+    readers.map(copy).collect()
 }
 
-/// Integrates on every team with the kernels of each node, one an operating point.
-fn advance<K: TableKernel + Sync>(
+/// Integrates on every team, each member with the kernels that it builds, one per operating point.
+fn advance<K: Kernel>(
     topology: &Topology,
-    models: &[Model],
-    nodes: &[u32],
-    kernels: &[Vec<K>],
+    starts: &[&TrajectoryState],
     teams: &[Vec<HardwareThread>],
     pace: Pace,
+    build: impl Fn(usize) -> Result<Vec<K>, MeasurementError> + Sync,
+    work: impl Fn(&K, &Counters) -> (usize, Work),
 ) -> Result<Measured, MeasurementError> {
-    let starts = (models.iter().map(drive::settled)).collect::<Result<Vec<_>, _>>()?;
-    let counted = counted(&kernels[0], &starts)?;
+    let mut alone = Trajectories::new(build(0)?, starts, 0);
+    alone.repeat();
+    let (bytes, work) = work(&alone.kernels[0], &alone.counters);
+    alone.end()?;
     let mut measured = Measured {
-        // Rates of the teams, then gains of all but the first.
-        times: vec![Vec::new(); (2 * teams.len()).saturating_sub(1)],
-        bytes: kernels[0][0].table_bytes(),
-        work: kernels[0][0].work(&counted),
+        times: vec![Vec::new(); teams.len()],
+        gains: vec![Vec::new(); teams.len().saturating_sub(1)],
+        bytes,
+        work,
         unbound: None,
     };
     let mut alone = f64::NAN;
@@ -214,35 +181,25 @@ fn advance<K: TableKernel + Sync>(
             team,
             1,
             pace,
-            |member| {
-                let own = nodes.iter().position(|&node| node == team[member].node);
-                Ok(Trajectories::new(
-                    &kernels[own.unwrap_or(0)],
-                    &starts,
-                    member,
-                ))
-            },
+            |member| Ok(Trajectories::new(build(member)?, starts, member)),
             |trajectories: &mut Trajectories<'_, K>, _| trajectories.repeat(),
             |trajectories: &mut Trajectories<'_, K>, _| trajectories.repeat(),
             Trajectories::end,
         )?;
-        let mut ends = Vec::new();
-        for end in worked.results {
-            ends.push(end?);
-        }
+        let ends = worked.results.into_iter().collect::<Result<Vec<_>, _>>()?;
         if ends.windows(2).any(|pair| pair[0] != pair[1]) {
             return Err(MeasurementError::Wrong {
                 what: "integrating on several threads",
             });
         }
-        let cycles = STAY as f64 * (team.len() * models.len()) as f64;
+        let cycles = STAY as f64 * (team.len() * starts.len()) as f64;
         let times = worked.times.into_iter().flatten();
         let mut times: Vec<f64> = times.map(|time| time / cycles).collect();
         measured.times[index].extend(&times);
         let middle = median(&mut times);
         match index {
             0 => alone = middle,
-            _ => measured.times[teams.len() + index - 1].push(alone / middle),
+            _ => measured.gains[index - 1].push(alone / middle),
         }
         measured.unbound = measured.unbound.or(worked.unbound);
     }
@@ -257,24 +214,12 @@ fn in_turn(count: usize) -> Vec<usize> {
     }
 }
 
-/// The work of a repetition.
-fn counted<K: TableKernel>(
-    kernels: &[K],
-    starts: &[TrajectoryState],
-) -> Result<Counters, MeasurementError> {
-    let mut trajectories = Trajectories::new(kernels, starts, 0);
-    trajectories.repeat();
-    let counters = trajectories.counters;
-    trajectories.end()?;
-    Ok(counters)
-}
-
-/// A member's trajectories.
-struct Trajectories<'k, K: Kernel> {
-    kernels: &'k [K],
-    starts: &'k [TrajectoryState],
+/// A member's trajectories, one per operating point.
+struct Trajectories<'s, K: Kernel> {
+    kernels: Vec<K>,
+    starts: &'s [&'s TrajectoryState],
     states: Vec<TrajectoryState>,
-    /// One an operating point: kernels keep in them what they have prepared.
+    /// One per operating point: kernels keep in them what they have prepared.
     workspaces: Vec<K::Workspace>,
     counters: Counters,
     /// The operating point where it begins: members begin at different ones.
@@ -282,16 +227,16 @@ struct Trajectories<'k, K: Kernel> {
     stopped: Option<Stop>,
 }
 
-impl<'k, K: Kernel> Trajectories<'k, K> {
-    fn new(kernels: &'k [K], starts: &'k [TrajectoryState], index: usize) -> Self {
+impl<'s, K: Kernel> Trajectories<'s, K> {
+    fn new(kernels: Vec<K>, starts: &'s [&'s TrajectoryState], index: usize) -> Self {
         Self {
-            kernels,
-            starts,
-            states: starts.to_vec(),
+            states: starts.iter().copied().cloned().collect(),
             workspaces: kernels.iter().map(K::workspace).collect(),
             counters: Counters::default(),
             first: index % kernels.len(),
             stopped: None,
+            kernels,
+            starts,
         }
     }
 
@@ -299,7 +244,7 @@ impl<'k, K: Kernel> Trajectories<'k, K> {
     fn repeat(&mut self) {
         let points = self.kernels.len();
         for point in (self.first..points).chain(0..self.first) {
-            self.states[point].clone_from(&self.starts[point]);
+            self.states[point].clone_from(self.starts[point]);
             let ended = self.kernels[point].advance(
                 STAY,
                 &mut self.states[point],
@@ -313,13 +258,13 @@ impl<'k, K: Kernel> Trajectories<'k, K> {
 
     /// Where it ended, bit by bit.
     fn end(self) -> Result<Vec<u64>, Stop> {
+        let bits = |state: &TrajectoryState| -> Vec<u64> {
+            let numbers = state.state.iter().map(|x| x.to_bits());
+            numbers.chain([state.cycle]).collect()
+        };
         match self.stopped {
             Some(stop) => Err(stop),
-            None => Ok(self
-                .states
-                .iter()
-                .flat_map(|t| t.state.iter().map(|x| x.to_bits()).chain([t.cycle]))
-                .collect()),
+            None => Ok(self.states.iter().flat_map(bits).collect()),
         }
     }
 }
@@ -336,8 +281,8 @@ mod tests {
         most: 2,
     };
 
-    /// All kernels on two members that share a core: equal ends, times, and work that says what
-    /// the tables are.
+    /// Both kernels on two members that share a core: equal ends, times, and work that says what the
+    /// tables are.
     #[test]
     fn kernels_advance_on_teams_and_count_their_work() {
         let topology = Topology::current().unwrap();
@@ -345,35 +290,23 @@ mod tests {
         let index = topology.cores[0].threads[0];
         let thread = HardwareThread { index, node: 0 };
         let teams = [vec![thread], vec![thread; 2]];
-        let mut built_tables = BuiltTables::default();
-        for sharing in [Sharing::Shared, Sharing::Eight] {
-            let mut on_teams = |solver| {
-                measure(
-                    &topology,
-                    &default,
-                    &mut built_tables,
+        for (sharing, points) in [(Sharing::Shared, 9), (Sharing::Private, 1)] {
+            for &solver in Solver::VARIANTS {
+                let modes = 4;
+                let campaign = Campaign {
                     solver,
                     sharing,
-                    4,
-                    &teams,
-                    PACE,
-                )
-                .unwrap()
-            };
-            for &solver in Solver::VARIANTS {
-                let measured = on_teams(solver);
-                // Two rates, and what the second team gains.
-                assert_eq!(measured.times.len(), 3);
-                assert_eq!(measured.times[2].len(), PASSES);
-                assert!(measured.times.iter().flatten().all(|time| *time > 0.0));
+                    modes,
+                    points,
+                };
+                let measured = measure(&topology, &default, &campaign, &teams, PACE).unwrap();
+                assert_eq!((measured.times.len(), measured.gains.len()), (2, 1));
+                assert_eq!(measured.gains[0].len(), PASSES);
+                let times = measured.times.iter().chain(&measured.gains).flatten();
+                assert!(times.copied().all(|value| value > 0.0));
                 assert!(measured.work.numbers > 0.0);
                 assert!(measured.work.distinct <= measured.bytes as f64);
             }
-            // A dense table is read once a cycle, a structured one more often.
-            let dense = on_teams(Solver::Spectral).work;
-            assert!(dense.distinct > 0.5 * 8.0 * dense.numbers);
-            let structured = on_teams(Solver::Volterra).work;
-            assert!(structured.distinct < 0.9 * 8.0 * structured.numbers);
         }
     }
 
@@ -384,11 +317,20 @@ mod tests {
     }
 
     #[test]
-    fn tables_a_node_only_where_asked_for() {
+    fn members_read_the_copy_of_all_of_their_node_or_their_own() {
         let thread = |index, node| HardwareThread { index, node };
-        let teams = [vec![thread(0, 1)], vec![thread(0, 1), thread(1, 0)]];
-        assert_eq!(nodes(Sharing::Node, &teams), [0, 1]);
-        assert_eq!(nodes(Sharing::Shared, &teams), [1]);
-        assert_eq!(nodes(Sharing::Eight, &teams), [1]);
+        let team = [thread(0, 1), thread(1, 0), thread(2, 1)];
+        assert_eq!(copy_of(Sharing::Shared, &team), [0, 0, 0]);
+        assert_eq!(copy_of(Sharing::Node, &team), [0, 1, 0]);
+        assert_eq!(copy_of(Sharing::Private, &team), [0, 1, 2]);
+        let built = [TableArray {
+            name: "a",
+            unit: "1",
+            values: [1.5, 2.5][..].into(),
+        }];
+        let topology = Topology::current().unwrap();
+        let made = copies(&topology, &team, &[0, 1, 0], &built);
+        assert_eq!(made, [built.to_vec(), built.to_vec()]);
+        assert_ne!(made[0][0].values.as_ptr(), made[1][0].values.as_ptr());
     }
 }

@@ -19,8 +19,6 @@ struct Arrays {
     a: Buffer,
     b: Buffer,
     c: Buffer,
-    /// What `a` holds while it is updated.
-    now: f64,
     right: bool,
 }
 
@@ -28,11 +26,10 @@ struct Arrays {
 pub fn streams(
     topology: &Topology,
     team: &[HardwareThread],
-    kernels: &[StreamKernel],
     lines: usize,
     pace: Pace,
 ) -> Result<Measured, MeasurementError> {
-    let set = Set::widest();
+    let (set, kernels) = (Set::widest(), StreamKernel::available());
     let worked = team::work(
         topology,
         team,
@@ -43,7 +40,6 @@ pub fn streams(
                 a: memory::near(lines, 0.0)?,
                 b: memory::near(lines, A)?,
                 c: memory::near(lines, B)?,
-                now: 0.0,
                 right: true,
             })
         },
@@ -56,13 +52,7 @@ pub fn streams(
 
 impl Arrays {
     fn pass(&mut self, set: Set, kernel: StreamKernel) {
-        let Self {
-            a,
-            b,
-            c,
-            now,
-            right,
-        } = self;
+        let Self { a, b, c, right } = self;
         let last = a.lines().len() - 1;
         match kernel {
             StreamKernel::Read => {
@@ -77,16 +67,6 @@ impl Arrays {
                 vectors::triad(set, past, b.lines(), c.lines(), FACTOR, a.lines_mut());
                 let exact = [A + FACTOR * B; LANES];
                 *right &= [0, last].iter().all(|&i| a.lines()[i].0 == exact);
-            }
-            StreamKernel::Update { reads } => {
-                vectors::update(set, reads, b.lines(), c.lines(), a.lines_mut());
-                *now += [1.0, A, A + B][reads - 1];
-                *right &= [0, last].iter().all(|&i| a.lines()[i].0 == [*now; LANES]);
-            }
-            StreamKernel::Fill => {
-                *now = 0.0;
-                vectors::fill_past(set, *now, a.lines_mut());
-                *right &= [0, last].iter().all(|&i| a.lines()[i].0 == [0.0; LANES]);
             }
         }
     }

@@ -140,40 +140,6 @@ macro_rules! loops {
             }
 
             #[target_feature(enable = $features)]
-            pub fn update<const READS: usize>(b: &[Line], c: &[Line], a: &mut [Line]) {
-                let one = $splat(1.0);
-                for ((b, c), a) in b.iter().zip(c).zip(a) {
-                    for v in 0..VECTORS {
-                        // SAFETY: vectors within aligned lines.
-                        unsafe {
-                            let place = a.0.as_mut_ptr().add($width * v);
-                            let mut value = $load(place);
-                            value = match READS {
-                                1 => $add(value, one),
-                                _ => $add(value, $load(b.0.as_ptr().add($width * v))),
-                            };
-                            if READS == 3 {
-                                value = $add(value, $load(c.0.as_ptr().add($width * v)));
-                            }
-                            $store(place, value);
-                        }
-                    }
-                }
-            }
-
-            #[target_feature(enable = $features)]
-            pub fn fill_past(value: f64, a: &mut [Line]) {
-                let value = $splat(value);
-                for a in a {
-                    for v in 0..VECTORS {
-                        // SAFETY: vectors within aligned lines.
-                        unsafe { $stream(a.0.as_mut_ptr().add($width * v), value) };
-                    }
-                }
-                _mm_sfence();
-            }
-
-            #[target_feature(enable = $features)]
             pub fn multiply_add(rounds: usize) -> (f64, usize) {
                 let $b = $splat(black_box(0.5));
                 let $c = $splat(black_box(1.0));
@@ -277,21 +243,6 @@ mod baseline {
         }
     }
 
-    pub fn update<const READS: usize>(b: &[Line], c: &[Line], a: &mut [Line]) {
-        for ((b, c), a) in b.iter().zip(c).zip(a) {
-            for l in 0..LANES {
-                a.0[l] += if READS == 1 { 1.0 } else { b.0[l] };
-                if READS == 3 {
-                    a.0[l] += c.0[l];
-                }
-            }
-        }
-    }
-
-    pub fn fill_past(value: f64, a: &mut [Line]) {
-        a.fill(Line([value; LANES]));
-    }
-
     pub fn multiply_add(rounds: usize) -> (f64, usize) {
         const SUMS: usize = 24;
         let (factor, term) = black_box((0.5, 1.0));
@@ -345,21 +296,6 @@ pub fn triad(set: Set, past: bool, b: &[Line], c: &[Line], factor: f64, a: &mut 
         true => by_set!(set, triad::<true>, b, c, factor, a),
         false => by_set!(set, triad::<false>, b, c, factor, a),
     }
-}
-
-/// Reads `reads` lines for one that it writes, which is one of those read: `a + 1`, `a + b` or
-/// `a + b + c` take the place of `a`.
-pub fn update(set: Set, reads: usize, b: &[Line], c: &[Line], a: &mut [Line]) {
-    match reads {
-        1 => by_set!(set, update::<1>, b, c, a),
-        2 => by_set!(set, update::<2>, b, c, a),
-        _ => by_set!(set, update::<3>, b, c, a),
-    }
-}
-
-/// Writes one number everywhere, past the caches where the architecture can.
-pub fn fill_past(set: Set, value: f64, a: &mut [Line]) {
-    by_set!(set, fill_past, value, a);
 }
 
 /// Iterates `x ← x/2 + 1` from 0 in as many registers as keep the units busy; gives the smallest
@@ -416,14 +352,6 @@ mod tests {
                 let exact = numbered(33, -5.0);
                 assert_eq!(a.lines(), exact.lines(), "{set} {past}");
             }
-            let mut a = numbered(33, 1.0);
-            update(set, 3, b.lines(), c.lines(), a.lines_mut());
-            assert_eq!(a.lines(), numbered(33, 0.0).lines(), "{set}");
-            update(set, 2, b.lines(), c.lines(), a.lines_mut());
-            assert_eq!(a.lines(), b.lines(), "{set}");
-            fill_past(set, 6.0, a.lines_mut());
-            update(set, 1, b.lines(), c.lines(), a.lines_mut());
-            assert!(a.doubles().iter().all(|value| *value == 7.0), "{set}");
         }
     }
 

@@ -1,12 +1,11 @@
 //! Kernels against closed forms.
 
 use super::candidate::Candidate;
-use super::drives::{self, structure};
+use super::drives::{self, quiet, structure};
 use super::report::worse;
 use super::{Line, Subjects, Trouble};
 use crate::model::{
-    ActiveSet, Division, Drive, DriveShaft, InitialState, Model, OperatingPoint, Release,
-    TorqueRipple,
+    ActiveSet, Drive, DriveShaft, InitialState, Model, OperatingPoint, TorqueRipple,
 };
 use crate::shaft::{RigidDrive, Tier};
 use nalgebra::{DMatrix, Schur};
@@ -143,13 +142,6 @@ impl Shaken {
         structure.rated_force = 1.0;
         structure.pinion_torque = Some(vec![1.0]);
         let drive = Drive {
-            coast: None,
-            half_gap: GAP,
-            mesh: Division::levels(&[1.44e8], &[]),
-            damping: 480.0,
-            friction: 0.0,
-            release: Release::Deflection,
-            transmission_error: Vec::new(),
             torque_ripple: vec![TorqueRipple {
                 shaft: DriveShaft::Pinion,
                 // Of a shaft with 20 teeth: the mesh frequency.
@@ -157,7 +149,7 @@ impl Shaken {
                 amplitude,
                 phase: self.phase,
             }],
-            further: Vec::new(),
+            ..quiet(GAP, &[1.44e8], &[], 480.0)
         };
         let point = OperatingPoint {
             load: self.push,
@@ -218,17 +210,7 @@ pub fn grazing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
 pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let (participation, stiffness) = (1.3f64, 4e8f64);
     let structure = structure(&[0.0], 0.0, &[participation], &[participation]);
-    let drive = Drive {
-        coast: None,
-        half_gap: GAP,
-        mesh: Division::levels(&[stiffness], &[]),
-        damping: 0.0,
-        friction: 0.0,
-        release: Release::Deflection,
-        transmission_error: Vec::new(),
-        torque_ripple: Vec::new(),
-        further: Vec::new(),
-    };
+    let drive = quiet(GAP, &[stiffness], &[], 0.0);
     let point = OperatingPoint {
         load: 0.05,
         speed: 1200.0,
@@ -302,17 +284,7 @@ pub fn rigid_pair(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         damping_overrides: Vec::new(),
         gyroscopic: false,
     };
-    let drive = Drive {
-        coast: None,
-        half_gap: GAP,
-        mesh: Division::levels(&[stiffness], &[]),
-        damping: 0.0,
-        friction: 0.0,
-        release: Release::Deflection,
-        transmission_error: Vec::new(),
-        torque_ripple: Vec::new(),
-        further: Vec::new(),
-    };
+    let drive = quiet(GAP, &[stiffness], &[], 0.0);
     // Less than half a turn a mesh cycle, so that the angle tells the frequency.
     let point = OperatingPoint {
         load: 1.0,

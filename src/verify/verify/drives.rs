@@ -146,19 +146,27 @@ pub fn grid() -> Result<Vec<Case>, Trouble> {
     Ok(job()?.points.iter().map(case).collect())
 }
 
+/// A mesh and no excitation: levels of stiffness that end at some places, the last one at 1.
+pub fn quiet(half_gap: f64, levels: &[f64], ends: &[f64], damping: f64) -> Drive {
+    Drive {
+        coast: None,
+        half_gap,
+        mesh: Division::levels(levels, ends),
+        damping,
+        friction: 0.0,
+        release: Release::Deflection,
+        transmission_error: Vec::new(),
+        torque_ripple: Vec::new(),
+        further: Vec::new(),
+    }
+}
+
 /// Two levels of stiffness, as of a pair with contact ratio 1.6, and one harmonic of
 /// transmission error.
 fn two_level_mesh(half_gap: f64) -> Drive {
     Drive {
-        coast: None,
-        half_gap,
-        mesh: Division::levels(&[4.444e8, 3.333e8], &[0.6]),
-        damping: 1483.0,
-        friction: 0.0,
-        release: Release::Deflection,
         transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.0)],
-        torque_ripple: Vec::new(),
-        further: Vec::new(),
+        ..quiet(half_gap, &[4.444e8, 3.333e8], &[0.6], 1483.0)
     }
 }
 
@@ -275,15 +283,10 @@ fn default_drive() -> Result<Case, Trouble> {
         name: "40 modes".to_owned(),
         structure: shafts()?.modes(point.model.modes, point.model.retained, false)?,
         drive: Drive {
-            coast: None,
-            half_gap: 9e-6,
-            mesh: Division::levels(levels, &[]),
-            damping: *damping,
             friction: *friction,
             release: point.mesh.release,
             transmission_error: point.excitation.transmission_error.clone(),
-            torque_ripple: Vec::new(),
-            further: Vec::new(),
+            ..quiet(9e-6, levels, &[], *damping)
         },
         point: STRONG_RATTLE,
     })

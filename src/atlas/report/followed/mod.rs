@@ -1,6 +1,5 @@
 //! What followed orbits a folder holds: branches, bifurcations and curves as `atlas follow` wrote them.
 
-mod explained;
 mod summary;
 
 use std::collections::BTreeMap;
@@ -11,7 +10,6 @@ use super::point::Axis;
 use crate::input::printable;
 use crate::store::{ResultTable, StoreError, TableKind, table_path};
 
-pub use explained::{Explained, Explaining, Explanation};
 pub use summary::FollowedSummary;
 
 /// The three tables of followed orbits.

@@ -1,14 +1,10 @@
 //! What the tables of followed orbits say, as numbers.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use serde::Serialize;
 
 use super::Followed;
-use super::explained::Explanation;
-use crate::report::error::ReportError;
-use crate::report::transitions::TransitionSummary;
 
 /// Followed orbits in numbers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -39,24 +35,17 @@ pub struct FollowedSummary {
     pub curves: BTreeMap<String, usize>,
     /// Points of codimension two on them, by what happens there.
     pub codimension_two: BTreeMap<String, usize>,
-    /// Which refined changes of motion along the same axis a bifurcation explains; absent where there are
-    /// none.
-    pub transitions: Option<Explanation>,
 }
 
 impl FollowedSummary {
-    /// Of followed orbits, and of the refined transitions of a sweep in the same folder.
-    pub(in crate::report) fn of(
-        folder: &Path,
-        followed: &Followed,
-        transitions: &[TransitionSummary],
-    ) -> Result<Self, ReportError> {
+    /// Of followed orbits.
+    pub(in crate::report) fn of(followed: &Followed) -> Self {
         let axis = followed.axis();
         let orbits = || followed.branches.values().flatten();
         let found = followed.bifurcations.iter().filter(|b| !b.is_end());
         let pairs = followed.branches.values().flat_map(|own| own.windows(2));
         let ends = [axis.values.first(), axis.values.last()];
-        Ok(Self {
+        Self {
             over: axis.name.clone(),
             unit: axis.unit.clone(),
             second: followed.second.map(|axis| followed.axes[axis].name.clone()),
@@ -75,8 +64,7 @@ impl FollowedSummary {
                 (followed.curves.values())
                     .flat_map(|curve| curve.codimension_two().map(|(_, note)| note)),
             ),
-            transitions: Explanation::of(folder, followed, transitions)?,
-        })
+        }
     }
 }
 

@@ -13,7 +13,6 @@ fn row(point_id: u64) -> PointRow {
         orbits: None,
         chain: None,
         horizon: None,
-        cycle_expansion: None,
         covariant: None,
         mesh: None,
         kernel: "volterra".into(),

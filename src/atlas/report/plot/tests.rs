@@ -149,7 +149,6 @@ fn written(counts: [usize; 2], section: SampleKind) -> tempfile::TempDir {
                 orbits: None,
                 chain: None,
                 horizon: None,
-                cycle_expansion: None,
                 covariant: None,
                 mesh: None,
                 kernel: "volterra".into(),

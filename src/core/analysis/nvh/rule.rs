@@ -2,7 +2,7 @@
 
 use super::lanes::{self, SIZES};
 use crate::analysis::modal_series::TERMS;
-use crate::numerics::legendre::{derivative, evaluate, polynomials};
+use crate::numerics::legendre::polynomials;
 use crate::numerics::quadrature::GaussLegendre;
 use crate::propagate::InstructionSet;
 use crate::propagate::vectors::{LANES, Lanes, Row};
@@ -225,14 +225,6 @@ impl Rule {
     }
 }
 
-impl Rules {
-    /// Largest value of a series.
-    pub fn maximum(&self, set: InstructionSet, series: &[f64; TERMS]) -> f64 {
-        let seen = self.long.look(set, series, self.sizes(set, series));
-        maximum(series, seen.start(seen.range.high))
-    }
-}
-
 impl Seen<'_> {
     /// Even part, then odd part at the positive nodes.
     pub(super) fn parts(&self) -> &[Lanes] {
@@ -402,29 +394,11 @@ pub(super) fn peaks(series: [&[f64; TERMS]; 4], mut x: [f64; 4]) -> [f64; 4] {
     best
 }
 
-/// Largest of a series' values at its ends and at the stationary point next to x.
-fn maximum(series: &[f64; TERMS], mut x: f64) -> f64 {
-    let slope = derivative(series);
-    let curvature = derivative(&slope);
-    let mut best = evaluate(series, x)
-        .max(evaluate(series, -1.0))
-        .max(evaluate(series, 1.0));
-    for _ in 0..4 {
-        let c = evaluate(&curvature, x);
-        if c >= 0.0 {
-            break;
-        }
-        x = (x - evaluate(&slope, x) / c).clamp(-1.0, 1.0);
-        best = best.max(evaluate(series, x));
-    }
-    best
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::analysis::modal_series::cosine_series;
-    use crate::numerics::legendre::{at_end, at_start, variation};
+    use crate::numerics::legendre::{at_end, at_start, evaluate, variation};
 
     /// Means of the third and fourth powers of `series − centre` by enough nodes for any.
     fn by_many_nodes(series: &[f64; TERMS], centre: f64) -> [f64; 2] {

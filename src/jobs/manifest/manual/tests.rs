@@ -316,7 +316,7 @@ fn with(text: &str, key: &Key, line: &str) -> String {
                 ", 0".repeat(11)
             ),
         ),
-        "analyses.horizon" | "analyses.cycle_expansion" | "analyses.covariant" => {
+        "analyses.horizon" | "analyses.covariant" => {
             analyses(text, &format!("lyapunov = {{}}\n[{table}]\n{line}"))
         }
         "grid.refine" => {

@@ -3,7 +3,7 @@
 use super::optional::optional;
 use super::{covariant, orbits, poincare, slice};
 use crate::analysis::{
-    Analyses, Effort, ExpansionQuestion, GrowthNorm, HorizonQuestion, LyapunovQuestion,
+    Analyses, Effort, GrowthNorm, HorizonQuestion, LyapunovQuestion,
     MultistabilityQuestion, NvhQuestion, OrderQuestion, Signals, SpectrumQuestion,
 };
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
@@ -55,11 +55,10 @@ pub(super) fn read(
         orbits::read(table, issues, retained)
     });
     let horizon = optional(section, issues, "horizon", horizon);
-    let cycle_expansion = optional(section, issues, "cycle_expansion", expansion);
     let covariant = optional(section, issues, "covariant", |table, issues| {
         covariant::read(table, issues, model)
     });
-    let without = ["horizon", "cycle_expansion", "covariant"]
+    let without = ["horizon", "covariant"]
         .into_iter()
         .filter(|name| section.has(name) && !section.has("lyapunov"));
     let before = issues.count();
@@ -88,7 +87,6 @@ pub(super) fn read(
         multistability: multistability?,
         orbits: orbits?,
         horizon: horizon?,
-        cycle_expansion: cycle_expansion?,
         covariant: covariant?,
     })
 }
@@ -218,17 +216,6 @@ fn horizon(table: &Section, issues: &mut Issues) -> Option<HorizonQuestion> {
         separation: separation?,
         cycles: cycles?,
         averages: averages?,
-    })
-}
-
-fn expansion(table: &Section, issues: &mut Issues) -> Option<ExpansionQuestion> {
-    let longest = table.integer_or_default(issues, "longest");
-    let guesses = table.integer_or_default(issues, "guesses");
-    let cycles = table.integer_or_default(issues, "cycles");
-    Some(ExpansionQuestion {
-        longest: u32::try_from(longest?).ok()?,
-        guesses: u32::try_from(guesses?).ok()?,
-        cycles: u32::try_from(cycles?).ok()?,
     })
 }
 

@@ -1,25 +1,8 @@
-//! What follows from the figures: cliffs and the roofline; and what disturbed them.
+//! What follows from the figures: the roofline; and what disturbed them.
 
 use crate::store::file::Row;
 use crate::store::table::{Table, columns};
 use serde::{Deserialize, Serialize};
-
-/// Where the cost of one kernel jumps as its working set grows.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Cliff {
-    /// What was measured, in words.
-    pub of: String,
-    /// Working set at the middle of the jump \[bytes\].
-    pub size: f64,
-    /// The jump starts after this \[bytes\].
-    pub from: f64,
-    /// It ends before this \[bytes\].
-    pub to: f64,
-    /// Cost after over cost before.
-    pub ratio: f64,
-    /// Level of the reported cache that it belongs to.
-    pub cache: Option<usize>,
-}
 
 /// A kernel under the roof of arithmetic and bandwidth; one thread.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -69,11 +52,6 @@ pub struct Noise {
     pub load: Option<f64>,
     /// How far the median repetition lies behind the best, in the middle of all measurements.
     pub scatter: Option<f64>,
-    /// Part of the measurements before or after which mesh cycles took longer than at their
-    /// best.
-    pub slowed: Option<f64>,
-    /// Time spent waiting for them to be fast again, and measuring once more \[s\].
-    pub waited: f64,
     /// Whether the machine was quiet enough for the figures to be those of the machine.
     pub quiet: bool,
     /// What was noticed, a sentence each.

@@ -31,46 +31,10 @@ impl Key for MountainKey {
     }
 }
 
-/// A kernel that goes round a set of tables, one thread; its figure is the time of a product, of
-/// a window (`volterra`), of a product with the work on events around it (`spectral`) \[s\].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct OperatorKey {
-    /// `matvec`, the dense product of the table kernels; `volterra` or `spectral`, whole cycles.
-    pub kernel: String,
-    /// Rows of the dense operator, or twice the modes plus one.
-    pub dimension: u64,
-    /// Operators, or operating points with tables of their own.
-    pub count: u64,
-    /// Bytes of all of them.
-    pub working_set: u64,
-}
-
-impl Key for OperatorKey {
-    const NAME: &'static str = "operators";
-    const FIGURE: [&'static str; 3] = ["time", "s", "time of a product or window"];
-
-    fn words(&self) -> String {
-        format!(
-            "{} of dimension {}, {}",
-            self.kernel, self.dimension, self.count
-        )
-    }
-
-    fn columns() -> Vec<Column<Measurement<Self>>> {
-        columns![row: Measurement<Self>;
-            text "kernel", "", row.key.kernel.as_str(), "matvec, volterra or spectral";
-            u64 "dimension", "1", row.key.dimension, "Rows of the dense operator";
-            u64 "count", "1", row.key.count, "Tables in rotation";
-            u64 "working_set", "B", row.key.working_set, "Bytes of all of them";
-        ]
-    }
-}
-
 /// Streaming through arrays on some threads.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BandwidthKey {
-    /// `read`, `copy`, `triad`, `copy_nt`, `triad_nt` (non-temporal stores); `update_3_1`, `_2_1`,
-    /// `_1_1` (so many lines read for one written, which is one of them), `fill_nt`.
+    /// `read`, `copy`, `triad`, `copy_nt`, `triad_nt` (non-temporal stores).
     pub kernel: String,
     /// `compact` or `scattered` over nodes, or `nodes`: threads of one node, memory of another.
     pub placement: String,
@@ -177,39 +141,42 @@ impl Key for ArithmeticKey {
     }
 }
 
-/// Integrating the default drive, the same trajectory on every thread.
+/// Integrating the default drive, the same trajectories on every thread.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SolverKey {
-    /// `volterra`, `spectral` or `fused`.
+    /// `volterra` or `closed_modes`.
     pub kernel: String,
-    /// `shared`: one table for all threads; `node`: one a NUMA node; `eight`: one for each of
-    /// eight operating points, between which every thread changes.
+    /// `shared`: one copy of the tables for all threads; `node`: one per NUMA node; `private`: one per
+    /// thread.
     pub tables: String,
     /// Modes.
     pub modes: u64,
+    /// Operating points that every thread goes round.
+    pub points: u64,
     /// Threads.
     pub threads: u64,
-    /// Bytes of one table.
+    /// Bytes of one table: of an operating point (`volterra`) or a structure (`closed_modes`).
     pub table_bytes: u64,
-    /// Rate over that of one thread, measured in turn, and over the threads.
-    pub efficiency: Option<f64>,
+    /// Rate over that of one thread, measured in turn, over the threads: the median of all turns.
+    pub efficiency: f64,
 }
 
 impl Key for SolverKey {
     const NAME: &'static str = "solver";
-    const FIGURE: [&'static str; 3] = ["rate", "1/s", "mesh cycles a second, all threads"];
+    const FIGURE: [&'static str; 3] = ["rate", "1/s", "mesh cycles per second, all threads"];
 
     fn words(&self) -> String {
         let threads = Threads(self.threads);
-        let (kernel, modes, tables) = (&self.kernel, self.modes, &self.tables);
-        format!("{kernel}, {modes} modes, tables {tables}, {threads}")
+        let (kernel, modes, tables, points) = (&self.kernel, self.modes, &self.tables, self.points);
+        format!("{kernel}, {modes} modes, {points} points, tables {tables}, {threads}")
     }
 
     fn columns() -> Vec<Column<Measurement<Self>>> {
         columns![row: Measurement<Self>;
-            text "kernel", "", row.key.kernel.as_str(), "What was run";
-            text "tables", "", row.key.tables.as_str(), "shared, node or eight";
+            text "kernel", "", row.key.kernel.as_str(), "Kernel: volterra or closed_modes";
+            text "tables", "", row.key.tables.as_str(), "Copies of the tables: shared, node or private";
             u64 "modes", "1", row.key.modes, "Modes";
+            u64 "points", "1", row.key.points, "Operating points that every thread goes round";
             u64 "threads", "1", row.key.threads, "Threads";
             u64 "table_bytes", "B", row.key.table_bytes, "Bytes of one table";
             f64 "efficiency", "1", row.key.efficiency, "Rate over that of one thread times the threads";
@@ -218,7 +185,7 @@ impl Key for SolverKey {
 }
 
 /// `1 thread`, `4 threads`.
-pub(super) struct Threads(pub u64);
+struct Threads(u64);
 
 impl fmt::Display for Threads {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

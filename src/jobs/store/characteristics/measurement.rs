@@ -11,8 +11,7 @@ use serde::{Deserialize, Serialize};
 /// one; what differs between rounds is what will differ in the next run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
-    /// Median over the rounds of the best repetition of each, or of the middle one where
-    /// disturbance is what is measured, or cancels.
+    /// Median over the rounds of the best repetition of each.
     pub value: f64,
     /// Best repetition of all.
     pub best: f64,
@@ -44,9 +43,6 @@ pub trait Key: Sized + 'static {
     /// Name of the figure's columns, its unit, and what it is.
     const FIGURE: [&'static str; 3];
 
-    /// Which repetition of a round its value is.
-    const REPETITION: &'static str = "best";
-
     /// What was measured, in words: equal for the same measurement of another run.
     fn words(&self) -> String;
 
@@ -65,13 +61,9 @@ impl<K: Key> Measurement<K> {
         let [name, unit, description] = K::FIGURE;
         let named = |part: &str| format!("{name}_{part}");
         let of = |what: &str| format!("{what} ({description})");
-        let value = format!(
-            "Median over rounds of the {} repetition of each",
-            K::REPETITION
-        );
         let mut all = K::columns();
         all.extend(columns![row: Self;
-            f64 name, unit, row.figure.value, &of(&value);
+            f64 name, unit, row.figure.value, &of("Median over rounds of the best repetition of each");
             f64 &named("best"), unit, row.figure.best, &of("Best repetition");
             f64 &named("median"), unit, row.figure.median, &of("Median repetition");
             f64 &named("spread"), "1", row.figure.spread,

@@ -4,13 +4,11 @@
 mod description;
 mod findings;
 mod keys;
-mod load_keys;
 mod measurement;
 
 pub use description::{Description, HugePages, NodeRecord};
-pub use findings::{Cliff, Noise, RoofRow};
-pub use keys::{ArithmeticKey, BandwidthKey, LatencyKey, MountainKey, OperatorKey, SolverKey};
-pub use load_keys::{GainKey, LoadedKey, ParallelKey, PercentileKey, TransferKey};
+pub use findings::{Noise, RoofRow};
+pub use keys::{ArithmeticKey, BandwidthKey, LatencyKey, MountainKey, SolverKey};
 pub use measurement::{Figure, Measurement};
 
 use super::StoreError;
@@ -24,7 +22,7 @@ use std::io::{ErrorKind, Write};
 use std::path::Path;
 
 /// Version of `machine.json`.
-const FORMAT: &str = "atlas-machine-3";
+const FORMAT: &str = "atlas-machine-4";
 
 /// The file that holds everything.
 pub(super) use crate::store::error::MACHINE as RECORD;
@@ -56,28 +54,14 @@ pub struct Characteristics {
     pub noise: Noise,
     /// Reading buffers of many sizes with many strides, one thread.
     pub mountain: Vec<Measurement<MountainKey>>,
-    /// Kernels that go round a set of tables, one thread.
-    pub operators: Vec<Measurement<OperatorKey>>,
-    /// Where their cost jumps.
-    pub cliffs: Vec<Cliff>,
     /// Reading, copying and combining large arrays on many threads.
     pub bandwidth: Vec<Measurement<BandwidthKey>>,
     /// Time of a load that depends on the one before.
     pub latency: Vec<Measurement<LatencyKey>>,
-    /// Time of a load while other threads read.
-    pub loaded: Vec<Measurement<LoadedKey>>,
-    /// How the times of batches of loads are spread.
-    pub percentiles: Vec<Measurement<PercentileKey>>,
-    /// Chains of loads that one core follows at once.
-    pub parallel: Vec<Measurement<ParallelKey>>,
-    /// Handing a line of memory from one hardware thread to another.
-    pub transfer: Vec<Measurement<TransferKey>>,
     /// Multiply-adds of numbers in registers.
     pub arithmetic: Vec<Measurement<ArithmeticKey>>,
     /// Integrating the default drive on many threads.
     pub solver: Vec<Measurement<SolverKey>>,
-    /// What threads gain over one.
-    pub gain: Vec<Measurement<GainKey>>,
     /// Kernels under the roof of arithmetic and bandwidth.
     pub roofline: Vec<RoofRow>,
     /// What could not be measured, and why, a sentence each.
@@ -105,16 +89,10 @@ impl Characteristics {
         ];
         let file = TableFolder { folder, metadata };
         file.measurements(&self.mountain)?;
-        file.measurements(&self.operators)?;
         file.measurements(&self.bandwidth)?;
         file.measurements(&self.latency)?;
-        file.measurements(&self.loaded)?;
-        file.measurements(&self.percentiles)?;
-        file.measurements(&self.parallel)?;
-        file.measurements(&self.transfer)?;
         file.measurements(&self.arithmetic)?;
         file.measurements(&self.solver)?;
-        file.measurements(&self.gain)?;
         file.rows("roofline", RoofRow::table(), &self.roofline)?;
         let path = folder.join(RECORD);
         let refused = |source| StoreError::io(&path, "write", source);
@@ -158,16 +136,10 @@ impl Characteristics {
             rows.iter().map(|row| (row.words(), row.figure))
         }
         of(&self.mountain)
-            .chain(of(&self.operators))
             .chain(of(&self.bandwidth))
             .chain(of(&self.latency))
-            .chain(of(&self.loaded))
-            .chain(of(&self.percentiles))
-            .chain(of(&self.parallel))
-            .chain(of(&self.transfer))
             .chain(of(&self.arithmetic))
             .chain(of(&self.solver))
-            .chain(of(&self.gain))
     }
 }
 

@@ -7,9 +7,6 @@ use crate::analysis::{
     LyapunovOutcome, MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome,
     SampleKind, Spectrum, SpectrumLine, SpectrumMethod, Status,
 };
-use crate::analysis::{
-    Estimate, ExpansionAverage, ExpansionOrder, ExpansionOutcome, ExpansionQuantity,
-};
 use crate::analysis::{HorizonMeasure, HorizonOutcome, HorizonQuantity};
 use crate::store::Placement;
 use proptest::prelude::*;
@@ -129,37 +126,6 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
                 quantiles: numbers.to_vec(),
             }),
             cycles: 3,
-        }),
-        cycle_expansion: Some(ExpansionOutcome {
-            orders: vec![ExpansionOrder {
-                order: 1,
-                orbits: 2,
-                unseen: 0.5,
-                apart: 3,
-                searches: 512,
-                closed: 300,
-                entropy: Some(0.69),
-                conservation: 0.9,
-                escape_zeta: Some(0.02),
-                escape_determinant: None,
-                averages: vec![ExpansionAverage {
-                    quantity: ExpansionQuantity::CyclePeak,
-                    zeta: Some(Estimate {
-                        value: number(0),
-                        error: Some(number(1)),
-                    }),
-                    determinant: None,
-                    plain: Some(Estimate {
-                        value: number(2),
-                        error: None,
-                    }),
-                    time: Estimate {
-                        value: 101.0,
-                        error: Some(f64::INFINITY),
-                    },
-                }],
-            }],
-            cycles: 70_000,
         }),
         multistability: Some(MultistabilityOutcome {
             attractors: vec![AttractorOutcome {

@@ -8,8 +8,7 @@ use std::path::Path;
 use super::*;
 use crate::analysis::{
     AngleOutcome, AttractorOutcome, BasinShare, Bifurcation, CellOutcome, ChainRecord,
-    ChaosOutcome, Character, Class, CourseOutcome, CovariantOutcome, DurationOutcome, Estimate,
-    EvidenceOutcome, ExpansionAverage, ExpansionOrder, ExpansionOutcome, ExpansionQuantity,
+    ChaosOutcome, Character, Class, CourseOutcome, CovariantOutcome, DurationOutcome, EvidenceOutcome,
     HorizonMeasure, HorizonOutcome, HorizonQuantity, KaplanYorke, Kick, LeftChaos, LyapunovMethod,
     LyapunovOutcome, MissedState, ModalState, MultistabilityOutcome, NvhErrors, NvhOutcome,
     OrbitOutcome, OrbitSurvey, OrderLine, OrderReference, PoincareSample, PointOutcome,
@@ -50,7 +49,6 @@ fn layout() -> ResultLayout {
             unit: "m".into(),
         })),
         horizon: true,
-        cycle_expansion: true,
         refined: None,
         elements: vec![(
             Quantity::BearingForce,
@@ -63,11 +61,6 @@ fn layout() -> ResultLayout {
 /// The speed, along which the state is carried.
 fn swept() -> AxisColumn {
     layout().axes.remove(1)
-}
-
-/// A number with its error.
-fn estimate(value: f64, error: Option<f64>) -> Estimate {
-    Estimate { value, error }
 }
 
 /// A point with a different number in every column.
@@ -299,28 +292,6 @@ fn full(point_id: u64) -> PointRow {
             }),
             cycles: 1900,
         }),
-        cycle_expansion: Some(ExpansionOutcome {
-            orders: vec![ExpansionOrder {
-                order: 1,
-                orbits: 2,
-                unseen: 0.5,
-                apart: 3,
-                searches: 512,
-                closed: 300,
-                entropy: Some(0.69),
-                conservation: 0.9,
-                escape_zeta: Some(0.02),
-                escape_determinant: None,
-                averages: vec![ExpansionAverage {
-                    quantity: ExpansionQuantity::CyclePeak,
-                    zeta: Some(estimate(100.0, Some(4.0))),
-                    determinant: None,
-                    plain: Some(estimate(110.0, None)),
-                    time: estimate(101.0, Some(0.5)),
-                }],
-            }],
-            cycles: 70_000,
-        }),
         multistability: Some(MultistabilityOutcome {
             attractors: vec![attractor()],
             probes: vec![probe(0, Some(0)), probe(1, None)],
@@ -485,7 +456,6 @@ fn failed(point_id: u64) -> PointRow {
     row.outcome = PointOutcome::unanswered(Status::Failed, "the model has no mesh mode".into());
     row.multistability = None;
     row.horizon = None;
-    row.cycle_expansion = None;
     row.covariant = None;
     row.mesh = None;
     row.placement.numa_node = None;
@@ -529,7 +499,6 @@ fn columns_units_and_descriptions() {
             TableKind::Branches => branches_table(&layout().axes).listing(),
             TableKind::Bifurcations => bifurcations_table(&layout().axes).listing(),
             TableKind::Curves => curves_table(&layout().axes).listing(),
-            TableKind::CycleExpansion => cycle_expansion_table().listing(),
             TableKind::Trace => trace_table(true, &outputs()).listing(),
             TableKind::Events => events_table().listing(),
         };
@@ -642,7 +611,6 @@ fn every_column_comes_back() {
         (TableKind::Attractors, 1),
         (TableKind::Basins, 2),
         (TableKind::Horizon, 1),
-        (TableKind::CycleExpansion, 1),
     ] {
         assert_eq!(written.rows(kind), rows, "{kind:?}");
     }
@@ -1077,38 +1045,6 @@ fn every_column_comes_back() {
     assert_eq!(growth.f64("spread"), [Some(0.7)]);
     read.push(growth.read_through(TableKind::Horizon));
 
-    let averages = Asked::read(folder.path(), TableKind::CycleExpansion);
-    for (name, value) in [
-        ("point_id", 0),
-        ("order", 1),
-        ("orbits", 2),
-        ("apart", 3),
-        ("searches", 512),
-        ("closed", 300),
-        ("cycles", 70_000),
-    ] {
-        assert_eq!(averages.u64(name), [Some(value)], "{name}");
-    }
-    assert_eq!(averages.text("quantity"), [Some("cycle_peak".into())]);
-    for (name, value) in [
-        ("unseen", Some(0.5)),
-        ("entropy", Some(0.69)),
-        ("conservation", Some(0.9)),
-        ("escape_zeta", Some(0.02)),
-        ("escape_determinant", None),
-        ("zeta", Some(100.0)),
-        ("zeta_error", Some(4.0)),
-        ("determinant", None),
-        ("determinant_error", None),
-        ("plain", Some(110.0)),
-        ("plain_error", None),
-        ("time", Some(101.0)),
-        ("time_stderr", Some(0.5)),
-    ] {
-        assert_eq!(averages.f64(name), [value], "{name}");
-    }
-    read.push(averages.read_through(TableKind::CycleExpansion));
-
     read.extend(every_column_of_a_trace_comes_back());
     // Those of followed orbits are written by another writer, and read in its own test.
     let followed = [
@@ -1275,7 +1211,6 @@ fn a_file_has_its_name_only_when_whole() {
         [
             "attractors.parquet",
             "basins.parquet",
-            "cycle_expansion.parquet",
             "horizon.parquet",
             "orders.parquet",
             "poincare.parquet",
@@ -1351,7 +1286,6 @@ fn a_hundred_thousand_points_stream() {
         orbits: false,
         basins: None,
         horizon: false,
-        cycle_expansion: false,
         ..layout()
     };
     let mut writer = ResultWriter::create(folder.path(), &layout, 0..count).unwrap();
@@ -1388,7 +1322,6 @@ fn shards_read_as_one_table() {
         [
             "attractors.parquet",
             "basins.parquet",
-            "cycle_expansion.parquet",
             "horizon.parquet",
             "orders.parquet",
             "poincare.parquet",

@@ -10,6 +10,7 @@ use super::tests::job;
 use super::*;
 use shuttle::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use shuttle::thread;
+use std::collections::BTreeSet;
 use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, LazyLock};
 
@@ -71,7 +72,7 @@ fn write(rows: &Receiver<usize>, written: &AtomicU64, end: End) -> Vec<usize> {
 fn in_many_orders(end: End) {
     let run = move || {
         let share = Share::of_shard(&JOB, None);
-        let mut queue = Queue::new(&JOB, share, TakenOver::default(), vec![3, 1], 1, WORKERS, 0);
+        let mut queue = Queue::new(&JOB, share, TakenOver::default(), 1, WORKERS, 0);
         (queue.look, queue.ahead) = (LOOK, AHEAD);
         let queue = Arc::new(queue);
         let written = Arc::new(AtomicU64::new(0));

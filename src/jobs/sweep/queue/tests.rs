@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::manifest;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// A job of so many independent points of equal work, speeds in rows.
@@ -18,10 +19,10 @@ pub(super) fn job(loads: usize, speeds: usize) -> Job {
     job
 }
 
-fn queue<'a>(job: &'a Job, look: usize, ahead: u64, drawn: &[usize]) -> Queue<'a> {
+fn queue<'a>(job: &'a Job, look: usize, ahead: u64) -> Queue<'a> {
     let share = Share::of_shard(job, None);
     let taken_over = TakenOver::default();
-    let mut queue = Queue::new(job, share, taken_over, drawn.to_vec(), 1, 1, 0);
+    let mut queue = Queue::new(job, share, taken_over, 1, 1, 0);
     (queue.look, queue.ahead) = (look, ahead);
     queue
 }
@@ -41,7 +42,7 @@ fn finish(queue: &Queue<'_>, place: usize, seconds: u64) {
 #[test]
 fn neighbours_of_long_chains_come_first_and_of_short_ones_last() {
     let job = job(3, 4);
-    let queue = queue(&job, 12, 100, &[]);
+    let queue = queue(&job, 12, 100);
     assert_eq!(taken(&queue, 0), 0, "in order where nothing is known");
     finish(&queue, 0, 1);
     // 1 and 4 are expected to be like 0, and so are all others.
@@ -56,7 +57,7 @@ fn neighbours_of_long_chains_come_first_and_of_short_ones_last() {
 #[test]
 fn what_waits_in_memory_is_bounded() {
     let job = job(2, 10);
-    let queue = queue(&job, 3, 4, &[]);
+    let queue = queue(&job, 3, 4);
     taken(&queue, 0);
     assert_eq!(
         [taken(&queue, 0), taken(&queue, 0), taken(&queue, 0)],
@@ -81,7 +82,7 @@ fn what_waits_in_memory_is_bounded() {
 #[test]
 fn only_the_window_is_in_memory() {
     let job = job(100, 1000);
-    let queue = queue(&job, 4, 1_000_000, &[]);
+    let queue = queue(&job, 4, 1_000_000);
     finish(&queue, 5, 9);
     finish(&queue, 0, 1);
     let order: Vec<usize> = (0..6).map(|_| taken(&queue, 0)).collect();
@@ -97,15 +98,6 @@ fn only_the_window_is_in_memory() {
     let known = queue.known();
     assert!(known.window.len() <= 4, "{}", known.window.len());
     assert!(known.near.len() <= 1001, "{}", known.near.len());
-}
-
-#[test]
-fn drawn_chains_come_first_and_once() {
-    let job = job(2, 5);
-    let queue = queue(&job, 100, 100, &[6, 1, 9]);
-    let order: Vec<usize> = (0..10).map(|_| taken(&queue, 0)).collect();
-    assert_eq!(order, [6, 1, 9, 0, 2, 3, 4, 5, 7, 8]);
-    assert!(matches!(queue.next(0, None), Next::End));
 }
 
 /// A run of workers on nodes, on a clock of its own: which tables were taken where, how many
@@ -126,7 +118,6 @@ fn simulate(job: &Job, nodes: usize, workers: usize, near: bool) -> Simulated {
         job,
         share,
         TakenOver::default(),
-        Vec::new(),
         1,
         workers,
         nodes,

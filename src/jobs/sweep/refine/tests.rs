@@ -31,7 +31,6 @@ fn row(point_id: u64, class: Option<Class>, events: f64) -> PointRow {
         orbits: None,
         chain: None,
         horizon: None,
-        cycle_expansion: None,
         covariant: None,
         mesh: None,
         kernel: String::new(),

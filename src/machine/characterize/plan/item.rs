@@ -42,46 +42,14 @@ impl Walk {
     }
 }
 
-/// What two hardware threads share, the nearest thing first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, IntoStaticStr, VariantArray)]
-#[strum(serialize_all = "lowercase")]
-pub enum Relation {
-    /// A core.
-    Core,
-    /// The last-level cache.
-    Cache,
-    /// The processor package.
-    Package,
-    /// Nothing but the machine.
-    Machine,
-}
-
-impl Relation {
-    /// Its name in the record.
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-}
-
-/// A mesh of the default drive.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Mesh {
-    /// Two levels of stiffness, as in the default manifest.
-    TwoLevels,
-    /// A level of its own for each of sixty segments, as a computed mesh has.
-    SixtyLevels,
-}
-
 /// A kernel that integrates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
-#[strum(serialize_all = "lowercase")]
+#[strum(serialize_all = "snake_case")]
 pub enum Solver {
-    /// The structured kernel.
+    /// Tables of each operating point, made by the worker that computes it.
     Volterra,
-    /// Dense tables, spectral form.
-    Spectral,
-    /// The same with certified runs.
-    Fused,
+    /// Tables of the structure, which serve all operating points.
+    ClosedModes,
 }
 
 impl Solver {
@@ -89,18 +57,26 @@ impl Solver {
     pub fn name(self) -> &'static str {
         self.into()
     }
+
+    /// The sharing of a campaign on one node.
+    pub fn usual_sharing(self) -> Sharing {
+        match self {
+            Self::Volterra => Sharing::Private,
+            Self::ClosedModes => Sharing::Shared,
+        }
+    }
 }
 
 /// Which tables threads read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
 #[strum(serialize_all = "lowercase")]
 pub enum Sharing {
-    /// All the same one.
+    /// All threads read one copy.
     Shared,
-    /// The one of their node.
+    /// Each thread reads the copy of its node.
     Node,
-    /// Those of eight operating points.
-    Eight,
+    /// Each thread has its own copy.
+    Private,
 }
 
 impl Sharing {
@@ -108,6 +84,19 @@ impl Sharing {
     pub fn name(self) -> &'static str {
         self.into()
     }
+}
+
+/// What the threads of a team integrate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Campaign {
+    /// The kernel.
+    pub solver: Solver,
+    /// Its tables.
+    pub sharing: Sharing,
+    /// Modes of the structure.
+    pub modes: usize,
+    /// Operating points that every thread goes round.
+    pub points: usize,
 }
 
 /// One thing to measure; some give several figures.
@@ -120,17 +109,10 @@ pub enum Item {
         /// Members.
         team: Vec<HardwareThread>,
     },
-    /// Read, copy, triad: a figure a kernel of [`StreamKernel::available`].
+    /// Read, copy, triad: a figure per kernel of [`StreamKernel::available`].
     Streams {
         /// How the members are placed.
         placement: Placement,
-        /// Members.
-        team: Vec<HardwareThread>,
-        /// Lines of each of a member's arrays.
-        lines: usize,
-    },
-    /// Reads and writes in other proportions: a figure a kernel of [`StreamKernel::mixes`].
-    Mixes {
         /// Members.
         team: Vec<HardwareThread>,
         /// Lines of each of a member's arrays.
@@ -145,36 +127,14 @@ pub enum Item {
         /// Lines of a member's array.
         lines: usize,
     },
-    /// Dense products over rotating operators: a figure a count.
-    Operators {
-        /// Where.
-        thread: HardwareThread,
-        /// Rows and columns.
-        dimension: usize,
-        /// How many operators rotate.
-        counts: Vec<usize>,
-    },
-    /// Integrating rotating operating points with the structured kernel: a figure a count.
-    Points {
-        /// Where.
-        thread: HardwareThread,
-        /// The mesh.
-        mesh: Mesh,
-        /// How many points rotate.
-        counts: Vec<usize>,
-    },
-    /// Integrating on teams of growing size: a figure a team.
+    /// Integrating on teams of growing size: a figure per team.
     Solver {
-        /// The kernel.
-        solver: Solver,
-        /// Its tables.
-        sharing: Sharing,
-        /// Modes.
-        modes: usize,
-        /// The teams.
+        /// What they integrate.
+        campaign: Campaign,
+        /// The teams; the first is one thread.
         teams: Vec<Vec<HardwareThread>>,
     },
-    /// Reading a buffer: a figure a stride.
+    /// Reading a buffer: a figure per stride.
     Mountain {
         /// Where.
         thread: HardwareThread,
@@ -183,7 +143,7 @@ pub enum Item {
         /// Strides in lines.
         strides: Vec<usize>,
     },
-    /// A chain of loads: a figure a size.
+    /// A chain of loads: a figure per size.
     Latency {
         /// Where.
         thread: HardwareThread,
@@ -194,79 +154,17 @@ pub enum Item {
         /// Their order.
         walk: Walk,
     },
-    /// Several chains of loads at once: a figure a number of chains of every size.
-    Parallel {
-        /// Where.
-        thread: HardwareThread,
-        /// Lines of the buffer.
-        sizes: Vec<usize>,
-        /// Their order.
-        walk: Walk,
-    },
-    /// How the times of batches of loads are spread: a figure a percentile of every size, and one
-    /// of the clock.
-    Percentiles {
-        /// Where.
-        thread: HardwareThread,
-        /// Lines of the buffer.
-        sizes: Vec<usize>,
-        /// Their order.
-        walk: Walk,
-    },
-    /// A chain of loads beside readers: two figures a pause.
-    Loaded {
-        /// The thread of the chain, then those that read.
-        team: Vec<HardwareThread>,
-        /// Lines that the chain goes through.
-        lines: usize,
-        /// Lines of each reader's array.
-        array: usize,
-        /// Order of the chain.
-        walk: Walk,
-        /// Pauses of the readers in turns of an empty loop; none: they do not read.
-        pauses: Vec<Option<u32>>,
-    },
-    /// Handing a line of memory back and forth: one figure.
-    Transfer {
-        /// Between these.
-        pair: [HardwareThread; 2],
-        /// What they share.
-        relation: Relation,
-    },
 }
 
 impl Item {
-    /// Where it is measured; where on teams, on the largest of them.
-    pub fn threads(&self) -> &[HardwareThread] {
-        match self {
-            Self::Arithmetic { team, .. }
-            | Self::Streams { team, .. }
-            | Self::Mixes { team, .. }
-            | Self::Loaded { team, .. }
-            | Self::Nodes { team, .. } => team,
-            Self::Transfer { pair, .. } => pair,
-            Self::Operators { thread, .. }
-            | Self::Points { thread, .. }
-            | Self::Mountain { thread, .. }
-            | Self::Parallel { thread, .. }
-            | Self::Percentiles { thread, .. }
-            | Self::Latency { thread, .. } => std::slice::from_ref(thread),
-            Self::Solver { teams, .. } => teams.last().map_or(&[], Vec::as_slice),
-        }
-    }
-
     /// The part that it belongs to.
     pub fn part(&self) -> Part {
         match self {
             Self::Arithmetic { .. } => Part::Arithmetic,
-            Self::Streams { .. } | Self::Mixes { .. } | Self::Nodes { .. } => Part::Bandwidth,
-            Self::Operators { .. } | Self::Points { .. } => Part::Operators,
+            Self::Streams { .. } | Self::Nodes { .. } => Part::Bandwidth,
             Self::Solver { .. } => Part::Solver,
             Self::Mountain { .. } => Part::Mountain,
             Self::Latency { .. } => Part::Latency,
-            Self::Parallel { .. } | Self::Percentiles { .. } => Part::Chases,
-            Self::Loaded { .. } => Part::Loaded,
-            Self::Transfer { .. } => Part::Transfer,
         }
     }
 
@@ -276,16 +174,9 @@ impl Item {
             Self::Arithmetic { .. } => "arithmetic",
             Self::Streams { .. } => "bandwidth",
             Self::Nodes { .. } => "bandwidth between nodes",
-            Self::Operators { .. } => "rotating operators",
-            Self::Points { .. } => "rotating points",
             Self::Solver { .. } => "solver scaling",
             Self::Mountain { .. } => "memory mountain",
             Self::Latency { .. } => "latency",
-            Self::Mixes { .. } => "mixes of reads and writes",
-            Self::Parallel { .. } => "chains at once",
-            Self::Percentiles { .. } => "percentiles of latency",
-            Self::Loaded { .. } => "latency under load",
-            Self::Transfer { .. } => "from core to core",
         }
     }
 }
@@ -299,14 +190,6 @@ pub enum StreamKernel {
     Copy(bool),
     /// `a = b + q c`, past the caches or not.
     Triad(bool),
-    /// Reads so many arrays (1 to 3) and writes one of them in its place: no line is fetched that
-    /// is not counted.
-    Update {
-        /// Lines read for one that is written.
-        reads: usize,
-    },
-    /// Writes an array past the caches, and reads nothing.
-    Fill,
 }
 
 impl StreamKernel {
@@ -319,24 +202,9 @@ impl StreamKernel {
         kernels
     }
 
-    /// Those of which each has another part of reads and writes, where nothing is fetched that
-    /// is not counted; with those of [`Self::available`] that read only, or write past the caches,
-    /// they make all mixes.
-    pub fn mixes() -> Vec<Self> {
-        let mut kernels: Vec<Self> = [3, 2, 1].map(|reads| Self::Update { reads }).to_vec();
-        if NON_TEMPORAL {
-            kernels.push(Self::Fill);
-        }
-        kernels
-    }
-
     /// Its name in the record.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Update { reads: 1 } => "update_1_1",
-            Self::Update { reads: 2 } => "update_2_1",
-            Self::Update { .. } => "update_3_1",
-            Self::Fill => "fill_nt",
             Self::Read => "read",
             Self::Copy(false) => "copy",
             Self::Copy(true) => "copy_nt",
@@ -345,14 +213,12 @@ impl StreamKernel {
         }
     }
 
-    /// Arrays that it reads or writes, one that it does both to counted twice.
+    /// Arrays that it reads or writes.
     pub fn arrays(self) -> usize {
         match self {
             Self::Read => 1,
             Self::Copy(_) => 2,
             Self::Triad(_) => 3,
-            Self::Update { reads } => reads + 1,
-            Self::Fill => 1,
         }
     }
 }

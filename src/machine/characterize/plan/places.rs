@@ -1,6 +1,6 @@
 //! Where threads run: their order, teams of growing size, the caches and nodes that they span.
 
-use super::item::{Placement, Relation};
+use super::item::Placement;
 use crate::characterize::team::HardwareThread;
 use crate::topology::{Cache, Topology};
 
@@ -64,42 +64,6 @@ pub fn caches_spanned(topology: &Topology, team: &[HardwareThread], cache: &Cach
     }
     spanned.dedup();
     spanned.len().clamp(1, cache.count.max(1))
-}
-
-/// Pairs of the first threads of some cores, and of the first two threads of each of them, with
-/// what they share; hwloc lists cores that share a cache side by side.
-pub fn core_pairs(topology: &Topology, cores: &[usize]) -> Vec<([HardwareThread; 2], Relation)> {
-    let mut before = 0;
-    let mut first_threads = Vec::new();
-    for core in &topology.cores {
-        first_threads.push(before);
-        before += core.threads.len();
-    }
-    let cache = |core: usize| {
-        let cache = topology.caches.last()?;
-        Some(first_threads[core] / cache.shared_by.max(1))
-    };
-    let thread = |core: usize, lap: usize| {
-        let core = &topology.cores[core];
-        let index = *core.threads.get(lap)?;
-        let node = core.numa_node;
-        Some(HardwareThread { index, node })
-    };
-    let mut pairs = Vec::new();
-    for (i, &a) in cores.iter().enumerate() {
-        let siblings = thread(a, 0).zip(thread(a, 1));
-        pairs.extend(siblings.map(|(first, second)| ([first, second], Relation::Core)));
-        for &b in &cores[i + 1..] {
-            let relation = match (cache(a), topology.cores[a].package) {
-                (Some(own), _) if cache(b) == Some(own) => Relation::Cache,
-                (_, package) if topology.cores[b].package == package => Relation::Package,
-                _ => Relation::Machine,
-            };
-            let both = thread(a, 0).zip(thread(b, 0));
-            pairs.extend(both.map(|(first, second)| ([first, second], relation)));
-        }
-    }
-    pairs
 }
 
 /// Whether a team of this size with the same threads is among those given.

@@ -62,24 +62,33 @@ fn two_sockets_with_second_threads() {
     for pair in [(0, 0), (0, 1), (1, 0), (1, 1)] {
         assert!(latencies.contains(&pair), "{pair:?}");
     }
-    let tables: Vec<&str> = (plan.items.iter())
-        .filter_map(|item| match item {
-            Item::Solver {
-                solver: Solver::Spectral,
-                modes: 40,
-                sharing,
-                teams,
-            } => {
+    let tables = |wanted: Solver| -> Vec<&str> {
+        let campaigns = plan.items.iter().filter_map(|item| match item {
+            Item::Solver { campaign, teams } if campaign.points == POINTS => {
                 assert_eq!(teams.iter().map(Vec::len).collect::<Vec<_>>(), counts);
-                Some(sharing.name())
+                Some(campaign)
             }
             _ => None,
-        })
-        .collect();
-    assert_eq!(tables, ["shared", "node", "eight"]);
-    // Of 28 cores 16 hand lines to each other; nothing else is left out.
-    let of: Vec<&[Part]> = plan.missing.iter().map(|missing| missing.of).collect();
-    assert_eq!(of, [&[Part::Transfer]], "{:?}", plan.missing);
+        });
+        let of = campaigns.filter(|c| c.solver == wanted && c.modes == 40);
+        of.map(|campaign| campaign.sharing.name()).collect()
+    };
+    assert_eq!(tables(Solver::ClosedModes), ["shared", "node", "private"]);
+    assert_eq!(tables(Solver::Volterra), ["private"]);
+    assert_eq!(breadths(&plan), [1, 64, 512]);
+    assert_eq!(plan.missing, []);
+}
+
+/// Operating points per thread of closed modes where they are measured on one thread and on all.
+fn breadths(plan: &Plan) -> Vec<usize> {
+    let campaigns = plan.items.iter().filter_map(|item| match item {
+        Item::Solver { campaign, teams } if campaign.points != POINTS => {
+            assert!(campaign.modes == 40 && teams.len() <= 2);
+            (campaign.solver == Solver::ClosedModes).then_some(campaign.points)
+        }
+        _ => None,
+    });
+    campaigns.collect()
 }
 
 #[test]
@@ -140,14 +149,8 @@ fn one_core_in_a_small_container() {
         ));
         let bytes = match item {
             Item::Streams { lines, .. } => 3 * lines * LINE,
-            Item::Mixes { lines, .. } => 3 * lines * LINE,
             Item::Mountain { lines, .. } => lines * LINE,
-            Item::Latency { sizes, .. }
-            | Item::Parallel { sizes, .. }
-            | Item::Percentiles { sizes, .. } => sizes[sizes.len() - 1] * LINE,
-            Item::Operators {
-                dimension, counts, ..
-            } => 8 * dimension * dimension.next_multiple_of(8) * counts[counts.len() - 1],
+            Item::Latency { sizes, .. } => sizes[sizes.len() - 1] * LINE,
             _ => 0,
         };
         assert!(bytes <= 16 << 20, "{item:?}");
@@ -157,14 +160,13 @@ fn one_core_in_a_small_container() {
     for words in [
         "four times the last-level caches",
         "last-level cache",
-        "a table a node",
-        "MiB of tables",
+        "a table per node",
+        "64 operating points per thread",
         "loads on huge pages",
-        "nobody to load it",
-        "from core to core",
     ] {
         assert!(said.contains(words), "{words}: {said}");
     }
+    assert_eq!(breadths(&plan), [1]);
 }
 
 #[test]
@@ -190,14 +192,12 @@ fn clusters_of_a_package_are_nodes_of_their_own() {
 }
 
 #[test]
-fn sizes_grow_by_equal_ratios_in_whole_pieces() {
+fn sizes_grow_by_equal_ratios_in_whole_lines() {
     let found: Vec<u64> = sizes(8 << 10, 64 << 10, 2).collect();
     assert_eq!(
         found,
         [8192, 11_648, 16_384, 23_232, 32_768, 46_400, 65_536]
     );
-    let operators: Vec<u64> = sizes(1000, 8000, 2).collect();
-    assert_eq!(operators, [1000, 2000, 3000, 4000, 6000, 8000]);
 }
 
 /// What is not asked for is not missing.
@@ -207,7 +207,9 @@ fn parts_are_asked_for() {
     let (items, missing) = plan.clone().only(&[Part::Latency]);
     assert!(!items.is_empty() && items.iter().all(|item| item.part() == Part::Latency));
     assert!(
-        missing.iter().all(|said| !said.contains("a table a node")),
+        missing
+            .iter()
+            .all(|said| !said.contains("a table per node")),
         "{missing:?}"
     );
     let (items, missing) = plan.clone().only(&[]);
@@ -215,105 +217,5 @@ fn parts_are_asked_for() {
         (items.len(), missing.len()),
         (plan.items.len(), plan.missing.len())
     );
-    assert!(missing.iter().any(|said| said.contains("a table a node")));
-}
-
-fn transfers(plan: &Plan) -> Vec<([u32; 2], Relation)> {
-    (plan.items.iter())
-        .filter_map(|item| match item {
-            Item::Transfer { pair, relation } => Some((pair.map(|thread| thread.index), *relation)),
-            _ => None,
-        })
-        .collect()
-}
-
-#[test]
-fn lines_go_between_all_pairs_of_few_cores() {
-    let caches = "package:2 [numa] l3:2(size=36700160) core:2 pu:2";
-    let found = transfers(&planned(caches, Extent::Quick, PLENTY));
-    let of = |relation| found.iter().filter(move |(_, r)| *r == relation).count();
-    // Eight cores: 28 pairs, and the two threads of each.
-    assert_eq!(of(Relation::Core), 8);
-    assert_eq!(of(Relation::Cache), 4);
-    assert_eq!(of(Relation::Package), 8);
-    assert_eq!(of(Relation::Machine), 16);
-    assert!(found.contains(&([0, 1], Relation::Core)));
-    assert!(found.contains(&([0, 2], Relation::Cache)));
-    assert!(found.contains(&([2, 4], Relation::Package)));
-    assert!(found.contains(&([0, 14], Relation::Machine)));
-    assert!(found.iter().all(|([a, b], _)| a < b));
-}
-
-#[test]
-fn of_many_cores_near_and_far_ones_are_chosen() {
-    let plan = planned(
-        "package:2 [numa] l3:4(size=36700160) core:8 pu:2",
-        Extent::Full,
-        PLENTY,
-    );
-    let found = transfers(&plan);
-    assert_eq!(found.len(), 16 * 15 / 2 + 16);
-    for relation in Relation::VARIANTS {
-        assert!(found.iter().any(|(_, r)| r == relation), "{relation:?}");
-    }
-    let said = |m: &Missing| m.said.contains("all 64 cores: 16 were chosen");
-    assert!(plan.missing.iter().any(said), "{:?}", plan.missing);
-}
-
-#[test]
-fn one_follows_a_chain_while_all_other_cores_read() {
-    let loaded = |description: &str, limits| {
-        let plan = planned(description, Extent::Default, limits);
-        plan.items.into_iter().find_map(|item| match item {
-            Item::Loaded {
-                team, lines, array, ..
-            } => {
-                assert!((lines + array * (team.len() - 1)) * LINE <= limits.memory as usize);
-                Some(team.iter().map(|t| t.index).collect::<Vec<_>>())
-            }
-            _ => None,
-        })
-    };
-    let small = Limits {
-        memory: 32 << 20,
-        ..PLENTY
-    };
-    assert_eq!(loaded("core:3 pu:2", PLENTY), Some(vec![0, 2, 4]));
-    assert_eq!(loaded("core:1 pu:2", small), Some(vec![0, 1]));
-    let quota = Limits {
-        processors: 2,
-        ..PLENTY
-    };
-    assert_eq!(loaded("core:3 pu:2", quota), Some(vec![0, 2]));
-    assert_eq!(loaded("pu:1", PLENTY), None);
-}
-
-#[test]
-fn chains_lie_well_inside_of_every_level() {
-    let caches = "package:1 l3:1(size=67108864) l2:4(size=1048576) l1d:1(size=65536) core:1 pu:1";
-    let plan = planned(caches, Extent::Quick, PLENTY);
-    let sizes = plan.items.iter().find_map(|item| match item {
-        Item::Parallel { sizes, .. } => Some(sizes.clone()),
-        _ => None,
-    });
-    let kib: Vec<usize> = sizes
-        .unwrap()
-        .iter()
-        .map(|lines| (lines * LINE) >> 10)
-        .collect();
-    assert_eq!(kib, [32, 256, 8 << 10, 256 << 10]);
-}
-
-/// Mixes are measured on one thread and on all.
-#[test]
-fn mixes_are_measured_at_both_ends() {
-    let plan = planned("core:4 pu:2", Extent::Quick, PLENTY);
-    let teams = plan.items.iter().filter_map(|item| match item {
-        Item::Mixes { team, .. } => Some(team.len()),
-        _ => None,
-    });
-    assert_eq!(teams.collect::<Vec<_>>(), [1, 8]);
-    let plan = planned("pu:1", Extent::Quick, PLENTY);
-    let mixes = |item: &&Item| matches!(item, Item::Mixes { .. });
-    assert_eq!(plan.items.iter().filter(mixes).count(), 1);
+    assert!(missing.iter().any(|said| said.contains("a table per node")));
 }

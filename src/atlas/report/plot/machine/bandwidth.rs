@@ -1,10 +1,9 @@
-//! Bandwidth over threads, a panel a placement; and from node to node.
+//! Bandwidth over threads, a panel per placement.
 
 use super::super::axis::{Axis, range};
 use super::super::canvas::{Anchor, Canvas, INK};
 use super::super::categories::colour;
 use super::super::panel::{LABEL_SIZE, Panel};
-use super::squares::Squares;
 use super::{Curve, draw_curves, titled};
 use crate::report::plot::picture::Picture;
 use crate::store::Characteristics;
@@ -82,34 +81,4 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
 /// An axis of thread counts, whose ticks are whole.
 pub(super) fn threads(most: f64) -> Axis {
     Axis::logarithmic("threads", "1", [0.9, 1.1 * most.max(2.0)])
-}
-
-/// A square a pair of nodes; none on a machine with one.
-pub(super) fn draw_nodes(machine: &Characteristics) -> Option<Picture> {
-    let rows: Vec<_> = (machine.bandwidth.iter())
-        .filter_map(|row| Some((row.key.cpu_node?, row.key.memory_node?, row)))
-        .collect();
-    let mut cpus: Vec<u32> = rows.iter().map(|(cpu, ..)| *cpu).collect();
-    let mut memories: Vec<u32> = rows.iter().map(|(_, memory, _)| *memory).collect();
-    for nodes in [&mut cpus, &mut memories] {
-        nodes.sort_unstable();
-        nodes.dedup();
-    }
-    if memories.len() < 2 {
-        return None;
-    }
-    let mut canvas = titled(
-        "Reading memory of one node from the cores of another",
-        machine,
-    );
-    let squares = rows
-        .iter()
-        .map(|(cpu, memory, row)| (*cpu, *memory, row.figure.value));
-    let shown = Squares {
-        rows: (&cpus, "cores of"),
-        columns: (&memories, "memory of"),
-        unit: (1e-9, "read bandwidth [GB/s]"),
-    };
-    shown.draw(&mut canvas, squares.collect());
-    Some(Picture::new("machine-nodes".into(), canvas))
 }

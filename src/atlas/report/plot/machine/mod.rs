@@ -1,16 +1,10 @@
-//! Pictures of what a machine was measured to do: the memory mountain, cliffs of rotating tables,
-//! bandwidth and integrating over threads, the roofline, and where working sets lie.
+//! Pictures of what a machine was measured to do: the memory mountain, bandwidth and integrating over
+//! threads, the roofline.
 
 mod bandwidth;
-mod loaded;
-mod map;
 mod mountain;
-mod operators;
-mod parallel;
 mod roofline;
 mod solver;
-mod squares;
-mod transfer;
 
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, Colour, SOFT};
@@ -22,16 +16,10 @@ use crate::store::Characteristics;
 /// Pictures of all that was measured.
 pub fn pictures(machine: &Characteristics) -> Vec<Picture> {
     let draw = [
-        operators::draw,
         mountain::draw,
-        loaded::draw,
-        parallel::draw,
-        transfer::draw,
         bandwidth::draw,
-        bandwidth::draw_nodes,
         solver::draw,
         roofline::draw,
-        map::draw,
     ];
     draw.iter().filter_map(|draw| draw(machine)).collect()
 }

@@ -5,6 +5,7 @@ use super::super::axis::{Axis, range};
 use super::super::canvas::{Anchor, INK, SOFT};
 use super::super::categories::colour;
 use super::super::panel::{Panel, TICK_SIZE};
+use super::solver::kernel_colour;
 use super::{levels, name_ends, titled};
 use crate::report::plot::picture::Picture;
 use crate::store::Characteristics;
@@ -21,8 +22,6 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     }
     let intensities = machine.roofline.iter().map(|row| row.intensity);
     let [low, high] = range(intensities.chain(levels.iter().map(|(_, b)| peak / b)));
-    // Room left of the dense kernels for their names.
-    let low = 0.5 * low;
     let rates = machine.roofline.iter().map(|row| row.rate);
     let floor = range(rates)[0];
     let mut canvas = titled("Roofline of one thread, with the kernels on it", machine);
@@ -32,7 +31,7 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
         top: 80.0,
         bottom: 536.0,
         across: Axis::logarithmic(
-            "operations a byte of different table entries in a mesh cycle",
+            "operations per byte of different table entries in a mesh cycle",
             "op/B",
             [low / 1.6, high * 1.6],
         ),
@@ -65,11 +64,7 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
         canvas.text(at, name, TICK_SIZE, INK, anchor);
     }
     for row in &machine.roofline {
-        let number = match row.kernel.as_str() {
-            "volterra" => 3,
-            "spectral" => 0,
-            _ => 4,
-        };
+        let number = kernel_colour(&row.kernel);
         let at = panel.at(row.intensity, row.rate);
         canvas.disc(at, 4.0, colour(number));
         // The kernel's name once, with its largest number of modes.
@@ -79,12 +74,13 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
             _ => format!("{} {}", row.kernel, row.modes),
         };
         let y = at[1] + 0.35 * TICK_SIZE;
-        // The dense kernels have about the same intensity: names on different sides.
-        let (x, anchor) = match row.kernel.as_str() {
-            "fused" => (at[0] - 8.0, Anchor::End),
-            _ => (at[0] + 8.0, Anchor::Start),
-        };
-        canvas.text([x, y], &name, TICK_SIZE, colour(number), anchor);
+        canvas.text(
+            [at[0] + 8.0, y],
+            &name,
+            TICK_SIZE,
+            colour(number),
+            Anchor::Start,
+        );
     }
     name_ends(&mut canvas, &panel, names);
     Some(Picture::new("machine-roofline".into(), canvas))

@@ -1,4 +1,4 @@
-//! Depth and breadth: a cycle's time over modes on one thread, and the gain from threads.
+//! Depth and breadth: a cycle's time over modes and over operating points, and the gain from threads.
 
 use super::super::axis::{Axis, range};
 use super::super::canvas::{Anchor, Canvas, Colour, INK, SOFT};
@@ -9,127 +9,146 @@ use super::{Curve, draw_curves, logarithmic, titled};
 use crate::report::plot::picture::Picture;
 use crate::store::{Characteristics, Measurement, SolverKey};
 
-/// Modes at which the gain from threads is shown, where it was measured.
+/// Modes at which breadth is shown, where it was measured.
 const MODES: u64 = 40;
 
-/// A shade darker where every operating point has tables of its own.
-const KERNELS: [(&str, usize); 3] = [("volterra", 3), ("spectral", 0), ("fused", 4)];
+/// Width and left ends of the three panels.
+const WIDTH: f64 = 170.0;
+const LEFT: [f64; 3] = [76.0, 384.0, 690.0];
+
+type Row = Measurement<SolverKey>;
 
 pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     let modes = machine.solver.iter().map(|row| row.key.modes);
     let modes = modes.min_by_key(|modes| modes.abs_diff(MODES))?;
-    let mut canvas = titled(
-        "Depth and breadth: modes of a trajectory, threads of a campaign",
-        machine,
+    // Breadth in points is measured beside a number of points that all else has.
+    let usual = machine.solver.iter().filter(|row| row.key.modes != modes);
+    let usual = usual.map(|row| row.key.points).next();
+    let usual = usual.unwrap_or(machine.solver[0].key.points);
+    let title = "Depth and breadth: modes of a trajectory, points and threads of a campaign";
+    let mut canvas = titled(title, machine);
+    let time = |row: &Row| 1.0 / row.figure.value;
+
+    let depth = curves(machine, |row| {
+        let wanted = row.key.threads == 1 && row.key.points == usual;
+        wanted.then(|| [row.key.modes as f64, time(row)])
+    });
+    times(
+        &mut canvas,
+        LEFT[0],
+        "depth: modes, one thread",
+        "modes",
+        &depth,
     );
-    depth(&mut canvas, machine);
-    breadth(&mut canvas, machine, modes);
+
+    let breadth = curves(machine, |row| {
+        let wanted = row.key.threads == 1 && row.key.modes == modes;
+        wanted.then(|| [row.key.points as f64, time(row)])
+    });
+    let head = format!("breadth: points, {modes} modes, one thread");
+    times(&mut canvas, LEFT[1], &head, "operating points", &breadth);
+
+    let gains = curves(machine, |row| {
+        let threads = row.key.threads as f64;
+        let wanted = row.key.points == usual && row.key.modes == modes;
+        wanted.then(|| [threads, row.key.efficiency * threads])
+    });
+    gain(
+        &mut canvas,
+        &format!("breadth: threads, {modes} modes"),
+        gains,
+    );
     Some(Picture::new("machine-solver".into(), canvas))
 }
 
-/// A curve of every kernel and kind of tables, where it has places.
-fn curves(
-    machine: &Characteristics,
-    wanted: impl Fn(&Measurement<SolverKey>) -> bool,
-    place: impl Fn(&Measurement<SolverKey>) -> Option<[f64; 2]>,
-) -> Vec<Curve> {
-    let mut curves = Vec::new();
-    for (kernel, number) in KERNELS {
-        for (tables, name) in [
-            ("shared", "one table"),
-            ("node", "one a node"),
-            ("eight", "eight tables"),
-        ] {
-            let own = |row: &&Measurement<SolverKey>| {
-                row.key.kernel == kernel && row.key.tables == tables && wanted(row)
-            };
-            let places: Vec<[f64; 2]> = machine
-                .solver
-                .iter()
-                .filter(own)
-                .filter_map(&place)
-                .collect();
-            if !places.is_empty() {
-                curves.push(Curve {
-                    name: format!("{kernel}, {name}"),
-                    colour: match tables {
-                        "shared" => colour(number),
-                        _ => darker(colour(number), tables == "eight"),
-                    },
-                    places,
-                });
-            }
+/// The colour of a kernel, by its number.
+pub(super) fn kernel_colour(kernel: &str) -> usize {
+    if kernel == "volterra" { 3 } else { 0 }
+}
+
+/// A curve for each kernel and kind of copies.
+fn curves(machine: &Characteristics, place: impl Fn(&Row) -> Option<[f64; 2]>) -> Vec<Curve> {
+    let mut curves: Vec<Curve> = Vec::new();
+    for row in &machine.solver {
+        let Some(place) = place(row) else {
+            continue;
+        };
+        let name = match row.key.kernel.as_str() {
+            "volterra" => "volterra".to_owned(),
+            _ => format!("closed, {}", row.key.tables),
+        };
+        match curves.iter_mut().find(|curve| curve.name == name) {
+            Some(curve) => curve.places.push(place),
+            None => curves.push(Curve {
+                name,
+                colour: shade(colour(kernel_colour(&row.key.kernel)), &row.key.tables),
+                places: vec![place],
+            }),
         }
+    }
+    for curve in &mut curves {
+        curve.places.sort_by(|a, b| a[0].total_cmp(&b[0]));
     }
     curves
 }
 
-fn darker(Colour(r, g, b): Colour, much: bool) -> Colour {
-    let part = if much { 0.55 } else { 0.78 };
+/// Darker where nodes or threads have copies of shared tables.
+fn shade(Colour(r, g, b): Colour, tables: &str) -> Colour {
+    let part = match tables {
+        "node" => 0.75,
+        "private" => 0.55,
+        _ => 1.0,
+    };
     let dim = |channel: u8| (part * f64::from(channel)) as u8;
     Colour(dim(r), dim(g), dim(b))
 }
 
-fn depth(canvas: &mut Canvas, machine: &Characteristics) {
-    let curves = curves(
-        machine,
-        |row| row.key.threads == 1,
-        |row| Some([row.key.modes as f64, 1.0 / row.figure.value]),
-    );
-    if curves.is_empty() {
-        return;
-    }
-    let [low, high] = range(curves.iter().flat_map(|c| c.places.iter().map(|p| p[0])));
-    let panel = Panel {
-        left: 80.0,
-        right: 300.0,
-        top: 96.0,
-        bottom: 536.0,
-        across: Axis::logarithmic("modes", "1", [low / 1.15, high * 1.15]),
-        up: logarithmic("time of a mesh cycle", "s", curves.iter()),
-    };
-    panel.frame(canvas, true);
-    canvas.text(
-        [panel.left, 86.0],
-        "depth, one thread",
-        LABEL_SIZE,
-        INK,
-        Anchor::Start,
-    );
-    draw_curves(canvas, &panel, &curves);
-}
-
-fn breadth(canvas: &mut Canvas, machine: &Characteristics, modes: u64) {
-    let mut curves = curves(
-        machine,
-        |row| row.key.modes == modes,
-        |row| {
-            let threads = row.key.threads as f64;
-            Some([threads, row.key.efficiency? * threads])
-        },
-    );
-    let places = || curves.iter().flat_map(|curve| &curve.places);
-    let most = range(places().map(|place| place[0]))[1];
-    let highest = range(places().map(|place| place[1]))[1].max(most);
-    if curves.is_empty() {
-        return;
-    }
-    let across = threads(most);
-    let up = match most > 8.0 {
-        true => Axis::logarithmic("gain over one thread", "1", [0.8, 1.15 * highest]),
-        false => Axis::linear("gain over one thread", "1", [0.0, 1.1 * highest]),
-    };
-    let panel = Panel {
-        left: 560.0,
-        right: 800.0,
+fn panel(left: f64, across: Axis, up: Axis) -> Panel {
+    Panel {
+        left,
+        right: left + WIDTH,
         top: 96.0,
         bottom: 536.0,
         across,
         up,
-    };
+    }
+}
+
+fn head(canvas: &mut Canvas, panel: &Panel, text: &str) {
+    let at = [panel.left - 40.0, 86.0];
+    canvas.text(at, text, LABEL_SIZE, INK, Anchor::Start);
+}
+
+fn times(canvas: &mut Canvas, left: f64, name: &str, across: &str, curves: &[Curve]) {
+    if curves.is_empty() {
+        return;
+    }
+    let [low, high] = range(curves.iter().flat_map(|c| c.places.iter().map(|p| p[0])));
+    let across = Axis::logarithmic(across, "1", [low / 1.15, high * 1.15]);
+    let panel = panel(
+        left,
+        across,
+        logarithmic("time of a mesh cycle", "s", curves.iter()),
+    );
     panel.frame(canvas, true);
-    let title = format!("breadth, {modes} modes");
-    canvas.text([panel.left, 86.0], &title, LABEL_SIZE, INK, Anchor::Start);
+    head(canvas, &panel, name);
+    draw_curves(canvas, &panel, curves);
+}
+
+fn gain(canvas: &mut Canvas, name: &str, mut curves: Vec<Curve>) {
+    if curves.is_empty() {
+        return;
+    }
+    let places = || curves.iter().flat_map(|curve| &curve.places);
+    let most = range(places().map(|place| place[0]))[1];
+    let highest = range(places().map(|place| place[1]))[1].max(most);
+    let up = match most > 8.0 {
+        true => Axis::logarithmic("gain over one thread", "1", [0.8, 1.15 * highest]),
+        false => Axis::linear("gain over one thread", "1", [0.0, 1.1 * highest]),
+    };
+    let panel = panel(LEFT[2], threads(most), up);
+    panel.frame(canvas, true);
+    head(canvas, &panel, name);
     curves.push(Curve {
         name: "ideal".to_owned(),
         colour: SOFT,

@@ -1,8 +1,7 @@
 use super::*;
 use crate::store::{
-    ArithmeticKey, BandwidthKey, Description, Figure, GainKey, LatencyKey, LoadedKey, Measurement,
-    MountainKey, Noise, OperatorKey, ParallelKey, PercentileKey, ProgramRecord, RoofRow, SolverKey,
-    TransferKey,
+    ArithmeticKey, BandwidthKey, Description, Figure, LatencyKey, Measurement, MountainKey, Noise,
+    ProgramRecord, RoofRow, SolverKey,
 };
 use crate::topology::Cache;
 
@@ -40,14 +39,15 @@ fn machine() -> Characteristics {
             },
             figure: figure(1e10 * threads as f64),
         };
-    let solver = |kernel: &str, tables: &str, modes, threads: u64| Measurement {
+    let solver = |kernel: &str, tables: &str, [modes, points, threads]: [u64; 3]| Measurement {
         key: SolverKey {
             kernel: kernel.to_owned(),
             tables: tables.to_owned(),
             modes,
+            points,
             threads,
             table_bytes: 9000 * modes,
-            efficiency: Some(1.0),
+            efficiency: 1.0,
         },
         figure: figure(1e5 / modes as f64 * threads as f64),
     };
@@ -68,8 +68,6 @@ fn machine() -> Characteristics {
             stolen: None,
             load: None,
             scatter: None,
-            slowed: None,
-            waited: 0.0,
             quiet: false,
             remarks: Vec::new(),
         },
@@ -80,19 +78,6 @@ fn machine() -> Characteristics {
                 figure: figure(1e17 / size as f64 / stride as f64),
             })
             .collect(),
-        operators: (sizes.iter())
-            .flat_map(|&size| [("matvec", 41), ("matvec", 81), ("volterra", 81)].map(|k| (size, k)))
-            .map(|(working_set, (kernel, dimension))| Measurement {
-                key: OperatorKey {
-                    kernel: kernel.to_owned(),
-                    dimension,
-                    count: 2,
-                    working_set,
-                },
-                figure: figure(1e-12 * working_set as f64),
-            })
-            .collect(),
-        cliffs: Vec::new(),
         bandwidth: vec![
             bandwidth("compact", "read", 1, None),
             bandwidth("compact", "read", 2, None),
@@ -114,67 +99,6 @@ fn machine() -> Characteristics {
                 })
             })
             .collect(),
-        loaded: [
-            (None, 0.0, 1e-7),
-            (Some(9), 2e9, 1.1e-7),
-            (Some(0), 2e10, 3e-7),
-        ]
-        .map(|(pause, bandwidth, latency)| Measurement {
-            key: LoadedKey {
-                size: 64 << 20,
-                huge_pages: true,
-                threads: 3,
-                pause,
-                bandwidth,
-            },
-            figure: figure(latency),
-        })
-        .to_vec(),
-        percentiles: [50.0, 99.0]
-            .map(|percentile| Measurement {
-                key: PercentileKey {
-                    size: 64 << 20,
-                    huge_pages: true,
-                    percentile,
-                    batch: 32,
-                    clock: 2e-8,
-                },
-                figure: figure(1e-9 * percentile),
-            })
-            .to_vec(),
-        parallel: [(1, 1e7), (2, 2e7), (4, 3e7)]
-            .map(|(chains, rate)| Measurement {
-                key: ParallelKey {
-                    size: 64 << 20,
-                    huge_pages: true,
-                    chains,
-                },
-                figure: figure(rate),
-            })
-            .to_vec(),
-        transfer: [
-            (0, 1, "core", 2e-8),
-            (0, 2, "package", 6e-8),
-            (0, 4, "machine", 1.5e-7),
-        ]
-        .map(|(a, b, share, time)| Measurement {
-            key: TransferKey {
-                a,
-                b,
-                share: share.to_owned(),
-            },
-            figure: figure(time),
-        })
-        .to_vec(),
-        gain: vec![Measurement {
-            key: GainKey {
-                kernel: "volterra".to_owned(),
-                tables: "shared".to_owned(),
-                modes: 40,
-                threads: 2,
-            },
-            figure: figure(1.9),
-        }],
         arithmetic: vec![Measurement {
             key: ArithmeticKey {
                 isa: "avx2".to_owned(),
@@ -182,9 +106,12 @@ fn machine() -> Characteristics {
             },
             figure: figure(4e10),
         }],
-        solver: [("volterra", "shared"), ("spectral", "eight")]
+        solver: [("volterra", "private"), ("closed_modes", "shared")]
             .into_iter()
-            .flat_map(|(k, t)| [(10, 1), (40, 1), (40, 2)].map(|(n, p)| solver(k, t, n, p)))
+            .flat_map(|(kernel, tables)| {
+                [[10, 8, 1], [40, 8, 1], [40, 8, 2], [40, 64, 1]]
+                    .map(|numbers| solver(kernel, tables, numbers))
+            })
             .collect(),
         roofline: vec![RoofRow {
             kernel: "volterra".to_owned(),
@@ -203,26 +130,9 @@ fn machine() -> Characteristics {
 fn every_picture_of_a_whole_record_is_drawn_and_says_what_it_shows() {
     let drawn = pictures(&machine());
     let names: Vec<&str> = drawn.iter().map(|picture| picture.name.as_str()).collect();
-    let wanted = [
-        "operators",
-        "mountain",
-        "loaded",
-        "parallel",
-        "transfer",
-        "bandwidth",
-        "nodes",
-        "solver",
-        "roofline",
-        "map",
-    ];
+    let wanted = ["mountain", "bandwidth", "solver", "roofline"];
     assert_eq!(names, wanted.map(|name| format!("machine-{name}")));
-    let words: [&[&str]; 10] = [
-        &[
-            "product, dimension 81",
-            "volterra window",
-            "L2 2 MiB",
-            "1 MiB",
-        ],
+    let words: [&[&str]; 4] = [
         &[
             "every line",
             "every 4 KiB",
@@ -230,18 +140,19 @@ fn every_picture_of_a_whole_record_is_drawn_and_says_what_it_shows() {
             "page to page",
             "on huge pages",
             "read bandwidth [GB/s]",
+            "L2 2 MiB",
+            "1 MiB",
         ],
-        &[
-            "3 threads reading",
-            "a chain of loads through 64.0 MiB, huge pages",
-        ],
-        &["chains [–]", "64.0 MiB"],
-        &["thread 4", "150.0", "20.0", "median time [ns]"],
         &["threads [–]", "nodes in turn"],
-        &["cores of 0", "memory of 1", "20.0"],
-        &["volterra, one table", "spectral, eight tables", "ideal"],
+        &[
+            "depth: modes, one thread",
+            "breadth: points, 40 modes, one thread",
+            "breadth: threads, 40 modes",
+            "volterra",
+            "closed, shared",
+            "ideal",
+        ],
         &["avx2", "memory", "volterra 40"],
-        &["operator of dimension 41", "volterra, 40 modes", "L1"],
     ];
     for (picture, words) in drawn.iter().zip(words) {
         let svg = picture.svg().unwrap();
@@ -262,12 +173,8 @@ fn every_picture_of_a_whole_record_is_drawn_and_says_what_it_shows() {
 fn a_record_without_figures_has_no_pictures() {
     let mut empty = machine();
     empty.mountain.clear();
-    empty.operators.clear();
     empty.bandwidth.clear();
     empty.latency.clear();
-    empty.loaded.clear();
-    empty.parallel.clear();
-    empty.transfer.clear();
     empty.solver.clear();
     empty.roofline.clear();
     assert_eq!(pictures(&empty), []);

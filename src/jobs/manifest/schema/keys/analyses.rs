@@ -202,13 +202,4 @@ pub(super) const KEYS: &[Key] = &[
         .about("Mesh cycles measured. With v vectors each keeps v(v + 1)/2 numbers in memory, 1 GiB at most in all."),
     integer("analyses.covariant.align", 1.0, MANY, "500").or("200")
         .about("Mesh cycles discarded at either end, in which the vectors turn into their directions."),
-    table("analyses.cycle_expansion").otherwise(ABSENT)
-        .about("Averages over the unstable periodic orbits of chaotic motion beside averages over time \
-                (cycle_expansion.parquet). Needs `analyses.lyapunov`."),
-    integer("analyses.cycle_expansion.longest", 1.0, 16.0, "10").or("8")
-        .about("Longest period of the orbits, in mesh cycles: the last order of the expansions."),
-    integer("analyses.cycle_expansion.guesses", 1.0, 1e6, "5000").or("2000")
-        .about("Most Newton searches for each period; they end sooner where a doubling of them finds no orbit more."),
-    integer("analyses.cycle_expansion.cycles", 100.0, 1e6, "100000").or("50000")
-        .about("Mesh cycles of motion that first guesses are taken from; they stay in memory."),
 ];
