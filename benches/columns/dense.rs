@@ -3,8 +3,8 @@
 
 use crate::rounds::{Contender, race};
 use crate::{COLUMNS, told};
-use gearatlas::propagate::Operator;
 use faer::Mat;
+use gearatlas_paper::kernels::Operator;
 use multiversion::multiversion;
 use serde_json::{Value, json};
 

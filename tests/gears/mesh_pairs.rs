@@ -4,13 +4,13 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use crate::common;
+use common::advance::{Events, advance, advance_with, volterra};
+use common::relative_difference;
 use gearatlas::analysis::{EnergyAudit, Nvh};
 use gearatlas::manifest;
 use gearatlas::model::{InitialState, Model};
 use gearatlas::reference::Extended;
 use gearatlas::store::{ResultTable, TableKind};
-use common::advance::{Events, advance, advance_with, volterra};
-use common::relative_difference;
 use std::path::Path;
 use std::process::Command;
 
@@ -182,13 +182,6 @@ fn what_pairs_do_not_take_is_said() {
     // A misalignment of 0 is none.
     let straight = manifest(&format!("{pairs}\nmisalignment = 0"), "");
     assert!(manifest::parse(&straight, "m.toml", Path::new("")).is_ok());
-    let tables = manifest(&format!("{pairs}\ncoast_flank = \"same_line\""), "")
-        .replace("kernel = \"volterra\"", "kernel = \"dyadic\"");
-    let said = format!(
-        "{:?}",
-        manifest::parse(&tables, "m.toml", Path::new("")).unwrap_err()
-    );
-    assert!(said.contains("springs of their own"), "{said}");
 }
 
 /// Sixteen springs are as many as there may be, and as many as there are with four slices of two pairs.
