@@ -1,8 +1,9 @@
 //! Why a measurement gives no figure.
 
 use crate::model::ModelError;
-use crate::propagate::{DenseError, Stop};
+use crate::propagate::Stop;
 use crate::shaft::ShaftError;
+use gearatlas_paper::kernels::DenseError;
 use std::io;
 use thiserror::Error;
 

@@ -7,9 +7,10 @@ use super::measured::Measured;
 use super::plan::Mesh;
 use super::team::{self, HardwareThread, Pace, Worked};
 use crate::model::{OperatingPoint, TrajectoryState};
-use crate::propagate::{Counters, Kernel, Operator, Volterra};
+use crate::propagate::{Counters, Kernel, Volterra};
 use crate::topology::Topology;
 use faer::Mat;
+use gearatlas_paper::kernels::Operator;
 use std::time::Duration;
 
 /// How long a repetition takes, about.

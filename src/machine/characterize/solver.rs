@@ -12,8 +12,9 @@ use super::plan::{Mesh, Sharing, Solver};
 use super::tables::{BuiltTables, LocalTables};
 use super::team::{self, HardwareThread, Pace};
 use crate::model::{Model, OperatingPoint, TrajectoryState};
-use crate::propagate::{Counters, Fused, KeptTables, Kernel, Spectral, Stop, Volterra};
+use crate::propagate::{Counters, KeptTables, Kernel, Stop, Volterra};
 use crate::topology::Topology;
+use gearatlas_paper::kernels::{Fused, Spectral, TableSize};
 
 /// Unit steps of the dense tables, as published.
 const CELLS: u32 = 60;
@@ -56,7 +57,7 @@ impl TableKernel for Volterra<'_> {
 }
 
 /// Work of a kernel with dense operators, all of the same size but few.
-fn of_operators(size: crate::propagate::TableSize, counted: &Counters) -> Work {
+fn of_operators(size: TableSize, counted: &Counters) -> Work {
     let products = counted.matvecs as f64 / counted.cycles as f64;
     let operator = size.bytes as f64 / size.operators.max(1) as f64;
     Work {

@@ -8,7 +8,8 @@ use super::buffer::{Buffer, LANES, Line};
 use super::error::MeasurementError;
 use super::memory;
 use super::plan::Solver;
-use crate::propagate::{DenseError, KeptTables, TableArray};
+use crate::propagate::{KeptTables, TableArray};
+use gearatlas_paper::kernels::DenseError;
 
 /// Tables as they were built, for every kernel and number of modes.
 #[derive(Debug, Default)]
@@ -83,7 +84,7 @@ mod tests {
             .of(Solver::Fused, 4, || Ok(built.clone()))
             .unwrap();
         let again = |built_tables: &mut BuiltTables, modes| {
-            let fails = || Err(DenseError::Kept { name: "none" });
+            let fails = || Err(DenseError::Overdamped);
             built_tables
                 .of(Solver::Fused, modes, fails)
                 .map(<[_]>::to_vec)
