@@ -13,15 +13,11 @@
 // A bench may print, and end on an unwrap, as a test may.
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
-// The clock of the C library.
-#[allow(unsafe_code)]
-#[path = "peers/src/clock.rs"]
-mod clock;
 #[path = "../tests/common/mod.rs"]
 mod common;
 #[path = "columns/dense.rs"]
 mod dense;
-#[path = "ladder/rounds.rs"]
+#[path = "columns/rounds.rs"]
 mod rounds;
 #[allow(dead_code)]
 #[path = "cycle/scenes.rs"]

@@ -4,7 +4,7 @@
 use crate::rounds::{Contender, race};
 use crate::{COLUMNS, told};
 use faer::Mat;
-use gearatlas::propagate::Operator;
+use gearatlas_paper::kernels::Operator;
 use multiversion::multiversion;
 use serde_json::{Value, json};
 

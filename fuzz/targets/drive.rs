@@ -8,7 +8,7 @@ use super::{WRONG, right};
 use gearatlas::analysis::{Class, PointOutcome, Status, investigate_onward};
 use gearatlas::manifest::{ManifestText, PointSpec, StiffnessSpec};
 use gearatlas::model::{Model, TrajectoryState};
-use gearatlas::propagate::{Kernel, Spectral, Volterra};
+use gearatlas::propagate::{ClosedModes, InstructionSet, Kernel, Volterra};
 use gearatlas::store::TableStore;
 use gearatlas::sweep::Parts;
 use std::sync::atomic::AtomicBool;
@@ -31,7 +31,6 @@ pub const BASES: [&str; 12] = [
 
 const TRANSIENT: u64 = 60;
 const CYCLES: u64 = 120;
-const CELLS: u32 = 30;
 const EVENT_LIMIT: u32 = 1000;
 
 /// Windows of a mesh cycle, and modes, that are waited for.
@@ -87,12 +86,12 @@ fn computed(point: &PointSpec) {
         row.class,
         Some(Class::SteadyContact(Some(_)) | Class::Periodic(_))
     );
-    if let Ok(spectral) = Spectral::new(&model, CELLS, EVENT_LIMIT, None)
+    if let Ok(closed_modes) = ClosedModes::new(&model, EVENT_LIMIT, InstructionSet::best())
         && repeats
     {
-        let again = investigated(&model, &spectral, &mut trajectory);
+        let again = investigated(&model, &closed_modes, &mut trajectory);
         if let Some(how) = differs(&row, &again, model.half_gap) {
-            panic!("{WRONG}spectral: {how}");
+            panic!("{WRONG}closed_modes: {how}");
         }
     }
     right(trajectory.state.iter().all(|x| x.is_finite()), || {

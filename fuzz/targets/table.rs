@@ -12,7 +12,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;
 
-/// A model, and a table of its bases.
+/// A model, and a table of its systems.
 struct Truth {
     model: Model,
     bytes: Vec<u8>,
@@ -24,9 +24,9 @@ static TRUTH: LazyLock<Truth> = LazyLock::new(|| {
     let here = empty("tables-of-truth");
     let store = TableStore::open(&here);
     let model = (Parts::new(TableStore::open(&here)).model(&job.points.at(0))).expect("a model");
-    let fetched = (store.kernel_table(KernelTable::Bases, &model)).expect("tables");
+    let fetched = (store.kernel_table(KernelTable::Systems, &model)).expect("tables");
     Truth {
-        bytes: fs::read(store.kernel_table_path(KernelTable::Bases, &model)).expect("its file"),
+        bytes: fs::read(store.kernel_table_path(KernelTable::Systems, &model)).expect("its file"),
         numbers: numbers(&fetched.table),
         model,
     }
@@ -47,13 +47,13 @@ fn numbers(table: &MappedTable) -> Vec<(String, Vec<u64>)> {
 pub fn table(data: &[u8]) {
     let here = empty("tables");
     let store = TableStore::open(&here);
-    let path = store.kernel_table_path(KernelTable::Bases, &TRUTH.model);
+    let path = store.kernel_table_path(KernelTable::Systems, &TRUTH.model);
     put(&path, data);
     look(&path);
     right(store.entries().is_ok(), || {
         "a folder that cannot be listed".into()
     });
-    let fetched = (store.kernel_table(KernelTable::Bases, &TRUTH.model)).expect("tables");
+    let fetched = (store.kernel_table(KernelTable::Systems, &TRUTH.model)).expect("tables");
     right(numbers(&fetched.table) == TRUTH.numbers, || {
         format!("{:?}: other numbers", fetched.origin)
     });
@@ -62,7 +62,7 @@ pub fn table(data: &[u8]) {
 /// A table whose checksums are made to fit whatever its bytes are.
 pub fn sealed(data: &[u8]) {
     let here = empty("tables");
-    let path = TableStore::open(&here).kernel_table_path(KernelTable::Bases, &TRUTH.model);
+    let path = TableStore::open(&here).kernel_table_path(KernelTable::Systems, &TRUTH.model);
     put(&path, &with_checksums(data).unwrap_or_default());
     look(&path);
 }

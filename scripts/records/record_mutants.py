@@ -24,9 +24,9 @@ from mutant_switches import SWITCH, Switched, listed
 
 # Integration tests that hold a module, beside the unit tests in it, quick ones first.
 TESTS = {
-    "numerics": ["golden", "repeated_modes", "volterra", "exponents", "events", "ladder_fused"],
+    "numerics": ["golden", "volterra", "exponents", "events"],
     "model": ["golden", "dynamics", "events", "coast_flank", "bearing_forces", "reference", "mesh_pairs", "trains", "release", "mesh_course"],
-    "propagate": ["golden", "volterra", "stepping", "events", "kernel_tables", "ladder_fused", "ladder", "grazing", "release", "mesh_pairs", "mesh_course"],
+    "propagate": ["golden", "volterra", "stepping", "events", "kernel_tables", "grazing", "release", "mesh_pairs", "mesh_course"],
     "analysis": [
         *["golden", "analysis", "nvh", "orbits", "exponents", "settling", "nvh_stop", "horizon", "trace", "contact_jumps"],
         *["continuation", "followed", "multistability", "sensitivity"],
@@ -36,7 +36,7 @@ TESTS = {
         *["flank_points", "tooth_errors", "losses", "helical"],
     ],
     "shaft": [
-        *["golden", "structure_published", "repeated_modes", "helical_shafts", "trains", "structure_reference"],
+        *["golden", "structure_published", "helical_shafts", "trains", "structure_reference"],
         *["mesh_structure", "tiers"],
     ],
 }

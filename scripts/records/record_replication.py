@@ -228,42 +228,17 @@ def misalignment(run: Runner) -> dict:
 
 def drift(run: Runner) -> dict:
     """A misalignment that drifts over five slices, against the same length on one of them."""
-    found = {}
-    for kernel in ("volterra", "spectral"):
-        changes = ["mesh.shaft_tilt="]
-        if kernel == "spectral":
-            # Tables know one line of action, and an error of loaded flanks as harmonics.
-            changes += [
-                'run.kernel="spectral"', 'mesh.coast_flank="same_line"',
-                "excitation.table_harmonics=6",
-            ]  # fmt: skip
-        still = 'grid."mesh.misalignment"={values=["0.1 mrad","0.1000001 mrad","0.1000002 mrad","0.1000003 mrad","0.1000004 mrad"]}'
-        times = {"drifting": [], "still": []}
-        for _ in range(3):
-            for name, more in {"drifting": [], "still": [still]}.items():
-                points, _ = run.points(
-                    "misalignment-drift.toml", [*changes, *more], ["--threads", "1"]
-                )
-                simulated = (points["cycles"] * 2 * np.pi / (20 * NOMINAL)).sum()
-                times[name].append(simulated / points["wall_time"].sum())
-        found[kernel] = {name: median(values) for name, values in times.items()}
-    return found
-
-
-def friction(run: Runner) -> dict:
-    """Constant contact with friction: RMS by fused cycles and by small steps of 100 ns."""
-    changes = [
-        'mesh.coast_flank="same_line"', "mesh.friction=0.1", "grid.load=1.0", 'grid.speed="600 rad/s"',
-        "run.settle=false", "run.cycles=200",
-    ]  # fmt: skip
-    rms = {}
-    for kernel in ("fused", "stepping"):
-        more = ["run.steps=5236"] if kernel == "stepping" else []
-        points, _ = run.points(
-            "flex80.toml", [*changes, f'run.kernel="{kernel}"', *more]
-        )
-        rms[kernel] = points["deflection_rms"].iloc[0]
-    return {"rms": rms, "difference": abs(rms["fused"] / rms["stepping"] - 1)}
+    changes = ["mesh.shaft_tilt="]
+    still = 'grid."mesh.misalignment"={values=["0.1 mrad","0.1000001 mrad","0.1000002 mrad","0.1000003 mrad","0.1000004 mrad"]}'
+    times = {"drifting": [], "still": []}
+    for _ in range(3):
+        for name, more in {"drifting": [], "still": [still]}.items():
+            points, _ = run.points(
+                "misalignment-drift.toml", [*changes, *more], ["--threads", "1"]
+            )
+            simulated = (points["cycles"] * 2 * np.pi / (20 * NOMINAL)).sum()
+            times[name].append(simulated / points["wall_time"].sum())
+    return {"volterra": {name: median(values) for name, values in times.items()}}
 
 
 def threads(run: Runner) -> dict:
@@ -377,7 +352,7 @@ def main(folder: Path) -> None:
             for variant in VARIANTS:
                 record[case.__name__][variant] = case(run, variant)
                 print(f"{case.__name__}, {variant}", flush=True)
-        for case in (misalignment, drift, friction, threads):
+        for case in (misalignment, drift, threads):
             record[case.__name__] = case(run)
             print(case.__name__, flush=True)
         record |= modal_data()

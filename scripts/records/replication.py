@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes the tables of docs/replication.md: the paper's figures beside those of the records `ladder`
 (scripts/record ladder), `replication` (scripts/record replicate), `machine` (scripts/record machine-peers) and `verify` (scripts/record verify) under
-benches/runs/.
+benches/runs/. The paper's kernels are those of the program atlas-paper.
 
     .venv/bin/python scripts/records/replication.py           rewrites the tables
     .venv/bin/python scripts/records/replication.py --check   status 1 where the page says something else
@@ -65,6 +65,11 @@ def load(kind: str, file: str) -> dict:
 def link(kind: str, file: str = "summary.md") -> str:
     folder = the(kind).name
     return f"[{folder}](../benches/runs/{folder}/{file})"
+
+
+def checked() -> str:
+    """The record with the checks of the paper's kernels: beside the ladder, or among those of `atlas verify`."""
+    return "ladder" if (the("ladder") / "verify.json").exists() else "verify"
 
 
 class Rows:
@@ -148,7 +153,7 @@ def kernels() -> list[str]:
         rows.add("Table 4", f"condition, {name}, displacements and velocities as they are", "1", theirs, plain[key], ours_plain, ours_plain)
         rows.add("Table 4", f"condition, {name}, in the kernel's coordinates", "1", theirs, hard["condition"][at], scaled)
     rows.add("Table 4", "reconstruction", "1", 1.5e-11, max(hard["reconstruction"]), "Eigenvectors are corrected twice to first order.")
-    for line in (line for check in load("verify", "verify.json")["checks"] if check["check"] == "cycle" for line in check["lines"]):
+    for line in (line for check in load(checked(), "verify.json")["checks"] if check["check"] == "cycle" for line in check["lines"]):
         kernel, _, what = line["what"].partition(": ")
         if kernel in ("dyadic", "hermite", "spectral", "fused") and what.startswith("times of"):
             rows.add(
@@ -185,7 +190,7 @@ def kernels() -> list[str]:
     )  # fmt: skip
     return [
         f"From {link('ladder')}; conditions in the paper's coordinates from "
-        f"{link('replication', 'record.json')}, times of events from {link('verify', 'verify.json')}.",
+        f"{link('replication', 'record.json')}, times of events from {link(checked(), 'verify.json')}.",
         "",
         *rows.table(),
     ]
@@ -196,8 +201,11 @@ def memory() -> list[str]:
     machine, ladder = load("machine", "machine.json"), load("ladder", "raw.json")
     threads = load("replication", "record.json")["threads"]
     rows = Rows()
-    products = [o for o in machine["operators"] if o["kernel"] == "matvec"]
-    time = {n: sorted((o["working_set"], 1e6 * o["figure"]["value"]) for o in products if o["dimension"] == n) for n in (31, 41, 81)}
+    if "products" in ladder:
+        products = [(p["dimension"], p["bytes"], 1e-3 * p["ns"]) for p in ladder["products"]]
+    else:
+        products = [(o["dimension"], o["working_set"], 1e6 * o["figure"]["value"]) for o in machine["operators"] if o["kernel"] == "matvec"]
+    time = {n: sorted((size, taken) for of, size, taken in products if of == n) for n in (31, 41, 81)}
     newer = "Wider vectors, larger caches of a core."
     for n, theirs in [(31, 3.16), (41, 3.7), (81, 10.7)]:
         of_table = min(time[n], key=lambda at: abs(at[0] - 120 * 8 * n * n))[1]
@@ -216,7 +224,7 @@ def memory() -> list[str]:
         s["threads"]: s["figure"]["value"]
         for s in machine["solver"]
         if (s["kernel"], s["tables"], s["modes"]) == ("spectral", "shared", 40)
-    }
+    } or {int(count): rates["spectral"] for count, rates in ladder["threads"].items()}
     rows.add(
         "Figure 5c", f"`spectral` on one shared table, share of proportion (56 threads there, {max(solver)} here)", "1", 26.5 / 56,
         solver[max(solver)] / solver[1] / max(solver), above="Few cores, and the table lies in the last-level cache.",
@@ -299,7 +307,12 @@ def motion() -> list[str]:
     add("App. E", f"{sparse}: growth of a kick in each return", "1", "2.61", "six", lambda r: r["sparse"]["kick_after"])
 
     rows = Rows()
-    askew, drift, friction = record["misalignment"], record["drift"], record["friction"]
+    # The paper's kernels are timed by scripts/record ladder.
+    ladder = load("ladder", "raw.json")
+    askew, drift = record["misalignment"], dict(record["drift"])
+    friction = ladder.get("friction") or record["friction"]
+    if "drift" in ladder:
+        drift["spectral"] = ladder["drift"]
     softer = "Slices of the face support one another here: less of it bears."
     rows.add("2", "`misalignment.toml`, 1 mrad, 50 N m: mean stiffness by the table", "%", -42, 100 * askew["table"], above=softer)
     rows.add("2", "the same with shafts that give way", "%", -41, 100 * askew["loop"], above=softer)

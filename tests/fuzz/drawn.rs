@@ -284,7 +284,7 @@ impl Drawn {
              [mesh]\nhalf_gap = {:e}\nfriction = {:e}\ncontact_damping = \"{:e} N*s/m\"\n{}\
              [excitation]\ntransmission_error = [{}]\ntorque_ripple = [{}]\n\
              [grid]\nload = {:e}\nspeed = {:e}\n\
-             [run]\ntransient = {}\ncycles = {}\ncells = {}\nkernel = \"{kernel}\"\ninitial = {start}\n\
+             [run]\ntransient = {}\ncycles = {}\nkernel = \"{kernel}\"\ninitial = {start}\n\
              [analyses]\nlyapunov = {{}}\nnvh = {{}}\n",
             if d.friction > 0.0 { GEAR } else { "" },
             d.half_gap,
@@ -295,14 +295,9 @@ impl Drawn {
             ripples.join(", "),
             point.load,
             point.speed,
-            crate::fuzz_drives::TRANSIENT,
-            crate::fuzz_drives::CYCLES,
-            crate::fuzz_drives::CELLS,
+            crate::random_drives::TRANSIENT,
+            crate::random_drives::CYCLES,
         );
-        let manifest = match kernel {
-            "volterra" => manifest.replace(&format!("cells = {}\n", crate::fuzz_drives::CELLS), ""),
-            _ => manifest,
-        };
         [manifest, modal]
     }
 }

@@ -182,13 +182,6 @@ fn what_pairs_do_not_take_is_said() {
     // A misalignment of 0 is none.
     let straight = manifest(&format!("{pairs}\nmisalignment = 0"), "");
     assert!(manifest::parse(&straight, "m.toml", Path::new("")).is_ok());
-    let tables = manifest(&format!("{pairs}\ncoast_flank = \"same_line\""), "")
-        .replace("kernel = \"volterra\"", "kernel = \"dyadic\"");
-    let said = format!(
-        "{:?}",
-        manifest::parse(&tables, "m.toml", Path::new("")).unwrap_err()
-    );
-    assert!(said.contains("springs of their own"), "{said}");
 }
 
 /// Sixteen springs are as many as there may be, and as many as there are with four slices of two pairs.

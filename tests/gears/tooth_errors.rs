@@ -9,7 +9,7 @@ use common::relative_difference;
 use gearatlas::gear::{Modification, Plane};
 use gearatlas::manifest;
 use gearatlas::model::{InitialState, Model};
-use gearatlas::propagate::{Dyadic, Fused, Hermite, Kernel, Spectral, Stepping};
+use gearatlas::propagate::{ClosedModes, InstructionSet, Kernel, Stepping};
 use gearatlas::reference::Extended;
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -93,16 +93,10 @@ fn kernels_follow_fractional_turns() {
     fn after<K: Kernel>(kernel: &K, start: &gearatlas::model::TrajectoryState) -> Vec<f64> {
         advance(kernel, start, 1).state
     }
-    let dyadic = Dyadic::new(&model, 60, 1000).unwrap();
-    let hermite = Hermite::new(&model, 60, 1000).unwrap();
-    let spectral = Spectral::new(&model, 60, 1000, None).unwrap();
-    let fused = Fused::new(&model, 60, 1000).unwrap();
+    let closed_modes = ClosedModes::new(&model, 1000, InstructionSet::best()).unwrap();
     let exact_kernels = [
         ("volterra", off(&after(&volterra(&model), &start))),
-        ("dyadic", off(&after(&dyadic, &start))),
-        ("hermite", off(&after(&hermite, &start))),
-        ("spectral", off(&after(&spectral, &start))),
-        ("fused", off(&after(&fused, &start))),
+        ("closed_modes", off(&after(&closed_modes, &start))),
     ];
     for (name, off) in exact_kernels {
         println!("{name}: {off:.1e}");

@@ -90,32 +90,6 @@ golden! {
         "run.transient=2", "run.cycles=10", "run.settle=false", "mesh.release=force", "analyses.poincare.samples=3",
         "analyses.lyapunov={align=2}",
     ];
-    dyadic: "run manifests/tiers/torsional.toml" [
-        "run.kernel=dyadic", "run.cells=40", "grid.load=0.3", "run.transient=2", "run.cycles=10",
-        "run.settle=false", "mesh.coast_flank=same_line", "analyses.poincare.samples=3",
-        "analyses.lyapunov={align=2}",
-    ];
-    hermite: "run manifests/tiers/translational.toml" [
-        "run.kernel=hermite", "grid.load=0.3", "grid.speed=1400", "run.transient=2",
-        "run.cycles=10", "run.settle=false", "mesh.coast_flank=same_line", "analyses.poincare.samples=3",
-        "analyses.lyapunov={align=2}",
-    ];
-    spectral: "run manifests/tiers/translational.toml" [
-        "run.kernel=spectral", "grid.load=0.3", "grid.speed=1200", "run.transient=2",
-        "run.cycles=10", "run.settle=false", "mesh.coast_flank=same_line",
-        r#"excitation.torque_ripple=[{shaft="pinion",order=2,amplitude="3 N*m"}]"#, "analyses.poincare.samples=3",
-        "analyses.lyapunov={align=2}",
-    ];
-    event_grid: "run manifests/tiers/torsional.toml" [
-        "run.kernel=spectral", "run.event_grid=64", "grid.load=0.3", "run.transient=2",
-        "run.cycles=10", "run.settle=false", "mesh.coast_flank=same_line", "analyses.poincare.samples=3",
-        "analyses.lyapunov={align=2}",
-    ];
-    fused: "run manifests/tiers/tilting.toml" [
-        "run.kernel=fused", "grid.load=0.3", "grid.speed=1200", "run.transient=2",
-        "run.cycles=10", "run.settle=false", "mesh.coast_flank=same_line", "analyses.poincare.samples=3",
-        "analyses.lyapunov={align=2}",
-    ];
     table: "run manifests/flex80-table.toml" [
         "model.retained=20", "grid.load=0.3", "grid.speed=1200", "run.transient=2", "run.cycles=10",
         "run.settle=false", "mesh.segments=12", "excitation.table_harmonics=3",
@@ -272,12 +246,6 @@ golden! {
         "mesh.friction=0.05", r#"excitation.torque_ripple=[{shaft="pinion",order=20,amplitude="1 N*m",phase=0.3}]"#,
         "run.transient=50", "run.cycles=320",
     ];
-    ripple_fused: "run manifests/tiers/translational.toml" [
-        "run.kernel=fused", "grid.load=0.3", "grid.speed=1200", "run.transient=2", "run.cycles=8",
-        "run.settle=false", "analyses.lyapunov={align=2}", "analyses.poincare.samples=3",
-        "mesh.coast_flank=same_line", r#"excitation.torque_ripple=[{shaft="wheel",order=1.5,amplitude="3 N*m"}]"#,
-        "mesh.friction=0.1",
-    ];
     repeated: "run manifests/tiers/tilting.toml" [
         "grid.load=0.3", "grid.speed=1200", "model.gyroscopic=true", r#"shafts.bearings.y="1.25e8 N/m""#,
         r#"shafts.pinion.diameter="24 mm""#, r#"shafts.wheel.diameter="24 mm""#, "gear.teeth=[25,25]",
@@ -310,15 +278,5 @@ golden! {
     ];
     sensitivity_continuous: "sensitivity manifests/tiers/torsional.toml --point load=1,speed=400" [
         "mesh.stiffness=continuous", "mesh.segments=", "analyses.lyapunov={}",
-    ];
-    dyadic_continuous: "run manifests/tiers/torsional.toml" [
-        "run.kernel=dyadic", "mesh.stiffness=continuous", "mesh.segments=",
-        "mesh.coast_flank=same_line", "grid.load=0.3", "grid.speed=1200", "run.transient=2", "run.cycles=8",
-        "run.settle=false", "analyses.lyapunov={align=2}", "analyses.poincare.samples=3",
-    ];
-    hermite_continuous: "run manifests/tiers/torsional.toml" [
-        "run.kernel=hermite", "mesh.stiffness=continuous", "mesh.segments=",
-        "mesh.coast_flank=same_line", "grid.load=0.3", "grid.speed=1200", "run.transient=2", "run.cycles=8",
-        "run.settle=false", "analyses.lyapunov={align=2}", "analyses.poincare.samples=3",
     ];
 }

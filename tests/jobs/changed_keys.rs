@@ -132,11 +132,11 @@ fn a_portable_job_started_without_its_variable_says_what_to_type() {
 #[test]
 fn keys_are_taken_out() {
     let place = Place::new(OSCILLATOR);
-    let stepping = ["check", "m.toml", "--set", "run.kernel=stepping"];
-    let exact = "--set=run.cells=60";
-    let told = stderr(&place.atlas(&[&stepping[..], &[exact]].concat()));
+    let exact = ["check", "m.toml", "--set", "run.kernel=volterra"];
+    let steps = "--set=run.steps=64";
+    let told = stderr(&place.atlas(&[&exact[..], &[steps]].concat()));
     assert!(told.contains("no effect"), "{told}");
-    let output = place.atlas(&[&stepping[..], &[exact, "--set", "run.cells="]].concat());
+    let output = place.atlas(&[&exact[..], &[steps, "--set", "run.steps="]].concat());
     assert_eq!(status(&output), 0, "{}", stderr(&output));
     let output = place.atlas(&["check", "m.toml", "--set", "run.steps="]);
     assert_eq!(status(&output), 2);

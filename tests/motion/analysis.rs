@@ -16,8 +16,8 @@ use gearatlas::model::{
 };
 use gearatlas::numerics::random::PointSeed;
 use gearatlas::propagate::{
-    ClosedContact, Counters, Event, Interruptible, Kernel, Observer, Spectral, Stepping, Stop,
-    Tangents, Volterra, Window,
+    ClosedContact, ClosedModes, Counters, Event, InstructionSet, Interruptible, Kernel, Observer,
+    Stepping, Stop, Tangents, Volterra, Window,
 };
 use gearatlas::reference::Reference;
 use gearatlas::structure::ModalStructure;
@@ -552,11 +552,11 @@ fn a_start_out_of_range_is_told_as_such() {
         let called_off = AtomicBool::new(false);
         investigate(model, kernel, start, &questions(10, 50), &called_off).unwrap()
     }
-    let spectral = Spectral::new(&model, 60, 1000, None).unwrap();
+    let closed_modes = ClosedModes::new(&model, 1000, InstructionSet::best()).unwrap();
     let stepping = Stepping::new(&model, 400, 1000);
     let far = [
         put(&model, &volterra(&model), start(1e10)),
-        put(&model, &spectral, start(-1e10)),
+        put(&model, &closed_modes, start(-1e10)),
         put(&model, &stepping, start(1e7)),
     ];
     for (outcome, said) in far.iter().zip(["1.0e10", "1.0e10", "1.0e7"]) {
@@ -567,7 +567,7 @@ fn a_start_out_of_range_is_told_as_such() {
             "{reason}"
         );
     }
-    let near = put(&model, &spectral, start(1e3));
+    let near = put(&model, &closed_modes, start(1e3));
     assert!(
         near.cycles > 0 && !near.reason.contains("run.initial"),
         "{near:?}"
@@ -680,11 +680,11 @@ fn an_integration_ends_within_the_cycle_in_which_it_is_called_off() {
     for (name, case) in drives() {
         let model = common::model(&case);
         let small = Stepping::new(&model, 4000, 1000);
-        let spectral = Spectral::new(&model, 64, 1000, None).unwrap();
+        let closed_modes = ClosedModes::new(&model, 1000, InstructionSet::best()).unwrap();
         let cycles = [
             cut_short(&model, &volterra(&model)),
             cut_short(&model, &small),
-            cut_short(&model, &spectral),
+            cut_short(&model, &closed_modes),
         ];
         for [shown, whole] in cycles {
             assert!(shown == 3 && whole > 3, "{name}: {shown} of {whole}");

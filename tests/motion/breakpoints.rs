@@ -35,11 +35,9 @@ fn every_kernel_passes_breakpoints_that_nearly_coincide() {
                 };
                 taken += usize::from(passes(case));
             }
-            // Tables hold one line of constant levels, closed modes constant levels of any.
+            // Closed modes hold constant levels.
             let levels = [Of::Levels, Of::Flanks, Of::Further].contains(&of);
-            let takes = of == Of::Levels
-                || ["volterra", "stepping"].contains(name)
-                || (*name == "closed_modes" && levels);
+            let takes = ["volterra", "stepping"].contains(name) || levels;
             assert_eq!(taken > 0, takes, "{name} {of:?}");
             assert!(!takes || taken == distances().count(), "{name} {of:?}");
         }

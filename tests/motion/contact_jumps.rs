@@ -4,60 +4,12 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use crate::leaps::{agrees, loaded, skip};
 use common::advance::{advance, advance_with, mean_equilibrium, volterra};
-use common::{Case, state_difference};
-use gearatlas::analysis::ContactJumps;
-use gearatlas::model::{Division, InitialState, Model, TrajectoryState};
-use gearatlas::propagate::{Counters, Fused, Kernel, Spectral};
+use common::state_difference;
+use gearatlas::model::{Division, InitialState};
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
-
-const CELLS: u32 = 60;
-
-/// The drive below its resonance, with little error, under a load that keeps it in contact.
-fn loaded(mut case: Case) -> Case {
-    (case.2.load, case.2.speed) = (3.0, 400.0);
-    for harmonic in &mut case.1.transmission_error {
-        harmonic.amplitude *= 0.2;
-    }
-    case
-}
-
-/// Skips cycles as a trace does; with it goes how many were jumped.
-fn skip<K: Kernel>(
-    model: &Model,
-    kernel: &K,
-    start: &TrajectoryState,
-    cycles: u64,
-) -> (TrajectoryState, u64) {
-    let mut jumps = ContactJumps::new(model);
-    let mut workspace = kernel.workspace();
-    let (mut trajectory, mut counters) = (start.clone(), Counters::default());
-    let (mut left, mut jumped) = (cycles, 0);
-    while left > 0 {
-        let leap = jumps.jump(kernel, &mut trajectory, left, &mut workspace);
-        (jumped, left) = (jumped + leap, left - leap);
-        if left > 0 {
-            kernel
-                .advance(1, &mut trajectory, &mut workspace, &mut (), &mut counters)
-                .unwrap();
-            jumps.marched();
-            left -= 1;
-        }
-    }
-    assert_eq!(trajectory.cycle, start.cycle + cycles);
-    (trajectory, jumped)
-}
-
-fn agrees<K: Kernel>(name: &str, model: &Model, kernel: &K, cycles: u64) {
-    let start = mean_equilibrium(model);
-    let (found, jumped) = skip(model, kernel, &start, cycles);
-    assert!(jumped > cycles / 2, "{name}: {jumped} of {cycles}");
-    let marched = advance(kernel, &start, cycles);
-    assert_eq!(found.contact, marched.contact);
-    let off = state_difference(model, &found.state, &marched.state);
-    assert!(off < 1e-11, "{name}: {off:e}");
-}
 
 #[test]
 fn a_jump_is_where_marching_comes_to() {
@@ -66,18 +18,6 @@ fn a_jump_is_where_marching_comes_to() {
         let model = common::model(&case);
         let cycles = 1000 + 50 * model.modes() as u64;
         agrees(name, &model, &volterra(&model), cycles);
-        agrees(
-            name,
-            &model,
-            &Spectral::new(&model, CELLS, 99, None).unwrap(),
-            cycles,
-        );
-        agrees(
-            name,
-            &model,
-            &Fused::new(&model, CELLS, 99).unwrap(),
-            cycles,
-        );
     }
 }
 

@@ -11,7 +11,7 @@ use gearatlas::gear::{Face, Flanks, LoadSharing, pairs_at};
 use gearatlas::manifest::{self, Job, StiffnessSpec};
 use gearatlas::model::{ActiveSet, InitialState, Model, TrajectoryState};
 use gearatlas::numerics::legendre::evaluate;
-use gearatlas::propagate::{Dyadic, Event, Observer, Window};
+use gearatlas::propagate::{ClosedModes, Event, InstructionSet, Observer, Window};
 use gearatlas::reference::{Extended, Reference};
 use gearatlas::sweep::Parts;
 use std::path::Path;
@@ -255,7 +255,7 @@ fn kernels_of_tables_want_a_choice() {
         "coast_flank = \"same_line\"\ncontact_damping =",
     );
     let with_error = model(&parts, &job(&[one_line]), 0.1, 1200.0);
-    let refused = Dyadic::new(&with_error, 60, 1000)
+    let refused = ClosedModes::new(&with_error, 1000, InstructionSet::best())
         .err()
         .unwrap()
         .to_string();

@@ -1,4 +1,4 @@
-//! Tables of dense kernels on disk: do they give the bits of tables just computed, are they
+//! Tables of kernels on disk: do they give the bits of tables just computed, are they
 //! found again for every load and gap and for nothing else, and is what is damaged refused?
 
 #![allow(clippy::unwrap_used)]
@@ -8,7 +8,7 @@ use common::Case;
 use common::advance::{Events, advance_with, settled};
 use gearatlas::model::{Model, TrajectoryState};
 use gearatlas::propagate::{
-    DenseError, Dyadic, Fused, KeptTables, Kernel, KernelTable, Spectral, TableArray, Volterra,
+    ClosedModes, InstructionSet, Kernel, KernelTable, TableArray, TableError, Volterra,
 };
 use gearatlas::store::{OperatorFetchError, Origin, TableStore};
 use gearatlas::sweep::build::BuildError;
@@ -20,9 +20,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-const CELLS: u32 = 60;
-const RUNS: KernelTable = KernelTable::Runs { cells: CELLS };
-const BOTH: [KernelTable; 2] = [KernelTable::Bases, RUNS];
+const SYSTEMS: KernelTable = KernelTable::Systems;
 
 /// The same drive under another load, with another gap.
 fn other_load(case: &Case) -> Case {
@@ -50,34 +48,18 @@ fn a_kept_table_gives_the_bits_of_a_new_one() {
         let (built, used) = (common::model(&case), common::model(&other_load(&case)));
         let start = settled(&used, 40);
         let fetch = |model: &Model, origin| {
-            BOTH.map(|table| {
-                let fetched = store.kernel_table(table, model).unwrap();
-                assert_eq!(fetched.origin, origin, "{table:?}");
-                assert!(fetched.table.has_file() && fetched.warnings.is_empty());
-                fetched.table
-            })
+            let fetched = store.kernel_table(SYSTEMS, model).unwrap();
+            assert_eq!(fetched.origin, origin);
+            assert!(fetched.table.has_file() && fetched.warnings.is_empty());
+            fetched.table
         };
         fetch(&built, Origin::Built);
-        let [bases, runs] = fetch(&used, Origin::Found);
-        let both: [&dyn KeptTables; 2] = [&bases, &runs];
-        for (name, new, kept) in [
-            (
-                "spectral",
-                bits(&Spectral::new(&used, CELLS, 99, None).unwrap(), &start),
-                bits(
-                    &Spectral::of_kept(&used, CELLS, 99, None, &bases).unwrap(),
-                    &start,
-                ),
-            ),
-            (
-                "fused",
-                bits(&Fused::new(&used, CELLS, 99).unwrap(), &start),
-                bits(&Fused::of_kept(&used, CELLS, 99, both).unwrap(), &start),
-            ),
-        ] {
-            assert!(new.1 > 10, "{} events", new.1);
-            assert_eq!(new, kept, "{name}");
-        }
+        let systems = fetch(&used, Origin::Found);
+        let set = InstructionSet::best();
+        let new = bits(&ClosedModes::new(&used, 99, set).unwrap(), &start);
+        let kept = ClosedModes::of_kept(&used, 99, &systems, set).unwrap();
+        assert!(new.1 > 10, "{} events", new.1);
+        assert_eq!(new, bits(&kept, &start));
     }
 }
 
@@ -97,28 +79,21 @@ fn others(case: &Case) -> Vec<Case> {
     scaled.into_iter().chain([shaken]).collect()
 }
 
-/// Bases of one speed are those of every other, to the last bit, and a kernel that uses them at
+/// Systems of one speed are those of every other, to the last bit, and a kernel that uses them at
 /// another speed follows the structured one as one with bases of its own would.
 #[test]
 fn one_file_serves_every_speed_and_excitation() {
     let store = TableStore::open("nowhere");
     for (name, case) in common::drives() {
         let own = common::model(&case);
-        let arrays = Spectral::arrays(&own).unwrap();
-        let file = store.kernel_table_path(KernelTable::Bases, &own);
+        let arrays = ClosedModes::arrays(&own).unwrap();
+        let file = store.kernel_table_path(SYSTEMS, &own);
         for other in others(&case) {
             let model = common::model(&other);
-            assert_eq!(
-                store.kernel_table_path(KernelTable::Bases, &model),
-                file,
-                "{name}"
-            );
-            assert_eq!(Spectral::arrays(&model).unwrap(), arrays, "{name}");
-            if model.period() != own.period() {
-                let runs = |model| store.kernel_table_path(RUNS, model);
-                assert_ne!(runs(&model), runs(&own), "{name}");
-            }
-            let kernel = Spectral::of_kept(&model, CELLS, 1000, None, &arrays).unwrap();
+            assert_eq!(store.kernel_table_path(SYSTEMS, &model), file, "{name}");
+            assert_eq!(ClosedModes::arrays(&model).unwrap(), arrays, "{name}");
+            let set = InstructionSet::best();
+            let kernel = ClosedModes::of_kept(&model, 1000, &arrays, set).unwrap();
             let exact = Volterra::new(&model, f64::EPSILON, 1000);
             let mut start = settled(&model, 20);
             let mut compared = 0;
@@ -150,44 +125,40 @@ fn one_file_serves_every_speed_and_excitation() {
     }
 }
 
-/// Whatever changes an operator has a table of its own.
+/// Whatever changes a system has a table of its own; what does not, has the same.
 #[test]
 fn other_numbers_are_another_table() {
     let store = TableStore::open("nowhere");
     let case = common::six_modes();
-    let file =
-        |table: KernelTable, case: &Case| store.kernel_table_path(table, &common::model(case));
-    assert_eq!(
-        BOTH.map(|table| file(table, &other_load(&case))),
-        BOTH.map(|table| file(table, &case))
-    );
+    let file = |case: &Case| store.kernel_table_path(SYSTEMS, &common::model(case));
+    assert_eq!(file(&other_load(&case)), file(&case));
+    let changed = |change: &fn(&mut Case)| {
+        let mut changed = case.clone();
+        change(&mut changed);
+        file(&changed)
+    };
     let structure: [fn(&mut Case); 5] = [
         |case| case.0.frequency[3] *= 1.0 + 1e-15,
         |case| case.0.mesh[4] *= 1.0 + 1e-15,
         |case| case.1.damping *= 1.0 + 1e-15,
         |case| case.1.friction *= 1.0 + 1e-15,
+        |case| case.1.mesh = gearatlas::model::Division::levels(&[4e8, 3e8], &[]),
+    ];
+    let excitation: [fn(&mut Case); 5] = [
+        |case| case.2.speed *= 1.0 + 1e-15,
+        |case| case.0.torque[3] *= 1.0 + 1e-15,
+        |case| case.1.transmission_error[1].phase += 1e-15,
+        |case| case.1.torque_ripple[0].amplitude *= 1.0 + 1e-15,
         |case| {
             let more = case.1.transmission_error[1];
             case.1.transmission_error.push(more);
         },
     ];
-    let speed: [fn(&mut Case); 4] = [
-        |case| case.2.speed *= 1.0 + 1e-15,
-        |case| case.0.torque[3] *= 1.0 + 1e-15,
-        |case| case.1.transmission_error[1].phase += 1e-15,
-        |case| case.1.torque_ripple[0].amplitude *= 1.0 + 1e-15,
-    ];
-    let mut files = vec![file(KernelTable::Runs { cells: CELLS + 1 }, &case)];
-    files.extend(BOTH.map(|table| file(table, &case)));
-    let mut change = |changes: &[fn(&mut Case)], tables: &[KernelTable]| {
-        for change in changes {
-            let mut changed = case.clone();
-            change(&mut changed);
-            files.extend(tables.iter().map(|&table| file(table, &changed)));
-        }
-    };
-    change(&structure, &BOTH);
-    change(&speed, &[RUNS]);
+    for change in &excitation {
+        assert_eq!(changed(change), file(&case));
+    }
+    let mut files: Vec<PathBuf> = structure.iter().map(changed).collect();
+    files.push(file(&case));
     let count = files.len();
     files.sort();
     files.dedup();
@@ -200,9 +171,9 @@ fn a_damaged_table_is_computed_anew() {
     let folder = tempfile::tempdir().unwrap();
     let store = TableStore::open(folder.path());
     let model = common::model(&common::two_modes());
-    let fetch = || store.kernel_table(RUNS, &model).unwrap();
+    let fetch = || store.kernel_table(SYSTEMS, &model).unwrap();
     assert_eq!(fetch().origin, Origin::Built);
-    let file = store.kernel_table_path(RUNS, &model);
+    let file = store.kernel_table_path(SYSTEMS, &model);
     let whole = fs::read(&file).unwrap();
     for place in [3, 40, 70, whole.len() / 2, whole.len() - 1] {
         let mut damaged = whole.clone();
@@ -228,30 +199,24 @@ fn tables_of_another_model_are_refused() {
         common::model(&common::two_modes()),
         common::model(&common::six_modes()),
     );
-    let mut arrays = Spectral::arrays(&two).unwrap();
-    arrays.extend(Fused::arrays(&two, CELLS).unwrap());
+    let arrays = ClosedModes::arrays(&two).unwrap();
     let of_kept = |model, arrays: &Vec<TableArray>| {
-        let both: [&dyn KeptTables; 2] = [arrays, arrays];
-        Fused::of_kept(model, CELLS, 9, both).map(|_| ())
+        ClosedModes::of_kept(model, 9, arrays, InstructionSet::best()).map(|_| ())
     };
     assert_eq!(of_kept(&two, &arrays), Ok(()));
     let refused = of_kept(&six, &arrays);
     assert!(
-        matches!(refused, Err(DenseError::Kept { .. })),
+        matches!(refused, Err(TableError::Kept { .. })),
         "{refused:?}"
     );
     for (index, array) in arrays.iter().enumerate() {
-        // Said about a basis, not used by it.
-        if ["touching", "dyadic_bytes"].contains(&array.name) {
-            continue;
-        }
         for change in [-1, 1] {
             let mut other = arrays.clone();
             let mut values = other[index].values.to_vec();
             values.resize(values.len().saturating_add_signed(change), 0.0);
             other[index].values = values[..].into();
             let refused = of_kept(&two, &other);
-            assert_eq!(refused, Err(DenseError::Kept { name: array.name }));
+            assert_eq!(refused, Err(TableError::Kept { name: array.name }));
         }
     }
 }
@@ -262,7 +227,7 @@ fn workers_share_one_table() {
     let folder = tempfile::tempdir().unwrap();
     let tables = KernelTables::new(TableStore::open(folder.path()));
     let model = common::model(&common::twenty_modes());
-    let get = || tables.get(KernelTable::Bases, &model).unwrap();
+    let get = || tables.get(SYSTEMS, &model).unwrap();
     let found: Vec<_> = std::thread::scope(|scope| {
         let workers: Vec<_> = (0..4).map(|_| scope.spawn(get)).collect();
         workers.into_iter().map(|w| w.join().unwrap()).collect()
@@ -276,7 +241,7 @@ fn workers_share_one_table() {
         let mut other = common::twenty_modes();
         other.1.damping *= factor;
         let other = common::model(&other);
-        tables.get(KernelTable::Bases, &other).unwrap();
+        tables.get(SYSTEMS, &other).unwrap();
     }
     assert!(
         held.upgrade().is_none(),
@@ -288,7 +253,7 @@ fn workers_share_one_table() {
     fs::write(&file, "").unwrap();
     let nowhere = KernelTables::new(TableStore::open(file.join("tables")));
     for _ in 0..2 {
-        let table = nowhere.get(KernelTable::Bases, &model).unwrap();
+        let table = nowhere.get(SYSTEMS, &model).unwrap();
         assert!(!table.has_file());
     }
     assert_eq!(nowhere.warnings().len(), 1, "{:?}", nowhere.warnings());
@@ -300,7 +265,7 @@ fn workers_of_a_node_read_their_own_copy() {
     let folder = tempfile::tempdir().unwrap();
     let tables = KernelTables::new(TableStore::open(folder.path()));
     let model = common::model(&common::twenty_modes());
-    let get = |tables: &KernelTables| tables.get(KernelTable::Bases, &model).unwrap();
+    let get = |tables: &KernelTables| tables.get(SYSTEMS, &model).unwrap();
     let room = |own_cache| Room {
         free: None,
         own_cache,
@@ -328,11 +293,11 @@ fn a_model_without_tables_has_no_file() {
     (slope[0], slope[1]) = (4e8, 1e7);
     case.1.mesh[0].stiffness = gearatlas::model::Stiffness::series(slope);
     let model: Model = common::model(&case);
-    let refused = store.kernel_table(KernelTable::Bases, &model);
+    let refused = store.kernel_table(SYSTEMS, &model);
     let error = refused.map(|_| ()).unwrap_err();
     assert!(matches!(
         error,
-        OperatorFetchError::Dense(DenseError::VaryingStiffness)
+        OperatorFetchError::Dense(TableError::VaryingStiffness)
     ));
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
@@ -341,46 +306,28 @@ fn a_model_without_tables_has_no_file() {
 #[test]
 fn advice_is_checked_before_it_is_given() {
     let mut case = common::one_degree();
-    case.0 = common::structure(&[0.0], 0.0, &[1.0], &[1.0]);
-    case.1.mesh = gearatlas::model::Division::levels(&[4e8], &[]);
-    case.1.damping = 4e4;
-    let critical = common::model(&case);
-    let refused = Spectral::new(&critical, CELLS, 9, None).map(|_| ());
-    let told = BuildError::tables(refused.unwrap_err(), &critical).to_string();
+    let model = common::model(&case);
+    let told = BuildError::tables(TableError::VaryingStiffness, &model).to_string();
     assert!(
-        told.contains("nearly parallel")
-            && told.contains("or set run.kernel = \"volterra\", which"),
+        told.contains("or set run.kernel = \"volterra\", which"),
         "{told}"
     );
     // Too slow for either: ten hours a tooth.
+    case.0 = common::structure(&[0.0], 0.0, &[1.0], &[1.0]);
     case.2.speed = 1e-5;
     let slow = common::model(&case);
-    let refused = Dyadic::new(&slow, CELLS, 9).map(|_| ());
-    let told = BuildError::tables(refused.unwrap_err(), &slow).to_string();
-    assert!(
-        told.contains("does not fit either") && told.contains("raise the speed"),
-        "{told}"
-    );
+    let told = BuildError::tables(TableError::VaryingStiffness, &slow).to_string();
+    assert!(told.contains("does not fit either"), "{told}");
     // Damaged files are no fault of the model.
-    let told = BuildError::tables(DenseError::Kept { name: "a" }, &slow).to_string();
+    let told = BuildError::tables(TableError::Kept { name: "a" }, &slow).to_string();
     assert!(!told.contains("volterra"), "{told}");
 }
 
-/// The size said of dyadic tables is that of the tables built.
-#[test]
-fn the_dyadic_size_is_known_without_building() {
-    for (name, case) in common::drives() {
-        let model = common::model(&case);
-        let built = Dyadic::new(&model, CELLS, 9).unwrap().bytes();
-        assert_eq!(Dyadic::size(&model, CELLS).unwrap(), built, "{name}");
-    }
-}
-
-/// `atlas run` keeps one table of bases and one of runs a speed, finds them again, and shows them.
+/// `atlas run` keeps one table of systems for all points, finds it again, and shows it.
 #[test]
 fn a_run_keeps_its_tables_and_finds_them_again() {
-    let manifest = OSCILLATOR.replace("[run]", "[run]\nkernel = \"fused\"");
-    assert!(manifest.contains("fused"));
+    let manifest = OSCILLATOR.replace("[run]", "[run]\nkernel = \"closed_modes\"");
+    assert!(manifest.contains("closed_modes"));
     let place = Place::new(&manifest);
     let first = place.whole("a", &[]);
     let files = || -> Vec<PathBuf> {
@@ -390,9 +337,9 @@ fn a_run_keeps_its_tables_and_finds_them_again() {
         files
     };
     let kept = files();
-    // Two loads, three speeds: bases once, runs once a speed.
-    assert_eq!(kept.len(), 4, "{kept:?}");
-    let damaged = &kept[1];
+    // Two loads, three speeds.
+    assert_eq!(kept.len(), 1, "{kept:?}");
+    let damaged = &kept[0];
     let mut bytes = fs::read(damaged).unwrap();
     *bytes.last_mut().unwrap() ^= 1;
     fs::remove_file(damaged).unwrap();
@@ -410,37 +357,21 @@ fn a_run_keeps_its_tables_and_finds_them_again() {
 
     let list = stdout(&place.atlas(&["table", "list"]));
     let lines = |kind| list.lines().filter(|line| line.starts_with(kind)).count();
-    assert_eq!((lines("bases "), lines("runs ")), (1, 3), "{list}");
+    assert_eq!(lines("systems "), 1, "{list}");
     let key = kept[0].file_stem().unwrap().to_str().unwrap().to_owned();
     let show = place.atlas(&["table", "show", &key]);
     assert_eq!(status(&show), 0, "{}", stderr(&show));
     let text = stdout(&show);
-    for said in [
-        "every speed, load, gap and excitation",
-        "dyadic tables of the same model",
-        "condition",
-        "rebuilt to",
-        "bases",
-    ] {
-        assert!(text.contains(said), "{text}");
-    }
+    assert!(
+        text.contains("every speed, load, gap and excitation; kernel closed_modes"),
+        "{text}"
+    );
     let json: Value =
         serde_json::from_str(&stdout(&place.atlas(&["table", "show", &key, "--json"]))).unwrap();
-    let operators = &json["operators"];
-    assert!(
-        operators["reconstruction"][0].as_f64().unwrap() < 1e-11,
-        "{json:#}"
-    );
-    assert!(
-        operators["dyadic_bytes"].as_u64() > operators["bytes"].as_u64(),
-        "{json:#}"
-    );
-    let key = kept[1].file_stem().unwrap().to_str().unwrap().to_owned();
-    let text = stdout(&place.atlas(&["table", "show", &key]));
-    assert!(text.contains("the speed of mesh period"), "{text}");
+    assert_eq!(json["kind"], "systems", "{json:#}");
     let clean = place.atlas(&["table", "clean", "--all"]);
     assert!(
-        stdout(&clean).contains("4 tables removed"),
+        stdout(&clean).contains("1 table removed"),
         "{}",
         stdout(&clean)
     );
@@ -451,7 +382,7 @@ fn a_run_keeps_its_tables_and_finds_them_again() {
 fn speeds_of_a_grid_share_one_file() {
     let text = include_str!("../../manifests/flex80.toml");
     let text = text
-        .replace("kernel = \"volterra\"", "kernel = \"spectral\"")
+        .replace("kernel = \"volterra\"", "kernel = \"closed_modes\"")
         .replace("[mesh]", "[mesh]\ncoast_flank = \"same_line\"");
     let job = gearatlas::manifest::parse(&text, "m.toml", std::path::Path::new("")).unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -460,7 +391,7 @@ fn speeds_of_a_grid_share_one_file() {
     for id in 0..80 {
         let point = job.points.at(id);
         let model = parts.model(&point).unwrap();
-        parts.kernels().get(KernelTable::Bases, &model).unwrap();
+        parts.kernels().get(SYSTEMS, &model).unwrap();
         periods.insert(model.period().to_bits());
     }
     assert_eq!(periods.len(), 10);

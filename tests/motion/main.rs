@@ -8,12 +8,16 @@ mod common;
 mod dice;
 #[path = "../fuzz/drawn.rs"]
 mod drawn;
+#[path = "../common/leaps.rs"]
+mod leaps;
 #[path = "../common/place.rs"]
 mod place;
 #[path = "../common/processor.rs"]
 mod processor;
 #[path = "../common/program.rs"]
 mod program;
+#[path = "../common/random_drives.rs"]
+mod random_drives;
 #[path = "../common/results.rs"]
 mod results;
 #[path = "../common/stopped.rs"]
@@ -47,8 +51,6 @@ mod horizon;
 mod instructions;
 mod kernel_choice;
 mod kernel_tables;
-mod ladder;
-mod ladder_fused;
 mod lifetime;
 mod losses;
 mod multistability;
@@ -59,7 +61,6 @@ mod power_balance;
 mod quasi_static;
 mod reference;
 mod release;
-mod repeated_modes;
 mod sensitivity;
 mod settling;
 mod specialisation;

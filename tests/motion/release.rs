@@ -8,7 +8,9 @@ use common::advance::{Events, advance, advance_with, volterra};
 use common::{constant_mesh, drives, one_mode, relative_difference};
 use gearatlas::model::{Drive, InitialState, Model, OperatingPoint, Release, TrajectoryState};
 use gearatlas::numerics::legendre::evaluate;
-use gearatlas::propagate::{DenseError, Dyadic, Event, Observer, Stepping, Window};
+use gearatlas::propagate::{
+    ClosedModes, Event, InstructionSet, Observer, Stepping, TableError, Window,
+};
 use gearatlas::reference::{Extended, Reference};
 
 /// A free mass of 1 kg between two walls of 1 N/m and of damping ratio ζ, one metre from the middle.
@@ -209,6 +211,6 @@ fn cycles_of_strong_dampers_to_thirty_digits() {
 #[test]
 fn tables_refuse_it() {
     let model = bouncing(0.1, Release::Force);
-    let refused = Dyadic::new(&model, 60, 100).err();
-    assert_eq!(refused, Some(DenseError::Release));
+    let refused = ClosedModes::new(&model, 100, InstructionSet::best()).err();
+    assert_eq!(refused, Some(TableError::Release));
 }

@@ -76,9 +76,5 @@ pub fn setting(setting: &KernelSetting) -> String {
         KernelSetting::Named(KernelChoice::Stepping { steps }) => {
             format!("kernel {name}, {steps} steps a cycle")
         }
-        KernelSetting::Named(tables) => {
-            let cells = tables.cells().unwrap_or_default();
-            format!("kernel {name}, at least {cells} cells")
-        }
     }
 }

@@ -8,7 +8,6 @@ mod heat;
 mod lifetimes;
 mod machine_page;
 mod numbers;
-mod operator_summary;
 mod orbits;
 mod page;
 mod plot;
@@ -27,7 +26,6 @@ pub use followed::FollowedSummary;
 pub use lifetimes::{Lifetimes, Lives};
 pub use machine_page::machine_page;
 pub use numbers::{size_text, to_digits};
-pub use operator_summary::OperatorSummary;
 pub use orbits::{MissedSearch, Orbit, OrbitCount, Orbits};
 pub use page::{PageRequest, ResultsPage, results_page};
 pub use plot::{

@@ -9,7 +9,6 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::numbers::{number, size_text};
-use super::operator_summary::OperatorSummary;
 use crate::store::{ArrayHeader, CacheFault, CacheKind, MappedTable, timestamp};
 
 /// A table file.
@@ -29,9 +28,6 @@ pub struct TableSummary {
     pub used: String,
     /// What it was computed from.
     pub inputs: Value,
-    /// What its operators are like, where it holds bases of kernels.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub operators: Option<OperatorSummary>,
     /// Its arrays.
     pub arrays: Vec<ArraySummary>,
 }
@@ -73,7 +69,6 @@ impl TableSummary {
             inputs: serde_json::from_str(table.inputs()).map_err(|error| CacheFault::Header {
                 detail: format!("its inputs: {error}"),
             })?,
-            operators: OperatorSummary::of(&table),
             arrays: arrays.map(|array| summary(&table, array)).collect(),
         })
     }
@@ -108,9 +103,6 @@ impl TableSummary {
             ("last used", &self.used),
         ] {
             _ = writeln!(text, "{name:<13}{value}");
-        }
-        if let Some(operators) = &self.operators {
-            operators.render(&mut text);
         }
         text.push_str("inputs");
         push_json(&mut text, &self.inputs, 1);

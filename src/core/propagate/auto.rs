@@ -1,7 +1,7 @@
 //! `run.kernel = "auto"`: which kernel a drive gets by its structure, and why.
 
-use super::dense::megabytes;
-use super::{ClosedModes, DenseError, KernelChoice, TableSize};
+use super::table_error::megabytes;
+use super::{ClosedModes, KernelChoice, TableError, TableSize};
 use crate::model::Model;
 use serde::{Serialize, Serializer};
 use std::fmt;
@@ -88,7 +88,7 @@ pub enum Why {
     /// Tables are not the same on every processor.
     Portable,
     /// Closed modes do not take the drive.
-    Refused(DenseError),
+    Refused(TableError),
 }
 
 impl Why {
@@ -105,7 +105,7 @@ impl Why {
             Err(error) => Self::Refused(error),
             Ok(_) if turns => Self::Turns,
             Ok(size) => {
-                let few = size.operators <= ClosedModes::FEW;
+                let few = size.systems <= ClosedModes::FEW;
                 let most = if few { MOST_MODES } else { MOST_MODES_MET };
                 match modes <= most {
                     true => Self::of_tables(modes, size),
@@ -117,7 +117,7 @@ impl Why {
 
     /// Which tables closed modes have of a structure of so many modes.
     pub fn of_tables(modes: usize, size: TableSize) -> Self {
-        let sets = size.operators;
+        let sets = size.systems;
         match sets <= ClosedModes::FEW {
             true => Self::Small { modes, size },
             false => Self::Met { modes, sets },
@@ -132,7 +132,7 @@ impl fmt::Display for Why {
                 f,
                 "{modes} mode{}, {} sets of closed contacts, {:.3} MB of tables",
                 if *modes == 1 { "" } else { "s" },
-                size.operators,
+                size.systems,
                 megabytes(size.bytes)
             ),
             Self::Met { modes, sets } => write!(
@@ -171,7 +171,7 @@ mod tests {
         };
         let arrays = ClosedModes::arrays(&small).unwrap();
         let numbers: usize = arrays.iter().map(|array| array.values.len()).sum();
-        assert_eq!((size.operators, size.bytes), (9, 8 * numbers));
+        assert_eq!((size.systems, size.bytes), (9, 8 * numbers));
         let why = |model: &Model, portable| Why::of(model, portable).to_string();
         assert_eq!(
             why(&small, false),

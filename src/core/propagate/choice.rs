@@ -1,8 +1,7 @@
 //! The kernels by name, each with its settings: the one place that tells them apart.
 
 use super::{
-    ClosedModes, DenseError, Dyadic, Fused, Hermite, InstructionSet, KeptTables, Kernel, Spectral,
-    Stepping, TableArray, Volterra,
+    ClosedModes, InstructionSet, KeptTables, Kernel, Stepping, TableArray, TableError, Volterra,
 };
 use crate::model::Model;
 use serde::Serialize;
@@ -22,42 +21,13 @@ pub enum KernelChoice {
         /// Steps a mesh cycle.
         steps: u32,
     },
-    /// Dense tables, halved down to an event.
-    Dyadic {
-        /// Fewest unit steps a mesh cycle.
-        cells: u32,
-    },
-    /// Dense tables, with certificates and Hermite guesses.
-    Hermite {
-        /// Fewest unit steps a mesh cycle.
-        cells: u32,
-    },
-    /// Dense tables, closed forms in eigenvectors.
-    Spectral {
-        /// Fewest unit steps a mesh cycle.
-        cells: u32,
-        /// Events are put off to the next of so many equal parts of the cycle.
-        event_grid: Option<u32>,
-    },
-    /// The same, and certified runs of cells in one product.
-    Fused {
-        /// Fewest unit steps a mesh cycle.
-        cells: u32,
-    },
 }
 
 /// Tables that are worth keeping.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KernelTable {
-    /// Bases of a structure and its mesh: of [`Spectral`] and of [`Fused`], at every speed.
-    Bases,
     /// Eigenvectors of each set of closed contacts, at every speed: of [`ClosedModes`].
     Systems,
-    /// Products of cells at one speed: of [`Fused`].
-    Runs {
-        /// Fewest unit steps a mesh cycle.
-        cells: u32,
-    },
 }
 
 impl KernelTable {
@@ -65,11 +35,9 @@ impl KernelTable {
     ///
     /// # Errors
     /// Tables do not fit the model.
-    pub fn arrays(self, model: &Model) -> Result<Vec<TableArray>, DenseError> {
+    pub fn arrays(self, model: &Model) -> Result<Vec<TableArray>, TableError> {
         match self {
-            Self::Bases => Spectral::arrays(model),
             Self::Systems => ClosedModes::arrays(model),
-            Self::Runs { cells } => Fused::arrays(model, cells),
         }
     }
 }
@@ -89,10 +57,6 @@ impl KernelChoice {
         ("volterra", &[]),
         ("closed_modes", &[]),
         ("stepping", &["steps"]),
-        ("dyadic", &["cells"]),
-        ("hermite", &["cells"]),
-        ("spectral", &["cells", "event_grid"]),
-        ("fused", &["cells"]),
     ];
 
     /// Its name in manifests and result files.
@@ -100,20 +64,9 @@ impl KernelChoice {
         self.into()
     }
 
-    /// Fewest unit steps of its tables a mesh cycle; none of a kernel without tables.
-    pub fn cells(&self) -> Option<u32> {
-        match *self {
-            Self::Volterra | Self::ClosedModes | Self::Stepping { .. } => None,
-            Self::Dyadic { cells }
-            | Self::Hermite { cells }
-            | Self::Spectral { cells, .. }
-            | Self::Fused { cells } => Some(cells),
-        }
-    }
-
     /// Whether it reads tables that are kept.
     pub fn keeps_tables(&self) -> bool {
-        self.cells().is_some() || *self == Self::ClosedModes
+        *self == Self::ClosedModes
     }
 
     /// Builds the kernel of a model and uses it.
@@ -133,7 +86,7 @@ impl KernelChoice {
     where
         U: KernelUse,
         T: Deref<Target: KeptTables + Sized>,
-        E: From<DenseError>,
+        E: From<TableError>,
     {
         Ok(match self {
             Self::Volterra => user.with(&Volterra::new(model, f64::EPSILON, event_limit)),
@@ -146,26 +99,6 @@ impl KernelChoice {
                 kernel.refusal().map_or(Ok(done), Err)?
             }
             Self::Stepping { steps } => user.with(&Stepping::new(model, steps, event_limit)),
-            Self::Dyadic { cells } => user.with(&Dyadic::new(model, cells, event_limit)?),
-            Self::Hermite { cells } => user.with(&Hermite::new(model, cells, event_limit)?),
-            Self::Spectral { cells, event_grid } => {
-                let bases = kept(KernelTable::Bases)?;
-                user.with(&Spectral::of_kept(
-                    model,
-                    cells,
-                    event_limit,
-                    event_grid,
-                    &*bases,
-                )?)
-            }
-            Self::Fused { cells } => {
-                let (bases, runs) = (
-                    kept(KernelTable::Bases)?,
-                    kept(KernelTable::Runs { cells })?,
-                );
-                let kernel = Fused::of_kept(model, cells, event_limit, [&*bases, &*runs])?;
-                user.with(&kernel)
-            }
         })
     }
 }
@@ -180,17 +113,11 @@ mod tests {
             KernelChoice::Volterra,
             KernelChoice::ClosedModes,
             KernelChoice::Stepping { steps: 16 },
-            KernelChoice::Dyadic { cells: 1 },
-            KernelChoice::Hermite { cells: 1 },
-            KernelChoice::Spectral {
-                cells: 1,
-                event_grid: None,
-            },
-            KernelChoice::Fused { cells: 1 },
         ];
         for (kernel, (name, settings)) in all.iter().zip(KernelChoice::SETTINGS) {
             assert_eq!(kernel.name(), name);
-            assert_eq!(kernel.cells().is_some(), settings.contains(&"cells"));
+            let steps = matches!(kernel, KernelChoice::Stepping { .. });
+            assert_eq!(settings, if steps { &["steps"][..] } else { &[] });
         }
     }
 }

@@ -10,12 +10,13 @@ mod auto;
 mod choice;
 mod closed_modes;
 mod counters;
-mod dense;
 pub mod events;
 mod interrupt;
+mod kept;
 mod observer;
 pub mod saltation;
 mod stepping;
+mod table_error;
 mod tangents;
 pub(crate) mod vectors;
 mod volterra;
@@ -24,13 +25,11 @@ pub use auto::{KernelSetting, Why};
 pub use choice::{KernelChoice, KernelTable, KernelUse};
 pub use closed_modes::ClosedModes;
 pub use counters::Counters;
-pub use dense::{
-    Beside, Conditioning, DYADIC_BYTES, DenseError, Dyadic, Fused, Hermite, KeptTables, Operator,
-    PowerJumps, Spectral, TableArray, TableSize, bases_form,
-};
 pub use interrupt::Interruptible;
+pub use kept::{Beside, KeptReader, KeptTables, KeptWriter, TableArray};
 pub use observer::{ClosedContact, Event, Observer, Window};
 pub use stepping::{Stepping, SteppingWorkspace};
+pub use table_error::{TableError, TableSize};
 pub use tangents::Tangents;
 pub use vectors::{Aligned, InstructionSet};
 pub use volterra::Volterra;
@@ -39,7 +38,7 @@ use crate::model::{Model, TrajectoryState};
 use crate::numerics::instructions::portable;
 
 /// Cells and windows whose lengths differ by less, relative, are of one length.
-const SAME_LENGTH: f64 = 1e-12;
+pub const SAME_LENGTH: f64 = 1e-12;
 
 /// Deflections beyond which a motion has diverged, of every line: [`FARTHEST`] times its gap.
 fn farthest(model: &Model) -> Vec<f64> {
@@ -107,7 +106,7 @@ pub enum Stop {
         /// The mesh cycle.
         cycle: u64,
         /// Why it has none.
-        error: DenseError,
+        error: TableError,
     },
     /// Nobody waits for the rest: the trajectory is as good as any.
     #[error("called off in mesh cycle {cycle}")]
@@ -118,7 +117,7 @@ pub enum Stop {
 }
 
 /// Deflections beyond this many half gaps count as divergence.
-const FARTHEST: f64 = 1e9;
+pub const FARTHEST: f64 = 1e9;
 
 /// A propagation kernel for one model.
 pub trait Kernel {

@@ -1,19 +1,19 @@
-//! Tables of dense kernels of a job: fetched from the cache or computed, once for all points
+//! Tables of kernels of a job: fetched from the cache or computed, once for all points
 //! that share them; on a machine with several NUMA nodes copied where that pays.
 
 use crate::model::Model;
-use crate::propagate::{DenseError, KernelTable};
+use crate::propagate::{KernelTable, TableError};
 use crate::store::{Fetched, MappedTable, OperatorFetchError, TableStore};
 use crate::topology::{Room, TABLES_AT_HAND};
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
-/// An array of bases that is large.
-const LARGE: &str = "inverse";
+/// An array of systems that is large.
+const LARGE: &str = "to_modes";
 
 /// A table, for as long as some kernel uses it, or why the model has none: that is found out once.
-type Place = Arc<Mutex<Result<Weak<MappedTable>, DenseError>>>;
+type Place = Arc<Mutex<Result<Weak<MappedTable>, TableError>>>;
 
 /// What workers of all nodes share.
 #[derive(Debug)]

@@ -12,17 +12,14 @@ use crate::analysis::{
 use crate::model::{InitialState, Model, TrajectoryState};
 use crate::numerics::random::{PointSeed, Stream};
 use crate::propagate::{
-    ClosedModes, Counters, DenseError, Dyadic, Event, Fused, Hermite, InstructionSet, Kernel,
-    Observer, Spectral, Stop, Tangents, Volterra, Window,
+    ClosedModes, Counters, Event, InstructionSet, Kernel, Observer, Stop, Tangents, Volterra,
+    Window,
 };
 use num_complex::Complex64;
 use std::sync::atomic::AtomicBool;
 
 /// Most events in a mesh cycle.
 const EVENT_LIMIT: u32 = 10_000;
-
-/// Fewest unit steps a mesh cycle of the table kernels, as published.
-const CELLS: u32 = 60;
 
 /// A kernel by name.
 pub struct Candidate {
@@ -44,7 +41,7 @@ const TABLE_ROUND_OFF: f64 = 10.0;
 /// Integrating with tables takes several times as long as without.
 const ONE_OF_TABLE_CYCLES: u64 = 5;
 
-type Prepared<'m> = Result<Box<dyn Propagator + 'm>, DenseError>;
+type Prepared<'m> = Result<Box<dyn Propagator + 'm>, Trouble>;
 type Prepare = dyn for<'m> Fn(&'m Model) -> Prepared<'m> + Send + Sync;
 
 impl Candidate {
@@ -88,12 +85,12 @@ impl Candidate {
     /// # Errors
     /// Its tables cannot be built.
     pub fn on<'m>(&self, model: &'m Model) -> Result<Box<dyn Propagator + 'm>, Trouble> {
-        Ok((self.prepare)(model)?)
+        (self.prepare)(model)
     }
 }
 
-/// The kernels that claim to be exact between events: those of tables, and the structured one on
-/// every instruction set of this machine it has code for; the one that users run by default last.
+/// The kernels that claim to be exact between events: closed modes, and the structured one on
+/// every instruction set of this machine it has code for; the one that takes every drive last.
 pub fn kernels() -> Vec<Candidate> {
     let volterra = |set: InstructionSet| {
         Candidate::new(format!("volterra {}", set.name()), move |model| {
@@ -105,27 +102,15 @@ pub fn kernels() -> Vec<Candidate> {
             ))
         })
     };
-    let tables = [
-        Candidate::of_tables("dyadic", |model| {
-            Ok(Box::new(Dyadic::new(model, CELLS, EVENT_LIMIT)?))
-        }),
-        Candidate::of_tables("hermite", |model| {
-            Ok(Box::new(Hermite::new(model, CELLS, EVENT_LIMIT)?))
-        }),
-        Candidate::of_tables("spectral", |model| {
-            Ok(Box::new(Spectral::new(model, CELLS, EVENT_LIMIT, None)?))
-        }),
-        Candidate::of_tables("fused", |model| {
-            Ok(Box::new(Fused::new(model, CELLS, EVENT_LIMIT)?))
-        }),
-    ];
     let closed_modes = Candidate::of_tables("closed_modes", |model| {
         let set = InstructionSet::best();
         Ok(Box::new(ClosedModes::new(model, EVENT_LIMIT, set)?))
     });
     let sets = InstructionSet::available().into_iter();
-    let tables = tables.into_iter().chain([closed_modes]);
-    tables.chain(sets.map(volterra)).collect()
+    [closed_modes]
+        .into_iter()
+        .chain(sets.map(volterra))
+        .collect()
 }
 
 /// Where an integration ended and the events on its way.

@@ -3,7 +3,9 @@
 use super::candidate::Candidate;
 use super::*;
 use crate::model::{Model, Stiffness, TrajectoryState};
-use crate::propagate::{Counters, Kernel, Observer, Spectral, Stop, Tangents, Volterra};
+use crate::propagate::{
+    ClosedModes, Counters, InstructionSet, Kernel, Observer, Stop, Tangents, Volterra,
+};
 
 /// Checks that every kernel has to pass, quick enough for a test.
 const OF_KERNELS: [&str; 5] = ["multipliers", "cycle", "contact", "energy", "trace"];
@@ -103,11 +105,15 @@ fn so_does_every_other_coefficient() {
 #[test]
 fn a_wrong_table_fails_and_a_drive_left_out_is_said() {
     let wrong = |part: f64| {
-        Candidate::of_tables("spectral", move |model| {
+        Candidate::of_tables("closed_modes", move |model| {
             let mut other = model.clone();
             other.half_gap *= part;
             let other = Box::leak(Box::new(other));
-            Ok(Box::new(Spectral::new(other, 60, 100, None)?))
+            Ok(Box::new(ClosedModes::new(
+                other,
+                100,
+                InstructionSet::best(),
+            )?))
         })
     };
     let with_computed_mesh = |kernel: Candidate| {
@@ -137,7 +143,7 @@ fn a_report_of_skips_alone_does_not_pass() {
             check: "cycle",
             group: Group::Kernels,
             seconds: 0.0,
-            lines: vec![Line::skipped("dyadic", "no table")],
+            lines: vec![Line::skipped("closed_modes", "no table")],
         }],
     };
     assert_eq!((report.failures(), report.status()), (0, 1));

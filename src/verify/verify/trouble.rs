@@ -4,11 +4,12 @@ use crate::analysis::{CalledOff, SliceError};
 use crate::gear::{GearError, MeshTableError, SharingError};
 use crate::manifest::ManifestErrors;
 use crate::model::ModelError;
-use crate::propagate::{DenseError, Stop};
+use crate::propagate::{Stop, TableError};
 use crate::reference::ReferenceError;
 use crate::shaft::ShaftError;
 use crate::store::MeshFetchError;
 use crate::structure::ModeCount;
+use std::error::Error;
 
 /// Why a check could not be carried out.
 #[derive(Debug, thiserror::Error)]
@@ -18,7 +19,10 @@ pub enum Trouble {
     Stop(#[from] Stop),
     /// A kernel's tables cannot be built.
     #[error(transparent)]
-    Tables(#[from] DenseError),
+    Tables(#[from] TableError),
+    /// A kernel of another crate cannot be built.
+    #[error(transparent)]
+    Kernel(Box<dyn Error + Send + Sync>),
     /// The reference integrator gave up.
     #[error("the reference: {0}")]
     Reference(#[from] ReferenceError),

@@ -4,8 +4,7 @@ use super::basis::{Basis, Found, Map, columns, padded};
 use super::met::MetSets;
 use super::sets::Sets;
 use crate::model::{Block, Model};
-use crate::propagate::dense::{KeptReader, KeptWriter};
-use crate::propagate::{Beside, DenseError, TableArray, TableSize};
+use crate::propagate::{Beside, KeptReader, KeptWriter, TableArray, TableError, TableSize};
 use std::sync::Arc;
 
 /// The bases of a structure and its mesh.
@@ -32,7 +31,7 @@ impl<'t> Bases<'t> {
     ///
     /// # Errors
     /// As of [`arrays`].
-    pub fn new(model: &Model, sets: &Sets) -> Result<Self, DenseError> {
+    pub fn new(model: &Model, sets: &Sets) -> Result<Self, TableError> {
         if !sets.are_few() {
             return Ok(Self::Met {
                 fastest: fastest(&stiffest(model, sets)?),
@@ -68,7 +67,7 @@ impl<'t> Bases<'t> {
         sets: &Sets,
         kept: &mut KeptReader<'t>,
         beside: Option<&Beside>,
-    ) -> Result<Self, DenseError> {
+    ) -> Result<Self, TableError> {
         let n = model.modes();
         if !sets.are_few() {
             return Ok(Self::Met {
@@ -78,7 +77,7 @@ impl<'t> Bases<'t> {
         }
         let (mut bases, mut all_changes) = (Vec::new(), Vec::new());
         for set in 0..sets.count() {
-            let mut map = |name| -> Result<_, DenseError> {
+            let mut map = |name| -> Result<_, TableError> {
                 Ok(Map::Kept(kept.take(name, 4 * n * padded(n))?))
             };
             let maps = match set {
@@ -87,7 +86,7 @@ impl<'t> Bases<'t> {
             };
             let changes = between(sets, set)
                 .map(|(contact, state)| Ok((contact, state, map("changes")?)))
-                .collect::<Result<_, DenseError>>()?;
+                .collect::<Result<_, TableError>>()?;
             all_changes.push(changes);
             let generators = kept.take("generators", 4 * n)?.into();
             bases.push(Arc::new(Basis { generators, maps }));
@@ -102,7 +101,7 @@ impl<'t> Bases<'t> {
     ///
     /// # Errors
     /// It is met for the first time, and its eigenvectors are too nearly parallel.
-    pub fn of(&self, model: &Model, sets: &Sets, set: usize) -> Result<Arc<Basis<'t>>, DenseError> {
+    pub fn of(&self, model: &Model, sets: &Sets, set: usize) -> Result<Arc<Basis<'t>>, TableError> {
         match self {
             Self::All { bases, .. } => Ok(bases[set].clone()),
             Self::Met { met, .. } => met.basis(model, sets, set),
@@ -146,7 +145,7 @@ fn fastest(generators: &[f64]) -> f64 {
 }
 
 /// The blocks of the system in which every contact is closed at its stiffest: none turns faster.
-fn stiffest(model: &Model, sets: &Sets) -> Result<Vec<f64>, DenseError> {
+fn stiffest(model: &Model, sets: &Sets) -> Result<Vec<f64>, TableError> {
     let found = Found::new(model, sets, sets.stiffest())?;
     Ok(found.generators.as_flattened().as_flattened().to_vec())
 }
@@ -170,9 +169,8 @@ pub fn size(modes: usize, sets: &Sets) -> TableSize {
         false => 1,
     };
     TableSize {
-        operators: sets.count(),
+        systems: sets.count(),
         bytes: 4 * modes * numbers * size_of::<f64>(),
-        cells: 0,
     }
 }
 
@@ -181,7 +179,7 @@ pub fn size(modes: usize, sets: &Sets) -> TableSize {
 ///
 /// # Errors
 /// Eigenvectors too nearly parallel.
-pub fn arrays(model: &Model, sets: &Sets) -> Result<Vec<TableArray>, DenseError> {
+pub fn arrays(model: &Model, sets: &Sets) -> Result<Vec<TableArray>, TableError> {
     let mut out = KeptWriter::default();
     if !sets.are_few() {
         out.push("generators", "1/s", &stiffest(model, sets)?);

@@ -11,7 +11,7 @@ use super::sets::Sets;
 use crate::model::{Block, Model};
 use crate::numerics::decoupling::decouple;
 use crate::propagate::vectors::LANES;
-use crate::propagate::{Aligned, DenseError};
+use crate::propagate::{Aligned, TableError};
 use faer::Mat;
 use std::borrow::Cow;
 use std::ops::Deref;
@@ -193,7 +193,7 @@ impl Found {
     ///
     /// # Errors
     /// Its eigenvectors are too nearly parallel.
-    pub fn new(model: &Model, sets: &Sets, set: usize) -> Result<Self, DenseError> {
+    pub fn new(model: &Model, sets: &Sets, set: usize) -> Result<Self, TableError> {
         let n = model.modes();
         if set == Sets::FREE {
             let same = || Mat::identity(2 * n, 2 * n);
@@ -222,7 +222,7 @@ impl Found {
             }
         }
         let found =
-            decouple(&frequency, &damping, &stiffness).map_err(|_| DenseError::Defective {
+            decouple(&frequency, &damping, &stiffness).map_err(|_| TableError::Defective {
                 condition: f64::INFINITY,
                 error: f64::INFINITY,
             })?;
@@ -242,7 +242,7 @@ impl Found {
         }
         match error <= LARGEST_ERROR {
             true => Ok(own),
-            false => Err(DenseError::Defective {
+            false => Err(TableError::Defective {
                 error,
                 condition: found.condition,
             }),

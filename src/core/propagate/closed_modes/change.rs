@@ -6,7 +6,7 @@ use super::seen::now;
 use super::sets::Stop;
 use super::workspace::{Place, Workspace};
 use crate::model::TrajectoryState;
-use crate::propagate::{DenseError, Tangents};
+use crate::propagate::{TableError, Tangents};
 
 impl ClosedModes<'_> {
     /// Takes trajectory and tangents to the coordinates of the system in force at the start of a cycle.
@@ -15,7 +15,7 @@ impl ClosedModes<'_> {
         trajectory: &TrajectoryState,
         tangents: &Tangents,
         w: &mut Workspace,
-    ) -> Result<(), DenseError> {
+    ) -> Result<(), TableError> {
         let (model, cycle) = (self.model, trajectory.cycle);
         w.set = self.sets.at(model, trajectory.contact, cycle, 0.0);
         let slot = self.enter(w.set)?;
@@ -79,7 +79,7 @@ impl ClosedModes<'_> {
         contact: usize,
         state: usize,
         w: &mut Workspace,
-    ) -> Result<(), DenseError> {
+    ) -> Result<(), TableError> {
         if self.slot(w.set).states[contact] == state {
             return Ok(());
         }
@@ -135,7 +135,7 @@ impl ClosedModes<'_> {
         place: &Place,
         time: f64,
         w: &mut Workspace,
-    ) -> Result<(), DenseError> {
+    ) -> Result<(), TableError> {
         let stops = &self.stops[(place.cycle % self.stops.len() as u64) as usize];
         let mut turned = false;
         while let Some(stop) = stops.get(w.next_stop).filter(|stop| stop.time <= time) {

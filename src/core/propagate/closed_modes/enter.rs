@@ -6,7 +6,7 @@ use super::met::{self, MOST_BYTES};
 use super::series::Series;
 use super::slot::Slot;
 use super::system::System;
-use crate::propagate::{DenseError, TableSize};
+use crate::propagate::{TableError, TableSize};
 use std::sync::OnceLock;
 use std::sync::atomic::Ordering;
 
@@ -32,7 +32,7 @@ impl<'m> ClosedModes<'m> {
     /// Its eigenvectors are too nearly parallel, an undamped mode is in resonance with a harmonic, or the systems met take
     /// too much room.
     #[inline]
-    pub(super) fn enter(&self, set: usize) -> Result<&Slot<'m>, DenseError> {
+    pub(super) fn enter(&self, set: usize) -> Result<&Slot<'m>, TableError> {
         match self.slots[set].get() {
             Some(slot) => Ok(slot),
             None => {
@@ -45,7 +45,7 @@ impl<'m> ClosedModes<'m> {
         }
     }
 
-    fn made(&self, set: usize) -> Result<Slot<'m>, DenseError> {
+    fn made(&self, set: usize) -> Result<Slot<'m>, TableError> {
         let (model, sets) = (self.model, &self.sets);
         let basis = self.bases.of(model, sets, set)?;
         unresonant(model, &basis, &self.frequencies)?;
@@ -62,19 +62,18 @@ impl<'m> ClosedModes<'m> {
     }
 
     /// Counts bytes of what a motion meets. That depends on nothing else, so that every point has its limit at the same place.
-    fn take_room(&self, bytes: usize) -> Result<(), DenseError> {
+    fn take_room(&self, bytes: usize) -> Result<(), TableError> {
         let taken = self.taken.fetch_add(bytes, Ordering::Relaxed) + bytes;
         match taken <= MOST_BYTES {
             true => Ok(()),
-            false => Err(DenseError::TooLarge {
+            false => Err(TableError::TooLarge {
                 size: TableSize {
-                    operators: self
+                    systems: self
                         .slots
                         .iter()
                         .filter(|slot| slot.get().is_some())
                         .count(),
                     bytes: taken,
-                    cells: 0,
                 },
                 most: MOST_BYTES,
             }),

@@ -6,7 +6,7 @@
 use super::basis::{Basis, padded};
 use super::sets::Class;
 use crate::model::{Block, Model, turned};
-use crate::propagate::DenseError;
+use crate::propagate::TableError;
 use num_complex::{Complex64, c64};
 
 /// Mesh radians that a block turns in a cycle, below which it drifts.
@@ -296,16 +296,16 @@ fn in_resonance(block: &Block, omega: f64) -> bool {
 /// Refuses an undamped block of a system that turns with a harmonic.
 ///
 /// # Errors
-/// [`DenseError::Resonance`].
+/// [`TableError::Resonance`].
 pub fn unresonant(
     model: &Model,
     basis: &Basis<'_>,
     frequencies: &Frequencies,
-) -> Result<(), DenseError> {
+) -> Result<(), TableError> {
     let resonant =
         |&&[omega, _]: &&[f64; 2]| (0..model.modes()).any(|i| in_resonance(&basis.block(i), omega));
     match frequencies.all.iter().find(resonant) {
-        Some(&[frequency, _]) => Err(DenseError::Resonance { frequency }),
+        Some(&[frequency, _]) => Err(TableError::Resonance { frequency }),
         None => Ok(()),
     }
 }

@@ -3,7 +3,7 @@
 use super::basis::{Basis, Found, padded};
 use super::sets::Sets;
 use crate::model::Model;
-use crate::propagate::{Beside, DenseError};
+use crate::propagate::{Beside, TableError};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -32,7 +32,7 @@ impl MetSets {
         model: &Model,
         sets: &Sets,
         set: usize,
-    ) -> Result<Arc<Basis<'static>>, DenseError> {
+    ) -> Result<Arc<Basis<'static>>, TableError> {
         if let Some(known) = self.lock().get(&set) {
             return Ok(known.clone());
         }

@@ -28,9 +28,8 @@ mod slot;
 mod system;
 mod workspace;
 
-use super::dense::KeptReader;
 use super::vectors::InstructionSet;
-use super::{DenseError, KeptTables, TableArray, TableSize};
+use super::{KeptReader, KeptTables, TableArray, TableError, TableSize};
 use crate::model::Model;
 use bases::Bases;
 use excitation::{Frequencies, unresonant};
@@ -52,7 +51,7 @@ pub struct ClosedModes<'m> {
     /// Bytes of the bases of those met.
     taken: AtomicUsize,
     /// Why one of them has no table.
-    refusal: OnceLock<DenseError>,
+    refusal: OnceLock<TableError>,
     stops: Vec<Vec<Stop>>,
     /// (cos, sin) of all frequencies over a block.
     turns: Vec<[f64; 2]>,
@@ -79,7 +78,7 @@ impl<'m> ClosedModes<'m> {
         model: &'m Model,
         event_limit: u32,
         instructions: InstructionSet,
-    ) -> Result<Self, DenseError> {
+    ) -> Result<Self, TableError> {
         let (sets, _) = suited(model)?;
         let bases = Bases::new(model, &sets)?;
         Self::of_bases(model, event_limit, sets, bases, instructions)
@@ -95,7 +94,7 @@ impl<'m> ClosedModes<'m> {
         event_limit: u32,
         kept: &'m dyn KeptTables,
         instructions: InstructionSet,
-    ) -> Result<Self, DenseError> {
+    ) -> Result<Self, TableError> {
         let (sets, bases) = read(model, kept)?;
         Self::of_bases(model, event_limit, sets, bases, instructions)
     }
@@ -105,7 +104,7 @@ impl<'m> ClosedModes<'m> {
     ///
     /// # Errors
     /// As of [`Self::arrays`], nearly parallel eigenvectors aside.
-    pub fn suits(model: &Model) -> Result<TableSize, DenseError> {
+    pub fn suits(model: &Model) -> Result<TableSize, TableError> {
         suited(model).map(|(_, size)| size)
     }
 
@@ -113,7 +112,7 @@ impl<'m> ClosedModes<'m> {
     ///
     /// # Errors
     /// As of [`Self::of_kept`].
-    pub fn takes(model: &Model, kept: &dyn KeptTables) -> Result<(), DenseError> {
+    pub fn takes(model: &Model, kept: &dyn KeptTables) -> Result<(), TableError> {
         let (sets, bases) = read(model, kept)?;
         all_unresonant(model, &sets, &bases, &Frequencies::new(model))
     }
@@ -124,7 +123,7 @@ impl<'m> ClosedModes<'m> {
         sets: Sets,
         bases: Bases<'m>,
         instructions: InstructionSet,
-    ) -> Result<Self, DenseError> {
+    ) -> Result<Self, TableError> {
         let frequencies = Frequencies::new(model);
         let (step, blocks) = grid::step(model, &bases, &frequencies);
         let stops = sets.stops(model);
@@ -156,7 +155,7 @@ impl<'m> ClosedModes<'m> {
     }
 
     /// Why a motion was stopped at a set of closed contacts that has no table, if one was.
-    pub fn refusal(&self) -> Option<DenseError> {
+    pub fn refusal(&self) -> Option<TableError> {
         self.refusal.get().copied()
     }
 
@@ -165,19 +164,19 @@ impl<'m> ClosedModes<'m> {
     /// # Errors
     /// Stiffness that varies within a segment, flanks with errors, contacts that let go by force, too many
     /// sets of closed contacts, too large tables, eigenvectors too nearly parallel.
-    pub fn arrays(model: &Model) -> Result<Vec<TableArray>, DenseError> {
+    pub fn arrays(model: &Model) -> Result<Vec<TableArray>, TableError> {
         let (sets, _) = suited(model)?;
         bases::arrays(model, &sets)
     }
 }
 
 /// The systems of a model that tables are made for, and the size of these.
-fn suited(model: &Model) -> Result<(Sets, TableSize), DenseError> {
+fn suited(model: &Model) -> Result<(Sets, TableSize), TableError> {
     let sets = Sets::new(model)?;
     let size = bases::size(model.modes(), &sets);
     match size.bytes <= MOST_BYTES {
         true => Ok((sets, size)),
-        false => Err(DenseError::TooLarge {
+        false => Err(TableError::TooLarge {
             size,
             most: MOST_BYTES,
         }),
@@ -185,7 +184,7 @@ fn suited(model: &Model) -> Result<(Sets, TableSize), DenseError> {
 }
 
 /// The systems of a model and their kept bases.
-fn read<'k>(model: &Model, kept: &'k dyn KeptTables) -> Result<(Sets, Bases<'k>), DenseError> {
+fn read<'k>(model: &Model, kept: &'k dyn KeptTables) -> Result<(Sets, Bases<'k>), TableError> {
     let sets = Sets::new(model)?;
     let mut reader = KeptReader::new(kept);
     let bases = Bases::read(model, &sets, &mut reader, kept.beside())?;
@@ -199,7 +198,7 @@ fn all_unresonant(
     sets: &Sets,
     bases: &Bases<'_>,
     frequencies: &Frequencies,
-) -> Result<(), DenseError> {
+) -> Result<(), TableError> {
     if let Bases::All { bases, .. } = bases {
         for set in 0..sets.count() {
             unresonant(model, &bases[set], frequencies)?;

@@ -1,7 +1,7 @@
 //! Which linear systems does a drive have? One for each set of closed contacts and for what each of them is like.
 
 use crate::model::{ActiveSet, Model, Release};
-use crate::propagate::DenseError;
+use crate::propagate::TableError;
 
 /// Most systems of which all tables are made.
 pub const FEW: usize = 256;
@@ -40,7 +40,7 @@ impl Sets {
     ///
     /// # Errors
     /// Stiffness that varies within a segment, flanks with errors, contacts that let go by force, too many systems.
-    pub fn new(model: &Model) -> Result<Self, DenseError> {
+    pub fn new(model: &Model) -> Result<Self, TableError> {
         let mut sets = Self {
             classes: Vec::new(),
             of_segment: Vec::new(),
@@ -49,7 +49,7 @@ impl Sets {
         };
         for contact in &model.contacts {
             if contact.release == Release::Force {
-                return Err(DenseError::Release);
+                return Err(TableError::Release);
             }
             let mut classes: Vec<Class> = Vec::new();
             let mut of_segment = Vec::new();
@@ -57,10 +57,10 @@ impl Sets {
                 let mut states = Vec::new();
                 for segment in &cycle.segments {
                     if !segment.stiffness.is_constant() {
-                        return Err(DenseError::VaryingStiffness);
+                        return Err(TableError::VaryingStiffness);
                     }
                     if !segment.error.is_none() {
-                        return Err(DenseError::FlankError);
+                        return Err(TableError::FlankError);
                     }
                     let class = Class {
                         stiffness: segment.stiffness.mean(),
@@ -81,7 +81,7 @@ impl Sets {
             sets.of_segment.push(of_segment);
         }
         if sets.count > MOST_SETS {
-            return Err(DenseError::TooManySets {
+            return Err(TableError::TooManySets {
                 count: sets.count,
                 most: MOST_SETS,
             });

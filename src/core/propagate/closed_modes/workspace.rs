@@ -5,7 +5,7 @@ use super::basis::padded;
 use super::search::Known;
 use crate::model::{ActiveSet, Segment, TrajectoryState};
 use crate::propagate::vectors::{Aligned, Lanes};
-use crate::propagate::{DenseError, Stop, Tangents};
+use crate::propagate::{Stop, TableError, Tangents};
 
 /// Scratch memory of the kernel of closed modes.
 #[derive(Debug)]
@@ -152,7 +152,7 @@ pub struct Place {
 
 impl Place {
     /// The end of a motion that has met a system without a table.
-    pub fn refused(&self, error: DenseError) -> Stop {
+    pub fn refused(&self, error: TableError) -> Stop {
         Stop::Refused {
             cycle: self.cycle,
             error,

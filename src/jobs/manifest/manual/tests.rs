@@ -203,10 +203,6 @@ fn surroundings(path: &str) -> String {
     };
     match path {
         "run.steps" => put("[run]", "[run]\nkernel = \"stepping\" #"),
-        "run.cells" => {
-            put("[run]", "[run]\nkernel = \"dyadic\" #");
-            put("[mesh]", "[mesh]\ncoast_flank = \"same_line\" #");
-        }
         "mesh.oil_factor" => {
             let law = "friction_law = \"schlenk\"\nroughness = 5e-7\noil_viscosity = 0.02";
             put("[mesh]", &format!("[mesh]\n{law}"));

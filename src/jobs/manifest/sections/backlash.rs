@@ -27,8 +27,6 @@ pub(super) struct Surroundings<'a> {
     pub faulty_drawing: bool,
     /// Where the structure comes from; none where that has faults, which have been reported.
     pub source: Option<&'a StructureSource>,
-    /// Whether the kernel is one of tables, which know no stiffness that varies within a segment.
-    pub kernel_of_tables: bool,
 }
 
 /// The half gap \[m\] of the one key that gives it, or of the drawing.

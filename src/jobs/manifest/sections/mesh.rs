@@ -131,11 +131,7 @@ fn table(
             "remove it, or set stiffness = \"table\"",
         );
     }
-    let resolution = match section.has("resolution") {
-        true => section.choice(issues, "resolution")?,
-        false if drive.kernel_of_tables => "mean_load",
-        false => "secant",
-    };
+    let resolution = section.choice_or_default(issues, "resolution")?;
     let pairs = pairs(section, issues, resolution, gears, misalignment);
     let own = &section.felt(!matches!(pairs, Some(Some(_))));
     let segments = match continuous {

@@ -23,7 +23,6 @@ mod run;
 mod shafts;
 mod slice;
 mod slices;
-mod tables;
 mod train;
 mod unfelt;
 
@@ -112,7 +111,6 @@ pub(super) fn resolve(
             gears: gears.as_ref(),
             faulty_drawing: gears.is_none() && model::is_drawn(root, &section, model.is_some()),
             source: model.as_ref().map(|model| &model.source),
-            kernel_of_tables: tables::are_asked_for(root),
         };
         mesh::read(&section, issues, drive)
     });
@@ -125,7 +123,6 @@ pub(super) fn resolve(
     slices::check_reduction(root, issues, model.as_ref(), mesh.as_ref());
     let retained = model.as_ref().map(|model| model.retained);
     let run = run::read(root, issues, retained);
-    tables::check_kernel(root, issues, mesh.as_ref(), run.as_ref());
     let analyses = match root.child(issues, "analyses") {
         Child::Present(section) => {
             let carried = is_carried(root);

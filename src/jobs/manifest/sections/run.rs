@@ -109,57 +109,25 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSetting> {
         let all = settings.iter().flat_map(|(_, own)| own.iter());
         let idle: BTreeSet<&str> = all.filter(|key| !own.contains(key)).copied().collect();
         let why = format!("with kernel = \"{name}\"");
-        let remedy = match *name {
-            "stepping" => {
-                "remove it, or set the kernel it belongs to; `steps` sets the accuracy of stepping"
-            }
-            "volterra" | "closed_modes" | "auto" => "remove it, or set the kernel it belongs to",
-            _ => "remove it; `cells` sets the unit steps of a table kernel, which is exact",
-        };
+        let remedy = "remove it, or set the kernel it belongs to";
         let idle: Vec<&str> = idle.into_iter().collect();
         section.without_effect(issues, &idle, &why, remedy);
     }
-    let cells = |issues: &mut Issues| {
-        let cells = section.integer_or_default(issues, "cells")?;
-        u32::try_from(cells).ok()
-    };
     Some(KernelSetting::Named(match chosen {
         Some("auto") => {
             return Some(KernelSetting::Auto);
         }
         Some("volterra") => KernelChoice::Volterra,
         Some("closed_modes") => KernelChoice::ClosedModes,
-        Some("stepping") => {
+        Some(_) => {
             let steps = section.integer_or_default(issues, "steps")?;
             KernelChoice::Stepping {
                 steps: u32::try_from(steps).ok()?,
             }
         }
-        Some("dyadic") => KernelChoice::Dyadic {
-            cells: cells(issues)?,
-        },
-        Some("hermite") => KernelChoice::Hermite {
-            cells: cells(issues)?,
-        },
-        Some("spectral") => {
-            let cells = cells(issues);
-            let event_grid = match section.has("event_grid") {
-                true => Some(u32::try_from(section.integer(issues, "event_grid")?).ok()?),
-                false => None,
-            };
-            KernelChoice::Spectral {
-                cells: cells?,
-                event_grid,
-            }
-        }
-        Some(_) => KernelChoice::Fused {
-            cells: cells(issues)?,
-        },
         None => {
-            // Which settings count is open; their own faults show all the same.
+            // Whether it counts is open; its own fault shows all the same.
             section.integer_or_default(issues, "steps");
-            cells(issues);
-            section.integer_or(issues, "event_grid", 1);
             return None;
         }
     }))

@@ -114,11 +114,6 @@ impl StiffnessSpec {
         }
     }
 
-    /// Whether it is the secant stiffness of a table, which varies within a segment.
-    pub fn is_secant(&self) -> bool {
-        matches!(self, Self::Table(table) if !table.stiffness.is_tangent())
-    }
-
     /// Whether pairs of teeth are springs of their own.
     pub fn is_of_pairs(&self) -> bool {
         matches!(self, Self::Table(table) if matches!(table.division, CycleDivision::Pairs { .. }))

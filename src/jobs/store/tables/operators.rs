@@ -1,25 +1,21 @@
-//! Tables of dense kernels in the cache: the one place where a kernel's arrays meet a file.
+//! Tables of kernels in the cache: the one place where a kernel's arrays meet a file.
 //!
-//! Load and half gap are coordinates of the state these tables act on, and so are the phases of
-//! all excitation: none of them is part of a key. Bases are of a structure and its mesh, whatever
-//! the speed and the excitation; points of one structure and mesh share one table. What runs of
-//! cells make of it is of one speed.
+//! They belong to a structure and its mesh. Load, half gap, speed and excitation are not part of a key: points of one
+//! structure and mesh share one table.
 
 use serde_json::{Value, json};
 use thiserror::Error;
 
 use super::{Arrays, CacheError, CacheKind, Fetched, MappedTable, TableStore};
 use crate::model::Model;
-use crate::propagate::{Beside, DenseError, KeptTables, KernelTable, TableArray, bases_form};
+use crate::propagate::{Beside, KeptTables, KernelTable, TableArray, TableError};
 
 /// Part of every key: changes whenever the same model gives other numbers or other arrays.
 const METHOD: &str = "atlas kernel tables 3";
 
 fn kind(table: KernelTable) -> CacheKind {
     match table {
-        KernelTable::Bases => CacheKind::Bases,
         KernelTable::Systems => CacheKind::Systems,
-        KernelTable::Runs { .. } => CacheKind::Runs,
     }
 }
 
@@ -28,7 +24,7 @@ fn kind(table: KernelTable) -> CacheKind {
 pub enum OperatorFetchError {
     /// They cannot be computed.
     #[error(transparent)]
-    Dense(#[from] DenseError),
+    Dense(#[from] TableError),
     /// They are no arrays that can be kept.
     #[error(transparent)]
     Arrays(#[from] CacheError),
@@ -75,34 +71,12 @@ fn inputs(table: KernelTable, model: &Model) -> Value {
     let mut structure = Fingerprint::default();
     structure.put_structure(model);
     match table {
-        KernelTable::Bases => {
-            let (slow_rate, harmonics) = bases_form(model);
-            json!({
-                "method": METHOD,
-                "modes": model.modes(),
-                "segments": model.first_cycle().segments.len(),
-                "slow_rate": slow_rate,
-                "harmonics": harmonics,
-                "model": structure.finish(),
-            })
-        }
         KernelTable::Systems => {
             structure.put_contacts(model);
             json!({
                 "method": METHOD,
                 "modes": model.modes(),
                 "contacts": model.contacts.len(),
-                "model": structure.finish(),
-            })
-        }
-        KernelTable::Runs { cells } => {
-            structure.put_speed(model);
-            json!({
-                "method": METHOD,
-                "cells": cells,
-                "modes": model.modes(),
-                "segments": model.first_cycle().segments.len(),
-                "period": model.period(),
                 "model": structure.finish(),
             })
         }
@@ -150,25 +124,6 @@ impl Fingerprint {
                 // One cycle must not run into the next.
                 self.put(&[]);
             }
-        }
-    }
-
-    fn put_speed(&mut self, model: &Model) {
-        self.put(model.rated_input.as_flattened());
-        self.put(&[model.period()]);
-        for segment in &model.first_cycle().segments {
-            self.put(&[segment.end]);
-        }
-        for harmonic in model.transmission_errors() {
-            self.put(&[
-                harmonic.angular_frequency,
-                harmonic.amplitude,
-                harmonic.phase,
-            ]);
-        }
-        for ripple in &model.ripple {
-            self.put(&[ripple.angular_frequency]);
-            self.put(ripple.input.as_flattened());
         }
     }
 

@@ -165,14 +165,17 @@ fn simulate(job: &Job, nodes: usize, workers: usize, near: bool) -> Simulated {
 fn workers_keep_to_the_tables_of_their_node() {
     let text = include_str!("../../../../tests/data/oscillator.toml")
         .replace("to = 0.3, count = 2", "to = 0.3, count = 12")
-        .replace("to = 1500, count = 3", "to = 1500, count = 24")
-        .replace("[run]", "[run]\nkernel = \"fused\"");
+        .replace(
+            "speed = { from = 600, to = 1500, count = 3 }",
+            "speed = 1200\nmesh.mean_stiffness = { from = \"4e8 N/m\", to = \"5e8 N/m\", count = 24 }",
+        )
+        .replace("[run]", "[run]\nkernel = \"closed_modes\"");
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data");
     let job = manifest::parse(&text, "m.toml", &data).unwrap();
     let numbers: BTreeSet<_> = (0..288)
         .map(|id| table_number(&job.points.at(id)))
         .collect();
-    assert_eq!(numbers.len(), 24, "a table a speed");
+    assert_eq!(numbers.len(), 24, "a table a mesh");
     for (nodes, workers) in [(2, 8), (4, 8), (8, 16)] {
         let [near, far] = [true, false].map(|near| simulate(&job, nodes, workers, near));
         for simulated in [&near, &far] {

@@ -58,7 +58,7 @@ pub(super) const KEYS: &[Key] = &[
     integer("excitation.table_harmonics", 0.0, 100.0, "10")
         .otherwise("the error as it is, in the law of the mesh")
         .about("How many harmonics stand for the error of the loaded flanks that a computed mesh finds; 0 leaves \
-                the error out. Kernels of tables need it."),
+                the error out. run.kernel = \"closed_modes\" needs it."),
     key("excitation.torque_ripple", Kind::List("tables"), ANY, r#"[{ shaft = "pinion", order = 2, amplitude = "3 N*m" }]"#).or("[]")
         .about("Fluctuating torque on a shaft, a table for each order: \
                 T = sum of amplitude cos(order speed t + phase), with the speed of that shaft."),

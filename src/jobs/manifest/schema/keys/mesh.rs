@@ -92,14 +92,13 @@ pub(super) const KEYS: &[Key] = &[
                 three dimensions, so that what is not loaded supports what is. `independent`: each slice of the \
                 face for itself, as thin-slice models have it, which load too much of a misaligned face. Spur \
                 gears alone are coupled, and those with resolution = \"pairs\" are not."),
-    choice("mesh.resolution", &["secant", "mean_load", "pairs"], r#""pairs""#)
-        .otherwise(r#""secant"; "mean_load" with kernels of tables"#)
+    choice("mesh.resolution", &["secant", "mean_load", "pairs"], r#""pairs""#).or(r#""secant""#)
         .about("What a mesh computed from [gear] is away from the mean load. `secant`: one spring that touches where the \
                 flanks do and is right under the mean load, with the stiffness of the secant between the two. Where contact \
                 spreads along the face (misaligned, helical, modified leads) it has the mean of the tangent stiffness. Its force \
                 does not jump where a pair of teeth takes hold. All gears have it. \
                 `mean_load`: the tangent at the mean load. Its stiffness steps where a pair takes hold, and so does \
-                its force unless it is the mean load. Kernels of tables know this one alone. `pairs`: every pair of \
+                its force unless it is the mean load. run.kernel = \"closed_modes\" knows this one alone. `pairs`: every pair of \
                 teeth is a spring across a gap of its own, relief included, so that stiffness, load centroid and \
                 friction follow the force of every instant, from the first touch on, without jumps. Takes loads of 0 \
                 too, and needs spur gears and run.kernel = \"volterra\" or \"stepping\"."),
@@ -116,13 +115,13 @@ pub(super) const KEYS: &[Key] = &[
         .about("Where a closed contact lets go, further contacts of a modal file included. `deflection`: where the \
                 deflection is back at the gap; just before that the damper pulls. `force`: where the force of \
                 spring and damper falls to zero, so that it never pulls; a contact that has not come free since \
-                takes hold again where that force rises to zero. Kernels of tables need `deflection`."),
+                takes hold again where that force rises to zero. run.kernel = \"closed_modes\" needs `deflection`."),
     choice("mesh.coast_flank", &["mirrored", "same_line"], r#""same_line""#)
         .otherwise(r#""mirrored", or "same_line" where a modal file has no participations of the coast flanks"#)
         .about("Where the coast flanks touch. `mirrored`: along their own line of action, the mirror image of that of \
                 the drive flanks about the line of centres, with stiffness, load centroid, friction and what is \
                 missing from the flanks mirrored in phase. `same_line`: along the line of the drive flanks, \
-                pushed from behind, all as theirs at the same phase; kernels of tables need it."),
+                pushed from behind, all as theirs at the same phase."),
     quantity("mesh.coast_symmetry", Ratio, bounds(0.0, false, 1.0, true), "0.05")
         .otherwise("from [gear]; without it from the two-level law, (contact_ratio + 1/2)/2; required where neither is there")
         .about("Mesh phase, in cycles, at which a tooth of the pinion stands on the line of centres: so long after it \

@@ -12,22 +12,15 @@ pub(super) const KEYS: &[Key] = &[
     integer("run.cycles", 1.0, MANY, "100000").otherwise("160000, or 40000 where no analysis has a `stop_at_stderr`")
         .about("Most mesh cycles measured, of all trajectories of a point together. A point stops earlier once its answers \
                 are settled."),
-    choice("run.kernel", &["volterra", "closed_modes", "stepping", "dyadic", "hermite", "spectral", "fused", "auto"], r#""stepping""#)
+    choice("run.kernel", &["volterra", "closed_modes", "stepping", "auto"], r#""stepping""#)
         .or(r#""auto""#)
         .about("How the motion is computed. `auto` takes, at each point by its own drive, `closed_modes` where that takes the drive and is faster, else \
                 `volterra`; `atlas check` and `kernels` in `run.json` say which and why. \
                 `volterra` is exact to round-off and takes every drive. `closed_modes` is as exact and faster up to some \
                 twenty modes, and with many contacts; it makes the eigenvectors of each set of closed \
-                contacts once for all loads and, without gyroscopic terms, speeds, keeps those of few sets in `tables/`, and takes constant levels of stiffness. `stepping` takes fixed steps. `dyadic`, `hermite`, `spectral` and `fused` are kernels of dense tables from the \
-                literature, for comparison; the bases of the last two are kept in `tables/`, once for all \
-                speeds."),
+                contacts once for all loads and, without gyroscopic terms, speeds, keeps those of few sets in `tables/`, and takes constant levels of stiffness. `stepping` takes fixed steps."),
     integer("run.steps", 16.0, 1e6, "8192").or("4096").because("each is kept: 60 bytes of every point at work")
         .about("Steps a mesh cycle of `stepping`, which sets its accuracy. Only with that kernel."),
-    integer("run.cells", 1.0, 1e4, "120").or("60")
-        .about("Fewest unit steps a mesh cycle of the kernels of tables. Only with those kernels."),
-    integer("run.event_grid", 1.0, MANY, "6000").otherwise("events where they are")
-        .about("Puts every event off to the next of so many equal parts of the mesh cycle, to show the error that \
-                this makes. Only with `spectral`."),
     choice("run.instructions", &["auto", "portable"], r#""portable""#).or(r#""auto""#)
         .about("Whether the processor's widest instructions are used, or only those that every x86-64 processor \
                 has, for the same bits everywhere. `portable` is slower and takes `volterra`, `stepping` or `auto`."),

@@ -1,0 +1,151 @@
+//! A kernel's tables as plain arrays: what it hands over to be kept, and takes back.
+//!
+//! Arrays of one name follow one another, table by table; operators keep the order of their
+//! panels, so that a kernel multiplies by them where they lie.
+
+use super::TableError;
+use super::vectors::Aligned;
+use std::any::Any;
+use std::sync::{Arc, OnceLock};
+
+/// Largest count that a kept table may state.
+const MOST: f64 = 1e6;
+
+/// One array of a kernel's tables.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TableArray {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit; `mixed` where entries differ in theirs.
+    pub unit: &'static str,
+    /// Its numbers.
+    pub values: Aligned,
+}
+
+/// A place beside kept tables where kernels share what they make when they need it.
+pub type Beside = OnceLock<Arc<dyn Any + Send + Sync>>;
+
+/// Tables that are kept somewhere, by the names under which they were handed over.
+pub trait KeptTables {
+    /// The numbers of an array, from a multiple of 64 bytes on where products should be fast.
+    fn numbers(&self, name: &str) -> Option<&[f64]>;
+
+    /// Where kernels of the same structure share what they make when they need it; nowhere, unless these tables have a place for it.
+    fn beside(&self) -> Option<&Beside> {
+        None
+    }
+}
+
+impl KeptTables for Vec<TableArray> {
+    fn numbers(&self, name: &str) -> Option<&[f64]> {
+        let array = self.iter().find(|array| array.name == name);
+        array.map(|array| &array.values[..])
+    }
+}
+
+/// Collects arrays.
+#[derive(Debug, Default)]
+pub struct KeptWriter(Vec<(&'static str, &'static str, Vec<f64>)>);
+
+impl KeptWriter {
+    /// Appends to the array of a name.
+    pub fn push(&mut self, name: &'static str, unit: &'static str, values: &[f64]) {
+        match self.0.iter_mut().find(|(known, ..)| *known == name) {
+            Some((.., all)) => all.extend_from_slice(values),
+            None => self.0.push((name, unit, values.to_vec())),
+        }
+    }
+
+    /// The arrays, in the order in which their names came.
+    pub fn finish(self) -> Vec<TableArray> {
+        let arrays = self.0.into_iter();
+        arrays
+            .map(|(name, unit, values)| TableArray {
+                name,
+                unit,
+                values: values[..].into(),
+            })
+            .collect()
+    }
+}
+
+/// Takes arrays apart in the order in which they were written.
+pub struct KeptReader<'t> {
+    kept: &'t dyn KeptTables,
+    /// What is left of the arrays begun.
+    rests: Vec<(&'static str, &'t [f64])>,
+}
+
+impl<'t> KeptReader<'t> {
+    /// Nothing is taken yet.
+    pub fn new(kept: &'t dyn KeptTables) -> Self {
+        Self {
+            kept,
+            rests: Vec::new(),
+        }
+    }
+
+    /// The next numbers of an array.
+    pub fn take(&mut self, name: &'static str, count: usize) -> Result<&'t [f64], TableError> {
+        let place = match self.rests.iter().position(|(known, _)| *known == name) {
+            Some(place) => place,
+            None => {
+                let all = self.kept.numbers(name).ok_or(TableError::Kept { name })?;
+                self.rests.push((name, all));
+                self.rests.len() - 1
+            }
+        };
+        let rest = &mut self.rests[place].1;
+        let (taken, left) = rest
+            .split_at_checked(count)
+            .ok_or(TableError::Kept { name })?;
+        *rest = left;
+        Ok(taken)
+    }
+
+    /// The next number.
+    pub fn number(&mut self, name: &'static str) -> Result<f64, TableError> {
+        Ok(self.take(name, 1)?[0])
+    }
+
+    /// The next number, a count.
+    pub fn count(&mut self, name: &'static str) -> Result<usize, TableError> {
+        let number = self.number(name)?;
+        match (0.0..=MOST).contains(&number) && number.fract() == 0.0 {
+            true => Ok(number as usize),
+            false => Err(TableError::Kept { name }),
+        }
+    }
+
+    /// Everything begun was used up.
+    pub fn finish(self) -> Result<(), TableError> {
+        let left = self.rests.iter().find(|(_, rest)| !rest.is_empty());
+        left.map_or(Ok(()), |&(name, _)| Err(TableError::Kept { name }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read_in_turn() {
+        let mut writer = KeptWriter::default();
+        writer.push("a", "1", &[1.0, 2.0]);
+        writer.push("b", "m", &[0.5]);
+        writer.push("a", "1", &[8.0]);
+        let arrays = writer.finish();
+        assert_eq!(arrays.len(), 2);
+        let mut reader = KeptReader::new(&arrays);
+        assert_eq!(reader.take("a", 2), Ok(&[1.0, 2.0][..]));
+        assert_eq!(reader.count("a"), Ok(8));
+        assert_eq!(reader.count("b"), Err(TableError::Kept { name: "b" }));
+        for name in ["a", "c"] {
+            assert_eq!(reader.number(name), Err(TableError::Kept { name }));
+        }
+        assert_eq!(reader.finish(), Ok(()));
+        let mut short = KeptReader::new(&arrays);
+        short.number("a").unwrap();
+        assert_eq!(short.finish(), Err(TableError::Kept { name: "a" }));
+    }
+}

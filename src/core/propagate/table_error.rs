@@ -1,0 +1,103 @@
+//! Why a kernel of tables does not serve a model, and how large its tables are.
+
+/// Why a model has no tables, or kept ones do not serve it.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum TableError {
+    /// Loaded flanks have an error.
+    #[error(
+        "kernels of tables do not follow the error of loaded flanks; use kernel = \"volterra\", or give excitation.table_harmonics, its harmonics, or 0 to leave it out"
+    )]
+    FlankError,
+    /// Stiffness varies within a segment.
+    #[error(
+        "the mesh stiffness varies within its segments, which tables of matrix exponentials cannot \
+         follow; set `stiffness = \"piecewise\"`"
+    )]
+    VaryingStiffness,
+    /// The eigenvectors of a segment are too nearly parallel.
+    #[error(
+        "the eigenvectors of a mesh segment are nearly parallel: a propagator rebuilt from them is \
+         off by {error:.1e} of its largest entry, at most 1e-11 is let pass (condition number \
+         {condition:.1e}); the contact may be critically damped"
+    )]
+    Defective {
+        /// Condition number of their basis.
+        condition: f64,
+        /// Error of a propagator rebuilt from them, relative to its largest entry.
+        error: f64,
+    },
+    /// An undamped mode in resonance with a harmonic.
+    #[error(
+        "an undamped mode is in resonance with the harmonic at {frequency:.6e} rad/s; \
+         give it damping"
+    )]
+    Resonance {
+        /// Angular frequency of the harmonic \[rad/s\].
+        frequency: f64,
+    },
+    /// Contacts let go where their force vanishes.
+    #[error(
+        "tables do not know contacts that let go where their force vanishes; set \
+         mesh.release = \"deflection\", or a kernel without tables"
+    )]
+    Release,
+    /// Kept tables are not those of this model.
+    #[error(
+        "the kept tables have no array `{name}` that fits this model; remove them \
+         (`atlas table clean --all`), they are computed again"
+    )]
+    Kept {
+        /// The array.
+        name: &'static str,
+    },
+    /// More systems than tables are made for.
+    #[error(
+        "contacts may be closed in {count} ways, each a linear system with a table of its own, and at most {most} are \
+         kept; set run.kernel = \"volterra\""
+    )]
+    TooManySets {
+        /// How many.
+        count: usize,
+        /// The most that are kept.
+        most: usize,
+    },
+    /// Tables would be larger than they should be.
+    #[error(
+        "the tables of the {} ways in which contacts may be closed would take {:.0} MB, at most {:.0} MB are kept; keep fewer \
+         modes or fewer levels of stiffness",
+        size.systems, megabytes(size.bytes), megabytes(*most)
+    )]
+    TooLarge {
+        /// What they would take.
+        size: TableSize,
+        /// The most \[bytes\].
+        most: usize,
+    },
+}
+
+impl TableError {
+    /// Whether it is the model that these tables do not fit, so that another kernel may.
+    pub fn concerns_the_model(&self) -> bool {
+        !matches!(self, Self::Kept { .. })
+    }
+
+    /// What is wrong, without the figures and the remedy that follow it.
+    pub fn cause(&self) -> String {
+        let text = self.to_string();
+        text.split([':', ';']).next().unwrap_or_default().to_owned()
+    }
+}
+
+/// Bytes in megabytes.
+pub fn megabytes(bytes: usize) -> f64 {
+    1e-6 * bytes as f64
+}
+
+/// Size of a kernel's tables.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TableSize {
+    /// Linear systems that have tables.
+    pub systems: usize,
+    /// Their bytes.
+    pub bytes: usize,
+}

@@ -1,0 +1,138 @@
+//! The bases of a structure and its mesh: one a stiffness, damping and direction in contact, one a
+//! direction in free flight, whatever the speed.
+
+use super::DenseError;
+use super::basis::Basis;
+use super::generator::{Generator, Layout};
+use super::grid;
+use super::matrix::Operator;
+use super::rates::Rates;
+use crate::model::{Model, Segment};
+use crate::propagate::{KeptReader, KeptWriter, TableArray};
+use std::sync::Arc;
+
+/// Which basis serves which segment.
+#[derive(Debug)]
+struct Places {
+    /// A segment of every basis of contact.
+    contact: Vec<usize>,
+    /// A segment of every basis of free flight.
+    flight: Vec<usize>,
+    /// Bases of contact and of free flight of every segment.
+    of: Vec<[usize; 2]>,
+}
+
+impl Places {
+    fn new(model: &Model) -> Self {
+        let segments = &model.first_cycle().segments;
+        let turned = |a: &Segment, b: &Segment| a.direction == b.direction;
+        let alike = |a: &Segment, b: &Segment| {
+            turned(a, b) && a.stiffness == b.stiffness && a.damping == b.damping
+        };
+        let mut places = Self {
+            contact: Vec::new(),
+            flight: Vec::new(),
+            of: Vec::new(),
+        };
+        for (index, segment) in segments.iter().enumerate() {
+            let place = |known: &mut Vec<usize>, same: &dyn Fn(&Segment, &Segment) -> bool| {
+                let found = known.iter().position(|&k| same(&segments[k], segment));
+                found.unwrap_or_else(|| {
+                    known.push(index);
+                    known.len() - 1
+                })
+            };
+            let contact = place(&mut places.contact, &alike);
+            places
+                .of
+                .push([contact, place(&mut places.flight, &turned)]);
+        }
+        places
+    }
+}
+
+/// All bases of a model.
+#[derive(Debug)]
+pub struct Bases<'t> {
+    contact: Vec<Arc<Basis<'t>>>,
+    flight: Vec<Arc<Basis<'t>>>,
+    of: Vec<[usize; 2]>,
+}
+
+impl<'t> Bases<'t> {
+    /// Computes them.
+    pub fn new(model: &Model) -> Result<Self, DenseError> {
+        let rates = Rates::new(model);
+        Self::made(model, |segment, touching| {
+            let own = &model.first_cycle().segments[segment];
+            let generator = Generator::new(model, own, touching);
+            Basis::new(&generator, &rates, segment, touching)
+        })
+    }
+
+    /// Those handed over by [`keep`](Self::keep).
+    pub fn read(model: &Model, kept: &mut KeptReader<'t>) -> Result<Self, DenseError> {
+        let layout = Layout::new(model);
+        Self::made(model, |segment, touching| {
+            Basis::read(kept, &layout, segment, touching)
+        })
+    }
+
+    /// One by one, contact first.
+    fn made(
+        model: &Model,
+        mut make: impl FnMut(usize, bool) -> Result<Basis<'t>, DenseError>,
+    ) -> Result<Self, DenseError> {
+        let places = Places::new(model);
+        let mut all = |segments: &[usize], touching| -> Result<Vec<_>, DenseError> {
+            let made = segments.iter().map(|&segment| make(segment, touching));
+            made.map(|basis| Ok(Arc::new(basis?))).collect()
+        };
+        Ok(Self {
+            contact: all(&places.contact, true)?,
+            flight: all(&places.flight, false)?,
+            of: places.of,
+        })
+    }
+
+    /// The basis of a segment in contact or in free flight.
+    pub fn of(&self, segment: usize, touching: bool) -> Arc<Basis<'t>> {
+        let [contact, flight] = self.of[segment];
+        match touching {
+            true => self.contact[contact].clone(),
+            false => self.flight[flight].clone(),
+        }
+    }
+
+    /// All of them, contact first.
+    pub fn all(&self) -> impl Iterator<Item = &Basis<'t>> {
+        self.contact
+            .iter()
+            .chain(&self.flight)
+            .map(|basis| &**basis)
+    }
+
+    /// Their operators.
+    pub fn operators(&self) -> impl Iterator<Item = &Operator<'_>> {
+        self.all().flat_map(|basis| [&basis.inverse, &basis.matrix])
+    }
+
+    fn keep(&self, out: &mut KeptWriter) {
+        for basis in self.all() {
+            basis.keep(out);
+        }
+    }
+}
+
+/// The bases of a model as arrays to be kept: they serve the kernels
+/// [`Spectral`](super::Spectral) and [`Fused`](super::Fused) at every speed.
+///
+/// # Errors
+/// A model that tables do not fit, eigenvectors too nearly parallel.
+pub fn arrays(model: &Model) -> Result<Vec<TableArray>, DenseError> {
+    grid::fits(model)?;
+    let bases = Bases::new(model)?;
+    let mut out = KeptWriter::default();
+    bases.keep(&mut out);
+    Ok(out.finish())
+}

@@ -1,0 +1,397 @@
+//! One mesh cycle of any table kernel: stretches, events, breakpoints.
+//!
+//! A stretch starts on a cell boundary or at an event and is handed to the kernel's [`Method`],
+//! which moves the state to the stretch's end or to the first event before it. In contact a
+//! stretch may not pass the end of its cell; in free flight, where the method allows it, only the
+//! end of the cycle and a change of direction. A method may also cross several cells at once.
+
+use super::cell_model::{CellModel, Position};
+use super::exits::{DeflectionAt, MarginAt};
+use super::matrix::{Operator, dot, reach};
+use super::show::{Picture, show};
+use super::stretch::{Exit, Stretch};
+use crate::model::{ActiveSet, TrajectoryState};
+use crate::propagate::events::{Changes, Margin, ROUND_OFF};
+use crate::propagate::{Counters, Event, FARTHEST, Observer, Stop, Tangents, saltation};
+
+/// How a table kernel crosses a stretch.
+pub trait Method: Sync {
+    /// Scratch memory.
+    type Scratch;
+    /// Longest cell, in units of the fastest rate.
+    const REACH: f64;
+    /// Whether stretches in free flight may span cells.
+    const FLIES: bool;
+
+    /// All operators kept.
+    fn operators(&self) -> impl Iterator<Item = &Operator<'_>>;
+
+    /// Scratch memory for a model.
+    fn scratch(&self, cell_model: &CellModel<'_>) -> Self::Scratch;
+
+    /// Moves the state `z` to the first event of the stretch or to its end.
+    fn pass(
+        &self,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
+        z: &mut [f64],
+        scratch: &mut Self::Scratch,
+        counters: &mut Counters,
+    ) -> Option<Exit>;
+
+    /// Moves a tangent vector over the first `time` of the stretch just passed.
+    fn follow(
+        &self,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
+        time: f64,
+        x: &mut [f64],
+        scratch: &mut Self::Scratch,
+        counters: &mut Counters,
+    );
+
+    /// Moves the state over whole cells without an event, if it can tell that none is met: how
+    /// many.
+    fn run(
+        &self,
+        _: &CellModel<'_>,
+        _: &Stretch,
+        _: &mut [f64],
+        _: &mut Self::Scratch,
+        _: &mut Counters,
+    ) -> Option<usize> {
+        None
+    }
+
+    /// Moves a tangent vector over the cells just run.
+    fn follow_run(&self, _: &mut [f64], _: &mut Self::Scratch, _: &mut Counters) {}
+}
+
+/// Scratch memory of a table kernel.
+#[derive(Debug)]
+pub struct Workspace<S> {
+    state: Vec<f64>,
+    start: Vec<f64>,
+    tangents: Vec<Vec<f64>>,
+    tangent_count: usize,
+    picture: Picture,
+    scratch: S,
+}
+
+impl CellModel<'_> {
+    pub fn workspace<S>(&self, scratch: S) -> Workspace<S> {
+        let padded = self.layout.padded();
+        Workspace {
+            state: vec![0.0; padded],
+            start: vec![0.0; padded],
+            tangents: Vec::new(),
+            tangent_count: 0,
+            picture: Picture::new(padded),
+            scratch,
+        }
+    }
+
+    /// Advances one mesh cycle.
+    pub fn advance_cycle<M: Method, O: Observer>(
+        &self,
+        method: &M,
+        trajectory: &mut TrajectoryState,
+        tangents: &mut Tangents,
+        workspace: &mut Workspace<M::Scratch>,
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), Stop> {
+        let n = 2 * self.layout.modes;
+        let w = workspace;
+        w.state[..n].copy_from_slice(&trajectory.state);
+        w.tangent_count = tangents.count();
+        if w.tangents.len() < tangents.count() {
+            let padded = self.layout.padded();
+            (w.tangents).resize_with(tangents.count(), || vec![0.0; padded]);
+        }
+        for (i, x) in w.tangents[..w.tangent_count].iter_mut().enumerate() {
+            x[..n].copy_from_slice(tangents.vector(i));
+        }
+        let mut position = Position {
+            cycle: trajectory.cycle,
+            time: 0.0,
+            cell: 0,
+            aligned: true,
+            crossed: None,
+        };
+        let mut contact = trajectory.contact;
+        // An event that is put off, and is none by then, accounts for no window.
+        let put_off = self.event_grid.unwrap_or(0) as usize;
+        let mut changes = Changes::new(self.event_limit, self.grid.cells.len() + put_off);
+        while position.cell < self.grid.cells.len() {
+            if observer.called_off() {
+                return Err(Stop::CalledOff {
+                    cycle: position.cycle,
+                });
+            }
+            changes.take(position.cycle, position.time, self.grid.period)?;
+            self.step(
+                method,
+                &mut position,
+                &mut contact,
+                &mut changes,
+                w,
+                observer,
+                counters,
+            )?;
+        }
+        if !w.state[..n].iter().all(|x| x.is_finite()) {
+            return Err(Stop::Diverged {
+                cycle: position.cycle,
+            });
+        }
+        trajectory.state.copy_from_slice(&w.state[..n]);
+        trajectory.contact = contact;
+        trajectory.cycle += 1;
+        for (i, x) in w.tangents[..w.tangent_count].iter().enumerate() {
+            tangents.vector_mut(i).copy_from_slice(&x[..n]);
+        }
+        counters.cycles += 1;
+        Ok(())
+    }
+
+    /// Passes one stretch.
+    fn step<M: Method, O: Observer>(
+        &self,
+        method: &M,
+        position: &mut Position,
+        contact: &mut ActiveSet,
+        changes: &mut Changes,
+        w: &mut Workspace<M::Scratch>,
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), Stop> {
+        let stop = self.stop_cell::<M>(position, *contact);
+        let end = self.grid.time(stop);
+        if position.time >= end {
+            self.align(position, stop);
+            return Ok(());
+        }
+        self.set_carried(position, *contact, &mut w.state);
+        let generator = self.generator(position.cell, *contact);
+        let deflection = dot(&generator.deflection, &w.state);
+        if deflection.is_nan() || deflection.abs() > FARTHEST * self.model.half_gap {
+            return Err(Stop::Diverged {
+                cycle: position.cycle,
+            });
+        }
+        let whole = position.aligned && stop == position.cell + 1;
+        let duration = match whole {
+            true => self.grid.duration(position.cell),
+            false => end - position.time,
+        };
+        let size = reach(&generator.magnitude, &w.state);
+        let stretch = Stretch {
+            cell: position.cell,
+            contact: *contact,
+            duration,
+            whole,
+            crossed: position.crossed.take(),
+            noise: ROUND_OFF * (size + self.model.half_gap),
+        };
+        if O::WINDOWS {
+            w.start.copy_from_slice(&w.state);
+        }
+        if whole
+            && let Some(cells) = method.run(self, &stretch, &mut w.state, &mut w.scratch, counters)
+        {
+            counters.windows += cells as u64;
+            if O::WINDOWS {
+                self.show_run(&stretch, cells, position.cycle, w, observer);
+            }
+            for x in &mut w.tangents[..w.tangent_count] {
+                method.follow_run(x, &mut w.scratch, counters);
+                counters.tangent_windows += 1;
+            }
+            self.align(position, position.cell + cells);
+            return Ok(());
+        }
+        if let Some(crossed) = self.outside(&stretch, deflection) {
+            // δ stepped across the surface at a prescribed time: tangents stay as they are.
+            return self.switch(
+                position, contact, crossed, changes, &w.state, observer, counters,
+            );
+        }
+        counters.windows += 1;
+        counters.partial_windows += u64::from(!whole);
+        let mut exit = method.pass(self, &stretch, &mut w.state, &mut w.scratch, counters);
+        let mut passed = exit.map_or(duration, |exit| exit.time);
+        if let (Some(parts), Some(found)) = (self.event_grid, exit) {
+            let grid = self.grid.period / f64::from(parts);
+            let late = ((position.time + found.time) / grid).ceil() * grid - position.time;
+            let rest = late.min(duration) - found.time;
+            if rest > 0.0 {
+                passed = found.time + rest;
+                let crossing = Position {
+                    time: position.time + found.time,
+                    aligned: false,
+                    ..*position
+                };
+                self.set_carried(&crossing, *contact, &mut w.state);
+                method.follow(self, &stretch, rest, &mut w.state, &mut w.scratch, counters);
+            }
+            exit = Some(Exit {
+                time: passed,
+                ..found
+            });
+        }
+        if O::WINDOWS && passed > 0.0 {
+            show(
+                self,
+                &stretch,
+                position.cycle,
+                position.time,
+                passed,
+                &w.start,
+                &mut w.picture,
+                observer,
+            );
+        }
+        if passed > 0.0 {
+            for x in &mut w.tangents[..w.tangent_count] {
+                method.follow(self, &stretch, passed, x, &mut w.scratch, counters);
+                counters.tangent_windows += 1;
+            }
+        }
+        let Some(exit) = exit else {
+            self.align(position, stop);
+            return Ok(());
+        };
+        if passed > 0.0 {
+            position.time += passed;
+            position.aligned = false;
+            while position.time >= self.grid.time(position.cell + 1) && position.cell + 1 < stop {
+                position.cell += 1;
+            }
+        }
+        self.set_carried(position, *contact, &mut w.state);
+        let crossed = match self.event_grid {
+            None => Some(exit.contact),
+            Some(_) => self.reclassified(position, *contact, &w.state),
+        };
+        let Some(crossed) = crossed else {
+            return Ok(());
+        };
+        let entering = !contact.holds(crossed);
+        let segment = &self.model.first_cycle().segments[self.grid.cells[position.cell].segment];
+        for x in &mut w.tangents[..w.tangent_count] {
+            let (first, second) = x[..2 * self.layout.modes].split_at_mut(self.layout.modes);
+            saltation::apply(
+                self.model.gains(segment),
+                segment.damping,
+                entering,
+                first,
+                second,
+            );
+        }
+        self.switch(
+            position, contact, crossed, changes, &w.state, observer, counters,
+        )?;
+        position.crossed = self.event_grid.is_none().then_some(crossed);
+        Ok(())
+    }
+
+    /// The cell boundary that a stretch may reach.
+    fn stop_cell<M: Method>(&self, position: &Position, contact: ActiveSet) -> usize {
+        let mut stop = position.cell + 1;
+        if contact.touching() || !M::FLIES {
+            return stop;
+        }
+        let cells = &self.grid.cells;
+        let direction =
+            |cell: usize| self.model.first_cycle().segments[cells[cell].segment].direction;
+        let farthest = position.time + M::REACH / self.grid.rate;
+        while stop < cells.len()
+            && direction(stop) == direction(position.cell)
+            && self.grid.time(stop + 1) <= farthest
+        {
+            stop += 1;
+        }
+        stop
+    }
+
+    /// The contact beyond whose surface a stretch starts, beyond round-off.
+    fn outside(&self, stretch: &Stretch, deflection: f64) -> Option<usize> {
+        let here = DeflectionAt {
+            time: 0.0,
+            deflection: [deflection, 0.0, 0.0],
+        };
+        Margin::of(&self.model.contacts, stretch.contact)
+            // The one just crossed is where it was found, to the round-off of finding it.
+            .filter(|margin| stretch.crossed != Some(margin.contact))
+            .find(|margin| MarginAt::of(margin, &here).value < -stretch.noise)
+            .map(|margin| margin.contact)
+    }
+
+    /// The contact that opens or closes first on the way to what δ and δ' say; none where nothing does.
+    fn reclassified(&self, position: &Position, contact: ActiveSet, z: &[f64]) -> Option<usize> {
+        let generator = self.generator(position.cell, contact);
+        let (deflection, rate) = (dot(&generator.deflection, z), dot(&generator.rate, z));
+        let changes = |index: &usize| {
+            let own = &self.model.contacts[*index];
+            contact.holds(*index) != own.is_reached(deflection, rate, [own.half_gap, 0.0])
+        };
+        // One opens before the other closes.
+        let mut changing = (0..self.model.contacts.len()).filter(changes);
+        let closed = changing.clone().find(|index| contact.holds(*index));
+        closed.or_else(|| changing.next())
+    }
+
+    fn switch<O: Observer>(
+        &self,
+        position: &Position,
+        active: &mut ActiveSet,
+        contact: usize,
+        changes: &mut Changes,
+        z: &[f64],
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), Stop> {
+        let from = *active;
+        *active = from.toggled(contact);
+        let event = Event {
+            cycle: position.cycle,
+            time: position.time,
+            from,
+            to: *active,
+            contact,
+            rate: dot(&self.generator(position.cell, from).rate, z),
+        };
+        changes.meet(&event, observer, counters)
+    }
+
+    /// Shows the cells of a run one by one: their starts follow from the same generators.
+    fn show_run<O: Observer, S>(
+        &self,
+        stretch: &Stretch,
+        cells: usize,
+        cycle: u64,
+        w: &mut Workspace<S>,
+        observer: &mut O,
+    ) {
+        for cell in stretch.cell..stretch.cell + cells {
+            let one = Stretch {
+                cell,
+                duration: self.grid.duration(cell),
+                ..*stretch
+            };
+            let start = self.grid.time(cell);
+            show(
+                self,
+                &one,
+                cycle,
+                start,
+                one.duration,
+                &w.start,
+                &mut w.picture,
+                observer,
+            );
+            w.start.copy_from_slice(w.picture.last_state());
+        }
+    }
+}

@@ -1,0 +1,383 @@
+//! Certified runs of cells, and whole cycles of constant contact, in one product.
+//!
+//! Rows give δ at the ends of the cells of a run from the state at its start, and a bound of
+//! δ'' over it. Where the smallest of these margins exceeds what a curve can sag between two
+//! cell ends, no event is met and one product crosses the run. A whole cycle in contact is
+//! certified by its distance from a reference cycle, the steady one, whose smallest margin is
+//! known: one sum of sizes. Everything else is left to the spectral form.
+
+use super::DenseError;
+use super::bases::Bases;
+use super::cell_model::CellModel;
+use super::conditioning::Conditioning;
+use super::cycle::Method;
+use super::exits::{DeflectionAt, MarginAt};
+use super::exponential::{self, bound_row};
+use super::kernel::Dense;
+use super::matrix::{Operator, dot, numbers_of, padded, reach};
+use super::spectral::{SpectralScratch, SpectralTables};
+use super::steady::{CycleMap, Steady};
+use super::stretch::{Exit, Stretch};
+use crate::model::Model;
+use crate::propagate::Counters;
+use crate::propagate::events::Margin;
+use crate::propagate::{KeptReader, KeptTables, KeptWriter, TableArray, TableError};
+use faer::Mat;
+
+/// Longest run, in cells.
+const LONGEST: usize = 8;
+
+/// The kernel of fused runs for one model.
+pub type Fused<'m> = Dense<'m, FusedTables<'m>>;
+
+/// Its tables.
+#[derive(Debug)]
+pub struct FusedTables<'t> {
+    spectral: SpectralTables<'t>,
+    runs: Vec<Run<'t>>,
+    /// Runs that start at a cell, longest first: indices into `runs`.
+    starts: Vec<Vec<usize>>,
+    steady: Steady<'t>,
+}
+
+/// Products of cells, of one speed.
+struct Products<'t> {
+    runs: Vec<Run<'t>>,
+    cycle: CycleMap<'t>,
+}
+
+/// Cells crossed at once in contact.
+#[derive(Debug)]
+struct Run<'t> {
+    /// Classes of its cells.
+    classes: Vec<usize>,
+    map: Operator<'t>,
+    /// δ at the ends of its cells.
+    ends: Operator<'t>,
+    /// Bound of δ'' over the run, as a row over sizes, times Δ²/8.
+    sag: Vec<f64>,
+}
+
+/// Scratch memory.
+#[derive(Debug)]
+pub struct FusedScratch {
+    spectral: SpectralScratch,
+    ends: Vec<f64>,
+    next: Vec<f64>,
+    /// The operator of the run just passed; none where it was a whole cycle.
+    run: Option<usize>,
+}
+
+impl<'t> Run<'t> {
+    /// The run of cells whose propagators less the identity these are, by class.
+    fn new(cell_model: &CellModel<'_>, cells: &[Mat<f64>], classes: &[usize]) -> Self {
+        let (layout, grid) = (&cell_model.layout, &cell_model.grid);
+        let d = layout.dimension();
+        let mut map = Mat::<f64>::zeros(d, d);
+        let mut ends = Mat::<f64>::zeros(classes.len(), d);
+        let mut sag = vec![0.0f64; layout.padded()];
+        for (i, &class) in classes.iter().enumerate() {
+            let generator = &cell_model.contact[class];
+            let duration = grid.classes[class].duration;
+            let mut bound = vec![0.0; layout.padded()];
+            let curvature = generator.curvature();
+            bound_row(
+                generator,
+                grid.rate,
+                duration,
+                &curvature,
+                Some(exponential::plus_one(map.clone()).as_ref()),
+                &mut bound,
+            );
+            for (sag, bound) in sag.iter_mut().zip(&bound) {
+                *sag = sag.max(0.125 * duration * duration * bound);
+            }
+            map = exponential::after(&cells[class], &map);
+            for j in 0..d {
+                let moved = (0..d).map(|k| generator.deflection[k] * map[(k, j)]);
+                ends[(i, j)] = generator.deflection[j] + moved.sum::<f64>();
+            }
+        }
+        Self {
+            classes: classes.to_vec(),
+            map: Operator::new(exponential::plus_one(map).as_ref()),
+            ends: Operator::new(ends.as_ref()),
+            sag,
+        }
+    }
+
+    fn keep(&self, out: &mut KeptWriter) {
+        out.push("run_map", "mixed", self.map.numbers());
+        out.push("run_ends", "mixed", self.ends.numbers());
+        out.push("run_sag", "mixed", &self.sag);
+    }
+
+    fn read(
+        kept: &mut KeptReader<'t>,
+        cell_model: &CellModel<'_>,
+        classes: Vec<usize>,
+    ) -> Result<Self, DenseError> {
+        let d = cell_model.layout.dimension();
+        let mut operator = |name, rows| {
+            let numbers = kept.take(name, numbers_of(rows, d))?;
+            Operator::lent(numbers, rows, d).ok_or(DenseError::from(TableError::Kept { name }))
+        };
+        Ok(Self {
+            map: operator("run_map", d)?,
+            ends: operator("run_ends", classes.len())?,
+            sag: kept.take("run_sag", cell_model.layout.padded())?.to_vec(),
+            classes,
+        })
+    }
+}
+
+impl<'m> Fused<'m> {
+    /// Builds the kernel's tables for a model; arguments as for
+    /// [`Spectral::new`](super::Spectral::new).
+    ///
+    /// # Errors
+    /// As for [`Spectral::new`](super::Spectral::new).
+    pub fn new(model: &'m Model, cells: u32, event_limit: u32) -> Result<Self, DenseError> {
+        let cell_model = CellModel::new(model, cells, FusedTables::REACH, event_limit, None)?;
+        let products = Products::new(&cell_model);
+        let tables = FusedTables::new(&cell_model, Bases::new(model)?, products)?;
+        Ok(Self { cell_model, tables })
+    }
+
+    /// The kernel of a model whose `bases` are kept, and the `runs` of its speed, for as many
+    /// `cells`. Load and half gap may be others than those of the model they were built for.
+    ///
+    /// # Errors
+    /// As for [`Spectral::of_kept`](super::Spectral::of_kept).
+    pub fn of_kept(
+        model: &'m Model,
+        cells: u32,
+        event_limit: u32,
+        [bases, runs]: [&'m dyn KeptTables; 2],
+    ) -> Result<Self, DenseError> {
+        let cell_model = CellModel::new(model, cells, FusedTables::REACH, event_limit, None)?;
+        let (mut bases, mut kept) = (KeptReader::new(bases), KeptReader::new(runs));
+        let read = Bases::read(model, &mut bases)?;
+        let products = Products::read(&cell_model, &mut kept)?;
+        bases.finish()?;
+        kept.finish()?;
+        let tables = FusedTables::new(&cell_model, read, products)?;
+        Ok(Self { cell_model, tables })
+    }
+
+    /// The runs of a model as arrays to be kept. Its bases are those of
+    /// [`Spectral::arrays`](super::Spectral::arrays).
+    ///
+    /// # Errors
+    /// A model that tables do not fit, or a speed too slow for tables.
+    pub fn arrays(model: &Model, cells: u32) -> Result<Vec<TableArray>, DenseError> {
+        let cell_model = CellModel::new(model, cells, FusedTables::REACH, 0, None)?;
+        let mut out = KeptWriter::default();
+        Products::new(&cell_model).keep(&mut out);
+        Ok(out.finish())
+    }
+
+    /// How well every basis behaves, contact first.
+    pub fn conditioning(&self) -> Vec<Conditioning> {
+        self.tables.spectral.conditioning().collect()
+    }
+}
+
+/// Runs that may start at each cell, longest first, as indices into the list of their cells'
+/// classes.
+fn runs(cell_model: &CellModel<'_>) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
+    let grid = &cell_model.grid;
+    let direction = |cell: usize| {
+        let segment = grid.cells[cell].segment;
+        cell_model.model.first_cycle().segments[segment].direction
+    };
+    let mut runs: Vec<Vec<usize>> = Vec::new();
+    let mut starts = vec![Vec::new(); grid.cells.len()];
+    for (start, found) in starts.iter_mut().enumerate() {
+        let mut length = LONGEST;
+        while length > 0 {
+            let end = start + length;
+            let fits = start % length == 0 && end <= grid.cells.len();
+            if fits && (start..end).all(|cell| direction(cell) == direction(start)) {
+                let classes: Vec<usize> = grid.cells[start..end].iter().map(|c| c.class).collect();
+                let known = runs.iter().position(|run| *run == classes);
+                found.push(known.unwrap_or_else(|| {
+                    runs.push(classes);
+                    runs.len() - 1
+                }));
+            }
+            length /= 2;
+        }
+    }
+    (runs, starts)
+}
+
+impl<'t> Products<'t> {
+    fn new(cell_model: &CellModel<'_>) -> Self {
+        let grid = &cell_model.grid;
+        let increments: Vec<Mat<f64>> = (cell_model.contact.iter().zip(&grid.classes))
+            .map(|(g, class)| exponential::increment(g, grid.rate, class.duration))
+            .collect();
+        let (lists, _) = runs(cell_model);
+        let runs = lists.iter();
+        Self {
+            runs: runs
+                .map(|classes| Run::new(cell_model, &increments, classes))
+                .collect(),
+            cycle: CycleMap::new(cell_model, &increments),
+        }
+    }
+
+    fn read(cell_model: &CellModel<'_>, kept: &mut KeptReader<'t>) -> Result<Self, DenseError> {
+        let (lists, _) = runs(cell_model);
+        let runs = lists.into_iter();
+        let runs = runs.map(|classes| Run::read(kept, cell_model, classes));
+        Ok(Self {
+            runs: runs.collect::<Result<_, _>>()?,
+            cycle: CycleMap::read(cell_model, kept)?,
+        })
+    }
+
+    fn keep(&self, out: &mut KeptWriter) {
+        for run in &self.runs {
+            run.keep(out);
+        }
+        self.cycle.keep(out);
+    }
+}
+
+impl<'t> FusedTables<'t> {
+    fn new(
+        cell_model: &CellModel<'_>,
+        bases: Bases<'t>,
+        Products { runs: made, cycle }: Products<'t>,
+    ) -> Result<Self, DenseError> {
+        let (_, starts) = runs(cell_model);
+        let alone = |class: usize| made.iter().find(|run| run.classes == [class]);
+        let cells: Vec<&Operator<'_>> = (0..cell_model.grid.classes.len())
+            .filter_map(|class| Some(&alone(class)?.map))
+            .collect();
+        let steady = Steady::new(cell_model, cycle, &cells);
+        Ok(Self {
+            spectral: SpectralTables::new(cell_model, bases)?,
+            runs: made,
+            starts,
+            steady,
+        })
+    }
+}
+
+impl Method for FusedTables<'_> {
+    type Scratch = FusedScratch;
+    const REACH: f64 = SpectralTables::REACH;
+    const FLIES: bool = SpectralTables::FLIES;
+
+    fn operators(&self) -> impl Iterator<Item = &Operator<'_>> {
+        let runs = self.runs.iter().flat_map(|run| [&run.map, &run.ends]);
+        let spectral = self.spectral.operators();
+        spectral.chain(runs).chain([&self.steady.cycle().map])
+    }
+
+    fn scratch(&self, cell_model: &CellModel<'_>) -> FusedScratch {
+        FusedScratch {
+            spectral: self.spectral.scratch(cell_model),
+            ends: vec![0.0; padded(LONGEST)],
+            next: vec![0.0; cell_model.layout.padded()],
+            run: None,
+        }
+    }
+
+    fn pass(
+        &self,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
+        z: &mut [f64],
+        scratch: &mut FusedScratch,
+        counters: &mut Counters,
+    ) -> Option<Exit> {
+        self.spectral
+            .pass(cell_model, stretch, z, &mut scratch.spectral, counters)
+    }
+
+    fn follow(
+        &self,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
+        time: f64,
+        x: &mut [f64],
+        scratch: &mut FusedScratch,
+        counters: &mut Counters,
+    ) {
+        self.spectral.follow(
+            cell_model,
+            stretch,
+            time,
+            x,
+            &mut scratch.spectral,
+            counters,
+        );
+    }
+
+    fn run(
+        &self,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
+        z: &mut [f64],
+        scratch: &mut FusedScratch,
+        counters: &mut Counters,
+    ) -> Option<usize> {
+        if !stretch.contact.touching() || stretch.crossed.is_some() {
+            return None;
+        }
+        let margin = Margin::of(&cell_model.model.contacts, stretch.contact).next()?;
+        let inside = |deflection: f64| {
+            let here = DeflectionAt {
+                time: 0.0,
+                deflection: [deflection, 0.0, 0.0],
+            };
+            MarginAt::of(&margin, &here).value
+        };
+        if stretch.cell == 0 && self.steady.holds(stretch, z) {
+            counters.certified += 1;
+            self.steady.cycle().map.apply(z, &mut scratch.next);
+            counters.matvecs += 1;
+            z.copy_from_slice(&scratch.next);
+            scratch.run = None;
+            return Some(cell_model.grid.cells.len());
+        }
+        let generator = cell_model.generator(stretch.cell, stretch.contact);
+        let start = inside(dot(&generator.deflection, z));
+        for &index in &self.starts[stretch.cell] {
+            let run = &self.runs[index];
+            let sag = reach(&run.sag, z) + stretch.noise;
+            if start <= sag {
+                continue;
+            }
+            let cells = run.classes.len();
+            run.ends.apply(z, &mut scratch.ends);
+            counters.guard_evaluations += cells as u64;
+            if scratch.ends[..cells]
+                .iter()
+                .all(|&deflection| inside(deflection) > sag)
+            {
+                counters.certified += 1;
+                run.map.apply(z, &mut scratch.next);
+                counters.matvecs += 1;
+                z.copy_from_slice(&scratch.next);
+                scratch.run = Some(index);
+                return Some(cells);
+            }
+        }
+        None
+    }
+
+    fn follow_run(&self, x: &mut [f64], scratch: &mut FusedScratch, counters: &mut Counters) {
+        let map = match scratch.run {
+            Some(index) => &self.runs[index].map,
+            None => &self.steady.cycle().map,
+        };
+        map.apply(x, &mut scratch.next);
+        x.copy_from_slice(&scratch.next);
+        counters.matvecs += 1;
+    }
+}

@@ -1,0 +1,62 @@
+//! The table kernels: dense propagators on unit steps of the mesh cycle, as published for this
+//! class of drive, each with its own way of finding events.
+//!
+//! | kernel | what it does |
+//! |---|---|
+//! | [`Dyadic`] | propagators for Δ/2ᵐ; an event is bracketed by halving, one product a guard evaluation |
+//! | [`Hermite`] | certificates from rows, a cubic Hermite guess, one or two more products |
+//! | [`Spectral`] | damped sinusoids: events by scalar root finding, two products a stretch |
+//! | [`Fused`] | the same, and certified runs of 1, 2, 4, 8 cells or a whole cycle in one product |
+//!
+//! [`PowerJumps`] crosses any number of cycles of constant contact.
+//!
+//! All integrate the augmented state of [`generator`] and share the loop of [`cycle`]: events are
+//! located to round-off on the same surfaces, with the same saltation, counters, observers and
+//! limits as every other kernel.
+
+mod bases;
+mod basis;
+mod cell_model;
+mod cluster;
+mod conditioning;
+mod cycle;
+mod dyadic;
+mod eigen;
+mod error;
+mod exits;
+mod exponential;
+mod fused;
+mod generator;
+mod grid;
+mod hermite;
+mod jumps;
+mod kernel;
+mod matrix;
+mod rates;
+mod series;
+mod show;
+mod spectral;
+mod spectral_table;
+mod steady;
+mod stretch;
+mod waves;
+
+pub use conditioning::Conditioning;
+pub use dyadic::Dyadic;
+pub use error::DenseError;
+pub use fused::Fused;
+pub use hermite::Hermite;
+pub use jumps::PowerJumps;
+pub use matrix::Operator;
+pub use spectral::Spectral;
+
+/// Size of a kernel's tables.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TableSize {
+    /// Dense operators.
+    pub operators: usize,
+    /// Their bytes.
+    pub bytes: usize,
+    /// Unit steps a mesh cycle.
+    pub cells: usize,
+}

@@ -1,0 +1,308 @@
+//! Closed-form event location in spectral coordinates.
+//!
+//! One product takes the state to the basis of its segment and contact state, where the
+//! deflection is a sum of damped sinusoids and a polynomial. Everything up to the event is scalar
+//! work there; a second product goes back. Free flight is one such stretch however many cells it
+//! spans.
+
+use super::DenseError;
+use super::bases::Bases;
+use super::basis::{POWERS, REACH};
+use super::cell_model::CellModel;
+use super::conditioning::Conditioning;
+use super::cycle::Method;
+use super::exits::{Bounds, DeflectionAt, MarginAt};
+use super::generator::Generator;
+use super::kernel::{Dense, Stock};
+use super::matrix::{Operator, dot};
+use super::series::locate;
+use super::spectral_table::{Coordinates, Factors, Guard, SpectralTable};
+use super::stretch::{Exit, Stretch};
+use super::waves;
+use crate::model::Model;
+use crate::propagate::Counters;
+use crate::propagate::events::Margin;
+use crate::propagate::{KeptReader, KeptTables, TableArray};
+
+/// Round-off of a wave, in units of its size.
+const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
+
+/// The spectral kernel for one model.
+pub type Spectral<'m> = Dense<'m, SpectralTables<'m>>;
+
+/// Its tables.
+#[derive(Debug)]
+pub struct SpectralTables<'t> {
+    bases: Bases<'t>,
+    stock: Stock<SpectralTable<'t>>,
+}
+
+/// Scratch memory.
+#[derive(Debug)]
+pub struct SpectralScratch {
+    at: Coordinates,
+    amplitudes: [Vec<f64>; 2],
+    factors: Factors,
+    /// Whether `factors` are those of a contact table, and which.
+    prepared: Option<(bool, usize)>,
+}
+
+impl<'m> Spectral<'m> {
+    /// Builds the kernel's tables for a model.
+    ///
+    /// * `cells`: fewest unit steps a mesh cycle; more where a cell would be too long.
+    /// * `event_limit`: most events in a mesh cycle before integration stops.
+    /// * `event_grid`: puts every event off to the end of its part of so many equal ones, and
+    ///   takes the contact state from there, as the published algorithm does in its last step:
+    ///   an error of first order. None: events are where they are.
+    ///
+    /// # Errors
+    /// Stiffness that varies within a segment, a speed too slow for tables, eigenvectors too
+    /// nearly parallel, an undamped mode in resonance with a harmonic.
+    pub fn new(
+        model: &'m Model,
+        cells: u32,
+        event_limit: u32,
+        event_grid: Option<u32>,
+    ) -> Result<Self, DenseError> {
+        let cell_model =
+            CellModel::new(model, cells, SpectralTables::REACH, event_limit, event_grid)?;
+        let tables = SpectralTables::new(&cell_model, Bases::new(model)?)?;
+        Ok(Self { cell_model, tables })
+    }
+
+    /// The kernel of a model whose bases are kept; other arguments as for [`Spectral::new`]. They
+    /// serve every speed, load and half gap, and all excitation of as many harmonics.
+    ///
+    /// # Errors
+    /// As for [`Spectral::new`], or the tables are not those of this model.
+    pub fn of_kept(
+        model: &'m Model,
+        cells: u32,
+        event_limit: u32,
+        event_grid: Option<u32>,
+        kept: &'m dyn KeptTables,
+    ) -> Result<Self, DenseError> {
+        let cell_model =
+            CellModel::new(model, cells, SpectralTables::REACH, event_limit, event_grid)?;
+        let mut reader = KeptReader::new(kept);
+        let bases = Bases::read(model, &mut reader)?;
+        reader.finish()?;
+        let tables = SpectralTables::new(&cell_model, bases)?;
+        Ok(Self { cell_model, tables })
+    }
+
+    /// The bases of a model as arrays to be kept.
+    ///
+    /// # Errors
+    /// A model that tables do not fit, eigenvectors too nearly parallel.
+    pub fn arrays(model: &Model) -> Result<Vec<TableArray>, DenseError> {
+        super::bases::arrays(model)
+    }
+
+    /// How well every basis behaves, contact first.
+    pub fn conditioning(&self) -> Vec<Conditioning> {
+        self.tables.conditioning().collect()
+    }
+}
+
+impl<'t> SpectralTables<'t> {
+    /// Bases at the speed of a model.
+    pub fn new(cell_model: &CellModel<'_>, bases: Bases<'t>) -> Result<Self, DenseError> {
+        let grid = &cell_model.grid;
+        let make = |g: &Generator, class: usize, touching| {
+            let class = &grid.classes[class];
+            let basis = bases.of(class.segment, touching);
+            SpectralTable::new(basis, g, class.duration, grid.period)
+        };
+        let stock = Stock::new(cell_model, make)?;
+        Ok(Self { bases, stock })
+    }
+
+    pub fn conditioning(&self) -> impl Iterator<Item = Conditioning> {
+        self.bases.all().map(|basis| basis.conditioning)
+    }
+
+    /// Moves `scratch.y` over the first `time` of a stretch and writes the state.
+    fn back(
+        &self,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
+        time: f64,
+        z: &mut [f64],
+        scratch: &mut SpectralScratch,
+        counters: &mut Counters,
+    ) {
+        let (table, key) = self.stock.of(cell_model, stretch);
+        let SpectralScratch {
+            at,
+            factors,
+            prepared,
+            ..
+        } = scratch;
+        if stretch.whole && time == stretch.duration {
+            table.advance(&table.whole, at);
+        } else {
+            if *prepared != Some(key) || factors.time != time {
+                table.prepare(time, factors);
+                *prepared = Some(key);
+            }
+            table.advance(factors, at);
+        }
+        table.leave(at, z);
+        counters.matvecs += 1;
+    }
+}
+
+impl Method for SpectralTables<'_> {
+    type Scratch = SpectralScratch;
+    const REACH: f64 = REACH;
+    const FLIES: bool = true;
+
+    fn operators(&self) -> impl Iterator<Item = &Operator<'_>> {
+        let own = self.stock.all().flat_map(SpectralTable::operators);
+        self.bases.operators().chain(own)
+    }
+
+    fn scratch(&self, _: &CellModel<'_>) -> SpectralScratch {
+        let most =
+            |size: fn(&SpectralTable<'_>) -> usize| self.stock.all().map(size).max().unwrap_or(0);
+        let (lanes, slow) = (most(|table| table.alpha.len()), most(|table| table.slow));
+        SpectralScratch {
+            at: Coordinates::new(self.stock.all()),
+            amplitudes: [vec![0.0; lanes], vec![0.0; lanes]],
+            factors: Factors::new(lanes, slow),
+            prepared: None,
+        }
+    }
+
+    fn pass(
+        &self,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
+        z: &mut [f64],
+        scratch: &mut SpectralScratch,
+        counters: &mut Counters,
+    ) -> Option<Exit> {
+        let (table, _) = self.stock.of(cell_model, stretch);
+        let generator = cell_model.generator(stretch.cell, stretch.contact);
+        let lanes = table.alpha.len();
+        table.enter(z, &mut scratch.at);
+        counters.matvecs += 1;
+        let [re, im] = &mut scratch.amplitudes;
+        let (u, rest) = scratch.at.y.split_at(lanes);
+        let v = &rest[..lanes];
+        let gains = [&table.gains[0][..], &table.gains[1][..]];
+        let sums = waves::amplitudes(
+            gains,
+            [u, v],
+            &table.sizes,
+            &mut re[..lanes],
+            &mut im[..lanes],
+        );
+        let mut guard = Guard {
+            table,
+            amplitudes: [&re[..lanes], &im[..lanes]],
+            polynomial: [0.0; POWERS + 1],
+            terms: table.polynomial.len() / table.slow,
+        };
+        let rows = table.polynomial.chunks_exact(table.slow);
+        for (q, row) in guard.polynomial.iter_mut().zip(rows) {
+            *q = row.iter().zip(&scratch.at.slow).map(|(p, x)| p * x).sum();
+        }
+        let growth = (table.growth * stretch.duration).exp();
+        let drift = guard.bounds(stretch.duration);
+        let [first, second, third] = [0, 1, 2].map(|i| growth * sums[i + 1] + drift[i]);
+        let start = DeflectionAt {
+            time: 0.0,
+            deflection: [
+                dot(&generator.deflection, z),
+                dot(&generator.rate, z),
+                dot(&table.curvature, z),
+            ],
+        };
+        let contacts = &cell_model.model.contacts;
+        let reach = first * stretch.duration;
+        let clear = stretch.crossed.is_none()
+            && Margin::of(contacts, stretch.contact)
+                .all(|margin| MarginAt::of(&margin, &start).value > reach + stretch.noise);
+        let exit = if clear {
+            counters.certified += 1;
+            None
+        } else {
+            let bounds = Bounds {
+                second,
+                third,
+                noise: stretch.noise + ROUND_OFF * sums[0],
+            };
+            let mut evaluations = 1;
+            let end = DeflectionAt {
+                time: stretch.duration,
+                deflection: guard.at(stretch.duration),
+            };
+            let mut at = |time: f64| {
+                evaluations += 1;
+                guard.at(time)
+            };
+            let found = locate(
+                stretch,
+                contacts,
+                [&start, &end],
+                &bounds,
+                true,
+                &mut at,
+                counters,
+            );
+            counters.guard_evaluations += evaluations;
+            found
+        };
+        let time = exit.map_or(stretch.duration, |exit| exit.time);
+        self.back(cell_model, stretch, time, z, scratch, counters);
+        exit
+    }
+
+    fn follow(
+        &self,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
+        time: f64,
+        x: &mut [f64],
+        scratch: &mut SpectralScratch,
+        counters: &mut Counters,
+    ) {
+        let (table, _) = self.stock.of(cell_model, stretch);
+        table.enter(x, &mut scratch.at);
+        counters.matvecs += 1;
+        self.back(cell_model, stretch, time, x, scratch, counters);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures;
+    use crate::model::{InitialState, OperatingPoint};
+    use crate::propagate::Kernel;
+
+    /// Deep in contact the swing that a stretch could show leaves the margin alone: none is searched.
+    #[test]
+    fn stretches_far_from_a_surface_are_not_searched() {
+        let structure = fixtures::structure(&[0.0, 900.0], 0.01, &[1.0, 0.1], &[1.0, 0.1]);
+        let drive = fixtures::constant_mesh(1e-5, 4e8);
+        let point = OperatingPoint {
+            load: 1.0,
+            speed: 1200.0,
+        };
+        let model = Model::new(&structure, &drive, point).unwrap();
+        let kernel = Spectral::new(&model, 60, 100, None).unwrap();
+        let mut trajectory = model.start(&InitialState::Static);
+        let mut counters = Counters::default();
+        let mut workspace = kernel.workspace();
+        (kernel.advance(3, &mut trajectory, &mut workspace, &mut (), &mut counters)).unwrap();
+        assert_eq!(counters.events, 0);
+        assert_eq!(
+            (counters.certified, counters.guard_evaluations),
+            (counters.windows, 0)
+        );
+    }
+}

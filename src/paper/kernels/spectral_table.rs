@@ -1,0 +1,450 @@
+//! A basis at one speed: what excitation adds to it, the deflection in its coordinates, and what
+//! moves them over a cell.
+//!
+//! ```text
+//! y = W⁻¹ x − S c,   x = W (y + S c),   c = (f, s b, cos θ₁, sin θ₁, …)
+//! ```
+//!
+//! S holds the steady responses to the carried entries c. Those of waves to a harmonic ω are
+//! scalars, `(λ² + ω²)⁻¹` times what W⁻¹ makes of the input; those of the slow group follow from
+//! a small system. A wave so slow that its turn in a mesh cycle is no more than that of the slow
+//! group is moved with that group at this speed: splitting a constant input off it would cost
+//! accuracy.
+
+use super::DenseError;
+use super::basis::{Basis, POWERS};
+use super::generator::Generator;
+use super::matrix::{Operator, padded};
+use super::rates::SLOW;
+use super::waves;
+use crate::numerics::linalg;
+use crate::propagate::TableError;
+use faer::Mat;
+use num_complex::{Complex64, c64};
+use std::sync::Arc;
+
+/// Smallest relative distance of an eigenvalue from a carried harmonic.
+const RESONANCE: f64 = 1e-7;
+
+/// Whether an eigenvalue \[1/s\] is one of an undamped mode that turns with a harmonic \[rad/s\].
+fn in_resonance(lambda: Complex64, omega: f64) -> bool {
+    let apart = lambda * lambda + Complex64::from(omega * omega);
+    apart.norm() < RESONANCE * (lambda.norm_sqr() + omega * omega)
+}
+
+/// One basis, ready for use at one speed.
+#[derive(Debug)]
+pub struct SpectralTable<'t> {
+    basis: Arc<Basis<'t>>,
+    /// −S: what carried entries take off spectral coordinates.
+    steady: Operator<'static>,
+    /// W S: what they add to the state.
+    response: Operator<'static>,
+    /// Places of f and s b, and the carried entries.
+    states: usize,
+    carried: usize,
+    /// Waves that are moved with the slow group.
+    late: Vec<usize>,
+    /// Rates of the waves and of the harmonics behind them.
+    pub alpha: Vec<f64>,
+    pub nu: Vec<f64>,
+    /// |λ| of the waves.
+    pub sizes: Vec<f64>,
+    /// Growth of the fastest growing wave \[1/s\]; none grows without friction.
+    pub growth: f64,
+    /// Deflection in terms of u and v; none of waves moved with the slow group.
+    pub gains: [Vec<f64>; 2],
+    /// Deflection of the slow group, row k times the k-th power of time; rows of `slow`.
+    pub polynomial: Vec<f64>,
+    /// Coordinates of the slow group: its own, (u, v) of the late waves, f and s b.
+    pub slow: usize,
+    /// Gᵏ/k!, row by row.
+    powers: Vec<Vec<f64>>,
+    /// δ'' as a row over z.
+    pub curvature: Vec<f64>,
+    /// Factors over the whole cell.
+    pub whole: Factors,
+}
+
+/// What moves spectral coordinates over a time.
+#[derive(Debug, Clone)]
+pub struct Factors {
+    pub time: f64,
+    cosine: Vec<f64>,
+    sine: Vec<f64>,
+    /// `e^{Gt}`, row by row.
+    slow: Vec<f64>,
+}
+
+impl Factors {
+    pub fn new(lanes: usize, slow: usize) -> Self {
+        Self {
+            time: f64::NAN,
+            cosine: vec![0.0; lanes],
+            sine: vec![0.0; lanes],
+            slow: vec![0.0; slow * slow],
+        }
+    }
+}
+
+/// Spectral coordinates of a state.
+#[derive(Debug)]
+pub struct Coordinates {
+    /// u, v and the slow group's own, in whole lane groups.
+    pub y: Vec<f64>,
+    /// The slow group with its late waves and constants.
+    pub slow: Vec<f64>,
+    carried: Vec<f64>,
+    spare: Vec<f64>,
+}
+
+impl Coordinates {
+    /// Room for any of these tables.
+    pub fn new<'a>(tables: impl Iterator<Item = &'a SpectralTable<'a>> + Clone) -> Self {
+        let most = |size: fn(&SpectralTable<'_>) -> usize| tables.clone().map(size).max();
+        let room = |size| vec![0.0; most(size).unwrap_or(0)];
+        Self {
+            y: room(|table| padded(table.basis.length())),
+            slow: room(|table| table.slow),
+            carried: room(|table| table.carried),
+            spare: room(|table| table.slow),
+        }
+    }
+}
+
+/// What W⁻¹ makes of the inputs of the carried entries, and the steady responses to them.
+struct Excitation {
+    felt: Mat<f64>,
+    steady: Mat<f64>,
+}
+
+impl Excitation {
+    fn new(basis: &Basis<'_>, generator: &Generator, late: &[usize]) -> Result<Self, DenseError> {
+        let layout = generator.layout();
+        let (states, carried) = (2 * layout.modes, layout.dimension() - 2 * layout.modes);
+        let (lanes, m, length) = (basis.alpha.len(), basis.slow(), basis.length());
+        let mut felt = Mat::<f64>::zeros(length, carried);
+        let (mut unit, mut input) = (vec![0.0; layout.padded()], vec![0.0; layout.padded()]);
+        let mut column = vec![0.0; padded(length)];
+        for j in 0..carried {
+            unit[states + j] = 1.0;
+            generator.apply(&unit, &mut input);
+            unit[states + j] = 0.0;
+            basis.inverse.apply(&input[..states], &mut column);
+            for i in 0..length {
+                felt[(i, j)] = column[i];
+            }
+        }
+        let mut steady = Mat::<f64>::zeros(length, carried);
+        for w in 0..basis.waves {
+            let lambda = c64(basis.alpha[w], basis.nu[w]);
+            let force = |j: usize| c64(felt[(w, j)], felt[(lanes + w, j)]);
+            let mut put = |j: usize, value: Complex64| {
+                steady[(w, j)] = value.re;
+                steady[(lanes + w, j)] = value.im;
+            };
+            if !late.contains(&w) {
+                for j in 0..2 {
+                    put(j, -(force(j) / lambda));
+                }
+            }
+            for (h, &omega) in generator.frequencies.iter().enumerate() {
+                let (c, s) = (force(2 + 2 * h), force(3 + 2 * h));
+                let apart = lambda * lambda + Complex64::from(omega * omega);
+                if in_resonance(lambda, omega) {
+                    return Err(TableError::Resonance { frequency: omega }.into());
+                }
+                put(2 + 2 * h, -(lambda * c + s * omega) / apart);
+                put(3 + 2 * h, (c * omega - lambda * s) / apart);
+            }
+        }
+        let g = |i: usize, j: usize| basis.slow_generator[i * m + j];
+        let slow = linalg::eigenvalues(Mat::from_fn(m, m, g).as_ref()).unwrap_or_default();
+        for (h, &omega) in generator.frequencies.iter().enumerate() {
+            if m == 0 {
+                break;
+            }
+            if slow.iter().any(|lambda| in_resonance(*lambda, omega)) {
+                return Err(TableError::Resonance { frequency: omega }.into());
+            }
+            let column =
+                |j: usize| -> Vec<f64> { (0..m).map(|i| felt[(2 * lanes + i, j)]).collect() };
+            let (c, s) = (column(2 + 2 * h), column(3 + 2 * h));
+            let times = |x: &[f64]| -> Vec<f64> {
+                (0..m)
+                    .map(|i| (0..m).map(|j| g(i, j) * x[j]).sum())
+                    .collect()
+            };
+            let square = Mat::from_fn(m, m, |i, j| {
+                let product: f64 = (0..m).map(|k| g(i, k) * g(k, j)).sum();
+                product + if i == j { omega * omega } else { 0.0 }
+            });
+            let (ac, as_) = (times(&c), times(&s));
+            let first: Vec<f64> = (0..m).map(|i| -(ac[i] + omega * s[i])).collect();
+            let second: Vec<f64> = (0..m).map(|i| omega * c[i] - as_[i]).collect();
+            let solved = [first, second].map(|side| linalg::solve(square.as_ref(), &side));
+            for i in 0..m {
+                steady[(2 * lanes + i, 2 + 2 * h)] = solved[0][i];
+                steady[(2 * lanes + i, 3 + 2 * h)] = solved[1][i];
+            }
+        }
+        Ok(Self { felt, steady })
+    }
+
+    /// W S.
+    fn response(&self, basis: &Basis<'_>, states: usize) -> Mat<f64> {
+        let length = basis.length();
+        let mut response = Mat::<f64>::zeros(states, self.steady.ncols());
+        let mut row = vec![0.0; padded(states)];
+        for j in 0..self.steady.ncols() {
+            let column: Vec<f64> = (0..length).map(|i| self.steady[(i, j)]).collect();
+            basis.matrix.apply(&column, &mut row);
+            for i in 0..states {
+                response[(i, j)] = row[i];
+            }
+        }
+        response
+    }
+}
+
+impl<'t> SpectralTable<'t> {
+    /// A basis at the speed of a generator's harmonics, on cells of a length \[s\] in a mesh
+    /// period \[s\].
+    ///
+    /// # Errors
+    /// An undamped mode in resonance with a harmonic.
+    pub fn new(
+        basis: Arc<Basis<'t>>,
+        generator: &Generator,
+        duration: f64,
+        period: f64,
+    ) -> Result<Self, DenseError> {
+        let layout = generator.layout();
+        let (states, carried) = (2 * layout.modes, layout.dimension() - 2 * layout.modes);
+        let lanes = basis.alpha.len();
+        let late: Vec<usize> = (0..basis.waves)
+            .filter(|&w| basis.alpha[w].hypot(basis.nu[w]) * period < SLOW)
+            .collect();
+        let excitation = Excitation::new(&basis, generator, &late)?;
+        let response = excitation.response(&basis, states);
+        let seen = |j: usize| -> f64 {
+            let sum: f64 = (0..states)
+                .map(|i| generator.deflection[i] * response[(i, j)])
+                .sum();
+            generator.deflection[states + j] + sum
+        };
+        let (mut nu, mut gains) = (basis.nu.clone(), basis.gains.clone());
+        let mut slow_row = basis.slow_gains.clone();
+        for &w in &late {
+            slow_row.extend(gains.each_mut().map(|gain| std::mem::take(&mut gain[w])));
+        }
+        slow_row.extend([seen(0), seen(1)]);
+        for (h, frequency) in generator.frequencies.iter().enumerate() {
+            nu[basis.waves + h] = *frequency;
+            gains[0][basis.waves + h] = seen(2 + 2 * h);
+            gains[1][basis.waves + h] = seen(3 + 2 * h);
+        }
+        let powers = powers(&slow_generator(&basis, &excitation.felt, &late));
+        let steady = Mat::from_fn(basis.length(), carried, |i, j| -excitation.steady[(i, j)]);
+        let rates = basis.alpha.iter().zip(&nu);
+        let sizes = rates.map(|(a, n)| a.hypot(*n)).collect();
+        let slow = slow_row.len();
+        let mut table = Self {
+            steady: Operator::new(steady.as_ref()),
+            response: Operator::new(response.as_ref()),
+            states,
+            carried,
+            sizes,
+            growth: basis.alpha.iter().fold(0.0, |most: f64, a| most.max(*a)),
+            alpha: basis.alpha.clone(),
+            nu,
+            gains,
+            polynomial: polynomial(&slow_row, &powers),
+            slow,
+            powers,
+            late,
+            curvature: generator.curvature(),
+            whole: Factors::new(lanes, slow),
+            basis,
+        };
+        let mut whole = table.whole.clone();
+        table.prepare(duration, &mut whole);
+        table.whole = whole;
+        Ok(table)
+    }
+
+    /// Operators that are this speed's own.
+    pub fn operators(&self) -> [&Operator<'_>; 2] {
+        [&self.steady, &self.response]
+    }
+
+    /// Takes a state, or a tangent vector, to spectral coordinates.
+    pub fn enter(&self, z: &[f64], at: &mut Coordinates) {
+        let lanes = self.alpha.len();
+        let own = self.basis.slow();
+        let carried = &z[self.states..self.states + self.carried];
+        self.basis.inverse.apply(&z[..self.states], &mut at.y);
+        self.steady.apply_more(carried, &mut at.y);
+        for (h, pair) in carried[2..].chunks_exact(2).enumerate() {
+            at.y[self.basis.waves + h] = pair[0];
+            at.y[lanes + self.basis.waves + h] = pair[1];
+        }
+        at.slow[..own].copy_from_slice(&at.y[2 * lanes..2 * lanes + own]);
+        for (pair, &w) in at.slow[own..].chunks_exact_mut(2).zip(&self.late) {
+            pair.copy_from_slice(&[at.y[w], at.y[lanes + w]]);
+        }
+        at.slow[self.slow - 2..self.slow].copy_from_slice(&carried[..2]);
+    }
+
+    /// Factors over a time.
+    pub fn prepare(&self, time: f64, factors: &mut Factors) {
+        let lanes = self.alpha.len();
+        waves::factors(
+            [&self.alpha, &self.nu],
+            time,
+            &mut factors.cosine[..lanes],
+            &mut factors.sine[..lanes],
+        );
+        let entries = self.slow * self.slow;
+        factors.slow[..entries].fill(0.0);
+        for power in self.powers.iter().rev() {
+            for (entry, p) in factors.slow[..entries].iter_mut().zip(power) {
+                *entry = *entry * time + p;
+            }
+        }
+        factors.time = time;
+    }
+
+    /// Moves spectral coordinates in place.
+    pub fn advance(&self, factors: &Factors, at: &mut Coordinates) {
+        let lanes = self.alpha.len();
+        let own = self.basis.slow();
+        let (u, rest) = at.y.split_at_mut(lanes);
+        let (v, rest) = rest.split_at_mut(lanes);
+        waves::turn([&factors.cosine[..lanes], &factors.sine[..lanes]], u, v);
+        let rows = factors.slow[..self.slow * self.slow].chunks_exact(self.slow);
+        let old = &at.slow[..self.slow];
+        for (new, row) in at.spare.iter_mut().zip(rows) {
+            *new = row.iter().zip(old).map(|(g, x)| g * x).sum();
+        }
+        rest[..own].copy_from_slice(&at.spare[..own]);
+        for (pair, &w) in at.spare[own..].chunks_exact(2).zip(&self.late) {
+            (u[w], v[w]) = (pair[0], pair[1]);
+        }
+    }
+
+    /// Takes spectral coordinates back to a state.
+    pub fn leave(&self, at: &mut Coordinates, z: &mut [f64]) {
+        let lanes = self.alpha.len();
+        let carried = &mut at.carried[..self.carried];
+        carried[..2].copy_from_slice(&at.slow[self.slow - 2..self.slow]);
+        for (h, pair) in carried[2..].chunks_exact_mut(2).enumerate() {
+            let place = self.basis.waves + h;
+            pair.copy_from_slice(&[at.y[place], at.y[lanes + place]]);
+        }
+        self.basis.matrix.apply(&at.y, z);
+        self.response.apply_more(carried, z);
+        z[self.states..self.states + self.carried].copy_from_slice(carried);
+    }
+}
+
+/// The generator of the slow group with its late waves and constants.
+fn slow_generator(basis: &Basis<'_>, felt: &Mat<f64>, late: &[usize]) -> Mat<f64> {
+    let (lanes, own) = (basis.alpha.len(), basis.slow());
+    let size = own + 2 * late.len() + 2;
+    let mut g = Mat::<f64>::zeros(size, size);
+    let mut drive = |row: usize, place: usize| {
+        for j in 0..2 {
+            g[(row, size - 2 + j)] = felt[(place, j)];
+        }
+    };
+    for row in 0..own {
+        drive(row, 2 * lanes + row);
+    }
+    for (k, &w) in late.iter().enumerate() {
+        drive(own + 2 * k, w);
+        drive(own + 2 * k + 1, lanes + w);
+    }
+    for i in 0..own {
+        for j in 0..own {
+            g[(i, j)] = basis.slow_generator[i * own + j];
+        }
+    }
+    for (k, &w) in late.iter().enumerate() {
+        let at = own + 2 * k;
+        let (alpha, nu) = (basis.alpha[w], basis.nu[w]);
+        (g[(at, at)], g[(at, at + 1)]) = (alpha, -nu);
+        (g[(at + 1, at)], g[(at + 1, at + 1)]) = (nu, alpha);
+    }
+    g
+}
+
+/// Gᵏ/k!, k = 0 … [`POWERS`] or as far as they go, row by row.
+fn powers(g: &Mat<f64>) -> Vec<Vec<f64>> {
+    let size = g.nrows();
+    let flat = |power: &Mat<f64>| -> Vec<f64> {
+        let entries = 0..size * size;
+        entries.map(|i| power[(i / size, i % size)]).collect()
+    };
+    let mut power = Mat::<f64>::identity(size, size);
+    let mut all = vec![flat(&power)];
+    for k in 1..=POWERS {
+        power = g * &power * faer::Scale(1.0 / k as f64);
+        // A nilpotent group's series ends early.
+        if power.norm_max() == 0.0 {
+            break;
+        }
+        all.push(flat(&power));
+    }
+    all
+}
+
+/// A row of deflection times every power, those at the end left out that are nothing.
+fn polynomial(row: &[f64], powers: &[Vec<f64>]) -> Vec<f64> {
+    let size = row.len();
+    let seen = powers.iter().map(|power| -> Vec<f64> {
+        let entry = |j: usize| (0..size).map(|i| row[i] * power[i * size + j]).sum();
+        (0..size).map(entry).collect()
+    });
+    let mut rows: Vec<Vec<f64>> = seen.collect();
+    while rows.len() > 1 && rows.last().is_some_and(|row| row.iter().all(|p| *p == 0.0)) {
+        rows.pop();
+    }
+    rows.concat()
+}
+
+/// The deflection of a stretch in closed form.
+pub(super) struct Guard<'t> {
+    pub table: &'t SpectralTable<'t>,
+    pub amplitudes: [&'t [f64]; 2],
+    pub polynomial: [f64; POWERS + 1],
+    /// Powers of time in use.
+    pub terms: usize,
+}
+
+impl Guard<'_> {
+    /// δ, δ', δ'' at a time.
+    pub fn at(&self, time: f64) -> [f64; 3] {
+        let table = self.table;
+        let [a, b, c] = waves::sum([&table.alpha, &table.nu], self.amplitudes, time);
+        let [mut value, mut slope, mut half_curvature] = [0.0; 3];
+        for q in self.polynomial[..self.terms].iter().rev() {
+            half_curvature = half_curvature * time + slope;
+            slope = slope * time + value;
+            value = value * time + q;
+        }
+        [a + value, b + slope, c + 2.0 * half_curvature]
+    }
+
+    /// Bounds of the polynomial's first three derivatives up to a time.
+    pub fn bounds(&self, time: f64) -> [f64; 3] {
+        let mut bounds = [0.0; 3];
+        for (order, bound) in bounds.iter_mut().enumerate() {
+            for k in (order + 1..self.terms).rev() {
+                let falling: usize = (k - order..=k).product();
+                *bound = *bound * time + falling as f64 * self.polynomial[k].abs();
+            }
+        }
+        bounds
+    }
+}

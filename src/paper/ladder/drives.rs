@@ -1,0 +1,133 @@
+//! Cases of the paper that are manifests: a misalignment that drifts (Table 5), contact with friction (3.1).
+
+use super::rattle::{CELLS, LIMIT};
+use gearatlas_core::analysis::{Nvh, Questions, investigate};
+use gearatlas_core::model::{InitialState, Model, TrajectoryState};
+use gearatlas_core::numerics::random::PointSeed;
+use gearatlas_core::propagate::{Counters, Kernel, Stepping};
+use gearatlas_jobs::manifest::{Job, ManifestText};
+use gearatlas_jobs::store::TableStore;
+use gearatlas_jobs::sweep::Parts;
+use gearatlas_jobs::sweep::build::questions;
+use gearatlas_paper::kernels::{Fused, Spectral};
+use serde_json::{Value, json};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+/// Five slices of misalignment; dense tables take one line of action, and the error of loaded flanks as harmonics.
+const DRIFTING: [&str; 3] = [
+    "mesh.shaft_tilt=",
+    r#"mesh.coast_flank="same_line""#,
+    "excitation.table_harmonics=6",
+];
+
+/// Five slices that are one.
+const STILL: &str = r#"grid."mesh.misalignment"={values=["0.1 mrad","0.1000001 mrad","0.1000002 mrad","0.1000003 mrad","0.1000004 mrad"]}"#;
+
+/// Repetitions of which the median counts.
+const REPEATS: usize = 3;
+
+/// A manifest of the repository with some keys changed.
+fn job(text: &str, changes: &[&str]) -> Job {
+    let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
+    let changed = ManifestText {
+        text,
+        changes: &changes,
+    };
+    changed
+        .job("manifest", Path::new(""))
+        .expect("a manifest of the repository")
+}
+
+/// Slices of drift by `spectral`, against as many that are one \[× real time\].
+pub fn drift() -> Value {
+    let drifting = || speed(&DRIFTING);
+    let still = || speed(&[&DRIFTING[..], &[STILL]].concat());
+    json!({ "drifting": median(drifting), "still": median(still) })
+}
+
+fn median(measure: impl Fn() -> f64) -> f64 {
+    let mut found: Vec<f64> = (0..REPEATS).map(|_| measure()).collect();
+    found.sort_by(f64::total_cmp);
+    found[REPEATS / 2]
+}
+
+/// Time simulated over the time that it takes, meshes and tables included; the state is carried from slice to slice.
+fn speed(changes: &[&str]) -> f64 {
+    let job = job(
+        include_str!("../../../manifests/misalignment-drift.toml"),
+        changes,
+    );
+    let parts = Parts::new(TableStore::in_memory());
+    let (mut simulated, clock) = (0.0, Instant::now());
+    let mut carried: Option<(_, TrajectoryState)> = None;
+    for point in job.points.iter() {
+        let model = parts.model(&point).expect("a model");
+        let kernel = Spectral::new(&model, CELLS, LIMIT, None).expect("tables");
+        let mut trajectory = match carried.take() {
+            Some((direction, end)) if direction == point.direction => {
+                TrajectoryState::new(&model, end.state, end.cycle)
+            }
+            _ => model.start(&InitialState::Static),
+        };
+        let cycles = point.run.audit_cycles + point.run.cycles;
+        let (mut nvh, mut counters) = (Nvh::new(&model, 0), Counters::default());
+        let mut workspace = kernel.workspace();
+        kernel
+            .advance(
+                cycles,
+                &mut trajectory,
+                &mut workspace,
+                &mut nvh,
+                &mut counters,
+            )
+            .expect("the drive does not diverge");
+        simulated += cycles as f64 * model.period();
+        carried = Some((point.direction, trajectory));
+    }
+    simulated / clock.elapsed().as_secs_f64()
+}
+
+/// Constant contact with friction: RMS of the deflection by fused cycles and by small steps of 100 ns \[m\].
+pub fn friction() -> Value {
+    let changes = [
+        r#"mesh.coast_flank="same_line""#,
+        "mesh.friction=0.1",
+        "grid.load=1.0",
+        r#"grid.speed="600 rad/s""#,
+        "run.settle=false",
+        "run.cycles=200",
+    ];
+    let job = job(include_str!("../../../manifests/flex80.toml"), &changes);
+    let point = job.points.at(0);
+    let model = Parts::new(TableStore::in_memory())
+        .model(&point)
+        .expect("a model");
+    let seed = PointSeed {
+        seed: point.seed,
+        point_id: point.point_id,
+    };
+    let asked = questions(&point, seed);
+    let fused = Fused::new(&model, CELLS, LIMIT).expect("tables");
+    let steps = (model.period() / 1e-7).round() as u32;
+    let stepping = Stepping::new(&model, steps, LIMIT);
+    let start = model.start(&point.run.initial);
+    fn rms<K: Kernel>(
+        kernel: &K,
+        model: &Model,
+        start: &TrajectoryState,
+        asked: &Questions,
+    ) -> f64 {
+        let never = AtomicBool::new(false);
+        let found = investigate(model, kernel, start.clone(), asked, &never);
+        let nvh = found.expect("nobody calls it off").nvh;
+        nvh.expect("statistics of the deflection").deflection_rms
+    }
+    let fused = rms(&fused, &model, &start, &asked);
+    let stepping = rms(&stepping, &model, &start, &asked);
+    json!({
+        "rms": { "fused": fused, "stepping": stepping },
+        "difference": (fused / stepping - 1.0).abs(),
+    })
+}

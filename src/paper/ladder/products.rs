@@ -1,0 +1,47 @@
+//! Products of an operator with a state, by how many operators take turns: Figures 4 and 5a.
+
+use super::rounds::{Contender, race};
+use faer::Mat;
+use gearatlas_paper::kernels::Operator;
+use serde_json::{Value, json};
+use std::hint::black_box;
+
+/// Rows and columns of the paper's operators.
+const DIMENSIONS: [usize; 3] = [31, 41, 81];
+
+/// How many take turns: one stays in the nearest cache, a table of the paper, more than any cache holds \[bytes\].
+const TABLE: usize = 120;
+const BEYOND_CACHES: usize = 1 << 30;
+
+/// Time of a product \[ns\] by dimension and operators in turn.
+pub fn turns() -> Value {
+    let mut found = Vec::new();
+    for dimension in DIMENSIONS {
+        let most = BEYOND_CACHES / (8 * dimension * dimension);
+        for operators in [1, TABLE, most] {
+            let (ns, bytes) = product(dimension, operators);
+            found.push(json!({
+                "dimension": dimension,
+                "operators": operators,
+                "bytes": bytes,
+                "ns": ns,
+            }));
+        }
+    }
+    Value::Array(found)
+}
+
+fn product(dimension: usize, count: usize) -> (f64, usize) {
+    let entry = |i: usize, j: usize| ((7 * i + 13 * j) % 19) as f64 / 19.0 - 0.5;
+    let matrix = Mat::from_fn(dimension, dimension, entry);
+    let operators: Vec<Operator<'_>> = (0..count).map(|_| Operator::new(matrix.as_ref())).collect();
+    let x = vec![0.5; dimension.next_multiple_of(8)];
+    let mut y = x.clone();
+    let mut at = 0;
+    let spell = race(&mut [Contender::new(|| {
+        operators[at].apply(black_box(&x), &mut y);
+        at = (at + 1) % count;
+    })])[0];
+    let bytes = operators.iter().map(Operator::bytes).sum();
+    (spell.median, bytes)
+}

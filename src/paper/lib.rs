@@ -1,0 +1,20 @@
+//! The kernels of *How Fast Can High-Fidelity Gear Rattle Be Simulated, and Where Does Trajectory Simulation Give Way to
+//! Structure?* (preprint, July 2026), and its measurements.
+//!
+//! [`kernels`] are those that the paper compares: dense propagators on unit steps of the mesh cycle. The program `atlas` has none of
+//! them; `atlas-paper` times them beside its kernels on the paper's cases, and puts them to the checks of `atlas verify`.
+
+pub mod kernels;
+pub mod verify;
+
+use gearatlas_core::{model, numerics, propagate};
+
+#[cfg(test)]
+#[allow(dead_code)]
+#[path = "../core/model/fixtures.rs"]
+mod fixtures;
+#[cfg(test)]
+use gearatlas_core::{
+    model::{Division, Drive, MeshHarmonic, OperatingPoint},
+    structure::ModalStructure,
+};

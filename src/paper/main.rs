@@ -1,0 +1,72 @@
+//! `atlas-paper`: the paper's kernels timed on its cases, and put to the checks of `atlas verify`.
+
+// A program prints.
+#![allow(clippy::print_stdout, clippy::print_stderr)]
+
+// The name by which the file that is shared with the benches knows it.
+extern crate gearatlas_core as gearatlas;
+
+mod ladder;
+
+use clap::{Parser, Subcommand, builder::PossibleValuesParser};
+use gearatlas_paper::verify;
+use gearatlas_verify::verify::{Check, Extent};
+use std::process::ExitCode;
+
+/// The kernels of the paper that atlas started from
+#[derive(Parser)]
+#[command(version)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Time every kernel on the paper's cases and count its work; JSON
+    Ladder {
+        /// Only these parts
+        #[arg(value_name = "PART", value_parser = PossibleValuesParser::new(ladder::names()))]
+        parts: Vec<String>,
+    },
+    /// Check every kernel against independent integrators and closed forms: status 0 if all lines pass, 1 if one fails
+    Verify {
+        /// Longer horizons, more cycles of each drive: many minutes
+        #[arg(long)]
+        full: bool,
+        /// Only this check; may be given more than once
+        #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(verify::CHECKS))]
+        only: Vec<String>,
+        /// Print JSON for programs
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+fn main() -> ExitCode {
+    match Arguments::parse().command {
+        Command::Ladder { parts } => {
+            println!("{:#}", ladder::measure(&parts));
+            ExitCode::SUCCESS
+        }
+        Command::Verify { full, only, json } => check(full, &only, json),
+    }
+}
+
+fn check(full: bool, only: &[String], json: bool) -> ExitCode {
+    let extent = if full { Extent::Full } else { Extent::Quick };
+    let wanted = |check: &Check| only.is_empty() || only.iter().any(|name| name == check.name);
+    let checks: Vec<Check> = verify::checks().filter(wanted).collect();
+    let report = match verify::run(extent, &checks, &mut |check| eprintln!("{}", check.name)) {
+        Ok(report) => report,
+        Err(trouble) => {
+            eprintln!("atlas-paper: {trouble}");
+            return ExitCode::from(1);
+        }
+    };
+    match json {
+        true => println!("{:#}", serde_json::json!({ "checks": report.findings })),
+        false => print!("{report}"),
+    }
+    ExitCode::from(report.status())
+}

@@ -1,0 +1,208 @@
+//! Recorded answers of the paper's kernels, to the digits that `tests/golden` compares: they tell that a change of the
+//! code has changed an answer.
+
+use crate::common;
+use gearatlas::analysis::{PointOutcome, investigate};
+use gearatlas::manifest::ManifestText;
+use gearatlas::model::Model;
+use gearatlas::numerics::random::PointSeed;
+use gearatlas::propagate::Kernel;
+use gearatlas::sweep::build::questions;
+use gearatlas_paper::kernels::{Dyadic, Fused, Hermite, Spectral};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+/// Fewest cells a cycle, as published.
+const CELLS: u32 = 60;
+const LIMIT: u32 = 1000;
+
+/// By how much a number may differ, as a part of its own size.
+const RELATIVE: f64 = 1e-7;
+
+/// What a number may differ by besides, as a part of the largest of its kind.
+const FLOOR: f64 = 1e-10;
+
+/// Values by the name of their column, in the order of the points.
+type Columns = BTreeMap<String, Vec<f64>>;
+
+/// Cases: a name, a manifest, the keys that are set in it, and the kernel.
+macro_rules! golden {
+    ($($name:ident: $manifest:literal [$($set:literal),* $(,)?] |$model:ident| $kernel:expr;)*) => {
+        $(#[test]
+        fn $name() {
+            let mut found = Columns::new();
+            each(concat!("../../", $manifest), &[$($set),*], |$model, ask| {
+                add(&mut found, &ask.of(&$kernel));
+            });
+            compare(stringify!($name), &found);
+        })*
+    };
+}
+
+golden! {
+    dyadic: "manifests/tiers/torsional.toml" [
+        "grid.load=0.3", "run.transient=2", "run.cycles=10",
+        "run.settle=false", "mesh.coast_flank=same_line", "analyses.poincare.samples=3",
+        "analyses.lyapunov={align=2}",
+    ] |model| Dyadic::new(model, 40, LIMIT).unwrap();
+    hermite: "manifests/tiers/translational.toml" [
+        "grid.load=0.3", "grid.speed=1400", "run.transient=2",
+        "run.cycles=10", "run.settle=false", "mesh.coast_flank=same_line", "analyses.poincare.samples=3",
+        "analyses.lyapunov={align=2}",
+    ] |model| Hermite::new(model, CELLS, LIMIT).unwrap();
+    spectral: "manifests/tiers/translational.toml" [
+        "grid.load=0.3", "grid.speed=1200", "run.transient=2",
+        "run.cycles=10", "run.settle=false", "mesh.coast_flank=same_line",
+        r#"excitation.torque_ripple=[{shaft="pinion",order=2,amplitude="3 N*m"}]"#, "analyses.poincare.samples=3",
+        "analyses.lyapunov={align=2}",
+    ] |model| Spectral::new(model, CELLS, LIMIT, None).unwrap();
+    event_grid: "manifests/tiers/torsional.toml" [
+        "grid.load=0.3", "run.transient=2",
+        "run.cycles=10", "run.settle=false", "mesh.coast_flank=same_line", "analyses.poincare.samples=3",
+        "analyses.lyapunov={align=2}",
+    ] |model| Spectral::new(model, CELLS, LIMIT, Some(64)).unwrap();
+    fused: "manifests/tiers/tilting.toml" [
+        "grid.load=0.3", "grid.speed=1200", "run.transient=2",
+        "run.cycles=10", "run.settle=false", "mesh.coast_flank=same_line", "analyses.poincare.samples=3",
+        "analyses.lyapunov={align=2}",
+    ] |model| Fused::new(model, CELLS, LIMIT).unwrap();
+    ripple_fused: "manifests/tiers/translational.toml" [
+        "grid.load=0.3", "grid.speed=1200", "run.transient=2", "run.cycles=8",
+        "run.settle=false", "analyses.lyapunov={align=2}", "analyses.poincare.samples=3",
+        "mesh.coast_flank=same_line", r#"excitation.torque_ripple=[{shaft="wheel",order=1.5,amplitude="3 N*m"}]"#,
+        "mesh.friction=0.1",
+    ] |model| Fused::new(model, CELLS, LIMIT).unwrap();
+    dyadic_continuous: "manifests/tiers/torsional.toml" [
+        "mesh.stiffness=continuous", "mesh.segments=",
+        "mesh.coast_flank=same_line", "grid.load=0.3", "grid.speed=1200", "run.transient=2", "run.cycles=8",
+        "run.settle=false", "analyses.lyapunov={align=2}", "analyses.poincare.samples=3",
+    ] |model| Dyadic::new(model, CELLS, LIMIT).unwrap();
+    hermite_continuous: "manifests/tiers/torsional.toml" [
+        "mesh.stiffness=continuous", "mesh.segments=",
+        "mesh.coast_flank=same_line", "grid.load=0.3", "grid.speed=1200", "run.transient=2", "run.cycles=8",
+        "run.settle=false", "analyses.lyapunov={align=2}", "analyses.poincare.samples=3",
+    ] |model| Hermite::new(model, CELLS, LIMIT).unwrap();
+}
+
+/// What a point is asked.
+struct Ask<'a> {
+    model: &'a Model,
+    point: gearatlas::manifest::PointSpec,
+}
+
+impl Ask<'_> {
+    fn of<K: Kernel>(&self, kernel: &K) -> PointOutcome {
+        let seed = PointSeed {
+            seed: self.point.seed,
+            point_id: self.point.point_id,
+        };
+        let start = self.model.start(&self.point.run.initial);
+        let asked = questions(&self.point, seed);
+        investigate(self.model, kernel, start, &asked, &AtomicBool::new(false)).unwrap()
+    }
+}
+
+/// Shows every point of a manifest with some keys changed.
+fn each(manifest: &str, set: &[&str], mut see: impl FnMut(&Model, &Ask<'_>)) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(manifest);
+    let text = fs::read_to_string(&path).unwrap();
+    let changes: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
+    let changed = ManifestText {
+        text: &text,
+        changes: &changes,
+    };
+    let job = changed.job("m.toml", path.parent().unwrap()).unwrap();
+    for point in job.points.iter() {
+        let model = &common::parts().model(&point).unwrap();
+        see(model, &Ask { model, point });
+    }
+}
+
+/// Adds what was found of a point.
+fn add(columns: &mut Columns, found: &PointOutcome) {
+    let nvh = found.nvh.as_ref().unwrap();
+    let mut put = |name: &str, value: f64| columns.entry(name.to_owned()).or_default().push(value);
+    for sample in &found.poincare {
+        put("poincare deflection", sample.deflection);
+        put("poincare velocity", sample.velocity);
+    }
+    for (name, value) in [
+        ("events_per_cycle", found.events_per_cycle.unwrap()),
+        ("grazing_count", found.grazing_count as f64),
+        ("cycles", found.cycles as f64),
+        ("fraction_drive", nvh.fractions[0]),
+        ("fraction_free", nvh.fractions[1]),
+        ("fraction_coast", nvh.fractions[2]),
+        ("fraction_both", nvh.fractions[3]),
+        ("deflection_mean", nvh.deflection_mean),
+        ("deflection_rms", nvh.deflection_rms),
+        ("deflection_pp", nvh.deflection_pp),
+        ("deflection_peak", nvh.deflection_peak),
+        ("deflection_crest", nvh.deflection_crest),
+        ("deflection_kurtosis", nvh.deflection_kurtosis),
+        ("force_mean", nvh.force_mean),
+        ("force_std", nvh.force_std),
+        ("force_peak", nvh.force_peak),
+        ("power_loss", nvh.power_loss.unwrap_or_default()),
+        ("impact_rate", nvh.impact_rate),
+        ("impacts_drive", nvh.impacts[0] as f64),
+        ("impacts_coast", nvh.impacts[1] as f64),
+        ("impact_velocity", nvh.impact_velocity),
+        ("impact_power", nvh.impact_power),
+        ("rattle_index", nvh.rattle_index),
+        ("flights", nvh.flights.count as f64),
+        ("flight_mean", nvh.flights.mean.unwrap_or_default()),
+        ("flight_median", nvh.flights.median.unwrap_or_default()),
+        ("contacts", nvh.contacts.count as f64),
+        ("contact_mean", nvh.contacts.mean.unwrap_or_default()),
+        ("contact_median", nvh.contacts.median.unwrap_or_default()),
+    ] {
+        put(name, value);
+    }
+    for (name, values) in [
+        ("harmonics", &nvh.harmonics),
+        ("deflection_peak_quantiles", &nvh.deflection_peak_quantiles),
+        ("force_peak_quantiles", &nvh.force_peak_quantiles),
+        ("impact_velocity_quantiles", &nvh.impact_velocity_quantiles),
+        ("contact_force", &nvh.contact_force),
+    ] {
+        for (number, value) in values.iter().enumerate() {
+            put(&format!("{name}_{}", number + 1), *value);
+        }
+    }
+}
+
+/// Holds a case against what was recorded of it.
+fn compare(case: &str, found: &Columns) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/paper/values");
+    let text = fs::read_to_string(folder.join(format!("{case}.tsv"))).unwrap();
+    let recorded = text.lines().map(|line| {
+        let mut cells = line.split('\t');
+        let name = cells.next().unwrap();
+        let values = cells.map(|cell| match cell {
+            "" => 0.0,
+            cell => cell.parse().unwrap(),
+        });
+        (name.to_owned(), values.collect())
+    });
+    let recorded: Columns = recorded.collect();
+    assert_eq!(
+        recorded.keys().collect::<Vec<_>>(),
+        found.keys().collect::<Vec<_>>(),
+        "{case}"
+    );
+    for (name, recorded) in &recorded {
+        let found = &found[name];
+        assert_eq!(found.len(), recorded.len(), "{case}: {name}");
+        let largest = recorded.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+        for (a, b) in found.iter().zip(recorded) {
+            let off = (a - b).abs();
+            assert!(
+                off <= RELATIVE * b.abs() + FLOOR * largest,
+                "{case}: {name}: {a} and not {b}"
+            );
+        }
+    }
+}

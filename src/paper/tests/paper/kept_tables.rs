@@ -1,0 +1,162 @@
+//! Tables that are handed over and taken back: do they give the bits of tables just computed, for every load, gap and speed
+//! that they serve, and are those of another model refused?
+
+use crate::common::advance::{Events, advance_with, settled};
+use crate::common::{self, Case};
+use gearatlas::model::TrajectoryState;
+use gearatlas::propagate::{KeptTables, Kernel, TableArray, TableError, Volterra};
+use gearatlas_paper::kernels::{DenseError, Dyadic, Fused, Spectral};
+
+const CELLS: u32 = 60;
+
+/// The same drive under another load, with another gap.
+fn other_load(case: &Case) -> Case {
+    let mut case = case.clone();
+    case.2.load *= 1.7;
+    case.1.half_gap *= 1.3;
+    case
+}
+
+fn bits<K: Kernel>(kernel: &K, start: &TrajectoryState) -> (Vec<u64>, usize) {
+    let mut events = Events::default();
+    let (end, _) = advance_with(kernel, start, 20, &mut events);
+    (
+        end.state.iter().map(|x| x.to_bits()).collect(),
+        events.0.len(),
+    )
+}
+
+/// Tables kept for one load serve any other, to the bits of tables computed for that one.
+#[test]
+fn a_kept_table_gives_the_bits_of_a_new_one() {
+    for case in [common::six_modes(), common::forty_modes()] {
+        let (built, used) = (common::model(&case), common::model(&other_load(&case)));
+        let start = settled(&used, 40);
+        let bases = Spectral::arrays(&built).unwrap();
+        let runs = Fused::arrays(&built, CELLS).unwrap();
+        assert_eq!(Spectral::arrays(&used).unwrap(), bases);
+        assert_eq!(Fused::arrays(&used, CELLS).unwrap(), runs);
+        let both: [&dyn KeptTables; 2] = [&bases, &runs];
+        for (name, new, kept) in [
+            (
+                "spectral",
+                bits(&Spectral::new(&used, CELLS, 99, None).unwrap(), &start),
+                bits(
+                    &Spectral::of_kept(&used, CELLS, 99, None, &bases).unwrap(),
+                    &start,
+                ),
+            ),
+            (
+                "fused",
+                bits(&Fused::new(&used, CELLS, 99).unwrap(), &start),
+                bits(&Fused::of_kept(&used, CELLS, 99, both).unwrap(), &start),
+            ),
+        ] {
+            assert!(new.1 > 10, "{} events", new.1);
+            assert_eq!(new, kept, "{name}");
+        }
+    }
+}
+
+/// The same drive at other speeds, with other excitation of as many harmonics.
+fn others(case: &Case) -> Vec<Case> {
+    let scaled = [0.2, 0.5, 0.97, 1.0 + 1e-15, 2.0].map(|factor| {
+        let mut case = case.clone();
+        case.2.speed *= factor;
+        case
+    });
+    let mut shaken = case.clone();
+    shaken.1.transmission_error[0].amplitude *= 1.3;
+    shaken.1.transmission_error[0].phase += 0.4;
+    for ripple in &mut shaken.1.torque_ripple {
+        ripple.amplitude *= 0.7;
+    }
+    scaled.into_iter().chain([shaken]).collect()
+}
+
+/// Bases of one speed are those of every other, to the last bit, and a kernel that uses them at
+/// another speed follows the structured one as one with bases of its own would.
+#[test]
+fn bases_serve_every_speed_and_excitation() {
+    for (name, case) in common::drives() {
+        let own = common::model(&case);
+        let arrays = Spectral::arrays(&own).unwrap();
+        for other in others(&case) {
+            let model = common::model(&other);
+            assert_eq!(Spectral::arrays(&model).unwrap(), arrays, "{name}");
+            let kernel = Spectral::of_kept(&model, CELLS, 1000, None, &arrays).unwrap();
+            let exact = Volterra::new(&model, f64::EPSILON, 1000);
+            let mut start = settled(&model, 20);
+            let mut compared = 0;
+            for _ in 0..10 {
+                let (mut seen, mut told) = (Events::default(), Events::default());
+                let (end, _) = advance_with(&exact, &start, 1, &mut seen);
+                let (found, _) = advance_with(&kernel, &start, 1, &mut told);
+                let moved: Vec<f64> = start.state.iter().map(|x| x * (1.0 + 1e-9)).collect();
+                let beside = TrajectoryState {
+                    state: moved,
+                    ..start.clone()
+                };
+                let (beside, _) = advance_with(&exact, &beside, 1, &mut Events::default());
+                let gain: f64 = 1e9 * common::state_difference(&model, &beside.state, &end.state);
+                if gain < 1e3 {
+                    let off = common::state_difference(&model, &found.state, &end.state);
+                    assert!(
+                        off < 1e-12 * gain.max(1.0),
+                        "{name} {}: {off:e} {gain:e}",
+                        other.2.speed
+                    );
+                    assert_eq!(told.0.len(), seen.0.len(), "{name}");
+                    compared += 1;
+                }
+                start = end;
+            }
+            assert!(compared > 3, "{name} {}: {compared}", other.2.speed);
+        }
+    }
+}
+
+/// Tables of another drive, and arrays that were cut, are refused by name.
+#[test]
+fn tables_of_another_model_are_refused() {
+    let (two, six) = (
+        common::model(&common::two_modes()),
+        common::model(&common::six_modes()),
+    );
+    let mut arrays = Spectral::arrays(&two).unwrap();
+    arrays.extend(Fused::arrays(&two, CELLS).unwrap());
+    let of_kept = |model, arrays: &Vec<TableArray>| {
+        let both: [&dyn KeptTables; 2] = [arrays, arrays];
+        Fused::of_kept(model, CELLS, 9, both).map(|_| ())
+    };
+    assert_eq!(of_kept(&two, &arrays), Ok(()));
+    let refused = of_kept(&six, &arrays);
+    assert!(
+        matches!(refused, Err(DenseError::Table(TableError::Kept { .. }))),
+        "{refused:?}"
+    );
+    for (index, array) in arrays.iter().enumerate() {
+        // Said about a basis, not used by it.
+        if array.name == "touching" {
+            continue;
+        }
+        for change in [-1, 1] {
+            let mut other = arrays.clone();
+            let mut values = other[index].values.to_vec();
+            values.resize(values.len().saturating_add_signed(change), 0.0);
+            other[index].values = values[..].into();
+            let refused = of_kept(&two, &other);
+            assert_eq!(refused, Err(TableError::Kept { name: array.name }.into()));
+        }
+    }
+}
+
+/// The size said of dyadic tables is that of the tables built.
+#[test]
+fn the_dyadic_size_is_known_without_building() {
+    for (name, case) in common::drives() {
+        let model = common::model(&case);
+        let built = Dyadic::new(&model, CELLS, 9).unwrap().bytes();
+        assert_eq!(Dyadic::size(&model, CELLS).unwrap(), built, "{name}");
+    }
+}

@@ -1,0 +1,41 @@
+//! The paper's kernels against the structured kernel, the reference integrators and their own recorded answers.
+
+#![allow(clippy::unwrap_used)]
+
+// Shared with the tests of the program, of which a part is used here.
+#[allow(dead_code)]
+#[path = "../../../../fuzz/targets/breakpoints.rs"]
+mod breakpoint_motion;
+#[path = "../../../../tests/common/mod.rs"]
+mod common;
+#[path = "../../../../tests/common/counting.rs"]
+mod counting;
+#[path = "../../../../tests/fuzz/dice.rs"]
+mod dice;
+#[allow(dead_code)]
+#[path = "../../../../tests/fuzz/drawn.rs"]
+mod drawn;
+#[path = "../../../../tests/common/leaps.rs"]
+mod leaps;
+#[allow(dead_code)]
+#[path = "../../../../tests/common/random_drives.rs"]
+mod random_drives;
+#[path = "../../../../fuzz/targets/row.rs"]
+mod row;
+
+mod allocation;
+mod analyses;
+mod breakpoints;
+mod golden;
+mod kept_tables;
+mod ladder;
+mod ladder_fused;
+mod random;
+mod refusals;
+mod repeated_modes;
+mod verify;
+
+/// What the shared judges of motions call.
+fn right(holds: bool, told: impl FnOnce() -> String) {
+    assert!(holds, "{}", told());
+}

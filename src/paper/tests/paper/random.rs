@@ -1,0 +1,64 @@
+//! Random modal drives: the rules of `tests/motion/fuzz_drives.rs`, put to the kernels that diagonalise a segment. What
+//! tables of nearly parallel eigenvectors say they are off by is allowed on top.
+
+use crate::drawn::Drawn;
+use crate::random_drives::{Ask, EVENT_LIMIT, Tally, put, refuse};
+use gearatlas_paper::kernels::{Conditioning, Fused, Spectral, TableSize};
+
+const CELLS: u32 = 30;
+
+const KERNELS: [(&str, Ask); 2] = [
+    ("spectral", |trial, name| {
+        match Spectral::new(trial.model, CELLS, EVENT_LIMIT, None) {
+            Ok(kernel) => {
+                let off = known_off(&kernel.conditioning(), kernel.bytes());
+                trial.put(name, &kernel, off);
+            }
+            Err(_) => refuse(trial, name),
+        }
+    }),
+    ("fused", |trial, name| {
+        match Fused::new(trial.model, CELLS, EVENT_LIMIT) {
+            Ok(kernel) => {
+                let off = known_off(&kernel.conditioning(), kernel.bytes());
+                trial.put(name, &kernel, off);
+            }
+            Err(_) => refuse(trial, name),
+        }
+    }),
+];
+
+/// What a cycle of tables may be off by: the largest error of a cell's propagator that they
+/// measured, times cells, and as much for the inputs, which they do not measure.
+fn known_off(bases: &[Conditioning], size: TableSize) -> f64 {
+    let worst = bases.iter().map(|basis| basis.reconstruction);
+    2.0 * worst.fold(0.0, f64::max) * size.cells as f64
+}
+
+/// Puts drives of seed 1 to both kernels.
+fn fuzz(numbers: impl IntoIterator<Item = u64>) -> Tally {
+    let mut tally = Tally::default();
+    for number in numbers {
+        let faults = put(&Drawn::new(1, number), &mut tally, &KERNELS);
+        assert!(faults.is_empty(), "drive {number}: {faults:#?}");
+    }
+    tally
+}
+
+#[test]
+fn no_row_of_a_random_drive_is_wrong() {
+    let tally = fuzz(0..30);
+    // The rules were put to something.
+    for (kernel, _) in KERNELS {
+        let answered = tally.rows.get(&(kernel, "ok".into()));
+        assert!(answered.is_some_and(|count| *count >= 15), "{tally:#?}");
+        let compared = tally.compared.get(kernel);
+        assert!(compared.is_some_and(|count| *count >= 40), "{tally:#?}");
+    }
+}
+
+/// Drives whose orbits round-off hides; `tests/motion/fuzz_drives.rs` says which way.
+#[test]
+fn orbits_are_told_where_round_off_hides_them() {
+    fuzz([75, 307, 407, 730, 1012, 1470, 1549, 1807, 2255, 2485, 2863]);
+}

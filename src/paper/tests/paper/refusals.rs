@@ -1,0 +1,55 @@
+//! What dense tables do not take is refused by name.
+
+use crate::common;
+use gearatlas::model::{Division, FlankError, Model, Release};
+use gearatlas::propagate::TableError;
+use gearatlas_paper::kernels::{DenseError, Dyadic, Spectral};
+
+/// The model of a drive of six modes that was changed.
+fn changed(change: impl Fn(&mut common::Case)) -> Model {
+    let mut case = common::six_modes();
+    change(&mut case);
+    common::model(&case)
+}
+
+#[test]
+fn contacts_that_let_go_by_force_are_refused() {
+    let model = changed(|case| case.1.release = Release::Force);
+    let refused = Dyadic::new(&model, 60, 100).err();
+    assert_eq!(refused, Some(TableError::Release.into()));
+}
+
+#[test]
+fn an_error_of_loaded_flanks_is_refused() {
+    let model = changed(|case| {
+        case.1.mesh[0].error = FlankError::series([1e-6, 3e-7, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    });
+    let refused = Dyadic::new(&model, 60, 1000).map(|_| ()).unwrap_err();
+    assert_eq!(refused, TableError::FlankError.into());
+    let said = refused.to_string();
+    assert!(said.contains("excitation.table_harmonics"), "{said}");
+}
+
+/// A contact damped critically has one eigenvector; ten hours a tooth take too many cells.
+#[test]
+fn what_is_wrong_is_said() {
+    let mut case = common::one_degree();
+    case.0 = common::structure(&[0.0], 0.0, &[1.0], &[1.0]);
+    case.1.mesh = Division::levels(&[4e8], &[]);
+    case.1.damping = 4e4;
+    let critical = common::model(&case);
+    let refused = Spectral::new(&critical, 60, 9, None)
+        .map(|_| ())
+        .unwrap_err();
+    let said = refused.to_string();
+    assert!(said.contains("nearly parallel"), "{said}");
+    case.2.speed = 1e-5;
+    let slow = common::model(&case);
+    let refused = Dyadic::new(&slow, 60, 9).map(|_| ()).unwrap_err();
+    assert!(
+        matches!(refused, DenseError::TooManyCells { .. }),
+        "{refused:?}"
+    );
+    let said = refused.to_string();
+    assert!(said.contains("raise the speed"), "{said}");
+}

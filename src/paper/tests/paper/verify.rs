@@ -1,0 +1,17 @@
+//! The checks of `atlas verify` on the paper's kernels.
+
+use gearatlas::verify::Extent;
+use gearatlas_paper::verify::{CHECKS, checks, run};
+
+#[test]
+fn every_line_passes() {
+    let all: Vec<_> = checks().collect();
+    assert_eq!(all.len(), CHECKS.len());
+    let report = run(Extent::Quick, &all, &mut |_| ()).unwrap();
+    assert!(report.passed() && report.lines().count() >= 60, "{report}");
+    // A mesh whose stiffness varies within its segments, by each of four kernels.
+    assert_eq!(report.skips(), 4, "{report}");
+    for kernel in ["dyadic", "hermite", "spectral", "fused"] {
+        assert!(report.lines().any(|line| line.what.starts_with(kernel)));
+    }
+}

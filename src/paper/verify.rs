@@ -1,0 +1,76 @@
+//! The paper's kernels before the checks of `atlas verify`.
+
+use crate::kernels::{DenseError, Dyadic, Fused, Hermite, Spectral};
+use crate::model::Model;
+use gearatlas_verify::verify::candidate::{Candidate, Propagator};
+use gearatlas_verify::verify::{self, Check, Extent, Report, Subjects, Trouble};
+
+/// Most events in a mesh cycle.
+const EVENT_LIMIT: u32 = 10_000;
+
+/// Fewest unit steps a mesh cycle, as published.
+const CELLS: u32 = 60;
+
+fn built<'m, P: Propagator + 'm>(
+    kernel: Result<P, DenseError>,
+) -> Result<Box<dyn Propagator + 'm>, Trouble> {
+    match kernel {
+        Ok(kernel) => Ok(Box::new(kernel)),
+        Err(error) => Err(Trouble::Kernel(error.into())),
+    }
+}
+
+/// The paper's kernels.
+pub fn kernels() -> Vec<Candidate> {
+    vec![
+        Candidate::of_tables("dyadic", |model: &Model| {
+            built(Dyadic::new(model, CELLS, EVENT_LIMIT))
+        }),
+        Candidate::of_tables("hermite", |model: &Model| {
+            built(Hermite::new(model, CELLS, EVENT_LIMIT))
+        }),
+        Candidate::of_tables("spectral", |model: &Model| {
+            built(Spectral::new(model, CELLS, EVENT_LIMIT, None))
+        }),
+        Candidate::of_tables("fused", |model: &Model| {
+            built(Fused::new(model, CELLS, EVENT_LIMIT))
+        }),
+    ]
+}
+
+/// Names of the checks that every kernel meets.
+pub const CHECKS: [&str; 11] = [
+    "multipliers",
+    "grazing",
+    "bouncing",
+    "rigid-pair",
+    "cycle",
+    "contact",
+    "energy",
+    "neutral",
+    "tangents",
+    "trace",
+    "resumed",
+];
+
+/// The checks that every kernel meets, in the order of the program's.
+pub fn checks() -> impl Iterator<Item = Check> {
+    let all = verify::CHECKS.iter().copied();
+    all.filter(|check| CHECKS.contains(&check.name))
+}
+
+/// Puts the paper's kernels to the checks. `watch` is shown every check before it starts.
+///
+/// # Errors
+/// The built-in drives cannot be assembled.
+pub fn run(
+    extent: Extent,
+    checks: &[Check],
+    watch: &mut dyn FnMut(&Check),
+) -> Result<Report, Trouble> {
+    let subjects = Subjects {
+        kernels: kernels(),
+        ..Subjects::all(extent)?
+    };
+    Ok(verify::run(&subjects, checks, watch))
+}
