@@ -3,7 +3,6 @@
 use crate::model::ModelError;
 use crate::propagate::Stop;
 use crate::shaft::ShaftError;
-use gearatlas_paper::kernels::DenseError;
 use std::io;
 use thiserror::Error;
 
