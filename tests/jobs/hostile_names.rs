@@ -50,8 +50,8 @@ fn arguments_that_are_names_of_files_are_only_shown() {
         &["export", "r", "--format", EVIL],
         &["export", "r", "--format", "csv", "--columns", EVIL],
         &["trace", "m.toml", "--point", EVIL],
-        &["table", "show", EVIL],
-        &["table", "list", "--tables", EVIL],
+        &["table", EVIL],
+        &["table", "m.toml", "--tables", EVIL],
         &["machine", "show", EVIL],
         &["verify", EVIL],
         &["help", EVIL],
@@ -69,7 +69,7 @@ fn arguments_that_are_names_of_files_are_only_shown() {
 
 #[test]
 fn warnings_about_folders_are_only_shown() {
-    let place = Place::new(&OSCILLATOR.replace("[run]", "[run]\nkernel = \"spectral\""));
+    let place = Place::new(&OSCILLATOR.replace("[run]", "[run]\nkernel = \"closed_modes\""));
     fs::write(place.path(EVIL), "a file in the place of the folder").unwrap();
     said(&place.run("r", &["--tables", EVIL]));
     // The record keeps what the cache of tables met, and its summary tells.
@@ -226,7 +226,7 @@ fn modes(folder: &Path, found: &mut Vec<(String, u32)>) {
 
 #[test]
 fn files_have_the_permissions_that_the_user_lets_through() {
-    let place = Place::new(&OSCILLATOR.replace("[run]", "[run]\nkernel = \"spectral\""));
+    let place = Place::new(&OSCILLATOR.replace("[run]", "[run]\nkernel = \"closed_modes\""));
     let script = |umask: &str| {
         format!(
             "umask {umask}; $ATLAS run m.toml --out o{umask}/r --tables o{umask}/tables && \

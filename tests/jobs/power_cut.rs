@@ -134,7 +134,7 @@ fn a_run_leaves_nothing_to_a_power_cut() {
 
 #[test]
 fn a_kept_table_is_on_the_disk_under_its_name() {
-    let text = OSCILLATOR.replace("[run]", "[run]\nkernel = \"spectral\"");
+    let text = OSCILLATOR.replace("[run]", "[run]\nkernel = \"closed_modes\"");
     let place = Place::new(&text);
     let arguments = ["run", "m.toml", "--out", "r", "--tables", "kept"];
     let Some(calls) = watched(&place, &arguments) else {

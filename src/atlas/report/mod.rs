@@ -9,7 +9,6 @@ mod heat;
 mod lifetimes;
 mod machine_page;
 mod numbers;
-mod operator_summary;
 mod orbits;
 mod page;
 mod plot;
@@ -29,7 +28,6 @@ pub use followed::{Explained, Explaining, Explanation, FollowedSummary};
 pub use lifetimes::{Lifetimes, Lives};
 pub use machine_page::machine_page;
 pub use numbers::{size_text, to_digits};
-pub use operator_summary::OperatorSummary;
 pub use orbits::{MissedSearch, Orbit, OrbitCount, Orbits};
 pub use page::{PageRequest, ResultsPage, results_page};
 pub use plot::{
@@ -39,6 +37,6 @@ pub use plot::{
 };
 pub use point::{Axis, ChaosLife, ClassCount, PointSummary};
 pub use summary::Summary;
-pub use table_summary::{ArraySummary, TableSummary};
+pub use table_summary::{QuantitySummary, TableSummary};
 pub use text::{Style, render, render_branches};
 pub use transitions::TransitionSummary;

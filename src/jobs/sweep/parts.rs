@@ -101,18 +101,18 @@ impl Structures {
 /// The table that a kernel reads at a point while it integrates, by number; none where nothing is
 /// kept of it. Two of one number would only be taken for one when chains are dealt out.
 pub(super) fn table_number(point: &PointSpec) -> Option<u64> {
-    let runs = match point.run.kernel {
-        KernelSetting::Auto
-        | KernelSetting::Named(KernelChoice::Spectral { .. } | KernelChoice::ClosedModes) => None,
-        KernelSetting::Named(KernelChoice::Fused { .. }) => Some(point.speed.to_bits()),
-        _ => return None,
-    };
+    if !matches!(
+        point.run.kernel,
+        KernelSetting::Auto | KernelSetting::Named(KernelChoice::ClosedModes)
+    ) {
+        return None;
+    }
     // A mesh computed from the gears is another under another load.
     let load =
         matches!(point.mesh.stiffness, StiffnessSpec::Table(_)).then(|| point.load.to_bits());
     let mut hash = DefaultHasher::new();
     // In words: places in memory would deal otherwise from run to run.
-    format!("{:?} {:?} {runs:?} {load:?}", point.model, point.mesh).hash(&mut hash);
+    format!("{:?} {:?} {load:?}", point.model, point.mesh).hash(&mut hash);
     Some(hash.finish())
 }
 

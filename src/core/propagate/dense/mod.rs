@@ -109,8 +109,8 @@ pub enum DenseError {
     Overdamped,
     /// Kept tables are not those of this model.
     #[error(
-        "the kept tables have no array `{name}` that fits this model; remove them \
-         (`atlas table clean --all`), they are computed again"
+        "the kept tables have no array `{name}` that fits this model; delete the \
+         folder of tables (`tables/`), they are computed again"
     )]
     Kept {
         /// The array.
