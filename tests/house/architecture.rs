@@ -32,13 +32,10 @@ const REFERENCE_KNOWS: [&str; 1] = ["model"];
 const LONGEST: usize = 500;
 
 /// Files that need unsafe code: calls of functions compiled for an instruction set that the
-/// processor was asked for; a file mapped into memory, and the handler of the signal that such a
-/// file may raise; memory, addresses and vectors as they are, to be measured.
-const UNSAFE: [&str; 7] = [
+/// processor was asked for; memory, addresses and vectors as they are, to be measured.
+const UNSAFE: [&str; 5] = [
     "propagate/vectors/mod.rs",
     "propagate/vectors/wide.rs",
-    "store/tables/map.rs",
-    "cli/bus_fault.rs",
     "characterize/buffer.rs",
     "characterize/chain.rs",
     "characterize/vectors.rs",

@@ -506,13 +506,7 @@ fn programs_are_told_of_every_analysis() {
 fn a_negative_angle_needs_no_equals_sign() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("m.toml"), "[job]\n").unwrap();
-    let arguments = [
-        "table",
-        "build",
-        "m.toml",
-        "--misalignment",
-        "-0.4 mrad,0.1 mrad",
-    ];
+    let arguments = ["table", "m.toml", "--misalignment", "-0.4 mrad,0.1 mrad"];
     let output = within(folder.path(), 4 * ADDRESSES, &arguments);
     // The manifest is at fault, the angles are not.
     let said = words(&output.stderr);

@@ -152,7 +152,7 @@ fn keys_are_taken_out() {
 fn tables_are_built_of_what_was_set() {
     let place = Place::new(include_str!("../../manifests/flex80-table.toml"));
     let files = |arguments: &str| -> Vec<String> {
-        let script = format!("$ATLAS table build {arguments} --tables kept --json");
+        let script = format!("$ATLAS table {arguments} --tables kept --json");
         let output = place.shell(&script);
         assert_eq!(status(&output), 0, "{arguments}: {}", stderr(&output));
         let told: Value = serde_json::from_slice(&output.stdout).unwrap();

@@ -16,11 +16,11 @@ fn subcommands_are_explained_as_before() {
     assert_eq!(text(&["help"]), text(&["--help"]));
     assert_eq!(text(&["help", "run"]), text(&["run", "--help"]));
     assert_eq!(
-        text(&["help", "table", "build"]),
-        text(&["table", "build", "--help"])
+        text(&["help", "machine", "show"]),
+        text(&["machine", "show", "--help"])
     );
     assert_eq!(text(&["help", "help"]), text(&["help", "--help"]));
-    let output = atlas(".", &["help", "table", "bild"]);
+    let output = atlas(".", &["help", "machine", "shwo"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(output.stdout.is_empty());
 }

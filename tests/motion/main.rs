@@ -49,6 +49,7 @@ mod fuzz_drives;
 mod grazing;
 mod horizon;
 mod instructions;
+mod kept_tables;
 mod kernel_choice;
 mod kernel_tables;
 mod lifetime;

@@ -1,35 +1,14 @@
-//! `atlas table list`, `show`, `verify` and `clean`.
+//! `atlas table` and `atlas show` of a table.
 
 use std::fs;
 use std::path::Path;
 
-use gearatlas::store::{Arrays, CacheKind};
+use gearatlas::propagate::TableArray;
+use gearatlas::store::KernelArrays;
 use serde_json::{Value, json};
 
 use crate::made::{inputs, keep, mesh};
-use crate::program::{atlas, printed, refused};
-
-/// A folder with a mesh table and a bases one; gives their keys.
-fn two() -> (tempfile::TempDir, String, String) {
-    let folder = tempfile::tempdir().unwrap();
-    let mesh = keep(folder.path(), CacheKind::Mesh, &inputs(), mesh(false));
-    let mut arrays = Arrays::new();
-    let values = vec![1.0, f64::NAN, -3.0];
-    arrays.push("propagator", "1", &[3], values).unwrap();
-    let bases = keep(
-        folder.path(),
-        CacheKind::Bases,
-        &json!({ "modes": 80 }),
-        arrays,
-    );
-    (folder, mesh, bases)
-}
-
-fn file(folder: &Path, kind: &str, key: &str) -> std::path::PathBuf {
-    folder
-        .join("tables")
-        .join(format!("{kind}-{}.table", &key[..32]))
-}
+use crate::program::{printed, refused};
 
 /// Flips a bit in place, as a failing disk would.
 fn damage(path: &Path) {
@@ -39,119 +18,63 @@ fn damage(path: &Path) {
     fs::write(path, bytes).unwrap();
 }
 
-#[test]
-fn tables_are_listed() {
-    let (folder, mesh, bases) = two();
-    let text = printed(folder.path(), &["table", "list"]);
-    assert!(
-        text.contains(&mesh[..12]) && text.contains(&bases[..12]),
-        "{text}"
-    );
-    assert!(text.contains("stiffness, centre"), "{text}");
-    assert!(
-        text.ends_with("KiB, in tables\n") && text.contains("\n2 tables, "),
-        "{text}"
-    );
-    let json: Value =
-        serde_json::from_str(&printed(folder.path(), &["table", "list", "--json"])).unwrap();
-    assert_eq!(json[1]["key"], mesh);
-    assert_eq!(json[1]["arrays"][4]["shape"], json!([4, 3, 8, 8]));
-    assert_eq!(json[0]["kind"], "bases");
-    let length = fs::metadata(file(folder.path(), "bases", &bases))
-        .unwrap()
-        .len();
-    assert_eq!(json[0]["bytes"], length);
-    // A folder that is not there has no tables.
-    let empty = printed(folder.path(), &["table", "list", "--tables", "none"]);
-    assert_eq!(empty, "0 tables, 0 B, in none\n");
-    assert_eq!(
-        printed(
-            folder.path(),
-            &["table", "list", "--json", "--tables", "none"]
-        ),
-        "[]\n"
-    );
+fn json_of(folder: &Path, arguments: &[&str]) -> Value {
+    serde_json::from_str(&printed(folder, arguments)).unwrap()
 }
 
 #[test]
-fn a_table_is_shown_by_key_and_by_file() {
-    let (folder, mesh, bases) = two();
-    let text = printed(folder.path(), &["table", "show", &mesh[..8]]);
+fn a_table_is_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let file = keep(folder, mesh(false));
+    let text = printed(folder, &["show", &file]);
     for wanted in [
         "kind         mesh",
-        &mesh,
+        &file,
+        "checksum     right",
         "\n    face_width: 0.02\n",
-        "4 × 3 × 8 × 8",
+        "\nstiffness           N/m           768",
+        "\npattern             N/m             0             –             –\n",
     ] {
         assert!(text.contains(wanted), "`{wanted}` is not in {text}");
     }
-    let path = file(folder.path(), "bases", &bases);
-    let path = path.to_str().unwrap();
-    let text = printed(folder.path(), &["table", "show", path]);
+    let shown = json_of(folder, &["show", &file, "--json"]);
+    assert_eq!(shown["inputs"], inputs());
+    assert_eq!(shown["quantities"][7]["name"], "share");
+    assert_eq!(shown["quantities"][7]["count"], 3 * 768);
+    let key = shown["key"].as_str().unwrap();
+    assert!(file.contains(&key[..32]), "{key}");
+
+    let odd = TableArray {
+        name: "propagator",
+        unit: "1",
+        values: [1.0, f64::NAN, -3.0][..].into(),
+    };
+    let file = keep(folder, KernelArrays::from(vec![odd]));
+    let text = printed(folder, &["show", &file]);
     assert!(
-        text.contains("3 (1 not finite)") && text.contains("-3"),
+        text.contains("kind         systems") && text.contains("-3"),
         "{text}"
     );
-    let json: Value =
-        serde_json::from_str(&printed(folder.path(), &["table", "show", path, "--json"])).unwrap();
-    assert_eq!(json["inputs"], json!({ "modes": 80 }));
-    assert_eq!(json["arrays"][0]["least"], -3.0);
-    assert_eq!(json["arrays"][0]["not_finite"], 1);
+    let shown = json_of(folder, &["show", &file, "--json"]);
+    let wanted =
+        json!({ "name": "propagator", "unit": "1", "count": 3, "least": -3.0, "greatest": 1.0 });
+    assert_eq!(shown["quantities"][0], wanted);
 
-    let unknown = refused(folder.path(), &["table", "show", "zz"], 2);
+    damage(&folder.join(&file));
+    let text = refused(folder, &["show", &file], 2);
     assert!(
-        unknown.starts_with("error: no table `zz` in `tables`"),
-        "{unknown}"
-    );
-    damage(&file(folder.path(), "mesh", &mesh));
-    let damaged = refused(folder.path(), &["table", "show", &mesh[..8]], 2);
-    assert!(damaged.contains("has damaged data"), "{damaged}");
-}
-
-#[test]
-fn damage_is_found_and_cleaned_away() {
-    let (folder, mesh, bases) = two();
-    let folder = folder.path();
-    let text = printed(folder, &["table", "verify", "--all"]);
-    assert!(text.ends_with("2 tables, all whole\n"), "{text}");
-    damage(&file(folder, "mesh", &mesh));
-    // The header is whole: a list does not read the data.
-    assert!(!printed(folder, &["table", "list"]).contains("unusable"));
-    assert!(printed(folder, &["table", "verify", &bases[..6]]).contains("1 table, all whole"));
-    for arguments in [
-        &["table", "verify", "--all"][..],
-        &["table", "verify", &mesh[..6]],
-    ] {
-        let output = atlas(folder, arguments);
-        assert_eq!(output.status.code(), Some(1));
-        let text = String::from_utf8(output.stdout).unwrap();
-        assert!(
-            text.contains("has damaged data") && text.contains("1 not usable"),
-            "{text}"
-        );
-    }
-    let text = printed(folder, &["table", "clean"]);
-    assert!(
-        text.contains("1 table removed") && text.contains(&mesh[..32]),
+        text.contains("is cut off or damaged") && text.lines().count() == 1,
         "{text}"
     );
+    fs::write(folder.join("m.toml"), "[job]\n").unwrap();
+    let text = refused(folder, &["show", "m.toml"], 2);
     assert!(
-        printed(folder, &["table", "clean", "--older-than", "1h"]).starts_with("0 tables removed")
+        text.contains("is not a table file of atlas; give a folder"),
+        "{text}"
     );
-    assert!(printed(folder, &["table", "clean", "--older-than", "0s"]).contains("1 table removed"));
-    assert!(printed(folder, &["table", "list"]).starts_with("0 tables"));
-}
-
-#[test]
-fn clean_all_leaves_other_files_alone() {
-    let (folder, ..) = two();
-    fs::write(folder.path().join("tables/README.md"), "kept").unwrap();
-    let text = printed(folder.path(), &["table", "clean", "--all"]);
-    assert!(text.contains("2 tables removed"), "{text}");
-    assert_eq!(
-        fs::read_dir(folder.path().join("tables")).unwrap().count(),
-        1
-    );
+    let text = refused(folder, &["show", "tables"], 2);
+    assert!(text.contains("`atlas show tables/FILE`"), "{text}");
 }
 
 #[test]
@@ -159,18 +82,11 @@ fn bad_arguments_end_with_status_2() {
     let folder = tempfile::tempdir().unwrap();
     for arguments in [
         &["table"][..],
-        &["table", "verify"],
-        &["table", "verify", "--all", "12"],
-        &["table", "show"],
-        &["table", "show", "12"],
-        &["table", "clean", "--older-than", "3"],
-        &["table", "clean", "--older-than", "1d", "--all"],
+        &["table", "none.toml"],
+        &["table", "none.toml", "--torque", "x"],
     ] {
         assert!(!refused(folder.path(), arguments, 2).is_empty());
     }
-    fs::write(folder.path().join("file"), "").unwrap();
-    let text = refused(folder.path(), &["table", "list", "--tables", "file"], 1);
-    assert!(text.contains("a file, not a folder"), "{text}");
 }
 
 #[test]
@@ -180,7 +96,6 @@ fn the_gears_of_a_manifest_have_a_table() {
     let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/manifests/quickstart.toml");
     let build = [
         "table",
-        "build",
         manifest,
         "--misalignment",
         "0 mrad,0.2 mrad",
@@ -191,23 +106,26 @@ fn the_gears_of_a_manifest_have_a_table() {
     let again = printed(folder, &build);
     assert_eq!(again, text.replace("computed ", "found    "));
     let file = text.split_whitespace().nth(1).unwrap();
-    let shown: Value =
-        serde_json::from_str(&printed(folder, &["table", "show", file, "--json"])).unwrap();
+    let shown = json_of(folder, &["show", file, "--json"]);
     assert_eq!(shown["inputs"]["table"]["misalignment"], json!([0.0, 2e-4]));
     // What a manifest has that says nothing of it.
     assert_eq!(shown["inputs"]["table"]["contact"], "Secant");
-    assert_eq!(shown["arrays"][4]["name"], "stiffness");
+    assert_eq!(shown["quantities"][0]["name"], "stiffness");
     // A steel spur pair: 10 to 20 N/(mm µm) (ISO 6336-1).
     let width = shown["inputs"]["gears"]["face_width"].as_f64().unwrap();
-    let most = shown["arrays"][4]["greatest"].as_f64().unwrap() / width;
+    let most = shown["quantities"][0]["greatest"].as_f64().unwrap() / width;
     assert!((1e10..2.5e10).contains(&most), "{most:e}");
     let pictures = printed(folder, &["plot", file, "--format", "svg"]);
     assert_eq!(pictures.lines().count(), 3, "{pictures}");
     // Three torques are another table.
     let other = [&build[..], &["--torque", "20 N*m,50 N*m,100 N*m", "--json"]].concat();
-    let other: Value = serde_json::from_str(&printed(folder, &other)).unwrap();
-    assert_eq!(other[0]["origin"], "computed");
-    assert!(printed(folder, &["table", "list"]).contains("\n2 tables"));
+    assert_eq!(json_of(folder, &other)[0]["origin"], "computed");
+    let tables = || {
+        let files = fs::read_dir(folder.join("tables")).unwrap();
+        let names = files.map(|file| file.unwrap().file_name().into_string().unwrap());
+        names.filter(|name| name.ends_with(".table")).count()
+    };
+    assert_eq!(tables(), 2);
 
     for (arguments, words) in [
         (["--torque", "50 N"], "a unit of force, not a torque"),
@@ -216,10 +134,10 @@ fn the_gears_of_a_manifest_have_a_table() {
         (["--tables", "/dev/null/x"], "a file, not a folder"),
     ] {
         let status = if arguments[0] == "--tables" { 1 } else { 2 };
-        let text = refused(folder, &[&build[..3], &arguments].concat(), status);
+        let text = refused(folder, &[&build[..2], &arguments].concat(), status);
         assert!(text.contains(words), "{arguments:?}: {text}");
     }
     let modal = concat!(env!("CARGO_MANIFEST_DIR"), "/manifests/basins.toml");
-    let text = refused(folder, &["table", "build", modal], 2);
+    let text = refused(folder, &["table", modal], 2);
     assert!(text.contains("has no drawing of its gears"), "{text}");
 }

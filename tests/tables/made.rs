@@ -3,7 +3,8 @@
 use std::convert::Infallible;
 use std::path::Path;
 
-use gearatlas::store::{Arrays, CacheKind, TableStore};
+use gearatlas::gear::MeshTable;
+use gearatlas::store::{CacheContent, Origin, TableStore};
 use serde_json::{Value, json};
 
 /// Nodes of Gauss and Legendre \[Abramowitz and Stegun, table 25.4\].
@@ -50,20 +51,8 @@ fn stiffness(phase: f64) -> f64 {
     }
 }
 
-/// Every array that a mesh table may have.
-pub fn mesh(with_pattern: bool) -> Arrays {
-    let mut arrays = Arrays::new();
-    let mut axis = |name: &str, unit: &str, values: &[f64]| {
-        arrays
-            .push(name, unit, &[values.len()], values.to_vec())
-            .unwrap();
-    };
-    axis("misalignment", "rad", &MISALIGNMENT);
-    axis("torque", "N*m", &TORQUE);
-    axis("breaks", "1", &BREAKS);
-    axis("node", "1", &NODES);
-    let pieces = BREAKS.len() - 1;
-    let shape = [MISALIGNMENT.len(), TORQUE.len(), pieces, NODES.len()];
+/// A mesh table of these, with a contact pattern or without.
+pub fn mesh(with_pattern: bool) -> MeshTable {
     let over = |value: &dyn Fn(f64, f64, f64) -> Vec<f64>| -> Vec<f64> {
         let mut values = Vec::new();
         for (misalignment, torque) in grid() {
@@ -79,59 +68,39 @@ pub fn mesh(with_pattern: bool) -> Arrays {
         values
     };
     let k = |e: f64, t: f64, p: f64| stiffness(p) * contact(e, t);
-    for (name, unit, values) in [
-        ("stiffness", "N/m", over(&|e, t, p| vec![k(e, t, p)])),
-        (
-            "centre",
-            "m",
-            over(&|e, t, _| vec![0.01 * (1.0 - contact(e, t))]),
-        ),
-        (
-            "transmission_error",
-            "m",
-            over(&|e, t, p| vec![t / 0.035 / k(e, t, p)]),
-        ),
-        (
-            "friction",
-            "1",
-            over(&|_, _, p| vec![if p < 0.45 { 1.0 } else { -1.0 }]),
-        ),
-        (
-            "friction_lever",
-            "m",
-            over(&|_, _, p| vec![0.004 * (p - 0.45)]),
-        ),
-        (
-            "contact_fraction",
-            "1",
-            over(&|e, t, _| vec![contact(e, t)]),
-        ),
-    ] {
-        arrays.push(name, unit, &shape, values).unwrap();
-    }
-    let share = over(&|_, _, p| shares(p).to_vec());
-    arrays
-        .push("share", "1", &[&shape[..], &[3]].concat(), share)
-        .unwrap();
-    if with_pattern {
-        let slices = 32;
-        let load = |misalignment: f64, torque: f64, phase: f64| -> Vec<f64> {
-            let reach = contact(misalignment, torque);
-            let load = 2.0 * torque / 0.035 / 0.02 * shares(phase)[0] / reach;
-            let wedge = |slice: usize| {
-                let z = (slice as f64 + 0.5) / slices as f64;
-                match misalignment > 0.0 {
-                    true => (1.0 - (1.0 - z) / reach).max(0.0),
-                    false => 0.5,
-                }
-            };
-            (0..slices).map(|slice| load * wedge(slice)).collect()
+    let slices = 32;
+    let load = |misalignment: f64, torque: f64, phase: f64| -> Vec<f64> {
+        let reach = contact(misalignment, torque);
+        let load = 2.0 * torque / 0.035 / 0.02 * shares(phase)[0] / reach;
+        let wedge = |slice: usize| {
+            let z = (slice as f64 + 0.5) / slices as f64;
+            match misalignment > 0.0 {
+                true => (1.0 - (1.0 - z) / reach).max(0.0),
+                false => 0.5,
+            }
         };
-        let [misalignments, torques, pieces, nodes] = shape;
-        let shape = [misalignments, torques, pieces * nodes, slices];
-        arrays.push("pattern", "N/m", &shape, over(&load)).unwrap();
+        (0..slices).map(|slice| load * wedge(slice)).collect()
+    };
+    MeshTable {
+        base_radius: 0.035,
+        misalignment: MISALIGNMENT.to_vec(),
+        torque: TORQUE.to_vec(),
+        breaks: BREAKS.to_vec(),
+        node: NODES.to_vec(),
+        stiffness: over(&|e, t, p| vec![k(e, t, p)]),
+        centre: over(&|e, t, _| vec![0.01 * (1.0 - contact(e, t))]),
+        transmission_error: over(&|e, t, p| vec![t / 0.035 / k(e, t, p)]),
+        friction: over(&|_, _, p| vec![if p < 0.45 { 1.0 } else { -1.0 }]),
+        friction_lever: over(&|_, _, p| vec![0.004 * (p - 0.45)]),
+        contact_fraction: over(&|e, t, _| vec![contact(e, t)]),
+        loaded_pairs: over(&|_, _, p| vec![if p < 0.6 { 2.0 } else { 1.0 }]),
+        share: over(&|_, _, p| shares(p).to_vec()),
+        pattern: match with_pattern {
+            true => over(&load),
+            false => Vec::new(),
+        },
+        slices,
     }
-    arrays
 }
 
 fn grid() -> impl Iterator<Item = (f64, f64)> {
@@ -139,12 +108,13 @@ fn grid() -> impl Iterator<Item = (f64, f64)> {
     MISALIGNMENT.into_iter().flat_map(over)
 }
 
-/// Keeps a table in `folder/tables` and gives its key.
-pub fn keep(folder: &Path, kind: CacheKind, inputs: &Value, arrays: Arrays) -> String {
+/// Keeps a table in `folder/tables` and gives its file, relative to the folder.
+pub fn keep(folder: &Path, table: impl CacheContent) -> String {
     let store = TableStore::open(folder.join("tables"));
     let fetched = store
-        .get_or_build(kind, inputs, || Ok::<_, Infallible>(arrays))
+        .get_or_build(&inputs(), || Ok::<_, Infallible>(table))
         .unwrap();
-    assert!(fetched.warnings.is_empty());
-    fetched.table.header().key.clone()
+    assert!(fetched.warnings.is_empty() && fetched.origin == Origin::Built);
+    let name = fetched.file.file_name().unwrap().to_str().unwrap();
+    format!("tables/{name}")
 }

@@ -1,5 +1,5 @@
-//! Tables on disk through the library and the real program: processes that build one at once
-//! and share its memory, folders and disks that refuse, `atlas table`, and pictures.
+//! Tables on disk through the library and the real program: processes that build one at once,
+//! folders and disks that refuse, `atlas table`, `atlas show` of a table, and pictures.
 
 #![allow(clippy::unwrap_used)]
 

@@ -3,45 +3,42 @@
 
 use std::convert::Infallible;
 use std::fs;
-use std::io::{BufRead, BufReader, Write};
-use std::os::unix::fs::PermissionsExt;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use gearatlas::store::{Arrays, CacheKind, Fetched, MappedTable, TableStore};
+use gearatlas::propagate::{KeptTables, TableArray};
+use gearatlas::store::{Fetched, KernelArrays, TableStore};
 use serde_json::json;
 
-use crate::skipped::skipped;
-
-/// Numbers of a table that is read: 8 MiB.
+/// Numbers of a table: 8 MiB.
 const NUMBERS: usize = 1 << 20;
-/// Numbers of one that is mapped: a little more than 64 MiB.
-const MANY_NUMBERS: usize = (8 << 20) + 1;
 /// What a process may wait for another.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-fn numbers(count: usize) -> Vec<f64> {
-    (0..count).map(|i| (i as f64).sqrt()).collect()
+fn numbers() -> Vec<f64> {
+    (0..NUMBERS).map(|i| (i as f64).sqrt()).collect()
 }
 
-fn fetch(folder: &Path, count: usize, before: impl FnOnce()) -> Fetched {
+fn fetch(folder: &Path, before: impl FnOnce()) -> Fetched<KernelArrays> {
     let build = || {
         before();
-        let mut arrays = Arrays::new();
-        arrays.push("roots", "1", &[count], numbers(count)).unwrap();
-        Ok::<_, Infallible>(arrays)
+        let roots = TableArray {
+            name: "roots",
+            unit: "1",
+            values: numbers()[..].into(),
+        };
+        Ok::<_, Infallible>(KernelArrays::from(vec![roots]))
     };
-    let inputs = json!({ "numbers": count });
     TableStore::open(folder)
-        .get_or_build(CacheKind::Bases, &inputs, build)
+        .get_or_build(&json!({ "numbers": NUMBERS }), build)
         .unwrap()
 }
 
-fn whole(table: &MappedTable) -> bool {
-    let (shape, roots) = table.array("roots").unwrap();
-    roots == numbers(shape[0])
+fn whole(table: &KernelArrays) -> bool {
+    table.numbers("roots").unwrap() == numbers()
 }
 
 /// Starts this test program again: `shell` goes before it.
@@ -81,9 +78,8 @@ fn child() {
     let folder = PathBuf::from(std::env::var("ATLAS_TEST_FOLDER").unwrap());
     let tables = folder.join("tables");
     let fetched = match role.strip_prefix("race ") {
-        None if role == "share" => fetch(&tables, MANY_NUMBERS, || {}),
-        None => fetch(&tables, NUMBERS, || {}),
-        Some(place) => fetch(&tables, NUMBERS, || {
+        None => fetch(&tables, || {}),
+        Some(place) => fetch(&tables, || {
             // Nobody writes before everybody has found that there is no table.
             let (own, count) = place.split_once(" of ").unwrap();
             fs::write(folder.join(format!("ready-{own}")), "").unwrap();
@@ -120,7 +116,7 @@ fn processes_that_build_one_table_at_once_leave_one_good_file() {
         1,
         "a temporary file stayed"
     );
-    let found = fetch(&tables, NUMBERS, || panic!("there is a table"));
+    let found = fetch(&tables, || panic!("there is a table"));
     assert!(whole(&found.table) && found.warnings.is_empty());
 }
 
@@ -139,74 +135,4 @@ fn a_file_that_outgrows_a_limit_leaves_the_table_in_memory() {
         fs::read_dir(folder.path().join("tables")).unwrap().count(),
         0
     );
-}
-
-/// Of the mapping of a table in a process: permissions, and by name its sizes \[kB\].
-fn mapping(process: u32, name: &str) -> Option<(String, impl Fn(&str) -> f64)> {
-    let text = fs::read_to_string(format!("/proc/{process}/smaps")).ok()?;
-    let start = text.lines().position(|line| line.ends_with(name))?;
-    let lines: Vec<String> = text.lines().skip(start).map(str::to_owned).collect();
-    let permissions = lines[0].split(' ').nth(1)?.to_owned();
-    let size = move |name: &str| {
-        let line = lines
-            .iter()
-            .find_map(|line| line.strip_prefix(&format!("{name}:")));
-        line.unwrap()
-            .trim()
-            .strip_suffix(" kB")
-            .unwrap()
-            .parse()
-            .unwrap()
-    };
-    Some((permissions, size))
-}
-
-#[test]
-fn processes_share_the_memory_of_a_large_table_and_cannot_change_it() {
-    if !Path::new("/proc/self/smaps").exists() {
-        skipped("no /proc/self/smaps to see shared memory in");
-        return;
-    }
-    let folder = tempfile::tempdir().unwrap();
-    // The maker drops its mapping, so that only the other two have one.
-    let file = {
-        let tables = folder.path().join("tables");
-        assert!(whole(&fetch(&tables, MANY_NUMBERS, || {}).table));
-        fs::read_dir(&tables)
-            .unwrap()
-            .next()
-            .unwrap()
-            .unwrap()
-            .path()
-    };
-    let mode = fs::metadata(&file).unwrap().permissions().mode();
-    assert_eq!(mode & 0o222, 0, "somebody may write");
-    let mut children = ["a", "b"].map(|_| start("", "share", folder.path()));
-    for child in &mut children {
-        assert_eq!(heard(child), "Found, whole true, []");
-    }
-    let name = file.file_name().unwrap().to_str().unwrap();
-    let length = fs::metadata(&file).unwrap().len() as f64 / 1024.0;
-    for child in &children {
-        let (permissions, size) = mapping(child.id(), name).unwrap();
-        assert_eq!(permissions, "r--s");
-        let (resident, own) = (size("Rss"), size("Pss"));
-        // Every byte was read, and each page counts half for each of the two.
-        assert!(resident >= 0.99 * length, "{resident} of {length} kB");
-        assert!(
-            (own / resident - 0.5).abs() < 0.02,
-            "Pss {own}, Rss {resident} kB"
-        );
-        assert_eq!(
-            size("Private_Dirty") + size("Shared_Dirty") + size("Anonymous"),
-            0.0
-        );
-    }
-    // A table that is removed and made anew does not disturb who has the old one.
-    fs::remove_file(&file).unwrap();
-    assert!(mapping(children[0].id(), &format!("{name} (deleted)")).is_some());
-    for child in &mut children {
-        child.stdin.take().unwrap().write_all(b"\n").unwrap();
-        assert!(child.wait().unwrap().success());
-    }
 }

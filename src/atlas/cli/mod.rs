@@ -3,7 +3,6 @@
 
 mod activity;
 mod analyses;
-mod bus_fault;
 mod campbell;
 pub mod check;
 mod console;
@@ -93,7 +92,7 @@ enum Command {
     Merge(merge::MergeArgs),
     /// Estimate time, memory and disk of a run from a few of its points
     Plan(plan::PlanArgs),
-    /// Summarise a results folder
+    /// Summarise a results folder, or a file of computed tables
     Show(show::ShowArgs),
     /// Draw SVG and PNG pictures of a results or trace folder, or of a mesh table
     Plot(plot::PlotArgs),
@@ -107,7 +106,7 @@ enum Command {
     Trace(trace::TraceArgs),
     /// Measure memory, arithmetic and kernels of this machine
     Machine(machine::MachineArgs),
-    /// Build, list, show, verify or remove computed tables
+    /// Compute and keep the mesh table of a manifest's gears, to be drawn by `atlas plot`
     Table(table::TableArgs),
     /// Compare this build on this machine with closed forms, published values and independent
     /// integrators
@@ -126,7 +125,6 @@ enum Command {
 /// Runs the program with the process's own arguments.
 pub fn main() -> ExitCode {
     hush_workers();
-    bus_fault::say_which();
     match process::end_when_interrupted() {
         Ok(()) => process::attend(carry_out),
         Err(error) => fail(1, &format!("cannot watch for signals: {error}")),

@@ -1,4 +1,4 @@
-//! `atlas show`: a summary of a results folder in the terminal.
+//! `atlas show`: a summary of a results folder, or of a file of computed tables, in the terminal.
 
 use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
@@ -8,13 +8,13 @@ use clap::{Args, ValueEnum};
 
 use super::{BAD_INPUT, answer, fail, with_causes};
 use crate::input::printable;
-use crate::report::{ReportError, Style, Summary, render, render_branches};
+use crate::report::{ReportError, Style, Summary, TableSummary, render, render_branches};
 use crate::store::{Contents, StoreError, TableKind, journal_path, table_path};
 
 /// Arguments of `atlas show`.
 #[derive(Debug, Args)]
 pub struct ShowArgs {
-    /// Folder that `atlas run` wrote, such as results/flex80.
+    /// Folder that `atlas run` wrote, such as results/flex80, or a file of the folder `tables`.
     pub results: PathBuf,
     /// Print JSON for programs instead of text.
     #[arg(long)]
@@ -61,6 +61,9 @@ pub fn run(args: &ShowArgs) -> ExitCode {
 }
 
 fn text(folder: &Path, json: bool, branches: bool, colour: Colour) -> Result<String, String> {
+    if folder.is_file() && !branches {
+        return table(folder, json);
+    }
     let points = table_path(folder, TableKind::Points, None);
     let summary = Summary::read(folder).map_err(|error| match &error {
         ReportError::Store(StoreError::Missing { .. }) if !points.exists() => instead(folder),
@@ -80,6 +83,22 @@ fn text(folder: &Path, json: bool, branches: bool, colour: Colour) -> Result<Str
         };
     }
     Ok(render(&summary, colour.style()))
+}
+
+/// What a file of computed tables holds.
+fn table(file: &Path, json: bool) -> Result<String, String> {
+    let summary = TableSummary::read(file).map_err(|fault| {
+        format!(
+            "`{}` {fault}; give a folder that `atlas run` wrote, or a whole file of the folder `tables`",
+            file.display()
+        )
+    })?;
+    match json {
+        true => serde_json::to_string_pretty(&summary)
+            .map(|text| text + "\n")
+            .map_err(|error| with_causes(&error)),
+        false => Ok(summary.render()),
+    }
 }
 
 /// What a folder without results is, and what to do with it.
@@ -103,8 +122,8 @@ pub(super) fn instead(folder: &Path) -> String {
         Contents::Machine => format!(
             "no results in `{here}`: it holds what `atlas machine` measured; `atlas machine show {here}` tells it"
         ),
-        Contents::Tables(_) => format!(
-            "no results in `{here}`: it holds computed tables; `atlas table list --tables {here}` lists them"
+        Contents::Tables => format!(
+            "no results in `{here}`: it holds computed tables; `atlas show {here}/FILE` shows what a file of it holds"
         ),
         Contents::Folders(names) => {
             const MOST: usize = 12;
@@ -162,15 +181,12 @@ mod tests {
         for (file, command) in [
             ("trace.parquet", "atlas plot"),
             ("machine.json", "atlas machine show"),
-            (
-                "mesh-0123456789abcdef0123456789abcdef.table",
-                "atlas table list --tables",
-            ),
+            ("mesh-0123456789abcdef0123456789abcdef.table", "atlas show"),
         ] {
             let folder = tempfile::tempdir().unwrap();
             std::fs::write(folder.path().join(file), "").unwrap();
             let message = text(folder.path(), false, false, Colour::Never).unwrap_err();
-            let wanted = format!("`{command} {}`", folder.path().display());
+            let wanted = format!("`{command} {}", folder.path().display());
             assert!(message.contains(&wanted), "{message}");
             assert_eq!(message.lines().count(), 1);
         }

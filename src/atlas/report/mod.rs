@@ -35,6 +35,6 @@ pub use plot::{
 };
 pub use point::{Axis, ChaosLife, ClassCount, PointSummary};
 pub use summary::Summary;
-pub use table_summary::{ArraySummary, TableSummary};
+pub use table_summary::{QuantitySummary, TableSummary};
 pub use text::{Style, render, render_branches};
 pub use transitions::TransitionSummary;

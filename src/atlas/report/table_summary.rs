@@ -1,15 +1,14 @@
 //! What a table file holds, for a reader at a terminal or for a program.
 
 use std::fmt::Write;
-use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
 
 use serde::Serialize;
 use serde_json::Value;
 
 use super::numbers::{number, size_text};
-use crate::store::{ArrayHeader, CacheFault, CacheKind, MappedTable, timestamp};
+use crate::gear::MeshTable;
+use crate::store::{CacheFault, CacheKind, KernelArrays, TableFile, mesh_quantities};
 
 /// A table file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -22,31 +21,27 @@ pub struct TableSummary {
     pub key: String,
     /// Program that computed it.
     pub program: String,
-    /// Length of the file \[bytes\].
+    /// Length of all numbers \[bytes\].
     pub bytes: u64,
-    /// When it was last made or read, RFC 3339, UTC, to an hour.
-    pub used: String,
     /// What it was computed from.
     pub inputs: Value,
-    /// Its arrays.
-    pub arrays: Vec<ArraySummary>,
+    /// Its quantities.
+    pub quantities: Vec<QuantitySummary>,
 }
 
-/// An array of a table file.
+/// A quantity of a table file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ArraySummary {
+pub struct QuantitySummary {
     /// Its name.
     pub name: String,
     /// Its unit, SI.
     pub unit: String,
-    /// Extent of each axis, slowest first.
-    pub shape: Vec<usize>,
-    /// Smallest finite value; absent where there is none.
+    /// Number of its values.
+    pub count: usize,
+    /// Smallest finite value; absent if there is none.
     pub least: Option<f64>,
-    /// Largest finite value; absent where there is none.
+    /// Largest finite value; absent if there is none.
     pub greatest: Option<f64>,
-    /// Values that are not finite.
-    pub not_finite: usize,
 }
 
 impl TableSummary {
@@ -54,103 +49,91 @@ impl TableSummary {
     ///
     /// # Errors
     /// What is wrong with the file.
-    pub fn read(file: &Path) -> Result<Self, CacheFault> {
-        let table = MappedTable::open(file)?;
-        let metadata = fs::metadata(file).map_err(CacheFault::Unreadable)?;
-        let header = table.header();
-        let arrays = header.arrays.iter();
-        Ok(Self {
-            file: file.to_path_buf(),
-            kind: header.kind,
-            key: header.key.clone(),
-            program: header.program.clone(),
-            bytes: metadata.len(),
-            used: timestamp(metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH)),
-            inputs: serde_json::from_str(table.inputs()).map_err(|error| CacheFault::Header {
-                detail: format!("its inputs: {error}"),
-            })?,
-            arrays: arrays.map(|array| summary(&table, array)).collect(),
-        })
-    }
-
-    /// Which operating points use it.
-    fn serves(&self) -> String {
-        match self.kind {
-            CacheKind::Mesh => "every speed".into(),
-            CacheKind::Bases => {
-                "every speed, load, gap and excitation; kernels spectral, fused".into()
+    pub fn read(path: &Path) -> Result<Self, CacheFault> {
+        let file = TableFile::open(path)?;
+        let quantities: Vec<_> = match file.header.kind {
+            CacheKind::Mesh => {
+                let table: MeshTable = file.content()?;
+                let all = mesh_quantities(&table).into_iter();
+                all.map(|own| summary(own.name, own.unit, own.values))
+                    .collect()
             }
             CacheKind::Systems => {
-                "every speed, load, gap and excitation; kernel closed_modes".into()
+                let table: KernelArrays = file.content()?;
+                let all = table.all().iter();
+                all.map(|own| summary(&own.name, &own.unit, &own.values))
+                    .collect()
             }
-            CacheKind::Runs => {
-                let period = self.inputs["period"].as_f64().map_or("–".into(), number);
-                format!("the speed of mesh period {period} s, every load and gap; kernel fused")
-            }
-        }
+        };
+        let count: usize = quantities.iter().map(|own| own.count).sum();
+        Ok(Self {
+            file: path.to_path_buf(),
+            kind: file.header.kind,
+            key: file.header.key(),
+            program: file.header.program.clone(),
+            bytes: (count * size_of::<f64>()) as u64,
+            inputs: serde_json::from_str(&file.header.inputs).map_err(|error| {
+                CacheFault::Content {
+                    detail: format!("its inputs: {error}"),
+                }
+            })?,
+            quantities,
+        })
     }
 
     /// The summary as text for a terminal.
     pub fn render(&self) -> String {
         let mut text = String::new();
+        let serves = match self.kind {
+            CacheKind::Mesh => "every speed",
+            CacheKind::Systems => "every speed, load, gap and excitation; kernel closed_modes",
+        };
         for (name, value) in [
             ("kind", self.kind.name()),
             ("key", &self.key),
             ("file", &self.file.display().to_string()),
-            ("size", &size_text(self.bytes)),
-            ("serves", &self.serves()),
+            ("numbers", &size_text(self.bytes)),
+            ("checksum", "right"),
+            ("serves", serves),
             ("computed by", &self.program),
-            ("last used", &self.used),
         ] {
             _ = writeln!(text, "{name:<13}{value}");
         }
         text.push_str("inputs");
         push_json(&mut text, &self.inputs, 1);
-        let rows = self.arrays.iter().map(ArraySummary::cells);
-        let head = ["array", "unit", "shape", "least", "greatest"].map(str::to_owned);
-        let rows: Vec<[String; 5]> = std::iter::once(head).chain(rows).collect();
-        let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
-        let widths: [usize; 5] = std::array::from_fn(|column| width(column).unwrap_or(0));
-        text.push_str("\n\n");
-        for [name, unit, shape, least, greatest] in &rows {
-            let [a, b, c, d, e] = widths;
-            let line = format!("{name:<a$}  {unit:<b$}  {shape:<c$}  {least:>d$}  {greatest:>e$}");
-            _ = writeln!(text, "{}", line.trim_end());
+        let name = "quantity";
+        _ = writeln!(
+            text,
+            "\n\n{name:<20}{:<8}{:>9}{:>14}{:>14}",
+            "unit", "count", "least", "greatest"
+        );
+        for own in &self.quantities {
+            let [least, greatest] =
+                [own.least, own.greatest].map(|value| value.map_or("–".to_owned(), number));
+            let QuantitySummary {
+                name, unit, count, ..
+            } = own;
+            _ = writeln!(
+                text,
+                "{name:<20}{unit:<8}{count:>9}{least:>14}{greatest:>14}"
+            );
         }
         text
     }
 }
 
-impl ArraySummary {
-    fn cells(&self) -> [String; 5] {
-        let shown = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), number);
-        let extents: Vec<String> = self.shape.iter().map(usize::to_string).collect();
-        let shape = match (extents.is_empty(), self.not_finite) {
-            (true, _) => "a number".to_owned(),
-            (false, 0) => extents.join(" × "),
-            (false, count) => format!("{} ({count} not finite)", extents.join(" × ")),
-        };
-        let [least, greatest] = [self.least, self.greatest].map(shown);
-        [self.name.clone(), self.unit.clone(), shape, least, greatest]
-    }
-}
-
-fn summary(table: &MappedTable, array: &ArrayHeader) -> ArraySummary {
-    let values = table
-        .array(&array.name)
-        .map_or(&[][..], |(_, values)| values);
+fn summary(name: &str, unit: &str, values: &[f64]) -> QuantitySummary {
     let finite = || values.iter().copied().filter(|value| value.is_finite());
-    ArraySummary {
-        name: array.name.clone(),
-        unit: array.unit.clone(),
-        shape: array.shape.clone(),
+    QuantitySummary {
+        name: name.to_owned(),
+        unit: unit.to_owned(),
+        count: values.len(),
         least: finite().reduce(f64::min),
         greatest: finite().reduce(f64::max),
-        not_finite: values.len() - finite().count(),
     }
 }
 
-/// JSON with a key a line, lists in one line.
+/// JSON with one key per line; a list takes one line.
 fn push_json(text: &mut String, value: &Value, depth: usize) {
     let Value::Object(map) = value else {
         _ = write!(text, " {value}");

@@ -43,8 +43,8 @@ pub enum TableError {
     Release,
     /// Kept tables are not those of this model.
     #[error(
-        "the kept tables have no array `{name}` that fits this model; remove them \
-         (`atlas table clean --all`), they are computed again"
+        "the kept tables have no array `{name}` that fits this model; delete the \
+         folder of tables (`tables/`), they are computed again"
     )]
     Kept {
         /// The array.

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use super::characteristics::RECORD;
 use super::file::table_path;
+use super::table_cache::EXTENSION;
 use super::table_kind::TableKind;
-use super::tables::TableStore;
 
 /// What is found at a path that holds no `points.parquet`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -19,8 +19,8 @@ pub enum Contents {
     Trace,
     /// What `atlas machine` wrote.
     Machine,
-    /// Computed tables, so many.
-    Tables(usize),
+    /// Computed tables.
+    Tables,
     /// Folders with results, by name.
     Folders(Vec<String>),
     /// None of these.
@@ -43,17 +43,17 @@ impl Contents {
         if path.join(RECORD).is_file() {
             return Self::Machine;
         }
-        match TableStore::open(path).entries() {
-            Ok(entries) if !entries.is_empty() => return Self::Tables(entries.len()),
-            _ => {}
+        let inside = || fs::read_dir(path).into_iter().flatten().flatten();
+        let is_table = |path: PathBuf| path.extension().is_some_and(|found| found == EXTENSION);
+        if inside().any(|entry| is_table(entry.path())) {
+            return Self::Tables;
         }
-        let inside = fs::read_dir(path).into_iter().flatten().flatten();
         let results = |folder: &PathBuf| {
             [TableKind::Points, TableKind::Branches]
                 .iter()
                 .any(|kind| holds(folder, *kind))
         };
-        let mut names: Vec<String> = inside
+        let mut names: Vec<String> = inside()
             .map(|entry| entry.path())
             .filter(results)
             .filter_map(|folder| Some(folder.file_name()?.to_string_lossy().into_owned()))
@@ -82,10 +82,7 @@ mod tests {
         assert_eq!(within("a", "trace.parquet"), Contents::Trace);
         assert_eq!(within("b", "machine.json"), Contents::Machine);
         let key = "0123456789abcdef0123456789abcdef";
-        assert_eq!(
-            within("c", &format!("mesh-{key}.table")),
-            Contents::Tables(1)
-        );
+        assert_eq!(within("c", &format!("mesh-{key}.table")), Contents::Tables);
         assert_eq!(within("d", "notes.txt"), Contents::Nothing);
         assert_eq!(
             Contents::of(&root.path().join("d/notes.txt")),

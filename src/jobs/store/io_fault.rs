@@ -85,7 +85,7 @@ impl Display for IoFault {
         };
         let (clean, again) = match self.purpose {
             Purpose::Results => ("", ", then repeat the command"),
-            Purpose::Tables => (" (`atlas table clean` helps)", ""),
+            Purpose::Tables => (" (computed tables may be deleted)", ""),
         };
         match &self.refusal {
             Refusal::DiskFull => write!(

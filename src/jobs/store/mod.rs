@@ -34,8 +34,10 @@ mod horizon;
 mod interleave;
 mod io_fault;
 mod journal;
+mod kernel_cache;
 mod layout;
 mod merge;
+mod mesh_cache;
 mod mesh_columns;
 mod mesh_under_load;
 mod nvh;
@@ -51,8 +53,8 @@ mod replace;
 mod run;
 mod seal;
 mod table;
+mod table_cache;
 mod table_kind;
-mod tables;
 mod trace;
 mod whole;
 mod writer;
@@ -77,8 +79,10 @@ pub use file::{GROUP_BYTES, Shard, create_folder, remove_stale, table_path};
 pub use horizon::{HorizonRow, horizon_table};
 pub use io_fault::{IoFault, Purpose, Refusal};
 pub use journal::{Journal, SYNC_INTERVAL, journal_bytes, journal_path};
+pub use kernel_cache::{KernelArray, KernelArrays};
 pub use layout::ResultLayout;
 pub use merge::{MergeError, merge};
+pub use mesh_cache::{MeshFetchError, MeshQuantity, mesh_quantities};
 pub use mesh_under_load::MeshUnderLoad;
 pub use open::is_decoding;
 pub use orbits::{OrbitRow, orbits_table};
@@ -96,12 +100,11 @@ pub use run::{
 };
 pub use seal::TableRecord;
 pub use table::{Column, Table};
-pub use table_kind::TableKind;
-pub use tables::{
-    ArrayHeader, Arrays, CacheEntry, CacheError, CacheFault, CacheHeader, CacheKind, CacheWarning,
-    Cleaned, Fetched, FetchedMesh, MappedTable, MeshFetchError, OperatorFetchError, Origin,
-    TableStore, Unwanted, cut_down,
+pub use table_cache::{
+    CacheContent, CacheFault, CacheHeader, CacheKind, CacheWarning, Fetched, Origin, TableFile,
+    TableStore,
 };
+pub use table_kind::TableKind;
 pub use trace::{TraceLabel, TraceTables, TraceWriter, events_table, trace_table};
 pub use whole::{WholeFile, write_whole};
 pub use writer::{ResultWriter, Written};

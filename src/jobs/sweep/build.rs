@@ -11,9 +11,9 @@ use crate::model::{
     CoastFlank, Division, Drive, MeshHarmonic, Model, ModelError, OperatingPoint, Rolling,
 };
 use crate::numerics::random::PointSeed;
-use crate::propagate::{KernelChoice, Volterra};
+use crate::propagate::{DenseError, KernelChoice, Volterra};
 use crate::shaft::ShaftError;
-use crate::store::{MeshUnderLoad, OperatorFetchError};
+use crate::store::MeshUnderLoad;
 use crate::structure::ModalStructure;
 use std::f64::consts::{PI, TAU};
 
@@ -39,7 +39,7 @@ pub enum BuildError {
     #[error("{error}{}", advice.as_ref().map_or(String::new(), |advice| format!("; {advice}")))]
     Tables {
         /// Why.
-        error: OperatorFetchError,
+        error: DenseError,
         /// Which other kernel there is, where it is the model that tables do not fit.
         advice: Option<String>,
     },
@@ -87,12 +87,8 @@ pub fn affordable(model: &Model, kernel: &KernelChoice) -> Result<(), BuildError
 
 impl BuildError {
     /// Of tables that a model does not have, with what is known to fit it.
-    pub fn tables(error: impl Into<OperatorFetchError>, model: &Model) -> Self {
-        let error = error.into();
-        let another = match &error {
-            OperatorFetchError::Dense(dense) => dense.concerns_the_model(),
-            OperatorFetchError::Arrays(_) => false,
-        };
+    pub fn tables(error: DenseError, model: &Model) -> Self {
+        let another = error.concerns_the_model();
         Self::Tables {
             advice: another.then(|| structured_instead(model)),
             error,

@@ -2,18 +2,15 @@
 //! that share them; on a machine with several NUMA nodes copied where that pays.
 
 use crate::model::Model;
-use crate::propagate::{KernelTable, TableError};
-use crate::store::{Fetched, MappedTable, OperatorFetchError, TableStore};
+use crate::propagate::{TableError, KernelTable};
+use crate::store::{Fetched, KernelArrays, TableStore};
 use crate::topology::{Room, TABLES_AT_HAND};
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
-/// An array of systems that is large.
-const LARGE: &str = "to_modes";
-
 /// A table, for as long as some kernel uses it, or why the model has none: that is found out once.
-type Place = Arc<Mutex<Result<Weak<MappedTable>, TableError>>>;
+type Place = Arc<Mutex<Result<Weak<KernelArrays>, TableError>>>;
 
 /// What workers of all nodes share.
 #[derive(Debug)]
@@ -29,7 +26,7 @@ struct Common {
 pub struct KernelTables {
     common: Arc<Common>,
     /// Those used last, the last one first.
-    at_hand: Mutex<VecDeque<(PathBuf, Arc<MappedTable>)>>,
+    at_hand: Mutex<VecDeque<(PathBuf, Arc<KernelArrays>)>>,
     /// Of the workers of one NUMA node: what it offers to copies.
     room: Option<Room>,
 }
@@ -63,16 +60,15 @@ impl KernelTables {
     ///
     /// # Errors
     /// The kernel cannot be built for the model.
-    pub fn get(
-        &self,
-        table: KernelTable,
-        model: &Model,
-    ) -> Result<Arc<MappedTable>, OperatorFetchError> {
-        let path = self.common.store.kernel_table_path(table, model);
+    pub fn get(&self, table: KernelTable, model: &Model) -> Result<Arc<KernelArrays>, TableError> {
+        if table != KernelTable::Systems {
+            return Ok(Arc::new(table.arrays(model)?.into()));
+        }
+        let path = self.common.store.systems_path(model);
         if let Some(found) = self.found(&path) {
             return Ok(found);
         }
-        let common = self.common.get(&path, table, model)?;
+        let common = self.common.get(&path, model)?;
         let mut at_hand = lock(&self.at_hand);
         if let Some((_, found)) = at_hand.iter().find(|(known, _)| *known == path) {
             return Ok(found.clone());
@@ -81,15 +77,17 @@ impl KernelTables {
             .room
             .is_some_and(|room| room.takes(common.bytes() as u64));
         // Written by the calling thread, so that the pages are of its node.
-        let copy = pays.then(|| common.copied()).flatten();
-        let near = copy.map_or(common, Arc::new);
+        let near = match pays {
+            true => Arc::new(common.copied()),
+            false => common,
+        };
         at_hand.push_front((path, near.clone()));
         at_hand.truncate(TABLES_AT_HAND);
         Ok(near)
     }
 
     /// A table that is at hand, which is the one last used from now on.
-    fn found(&self, path: &Path) -> Option<Arc<MappedTable>> {
+    fn found(&self, path: &Path) -> Option<Arc<KernelArrays>> {
         let mut at_hand = lock(&self.at_hand);
         let place = at_hand.iter().position(|(known, _)| known == path)?;
         let entry = at_hand.remove(place)?;
@@ -104,10 +102,8 @@ impl KernelTables {
             let pays = self
                 .room
                 .is_some_and(|room| room.takes(table.bytes() as u64));
-            if let Ok((_, values)) = table.array(LARGE)
-                && pays
-            {
-                tell(values);
+            if pays {
+                tell(table.longest());
             }
         }
     }
@@ -120,12 +116,7 @@ impl KernelTables {
 
 impl Common {
     /// The table that all nodes share.
-    fn get(
-        &self,
-        path: &Path,
-        table: KernelTable,
-        model: &Model,
-    ) -> Result<Arc<MappedTable>, OperatorFetchError> {
+    fn get(&self, path: &Path, model: &Model) -> Result<Arc<KernelArrays>, TableError> {
         let nothing = || Arc::new(Mutex::new(Ok(Weak::new())));
         let place = (lock(&self.places).entry(path.into()))
             .or_insert_with(nothing)
@@ -134,8 +125,8 @@ impl Common {
         if let Some(table) = held.clone()?.upgrade() {
             return Ok(table);
         }
-        let fetched = self.store.kernel_table(table, model);
-        if let Err(OperatorFetchError::Dense(error)) = &fetched {
+        let fetched = self.store.systems(model);
+        if let Err(error) = &fetched {
             *held = Err(*error);
         }
         let Fetched {

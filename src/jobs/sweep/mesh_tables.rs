@@ -9,10 +9,9 @@ use crate::gear::{
 };
 use crate::manifest::{CoastSpec, CycleDivision, MeshTableSpec, PointSpec};
 use crate::model::{Division, MeshHarmonic};
-use crate::store::{MeshFetchError, MeshUnderLoad, Origin, TableStore};
+use crate::store::{MeshFetchError, MeshUnderLoad, TableStore};
 use crate::structure::ModalStructure;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::path::PathBuf;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Longest piece of a table, in mesh cycles: the polynomials of longer ones would not be
@@ -97,7 +96,6 @@ struct Common {
     tilts: Mutex<HashMap<String, MisalignmentReport>>,
     springs: Mutex<HashMap<String, Arc<MeshSprings>>>,
     warnings: Mutex<BTreeSet<String>>,
-    files: Mutex<BTreeMap<PathBuf, Origin>>,
 }
 
 impl MeshTables {
@@ -110,7 +108,6 @@ impl MeshTables {
                 tilts: Mutex::default(),
                 springs: Mutex::default(),
                 warnings: Mutex::default(),
-                files: Mutex::default(),
             }),
             near: None,
         }
@@ -134,14 +131,6 @@ impl MeshTables {
     /// What the user should know of the cache, each once.
     pub fn warnings(&self) -> Vec<String> {
         lock(&self.common.warnings).iter().cloned().collect()
-    }
-
-    /// The files of the tables used so far, and how each was come by.
-    pub fn files(&self) -> Vec<(PathBuf, Origin)> {
-        let files = lock(&self.common.files);
-        (files.iter())
-            .map(|(file, origin)| (file.clone(), *origin))
-            .collect()
     }
 
     /// The mesh of a point that takes its stiffness from the table of `spec`.
@@ -418,7 +407,6 @@ impl Common {
         let fetched = self.store.mesh_table(gears, inputs, &|_, _| ())?;
         let notes = fetched.warnings.iter().map(ToString::to_string);
         lock(&self.warnings).extend(notes);
-        lock(&self.files).insert(fetched.file, fetched.origin);
         let cycle = Arc::new(fetched.table.cycle(0, 0));
         lock(&self.known).insert(key.to_owned(), cycle.clone());
         Ok(cycle)

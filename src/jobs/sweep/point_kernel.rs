@@ -6,7 +6,7 @@ use crate::manifest::{Job, PointSpec};
 use crate::model::Model;
 use crate::propagate::{ClosedModes, KernelChoice, KernelSetting, KernelTable};
 use crate::propagate::{KernelUse, Why};
-use crate::store::{KernelRecord, MappedTable, OperatorFetchError, PointRow};
+use crate::store::{KernelArrays, KernelRecord, PointRow};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ pub struct PointKernel {
     /// What the manifest says.
     asked: KernelSetting,
     /// The tables that decided for closed modes.
-    systems: Option<Arc<MappedTable>>,
+    systems: Option<Arc<KernelArrays>>,
     event_limit: u32,
 }
 
@@ -89,12 +89,12 @@ fn systems(
     model: &Model,
     portable: bool,
     parts: &Parts,
-) -> Result<(Why, Option<Arc<MappedTable>>), BuildError> {
+) -> Result<(Why, Option<Arc<KernelArrays>>), BuildError> {
     let why = Why::of(model, portable);
     if !matches!(why, Why::Small { .. } | Why::Met { .. }) {
         return Ok((why, None));
     }
-    let fits = |systems: Arc<MappedTable>| {
+    let fits = |systems: Arc<KernelArrays>| {
         ClosedModes::takes(model, &*systems)?;
         Ok(systems)
     };
@@ -104,9 +104,7 @@ fn systems(
         .and_then(fits)
     {
         Ok(systems) => Ok((why, Some(systems))),
-        Err(OperatorFetchError::Dense(error)) if error.concerns_the_model() => {
-            Ok((Why::Refused(error), None))
-        }
+        Err(error) if error.concerns_the_model() => Ok((Why::Refused(error), None)),
         Err(error) => Err(BuildError::tables(error, model)),
     }
 }

@@ -21,7 +21,7 @@ pub enum PlotError {
     /// The folder holds neither results nor followed orbits nor a trace.
     #[error(
         "nothing to plot in `{}`: give a folder with points.parquet (from `atlas run`), \
-         branches.parquet (from `atlas follow`) or trace.parquet (from `atlas trace`), or a mesh table (see `atlas table list`)",
+         branches.parquet (from `atlas follow`) or trace.parquet (from `atlas trace`), or a mesh table (from `atlas table`)",
         folder.display()
     )]
     Nothing {
@@ -35,14 +35,6 @@ pub enum PlotError {
         path: PathBuf,
         /// What is wrong with it.
         fault: CacheFault,
-    },
-    /// A mesh table lacks something that every picture needs.
-    #[error("`{}` cannot be drawn: {detail}", path.display())]
-    MeshTable {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        detail: String,
     },
     /// The data do not fit this picture.
     #[error("no {} picture: {reason}", what.name())]

@@ -77,7 +77,7 @@ pub use request::{PlotRequest, USUAL_ORDERS};
 pub use what::What;
 
 /// What pictures of a mesh need.
-const MESH_NEEDED: &str = "a mesh table is needed, a file that `atlas table list` shows";
+const MESH_NEEDED: &str = "a mesh table is needed, a file that `atlas table MANIFEST` writes";
 
 /// Where Campbell diagrams come from.
 const CAMPBELL_APART: &str = "natural frequencies are not among the results; `atlas plot m.toml --what campbell` computes them from a manifest";

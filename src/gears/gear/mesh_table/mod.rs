@@ -114,7 +114,7 @@ impl MeshTableInputs {
 }
 
 /// A mesh table. Arrays are row by row, `[misalignment][torque][piece][node]`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct MeshTable {
     /// Base radius of the pinion \[m\].
     pub base_radius: f64,

@@ -4,20 +4,42 @@
 use super::data::MeshCurves;
 use super::labels::{self, Named};
 use super::spread;
+use crate::gear::MeshTable;
 use crate::report::plot::axis::{Axis, padded, range};
 use crate::report::plot::canvas::Canvas;
-use crate::report::plot::error::PlotError;
 use crate::report::plot::panel::Panel;
 use crate::report::plot::picture::{Drawn, Picture};
 use crate::report::plot::ramp::viridis;
-use crate::report::plot::what::What;
 
-/// Panels: array, name of the axis up, least range shown in SI: less is round-off, or nothing
-/// beside a face of centimetres.
-const PANELS: [(&str, &str, f64); 3] = [
-    ("stiffness", "mesh stiffness", 1e3),
-    ("centre", "load centre", 2e-6),
-    ("transmission_error", "loaded TE", 1e-9),
+/// A panel of a quantity.
+struct Row {
+    values: fn(&MeshTable) -> &[f64],
+    unit: &'static str,
+    /// Name of the axis up.
+    name: &'static str,
+    /// Least range shown in SI: less is round-off, or nothing beside a face of centimetres.
+    least: f64,
+}
+
+const ROWS: [Row; 3] = [
+    Row {
+        values: |table| &table.stiffness,
+        unit: "N/m",
+        name: "mesh stiffness",
+        least: 1e3,
+    },
+    Row {
+        values: |table| &table.centre,
+        unit: "m",
+        name: "load centre",
+        least: 2e-6,
+    },
+    Row {
+        values: |table| &table.transmission_error,
+        unit: "m",
+        name: "loaded TE",
+        least: 1e-9,
+    },
 ];
 /// Most lines of a panel.
 const MOST: usize = 5;
@@ -29,13 +51,13 @@ const TOP: f64 = 72.0;
 const HEIGHT: f64 = 202.0;
 const GAP: f64 = 18.0;
 
-pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
-    let (aligned, middle) = (mesh.aligned(), mesh.torque.len() / 2);
+pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
+    let (aligned, middle) = (mesh.aligned(), mesh.table.torque.len() / 2);
     let (torques, torque_unit) = mesh.torques();
     let (angles, angle_unit) = mesh.misalignments();
     let mut families = Vec::new();
-    if mesh.torque.len() > 1 || mesh.misalignment.len() == 1 {
-        let lines = spread(mesh.torque.len(), MOST).into_iter();
+    if mesh.table.torque.len() > 1 || mesh.table.misalignment.len() == 1 {
+        let lines = spread(mesh.table.torque.len(), MOST).into_iter();
         families.push(Family {
             picture: "mesh",
             title: "mesh cycle by torque",
@@ -44,8 +66,8 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
             unit: torque_unit,
         });
     }
-    if mesh.misalignment.len() > 1 {
-        let lines = spread(mesh.misalignment.len(), MOST).into_iter();
+    if mesh.table.misalignment.len() > 1 {
+        let lines = spread(mesh.table.misalignment.len(), MOST).into_iter();
         families.push(Family {
             picture: "mesh-misalignment",
             title: "mesh cycle by misalignment",
@@ -54,19 +76,9 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
             unit: angle_unit,
         });
     }
-    let pictures = families.iter().filter_map(|family| family.draw(mesh));
-    let drawn = Drawn {
-        pictures: pictures.collect(),
+    Drawn {
+        pictures: families.iter().map(|family| family.draw(mesh)).collect(),
         notes: Vec::new(),
-    };
-    match drawn.pictures.is_empty() {
-        false => Ok(drawn),
-        true => Err(PlotError::Unfit {
-            what: What::Mesh,
-            reason:
-                "the table has neither `stiffness`, `centre` nor `transmission_error` at every node"
-                    .into(),
-        }),
     }
 }
 
@@ -83,46 +95,39 @@ struct Family {
 }
 
 impl Family {
-    /// None where the table has none of the quantities.
-    fn draw(&self, mesh: &MeshCurves) -> Option<Picture> {
+    fn draw(&self, mesh: &MeshCurves) -> Picture {
         let title = format!("{}: {}", mesh.name, self.title);
         let mut canvas = Canvas::titled(&title, &self.held);
-        let panels: Vec<_> = PANELS
-            .iter()
-            .map(|(array, name, least)| (*array, *name, *least, self.lines(mesh, array)))
-            .filter(|(.., lines)| !lines.is_empty())
-            .collect();
         let mut top = TOP;
-        for (place, (array, name, least, lines)) in panels.iter().enumerate() {
+        for (place, row) in ROWS.iter().enumerate() {
+            let lines = self.lines(mesh, row);
             let values = lines.iter().flat_map(|line| &line.curve);
-            let bounds = widened(range(values.map(|[_, value]| *value)), *least);
+            let bounds = widened(range(values.map(|[_, value]| *value)), row.least);
             let panel = Panel {
                 left: LEFT,
                 right: RIGHT,
                 top,
                 bottom: top + HEIGHT,
                 across: Axis::linear("mesh phase", "1", [0.0, 1.0]),
-                up: Axis::linear(name, mesh.unit(array), padded(bounds, 0.07)),
+                up: Axis::linear(row.name, row.unit, padded(bounds, 0.07)),
             };
-            panel.frame(&mut canvas, place + 1 == panels.len());
-            labels::draw(&mut canvas, &panel, lines, &self.unit);
+            panel.frame(&mut canvas, place + 1 == ROWS.len());
+            labels::draw(&mut canvas, &panel, &lines, &self.unit);
             top += HEIGHT + GAP;
         }
         canvas.height = top - GAP + 64.0;
-        let name = format!("{}-{}", mesh.name, self.picture);
-        (!panels.is_empty()).then(|| Picture::new(name, canvas))
+        Picture::new(format!("{}-{}", mesh.name, self.picture), canvas)
     }
 
-    fn lines(&self, mesh: &MeshCurves, array: &str) -> Vec<Named> {
+    fn lines(&self, mesh: &MeshCurves, row: &Row) -> Vec<Named> {
         let last = (self.members.len() - 1).max(1) as f64;
-        let line = |(place, (at, name)): (usize, &([usize; 2], String))| {
-            Some(Named {
-                curve: mesh.curve(array, *at, [0, 1])?,
-                name: name.clone(),
-                colour: viridis(BRIGHTEST * place as f64 / last),
-            })
+        let values = (row.values)(&mesh.table);
+        let line = |(place, (at, name)): (usize, &([usize; 2], String))| Named {
+            curve: mesh.curve(values, *at, [0, 1]),
+            name: name.clone(),
+            colour: viridis(BRIGHTEST * place as f64 / last),
         };
-        self.members.iter().enumerate().filter_map(line).collect()
+        self.members.iter().enumerate().map(line).collect()
     }
 }
 

@@ -5,28 +5,21 @@
 
 use std::path::Path;
 
+use crate::gear::MeshTable;
 use crate::report::numbers::number;
 use crate::report::plot::axis::scaled_unit;
 use crate::report::plot::canvas::Place;
 use crate::report::plot::error::PlotError;
-use crate::store::{CacheFault, CacheKind, MappedTable};
+use crate::store::TableFile;
 
 /// Places drawn of a piece, its ends among them.
 const SAMPLES: usize = 17;
 
 /// A mesh table.
 pub(in crate::report::plot) struct MeshCurves {
-    pub table: MappedTable,
+    pub table: MeshTable,
     /// Start of the names of its pictures.
     pub name: String,
-    /// Angle between the flanks, increasing \[rad\].
-    pub misalignment: Vec<f64>,
-    /// Torque, increasing \[N m\].
-    pub torque: Vec<f64>,
-    /// Mesh phases at which pieces meet, from 0 to 1.
-    pub breaks: Vec<f64>,
-    /// Places of the nodes in a piece that reaches from −1 to 1.
-    nodes: Vec<f64>,
 }
 
 /// A quantity at one misalignment and torque: a line of phase and value.
@@ -39,109 +32,67 @@ impl MeshCurves {
             path: path.to_path_buf(),
             fault,
         };
-        let table = MappedTable::open(path).map_err(refused)?;
-        if table.header().kind != CacheKind::Mesh {
-            return Err(refused(CacheFault::Kind {
-                found: table.header().kind.name(),
-                wanted: CacheKind::Mesh.name(),
-            }));
-        }
-        let unfit = |detail: &str| PlotError::MeshTable {
-            path: path.to_path_buf(),
-            detail: detail.into(),
-        };
-        let axis = |name: &str, least: usize| -> Result<Vec<f64>, PlotError> {
-            let (shape, values) = (table.array(name)).map_err(|e| unfit(&e.to_string()))?;
-            let rises = values.windows(2).all(|pair| pair[0] < pair[1]);
-            match shape.len() == 1 && values.len() >= least && rises {
-                true => Ok(values.to_vec()),
-                false => Err(unfit(&format!("`{name}` does not rise along one axis"))),
-            }
-        };
+        let file = TableFile::open(path).map_err(refused)?;
         Ok(Self {
-            misalignment: axis("misalignment", 1)?,
-            torque: axis("torque", 1)?,
-            breaks: axis("breaks", 2)?,
-            nodes: axis("node", 1)?,
-            name: format!("mesh-{}", &table.header().key[..8]),
-            table,
+            table: file.content().map_err(refused)?,
+            name: format!("mesh-{}", &file.header.key()[..8]),
         })
     }
 
-    /// A quantity over the mesh phase; none where the table has no array of that name with a
-    /// value at every node. `member` picks one of those that lie together at a node, of
-    /// `members`.
+    /// A quantity of the table over the mesh phase. `member` picks one of those that lie together at a
+    /// node, of `members`.
     pub fn curve(
         &self,
-        name: &str,
+        values: &[f64],
         [misalignment, torque]: [usize; 2],
         [member, members]: [usize; 2],
-    ) -> Option<Curve> {
-        let (shape, values) = self.table.array(name).ok()?;
-        let (pieces, nodes) = (self.breaks.len() - 1, self.nodes.len());
-        let full = [
-            self.misalignment.len(),
-            self.torque.len(),
-            pieces,
-            nodes,
-            members,
-        ];
-        // Single values have no axis for the members.
-        if shape != &full[..if members == 1 { 4 } else { 5 }] {
-            return None;
-        }
+    ) -> Curve {
+        let [_, torques, pieces, nodes] = self.table.shape();
         let length = nodes * members;
-        let first = (misalignment * self.torque.len() + torque) * pieces * length;
+        let first = (misalignment * torques + torque) * pieces * length;
         let mut curve = Vec::with_capacity(pieces * SAMPLES);
-        for (piece, ends) in self.breaks.windows(2).enumerate() {
+        for (piece, ends) in self.table.breaks.windows(2).enumerate() {
             let at = first + piece * length;
             let own: Vec<f64> = (0..nodes)
                 .map(|n| values[at + n * members + member])
                 .collect();
             curve.extend((0..SAMPLES).map(|sample| {
                 let share = sample as f64 / (SAMPLES - 1) as f64;
-                let value = interpolated(&self.nodes, &own, 2.0 * share - 1.0);
+                let value = interpolated(&self.table.node, &own, 2.0 * share - 1.0);
                 [ends[0] + share * (ends[1] - ends[0]), value]
             }));
         }
-        Some(curve)
+        curve
     }
 
     /// Edges of the cells around the nodes in mesh phase: ends of pieces, and halfway between
     /// nodes.
     pub fn phase_edges(&self) -> Vec<f64> {
-        let mut edges = vec![self.breaks[0]];
-        for ends in self.breaks.windows(2) {
-            let middles = self.nodes.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+        let mut edges = vec![self.table.breaks[0]];
+        for ends in self.table.breaks.windows(2) {
+            let middles = (self.table.node.windows(2)).map(|pair| 0.5 * (pair[0] + pair[1]));
             edges.extend(middles.map(|x| ends[0] + 0.5 * (1.0 + x) * (ends[1] - ends[0])));
             edges.push(ends[1]);
         }
         edges
     }
 
-    /// Unit of an array; empty where it is not there.
-    pub fn unit(&self, name: &str) -> &str {
-        self.table.unit(name).unwrap_or_default()
-    }
-
     /// The place of the smallest misalignment.
     pub fn aligned(&self) -> usize {
-        let smallest = (0..self.misalignment.len()).min_by(|&a, &b| {
-            self.misalignment[a]
-                .abs()
-                .total_cmp(&self.misalignment[b].abs())
-        });
+        let angles = &self.table.misalignment;
+        let smallest =
+            (0..angles.len()).min_by(|&a, &b| angles[a].abs().total_cmp(&angles[b].abs()));
         smallest.unwrap_or(0)
     }
 
     /// The misalignments in one unit, and that unit.
     pub fn misalignments(&self) -> (Vec<String>, String) {
-        quantities(&self.misalignment, self.unit("misalignment"))
+        quantities(&self.table.misalignment, "rad")
     }
 
     /// The torques in one unit, and that unit.
     pub fn torques(&self) -> (Vec<String>, String) {
-        quantities(&self.torque, self.unit("torque"))
+        quantities(&self.table.torque, "N*m")
     }
 
     /// `misalignment 0.2 mrad`.

@@ -15,8 +15,8 @@ pub(super) use data::MeshCurves;
 /// Draws one kind of picture.
 pub(super) fn draw(what: What, mesh: &MeshCurves) -> Result<Drawn, PlotError> {
     match what {
-        What::Mesh => curves::draw(mesh),
-        What::Sharing => sharing::draw(mesh),
+        What::Mesh => Ok(curves::draw(mesh)),
+        What::Sharing => Ok(sharing::draw(mesh)),
         What::Contact => pattern::draw(mesh),
         _ => Err(PlotError::Unfit {
             what,

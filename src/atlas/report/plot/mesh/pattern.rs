@@ -22,31 +22,20 @@ const STEPS: f64 = 64.0;
 const APART: Colour = Colour(0xe4, 0xe4, 0xe4);
 
 pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
-    let unfit = |reason: &str| PlotError::Unfit {
-        what: What::Contact,
-        reason: reason.into(),
-    };
-    let (shape, values) = (mesh.table.array("pattern"))
-        .map_err(|_| unfit("the table was made without a contact pattern"))?;
+    let (values, slices) = (&mesh.table.pattern, mesh.table.slices);
+    if values.is_empty() {
+        return Err(PlotError::Unfit {
+            what: What::Contact,
+            reason: "the table was made without a contact pattern".into(),
+        });
+    }
     let edges = mesh.phase_edges();
     let phases = edges.len() - 1;
-    let slices = match *shape {
-        [m, t, p, slices]
-            if [m, t, p] == [mesh.misalignment.len(), mesh.torque.len(), phases] && slices > 0 =>
-        {
-            slices
-        }
-        _ => {
-            return Err(unfit(
-                "`pattern` is not over misalignment, torque, phase and slice",
-            ));
-        }
-    };
     let rows = ends(mesh.aligned(), farthest(mesh));
-    let columns = ends(0, mesh.torque.len() - 1);
+    let columns = ends(0, mesh.table.torque.len() - 1);
     let cells = phases * slices;
     let pattern = |row: usize, column: usize| {
-        let first = (row * mesh.torque.len() + column) * cells;
+        let first = (row * mesh.table.torque.len() + column) * cells;
         &values[first..first + cells]
     };
     let shown = rows
@@ -77,7 +66,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
             canvas.text([left, top - 8.0], &words, TICK_SIZE, INK, Anchor::Start);
         }
     }
-    let axis = Axis::linear("load", mesh.unit("pattern"), [0.0, most]);
+    let axis = Axis::linear("load", "N/m", [0.0, most]);
     let x = LEFT + SIZE[0] + 30.0;
     bar(&mut canvas, x, [TOP, TOP + SIZE[1]], &axis);
     canvas.height = TOP + SIZE[1] + 64.0;
@@ -95,7 +84,7 @@ fn ends(first: usize, last: usize) -> Vec<usize> {
 
 /// The place of the largest misalignment either way.
 fn farthest(mesh: &MeshCurves) -> usize {
-    let angles = &mesh.misalignment;
+    let angles = &mesh.table.misalignment;
     let largest = (0..angles.len()).max_by(|&a, &b| angles[a].abs().total_cmp(&angles[b].abs()));
     largest.unwrap_or(0)
 }

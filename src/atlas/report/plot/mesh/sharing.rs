@@ -3,19 +3,16 @@
 use super::data::{Curve, MeshCurves};
 use super::labels::{self, Named};
 use super::spread;
+use crate::gear::MOST_PAIRS;
 use crate::report::plot::axis::Axis;
 use crate::report::plot::canvas::{Anchor, Canvas, INK};
 use crate::report::plot::categories::colour;
-use crate::report::plot::error::PlotError;
 use crate::report::plot::panel::{Panel, TICK_SIZE};
 use crate::report::plot::picture::{Drawn, Picture};
-use crate::report::plot::what::What;
 use std::collections::BTreeMap;
 
-/// Pairs of teeth that a table keeps.
-const PAIRS: usize = 3;
 /// Colours of the pairs: dark enough for lines.
-const COLOURS: [usize; PAIRS] = [0, 3, 4];
+const COLOURS: [usize; MOST_PAIRS] = [0, 3, 4];
 /// Shares closer than this are those of one pair.
 const SAME: f64 = 1e-6;
 /// Most panels.
@@ -26,9 +23,9 @@ const TOP: f64 = 96.0;
 const HEIGHT: f64 = 150.0;
 const GAP: f64 = 40.0;
 
-pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
+pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
     let aligned = mesh.aligned();
-    let torques = spread(mesh.torque.len(), MOST);
+    let torques = spread(mesh.table.torque.len(), MOST);
     let title = format!("{}: load shares of the pairs of teeth", mesh.name);
     let held = mesh.misalignment_text(aligned);
     let mut canvas = Canvas::titled(
@@ -37,18 +34,12 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
     );
     let mut top = TOP;
     for (place, &torque) in torques.iter().enumerate() {
-        let slots: Option<Vec<Curve>> = (0..PAIRS)
-            .map(|pair| mesh.curve("share", [aligned, torque], [pair, PAIRS]))
+        let slots: Vec<Curve> = (0..MOST_PAIRS)
+            .map(|pair| mesh.curve(&mesh.table.share, [aligned, torque], [pair, MOST_PAIRS]))
             .collect();
-        let Some(slots) = slots else {
-            return Err(PlotError::Unfit {
-                what: What::Sharing,
-                reason: "the table has no array `share` with three values at every node".into(),
-            });
-        };
         // At a contact ratio below 2 the third pair never bears anything.
         let bears = |curve: &Curve| curve.iter().any(|[_, share]| share.abs() > 1e-9);
-        let lines: Vec<Named> = (passages(&slots, mesh.breaks.len() - 1).into_iter())
+        let lines: Vec<Named> = (passages(&slots, mesh.table.breaks.len() - 1).into_iter())
             .filter(|(_, curve)| bears(curve))
             .map(|(pair, curve)| Named {
                 curve,
@@ -56,7 +47,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
                     -1 => "next pair".to_owned(),
                     _ => format!("pair {pair}"),
                 },
-                colour: colour(COLOURS[pair.rem_euclid(PAIRS as i32) as usize]),
+                colour: colour(COLOURS[pair.rem_euclid(MOST_PAIRS as i32) as usize]),
             })
             .collect();
         let panel = Panel {
@@ -75,7 +66,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
     }
     canvas.height = top - GAP + 64.0;
     let name = format!("{}-sharing", mesh.name);
-    Ok(Drawn::one(Picture::new(name, canvas)))
+    Drawn::one(Picture::new(name, canvas))
 }
 
 /// The shares of each pair over its passage, from those of the pair that came last, the one before and so on, curves of

@@ -1,34 +1,16 @@
-//! The mesh table of a pair of gears in the cache: the one place where its quantities meet
-//! names and units of arrays.
-
-use std::path::PathBuf;
+//! The mesh table of a pair of gears in the cache.
 
 use serde_json::{Value, json};
 use thiserror::Error;
 
-use super::{
-    Arrays, CacheError, CacheKind, CacheWarning, Fetched, MappedTable, Origin, TableStore,
-};
+use super::table_cache::{CacheContent, CacheKind, Fetched, TableStore};
 use crate::gear::{
     Flanks, GearError, GearPair, MOST_PAIRS, MeshTable, MeshTableError, MeshTableInputs,
 };
 use crate::numerics::instructions::portable;
 
-/// Part of every key: changes whenever the same gears give other numbers or other arrays.
+/// Part of every key: changes whenever the same gears give other numbers.
 const METHOD: &str = "atlas mesh table 6";
-
-/// A mesh table, and how it was come by.
-#[derive(Debug)]
-pub struct FetchedMesh {
-    /// The table.
-    pub table: MeshTable,
-    /// Its file, which exists unless it was built in memory.
-    pub file: PathBuf,
-    /// Whether it was there.
-    pub origin: Origin,
-    /// What the user should know.
-    pub warnings: Vec<CacheWarning>,
-}
 
 /// There is no mesh table of these gears.
 #[derive(Debug, Error)]
@@ -39,9 +21,68 @@ pub enum MeshFetchError {
     /// The table cannot be computed.
     #[error(transparent)]
     Table(#[from] MeshTableError),
-    /// Its arrays are not those of a mesh table.
-    #[error(transparent)]
-    Arrays(#[from] CacheError),
+}
+
+/// One quantity of a mesh table over misalignment, torque, piece and node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeshQuantity<'t> {
+    /// Its name, as in `docs/notation.md`.
+    pub name: &'static str,
+    /// Its unit, SI.
+    pub unit: &'static str,
+    /// Its values, row by row.
+    pub values: &'t [f64],
+    /// How many of them belong to a node.
+    pub members: usize,
+}
+
+/// The quantities of a mesh table; the last is the contact pattern, without values if it was not asked for.
+pub fn mesh_quantities(table: &MeshTable) -> [MeshQuantity<'_>; 9] {
+    [
+        ("stiffness", "N/m", &table.stiffness, 1),
+        ("centre", "m", &table.centre, 1),
+        ("transmission_error", "m", &table.transmission_error, 1),
+        ("friction", "1", &table.friction, 1),
+        ("friction_lever", "m", &table.friction_lever, 1),
+        ("contact_fraction", "1", &table.contact_fraction, 1),
+        ("loaded_pairs", "1", &table.loaded_pairs, 1),
+        ("share", "1", &table.share, MOST_PAIRS),
+        ("pattern", "N/m", &table.pattern, table.slices),
+    ]
+    .map(|(name, unit, values, members)| MeshQuantity {
+        name,
+        unit,
+        values,
+        members,
+    })
+}
+
+impl CacheContent for MeshTable {
+    const KIND: CacheKind = CacheKind::Mesh;
+
+    fn fault(&self) -> Option<&'static str> {
+        let axes = [
+            (&self.misalignment, 1),
+            (&self.torque, 1),
+            (&self.breaks, 2),
+            (&self.node, 1),
+        ];
+        let rises = |(axis, least): (&Vec<f64>, usize)| {
+            axis.len() >= least && axis.windows(2).all(|pair| pair[0] < pair[1])
+        };
+        if !axes.into_iter().all(rises) {
+            return Some("an axis is too short or does not rise");
+        }
+        let nodes = self.shape().into_iter().fold(1, usize::saturating_mul);
+        let fits = |own: MeshQuantity| {
+            own.values.len() == nodes.saturating_mul(own.members)
+                || own.name == "pattern" && own.values.is_empty()
+        };
+        match mesh_quantities(self).into_iter().all(fits) {
+            true => None,
+            false => Some("a quantity does not have a value at every node"),
+        }
+    }
 }
 
 impl TableStore {
@@ -53,28 +94,15 @@ impl TableStore {
     ///
     /// # Errors
     /// The gears do not mesh, or the inputs are out of range. A cache that cannot be read or
-    /// written is told in the warnings.
+    /// written gives a warning.
     pub fn mesh_table(
         &self,
         gears: &GearPair,
         inputs: &MeshTableInputs,
         progress: &(dyn Fn(usize, usize) + Sync),
-    ) -> Result<FetchedMesh, MeshFetchError> {
-        let key = key(gears, inputs);
-        let build = || -> Result<Arrays, MeshFetchError> {
-            let table = MeshTable::build(&Flanks::new(gears)?, inputs, progress)?;
-            Ok(arrays(&table)?)
-        };
-        let Fetched {
-            table,
-            origin,
-            warnings,
-        } = self.get_or_build(CacheKind::Mesh, &key, build)?;
-        Ok(FetchedMesh {
-            table: mesh(&table, inputs)?,
-            file: self.path(CacheKind::Mesh, &key),
-            origin,
-            warnings,
+    ) -> Result<Fetched<MeshTable>, MeshFetchError> {
+        self.get_or_build(&key(gears, inputs), || {
+            Ok(MeshTable::build(&Flanks::new(gears)?, inputs, progress)?)
         })
     }
 }
@@ -93,110 +121,12 @@ fn key(gears: &GearPair, inputs: &MeshTableInputs) -> Value {
     key
 }
 
-/// The arrays of a table, as `docs/notation.md` names them.
-fn arrays(table: &MeshTable) -> Result<Arrays, CacheError> {
-    let MeshTable {
-        // Given by the inputs.
-        base_radius: _,
-        slices,
-        misalignment,
-        torque,
-        breaks,
-        node,
-        stiffness,
-        centre,
-        transmission_error,
-        friction,
-        friction_lever,
-        contact_fraction,
-        loaded_pairs,
-        share,
-        pattern,
-    } = table;
-    let mut arrays = Arrays::new();
-    for (name, unit, values) in [
-        ("misalignment", "rad", misalignment),
-        ("torque", "N*m", torque),
-        ("breaks", "1", breaks),
-        ("node", "1", node),
-    ] {
-        arrays.push(name, unit, &[values.len()], values.clone())?;
-    }
-    let shape = table.shape();
-    for (name, unit, values) in [
-        ("stiffness", "N/m", stiffness),
-        ("centre", "m", centre),
-        ("transmission_error", "m", transmission_error),
-        ("friction", "1", friction),
-        ("friction_lever", "m", friction_lever),
-        ("contact_fraction", "1", contact_fraction),
-        ("loaded_pairs", "1", loaded_pairs),
-    ] {
-        arrays.push(name, unit, &shape, values.clone())?;
-    }
-    let [m, t, pieces, nodes] = shape;
-    arrays.push(
-        "share",
-        "1",
-        &[m, t, pieces, nodes, MOST_PAIRS],
-        share.clone(),
-    )?;
-    if !pattern.is_empty() {
-        arrays.push(
-            "pattern",
-            "N/m",
-            &[m, t, pieces * nodes, *slices],
-            pattern.clone(),
-        )?;
-    }
-    Ok(arrays)
-}
-
-/// The table of some arrays; refuses shapes that are not those of one.
-fn mesh(table: &MappedTable, inputs: &MeshTableInputs) -> Result<MeshTable, CacheError> {
-    let axis = |name: &str| table.array(name).map(|(_, values)| values.to_vec());
-    let (misalignment, torque) = (axis("misalignment")?, axis("torque")?);
-    let (breaks, node) = (axis("breaks")?, axis("node")?);
-    let pieces = breaks.len().saturating_sub(1);
-    let full = [misalignment.len(), torque.len(), pieces, node.len()];
-    let array = |name: &str, wanted: &[usize]| {
-        let (shape, values) = table.array(name)?;
-        match shape == wanted {
-            true => Ok(values.to_vec()),
-            false => Err(CacheError::Shape {
-                name: name.into(),
-                shape: wanted.to_vec(),
-                values: values.len(),
-            }),
-        }
-    };
-    let [m, t, pieces, nodes] = full;
-    Ok(MeshTable {
-        base_radius: inputs.base_radius,
-        stiffness: array("stiffness", &full)?,
-        centre: array("centre", &full)?,
-        transmission_error: array("transmission_error", &full)?,
-        friction: array("friction", &full)?,
-        friction_lever: array("friction_lever", &full)?,
-        contact_fraction: array("contact_fraction", &full)?,
-        loaded_pairs: array("loaded_pairs", &full)?,
-        share: array("share", &[m, t, pieces, nodes, MOST_PAIRS])?,
-        pattern: match inputs.pattern {
-            true => array("pattern", &[m, t, pieces * nodes, inputs.slices])?,
-            false => Vec::new(),
-        },
-        slices: inputs.slices,
-        misalignment,
-        torque,
-        breaks,
-        node,
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::gear::ToothForm;
+    use crate::store::Origin;
+    use std::fs;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     fn gears() -> GearPair {
@@ -292,6 +222,34 @@ mod tests {
         };
         let error = store.mesh_table(&gears(), &inputs, &|_, _| {}).unwrap_err();
         assert!(matches!(error, MeshFetchError::Table(_)), "{error:?}");
-        assert!(store.entries().unwrap().is_empty());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+    /// Numbers that do not belong together have a right checksum when another hand wrote them.
+    #[test]
+    fn tables_whose_numbers_do_not_fit_each_other_are_refused() {
+        let inputs = MeshTableInputs {
+            slices: 2,
+            pattern: true,
+            ..MeshTableInputs::of_gears(&gears())
+        };
+        let table = MeshTable::build(&Flanks::new(&gears()).unwrap(), &inputs, &|_, _| {}).unwrap();
+        assert_eq!(table.fault(), None);
+        let changes: [(fn(&mut MeshTable), &str); 9] = [
+            (|table| table.breaks.clear(), "axis"),
+            (|table| table.breaks.truncate(1), "axis"),
+            (|table| table.node.clear(), "axis"),
+            (|table| table.node[3] = f64::NAN, "axis"),
+            (|table| table.torque.push(0.0), "axis"),
+            (|table| table.misalignment.push(1.0), "quantity"),
+            (|table| table.stiffness.truncate(8), "quantity"),
+            (|table| table.share.push(0.0), "quantity"),
+            (|table| table.slices = usize::MAX, "quantity"),
+        ];
+        for (place, (change, words)) in changes.into_iter().enumerate() {
+            let mut other = table.clone();
+            change(&mut other);
+            let fault = other.fault().unwrap_or_default();
+            assert!(fault.contains(words), "{place}: {fault}");
+        }
     }
 }

@@ -1,34 +1,31 @@
-//! `atlas table build m.toml`: the mesh table of a manifest's gears, computed and kept.
+//! `atlas table m.toml`: the mesh table of a manifest's gears, computed and kept.
 
-use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 use serde_json::{Value, json};
 use signal_hook::consts::SIGXFSZ;
 use signal_hook::flag;
 
-use super::{NO_ACCESS, TablesFolder};
-use crate::cli::manifest_args::ManifestArgs;
-use crate::cli::threads::Threads;
-use crate::cli::{BAD_INPUT, answer, fail, line, start_threads, warn, with_causes};
-use crate::gear::{Contact, FaceLaw, GearPair, MeshTableInputs};
-use crate::manifest::{Job, StiffnessSpec, Variant};
-use crate::store::{FetchedMesh, Origin};
-use crate::sweep::{Parts, Share};
+use super::manifest_args::ManifestArgs;
+use super::threads::Threads;
+use super::{BAD_INPUT, answer, fail, line, start_threads, warn, with_causes};
+use crate::gear::{Contact, FaceLaw, GearPair, MeshTable, MeshTableInputs};
+use crate::manifest::{Job, StiffnessSpec};
+use crate::store::{Fetched, Origin, TableStore};
 use crate::units::{self, Dimension};
 
-/// Arguments of `atlas table build`.
+/// Arguments of `atlas table`.
+///
+/// Without --misalignment and --torque the gears are aligned under their rated torque. A run computes and
+/// keeps the tables of its own points.
 #[derive(Debug, Args)]
-pub struct BuildArgs {
+pub struct TableArgs {
     #[command(flatten)]
     manifest: ManifestArgs,
-    /// Angles between the flanks, separated by commas, increasing: one table of these and the
-    /// torques [default: tables of the loads and misalignments that the points of the manifest
-    /// have, or of 0].
+    /// Angles between the flanks, separated by commas, increasing [default: 0].
     #[arg(long, value_name = "ANGLE,...", value_delimiter = ',', allow_hyphen_values = true,
         value_parser = |text: &str| quantity(text, Dimension::Angle))]
     misalignment: Vec<f64>,
@@ -51,12 +48,30 @@ pub struct BuildArgs {
     json: bool,
 }
 
+/// Where the tables are.
+#[derive(Debug, Args)]
+pub(super) struct TablesFolder {
+    /// Folder of computed tables, a cache that may be deleted at any time.
+    #[arg(long, value_name = "DIR", default_value = "tables")]
+    tables: PathBuf,
+}
+
+impl TablesFolder {
+    /// The store in the folder.
+    pub(super) fn store(&self) -> TableStore {
+        TableStore::open(&self.tables)
+    }
+}
+
+/// Exit status if a table cannot be kept.
+const NO_ACCESS: u8 = 1;
+
 fn quantity(text: &str, dimension: Dimension) -> Result<f64, String> {
     units::parse(text.trim(), dimension).map_err(|error| error.to_string())
 }
 
-/// Builds the tables: status 0 when all are kept, 1 where one cannot be, 2 for bad input.
-pub fn run(args: &BuildArgs) -> ExitCode {
+/// Builds the tables: status 0 when all are kept, 1 if one cannot be, 2 for bad input.
+pub fn run(args: &TableArgs) -> ExitCode {
     let job = match args.manifest.admit() {
         Ok(job) => job,
         Err(status) => return status,
@@ -64,19 +79,14 @@ pub fn run(args: &BuildArgs) -> ExitCode {
     if let Err(message) = start_threads(&args.threads) {
         return fail(1, &message);
     }
-    let by_points = args.misalignment.is_empty() && args.torque.is_empty() && !args.pattern;
-    let tabled = |variant: &Variant| matches!(variant.mesh.stiffness, StiffnessSpec::Table(_));
-    if by_points && job.points.variants().iter().any(tabled) {
-        return needed(args, &job);
-    }
     let drawings = drawings(&job);
     if drawings.is_empty() {
         let message =
             "has no drawing of its gears; a manifest of model.kind = \"flexible\" has one";
         return fail(BAD_INPUT, &format!("`{}` {message}", args.manifest.name()));
     }
-    // Unwatched, this one would end the process without a word when a file outgrows
-    // `ulimit -f`; watched, the write fails and the error is said.
+    // Unwatched, this signal would end the process without a word when a file outgrows
+    // `ulimit -f`; watched, the write fails and the error is printed.
     if let Err(error) = flag::register(SIGXFSZ, Arc::default()) {
         return fail(NO_ACCESS, &with_causes(&error));
     }
@@ -94,7 +104,7 @@ pub fn run(args: &BuildArgs) -> ExitCode {
         }
         tables.push((fetched.file, fetched.origin));
     }
-    report(args, &tables)
+    answer(&report(args, &tables), ExitCode::SUCCESS)
 }
 
 /// A pair of gears, how its flanks flatten and how its face bears.
@@ -106,7 +116,7 @@ struct Drawing {
 }
 
 impl Drawing {
-    /// The laws that a manifest has which says nothing of them.
+    /// The default laws of a manifest.
     fn by_default(gears: GearPair) -> Self {
         let face = match gears.helix_angle == 0.0 {
             true => FaceLaw::Coupled,
@@ -141,42 +151,9 @@ fn drawings(job: &Job) -> Vec<Drawing> {
     drawings
 }
 
-/// The tables that the points of a job use; of a refined grid those that are computed in any case.
-fn needed(args: &BuildArgs, job: &Job) -> ExitCode {
-    let parts = Parts::new(args.folder.store());
-    let template = "{spinner} {pos} {wide_msg}";
-    let bar = line::bar(None, args.quiet, template);
-    bar.set_message("loads and misalignments");
-    let ids = || (Share::of_shard(job, None).ids()).map(|id| id as usize);
-    // A signal ends the process at once: every table is kept when it is whole.
-    let never = AtomicBool::new(false);
-    parts.prepare(job, ids(), &never, &mut || bar.inc(1));
-    bar.finish_and_clear();
-    // What could not be computed says why where it is asked for again.
-    let faults: BTreeSet<String> = ids()
-        .filter_map(|id| parts.model(&job.points.at(id)).err())
-        .map(|error| error.to_string())
-        .collect();
-    if !faults.is_empty() {
-        let lines: Vec<String> = faults.into_iter().collect();
-        return fail(BAD_INPUT, &lines.join("\nerror: "));
-    }
-    for warning in parts.meshes().warnings() {
-        warn(&warning);
-    }
-    let files = parts.meshes().files();
-    if files
-        .iter()
-        .any(|(_, origin)| *origin == Origin::BuiltInMemory)
-    {
-        return ExitCode::from(NO_ACCESS);
-    }
-    report(args, &files)
-}
-
-/// Says what was built.
-fn report(args: &BuildArgs, files: &[(PathBuf, Origin)]) -> ExitCode {
-    let text = match (args.json, args.quiet) {
+/// What was built, in words.
+fn report(args: &TableArgs, files: &[(PathBuf, Origin)]) -> String {
+    match (args.json, args.quiet) {
         (true, _) => {
             let records = files
                 .iter()
@@ -187,11 +164,10 @@ fn report(args: &BuildArgs, files: &[(PathBuf, Origin)]) -> ExitCode {
         (false, false) => (files.iter())
             .map(|(file, origin)| format!("{:<9} {}\n", word(*origin), file.display()))
             .collect(),
-    };
-    answer(&text, ExitCode::SUCCESS)
+    }
 }
 
-fn fetch(args: &BuildArgs, drawing: &Drawing) -> Result<FetchedMesh, String> {
+fn fetch(args: &TableArgs, drawing: &Drawing) -> Result<Fetched<MeshTable>, String> {
     let gears = &drawing.gears;
     let mut inputs = MeshTableInputs {
         contact: drawing.contact,
