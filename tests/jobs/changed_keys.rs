@@ -122,10 +122,16 @@ fn a_portable_job_started_without_its_variable_says_what_to_type() {
     assert!(!place.path("out").exists());
     let told = stderr(&refused);
     let typed = told.lines().last().unwrap().trim();
-    assert!(typed.starts_with("GLIBC_TUNABLES=glibc.cpu.hwcaps=-FMA"), "{told}");
+    assert!(
+        typed.starts_with("GLIBC_TUNABLES=glibc.cpu.hwcaps=-FMA"),
+        "{told}"
+    );
     let output = place.shell(typed);
     assert!([0, 3].contains(&status(&output)), "{}", stderr(&output));
-    assert_eq!(place.record("out")["machine"]["instructions"], json!(["portable"]));
+    assert_eq!(
+        place.record("out")["machine"]["instructions"],
+        json!(["portable"])
+    );
 }
 
 /// A key that stands in the way of another is taken out.

@@ -177,12 +177,7 @@ fn warnings_are_told_once() {
     );
     let run = place.run(
         "out",
-        &[
-            "--set",
-            "run.cycles=100",
-            "--set",
-            "run.audit_cycles=5",
-        ],
+        &["--set", "run.cycles=100", "--set", "run.audit_cycles=5"],
     );
     assert!([0, 3].contains(&status(&run)), "{}", stderr(&run));
     once(&stderr(&run));

@@ -8,7 +8,7 @@ use common::Case;
 use common::advance::{Events, advance_with, settled};
 use gearatlas::model::{Model, Stiffness, TrajectoryState};
 use gearatlas::propagate::{
-    ClosedModes, TableError, InstructionSet, KeptTables, Kernel, KernelTable,
+    ClosedModes, InstructionSet, KeptTables, Kernel, KernelTable, TableError,
 };
 use gearatlas::store::{Origin, TableStore};
 use gearatlas::sweep::{KernelTables, Parts};

@@ -117,13 +117,3 @@ fn advice_is_checked_before_it_is_given() {
     let told = BuildError::tables(TableError::Kept { name: "a" }, &slow).to_string();
     assert!(!told.contains("volterra"), "{told}");
 }
-
-/// The size said of dyadic tables is that of the tables built.
-#[test]
-fn the_dyadic_size_is_known_without_building() {
-    for (name, case) in common::drives() {
-        let model = common::model(&case);
-        let built = Dyadic::new(&model, CELLS, 9).unwrap().bytes();
-        assert_eq!(Dyadic::size(&model, CELLS).unwrap(), built, "{name}");
-    }
-}

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 use super::table_cache::{CacheContent, CacheKind, Fetched, TableStore};
 use crate::model::Model;
-use crate::propagate::{Aligned, Beside, ClosedModes, DenseError, KeptTables, TableArray};
+use crate::propagate::{Aligned, Beside, ClosedModes, KeptTables, TableArray, TableError};
 
 /// Part of every key: changes whenever the same model gives other numbers or other arrays.
 const METHOD: &str = "atlas kernel tables 3";
@@ -119,7 +119,7 @@ impl TableStore {
     ///
     /// # Errors
     /// The kernel cannot be built for the model. A cache that cannot be read or written gives a warning.
-    pub fn systems(&self, model: &Model) -> Result<Fetched<KernelArrays>, DenseError> {
+    pub fn systems(&self, model: &Model) -> Result<Fetched<KernelArrays>, TableError> {
         self.get_or_build(&inputs(model), || Ok(ClosedModes::arrays(model)?.into()))
     }
 

@@ -64,8 +64,8 @@ pub use basins::{CellRow, basins_table};
 pub use chain_part::{ChainEnd, ChainPart, Level, Transition};
 pub use chains::{TransitionRow, transitions_table};
 pub use characteristics::{
-    ArithmeticKey, BandwidthKey, Characteristics, Description, Figure, HugePages,
-    LatencyKey, Measurement, MountainKey, NodeRecord, Noise, RoofRow, SolverKey,
+    ArithmeticKey, BandwidthKey, Characteristics, Description, Figure, HugePages, LatencyKey,
+    Measurement, MountainKey, NodeRecord, Noise, RoofRow, SolverKey,
 };
 pub use clock::{Stopwatch, timestamp};
 pub use columns::{PoincareRow, SpectrumRow, poincare_table, points_table, spectra_table};
@@ -95,8 +95,8 @@ pub use read::{
 pub use refined::RefinedColumns;
 pub use replace::{Exchange, replace, statuses};
 pub use run::{
-    KernelRecord, MachineRecord, PlacementRecord, ProgramRecord, RetryRecord,
-    RunRecord, RunState, ShardRecord, Totals, mixed, run_path, write_run,
+    KernelRecord, MachineRecord, PlacementRecord, ProgramRecord, RetryRecord, RunRecord, RunState,
+    ShardRecord, Totals, mixed, run_path, write_run,
 };
 pub use seal::TableRecord;
 pub use table::{Column, Table};

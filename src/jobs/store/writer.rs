@@ -17,10 +17,10 @@ use super::seal::TableRecord;
 use super::table::Table;
 use super::table_kind::TableKind;
 use super::{
-    AttractorRow, CellRow, HorizonRow, OrbitRow, OrderRow, PoincareRow, PointRow,
-    ProbeRow, SpectrumRow, StoreError, TransitionRow, attractors_table, basins_table,
-    horizon_table, orbits_table, orders_table, poincare_table, points_table,
-    probes_table, spectra_table, transitions_table,
+    AttractorRow, CellRow, HorizonRow, OrbitRow, OrderRow, PoincareRow, PointRow, ProbeRow,
+    SpectrumRow, StoreError, TransitionRow, attractors_table, basins_table, horizon_table,
+    orbits_table, orders_table, poincare_table, points_table, probes_table, spectra_table,
+    transitions_table,
 };
 
 impl Row for PointRow {
@@ -55,7 +55,6 @@ impl Row for PoincareRow {}
 impl Row for SpectrumRow {}
 
 impl Row for HorizonRow {}
-
 
 impl Row for ProbeRow {
     fn list_bytes(&self) -> usize {

@@ -11,7 +11,7 @@ use crate::model::{
     CoastFlank, Division, Drive, MeshHarmonic, Model, ModelError, OperatingPoint, Rolling,
 };
 use crate::numerics::random::PointSeed;
-use crate::propagate::{DenseError, KernelChoice, Volterra};
+use crate::propagate::{KernelChoice, TableError, Volterra};
 use crate::shaft::ShaftError;
 use crate::store::MeshUnderLoad;
 use crate::structure::ModalStructure;
@@ -39,7 +39,7 @@ pub enum BuildError {
     #[error("{error}{}", advice.as_ref().map_or(String::new(), |advice| format!("; {advice}")))]
     Tables {
         /// Why.
-        error: DenseError,
+        error: TableError,
         /// Which other kernel there is, where it is the model that tables do not fit.
         advice: Option<String>,
     },
@@ -87,7 +87,7 @@ pub fn affordable(model: &Model, kernel: &KernelChoice) -> Result<(), BuildError
 
 impl BuildError {
     /// Of tables that a model does not have, with what is known to fit it.
-    pub fn tables(error: DenseError, model: &Model) -> Self {
+    pub fn tables(error: TableError, model: &Model) -> Self {
         let another = error.concerns_the_model();
         Self::Tables {
             advice: another.then(|| structured_instead(model)),

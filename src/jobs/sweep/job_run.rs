@@ -6,8 +6,8 @@ use super::recorder::Watcher;
 use super::run::{Finished, Options, SweepError, run};
 use crate::manifest::Job;
 use crate::store::{
-    Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState,
-    Stopwatch, StoreError, TableStore, Totals, mixed, write_run,
+    Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, Stopwatch,
+    StoreError, TableStore, Totals, mixed, write_run,
 };
 use crate::topology::Topology;
 use std::path::Path;

@@ -2,7 +2,7 @@
 //! that share them; on a machine with several NUMA nodes copied where that pays.
 
 use crate::model::Model;
-use crate::propagate::{TableError, KernelTable};
+use crate::propagate::{KernelTable, TableError};
 use crate::store::{Fetched, KernelArrays, TableStore};
 use crate::topology::{Room, TABLES_AT_HAND};
 use std::collections::{BTreeSet, HashMap, VecDeque};

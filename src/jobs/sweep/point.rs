@@ -5,10 +5,9 @@ use super::carried::CarriedState;
 use super::parts::Parts;
 use super::point_kernel::PointKernel;
 use crate::analysis::{
-    Analyses, CalledOff, Class, CovariantError, CovariantOutcome, 
-    HorizonError, HorizonOutcome, MultistabilityOutcome, OrbitSurvey, PointOutcome, Probes,
-    Questions, Status, covariant_vectors, investigate_onward, predictability,
-    probe_basins, survey_orbits,
+    Analyses, CalledOff, Class, CovariantError, CovariantOutcome, HorizonError, HorizonOutcome,
+    MultistabilityOutcome, OrbitSurvey, PointOutcome, Probes, Questions, Status, covariant_vectors,
+    investigate_onward, predictability, probe_basins, survey_orbits,
 };
 use crate::manifest::PointSpec;
 use crate::model::{Model, TrajectoryState};

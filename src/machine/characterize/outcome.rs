@@ -6,8 +6,7 @@ use super::plan::{Item, POINTS, Placement, StreamKernel, Walk};
 use super::sample::Sample;
 use super::streaming;
 use crate::store::{
-    ArithmeticKey, BandwidthKey, Characteristics, LatencyKey, MountainKey, RoofRow,
-    SolverKey,
+    ArithmeticKey, BandwidthKey, Characteristics, LatencyKey, MountainKey, RoofRow, SolverKey,
 };
 
 /// What was not measured as planned, and why, a sentence each.

@@ -3,8 +3,8 @@
 use super::optional::optional;
 use super::{covariant, orbits, poincare, slice};
 use crate::analysis::{
-    Analyses, Effort, GrowthNorm, HorizonQuestion, LyapunovQuestion,
-    MultistabilityQuestion, NvhQuestion, OrderQuestion, Signals, SpectrumQuestion,
+    Analyses, Effort, GrowthNorm, HorizonQuestion, LyapunovQuestion, MultistabilityQuestion,
+    NvhQuestion, OrderQuestion, Signals, SpectrumQuestion,
 };
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;

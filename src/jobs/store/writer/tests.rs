@@ -8,10 +8,10 @@ use std::path::Path;
 use super::*;
 use crate::analysis::{
     AngleOutcome, AttractorOutcome, BasinShare, Bifurcation, CellOutcome, ChainRecord,
-    ChaosOutcome, Character, Class, CourseOutcome, CovariantOutcome, DurationOutcome, EvidenceOutcome,
-    HorizonMeasure, HorizonOutcome, HorizonQuantity, KaplanYorke, Kick, LeftChaos, LyapunovMethod,
-    LyapunovOutcome, MissedState, ModalState, MultistabilityOutcome, NvhErrors, NvhOutcome,
-    OrbitOutcome, OrbitSurvey, OrderLine, OrderReference, PoincareSample, PointOutcome,
+    ChaosOutcome, Character, Class, CourseOutcome, CovariantOutcome, DurationOutcome,
+    EvidenceOutcome, HorizonMeasure, HorizonOutcome, HorizonQuantity, KaplanYorke, Kick, LeftChaos,
+    LyapunovMethod, LyapunovOutcome, MissedState, ModalState, MultistabilityOutcome, NvhErrors,
+    NvhOutcome, OrbitOutcome, OrbitSurvey, OrderLine, OrderReference, PoincareSample, PointOutcome,
     PowerOutcome, ProbeOutcome, SampleKind, SignalOrders, Spectrum, SpectrumLine, SpectrumMethod,
     Status, TraceSample, TraceSink,
 };

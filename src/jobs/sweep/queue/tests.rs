@@ -114,14 +114,7 @@ struct Simulated {
 fn simulate(job: &Job, nodes: usize, workers: usize, near: bool) -> Simulated {
     const FETCH: f64 = 1.0;
     let share = Share::of_shard(job, None);
-    let queue = Queue::new(
-        job,
-        share,
-        TakenOver::default(),
-        1,
-        workers,
-        nodes,
-    );
+    let queue = Queue::new(job, share, TakenOver::default(), 1, workers, nodes);
     let mut shelves = Shelves::new(nodes);
     let mut free: Vec<f64> = vec![0.0; workers];
     let mut simulated = Simulated {
