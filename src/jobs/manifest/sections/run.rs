@@ -111,9 +111,9 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSetting> {
         let why = format!("with kernel = \"{name}\"");
         let remedy = match *name {
             "stepping" => {
-                "remove it, or set the kernel it belongs to; `steps` sets the accuracy of stepping"
+                "remove it, or set its kernel; `steps` sets the accuracy of stepping"
             }
-            "volterra" | "closed_modes" | "auto" => "remove it, or set the kernel it belongs to",
+            "volterra" | "closed_modes" | "auto" => "remove it, or set its kernel",
             _ => "remove it; `cells` sets the unit steps of a table kernel, which is exact",
         };
         let idle: Vec<&str> = idle.into_iter().collect();
