@@ -8,11 +8,7 @@ use std::error::Error;
 
 /// The exception of a name, with its arguments.
 fn raise<'py>(py: Python<'py>, name: &str, arguments: impl pyo3::call::PyCallArgs<'py>) -> PyErr {
-    let made = || {
-        py.import("gearatlas._errors")?
-            .getattr(name)?
-            .call1(arguments)
-    };
+    let made = || py.import("gearatlas._errors")?.getattr(name)?.call1(arguments);
     made().map_or_else(|error| error, PyErr::from_value)
 }
 

@@ -52,8 +52,7 @@ mod tests {
             (35e3, "35000 m", "; did you mean 35 mm?"),
             (1e-15, "1.000e-9 um", ""),
         ] {
-            let expected =
-                format!("{own} is an unusual diameter (usual: 1 mm to 2 m){meant}");
+            let expected = format!("{own} is an unusual diameter (usual: 1 mm to 2 m){meant}");
             assert_eq!(said(metres), Some(expected));
         }
         assert_eq!([1e-3, 0.035, 2.0].map(said), [None, None, None]);

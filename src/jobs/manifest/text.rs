@@ -46,7 +46,8 @@ fn add(issues: &mut Issues, name: String, bytes: Vec<u8>, what: &str) -> Result<
             let end = start + char::REPLACEMENT_CHARACTER.len_utf8();
             let source = issues.add_source(name, text);
             let span = Span { source, start, end };
-            let message = format!("{what} is not UTF-8: the byte 0x{byte:02x} does not begin a character");
+            let message =
+                format!("{what} is not UTF-8: the byte 0x{byte:02x} does not begin a character");
             issues.push(
                 Diagnostic::new(DiagnosticKind::Unreadable, span, "", message)
                     .label("here")

@@ -103,7 +103,9 @@ fn budget(variant: &Variant, found: &mut Words) {
         Effort::Verified => {
             "; points that do not settle end as not_converged: raise it, or set analyses.lyapunov.effort = \"survey\""
         }
-        Effort::Survey => "; with fewer, the errors of points that do not settle are too small: raise it",
+        Effort::Survey => {
+            "; with fewer, the errors of points that do not settle are too small: raise it"
+        }
     };
     found.add(
         cycles < first,

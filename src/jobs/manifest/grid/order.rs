@@ -103,7 +103,8 @@ fn fault(
         return Some(match name {
             "" => (
                 DiagnosticKind::Inconsistent,
-                "no axis of the grid has more than one value, so there is nothing to sweep".to_owned(),
+                "no axis of the grid has more than one value, so there is nothing to sweep"
+                    .to_owned(),
                 "nothing to carry",
             ),
             name => (

@@ -33,8 +33,7 @@ pub(super) fn read(
             DiagnosticKind::Inconsistent,
             section.span,
             "grid.refine",
-            "`grid.refine` cannot carry a state: refined points start independently"
-                .to_owned(),
+            "`grid.refine` cannot carry a state: refined points start independently".to_owned(),
         );
         issues.push(order.label("with `grid.order`").remedy(
             "set order = \"independent\", or remove refine; analyses.poincare.refine locates changes along \
@@ -196,7 +195,10 @@ fn fits(section: &Section, issues: &mut Issues, nested: NestedGrid) -> Option<()
         DiagnosticKind::GridTooLarge,
         section.span_of("levels"),
         "grid.refine.levels",
-        format!("the finest grid would have {} points", points(nested.levels)),
+        format!(
+            "the finest grid would have {} points",
+            points(nested.levels)
+        ),
     )
     .label("too many halvings")
     .accepted(format!(

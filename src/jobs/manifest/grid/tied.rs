@@ -80,9 +80,7 @@ fn names(section: &Section, issues: &mut Issues, group: &Node) -> Option<Tie> {
             )
             .label("at least two axes")
             .accepted(spec.accepted())
-            .remedy(
-                "name the axes that advance together, [[\"load\", \"speed\"]], or remove tied",
-            ),
+            .remedy("name the axes that advance together, [[\"load\", \"speed\"]], or remove tied"),
         );
         return None;
     }

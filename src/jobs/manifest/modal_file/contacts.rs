@@ -23,7 +23,10 @@ pub(super) fn read(
                 DiagnosticKind::OutOfRange,
                 root.span_of("contact"),
                 "contact",
-                format!("the file has {} contacts in addition to the flanks", tables.len()),
+                format!(
+                    "the file has {} contacts in addition to the flanks",
+                    tables.len()
+                ),
             )
             .label(format!("at most {MOST} are accepted"))
             .remedy("combine contacts that act as one, or remove some"),

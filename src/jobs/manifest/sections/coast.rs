@@ -78,7 +78,9 @@ fn symmetry(
         unknown_symmetry(
             section,
             issues,
-            format!("the drawing does not determine when a tooth is on the line of centres: {fault}"),
+            format!(
+                "the drawing does not determine when a tooth is on the line of centres: {fault}"
+            ),
         );
         return None;
     }

@@ -32,7 +32,9 @@ pub(super) fn sliding(
     let Some(gears) = drive.gears else {
         if !drive.faulty_drawing && drive.source.is_some() {
             let remedy = match drive.source {
-                Some(StructureSource::Train(_)) => "set mesh.friction = 0: bevel gears have no friction",
+                Some(StructureSource::Train(_)) => {
+                    "set mesh.friction = 0: bevel gears have no friction"
+                }
                 _ => "describe the gears in [gear], or set mesh.friction = 0",
             };
             let message = "friction reverses where teeth pass the pitch point, which only the drawing of a \
@@ -44,7 +46,8 @@ pub(super) fn sliding(
     let drawn = match EvenSharing::new(gears) {
         Ok(drawn) => drawn,
         Err(fault) => {
-            let message = format!("the drawing does not determine the direction of sliding: {fault}");
+            let message =
+                format!("the drawing does not determine the direction of sliding: {fault}");
             unknown(
                 section,
                 issues,

@@ -342,7 +342,9 @@ fn damping_overrides(
             continue;
         };
         let fault = if mode > modes {
-            Some(format!("there is no mode {mode}: the model has {modes} modes"))
+            Some(format!(
+                "there is no mode {mode}: the model has {modes} modes"
+            ))
         } else if mode <= rigid {
             Some(format!(
                 "mode {mode} is a rigid rotation and stays undamped"

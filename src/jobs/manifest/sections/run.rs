@@ -110,9 +110,7 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSetting> {
         let idle: BTreeSet<&str> = all.filter(|key| !own.contains(key)).copied().collect();
         let why = format!("with kernel = \"{name}\"");
         let remedy = match *name {
-            "stepping" => {
-                "remove it, or set its kernel; `steps` sets the accuracy of stepping"
-            }
+            "stepping" => "remove it, or set its kernel; `steps` sets the accuracy of stepping",
             "volterra" | "closed_modes" | "auto" => "remove it, or set its kernel",
             _ => "remove it; `cells` sets the unit steps of a table kernel, which is exact",
         };

@@ -104,7 +104,8 @@ fn too_fine(
         (Some(table), None) => (table, "outer", thin),
         _ => (&tables[shaft], "element", None),
     };
-    let remedy = "lengthen the elements of the shaft (train.shaft.*.element), or merge thin sections";
+    let remedy =
+        "lengthen the elements of the shaft (train.shaft.*.element), or merge thin sections";
     let fault = Diagnostic::new(
         DiagnosticKind::OutOfRange,
         table.span_of(key),

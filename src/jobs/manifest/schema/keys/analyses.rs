@@ -118,7 +118,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Signals whose orders are computed; the choice is the same as for spectra."),
     choice("analyses.nvh.orders.signals.*", SIGNALS, r#""torques""#),
     integer("analyses.nvh.orders.mesh", 0.0, 1000.0, "5").or("10")
-        .about("Highest multiple of the mesh frequency: orders 1, 2, ... up to this."),
+        .about("Highest multiple of the mesh frequency; all multiples from 1 on are computed."),
     integer("analyses.nvh.orders.shafts", 0.0, 1000.0, "8").or("4")
         .about("Highest multiple of the speeds of the pinion's and the wheel's shaft, below the number of teeth. \
                 Averages run over whole revolutions."),

@@ -7,7 +7,8 @@ use crate::manifest::schema::key::{
 use crate::units::Dimension::{Angle, Length, Ratio, Stiffness, Viscosity};
 
 /// One of three keys gives the backlash, or the drawing does.
-const BACKLASH: &str = "from the other backlash keys, or from the drawing if it has thinning or a centre distance";
+const BACKLASH: &str =
+    "from the other backlash keys, or from the drawing if it has thinning or a centre distance";
 
 /// The keys of the two-level law.
 const TWO_LEVELS: &str = "none; required by the two-level law";
