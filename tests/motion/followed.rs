@@ -182,7 +182,7 @@ fn orbits_alone_are_shown_and_drawn() {
     assert_eq!(refused.status.code(), Some(2));
     let errors = String::from_utf8(refused.stderr).unwrap();
     assert!(
-        errors.contains("`second` axis in the manifest's [continuation]"),
+        errors.contains("`second` axis in [continuation] of the manifest"),
         "{errors}"
     );
     assert!(errors.contains("available here: branches\n"), "{errors}");
@@ -242,7 +242,7 @@ fn a_sweep_beside_them_is_explained() {
         all.len()
     );
     assert!(text.contains(&head), "{text}");
-    assert!(text.contains("kind of motion") && text.contains("expected by chance"));
+    assert!(text.contains("class of motion") && text.contains("expected by chance"));
     let names = pictures(folder, &["--what", "branches"]);
     assert_eq!(names, ["branches.svg"]);
     holds(

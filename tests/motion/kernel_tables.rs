@@ -4,6 +4,8 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::{common, place};
+use common::Case;
+use common::advance::{Events, advance_with, settled};
 use gearatlas::model::{Model, TrajectoryState};
 use gearatlas::propagate::{
     DenseError, Dyadic, Fused, KeptTables, Kernel, KernelTable, Spectral, TableArray, Volterra,
@@ -12,8 +14,6 @@ use gearatlas::store::{OperatorFetchError, Origin, TableStore};
 use gearatlas::sweep::build::BuildError;
 use gearatlas::sweep::{KernelTables, Parts};
 use gearatlas::topology::Room;
-use common::Case;
-use common::advance::{Events, advance_with, settled};
 use place::{OSCILLATOR, Place, status, stderr, stdout};
 use serde_json::Value;
 use std::fs;
@@ -358,7 +358,7 @@ fn advice_is_checked_before_it_is_given() {
     let refused = Dyadic::new(&slow, CELLS, 9).map(|_| ());
     let told = BuildError::tables(refused.unwrap_err(), &slow).to_string();
     assert!(
-        told.contains("does not fit either") && told.contains("raise the speed"),
+        told.contains("does not help") && told.contains("raise the speed"),
         "{told}"
     );
     // Damaged files are no fault of the model.

@@ -3,12 +3,12 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use common::advance::{mean_equilibrium, volterra};
+use common::relative_difference;
 use gearatlas::analysis::{Bifurcation, EnergyNorm, OrbitQuestion, OrbitSurvey, survey_orbits};
 use gearatlas::model::{InitialState, Model, TrajectoryState};
 use gearatlas::propagate::{Counters, Kernel};
 use gearatlas::reference::Reference;
-use common::advance::{mean_equilibrium, volterra};
-use common::relative_difference;
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
@@ -339,7 +339,7 @@ fn orbits_are_shown_and_drawn() {
         "leading multiplier",
         "grazing margin",
         "where\n",
-        "searches from given states that led to no orbit",
+        "searches from given states that found no orbit",
     ] {
         assert!(said.contains(wanted), "{wanted}: {said}");
     }

@@ -12,6 +12,9 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::read::ZlibDecoder;
 use gearatlas::analysis::{
     ChaosOutcome, Class, EvidenceOutcome, LyapunovMethod, LyapunovOutcome, NvhOutcome,
     PoincareSample, PointOutcome, SampleKind, Status,
@@ -20,9 +23,6 @@ use gearatlas::report::{PageRequest, results_page};
 use gearatlas::store::{
     AxisColumn, ColumnKind, Placement, PointRow, ResultLayout, ResultTable, ResultWriter, TableKind,
 };
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
-use flate2::read::ZlibDecoder;
 use serde_json::Value;
 
 /// Where the folders are left.
@@ -533,8 +533,8 @@ fn what_has_no_room_is_left_out_and_named() {
     let page = Page::written("grid", &["--most-bytes", &most.to_string()]);
     assert!(size(&page) < most + 4000, "{} of {most}", size(&page));
     let told = page.head["left_out"].to_string();
-    assert!(told.contains("spectra: rows of "), "{told}");
-    assert!(told.contains(" of 80 points are here"), "{told}");
+    assert!(told.contains("spectra: the page has rows of "), "{told}");
+    assert!(told.contains(" of 80 points"), "{told}");
     let points = page.table("points").unwrap();
     assert_eq!(points["kept"], 80, "no point is left out");
     for table in ["orders", "spectra"] {
@@ -587,12 +587,12 @@ fn files_are_not_replaced_unasked_and_other_folders_are_refused() {
     assert_eq!(answer["bytes"], fs::metadata(&out).unwrap().len());
     let text = refusal(&["report", "followed", "--out", "once.html"]);
     assert!(
-        text.contains("`once.html` is there already") && text.contains("--overwrite"),
+        text.contains("`once.html` already exists") && text.contains("--overwrite"),
         "{text}"
     );
     said(&["report", "followed", "--out", "once.html", "--overwrite"]);
     let text = refusal(&["report", "nowhere"]);
-    assert!(text.contains("there is no such folder"), "{text}");
+    assert!(text.contains("the folder does not exist"), "{text}");
     let text = {
         let output = atlas(WRITTEN, &["report", "grid", "--most-bytes", "3 apples"]);
         assert_eq!(output.status.code(), Some(2));
