@@ -4,8 +4,7 @@
 >>> results = gearatlas.run("manifests/quickstart.toml")
 >>> results.points.on_grid("lambda_max")
 
-The program, its manifests and what its tables hold are described in its manual; docs/python.md is the
-page on this package.
+The manual of the program describes manifests and tables; docs/python.md describes this package.
 """
 
 from ._gearatlas import COMMIT, __version__

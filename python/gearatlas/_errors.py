@@ -1,4 +1,4 @@
-"""What can go wrong, said in sentences: the same as those of the command line."""
+"""Errors and warnings, with the messages of the command line."""
 
 from __future__ import annotations
 
@@ -6,25 +6,25 @@ from dataclasses import dataclass
 
 
 class AtlasError(Exception):
-    """Something was refused; the message says what, where, and what to do."""
+    """An error; the message says what is wrong, where, and what to do."""
 
 
 @dataclass(frozen=True)
 class Fault:
-    """One fault of a manifest, an error or a warning."""
+    """One error or warning of a manifest."""
 
     kind: str
     """A short name, such as `wrong-unit`."""
     source: str
     """The file, or `text`, `dict` or `--set`."""
     line: int | None
-    """Line from 1; none where a file cannot be read."""
+    """Line, from 1; None if the file cannot be read."""
     column: int | None
     """Column from 1, in characters."""
     key: str
-    """The dotted key; empty where no key is concerned."""
+    """The dotted key; empty if it concerns no key."""
     message: str
-    """What is wrong, one sentence."""
+    """What is wrong, in one sentence."""
     accepted: str | None
     """What would be accepted."""
     nearest: str | None
@@ -32,19 +32,19 @@ class Fault:
     remedy: str | None
     """What to do."""
     seen_at: str | None
-    """The point of the grid at which it shows, where it is not a fault of every point."""
+    """The first point of the grid with this fault; None if all points have it."""
 
 
 class ManifestWarning(UserWarning):
-    """A manifest has keys without effect, or describes a drive that is unusual; `Manifest.warnings` lists them."""
+    """A manifest has keys that have no effect, or unusual values; `Manifest.warnings` lists them."""
 
 
 class ManifestError(AtlasError, ValueError):
-    """All faults of a manifest at once; the message is what `atlas check` prints."""
+    """All errors of a manifest at once; the message is what `atlas check` prints."""
 
     def __init__(self, text: str, faults: list[dict[str, object]], count: int) -> None:
         super().__init__(text)
         self.faults: list[Fault] = [Fault(**fault) for fault in faults]  # type: ignore[arg-type]
-        """The faults in the order of the text, no more of them than anybody reads."""
+        """The errors and warnings in the order of the text, up to a limit."""
         self.count = count
-        """How many there are."""
+        """Number of all errors."""

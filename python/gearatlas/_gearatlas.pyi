@@ -1,4 +1,4 @@
-"""The compiled half; use what `atlas` exports."""
+"""The compiled half; use what `gearatlas` exports."""
 
 import os
 from collections.abc import Callable
@@ -128,7 +128,7 @@ def run(
     folder: _PathLike,
     *,
     threads: int | None,
-    fresh: bool,
+    overwrite: bool,
     tables: _PathLike,
     max_failures: int | None,
     progress: Callable[[int, int, int, int, int, int, float, bool], object] | None,

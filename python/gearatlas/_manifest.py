@@ -25,9 +25,9 @@ class Axis(NamedTuple):
     name: str
     """`load`, `torque`, `speed`, or a key of the manifest."""
     unit: str
-    """SI unit; `1` where dimensionless."""
+    """SI unit; `1` if dimensionless."""
     values: npt.NDArray[np.float64]
-    """Its values, SI."""
+    """Its values in SI."""
 
 
 class Point:
@@ -38,7 +38,7 @@ class Point:
 
     @property
     def id(self) -> int:
-        """Its number on the grid, or that of the point it was made from."""
+        """Its number on the grid, or the number of the point from which it was changed."""
         return self._inner.id
 
     @property
@@ -53,7 +53,7 @@ class Point:
 
     @property
     def direction(self) -> str | None:
-        """`up` or `down` where the state is carried along an axis."""
+        """`up` or `down` if the state is carried along an axis, else None."""
         return self._inner.direction
 
     def __getitem__(self, key: str) -> float:
@@ -65,7 +65,7 @@ class Point:
         return self._inner.unit(key)
 
     def changed(self, values: Changes | None = None, **more: float | str) -> Point:
-        """The same point where some keys have other values, numbers in SI or texts with units:
+        """The same point with other values of some keys, as numbers in SI or texts with units:
         `point.changed({"mesh.half_gap": "12 um"}, load=0.1)`."""
         return Point(self._inner.changed({**(values or {}), **more}))
 
@@ -74,14 +74,14 @@ class Point:
 
 
 class Manifest:
-    """A manifest without faults: what `atlas check` accepts."""
+    """A manifest without errors, as `atlas check` accepts it."""
 
     def __init__(self, inner: _gearatlas.Manifest) -> None:
         self._inner = inner
 
     @classmethod
     def _warned(cls, inner: _gearatlas.Manifest) -> Manifest:
-        """The manifest, after it was told what it is warned of: where the caller of this package stands."""
+        """The manifest, after its warnings are issued at the line of the caller of this package."""
         if text := inner.warned():
             warnings.warn(text, ManifestWarning, stacklevel=_depth_of_caller())
         return cls(inner)
@@ -95,14 +95,14 @@ class Manifest:
     def from_text(
         cls, text: str, set: Changes | None = None, folder: str | os.PathLike[str] = ""
     ) -> Manifest:
-        """The manifest that a text is; paths in it start at `folder`."""
+        """The manifest in a text. Relative paths in it start at `folder`."""
         return cls._warned(_gearatlas.Manifest.from_text(text, dict(set or {}), "text", folder))
 
     @classmethod
     def from_dict(
         cls, tables: Mapping[str, Any], set: Changes | None = None, folder: str | os.PathLike[str] = ""
     ) -> Manifest:
-        """The manifest that a dictionary of tables is; faults show the lines of its text."""
+        """The manifest in a dictionary of tables. Errors quote lines of its TOML text."""
         return cls._warned(_gearatlas.Manifest.from_dict(dict(tables), dict(set or {}), folder))
 
     @property
@@ -112,32 +112,32 @@ class Manifest:
 
     @property
     def hash(self) -> str:
-        """Hash over what matters to physics."""
+        """Hash over everything that affects the physics."""
         return self._inner.hash
 
     @property
     def text(self) -> str:
-        """The text, as it was read or made."""
+        """The TOML text of the manifest."""
         return self._inner.text
 
     @property
     def changes(self) -> list[str]:
-        """Keys that have other values than in the text, as `KEY=VALUE`."""
+        """Keys with other values than in the text, as `KEY=VALUE`."""
         return self._inner.changes
 
     @property
     def warnings(self) -> list[Fault]:
-        """Keys without effect, and what else is unusual, in the order of the text."""
+        """Warnings, such as keys that have no effect, in the order of the text."""
         return [Fault(**warning) for warning in self._inner.warnings()]  # type: ignore[arg-type]
 
     @property
     def seed(self) -> int:
-        """Root of the random streams."""
+        """Seed of the random streams."""
         return self._inner.seed
 
     @property
     def keys(self) -> list[str]:
-        """Keys that the drive depends on continuously: those that points can change."""
+        """Keys on which the drive depends continuously. Points can change these."""
         return self._inner.keys
 
     @property
@@ -147,12 +147,12 @@ class Manifest:
 
     @property
     def grid(self) -> Table:
-        """The points of the grid: their numbers, and the value of every axis."""
+        """The points of the grid with their numbers and the value of every axis."""
         return Table(self._inner.grid())
 
     @property
     def points(self) -> list[dict[str, Any]]:
-        """The same as dictionaries."""
+        """The points of the grid as dictionaries."""
         return self.grid.to_dicts()
 
     def __len__(self) -> int:
@@ -160,7 +160,7 @@ class Manifest:
         return len(self._inner)
 
     def point(self, id: int = 0, values: Changes | None = None, **more: float | str) -> Point:
-        """The point of a number, or one like it where some keys have other values:
+        """The point with a number, optionally with other values of some keys:
         `manifest.point(load=0.2, speed="10000 rpm")`."""
         return Point(self._inner.point(id, {**(values or {}), **more}))
 
@@ -170,7 +170,7 @@ class Manifest:
 
 
 def _depth_of_caller() -> int:
-    """How many frames above the caller of this the first one outside the package is."""
+    """How many frames above the calling function the first one outside the package is."""
     depth, frame = 1, sys._getframe(1)
     while frame.f_back is not None and frame.f_globals.get("__package__") == __package__:
         depth, frame = depth + 1, frame.f_back
@@ -183,14 +183,14 @@ Source = Manifest | str | os.PathLike[str] | Mapping[str, Any]
 def load(source: Source, set: Changes | None = None) -> Manifest:
     """A manifest from a file, a text or a dictionary.
 
-    A text with a line break in it is a manifest, one without is the path of a file. `set` gives keys
-    other values, as `--set` does: `set={"mesh.half_gap": "20 um", "run.cycles": 2000}`; None takes a
-    key out. Raises `ManifestError` with all faults at once; keys without effect are a `ManifestWarning`.
+    A text with a line break is a manifest; a text without one is the path of a file. `set` changes keys, as `--set`
+    does: `set={"mesh.half_gap": "20 um", "run.cycles": 2000}`. The value None removes a key. Raises `ManifestError` with
+    all errors at once. Keys that have no effect give a `ManifestWarning`.
     """
     if isinstance(source, Manifest):
         if not set:
             return source
-        raise TypeError("set= changes a manifest where it is read; this one was read before")
+        raise TypeError("set= changes a manifest when it is read, but this one has been read; load it again from its file or text with set=")
     if isinstance(source, Mapping):
         return Manifest.from_dict(source, set)
     if isinstance(source, str) and "\n" in source:

@@ -18,20 +18,19 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Image:
-    """Where states come to after some mesh cycles. Of states that could not be integrated everything is
-    NaN."""
+    """States after some mesh cycles. All values are NaN for states that could not be integrated."""
 
     states: Floats
     """The states, (n, 2N)."""
     jacobian: Floats | None
-    """`jacobian[s, i, j]`: derivative of component i at the end by component j at the start, (n, 2N, 2N);
-    saltation at events included."""
+    """`jacobian[s, i, j]`: derivative of component i at the end with respect to component j at the start, (n, 2N, 2N).
+    It includes saltation at events."""
     tangents: Floats | None
-    """The tangents that were given, at the end, (n, k, 2N)."""
+    """The given tangents, mapped to the end, (n, k, 2N)."""
     by: dict[str, Floats]
-    """Derivatives by keys of the manifest in SI, at fixed mesh phase, (n, 2N) each."""
+    """Derivatives with respect to keys of the manifest, in SI and at fixed mesh phase, (n, 2N) each."""
     events: Table | None
-    """Events, one a row, with the row of the `state` that met it."""
+    """Events, one per row, with the row of their `state`."""
     stops: dict[int, str]
     """Rows of states that could not be integrated, and why."""
 
@@ -39,13 +38,13 @@ class Image:
 class CycleMap:
     """The map of an operating point over whole mesh cycles: `map(states)`.
 
-    States are rows of 2N numbers, in the coordinates that the kernel integrates: with modal damping
-    modal displacements [m sqrt(kg)], then modal velocities [m sqrt(kg)/s], rigid motions turned so that
-    the mesh feels one of them (`from_modal` and `to_modal` know how). The bits are those of a run,
-    for any number of threads and states.
+    States are rows of 2N numbers, in the coordinates that the kernel integrates. With modal damping these are modal
+    displacements [m sqrt(kg)], then modal velocities [m sqrt(kg)/s]. Rigid motions are rotated so that only one of them
+    deflects the mesh; `from_modal` and `to_modal` convert. The bits are those of a run, for any number of threads and
+    states.
 
-    Which contacts are closed follows from a state. The map of a drive whose excitation does not repeat
-    with the mesh depends on the cycle: `base_period` says after how many it is the same again.
+    The state determines which contacts are closed. If the excitation does not repeat every mesh cycle, the map depends
+    on the cycle; it repeats after `base_period` cycles.
     """
 
     def __init__(
@@ -64,7 +63,7 @@ class CycleMap:
         return Point(self._inner.point)
 
     def at(self, values: Changes | None = None, **more: float | str) -> CycleMap:
-        """The map where some keys of the manifest have other values: `map.at(load=0.1)`."""
+        """The map with other values of some keys of the manifest: `map.at(load=0.1)`."""
         threads, tables = self._asked
         return CycleMap(self.point.changed(values, **more), threads=threads, tables=tables)
 
@@ -95,18 +94,17 @@ class CycleMap:
 
     @property
     def base_period(self) -> int | None:
-        """Mesh cycles after which the map is the same again; none where it never is."""
+        """Mesh cycles after which the map repeats; None if it never does."""
         return self._inner.base_period
 
     @property
     def kernel(self) -> str:
-        """The kernel, `run.kernel` of the manifest. `volterra` is kept between calls; others are built
-        at each."""
+        """The kernel, `run.kernel` of the manifest. `volterra` is kept between calls; others are built in each call."""
         return self._inner.kernel
 
     @property
     def felt(self) -> npt.NDArray[np.intp]:
-        """Components of a state that something feels: all but those of rotations of the whole drive."""
+        """Components of a state that affect the motion: all except rotations of the whole drive."""
         return self._inner.felt.astype(np.intp)
 
     @property
@@ -119,8 +117,7 @@ class CycleMap:
         return self._inner.start()
 
     def from_modal(self, displacement: npt.ArrayLike, velocity: npt.ArrayLike) -> Floats:
-        """The state of modal displacements and velocities of the structure, as `trace` and manifests
-        have them, (2N,)."""
+        """The state from modal displacements and velocities of the structure, as in `trace` and manifests, (2N,)."""
         return self._inner.state_of_modal(_floats(displacement), _floats(velocity))
 
     def to_modal(self, states: npt.ArrayLike) -> tuple[Floats, Floats]:
@@ -129,8 +126,8 @@ class CycleMap:
         return displacement, velocity
 
     def deflection(self, states: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """Mesh deflection [m] and its rate [m/s] of states at the start of the first mesh cycle of a base
-        period, (n,) each."""
+        """Mesh deflection [m] and its rate [m/s] of states at the start of the first mesh cycle of a base period, (n,)
+        each."""
         deflection, rate = self._inner.deflection(self._rows(states))
         return deflection, rate
 
@@ -151,17 +148,15 @@ class CycleMap:
         by: Iterable[str] = (),
         events: bool = False,
     ) -> Image:
-        """Maps states, (n, 2N) or one of (2N,), over some mesh cycles, the first of which has the number
-        `first_cycle`.
+        """Maps states, (n, 2N) or (2N,), over some mesh cycles. The first of these has the number `first_cycle`.
 
-        * `jacobian`: gives the derivatives by the states, too.
-        * `tangents`: vectors (n, k, 2N) that the derivatives are applied to, which takes less than all
-          of them.
-        * `by`: keys of the manifest to differentiate by: `load`, `speed`, `mesh.half_gap`, ...
-        * `events`: gives the events, too.
+        * `jacobian`: also returns the derivatives with respect to the states.
+        * `tangents`: vectors (n, k, 2N) to which the derivatives are applied, which is faster than the full Jacobian.
+        * `by`: keys of the manifest to differentiate with respect to: `load`, `speed`, `mesh.half_gap`, ...
+        * `events`: also returns the events.
         """
         if jacobian and tangents is not None:
-            raise ValueError("give tangents, or ask for the jacobian: not both at once")
+            raise ValueError("give tangents= or jacobian=True, not both")
         keys = list(by)
         vectors = None if tangents is None else _floats(tangents)
         ends, columns, along, met, stops = self._inner.image(

@@ -1,4 +1,4 @@
-"""Single trajectories, and the structure they move in."""
+"""Single trajectories, and the structure of a point."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ class Trace:
     """A recorded trajectory."""
 
     samples: Table
-    """One row an instant: `time`, `deflection`, `velocity`, `force`, `contact`, bearing forces, and where
-    asked for `displacement` and `modal_velocity`, one element a mode."""
+    """One row per instant: `time`, `deflection`, `velocity`, `force`, `contact`, bearing forces. With `modal`, also
+    `displacement` and `modal_velocity`, one element per mode."""
     events: Table
-    """One row a change of contact state."""
+    """One row per change of contact state."""
     stop: str | None
-    """Why the integration ended early, where it did."""
+    """Why the integration ended early; None if it did not."""
 
 
 def trace(
@@ -36,11 +36,12 @@ def trace(
 ) -> Trace:
     """Records a trajectory, as `atlas trace` does.
 
-    * `cycles`: mesh cycles recorded, behind `skip` others (by default `run.transient`).
-    * `samples_per_cycle`: evenly spaced, the first at mesh phase 0.
-    * `modal`: records modal displacements [m sqrt(kg)] and velocities, too.
-    * `outputs`: records torques, accelerations and rotations, too.
-    * `swept`: starts where the sweep that the manifest asks for has come to, not from `run.initial`.
+    * `cycles`: mesh cycles to record.
+    * `skip`: mesh cycles to discard before these, by default `run.transient`.
+    * `samples_per_cycle`: samples per mesh cycle, evenly spaced from mesh phase 0.
+    * `modal`: also records modal displacements [m sqrt(kg)] and velocities.
+    * `outputs`: also records torques, accelerations and rotations.
+    * `swept`: starts from the sweep of the manifest up to this point, not from `run.initial`.
     """
     samples, events, stop = _gearatlas.trace(
         point._inner,
@@ -57,19 +58,19 @@ def trace(
 
 @dataclass(frozen=True)
 class Structure:
-    """What moves at an operating point."""
+    """The structure and its mesh at an operating point."""
 
     modes: Table
-    """One row a retained mode: `frequency`, `damping`, participations in deflection, torque, friction."""
+    """One row per retained mode: `frequency`, `damping`, participations in deflection, torque, friction."""
     natural: Table
-    """Natural frequencies in ascending order, contacts `open` and `closed`, and their decay."""
+    """Natural frequencies in ascending order with contacts `open` and `closed`, and their decay."""
     mesh: Table
-    """Over the mesh phase: stiffness, damping and gap of the drive flanks, imposed error."""
+    """Stiffness, damping and gap of the drive flanks, and imposed error, over the mesh phase."""
 
 
 def structure(
     point: Point, *, samples: int = 256, tables: str | os.PathLike[str] = "tables"
 ) -> Structure:
-    """The structure of a point, and its mesh at `samples` even phases."""
+    """The structure of a point, and its mesh at `samples` evenly spaced phases."""
     found = _gearatlas.structure(point._inner, samples=samples, tables=tables)
     return Structure(*(Table(table) for table in found))

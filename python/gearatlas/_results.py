@@ -1,4 +1,4 @@
-"""Folders of results: every table, the records of their runs."""
+"""Folders of results: their tables and the records of their runs."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from ._table import Table
 
 
 class Results:
-    """A folder of results. Tables are read when they are asked for, and held against the checksums of
-    the run's record."""
+    """A folder of results. Tables are read on first use and compared with the checksums in the record of the run."""
 
     def __init__(
         self, folder: str | os.PathLike[str], kept: TemporaryDirectory[str] | None = None
@@ -28,7 +27,7 @@ class Results:
 
     @property
     def tables(self) -> list[str]:
-        """Names of the tables that are there."""
+        """Names of the tables in the folder."""
         return _gearatlas.present_tables(self.folder)
 
     def table(self, name: str) -> Table:
@@ -39,89 +38,89 @@ class Results:
 
     @cached_property
     def records(self) -> list[dict[str, Any]]:
-        """The records of the runs (`run.json`), one a shard."""
+        """The records of the runs (`run.json`), one per shard."""
         return [json.loads(text) for text in _gearatlas.read_runs(self.folder)]
 
     @property
     def record(self) -> dict[str, Any]:
         """The record of the run: totals, machine, program, warnings."""
         if len(self.records) != 1:
-            raise AtlasError(f"{self.folder} has {len(self.records)} records; see `records`")
+            raise AtlasError(f"{self.folder} has {len(self.records)} records, one per shard; use `records`")
         return self.records[0]
 
     @property
     def points(self) -> Table:
-        """One row an operating point."""
+        """One row per operating point."""
         return self.table("points")
 
     @property
     def poincare(self) -> Table:
-        """One row a sample on a section of phase space."""
+        """One row per sample on a section of phase space."""
         return self.table("poincare")
 
     @property
     def spectra(self) -> Table:
-        """One row a line of a spectrum."""
+        """One row per line of a spectrum."""
         return self.table("spectra")
 
     @property
     def orders(self) -> Table:
-        """One row an order of a signal."""
+        """One row per order of a signal."""
         return self.table("orders")
 
     @property
     def probes(self) -> Table:
-        """One row an initial condition."""
+        """One row per initial condition."""
         return self.table("probes")
 
     @property
     def attractors(self) -> Table:
-        """One row an attractor of a point."""
+        """One row per attractor of a point."""
         return self.table("attractors")
 
     @property
     def basins(self) -> Table:
-        """One row a cell of a slice of initial states."""
+        """One row per cell of a slice of initial states."""
         return self.table("basins")
 
     @property
     def orbits(self) -> Table:
-        """One row a periodic orbit."""
+        """One row per periodic orbit."""
         return self.table("orbits")
 
     @property
     def transitions(self) -> Table:
-        """One row a change of motion between neighbours of a chain."""
+        """One row per change of motion between neighbours of a chain."""
         return self.table("transitions")
 
     @property
     def horizon(self) -> Table:
-        """One row a quantity over a number of mesh cycles."""
+        """One row per quantity over a number of mesh cycles."""
         return self.table("horizon")
 
     @property
     def branches(self) -> Table:
-        """One row an orbit of a branch."""
+        """One row per orbit of a branch."""
         return self.table("branches")
 
     @property
     def bifurcations(self) -> Table:
-        """One row a bifurcation of a branch."""
+        """One row per bifurcation of a branch."""
         return self.table("bifurcations")
 
     @property
     def curves(self) -> Table:
-        """One row a point of a bifurcation curve."""
+        """One row per point of a bifurcation curve."""
         return self.table("curves")
 
     @property
     def trace(self) -> Table:
-        """One row an instant of a traced trajectory."""
+        """One row per instant of a traced trajectory."""
         return self.table("trace")
 
     @property
     def events(self) -> Table:
-        """One row a change of contact state of a traced trajectory."""
+        """One row per change of contact state of a traced trajectory."""
         return self.table("events")
 
     def __repr__(self) -> str:
@@ -132,5 +131,5 @@ def open(folder: str | os.PathLike[str]) -> Results:
     """The results in a folder that `gearatlas.run`, `gearatlas.follow` or the command line wrote."""
     results = Results(folder)
     if not results.tables:
-        raise AtlasError(f"no results in `{folder}`; give the folder that `atlas run` wrote")
+        raise AtlasError(f"no results in `{folder}`; give a folder that `atlas run` wrote")
     return results

@@ -91,23 +91,22 @@ def run(
     set: dict[str, Any] | None = None,
     threads: int | None = None,
     progress: bool | Callable[[Progress], object] = True,
-    fresh: bool = False,
+    overwrite: bool = False,
     max_failures: int | None = None,
     tables: str | os.PathLike[str] = "tables",
 ) -> Results:
-    """Computes every point of a manifest, or what an interrupted run left, as `atlas run` does.
+    """Computes the points of a manifest, or continues an interrupted run, as `atlas run` does.
 
-    * `out`: folder of the results. Without one they are in a temporary folder, which is there as long
-      as what is returned.
-    * `threads`: worker threads; one a core where left out. The results have the same bits for any.
-    * `progress`: a bar by tqdm where that is installed, or a function that is called with a `Progress`
-      some times a second; False for none.
-    * `fresh`: computes results that are there already again.
-    * `max_failures`: calls the run off once so many points have failed.
+    * `out`: folder of the results. By default, a temporary folder that lives as long as the returned object.
+    * `threads`: number of worker threads, by default one per core. The results have the same bits for any number.
+    * `progress`: True for a progress bar (if tqdm is installed), False for none, or a function that is called with a
+      `Progress` several times per second.
+    * `overwrite`: replaces the results in the folder and discards an interrupted run.
+    * `max_failures`: stops the run after this many failed points.
     * `tables`: folder of computed tables, a cache.
 
-    Ctrl-C (`KeyboardInterrupt`) ends a run within a fraction of a second; what is finished is in the
-    folder, and the same call, or `atlas run` with the same folder, goes on from there.
+    Ctrl-C (`KeyboardInterrupt`) ends a run within a fraction of a second. Finished points are kept in the folder. The
+    same call, or `atlas run` with the same folder, continues.
     """
     job = load(manifest, set)
     kept = TemporaryDirectory(prefix="atlas-") if out is None else None
@@ -123,7 +122,7 @@ def run(
             job._inner,
             folder,
             threads=threads,
-            fresh=fresh,
+            overwrite=overwrite,
             tables=tables,
             max_failures=max_failures,
             progress=tell if voice is not None else None,
@@ -149,11 +148,10 @@ def follow(
     progress: Callable[[str], object] | None = None,
     tables: str | os.PathLike[str] = "tables",
 ) -> Results:
-    """Follows periodic orbits over an axis of the grid through their bifurcations, as `atlas follow`
-    does: the tables `branches`, `bifurcations` and, with a second axis, `curves`.
+    """Follows periodic orbits along an axis of the grid and through their bifurcations, as `atlas follow` does.
 
-    `progress` is called with a sentence for every line of the grid that is done. Other arguments are
-    those of `run`; after Ctrl-C nothing is written.
+    The results have the tables `branches`, `bifurcations` and, with a second axis, `curves`. `progress` is called with a
+    sentence for every finished line of the grid. Other arguments are those of `run`. After Ctrl-C nothing is written.
     """
     job = load(manifest, set)
     kept = TemporaryDirectory(prefix="atlas-") if out is None else None

@@ -1,4 +1,4 @@
-"""Tables: Arrow for whoever takes it, NumPy, pandas and polars, with their units."""
+"""Tables as Arrow, NumPy, pandas and polars, with their units."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _AS_PINT = {"": "", "1": "", "mesh cycles": "", "1/cycle": "", "half gaps": ""}
 
 
 class Table:
-    """A table; `table["speed"]` is a column as an array of NumPy.
+    """A table; `table["speed"]` is a column as a NumPy array.
 
-    Whoever takes Arrow takes a table as it is and copies nothing: `polars.DataFrame(table)`,
-    `pyarrow.table(table)`, `duckdb.sql("select * from table")`.
+    Libraries that accept Arrow accept a table without copying: `polars.DataFrame(table)`, `pyarrow.table(table)`,
+    `duckdb.sql("select * from table")`.
     """
 
     def __init__(self, inner: _gearatlas.Table) -> None:
@@ -48,27 +48,27 @@ class Table:
 
     @property
     def units(self) -> dict[str, str]:
-        """SI unit of every column; `1` where dimensionless, empty for texts and truth values."""
+        """SI unit of every column; `1` if dimensionless, empty for texts and truth values."""
         return {name: self._inner.told(name).get("unit", "") for name in self.columns}
 
     @property
     def descriptions(self) -> dict[str, str]:
-        """What every column is, one sentence."""
+        """Description of every column."""
         return {name: self._inner.told(name).get("description", "") for name in self.columns}
 
     @property
     def metadata(self) -> dict[str, str]:
-        """What the table's file says of itself."""
+        """Metadata of the table's file."""
         return self._inner.metadata
 
     def elements(self, name: str) -> list[str]:
-        """Names of the elements of a column's lists; empty where they are only numbered."""
+        """Names of the elements of a column's lists; empty if they are only numbered."""
         names: list[str] = json.loads(self._inner.told(name).get("elements", "[]"))
         return names
 
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
-        """A column: numbers with NaN where there is none, whole numbers as they are if none is
-        missing, lists as the rows of a matrix with NaN behind their ends, texts as objects."""
+        """A column. Missing numbers are NaN; whole numbers stay whole if none is missing. Lists are rows of a matrix,
+        filled with NaN. Texts are objects."""
         column = self._inner.column(name)
         if isinstance(column, list):
             return np.array(column, dtype=object)
@@ -82,19 +82,18 @@ class Table:
         return {name: self[name] for name in self.columns}
 
     def to_dicts(self) -> list[dict[str, Any]]:
-        """The rows as dictionaries; None where there is no value, lists as `table[name]` has them."""
+        """The rows as dictionaries; a missing value is None, and lists are as in `table[name]`."""
         columns = {name: self[name].tolist() for name in self.columns}
         rows = (dict(zip(columns, row)) for row in zip(*columns.values()))
         return [{name: None if value != value else value for name, value in row.items()} for row in rows]
 
     def to_pyarrow(self) -> pyarrow.Table:
-        """As a table of pyarrow; nothing is copied."""
+        """As a pyarrow table, without copying."""
         table: pyarrow.Table = optional("pyarrow", "pyarrow").table(self)
         return table
 
     def to_pandas(self) -> pandas.DataFrame:
-        """As a data frame of pandas (by pyarrow); `frame.attrs["units"]` and `["descriptions"]` say
-        what its columns are."""
+        """As a pandas data frame (needs pyarrow). `frame.attrs["units"]` and `["descriptions"]` describe its columns."""
         optional("pandas", "pandas pyarrow")
         frame = self.to_pyarrow().to_pandas()
         frame.attrs["units"] = self.units
@@ -102,21 +101,21 @@ class Table:
         return frame
 
     def to_polars(self) -> polars.DataFrame:
-        """As a data frame of polars; nothing is copied."""
+        """As a polars data frame, without copying."""
         frame: polars.DataFrame = optional("polars", "polars").DataFrame(self)
         return frame
 
     def quantity(self, name: str) -> Any:
-        """A column as a quantity of pint."""
+        """A column as a pint quantity."""
         pint = optional("pint", "pint")
         unit = self.units[name]
         unit = _AS_PINT.get(unit, unit.replace("sqrt(kg)", "kg**0.5").replace(" ", " * "))
         return pint.Quantity(self[name], unit)
 
     def on_grid(self, name: str, direction: str | None = None) -> npt.NDArray[Any]:
-        """A column over the axes of the grid, one dimension an axis, in the order of
-        `metadata["axes"]`, values ascending; NaN (None) where there is no point. Of a sweep that
-        went up and down (`grid.order = "both"`) the one of `direction`, `"up"` or `"down"`."""
+        """A column over the axes of the grid, one dimension per axis, in the order of `metadata["axes"]` with ascending
+        values. Missing points are NaN (or None). For a sweep in both directions (`grid.order = "both"`), choose
+        `direction="up"` or `"down"`."""
         axes: list[str] = json.loads(self.metadata["axes"])
         values = self[name]
         if values.ndim != 1:
@@ -124,9 +123,9 @@ class Table:
         ways = self["direction"] if "direction" in self.columns else np.full(self.rows, None)
         known = sorted({way for way in ways if way is not None})
         if direction is None and len(known) > 1:
-            raise ValueError("the sweep went up and down; choose direction='up' or direction='down'")
+            raise ValueError("the sweep has both directions; choose direction='up' or direction='down'")
         if direction is not None and direction not in known:
-            raise ValueError(f"no point was reached by a sweep {direction!r}, but by {known or 'none'}")
+            raise ValueError(f"no sweep has the direction {direction!r}; directions are {known or 'none'}")
         kept = (ways == direction) if direction is not None else np.full(self.rows, True)
         places = [np.unique(self[axis], return_inverse=True) for axis in axes]
         kind: Any = float if values.dtype.kind in "fiu" else object

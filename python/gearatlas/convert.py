@@ -30,13 +30,13 @@ SECOND = {"contact": "force", "bearing": "rate"}
 def read(path: str | os.PathLike[str], gyroscopic_at: float | None = None) -> Matrices:
     """The structure in an `.npz` file, or in a `.toml` file that names Matrix Market files.
 
-    `gyroscopic_at`: the pinion speed that G holds at [rad/s], where it is not by rad/s. Raises `StructureError`,
+    `gyroscopic_at`: the pinion speed [rad/s] for which G is given; by default G is per rad/s. Raises `StructureError`,
     which names the file and the array.
     """
     source = Path(path)
     readers = {".npz": _npz, ".toml": _toml}
     if source.suffix not in readers:
-        raise StructureError(f"{source}: neither .npz nor .toml; docs/modal-files.md says what these hold")
+        raise StructureError(f"{source}: neither .npz nor .toml; docs/modal-files.md describes both")
     try:
         found = readers[source.suffix](source)
     except OSError as error:
@@ -50,10 +50,10 @@ def _npz(path: Path) -> dict[str, Any]:
         with np.load(path, allow_pickle=False) as arrays:
             found = {name: arrays[name] for name in arrays.files}
     except (ValueError, zipfile.BadZipFile, EOFError) as error:
-        raise StructureError(f"{path}: is no .npz file of numbers ({error}); write it by numpy.savez") from error
+        raise StructureError(f"{path}: is not an .npz file of numbers ({error}); write it with numpy.savez") from error
     for name, array in found.items():
         if array.dtype.kind not in "iufc":
-            raise StructureError(f"{path}: `{name}` holds {array.dtype}, no numbers; leave it out, or make it float64")
+            raise StructureError(f"{path}: `{name}` holds {array.dtype}, not numbers; remove it, or convert it to float64")
     return found
 
 
@@ -106,18 +106,18 @@ def _no_market(matrix: Path, error: ValueError) -> str:
         columns = 0
     if columns == 5:
         return (
-            f"{matrix} has lines of node, freedom, node, freedom, value, as Abaqus writes .mtx files, and is no Matrix "
+            f"{matrix} has lines of node, freedom, node, freedom, value, as Abaqus writes .mtx files, and is not a Matrix "
             "Market file; number the freedoms of the nodes, fill a scipy.sparse.coo_array with both triangles, and "
-            "write it by scipy.io.mmwrite"
+            "write it with scipy.io.mmwrite"
         )
     if columns == 3:
         return (
             f"{matrix} has lines of row, column, value without a head, as Abaqus writes .mtx files with "
-            "FORMAT=COORDINATE, and is no Matrix Market file; put two lines on top, "
-            "`%%MatrixMarket matrix coordinate real general` and `ROWS COLUMNS LINES` (`symmetric` for `general` where "
+            "FORMAT=COORDINATE, and is not a Matrix Market file; add two lines at the top, "
+            "`%%MatrixMarket matrix coordinate real general` and `ROWS COLUMNS LINES` (`symmetric` instead of `general` if "
             "the lines hold one triangle)"
         )
-    return f"{matrix} is no Matrix Market file ({error}); write it by scipy.io.mmwrite"
+    return f"{matrix} is not a Matrix Market file ({error}); write it with scipy.io.mmwrite"
 
 
 def _by_freedom(path: Path, name: str, value: Mapping[str, Any], size: int) -> Vector:
@@ -127,7 +127,7 @@ def _by_freedom(path: Path, name: str, value: Mapping[str, Any], size: int) -> V
         if not 1 <= place <= size:
             raise StructureError(f"{path}: `{name}` has freedom {place}; `M` has 1 to {size}")
         if isinstance(entry, bool) or not isinstance(entry, int | float):
-            raise StructureError(f"{path}: `{name}.{freedom}` is no number")
+            raise StructureError(f"{path}: `{name}.{freedom}` is not a number")
         direction[place - 1] = entry
     return direction
 
@@ -146,17 +146,17 @@ def _structure(found: dict[str, Any], source: str, gyroscopic_at: float | None) 
     for name in found:
         if name not in known:
             raise StructureError(
-                f"{source}: `{name}` is none of the names that are read: {', '.join(sorted(known))}, "
+                f"{source}: `{name}` is not a known name; known are {', '.join(sorted(known))}, "
                 "contact.NAME, bearing.NAME"
             )
     for name in ("M", "K", "teeth", "rated_force"):
         if name not in found:
-            raise StructureError(f"{source}: `{name}` is missing; docs/modal-files.md lists what is needed")
+            raise StructureError(f"{source}: `{name}` is missing; docs/modal-files.md lists what is required")
     numbers = {name: _number(source, name, found[name]) for name in NUMBERS if name in found}
     matrices = {name: found[name] for name in MATRICES if name in found}
     if gyroscopic_at is not None:
         if "G" not in matrices or not (np.isfinite(gyroscopic_at) and gyroscopic_at != 0.0):
-            raise StructureError(f"{source}: a speed of `G` needs a matrix `G`, and is not 0")
+            raise StructureError(f"{source}: a speed of `G` needs a matrix `G`, and must not be 0")
         matrices["G"] = matrices["G"] / gyroscopic_at
     return Matrices(
         **matrices,
@@ -202,16 +202,16 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m gearatlas.convert", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("structure", type=Path, help=".npz file of arrays, or .toml file that names .mtx files")
     parser.add_argument("--out", type=Path, help="modal file [default: NAME.modal.toml beside the structure]")
-    parser.add_argument("--modes", type=int, help="how many of the lowest modes [default: all]")
-    parser.add_argument("--damping", type=float, default=0.0, help="ratio of elastic modes, on top of C [default: 0]")
+    parser.add_argument("--modes", type=int, help="number of modes to write, the lowest first [default: all]")
+    parser.add_argument("--damping", type=float, default=0.0, help="damping ratio of elastic modes, in addition to C [default: 0]")
     parser.add_argument(
-        "--gyroscopic-at", type=float, metavar="RAD/S", help="pinion speed that G holds at [default: G is by rad/s]"
+        "--gyroscopic-at", type=float, metavar="RAD/S", help="pinion speed for which G is given [default: G is per rad/s]"
     )
-    parser.add_argument("--overwrite", action="store_true", help="replace a file that is there already")
+    parser.add_argument("--overwrite", action="store_true", help="replace a file that already exists")
     given = parser.parse_args(arguments)
     out = given.out or given.structure.with_suffix(".modal.toml")
     if out.exists() and not given.overwrite:
-        print(f"{out} is there already: choose another with --out, or replace it with --overwrite", file=sys.stderr)
+        print(f"{out} already exists: choose another file with --out, or replace it with --overwrite", file=sys.stderr)
         return 2
     try:
         file = write(read(given.structure, given.gyroscopic_at), out, given.modes, given.damping)

@@ -1,6 +1,6 @@
 """Writes result tables for NumPy, MATLAB or Excel: `python -m gearatlas.export results/flex80 --format mat`.
 
-CSV and Arrow files are written by the program itself: `atlas export`.
+`atlas export` writes CSV and Arrow files.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _Tables = dict[str, tuple[Table, list[str]]]
 
 
 def _chosen(results: Results, tables: Sequence[str], columns: Sequence[str]) -> _Tables:
-    """The tables asked for with their columns asked for; those without any are left out."""
+    """The chosen tables with their chosen columns; tables without any are omitted."""
     unknown = [name for name in tables if name not in results.tables]
     if unknown:
         raise AtlasError(f"`{results.folder}` has no table `{unknown[0]}`; it has {', '.join(results.tables)}")
@@ -45,8 +45,8 @@ def _chosen(results: Results, tables: Sequence[str], columns: Sequence[str]) -> 
 def _exact(table: str, column: str, values: np.ndarray[Any, Any], format: str) -> None:
     if values.dtype.kind == "u" and values.size and values.max() > _EXACT:
         raise AtlasError(
-            f"column `{column}` of table `{table}` has the whole number {values.max()}, which the numbers of {format} do "
-            f"not hold to the last digit: leave it out with --columns, or choose npz"
+            f"column `{column}` of table `{table}` has the whole number {values.max()}, which {format} cannot store "
+            f"exactly: exclude it with --columns, or choose npz"
         )
 
 
@@ -123,15 +123,15 @@ def _xlsx(chosen: _Tables, stem: str) -> dict[str, Callable[[Path], None]]:
         for found, most, what in ((table.rows, _MOST_ROWS, "rows"), (width, _MOST_COLUMNS, "columns")):
             if found > most:
                 raise AtlasError(
-                    f"table `{name}` has {found} {what}, and a worksheet of Excel holds {most}: "
-                    f"choose columns with --columns, or npz"
+                    f"table `{name}` has {found} {what}, but a worksheet of Excel holds at most {most}: "
+                    f"choose columns with --columns, or choose npz"
                 )
         for column in columns:
             values = table[column]
             _exact(name, column, values, "Excel")
             texts = [text for text in values.tolist() if isinstance(text, str)] if values.dtype == object else []
             if max(map(len, texts), default=0) > _MOST_CHARACTERS:
-                raise AtlasError(f"column `{column}` of table `{name}` has a text longer than a cell of Excel holds")
+                raise AtlasError(f"column `{column}` of table `{name}` has a text too long for a cell of Excel: exclude it with --columns, or choose npz")
 
     def write(path: Path) -> None:
         book = openpyxl.Workbook(write_only=True)
@@ -164,14 +164,14 @@ def export(
     overwrite: bool = False,
 ) -> list[Path]:
     """Writes the tables of a folder of results as `npz` (NumPy), `mat` (MATLAB) or `xlsx` (Excel) into `out`, by default
-    `export` in the folder; returns the files. A file has its name only when it is whole."""
+    `export` in the folder, and returns the files. Files appear under their names only when complete."""
     results = open(folder)
     place = Path(out) if out is not None else results.folder / "export"
     chosen = _chosen(results, tables, columns)
     files = _FORMATS[format](chosen, results.folder.resolve().name)
     for name in files:
         if (place / name).exists() and not overwrite:
-            raise AtlasError(f"`{place / name}` is there already: choose another folder, or replace it with overwrite")
+            raise AtlasError(f"`{place / name}` already exists: choose another folder, or replace it with overwrite")
     place.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(dir=place) as unfinished:
         for name, write in files.items():
@@ -189,10 +189,10 @@ def _main() -> None:
     parser.add_argument("folder", help="folder that `atlas run`, `atlas follow` or `atlas trace` wrote")
     parser.add_argument("--format", choices=list(_FORMATS), required=True, help="format of the files")
     parser.add_argument("--tables", metavar="TABLE,...", help="tables to write [default: all]", type=_names, default=[])
-    of_columns = "columns of all tables that have them [default: all]"
+    of_columns = "columns to write, from all tables that have them [default: all]"
     parser.add_argument("--columns", metavar="COLUMN,...", help=of_columns, type=_names, default=[])
     parser.add_argument("--out", metavar="DIR", help="folder for the files [default: `export` in the folder]")
-    parser.add_argument("--overwrite", action="store_true", help="replace files that are there already")
+    parser.add_argument("--overwrite", action="store_true", help="replace files that already exist")
     given = vars(parser.parse_args())
     try:
         for file in export(given.pop("folder"), given.pop("format"), given.pop("out"), **given):

@@ -48,7 +48,7 @@ ROUND_OFF = 1e-9
 
 
 class StructureError(AtlasError, ValueError):
-    """Matrices or directions that are no structure: which file and array, why, and what to do."""
+    """Matrices or directions that do not describe a structure. The message names file and array, the reason and the remedy."""
 
 
 @dataclass(frozen=True)
@@ -98,8 +98,8 @@ class Matrices:
             if getattr(self, name) is not None:
                 self._square(name)
         for name in ("M", "K"):
-            self._mirrored(name, 1.0, "symmetric", "put what is not symmetric of a stiffness into `Kc`")
-        self._mirrored("G", -1.0, "skew", "what dissipates belongs in `C`")
+            self._mirrored(name, 1.0, "symmetric", "put the unsymmetric part of a stiffness into `Kc`")
+        self._mirrored("G", -1.0, "skew", "damping belongs in `C`")
         low = np.flatnonzero(np.asarray(self.M.diagonal()) <= 0.0)
         if low.size:
             raise self._refused(
@@ -139,7 +139,7 @@ class Matrices:
         if len(shape) != 2 or shape[0] != shape[1] or shape[0] == 0:
             raise self._refused(name, f"has the shape {shape}", "a square matrix is needed")
         if shape[0] != size:
-            why = f"is {shape[0]} by {shape[0]}, and `M` is {size} by {size}"
+            why = f"is {shape[0]} by {shape[0]}, but `M` is {size} by {size}"
             raise self._refused(name, why, "export all matrices over the same freedoms")
         if np.iscomplexobj(matrix):
             raise self._refused(name, "is complex", "give its real part; structural damping goes into `C`")
@@ -159,7 +159,7 @@ class Matrices:
     def _direction(self, name: str, values: Vector) -> None:
         if np.shape(values) != (self.size,):
             why = f"has the shape {np.shape(values)}"
-            raise self._refused(name, why, f"give one number a freedom, {self.size} in all")
+            raise self._refused(name, why, f"give one number per freedom, {self.size} in total")
         if not np.isfinite(values).all():
             raise self._refused(name, "has entries that are not finite", "give 0 where nothing acts")
 

@@ -87,7 +87,7 @@ def _sparse(structure: Matrices, count: int) -> Vector:
         _, shapes = linalg.eigsh(K, k=count, M=M, sigma=shift, v0=start)
     except (linalg.ArpackError, RuntimeError) as error:
         raise StructureError(
-            f"{structure.source}: no {count} modes found ({error}); ask for fewer, and see that M is positive definite"
+            f"{structure.source}: no {count} modes found ({error}); ask for fewer modes, and check that M is positive definite"
         ) from error
     return np.asarray(shapes)
 
@@ -117,15 +117,15 @@ def _settled(structure: Matrices, shapes: Vector) -> tuple[Vector, Vector]:
     if (energy[~rigid] < 0.0).any():
         raise StructureError(
             f"{structure.source}: `K` is not positive semidefinite: a mode has ω² = {energy.min():.4g} 1/s²; "
-            "leave preloads that soften out, or put them into `Kc`"
+            "omit softening preloads, or put them into `Kc`"
         )
     frequency = np.where(rigid, 0.0, np.sqrt(abs(energy)))
     soft = frequency[~rigid & (frequency < NEARLY_RIGID * frequency.max())]
     if soft.size:
         raise StructureError(
-            f"{structure.source}: a mode of {soft.min():.4g} rad/s beside one of {frequency.max():.4g} rad/s is neither "
-            f"rigid nor told from rigid ones by the program (below {NEARLY_RIGID:g} of the highest); write fewer modes, "
-            "or leave out the soft spring"
+            f"{structure.source}: a mode of {soft.min():.4g} rad/s beside one of {frequency.max():.4g} rad/s is too soft "
+            f"to be distinguished from a rigid motion (below {NEARLY_RIGID:g} of the highest); write fewer modes, "
+            "or remove the soft spring"
         )
     order = np.argsort(frequency, kind="stable")
     frequency, shapes = frequency[order], shapes[:, order]

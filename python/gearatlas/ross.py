@@ -53,10 +53,10 @@ def geared(
     """
     ratio = teeth[0] / teeth[1]
     if not np.isclose(base_radii[0] / base_radii[1], ratio, rtol=1e-3):
-        raise StructureError(f"base radii {base_radii} do not go with the teeth {teeth}; their ratio is {ratio:g}")
+        raise StructureError(f"base radii {base_radii} do not match the teeth {teeth}, whose ratio is {ratio:g}")
     for rotor in rotors:
         if rotor.number_dof != FREEDOMS:
-            raise StructureError(f"a rotor has {rotor.number_dof} freedoms a node; use elements of ROSS with 6")
+            raise StructureError(f"a rotor has {rotor.number_dof} freedoms per node; use elements of ROSS with 6")
     turns = (1.0, -ratio)
     sizes = [rotor.ndof for rotor in rotors]
     at = [0, sizes[0]]

@@ -136,7 +136,8 @@ impl Manifest {
     fn point(&self, py: Python<'_>, id: usize, values: &Bound<'_, PyDict>) -> PyResult<Point> {
         let count = self.job.points.len();
         if id >= count {
-            let sentence = format!("there is no point {id}: the manifest has {count}");
+            let sentence =
+                format!("there is no point {id}: the manifest has {count} points, counted from 0");
             return Err(PyIndexError::new_err(sentence));
         }
         let point = self.job.points.at(id);
@@ -175,7 +176,7 @@ impl Manifest {
                 "direction",
                 DataType::Utf8,
                 "",
-                "Which way the sweep runs",
+                "Direction of the sweep: up or down",
             ));
             columns.push(Arc::new(ways.collect::<StringArray>()));
         }

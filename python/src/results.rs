@@ -19,7 +19,7 @@ pub fn present_tables(py: Python<'_>, folder: PathBuf) -> PyResult<Vec<&'static 
 pub fn read_table(py: Python<'_>, folder: PathBuf, name: &str) -> PyResult<Table> {
     let Some(kind) = TableKind::named(name) else {
         let known = TableKind::names().collect::<Vec<_>>().join(", ");
-        let sentence = format!("no table is called `{name}`; tables are {known}");
+        let sentence = format!("there is no table `{name}`; known tables are {known}");
         return Err(refused(py, &sentence));
     };
     // A folder with other tables is the right one, and this table was not asked for.

@@ -42,13 +42,13 @@ impl Watcher for News<'_> {
 /// JSON. `progress` is called with the numbers of a sweep's progress whenever they have changed.
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 #[pyfunction]
-#[pyo3(signature = (manifest, folder, *, threads, fresh, tables, max_failures, progress))]
+#[pyo3(signature = (manifest, folder, *, threads, overwrite, tables, max_failures, progress))]
 pub fn run(
     py: Python<'_>,
     manifest: &Manifest,
     folder: PathBuf,
     threads: Option<u32>,
-    fresh: bool,
+    overwrite: bool,
     tables: PathBuf,
     max_failures: Option<u64>,
     progress: Option<Py<PyAny>>,
@@ -57,12 +57,12 @@ pub fn run(
     if job.portable() {
         return Err(refused(
             py,
-            "run.instructions = \"portable\" needs a process of its own, which keeps to such \
+            "run.instructions = \"portable\" needs a separate process that is restricted to such \
              instructions from its start: compute this manifest with the command line (atlas run), and \
              read its results with gearatlas.open",
         ));
     }
-    let earlier = py.detach(|| look_for_earlier(&folder, job, None, fresh));
+    let earlier = py.detach(|| look_for_earlier(&folder, job, None, overwrite));
     if let Earlier::Complete(record) = earlier.map_err(|error| failed(py, &error))? {
         return json(py, &record);
     }
@@ -79,7 +79,7 @@ pub fn run(
                 only: None,
                 most_failures: max_failures,
             },
-            fresh,
+            fresh: overwrite,
             tables: TableStore::open(tables),
             topology: topology.as_ref(),
             warnings,

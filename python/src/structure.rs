@@ -90,7 +90,7 @@ fn modes(structure: &ModalStructure) -> Vec<Numbers> {
         (
             "mesh_tilt",
             "1/(m sqrt(kg))",
-            "Its derivative by the load centroid",
+            "Derivative of `mesh` with respect to the load centroid",
             structure.mesh_tilt.clone(),
         ),
         (
@@ -138,7 +138,7 @@ fn natural(frequencies: &Frequencies) -> Vec<Numbers> {
         (
             "open",
             "rad/s",
-            "Natural frequency, contacts open; 0 of a rigid motion",
+            "Natural frequency, contacts open; 0 for a rigid motion",
             open.clone().map(|mode| mode.frequency).collect(),
         ),
         (
@@ -150,7 +150,7 @@ fn natural(frequencies: &Frequencies) -> Vec<Numbers> {
         (
             "closed",
             "rad/s",
-            "Natural frequency, the contacts that bear the mean load closed by their mean stiffness",
+            "Natural frequency, with the contacts that bear the mean load closed at their mean stiffness",
             closed(|own| own.mode.frequency),
         ),
         (
@@ -162,7 +162,7 @@ fn natural(frequencies: &Frequencies) -> Vec<Numbers> {
         (
             "mesh_share",
             "1",
-            "Part of its elastic energy that the closed contacts store",
+            "Fraction of the elastic energy that the closed contacts store",
             closed(|own| own.mesh_share),
         ),
     ]
@@ -179,7 +179,7 @@ fn mesh(model: &Model, samples: u32) -> Vec<Numbers> {
     let each = |of: &dyn Fn(f64) -> f64| times.iter().map(|&time| of(time)).collect();
     let segment = |time: f64| cycle.segment_at(time);
     vec![
-        ("phase", "1", "Fraction of the mesh cycle passed", phases),
+        ("phase", "1", "Elapsed fraction of the mesh cycle", phases),
         (
             "stiffness",
             "N/m",
@@ -189,13 +189,13 @@ fn mesh(model: &Model, samples: u32) -> Vec<Numbers> {
         (
             "damping",
             "N s/m",
-            "Their contact damping",
+            "Contact damping of the drive flanks",
             each(&|time| segment(time).damping),
         ),
         (
             "gap",
             "m",
-            "Their gap: half the backlash, and the error of loaded flanks",
+            "Gap of the drive flanks: half the backlash plus the error of loaded flanks",
             each(&|time| contact.gap(segment(time), time)[0]),
         ),
         (

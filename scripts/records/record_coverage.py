@@ -52,7 +52,7 @@ def run(point, numbers, out, settings):
         else:
             lines = ["load,speed,mesh.half_gap"] + [f"{load},{speed},{near(gap, n)}" for n in numbers]
         grid.write_text("\n".join(lines) + "\n")
-        command = [ATLAS, "run", ROOT / manifest, "--out", out, "--quiet", "--fresh",
+        command = [ATLAS, "run", ROOT / manifest, "--out", out, "--quiet", "--overwrite",
                    "--set", f'grid={{points="{grid}"}}']
         for key, value in settings.items():
             command += ["--set", f"{key}={value}"]
@@ -85,14 +85,14 @@ def truth_of(rows, name):
 
 def lives(work):
     """Lives of chaos that flex80 states, against other trajectories of 400 000 cycles a point."""
-    command = [ATLAS, "run", ROOT / FLEX80, "--out", work / "flex80", "--quiet", "--fresh"]
+    command = [ATLAS, "run", ROOT / FLEX80, "--out", work / "flex80", "--quiet", "--overwrite"]
     code = subprocess.run([str(part) for part in command], cwd=work).returncode
     assert code in (0, 3), code
     stated = pl.read_parquet(work / "flex80/points.parquet").filter(pl.col("chaos_cycles").is_not_null())
     grid = work / "lives.csv"
     rows = [f"{row['load']},{row['speed']},{1e-5 * (1 + 5e-7)!r}" for row in stated.iter_rows(named=True)]
     grid.write_text("\n".join(["load,speed,mesh.half_gap", *rows]) + "\n")
-    command = [ATLAS, "run", ROOT / FLEX80, "--out", work / "long", "--quiet", "--fresh",
+    command = [ATLAS, "run", ROOT / FLEX80, "--out", work / "long", "--quiet", "--overwrite",
                "--set", f'grid={{points="{grid}"}}', "--set", "run.cycles=400000",
                "--set", "analyses.lyapunov={twin=false}", "--set", "analyses.nvh.harmonics=0"]
     code = subprocess.run([str(part) for part in command], cwd=work).returncode

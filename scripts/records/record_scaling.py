@@ -32,7 +32,7 @@ def manifest(kernel):
 
 def run(path, out, threads):
     subprocess.run(
-        [ATLAS, "run", path, "--out", out, "--quiet", "--fresh", "--threads", str(threads)],
+        [ATLAS, "run", path, "--out", out, "--quiet", "--overwrite", "--threads", str(threads)],
         check=True,
     )
     record = json.loads((out / "run.json").read_text())
@@ -84,7 +84,7 @@ def summary(raw):
         "# What more threads gain",
         "",
         f"{raw['processor']}, {raw['cores']} cores, atlas {raw['commit']}; the 80 points of",
-        "`manifests/flex80.toml`, one worker a core; medians of "
+        "`manifests/flex80.toml`, one worker per core; medians of "
         + ", ".join(f"{count} ({kernel})" for kernel, count in REPEATS.items())
         + " runs, numbers of threads in turn.",
         f"Load of the machine over a minute, before the first run: {raw['load']:.1f}.",

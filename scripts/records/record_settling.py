@@ -31,7 +31,7 @@ def integrated_to_the_end(text):
 def run(manifest, out, threads):
     clock = time.perf_counter()
     subprocess.run(
-        [ATLAS, "run", manifest, "--out", out, "--quiet", "--fresh", "--threads", str(threads)],
+        [ATLAS, "run", manifest, "--out", out, "--quiet", "--overwrite", "--threads", str(threads)],
         check=True,
     )
     return time.perf_counter() - clock

@@ -268,7 +268,7 @@ fn manifests_have_courses() {
         (
             "profile_points = [{ gear = \"pinion\", roll_length = [\"14 mm\", \"18 mm\"], missing = [0] }]",
             "missing",
-            "1 values at 2 places",
+            "1 values at 2 positions",
         ),
         (
             "profile_points = [{ gear = \"pinion\", roll_length = [\"14 mm\"], missing = [0] }]",
@@ -308,7 +308,7 @@ fn manifests_have_courses() {
         (
             "lead_points = [{ gear = \"wheel\", place = [0, \"2 mm\"], missing = [0, 0] }, { gear = \"wheel\", place = [0, \"2 mm\"], missing = [0, 0] }]",
             "gear",
-            "two courses",
+            "two curves",
         ),
     ] {
         let error = format!("{:?}", parse(points).unwrap_err());

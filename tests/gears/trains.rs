@@ -387,7 +387,7 @@ fn bad_trains_get_one_clear_error_each() {
         (
             r#"origin = ["87.55 mm", 0, "40 mm"]"#,
             "origin = [\"87.55 mm\", 0, \"40 mm\"]\ndirection = [0, 1, 0]",
-            "axes must be parallel (spur gears) or meet (bevel gears)",
+            "axes must be parallel (spur gears) or intersect (bevel gears)",
         ),
         ("output = 1 ", "output = 0.5 ", "add up to 0.5"),
         (
@@ -398,7 +398,7 @@ fn bad_trains_get_one_clear_error_each() {
         (
             r#"torque_at = "140 mm""#,
             r#"torque_at = "150 mm""#,
-            "the torque of shaft `output` stands at 0.15 m",
+            "the torque of shaft `output` is at 0.15 m",
         ),
     ] {
         let message = bad(from, to);

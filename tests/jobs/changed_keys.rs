@@ -147,7 +147,7 @@ fn keys_are_taken_out() {
     let output = place.atlas(&["check", "m.toml", "--set", "run.steps="]);
     assert_eq!(status(&output), 2);
     assert!(
-        stderr(&output).contains("nothing to take out"),
+        stderr(&output).contains("nothing to remove"),
         "{}",
         stderr(&output)
     );

@@ -131,7 +131,7 @@ fn a_table_that_is_gone_cut_or_changed_is_named_by_all_that_read_it() {
             (Some(&bytes[..bytes.len() - 1]), "were written"),
             (Some(&bytes[..0]), "it has 0 bytes"),
             (Some(&longer[..]), "were written"),
-            (Some(&flipped[..]), "not those that were written"),
+            (Some(&flipped[..]), "differ from those written"),
         ] {
             fs::remove_file(&path).unwrap();
             damaged
@@ -140,7 +140,7 @@ fn a_table_that_is_gone_cut_or_changed_is_named_by_all_that_read_it() {
             for arguments in read_by {
                 let said = refused(&place.atlas(arguments), &format!("r/{table}` is damaged"));
                 assert!(
-                    said.contains(words) && said.contains("--fresh"),
+                    said.contains(words) && said.contains("--overwrite"),
                     "{arguments:?}: {said}"
                 );
             }
@@ -157,7 +157,7 @@ fn a_table_that_is_gone_cut_or_changed_is_named_by_all_that_read_it() {
     let before = TABLES.map(|table| results::physics(&place.path("r"), table));
     fs::write(place.path("r/points.parquet"), "").unwrap();
     fs::write(place.path("r/run.json"), "{}").unwrap();
-    place.whole("r", &["--fresh"]);
+    place.whole("r", &["--overwrite"]);
     assert_eq!(
         before,
         TABLES.map(|table| results::physics(&place.path("r"), table))
@@ -304,7 +304,7 @@ fn points_of_no_job_and_numbers_that_no_run_writes_are_refused() {
         }
         for output in readers {
             let said = refused(&output, table);
-            let found = format!("has {text} in column `{column}`, row 1 counted from 0");
+            let found = format!("has {text} in column `{column}`, row 1 (counted from 0)");
             assert!(said.contains(&found), "{said}");
         }
         put_back();

@@ -103,7 +103,10 @@ fn what_cannot_be_followed_is_said_with_its_remedy() {
             "[continuation]\nover = \"speed\"\nsecond = \"speed\"\n",
         ),
         &follow,
-        &["second = \"speed\"", "followed over already"],
+        &[
+            "second = \"speed\"",
+            "already the axis along which orbits are followed",
+        ],
     );
     refused(
         &manifest(
@@ -128,7 +131,7 @@ fn a_given_state_next_to_no_orbit_is_reported() {
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert_eq!(output.status.code(), Some(0), "{said}");
     assert!(
-        said.contains("no orbit of period 1 lies next to given state 0"),
+        said.contains("no orbit of period 1 is next to given state 0"),
         "{said}"
     );
 }

@@ -30,10 +30,10 @@ fn threads_that_cannot_be_had_are_said_in_one_line() {
     let place = Place::new(&swept);
     fs::set_permissions(place.0.path(), Permissions::from_mode(0o777)).unwrap();
     for (command, remedy) in [
-        ("run m.toml --threads 4 --out few --fresh", "--threads"),
+        ("run m.toml --threads 4 --out few --overwrite", "--threads"),
         ("plan m.toml --threads 4", "--threads"),
         (
-            "trace m.toml --point load=0.05,speed=600 --cycles 2 --out traced --fresh",
+            "trace m.toml --point load=0.05,speed=600 --cycles 2 --out traced --overwrite",
             "ulimit -u",
         ),
     ] {
@@ -96,7 +96,7 @@ fn links_are_replaced_or_refused_and_never_written_through() {
         fs::remove_file(out.join(name)).unwrap();
         symlink(&mine, out.join(name)).unwrap();
     }
-    place.whole("r", &["--fresh"]);
+    place.whole("r", &["--overwrite"]);
     untouched();
     for name in TABLES.iter().chain(&["run.json"]) {
         assert!(!out.join(name).is_symlink(), "{name}");
@@ -121,7 +121,7 @@ fn links_are_replaced_or_refused_and_never_written_through() {
 
     // The journal is opened to be read as well: what lies behind a link is not the run's.
     for (link, arguments) in [
-        (".journal", &["--fresh"][..]),
+        (".journal", &["--overwrite"][..]),
         (".journal", &["--retry", "failed"]),
         (".retry", &["--retry", "failed"]),
     ] {

@@ -146,7 +146,7 @@ fn what_is_said_of_changes_is_true() {
         (
             "quickstart.toml",
             &[tie, gaps, "mesh.half_gap=20 um"],
-            &["set the axis to as many values, 3, as load has that it is tied to"],
+            &["give the axis as many values, 3, as load, which is tied to it"],
         ),
         (
             "quickstart.toml",
@@ -157,7 +157,7 @@ fn what_is_said_of_changes_is_true() {
             "quickstart.toml",
             &["run.initial=rest", "run.initial.velocity=[0,0]"],
             &[
-                "not there: `run.initial` is a text",
+                "does not exist: `run.initial` is a text",
                 "set `run.initial` as a whole",
             ],
         ),
@@ -165,18 +165,18 @@ fn what_is_said_of_changes_is_true() {
             "quickstart.toml",
             &["grid.\"gear.bore.1\"=20 mm"],
             &[
-                "the axis `gear.bore.1` names an element that is not there: `gear.bore` is not given",
+                "the axis `gear.bore.1` names an element that does not exist: `gear.bore` is not given",
             ],
         ),
         (
             "quickstart.toml",
             &["run.0=3"],
-            &["not there: `run` is a table"],
+            &["does not exist: `run` is a table"],
         ),
         (
             "quickstart.toml",
             &["excitation.transmission_error.1.amplitude=0"],
-            &["not there: `excitation.transmission_error` has 1 entry"],
+            &["does not exist: `excitation.transmission_error` has 1 entry"],
         ),
         (
             "quickstart.toml",

@@ -177,7 +177,7 @@ fn what_is_no_whole_is_refused() {
     // Recorded totals that the table does not bear out.
     fs::write(&record, &text).unwrap();
     reseal(&record, |r| r["totals"]["points"] = 3.into());
-    refused(&["a", "b"], "out", &["2 points", "says 3"]);
+    refused(&["a", "b"], "out", &["2 points", "lists 3"]);
     fs::write(&record, &text).unwrap();
 
     // Rows lost, and rows of a point that another shard has.

@@ -38,7 +38,7 @@ fn a_helix_angle_in_a_train_is_told_what_there_is() {
             remedy.contains("spur gears on parallel axes, or bevel gears"),
             "{remedy}"
         );
-        assert!(remedy.contains("described in [gear]"), "{remedy}");
+        assert!(remedy.contains("helical gears in [gear]"), "{remedy}");
     }
     let span = fault("trains/two-stage.toml", &["train.shaft.0.span=0.1"]);
     assert_eq!(span.suggestion, None);
@@ -55,7 +55,7 @@ fn a_helix_angle_in_a_train_is_told_what_there_is() {
 fn a_length_without_its_unit_is_shown_one() {
     let words = manifest::advice(&changed("quickstart.toml", &["gear.module=3"]).unwrap());
     let word = words.iter().find(|word| word.key == "gear.module").unwrap();
-    let meant = "a bare number is in m: write the unit, as in \"3 mm\"";
+    let meant = "a bare number is in m: write the unit, such as \"3 mm\"";
     assert!(word.message.ends_with(meant), "{}", word.message);
     // One with its unit is what it is.
     let words = manifest::advice(&changed("quickstart.toml", &["gear.module=3 m"]).unwrap());
@@ -133,20 +133,20 @@ fn pictures_say_what_they_need() {
     );
     refused(
         &cut("plain", "froce"),
-        &["`froce` is no signal", "deflection, force"],
+        &["`froce` is not a signal", "deflection, force"],
     );
     refused(
         &cut("spectra", "froce"),
-        &["near it: force", "deflection, force"],
+        &["did you mean force", "deflection, force"],
     );
     refused(
         &cut("spectra", "torque input"),
-        &["spectra.parquet holds no line", "names \"torques\""],
+        &["spectra.parquet has no lines", "name \"torques\""],
     );
     // Orders are drawn of the table of orders where there is no spectrum.
     refused(
         &cut("orders", "bearing pinion 1 x"),
-        &["orders.parquet holds no line", "force"],
+        &["orders.parquet has no lines", "force"],
     );
     let drawn = plot(&[&cut("orders", "force")[..], &["--format", "svg"]].concat());
     assert_eq!(status(&drawn), 0, "{}", stderr(&drawn));
@@ -158,12 +158,12 @@ fn pictures_say_what_they_need() {
 
     refused(
         &["plain", "--what", "lamda"],
-        &["`lamda`", "near it: lambda"],
+        &["`lamda`", "did you mean lambda"],
     );
-    refused(&["plain", "--what", "spectum"], &["near it: spectrum"]);
+    refused(&["plain", "--what", "spectum"], &["did you mean spectrum"]);
     refused(
         &["plain", "--what", "deflection_rsm"],
-        &["near it: deflection_rms"],
+        &["did you mean deflection_rms"],
     );
     // Of a trace, too, which has no columns.
     let trace = place.atlas(&[
@@ -177,7 +177,7 @@ fn pictures_say_what_they_need() {
         "t",
     ]);
     assert_eq!(status(&trace), 0, "{}", stderr(&trace));
-    refused(&["t", "--what", "lamda"], &["near it: lambda"]);
+    refused(&["t", "--what", "lamda"], &["did you mean lambda"]);
     refused(
         &["t", "--what", "deflection_rms"],
         &["has no columns to draw"],
@@ -249,7 +249,7 @@ fn a_little_undercut_is_one_warning() {
     assert!(
         warning
             .message
-            .contains("is -0.0275, and 0.0057 leaves no undercut"),
+            .contains("is -0.0275; at least 0.0057 avoids undercut"),
         "{warning:?}"
     );
     assert!(

@@ -35,7 +35,7 @@ fn files_stay_and_names_are_those_of_jobs() {
     };
     assert!(refused(&["new", "../case"]).contains("cannot name a results folder"));
     fs::write(folder.path().join("mine.toml"), "mine").unwrap();
-    assert!(refused(&["new", "mine"]).contains("is there already"));
+    assert!(refused(&["new", "mine"]).contains("already exists"));
     assert_eq!(fs::read(folder.path().join("mine.toml")).unwrap(), b"mine");
     printed(&folder, &["new", "mine", "--overwrite"]);
 }

@@ -49,7 +49,7 @@ fn a_plan_says_what_the_run_will_be() {
 
 /// Runs `m.toml`; gives the most memory that it was seen to hold \[bytes\].
 fn peak(place: &Place) -> u64 {
-    let mut child = place.command("r", &["--threads", "2", "--quiet", "--fresh"]);
+    let mut child = place.command("r", &["--threads", "2", "--quiet", "--overwrite"]);
     let mut child = child.spawn().unwrap();
     let status = format!("/proc/{}/status", child.id());
     let mut peak = 0;

@@ -201,8 +201,18 @@ fn tied_axes_need_not_all_be_named() {
     let place = Place::new(&with_grid(OSCILLATOR, rows));
     let trace = |point: &str| {
         place.atlas(&[
-            "trace", "m.toml", "--point", point, "--cycles", "2", "--skip", "0", "--out", "t",
-            "--json", "--fresh",
+            "trace",
+            "m.toml",
+            "--point",
+            point,
+            "--cycles",
+            "2",
+            "--skip",
+            "0",
+            "--out",
+            "t",
+            "--json",
+            "--overwrite",
         ])
     };
     let told = |point: &str| {

@@ -239,7 +239,7 @@ fn shards_and_retries_are_refused() {
 fn what_may_be_computed_is_said_before_and_after() {
     let place = place(&[("speed = {", "\"mesh.half_gap\" = \"10 um\"\nspeed = {")]);
     let known = "12 = 1 mesh.half_gap x 3 load x 4 speed; more where class, period differ, up to 5 \
-                 halvings of an interval: at most 6305 = 1 mesh.half_gap x 65 load x 97 speed";
+                 halvings of each interval: at most 6305 = 1 mesh.half_gap x 65 load x 97 speed";
     for command in ["check", "plan"] {
         let said = stdout(&place.atlas(&[command, "m.toml"]));
         assert!(said.contains(known), "{said}");

@@ -146,7 +146,10 @@ fn there_must_be_something_to_retry() {
         "{}",
         stderr(&output)
     );
-    for arguments in [&["--retry", "ok"][..], &["--retry", "failed", "--fresh"]] {
+    for arguments in [
+        &["--retry", "ok"][..],
+        &["--retry", "failed", "--overwrite"],
+    ] {
         assert_eq!(status(&place.run("r", arguments)), 2);
     }
     assert!(!place.path("r").exists());
@@ -191,7 +194,7 @@ fn a_job_is_called_off_after_so_many_failures_and_goes_on() {
     let output = place.run("r", &arguments);
     assert_eq!(status(&output), 3, "{}", stderr(&output));
     assert!(
-        stdout(&output).contains("goes on from here"),
+        stdout(&output).contains("the same command continues"),
         "{}",
         stdout(&output)
     );
@@ -201,7 +204,7 @@ fn a_job_is_called_off_after_so_many_failures_and_goes_on() {
     let output = place.run("r", &["--retry", "failed"]);
     assert_eq!(status(&output), 3, "{}", stderr(&output));
     assert!(
-        stderr(&output).contains("taken over"),
+        stderr(&output).contains("kept from an interrupted run"),
         "{}",
         stderr(&output)
     );
@@ -230,8 +233,7 @@ fn a_retry_that_was_killed_leaves_nothing_behind_once_it_is_repeated() {
         seal::reseal(&file("run.json"), |record| {
             let both = [&before[..], &behind].concat();
             record["tables"] = both.into();
-            let amid = "points are being exchanged for those of a retry; where that was killed, \
-                        repeat it with --retry failed";
+            let amid = "a retry of these points was interrupted; repeat it with --retry failed";
             record["warnings"] = vec![amid].into();
         });
         // points.parquet comes last.

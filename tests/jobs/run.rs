@@ -95,7 +95,11 @@ fn threads_and_shards_change_nothing() {
     }
 
     // Parts of another split, or the whole, cannot join them.
-    for arguments in [&["--shard", "1/3"][..], &[], &["--shard", "1/3", "--fresh"]] {
+    for arguments in [
+        &["--shard", "1/3"][..],
+        &[],
+        &["--shard", "1/3", "--overwrite"],
+    ] {
         let output = place.run("parts2", arguments);
         assert_eq!(status(&output), 2, "{arguments:?}");
         assert!(stderr(&output).contains("--out"), "{}", stderr(&output));
@@ -130,7 +134,8 @@ fn the_machine_changes_nothing_of(manifest: &str) {
         ("pu:3", false),
     ] {
         for threads in ["1", "2", "7", "16"] {
-            let mut command = place.command("there", &["--threads", threads, "--pin", "--fresh"]);
+            let mut command =
+                place.command("there", &["--threads", threads, "--pin", "--overwrite"]);
             let output = command.env("HWLOC_SYNTHETIC", machine).output().unwrap();
             assert_eq!(status(&output), 0, "{}", stderr(&output));
             assert_same(&here, &place.path("there"));
@@ -139,7 +144,7 @@ fn the_machine_changes_nothing_of(manifest: &str) {
             let several = copied && threads != "1";
             assert_eq!(asked.starts_with("a copy on each"), several, "{asked}");
             let obtained = placement["copies_obtained"].as_str().unwrap();
-            assert_eq!(obtained.contains("does not tell"), several, "{obtained}");
+            assert_eq!(obtained.contains("does not report"), several, "{obtained}");
         }
     }
 }
@@ -262,10 +267,7 @@ fn a_signal_ends_a_run_and_the_same_command_goes_on() {
         let output = child.wait_with_output().unwrap();
         assert_eq!(status(&output), 130);
         let text = stdout(&output);
-        assert!(
-            text.contains("the same command goes on from here"),
-            "{text}"
-        );
+        assert!(text.contains("the same command continues"), "{text}");
         let record = place.record(name);
         assert_eq!(record["state"], "interrupted");
         assert!(record["totals"]["missing"].as_u64().unwrap() > 0);
@@ -277,7 +279,7 @@ fn a_signal_ends_a_run_and_the_same_command_goes_on() {
         let record = place.record(name);
         let resumed = record["totals"]["resumed"].as_u64().unwrap();
         assert!(resumed > 0 && resumed < 24, "{resumed}");
-        let said = format!("{resumed} of them taken over from an interrupted run");
+        let said = format!("{resumed} of them kept from an interrupted run");
         assert!(stdout(&output).contains(&said), "{}", stdout(&output));
         assert_eq!(names(&place.path(name)), RESULTS);
         assert_same(&whole, &place.path(name));
@@ -462,11 +464,11 @@ fn damage_to_any_record_costs_only_what_follows() {
 fn a_second_run_in_the_same_folder_is_refused_while_the_first_is_alive() {
     let place = Place::new(&long());
     let mut child = start(&place, "r", &["--threads", "1"]);
-    for arguments in [&[][..], &["--fresh"]] {
+    for arguments in [&[][..], &["--overwrite"]] {
         let output = place.run("r", arguments);
         assert_eq!(status(&output), 4, "not 2: it passes");
         assert!(
-            stderr(&output).contains("another atlas run"),
+            stderr(&output).contains("another `atlas run`"),
             "{}",
             stderr(&output)
         );
@@ -513,7 +515,7 @@ fn results_are_recognised_refused_and_replaced() {
     assert_eq!(fs::read(out.join("points.parquet")).unwrap(), before);
     assert_eq!(names(&out), RESULTS, "untouched");
 
-    place.whole("r", &["--fresh"]);
+    place.whole("r", &["--overwrite"]);
     assert_ne!(fs::read(out.join("points.parquet")).unwrap(), before);
     assert_eq!(
         names(&out),

@@ -399,7 +399,7 @@ fn one_run_and_two_shards_say_the_same() {
         "80 points: 1 failed, 79 ok",
         "       2  stable        40      40  0.5 ",
         "       2  unstable      39      39  2 ",
-        "orbits.parquet and `atlas show --json` list them one by one",
+        "orbits.parquet and `atlas show --json` list every orbit",
         "       0       1       3  as designed\n",
         "  … and 59 more\n",
     ] {

@@ -541,7 +541,7 @@ fn a_chain_goes_on_behind_a_point_that_stormed() {
     let manifest = MANIFEST.replace("[run]", "[run]\nevent_limit = 1");
     let place = Place::new(&manifest);
     let rows = rows(&place.run("r", &[]));
-    let note = "; started from run.initial, because the point before it ended in an event storm";
+    let note = "; started from run.initial because the previous point ended in an event storm";
     let mut noted = 0;
     for pair in rows.windows(2) {
         let follows = pair[1].id % 41 != 0;
@@ -564,7 +564,7 @@ fn a_trace_follows_the_sweep_asked_for() {
     let speed = 800.0 + STEP * ((lost - 800.0) / STEP).floor();
     let events = |direction: &str| {
         let point = format!("load=0.5,speed={speed}{direction}");
-        let options = ["--json", "--fresh", "--out", "t"];
+        let options = ["--json", "--overwrite", "--out", "t"];
         let output = place.atlas(&[&["trace", "m.toml", "--point", &point], &options[..]].concat());
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{said}");

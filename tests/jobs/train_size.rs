@@ -40,13 +40,13 @@ fn sections_that_take_too_many_elements_are_refused_with_their_key() {
             counter,
             counter_of("100 mm", "1e-12 mm"),
             "train.shaft.1.sections.0.outer",
-            "longer elements",
+            "lengthen the elements",
         ),
         (
             long,
             long.replace("50 mm", "1e100 mm"),
             "train.shaft.0.sections.0.length",
-            "longer elements",
+            "lengthen the elements",
         ),
         (
             counter,
@@ -58,7 +58,7 @@ fn sections_that_take_too_many_elements_are_refused_with_their_key() {
             counter,
             elements,
             "train.shaft.1.element",
-            "longer elements",
+            "lengthen the elements",
         ),
     ] {
         for command in ["check m.toml", "run m.toml", "plan m.toml"] {

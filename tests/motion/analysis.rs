@@ -656,7 +656,7 @@ fn a_kernel_that_misses_the_balance_is_called_inaccurate() {
             assert_eq!(outcome.status.name(), word, "{}", outcome.reason);
             // What was found is kept.
             assert!(outcome.class.is_some() && outcome.nvh.is_some());
-            let told = outcome.reason.contains("the energy balance misses by");
+            let told = outcome.reason.contains("the energy balance is off by");
             assert_eq!(told, kick > 0.0, "{}", outcome.reason);
         }
     }

@@ -91,7 +91,15 @@ fn a_symmetry_of_twelve_digits_is_as_good_as_an_exact_one() {
     let mut found = Vec::new();
     for symmetry in ["0.278419151688", "0.27841915169", "0.278419169", "0.27842"] {
         let set = format!("mesh.coast_symmetry={symmetry}");
-        let run = ["run", "m.toml", "--fresh", "--out", "out", "--set", &set];
+        let run = [
+            "run",
+            "m.toml",
+            "--overwrite",
+            "--out",
+            "out",
+            "--set",
+            &set,
+        ];
         said(folder.path(), &run);
         let column = ["--tables", "points", "--columns", "events_per_cycle"];
         let export = ["export", "out", "--out", "csv", "--overwrite"];

@@ -181,7 +181,7 @@ fn orbits_alone_are_shown_and_drawn() {
     assert_eq!(refused.status.code(), Some(2));
     let errors = String::from_utf8(refused.stderr).unwrap();
     assert!(
-        errors.contains("`second` axis in the manifest's [continuation]"),
+        errors.contains("`second` axis in [continuation] of the manifest"),
         "{errors}"
     );
     assert!(errors.contains("available here: branches\n"), "{errors}");

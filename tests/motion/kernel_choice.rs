@@ -215,7 +215,7 @@ fn other_drives_get_the_structured_kernel() {
     let line = checked(&place, &large);
     assert_eq!(
         line,
-        format!("closed_modes (it does not take this drive: {said})")
+        format!("closed_modes (it does not accept this drive: {said})")
     );
     let output = place.run("large", &large);
     assert_eq!(status(&output), 3, "{}", stderr(&output));
@@ -282,14 +282,14 @@ fn a_point_that_meets_a_set_without_a_table_is_computed_anew() {
     }
     fs::write(place.path("two.modal.toml"), structure).unwrap();
     let auto = place.whole("auto", &["--threads", "2"]);
-    let met = "2 modes, 512 sets of closed contacts, of which those that are met get tables";
+    let met = "2 modes, 512 sets of closed contacts, whose tables are made when they are met";
     let records = json!([
         kernel_record("closed_modes", 2, 2, met),
         kernel_record(
             "volterra",
             2,
             0,
-            "a set of closed contacts that was met has no table"
+            "no table for a set of closed contacts that was met"
         ),
     ]);
     assert_eq!(place.record("auto")["kernels"], records);

@@ -112,7 +112,7 @@ fn chaos_that_lasts_has_a_lower_bound_of_its_life() {
     assert_eq!(chaos.interval(), (chaotic as f64 / 3.0, None));
     assert_eq!((chaos.ended_on, chaos.left), (None, None));
     let said = format!(
-        "no trajectory left chaos within {chaotic} cycles: its mean life is at least {:.0} cycles",
+        "no trajectory left chaos within {chaotic} cycles; its mean life is at least {:.0} cycles",
         chaotic as f64 / 3.0
     );
     assert!(found.reason.contains(&said), "{}", found.reason);
@@ -172,7 +172,7 @@ fn the_life_of_transient_chaos_is_within_its_interval() {
                         "{left:?}"
                     );
                     assert_eq!(lyapunov.method, LyapunovMethod::Multipliers);
-                    assert!(found.reason.contains("left chaos, of a mean life of"));
+                    assert!(found.reason.contains("left chaos, whose mean life is"));
                 }
                 None => {
                     let lambda = lyapunov.exponents[0];
@@ -218,7 +218,7 @@ fn an_error_out_of_reach_ends_the_point_with_the_cycles_that_it_takes() {
     assert_eq!(ended, (Status::NotConverged, Some(Class::Chaotic)));
     let measured = found.measured_cycles;
     assert!(measured < 2 * FIRST_LOOK, "{measured}: one look is enough");
-    let (_, takes) = found.reason.split_once("this would take some ").unwrap();
+    let (_, takes) = found.reason.split_once("this would take about ").unwrap();
     let takes: f64 = takes.split(' ').next().unwrap().parse().unwrap();
     let needed = measured as f64 * (found.lyapunov.unwrap().stderr() / 1e-4).powi(2);
     assert!((takes / needed - 1.0).abs() < 0.1, "{takes} {needed}");
@@ -251,7 +251,7 @@ fn few_cycles_are_for_surveys() {
         assert_eq!(evidence.rhat, None);
         let told = found
             .reason
-            .contains("measured cycles that verified errors take");
+            .contains("measured cycles that verified errors need");
         assert_eq!(told, status == Status::NotConverged, "{}", found.reason);
     }
     // A survey stops by itself at its own first look.

@@ -339,7 +339,7 @@ fn orbits_are_shown_and_drawn() {
         "leading multiplier",
         "grazing margin",
         "where\n",
-        "searches from given states that led to no orbit",
+        "searches from given states that found no orbit",
     ] {
         assert!(said.contains(wanted), "{wanted}: {said}");
     }

@@ -38,7 +38,7 @@ fn trace(folder: &Path, arguments: &[&str]) -> Output {
 /// Runs `atlas trace` on a manifest's text, files in `out`, and returns the JSON summary.
 fn traced(folder: &Path, text: &str, arguments: &[&str]) -> serde_json::Value {
     std::fs::write(folder.join("m.toml"), text).unwrap();
-    let fixed = ["m.toml", "--json", "--fresh", "--out", "out"];
+    let fixed = ["m.toml", "--json", "--overwrite", "--out", "out"];
     let output = trace(folder, &[&fixed, arguments].concat());
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(0), "{message}");
@@ -550,11 +550,29 @@ fn a_trace_that_is_there_is_replaced_only_when_asked() {
     assert_eq!(status, Some(2));
     assert_eq!(
         said,
-        "error: `out/trace.parquet` is there already; --fresh replaces this trace, --out DIR writes to another folder\n"
+        "error: `out/trace.parquet` already exists; choose another folder with --out, or replace the trace with --overwrite\n"
     );
     assert!(std::fs::read(&file).unwrap() == first);
-    assert_eq!(run(&["3", "--fresh"]), (Some(0), String::new()));
+    assert_eq!(run(&["3", "--overwrite"]), (Some(0), String::new()));
     assert!(std::fs::read(&file).unwrap() != first);
+}
+
+/// A point of the grid has a number, and both ways of naming it give the same trajectory.
+#[test]
+fn a_point_is_named_by_number_or_by_axes() {
+    let folder = tempfile::tempdir().unwrap();
+    let recorded = |point: &str| {
+        let arguments = ["--point", point, "--skip", "0", "--cycles", "2"];
+        traced(folder.path(), &QUICKSTART, &arguments);
+        std::fs::read(folder.path().join("out/trace.parquet")).unwrap()
+    };
+    assert!(recorded("7") == recorded("load=0.2,speed=12000 rpm"));
+    let refused = trace(folder.path(), &["m.toml", "--point", "12"]);
+    let said = String::from_utf8(refused.stderr).unwrap();
+    assert!(
+        said.contains("no point 12: this manifest has 12 points"),
+        "{said}"
+    );
 }
 
 /// On rigid mounts gears only turn: `δ + e = r_b1 θ₁ − r_b2 θ₂`, both in the sense of running, and the neutral rotation rests.

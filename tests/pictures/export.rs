@@ -124,7 +124,7 @@ fn files_are_not_replaced_unless_asked() {
     fs::write(&path, "mine").unwrap();
     let said = refusal(&to);
     assert!(
-        said.contains("events.csv` is there already") && said.contains("--overwrite"),
+        said.contains("events.csv` already exists") && said.contains("--overwrite"),
         "{said}"
     );
     assert_eq!(fs::read_to_string(&path).unwrap(), "mine");
@@ -142,7 +142,7 @@ fn what_is_not_there_is_said() {
     );
     let said = refusal(&["--columns", "deflexion"]);
     assert!(
-        said.contains("no column `deflexion` in trace, events; is `deflection` meant?"),
+        said.contains("no column `deflexion` in trace, events; did you mean `deflection`?"),
         "{said}"
     );
     let said = refusal(&["--format", "arrow", "--lists", "long"]);

@@ -259,6 +259,26 @@ fn an_incomplete_run_is_drawn_and_called_so() {
     holds(&classes("results/case"), &["without run.json"]);
 }
 
+/// The values of its axes name a point as well as its number does; values between those of the grid name none.
+#[test]
+fn a_point_to_draw_is_named_by_number_or_by_axes() {
+    let folder = finished(ONE_AXIS, ANALYSES);
+    let path = folder.path();
+    let drawn = |point: &str| {
+        let arguments = ["--what", "spectrum", "--point", point];
+        let (files, _) = plotted(path, "results/case", &arguments);
+        (
+            files[0].clone(),
+            fs::read(path.join("out").join(&files[0])).unwrap(),
+        )
+    };
+    let third = drawn("2");
+    assert!(drawn("speed=1200") == third && drawn("speed=1.2 krad/s,load=10 %") == third);
+    assert!(drawn("3") != third);
+    let said = refused(path, &["results/case", "--point", "speed=1000"]);
+    assert!(said.contains("no point at these values"), "{said}");
+}
+
 #[test]
 fn a_trace_shows_flanks_force_and_events() {
     let folder = job(ONE_AXIS, ANALYSES);
@@ -287,7 +307,7 @@ fn a_trace_shows_flanks_force_and_events() {
         assert!(marked > 0.01, "{name}: {marked}");
     }
     let said = refused(path, &["t", "--what", "bifurcation"]);
-    assert!(said.contains("`atlas run` is needed"), "{said}");
+    assert!(said.contains("`atlas run` wrote"), "{said}");
     assert!(said.contains("available here: phase, trace"), "{said}");
 }
 
@@ -297,7 +317,7 @@ fn bad_input_is_explained() {
     let path = folder.path();
     let said = refused(path, &["nowhere"]);
     assert!(
-        said.starts_with("error: nothing to plot in `nowhere`"),
+        said.starts_with("error: nothing to draw in `nowhere`"),
         "{said}"
     );
     let said = refused(path, &["results/case", "--what", "music"]);
@@ -306,7 +326,7 @@ fn bad_input_is_explained() {
         "{said}"
     );
     let said = refused(path, &["results/case", "--over", "load"]);
-    assert!(said.contains("such axes are: speed"), "{said}");
+    assert!(said.contains("these have several: speed"), "{said}");
     let said = refused(path, &["results/case", "--point", "77"]);
     assert!(said.contains("no point 77"), "{said}");
     let said = refused(path, &["results/case", "--what", "trace"]);
@@ -457,7 +477,7 @@ fn several_folders_are_curves_of_one_picture() {
         &["results/case", "results/heavy", "--what", "classes"],
     );
     assert!(
-        said.contains("classes pictures are of one folder"),
+        said.contains("classes pictures need a single folder"),
         "{said}"
     );
 }
@@ -681,12 +701,15 @@ fn columns_that_cannot_be_drawn_are_refused() {
     let path = folder.path();
     let said = |arguments: &[&str]| refused(path, &[&["results/case"], arguments].concat());
     let misspelt = said(&["--what", "deflection_rsm"]);
-    assert!(misspelt.contains("near it: deflection_rms"), "{misspelt}");
     assert!(
-        misspelt.contains("`atlas plot results/case --list` shows all"),
+        misspelt.contains("did you mean deflection_rms"),
         "{misspelt}"
     );
-    assert!(said(&["--what", "class"]).contains("that column holds texts"));
+    assert!(
+        misspelt.contains("`atlas plot results/case --list` lists all"),
+        "{misspelt}"
+    );
+    assert!(said(&["--what", "class"]).contains("this column holds text"));
     assert!(said(&["--what", "harmonics[9]"]).contains("have 3 elements"));
     assert!(said(&["--what", "force_peak[1]"]).contains("holds numbers, not lists"));
     assert!(said(&["--what", "orbits.lambda"]).contains("there is no orbits.parquet"));
@@ -696,8 +719,11 @@ fn columns_that_cannot_be_drawn_are_refused() {
         "{unit}"
     );
     let unused = said(&["--what", "force_peak", "--unit", "kg"]);
-    assert!(unused.contains("`--unit kg` fits nothing"), "{unused}");
-    assert!(said(&["--what", "force_peak", "--unit", "furlong"]).contains("not a unit"));
+    assert!(
+        unused.contains("`--unit kg` fits no drawn quantity"),
+        "{unused}"
+    );
+    assert!(said(&["--what", "force_peak", "--unit", "furlong"]).contains("not a known unit"));
     assert!(
         said(&["--what", "force_peak", "--over", "torque"]).contains("its axes are: load, speed")
     );
@@ -783,7 +809,7 @@ gain = [0.0]
 fn a_job_without_twins_has_no_horizon() {
     let folder = finished("load = 0.1\nspeed = 1200", "");
     let said = refused(folder.path(), &["results/case", "--what", "horizon"]);
-    assert!(said.contains("ask for `horizon`"), "{said}");
+    assert!(said.contains("add `horizon"), "{said}");
 }
 
 /// Values that no motion has, but a file may.
@@ -1013,11 +1039,11 @@ fn points_of_a_list_are_joined_only_where_nothing_else_differs() {
         let (mut lines, words) = draw(&["--what", what, "--over", "load"]);
         lines.sort_unstable();
         assert_eq!(lines, [2, 3], "{what}");
-        holds(&words, &["lines join points of the same mesh.half_gap"]);
+        holds(&words, &["lines join points with the same mesh.half_gap"]);
     }
     let (lines, words) = draw(&["--what", "deflection_pp", "--over", "mesh.half_gap"]);
     assert_eq!(lines, [2]);
-    holds(&words, &["lines join points of the same load"]);
+    holds(&words, &["lines join points with the same load"]);
     // Curves of one value of the other axis each need no such words.
     let by = [
         "--what",

@@ -532,8 +532,8 @@ fn what_has_no_room_is_left_out_and_named() {
     let page = Page::written("grid", &["--most-bytes", &most.to_string()]);
     assert!(size(&page) < most + 4000, "{} of {most}", size(&page));
     let told = page.head["left_out"].to_string();
-    assert!(told.contains("spectra: rows of "), "{told}");
-    assert!(told.contains(" of 80 points are here"), "{told}");
+    assert!(told.contains("spectra: the page has rows of "), "{told}");
+    assert!(told.contains(" of 80 points"), "{told}");
     let points = page.table("points").unwrap();
     assert_eq!(points["kept"], 80, "no point is left out");
     for table in ["orders", "spectra"] {
@@ -586,12 +586,12 @@ fn files_are_not_replaced_unasked_and_other_folders_are_refused() {
     assert_eq!(answer["bytes"], fs::metadata(&out).unwrap().len());
     let text = refusal(&["report", "followed", "--out", "once.html"]);
     assert!(
-        text.contains("`once.html` is there already") && text.contains("--overwrite"),
+        text.contains("`once.html` already exists") && text.contains("--overwrite"),
         "{text}"
     );
     said(&["report", "followed", "--out", "once.html", "--overwrite"]);
     let text = refusal(&["report", "nowhere"]);
-    assert!(text.contains("there is no such folder"), "{text}");
+    assert!(text.contains("the folder does not exist"), "{text}");
     let text = {
         let output = atlas(WRITTEN, &["report", "grid", "--most-bytes", "3 apples"]);
         assert_eq!(output.status.code(), Some(2));

@@ -130,7 +130,7 @@ def test_a_table_that_was_not_computed_is_told_how_to_have_it(tmp_path):
         _ = plain.spectra
     with pytest.raises(gearatlas.AtlasError, match="`atlas follow` writes it"):
         _ = plain.branches
-    with pytest.raises(gearatlas.AtlasError, match="no table is called `spectrum`; tables are points, .*spectra"):
+    with pytest.raises(gearatlas.AtlasError, match="there is no table `spectrum`; known tables are points, .*spectra"):
         plain.table("spectrum")
 
 
@@ -252,7 +252,7 @@ def test_a_sweep_up_and_down_has_two_columns_over_the_grid(tmp_path):
     assert points.rows == 6
     with pytest.raises(ValueError, match="direction='up'"):
         points.on_grid("point_id")
-    with pytest.raises(ValueError, match="no point was reached"):
+    with pytest.raises(ValueError, match="no sweep has the direction"):
         points.on_grid("point_id", direction="sideways")
     for direction in ["up", "down"]:
         own = [row for row in points.to_dicts() if row["direction"] == direction]

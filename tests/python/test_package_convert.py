@@ -267,7 +267,7 @@ def test_what_is_no_structure_is_refused(name, tmp_path):
 def test_other_mtx_files_are_told_how_to_become_one(lines, expected, tmp_path):
     (tmp_path / "K.mtx").write_text(lines)
     (tmp_path / "drive.toml").write_text('K = "K.mtx"\n')
-    with pytest.raises(StructureError, match=r"`K`: .*K\.mtx .*no Matrix Market file") as raised:
+    with pytest.raises(StructureError, match=r"`K`: .*K\.mtx .*not a Matrix Market file") as raised:
         read(tmp_path / "drive.toml")
     assert expected in str(raised.value)
 

@@ -133,7 +133,7 @@ def test_what_cannot_be_integrated_says_so(rattling, states):
         rattling(np.zeros((2, 3)))
     with pytest.raises(ValueError, match="tangents must have the shape"):
         rattling.image(states, tangents=np.zeros((1, 1, 1)))
-    with pytest.raises(gearatlas.AtlasError, match="names no key"):
+    with pytest.raises(gearatlas.AtlasError, match="is not a parameter"):
         rattling.image(states, by=["mesh.nothing"])
 
 

@@ -140,12 +140,12 @@ def test_a_manifest_runs_on_it(tmp_path):
 
 def test_what_does_not_go_together_is_refused():
     pair = (Recorded("first"), Recorded("second"))
-    with pytest.raises(StructureError, match="do not go with the teeth"):
+    with pytest.raises(StructureError, match="do not match the teeth"):
         geared(pair, **GEARED | {"base_radii": (0.5, 0.5)})
     with pytest.raises(StructureError, match="no node 9"):
         geared(pair, **GEARED | {"nodes": (9, 0)})
     flat = SimpleNamespace(number_dof=4)
-    with pytest.raises(StructureError, match="4 freedoms a node"):
+    with pytest.raises(StructureError, match="4 freedoms per node"):
         geared((flat, flat), **GEARED)
 
 

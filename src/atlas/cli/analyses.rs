@@ -11,7 +11,7 @@ pub(super) fn analyses(point: &PointSpec) -> String {
             format!(", until standard error {bound}")
         });
         let raw = match lyapunov.norm {
-            GrowthNorm::Raw => ", raw norm",
+            GrowthNorm::Raw => ", in the raw norm",
             GrowthNorm::Energy => "",
         };
         format!(
@@ -30,12 +30,12 @@ pub(super) fn analyses(point: &PointSpec) -> String {
             Section::CoastEntry => " on entry into coast contact".to_owned(),
             Section::CoastRelease => " where coast contact ends".to_owned(),
             Section::ForceMaximum => " at maxima of the mesh force".to_owned(),
-            Section::Surface(_) => " on a surface".to_owned(),
+            Section::Surface(_) => " on the given surface".to_owned(),
         };
         let refine = match poincare.refine {
             0 => String::new(),
-            1 => ", changes refined by 1 halving".to_owned(),
-            halvings => format!(", changes refined by {halvings} halvings"),
+            1 => ", changes located by 1 halving".to_owned(),
+            halvings => format!(", changes located by {halvings} halvings"),
         };
         format!("poincare ({} samples{section}{refine})", poincare.samples)
     });

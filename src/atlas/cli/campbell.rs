@@ -112,7 +112,7 @@ pub fn of(job: &Job, orders: &[f64]) -> Result<Campbell, String> {
         unit: written.remove("speed"),
         words: match job.points.variants().len() {
             1 => format!(
-                "load {load}  ·  closed: the contacts that bear the static load, with their mean stiffness"
+                "load {load}  ·  closed: the contacts that bear the static load, at their mean stiffness"
             ),
             count => format!(
                 "load {load}, the first of {count} structures  ·  closed: the contacts that bear the static load"
@@ -156,8 +156,8 @@ fn shaft_orders(first: &PointSpec, shaft: DriveShaft) -> Vec<f64> {
 /// The job of a manifest, or of the record of a results folder.
 ///
 /// # Errors
-/// Why there is none, in a sentence; none where the errors of the manifest were already shown.
-pub fn job(source: &Path) -> Result<Job, Option<String>> {
+/// Why there is none, in a sentence that ends with `remedy`; `None` if the errors of the manifest were already shown.
+pub fn job(source: &Path, remedy: &str) -> Result<Job, Option<String>> {
     if source.is_file() {
         return match manifest::load(source) {
             Ok(job) => {
@@ -171,7 +171,6 @@ pub fn job(source: &Path) -> Result<Job, Option<String>> {
         };
     }
     let runs = read_runs(source).map_err(|error| Some(with_causes(&error)))?;
-    let remedy = "give the manifest itself: atlas plot m.toml --what campbell";
     let Some(run) = runs.into_iter().next() else {
         let here = source.display();
         return Err(Some(format!(
@@ -189,7 +188,7 @@ pub fn job(source: &Path) -> Result<Job, Option<String>> {
             .first()
             .map_or("", |first| &first.message);
         Some(format!(
-            "the manifest in `{}` cannot be read here: {first}; {remedy}",
+            "the manifest in `{}` cannot be read: {first}; {remedy}",
             source.join("run.json").display()
         ))
     })

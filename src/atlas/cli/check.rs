@@ -12,6 +12,7 @@ use crate::manifest::{
     CoastSpec, CycleDivision, DampingSpec, Diagnostic, Job, ManifestErrors, MeshTableSpec,
     PointSpec, Source, StiffnessSpec, advice,
 };
+use crate::report::Unit;
 use clap::Args;
 use serde_json::{Value, json};
 use std::process::ExitCode;
@@ -21,7 +22,7 @@ use std::process::ExitCode;
 pub struct CheckArgs {
     #[command(flatten)]
     pub(super) manifest: ManifestArgs,
-    /// Print JSON for programs
+    /// Print JSON instead of text.
     #[arg(long)]
     pub json: bool,
 }
@@ -80,16 +81,12 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
     if let Some(carried) = &job.carried {
         lines.push(("order".to_owned(), grid::order(job, carried)));
     }
+    let units = job.written().axis_units();
     for axis in &job.axes {
+        let unit = Unit::of_axis(&units, axis.name(), &axis.unit);
         let (low, high) = axis.values.ends();
-        let unit = match axis.unit.as_str() {
-            "1" => "",
-            unit => unit,
-        };
-        lines.push((
-            format!("  {}", axis.name()),
-            format!("{} {unit}", span(low, high)),
-        ));
+        let text = span(low * unit.factor, high * unit.factor);
+        lines.push((format!("  {}", axis.name()), unit.after(&text)));
     }
     let retained = range(
         job.points
@@ -106,7 +103,7 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
             span(retained.0, retained.1),
             span(modes.0, modes.1),
             if first.model.mta {
-                ", the rest as residual flexibility"
+                ", the others as residual flexibility"
             } else {
                 ""
             }
@@ -127,7 +124,7 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
     lines.push((
         "run".to_owned(),
         format!(
-            "{} cycles of transient, at most {} measured; {}",
+            "{} transient cycles, at most {} measured; {}",
             first.run.transient,
             first.run.cycles,
             kernel::setting(&first.run.kernel)
@@ -149,7 +146,7 @@ fn mesh(job: &Job) -> String {
     let known = (job.points.variants().iter()).filter_map(|v| v.mesh.friction.constant());
     let known: Vec<f64> = known.collect();
     let friction = match known.is_empty() {
-        true => "by the law of load, speed, oil and roughness".to_owned(),
+        true => "from load, speed, oil and roughness".to_owned(),
         false => {
             let (low, high) = range(known.into_iter());
             span(low, high)
@@ -183,8 +180,8 @@ fn mesh(job: &Job) -> String {
     );
     let dampings: Vec<String> = [ratio, coefficient].into_iter().flatten().collect();
     format!(
-        "half gap {} m; {}; contact damping {}; friction {}",
-        span(gap.0, gap.1),
+        "half gap {} µm; {}; contact damping {}; friction {}",
+        span(1e6 * gap.0, 1e6 * gap.1),
         stiffness(job),
         dampings.join(", "),
         friction
@@ -200,15 +197,15 @@ fn coast(job: &Job) -> String {
         })
     };
     if symmetries().next().is_none() {
-        return "on the line of the drive flank, pushed from behind".to_owned();
+        return "on the line of action of the drive flank".to_owned();
     }
-    let line = "mirrored, on its own line of action";
+    let line = "mirrored, on a separate line of action";
     if !symmetries().any(|(_, varies)| varies) {
         return line.to_owned();
     }
     let (low, high) = range(symmetries().map(|(symmetry, _)| symmetry));
     format!(
-        "{line}; a tooth stands on the line of centres at mesh phase {}",
+        "{line}; a tooth is on the line of centres at mesh phase {}",
         span(low, high)
     )
 }
@@ -254,17 +251,17 @@ fn tabled(job: &Job, table: &MeshTableSpec) -> String {
     let division = match table.division {
         CycleDivision::Segments(count) => format!("{count} segments"),
         CycleDivision::Continuous => "continuous".to_owned(),
-        CycleDivision::Pairs { slices: 1 } => "a spring for each pair of teeth".to_owned(),
+        CycleDivision::Pairs { slices: 1 } => "one spring per pair of teeth".to_owned(),
         CycleDivision::Pairs { slices } => {
-            format!("a spring for each pair of teeth on each of {slices} slices of the face")
+            format!("one spring per pair of teeth and slice of the face, {slices} slices")
         }
     };
     let misalignment = range(job.points.variants().iter().map(|v| v.mesh.misalignment));
     format!(
-        "stiffness from the drawing of the gears, {division}; misalignment {} rad{}",
-        span(misalignment.0, misalignment.1),
+        "stiffness from the drawing of the gears, {division}; misalignment {} mrad{}",
+        span(1e3 * misalignment.0, 1e3 * misalignment.1),
         match table.shaft_tilt {
-            true => " and the shafts' tilt under load",
+            true => " plus the tilt of the shafts under load",
             false => "",
         }
     )

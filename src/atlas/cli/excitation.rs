@@ -30,7 +30,7 @@ pub fn causes(point: &PointSpec, mesh: &GearMesh) -> Vec<Cause> {
         let range = loaded
             .as_ref()
             .map_or(f64::NAN, |loaded| loaded.flank_error);
-        let size = format!("{:.3} um peak to peak at load {}", 1e6 * range, point.load);
+        let size = format!("{:.3} µm peak to peak at load {}", 1e6 * range, point.load);
         let harmonics = point.excitation.table_harmonics;
         let value = json!({
             "cause": "flank_error",
@@ -43,12 +43,12 @@ pub fn causes(point: &PointSpec, mesh: &GearMesh) -> Vec<Cause> {
             None => push(format!("error of the loaded flanks ({size})"), value),
             Some(0) => push(
                 format!(
-                    "without the error of the loaded flanks ({size}): excitation.table_harmonics = 0 leaves it out"
+                    "without the error of the loaded flanks ({size}), which excitation.table_harmonics = 0 omits"
                 ),
                 value,
             ),
             Some(count) => push(
-                format!("the error of the loaded flanks ({size}), cut off after {count} harmonics"),
+                format!("the error of the loaded flanks ({size}), limited to {count} harmonics"),
                 value,
             ),
         }
@@ -66,7 +66,7 @@ pub fn causes(point: &PointSpec, mesh: &GearMesh) -> Vec<Cause> {
         };
         let amplitudes: Vec<f64> = errors.iter().map(|term| term.amplitude).collect();
         let sizes: Vec<String> = (amplitudes.iter())
-            .map(|amplitude| format!("{:.3} um", 1e6 * amplitude))
+            .map(|amplitude| format!("{:.3} µm", 1e6 * amplitude))
             .collect();
         let cause = match whose {
             "" => "transmission_error",
@@ -104,7 +104,7 @@ pub fn causes(point: &PointSpec, mesh: &GearMesh) -> Vec<Cause> {
         for load in &structure.harmonic_loads {
             push(
                 format!(
-                    "harmonic load {} ({} turns a mesh cycle)",
+                    "harmonic load {} ({} turns per mesh cycle)",
                     load.name,
                     number(load.turns_per_cycle)
                 ),

@@ -16,28 +16,28 @@ pub struct ExportArgs {
     /// Format of the files; `python -m gearatlas.export` writes NumPy, MATLAB and Excel files.
     #[arg(long, value_enum, default_value_t = Format::Csv)]
     pub format: Format,
-    /// Tables, separated by commas: points, spectra, trace, ... [default: all].
+    /// Tables to write, separated by commas: points, spectra, trace, ... [default: all].
     #[arg(long, value_delimiter = ',', value_name = "TABLE,...")]
     pub tables: Vec<String>,
-    /// Columns, separated by commas, of all tables that have them [default: all].
+    /// Columns to write, separated by commas, from all tables that have them [default: all].
     #[arg(long, value_delimiter = ',', value_name = "COLUMN,...")]
     pub columns: Vec<String>,
-    /// Where lists go in csv; in arrow they stay lists.
+    /// How csv writes lists; arrow keeps them as lists.
     #[arg(long, value_enum, default_value_t = Lists::Wide)]
     pub lists: Lists,
     /// Folder for the files [default: `export` in the folder].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Replace files that are there already.
+    /// Replace files that already exist.
     #[arg(long)]
     pub overwrite: bool,
-    /// List tables and columns, and write nothing.
+    /// Only list tables and columns.
     #[arg(long)]
     pub list: bool,
     /// Print nothing but errors.
     #[arg(long, short)]
     pub quiet: bool,
-    /// Print files and tables as JSON.
+    /// Print JSON instead of text.
     #[arg(long, conflicts_with = "quiet")]
     pub json: bool,
 }

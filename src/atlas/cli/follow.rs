@@ -34,7 +34,7 @@ pub struct FollowArgs {
     /// Print nothing but errors.
     #[arg(long, short)]
     pub quiet: bool,
-    /// Print the summary as JSON.
+    /// Print JSON instead of text.
     #[arg(long)]
     pub json: bool,
 }
@@ -57,7 +57,7 @@ pub fn run(args: &FollowArgs) -> ExitCode {
         Err(error) => {
             return fail(
                 1,
-                &format!("cannot start worker threads: {error}; give fewer with --threads"),
+                &format!("cannot start worker threads: {error}; ask for fewer with --threads"),
             );
         }
     };
@@ -216,7 +216,7 @@ impl Census {
             (
                 "branches",
                 format!(
-                    "{} with {} orbits in {seconds:.1} s, {:.2} Newton steps an orbit; {} steps refused",
+                    "{} with {} orbits in {seconds:.1} s, {:.2} Newton steps per orbit; {} steps refused",
                     self.branches,
                     self.orbits,
                     self.steps as f64 / self.orbits.max(1) as f64,

@@ -66,12 +66,12 @@ impl GearMesh {
         if let Some(backlash) = self.backlash {
             gears.push(match self.drawn_half_gap() {
                 Some(_) => format!(
-                    "the drawing leaves a backlash of {:.4} um on the line of action, half of it {:.4} um; half gap {:.4} um",
+                    "the drawing gives a backlash of {:.4} µm along the line of action, a half gap of {:.4} µm; half gap used {:.4} µm",
                     1e6 * backlash,
                     0.5e6 * backlash,
                     1e6 * self.half_gap
                 ),
-                None => format!("the drawing states no backlash; half gap {:.4} um", 1e6 * self.half_gap),
+                None => format!("the drawing gives no backlash; half gap used {:.4} µm", 1e6 * self.half_gap),
             });
         }
         if !gears.is_empty() {
@@ -82,7 +82,7 @@ impl GearMesh {
             lines.push((
                 "stiffness".to_owned(),
                 format!(
-                    "{least:.4e} least, {mean:.4e} mean, {most:.4e} N/m most over the mesh cycle"
+                    "{least:.4e} minimum, {mean:.4e} mean, {most:.4e} N/m maximum over the mesh cycle"
                 ),
             ));
         }
@@ -94,8 +94,8 @@ impl GearMesh {
             lines.push((
                 "course".to_owned(),
                 format!(
-                    "{pieces} pieces; error times length in mesh cycles at most {stiffness:.0e} of the stiffness, \
-                     {turning:.0e} of where the force acts"
+                    "{pieces} pieces; error times length in mesh cycles at most {stiffness:.0e} of the \
+                     stiffness, {turning:.0e} of the position of the force"
                 ),
             ));
         }

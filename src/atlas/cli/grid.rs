@@ -19,7 +19,7 @@ pub fn points(job: &Job) -> String {
         levels => format!("{levels} halvings"),
     };
     format!(
-        "{} = {}; more where {} differ, up to {halvings} of an interval: at most {all}",
+        "{} = {}; more where {} differ, up to {halvings} of each interval: at most {all}",
         refine.nested.places(0),
         self::counts(job, &refine.nested.coarse).join(" x "),
         refine.by_words(),
@@ -100,8 +100,8 @@ pub fn refine_json(job: &Job) -> Value {
 pub fn refuses(job: &Job, option: &str) -> Option<String> {
     job.refine.as_ref().map(|_| {
         format!(
-            "{option} does not go with grid.refine: which points a refined grid takes follows from \
-             the results of all others; leave {option} out, or grid.refine"
+            "{option} cannot be used with grid.refine, because each refined point depends on the results of \
+             others; remove {option} or grid.refine"
         )
     })
 }

@@ -13,7 +13,7 @@ use std::process::ExitCode;
 #[derive(Debug, Args)]
 pub struct HelpArgs {
     /// A subcommand; `manifest` for all keys of a manifest; `schema` for its JSON Schema; a table
-    /// such as `mesh` (`[run]` where a subcommand has its name) or a key such as `mesh.half_gap`
+    /// such as `mesh` (write `[run]` if a subcommand has the same name); or a key such as `mesh.half_gap`
     #[arg(value_name = "TOPIC", value_parser = Topic, hide_possible_values = true)]
     pub topic: Vec<String>,
 }

@@ -31,7 +31,7 @@ impl FirstKernel {
                     let modes = model.modes();
                     let why = match ClosedModes::suits(&model) {
                         Ok(size) => Why::of_tables(modes, size).to_string(),
-                        Err(error) => format!("it does not take this drive: {error}"),
+                        Err(error) => format!("it does not accept this drive: {error}"),
                     };
                     (kernel.name(), Some(why))
                 })
@@ -74,7 +74,7 @@ pub fn setting(setting: &KernelSetting) -> String {
             format!("kernel {name} to round-off")
         }
         KernelSetting::Named(KernelChoice::Stepping { steps }) => {
-            format!("kernel {name}, {steps} steps a cycle")
+            format!("kernel {name}, {steps} steps per cycle")
         }
     }
 }

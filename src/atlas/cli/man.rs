@@ -11,7 +11,7 @@ use std::process::ExitCode;
 /// Arguments of `atlas man`.
 #[derive(Debug, Args)]
 pub struct ManArgs {
-    /// Folder for the pages, which is created where needed; ~/.local/share/man/man1 is where man looks for one's own
+    /// Folder for the pages, created if needed; `man` looks for a user's pages in ~/.local/share/man/man1
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
 }

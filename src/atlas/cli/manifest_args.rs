@@ -10,12 +10,12 @@ use std::process::ExitCode;
 /// A manifest with some keys changed.
 #[derive(Debug, Args)]
 pub struct ManifestArgs {
-    /// The manifest; - reads it from standard input, and relative paths in it start at the current folder.
+    /// The manifest. `-` reads it from standard input; relative paths in it then start at the current folder.
     #[arg(value_name = "MANIFEST")]
     pub path: PathBuf,
     /// Change a key of the manifest for this command: --set mesh.half_gap="20 um", --set grid.load=0.1. The value is
-    /// TOML, or a text without quotes. An empty value removes the key: --set run.initial=. Repeat it for several keys.
-    /// The results record the changes, and the same command continues them.
+    /// TOML, or text without quotes. An empty value removes the key: --set run.initial=. Repeat --set for several keys.
+    /// The results record the changes.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 }

@@ -9,16 +9,16 @@ use std::process::ExitCode;
 /// Arguments of `atlas merge`.
 #[derive(Debug, Args)]
 pub struct MergeArgs {
-    /// Folders that hold the shards of one job, or a folder of such folders; they are not changed.
+    /// Folders with the shards of one job, or a folder of such folders. They are not changed.
     #[arg(required = true, value_name = "DIR")]
     pub folders: Vec<PathBuf>,
-    /// Folder for the joined results; new or empty.
+    /// Folder for the joined results, which must be new or empty.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// Print nothing but errors.
     #[arg(long, short)]
     pub quiet: bool,
-    /// Print the record of the whole (run.json) to standard output.
+    /// Print JSON instead of text: the record of the joined run (run.json).
     #[arg(long)]
     pub json: bool,
 }
@@ -49,7 +49,7 @@ pub fn run(args: &MergeArgs) -> ExitCode {
     let (shards, points) = (record.shards.len(), record.totals.points);
     let out = args.out.display();
     let text = format!(
-        "{points} points of {shards} shards joined\nresults in {out}; atlas show {out} summarises them\n"
+        "{points} points of {shards} shards joined\nresults in {out}; `atlas show {out}` summarises them\n"
     );
     answer(&text, ExitCode::SUCCESS)
 }

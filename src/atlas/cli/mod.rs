@@ -79,14 +79,13 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Write a commented manifest to begin with
+    /// Write a commented manifest to start from
     New(new::NewArgs),
-    /// Compute every point of a manifest, or what an interrupted run left, and write the
-    /// result files
+    /// Compute the points of a manifest, or continue an interrupted run, and write the result files
     Run(run_args::RunArgs),
-    /// Show all errors of a manifest, or what it expands to
+    /// Show all errors of a manifest, or a summary of the job
     Check(check::CheckArgs),
-    /// Follow periodic orbits over an axis of the grid, through their bifurcations
+    /// Follow periodic orbits along an axis of the grid, through their bifurcations
     Follow(follow::FollowArgs),
     /// Join the shards of a job into one set of results
     Merge(merge::MergeArgs),
@@ -96,13 +95,13 @@ enum Command {
     Show(show::ShowArgs),
     /// Draw SVG and PNG pictures of a results or trace folder, or of a mesh table
     Plot(plot::PlotArgs),
-    /// Write one HTML file that explores a results or trace folder in a browser, without a network
+    /// Write one HTML file to explore a results or trace folder in a browser, offline
     Report(report::ReportArgs),
     /// Write the tables of a results or trace folder as CSV or Arrow files for other programs
     Export(export::ExportArgs),
-    /// Compute derivatives of the results of a point by keys of the manifest
+    /// Compute derivatives of the results of a point with respect to keys of the manifest
     Sensitivity(sensitivity::SensitivityArgs),
-    /// Record one trajectory with its events
+    /// Record the trajectory of one point with its events
     Trace(trace::TraceArgs),
     /// Measure memory, arithmetic and kernels of this machine
     Machine(machine::MachineArgs),

@@ -10,13 +10,13 @@ use std::process::ExitCode;
 /// Arguments of `atlas new`.
 #[derive(Debug, Args)]
 pub struct NewArgs {
-    /// Name of the job. The file is NAME.toml in the present folder.
+    /// Name of the job. The file is NAME.toml in the current folder.
     #[arg(value_name = "NAME")]
     pub name: String,
-    /// Drive to begin with.
+    /// Drive to start from.
     #[arg(long, value_enum, default_value_t = Template::Pair)]
     pub from: Template,
-    /// Replace a file that is there already.
+    /// Replace a file that already exists.
     #[arg(long)]
     pub overwrite: bool,
 }
@@ -24,15 +24,15 @@ pub struct NewArgs {
 /// A shipped manifest that stands alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Template {
-    /// A gear pair on two shafts, twelve points.
+    /// A gear pair on two shafts, with twelve points.
     Pair,
     /// The same pair with its mesh computed from the drawing of the gears.
     Drawing,
-    /// A reducer of two stages on three shafts.
+    /// A two-stage reducer on three shafts.
     Train,
-    /// Loose gears of an idling gearbox.
+    /// An idling gearbox with loose gears.
     IdleRattle,
-    /// A clutch damper of two stages and the gearbox behind it.
+    /// A two-stage clutch damper and the gearbox behind it.
     Clutch,
 }
 
@@ -78,7 +78,7 @@ pub fn run(args: &NewArgs) -> ExitCode {
         return fail(BAD_INPUT, &with_causes(&errors));
     }
     if !args.overwrite && file.symlink_metadata().is_ok() {
-        let message = "is there already: choose another name, or replace it with --overwrite";
+        let message = "already exists: choose another name, or replace it with --overwrite";
         return fail(BAD_INPUT, &format!("`{}` {message}", file.display()));
     }
     match write_whole(&file, text.as_bytes()) {

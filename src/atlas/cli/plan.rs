@@ -30,18 +30,18 @@ pub struct PlanArgs {
     manifest: ManifestArgs,
     #[command(flatten)]
     threads: Threads,
-    /// Only part i of n, as `atlas run --shard i/n` would compute.
+    /// Estimate only part i of n, as `atlas run --shard i/n` computes it.
     #[arg(long, value_name = "i/n", value_parser = super::run_args::parse_shard)]
     pub shard: Option<Shard>,
     /// Results of `atlas machine` for this machine [default: results/machine-HOST if present].
     #[arg(long, value_name = "DIR")]
     pub machine: Option<PathBuf>,
-    /// Also estimate the run on the machine of these results of `atlas machine`.
+    /// Also estimate the run on the machine that these results of `atlas machine` describe.
     #[arg(long, value_name = "DIR")]
     pub on: Option<PathBuf>,
     #[command(flatten)]
     tables: TablesFolder,
-    /// Print JSON for programs.
+    /// Print JSON instead of text.
     #[arg(long)]
     pub json: bool,
 }
@@ -143,7 +143,7 @@ impl Machines {
         let there = args.on.as_ref().map(read).transpose()?;
         if there.is_some() && here.is_none() {
             return Err(
-                "--on needs this machine's own figures to compare with; run `atlas machine --quick` \
+                "--on compares with this machine, which has no measurements; run `atlas machine --quick` \
                  here, or name its folder with --machine"
                     .to_owned(),
             );
@@ -184,7 +184,7 @@ impl Measured {
         };
         let noise = |rate: &MachineRate| match rate.quiet {
             true => "",
-            false => ", on a machine that was not quiet",
+            false => ", on a machine that was busy",
         };
         let mut text = String::new();
         if let Some(here) = &self.here {
@@ -219,7 +219,7 @@ fn text(job: &Job, found: &Forecast, topology: Option<Source>) -> String {
     };
     let mut lines = vec![("points", points)];
     if job.refine.is_some() {
-        let known = format!("what follows is of the first {} alone", found.points);
+        let known = format!("the estimate covers only the first {}", found.points);
         lines.push(("", known));
     }
     if found.chain_length > 1 {
@@ -252,7 +252,7 @@ fn text(job: &Job, found: &Forecast, topology: Option<Source>) -> String {
     ));
     if found.cut_short > 0 {
         let cut = format!(
-            "{} of these points took too long and were given up",
+            "{} of these points took too long and were stopped",
             found.cut_short
         );
         lines.push(("", cut));
@@ -263,7 +263,7 @@ fn text(job: &Job, found: &Forecast, topology: Option<Source>) -> String {
     lines.push((
         "disk",
         format!(
-            "about {}, and {} of journal until the run ends",
+            "about {}, plus {} of journal until the run ends",
             size_text(found.disk),
             size_text(found.journal)
         ),

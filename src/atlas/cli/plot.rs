@@ -1,6 +1,5 @@
 //! `atlas plot`: SVG and PNG pictures of a results or trace folder, or of a mesh table.
 
-use std::f64::consts::TAU;
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,9 +11,10 @@ use clap::builder::{PossibleValue, TypedValueParser};
 use clap::{Arg, Args, ValueEnum};
 use serde_json::json;
 
-use super::{BAD_INPUT, answer, campbell, fail, with_causes};
+use super::{BAD_INPUT, answer, campbell, fail, point, with_causes};
 use crate::report::{
-    Amount, Asked, Display, Drawn, Log, NoAmount, PlotRequest, Resonance, What, drawable, plot,
+    Amount, Asked, Display, Drawn, Log, NoAmount, PlotRequest, Resonance, Unit, What, drawable,
+    plot,
 };
 use crate::store::{ResultLayout, points_table, write_whole};
 use crate::units::conversion;
@@ -23,43 +23,43 @@ use crate::units::conversion;
 #[derive(Debug, Args)]
 #[command(after_help = KINDS)]
 pub struct PlotArgs {
-    /// Folder that `atlas run` or `atlas trace` wrote, or the file of a mesh table; several folders
-    /// put the same columns into one picture.
+    /// Folder that `atlas run`, `atlas follow` or `atlas trace` wrote, or the file of a mesh table. Several folders draw
+    /// the same columns into one picture.
     #[arg(required = true, value_name = "SOURCE")]
     pub sources: Vec<PathBuf>,
     /// Kinds of pictures and columns of the results, separated by commas; see below
-    /// [default: all kinds that the data allow].
+    /// [default: all kinds possible with the data].
     #[arg(long, value_parser = Names, value_delimiter = ',', value_name = "KIND|COLUMN,...", hide_possible_values = true)]
     pub what: Vec<Asked>,
-    /// Axis to draw curves over, instead of maps [default: the axis with most values].
+    /// Draw curves over this axis instead of maps [default: the axis with most values].
     #[arg(long, value_name = "AXIS")]
     pub over: Option<String>,
-    /// Axis whose values are curves of their own.
+    /// Draw one curve per value of this axis.
     #[arg(long, value_name = "AXIS")]
     pub by: Option<String>,
-    /// point_id of the point to draw [default: the loudest or most chaotic point; all points for basins,
-    /// multipliers and kicks].
-    #[arg(long, value_name = "ID")]
-    pub point: Option<u64>,
+    /// Point to draw: its point_id, or values of axes such as load=0.05,speed="9000 rpm" [default: the loudest or most
+    /// chaotic point; all points for basins, multipliers and kicks].
+    #[arg(long, value_name = "ID|AXIS=VALUE,...")]
+    pub point: Option<String>,
     /// Mesh orders of `orders` [default: 1,2,3].
     #[arg(long, value_parser = order, value_delimiter = ',', value_name = "ORDER,...")]
     pub orders: Vec<f64>,
     /// Signal of `orders` and `waterfall`: deflection, force, "bearing ..." [default: deflection].
     #[arg(long, value_name = "NAME")]
     pub signal: Option<String>,
-    /// A waterfall over frequency instead of order.
+    /// Draw the waterfall over frequency instead of order.
     #[arg(long)]
     pub frequency: bool,
-    /// Units to show, such as rpm,um [default: those of the manifest].
+    /// Units of the pictures, such as rpm,um [default: those of the manifest].
     #[arg(long, value_parser = unit, value_delimiter = ',', value_name = "UNIT,...")]
     pub unit: Vec<String>,
-    /// Decibels of an amplitude, in SI or with its unit: 1e-6, "1 N".
+    /// Show decibels relative to this amplitude, in SI or with its unit: 1e-6, "1 N".
     #[arg(long, value_name = "REFERENCE")]
     pub db: Option<Amount>,
-    /// Logarithmic axes of columns: x, y or xy.
+    /// Make axes logarithmic: x, y or xy.
     #[arg(long, value_enum, value_name = "AXES", hide_possible_values = true)]
     pub log: Option<Log>,
-    /// Lowest and highest value shown: 0:2e-5, "0:20 um"; decibels with --db.
+    /// Show only this range of values: 0:2e-5, "0:20 um"; in decibels with --db.
     #[arg(long, value_parser = range, value_name = "LOW:HIGH", allow_hyphen_values = true)]
     pub range: Option<[Amount; 2]>,
     /// Folder for the pictures [default: `pictures` in the first folder, or beside the file].
@@ -68,13 +68,13 @@ pub struct PlotArgs {
     /// File formats: svg, png or both.
     #[arg(long, value_enum, default_value_t = Format::Both, hide_possible_values = true)]
     pub format: Format,
-    /// List the kinds and columns that the source has, and draw nothing.
+    /// Only list the kinds and columns that the source has.
     #[arg(long)]
     pub list: bool,
     /// Print nothing but errors.
     #[arg(long, short)]
     pub quiet: bool,
-    /// Print the list of files as JSON.
+    /// Print JSON instead of text.
     #[arg(long)]
     pub json: bool,
 }
@@ -132,7 +132,7 @@ impl TypedValueParser for Names {
 fn unit(text: &str) -> Result<String, String> {
     match conversion(text, text) {
         Some(_) => Ok(text.to_owned()),
-        None => Err("not a unit known here; write for example rpm, um, kN, deg".to_owned()),
+        None => Err("not a known unit; write for example rpm, um, kN, deg".to_owned()),
     }
 }
 
@@ -152,12 +152,12 @@ fn order(text: &str) -> Result<f64, String> {
 /// Two amounts with a colon between; a unit behind the second holds for both.
 fn range(text: &str) -> Result<[Amount; 2], String> {
     let refused =
-        || "write two numbers with a colon between, such as 0:2e-5 or \"0:20 um\"".to_owned();
+        || "write two numbers separated by a colon, such as 0:2e-5 or \"0:20 um\"".to_owned();
     let (low, high) = text.split_once(':').ok_or_else(refused)?;
     let high: Amount = high.parse().map_err(|error: NoAmount| error.to_string())?;
     let low: Amount = low.parse().map_err(|error: NoAmount| error.to_string())?;
     low.up_to(high)
-        .ok_or_else(|| "the range is empty".to_owned())
+        .ok_or_else(|| "the lower end must be below the upper end".to_owned())
 }
 
 /// File formats of pictures.
@@ -177,11 +177,20 @@ pub fn run(args: &PlotArgs) -> ExitCode {
     if args.list {
         return list(args);
     }
+    let Some(source) = args.sources.first() else {
+        return fail(BAD_INPUT, "give a folder with results");
+    };
+    let point = args.point.as_deref().map(|text| point_id(source, text));
+    let point = match point.transpose() {
+        Ok(point) => point,
+        Err(Some(message)) => return fail(BAD_INPUT, &message),
+        Err(None) => return ExitCode::from(BAD_INPUT),
+    };
     let mut request = PlotRequest {
         what: args.what.clone(),
         over: args.over.clone(),
         by: args.by.clone(),
-        point: args.point,
+        point,
         orders: args.orders.clone(),
         signal: args.signal.clone(),
         frequency: args.frequency,
@@ -192,19 +201,19 @@ pub fn run(args: &PlotArgs) -> ExitCode {
             range: args.range.clone(),
         },
     };
-    let Some(source) = args.sources.first() else {
-        return fail(BAD_INPUT, "give a folder with results");
-    };
     let (mut drawn, mut resonances) = (Drawn::default(), Vec::new());
+    let mut speed = None;
     if request.what.contains(&CAMPBELL) {
         request.what.retain(|asked| *asked != CAMPBELL);
-        let job = campbell::job(source);
+        let remedy = "give the manifest instead: atlas plot m.toml --what campbell";
+        let job = campbell::job(source, remedy);
         let diagram = match job.and_then(|job| campbell::of(&job, &args.orders).map_err(Some)) {
             Ok(diagram) => diagram,
             Err(Some(message)) => return fail(BAD_INPUT, &message),
             Err(None) => return ExitCode::from(BAD_INPUT),
         };
         resonances = diagram.resonances();
+        speed.clone_from(&diagram.unit);
         drawn = diagram.draw(&request.display);
     }
     if drawn.pictures.is_empty() || !request.what.is_empty() {
@@ -243,28 +252,38 @@ pub fn run(args: &PlotArgs) -> ExitCode {
         for note in &drawn.notes {
             text.push_str(&format!("left out  {note}\n"));
         }
-        text.push_str(&table(&resonances));
+        text.push_str(&table(&resonances, &Unit::or_si(speed.as_deref(), "rad/s")));
     }
     answer(&text, ExitCode::SUCCESS)
+}
+
+/// The `point_id` that `--point` names: the number itself, or that of the values of axes.
+fn point_id(source: &Path, text: &str) -> Result<u64, Option<String>> {
+    match text.trim().parse() {
+        Ok(id) => Ok(id),
+        Err(_) => {
+            let job = campbell::job(source, "give the point_id instead: --point 3")?;
+            point::id(&job, text).map_err(Some)
+        }
+    }
 }
 
 /// A Campbell diagram, which is computed here.
 const CAMPBELL: Asked = Asked::Kind(What::Campbell);
 
 /// Resonances in lines; nothing where there are none.
-fn table(resonances: &[Resonance]) -> String {
+fn table(resonances: &[Resonance], unit: &Unit) -> String {
     let mut text = String::new();
     if !resonances.is_empty() {
         text += &format!(
-            "{:>10} {:>10} {:>10} {:<14} {:<8} {:>4} {:>10}\n",
-            "rpm", "rad/s", "Hz", "excitation", "contacts", "mode", "in mesh"
+            "{:>10} {:>10} {:<14} {:<8} {:>4} {:>10}\n",
+            unit.text, "Hz", "excitation", "contacts", "mode", "in mesh"
         );
     }
     for resonance in resonances {
         text += &format!(
-            "{:>10.1} {:>10.2} {:>10.1} {:<14} {:<8} {:>4} {:>8.1} %\n",
-            resonance.speed * 60.0 / TAU,
-            resonance.speed,
+            "{:>10.1} {:>10.1} {:<14} {:<8} {:>4} {:>8.1} %\n",
+            resonance.speed * unit.factor,
             resonance.frequency,
             resonance.excitation,
             resonance.contacts.name(),

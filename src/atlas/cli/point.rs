@@ -1,4 +1,4 @@
-//! `--point axis=value,…`: one operating point of a manifest, on its grid or off it.
+//! `--point ID` or `--point AXIS=VALUE,…`: one operating point of a manifest, on its grid or off it.
 //!
 //! Load or torque and speed may take any value. Every other axis goes into the resolved model, so
 //! that only values of the grid exist. An axis with a single value need not be named, nor one that is tied to others
@@ -8,9 +8,27 @@
 
 use super::{BAD_INPUT, fail};
 use crate::manifest::{Axis, AxisKey, Direction, GridDimension, Job, PointSpec};
-use crate::report::to_digits;
+use crate::report::{Unit, to_digits};
 use crate::units::{self, Dimension};
+use clap::Args;
+use std::collections::BTreeMap;
 use std::process::ExitCode;
+
+/// The operating point of a command.
+#[derive(Debug, Args)]
+pub struct PointArg {
+    /// Operating point: its point_id, or values of axes such as load=0.05,speed=1200 or speed="9000 rpm". Load and speed
+    /// may take any value, other axes a value of the grid. A bare number is in SI. Axes with a single value may be
+    /// omitted. If the manifest carries the state along an axis, add direction=up or direction=down to start from the
+    /// sweep up to this point.
+    #[arg(
+        long = "point",
+        value_name = "ID|AXIS=VALUE,...",
+        default_value = "",
+        hide_default_value = true
+    )]
+    pub text: String,
+}
 
 /// An operating point that was asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,7 +48,8 @@ pub struct ChosenPoint {
 pub enum PointError {
     /// A part without an equals sign, or with more than one value.
     #[error(
-        "`{part}` is not of the form axis=value; write for example --point load=0.05,speed=1200, with decimal points and a comma between axes"
+        "`{part}` is not of the form AXIS=VALUE; write for example --point load=0.05,speed=1200, with \
+         decimal points and commas between axes"
     )]
     NoAssignment {
         /// The part.
@@ -70,7 +89,7 @@ pub enum PointError {
     },
     /// A value that the grid does not have, of an axis that may only take the grid's.
     #[error(
-        "{name} is {value}, which is not on the grid ({values}); choose a value of the grid, or add this one to the manifest"
+        "{name} is {value}, which is not a value of the grid ({values}); choose one of these, or add this value to the manifest"
     )]
     NotOnGrid {
         /// The axis.
@@ -82,7 +101,7 @@ pub enum PointError {
     },
     /// A direction in which nothing is swept.
     #[error("direction is {value}, but {}", match known.as_str() {
-        "" => "the points of this manifest are independent; leave direction out".to_owned(),
+        "" => "the points of this manifest are independent; remove direction".to_owned(),
         known => format!("this manifest sweeps {known}"),
     })]
     NotADirection {
@@ -92,12 +111,26 @@ pub enum PointError {
         known: String,
     },
     /// Axes with several values that were not given.
-    #[error("the point needs a value for {axes}; add it to --point, as in --point {example}")]
+    #[error("the point needs a value for {axes}; add it to --point, for example --point {example}")]
     Missing {
         /// The axes with their values.
         axes: String,
         /// A valid argument.
         example: String,
+    },
+    /// A `point_id` that the manifest does not have.
+    #[error("there is no point {id}: this manifest has {points} points, counted from 0")]
+    NoSuchId {
+        /// As typed.
+        id: usize,
+        /// Points of the manifest.
+        points: usize,
+    },
+    /// Values at which the grid has no point.
+    #[error("the grid has no point at these values; its axes are {axes}")]
+    OffGrid {
+        /// The axes with their values.
+        axes: String,
     },
 }
 
@@ -111,9 +144,44 @@ const NEAR: f64 = 5e-7;
 /// The point of a job that an argument names; the exit status where it names none, everything wrong
 /// being told.
 pub fn admit(job: &Job, text: &str) -> Result<ChosenPoint, ExitCode> {
-    choose(job, text).map_err(|errors| {
-        let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
-        fail(BAD_INPUT, &lines.join("\nerror: "))
+    choose(job, text).map_err(|errors| fail(BAD_INPUT, &joined(&errors)))
+}
+
+/// The `point_id` of the point of the grid that an argument names.
+///
+/// # Errors
+/// Everything that is wrong with the text, as lines of an error message.
+pub fn id(job: &Job, text: &str) -> Result<u64, String> {
+    let chosen = choose(job, text).map_err(|errors| joined(&errors))?;
+    let same = |point: &PointSpec| {
+        let values = point.axis_values.iter().zip(&chosen.spec.axis_values);
+        (chosen.direction.is_none() || chosen.direction == point.direction)
+            && values.into_iter().all(|(own, typed)| is_near(*own, *typed))
+    };
+    let found = job.points.iter().find(same);
+    found.map(|point| point.point_id).ok_or_else(|| {
+        let axes = all_ranged(job);
+        PointError::OffGrid { axes }.to_string()
+    })
+}
+
+fn joined(errors: &[PointError]) -> String {
+    let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
+    lines.join("\nerror: ")
+}
+
+/// The point with a `point_id`, as its sweep meets it.
+fn numbered(job: &Job, id: usize) -> Result<ChosenPoint, PointError> {
+    let points = job.points.len();
+    if id >= points {
+        return Err(PointError::NoSuchId { id, points });
+    }
+    let spec = job.points.at(id);
+    let (values, direction) = (spec.axis_values.clone(), spec.direction);
+    let typed = vec![None; job.axes.len()];
+    Ok(ChosenPoint {
+        label: id.to_string(),
+        ..chosen(job, spec, &values, &typed, direction)
     })
 }
 
@@ -122,6 +190,10 @@ pub fn admit(job: &Job, text: &str) -> Result<ChosenPoint, ExitCode> {
 /// # Errors
 /// Everything that is wrong with the text.
 fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
+    if let Ok(id) = text.trim().parse() {
+        return numbered(job, id).map_err(|error| vec![error]);
+    }
+    let units = job.written().axis_units();
     let mut errors = Vec::new();
     let mut typed: Vec<Option<(&str, f64)>> = vec![None; job.axes.len()];
     let mut named = vec![false; job.axes.len()];
@@ -145,7 +217,7 @@ fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
         let Some(index) = job.axes.iter().position(|axis| axis.name() == name) else {
             errors.push(PointError::UnknownAxis {
                 name: name.into(),
-                axes: list(job.axes.iter().map(ranged)),
+                axes: all_ranged(job),
             });
             continue;
         };
@@ -157,7 +229,7 @@ fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
             errors.push(PointError::NoAssignment { part: part.into() });
             continue;
         }
-        match read(&job.axes[index], value.trim()) {
+        match read(&job.axes[index], value.trim(), &units) {
             Ok(number) => typed[index] = Some((value.trim(), number)),
             Err(error) => errors.push(error),
         }
@@ -174,8 +246,8 @@ fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
     let misspelt = |error: &PointError| matches!(error, PointError::UnknownAxis { .. });
     if !missing.is_empty() && !errors.iter().any(misspelt) {
         errors.push(PointError::Missing {
-            axes: list(missing.into_iter().map(ranged)),
-            example: example(job, &typed),
+            axes: list(missing.into_iter().map(|axis| ranged(axis, &units))),
+            example: example(job, &typed, &units),
         });
     }
     let values: Vec<f64> = (job.axes.iter().zip(&values))
@@ -298,7 +370,7 @@ fn is_free(axis: &Axis) -> bool {
 }
 
 /// A value of an axis as typed, in SI.
-fn read(axis: &Axis, text: &str) -> Result<f64, PointError> {
+fn read(axis: &Axis, text: &str, units: &Units) -> Result<f64, PointError> {
     let value = quantity(axis, text)?;
     if is_free(axis) {
         return match value > 0.0 || axis.key != AxisKey::Speed {
@@ -312,8 +384,8 @@ fn read(axis: &Axis, text: &str) -> Result<f64, PointError> {
     let found = axis.values.iter().find(|on_grid| is_near(*on_grid, value));
     found.ok_or_else(|| PointError::NotOnGrid {
         name: axis.name().to_owned(),
-        value: with_unit(number(value), axis),
-        values: listed(axis),
+        value: shown(axis, units).amount(number, value),
+        values: listed(axis, units),
     })
 }
 
@@ -352,12 +424,15 @@ fn quantity(axis: &Axis, text: &str) -> Result<f64, PointError> {
 }
 
 /// A valid argument: what was typed, and the first value of each axis that was not.
-fn example(job: &Job, typed: &[Option<(&str, f64)>]) -> String {
+fn example(job: &Job, typed: &[Option<(&str, f64)>], units: &Units) -> String {
     let parts: Vec<String> = (job.axes.iter().zip(typed))
         .filter(|(axis, typed)| typed.is_some() || axis.values.len() > 1)
         .map(|(axis, typed)| match typed {
             Some((text, _)) => format!("{}={text}", axis.name()),
-            None => format!("{}={}", axis.name(), number(axis.values.get(0))),
+            None => {
+                let first = shown(axis, units).amount(number, axis.values.get(0));
+                format!("{}={first}", axis.name())
+            }
         })
         .collect();
     let text = parts.join(",");
@@ -368,32 +443,44 @@ fn example(job: &Job, typed: &[Option<(&str, f64)>]) -> String {
 }
 
 /// `load (0.1 ... 0.3)` where any value will do, else all values.
-fn ranged(axis: &Axis) -> String {
+fn ranged(axis: &Axis, units: &Units) -> String {
     let values = match is_free(axis) && axis.values.len() > 1 {
         true => {
             let (low, high) = axis.values.ends();
-            let span = format!("{} ... {}", number(low), number(high));
-            format!("any value; the grid has {}", with_unit(span, axis))
+            let unit = shown(axis, units);
+            let low = number(low * unit.factor);
+            format!(
+                "any value; the grid has {low} ... {}",
+                unit.amount(number, high)
+            )
         }
-        false => listed(axis),
+        false => listed(axis, units),
     };
     format!("{} ({values})", axis.name())
 }
 
-/// All values of an axis, or as many as one reads.
-fn listed(axis: &Axis) -> String {
-    let mut shown: Vec<String> = axis.values.iter().take(LISTED).map(number).collect();
-    if axis.values.len() > LISTED {
-        shown.push(format!("and {} more", axis.values.len() - LISTED));
-    }
-    with_unit(shown.join(", "), axis)
+fn all_ranged(job: &Job) -> String {
+    let units = job.written().axis_units();
+    list(job.axes.iter().map(|axis| ranged(axis, &units)))
 }
 
-fn with_unit(text: String, axis: &Axis) -> String {
-    match axis.unit.as_str() {
-        "1" => text,
-        unit => format!("{text} {unit}"),
+/// Units that the manifest gives its axes, by name.
+type Units = BTreeMap<String, String>;
+
+/// The unit in which values of an axis are shown.
+fn shown(axis: &Axis, units: &Units) -> Unit {
+    Unit::of_axis(units, axis.name(), &axis.unit)
+}
+
+/// All values of an axis, or as many as one reads.
+fn listed(axis: &Axis, units: &Units) -> String {
+    let unit = shown(axis, units);
+    let values = axis.values.iter().take(LISTED);
+    let mut values: Vec<String> = values.map(|value| number(value * unit.factor)).collect();
+    if axis.values.len() > LISTED {
+        values.push(format!("and {} more", axis.values.len() - LISTED));
     }
+    unit.after(&values.join(", "))
 }
 
 /// A number with seven digits, which tell the values of a grid apart.

@@ -155,7 +155,7 @@ fn watch_signals(called_off: &Arc<AtomicBool>) -> io::Result<()> {
 /// What is said where the process ends without waiting for a point.
 pub(super) fn left(folder: &Path) -> String {
     format!(
-        "interrupted: points that are finished are kept in the journal in {}; the same command goes on from here",
+        "interrupted: finished points are kept in the journal in {}; the same command continues",
         folder.display()
     )
 }

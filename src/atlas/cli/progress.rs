@@ -87,7 +87,7 @@ impl Watcher for Display {
         } = begun.progress;
         if resumed > 0 && !self.terminal {
             self.say(&format!(
-                "{resumed}/{points} points taken over from an interrupted run"
+                "{resumed}/{points} points kept from an interrupted run"
             ));
         }
     }
@@ -98,8 +98,7 @@ impl Watcher for Display {
 
     fn prepared(&mut self, tables: u64) {
         if self.terminal && !self.quiet {
-            self.bar
-                .set_message(format!("{tables} mesh tables at hand"));
+            self.bar.set_message(format!("{tables} mesh tables ready"));
         }
     }
 
@@ -130,7 +129,7 @@ fn parts(progress: &Progress) -> Vec<Part> {
     say(2, format!("{} failed", progress.failed));
     let unsettled = progress.not_ok - progress.failed;
     if unsettled > 0 {
-        say(2, format!("{unsettled} not settled"));
+        say(2, format!("{unsettled} not converged"));
     }
     parts
 }

@@ -16,19 +16,19 @@ use crate::store::{StoreError, TableKind, record_paths, table_path, write_whole}
 pub struct ReportArgs {
     /// Folder that `atlas run`, `atlas follow` or `atlas trace` wrote, such as results/flex80.
     pub folder: PathBuf,
-    /// The file [default: `report.html` in the folder].
+    /// File to write [default: `report.html` in the folder].
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Limit for the tables in the file; the page lists what is left out [default: 40MiB].
+    /// Limit for the size of the tables in the file; the page lists what it omits [default: 40MiB].
     #[arg(long, value_name = "SIZE", value_parser = size)]
     pub most_bytes: Option<u64>,
-    /// Replace a file that is there already.
+    /// Replace a file that already exists.
     #[arg(long)]
     pub overwrite: bool,
     /// Print nothing but errors.
     #[arg(long, short)]
     pub quiet: bool,
-    /// Print file, size and what is left out as JSON.
+    /// Print JSON instead of text: the file, its size and what it omits.
     #[arg(long, conflicts_with = "quiet")]
     pub json: bool,
 }
@@ -46,7 +46,7 @@ pub fn run(args: &ReportArgs) -> ExitCode {
     };
     if path.exists() && !args.overwrite {
         let message = format!(
-            "`{}` is there already: choose another file with --out, or replace it with --overwrite",
+            "`{}` already exists: choose another file with --out, or replace it with --overwrite",
             path.display()
         );
         return fail(BAD_INPUT, &message);
@@ -64,7 +64,7 @@ pub fn run(args: &ReportArgs) -> ExitCode {
         _ => {
             let mut text = format!("{}  {}\n", path.display(), size_text(bytes));
             for line in &page.left_out {
-                text += &format!("left out  {line}; --most-bytes makes room\n");
+                text += &format!("left out  {line}; raise --most-bytes to include it\n");
             }
             text
         }

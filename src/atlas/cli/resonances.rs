@@ -1,20 +1,20 @@
 //! Lines of `atlas check` on the resonances that a Campbell diagram of the same manifest marks.
 
-use crate::report::{Campbell, Contacts, NEAR_GRID, Resonance};
-use std::f64::consts::PI;
+use crate::report::{Campbell, Contacts, NEAR_GRID, Resonance, Unit};
 
 /// Resonances of an order that are told.
 const MOST: usize = 6;
 
 /// Head and text of their lines, an order a line.
-pub fn lines(diagram: &Campbell) -> Vec<(String, String)> {
-    let [low, high] = diagram.grid;
+pub fn lines(diagram: &Campbell, unit: &Unit) -> Vec<(String, String)> {
+    let [low, high] = diagram.grid.map(|speed| speed * unit.factor);
     let span = match low == high {
-        true => format!("{:.0}", rpm(low)),
-        false => format!("{:.0} ... {:.0}", rpm(low), rpm(high)),
+        true => format!("{low:.0}"),
+        false => format!("{low:.0} ... {high:.0}"),
     };
     let intro = format!(
-        "rpm at which an order meets a mode, in or within {:.0} % of the grid's {span}",
+        "{} at which an order meets a mode, in the grid ({span}) or within {:.0} % of it",
+        unit.text,
         100.0 * NEAR_GRID
     );
     let found = diagram.resonances();
@@ -28,7 +28,7 @@ pub fn lines(diagram: &Campbell) -> Vec<(String, String)> {
         let told = [Contacts::Closed, Contacts::Open].map(|contacts| {
             let of_state = of_ray.iter().filter(|one| one.contacts == contacts);
             let mut told: Vec<String> = (of_state.clone().take(MOST))
-                .map(|one| format!("{:.0} (mode {})", rpm(one.speed), one.mode))
+                .map(|one| format!("{:.0} (mode {})", one.speed * unit.factor, one.mode))
                 .collect();
             let more = of_state.count().saturating_sub(MOST);
             if more > 0 {
@@ -45,8 +45,4 @@ pub fn lines(diagram: &Campbell) -> Vec<(String, String)> {
         }
     }
     lines
-}
-
-fn rpm(speed: f64) -> f64 {
-    speed * 30.0 / PI
 }

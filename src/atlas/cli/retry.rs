@@ -26,8 +26,7 @@ use std::process::ExitCode;
 const FAILURES: [&str; 4] = ["failed", "diverged", "event_storm", "inaccurate"];
 
 /// Said of results in which a retry exchanges points, until it has done so.
-const AMID: &str = "points are being exchanged for those of a retry; where that was killed, repeat \
-                    it with --retry failed";
+const AMID: &str = "a retry of these points was interrupted; repeat it with --retry failed";
 
 /// Computes what failed of the results in `folder`, which `record` describes, again.
 pub fn run(args: &RunArgs, job: &Job, folder: &Path, record: RunRecord) -> ExitCode {
@@ -69,7 +68,7 @@ fn retry(
     }
     let mut voice = Console::new(args, job, folder);
     let mut text = format!(
-        "{} has no failed points: nothing to compute again\n",
+        "{} has no failed points, so there is nothing to compute\n",
         folder.display()
     );
     if !points.is_empty() {
@@ -115,7 +114,7 @@ fn retry(
                 false => INTERRUPTED,
             };
             let text = format!(
-                "interrupted: {} of {} points are missing, {} holds what it held; the same command goes on from here\n",
+                "interrupted: {} of {} points are missing, and {} is unchanged; the same command continues\n",
                 finished.written.missing,
                 finished.points,
                 folder.display()

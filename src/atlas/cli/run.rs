@@ -33,11 +33,11 @@ pub fn run(args: &RunArgs) -> ExitCode {
         .out
         .clone()
         .unwrap_or_else(|| Path::new("results").join(&job.name));
-    match look_for_earlier(&folder, &job, args.shard, args.fresh) {
+    match look_for_earlier(&folder, &job, args.shard, args.overwrite) {
         Ok(Earlier::Nothing) if args.retry.is_some() => fail(
             BAD_INPUT,
             &format!(
-                "{} holds no finished results of this manifest: run it without --retry first",
+                "{} holds no finished results of this manifest; run it without --retry first",
                 folder.display()
             ),
         ),
@@ -47,7 +47,7 @@ pub fn run(args: &RunArgs) -> ExitCode {
         }
         Ok(Earlier::Complete(record)) => {
             let text = format!(
-                "{} already holds the results of this manifest ({} points); --fresh computes them again\n",
+                "{} already holds the results of this manifest ({} points); --overwrite computes them again\n",
                 folder.display(),
                 record.totals.points
             );
@@ -76,7 +76,7 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
             only: None,
             most_failures: args.max_failures,
         },
-        fresh: args.fresh,
+        fresh: args.overwrite,
         tables: args.tables.store(),
         topology: topology.as_ref(),
         warnings,
@@ -117,10 +117,7 @@ fn closing_line(finished: &Finished, record: &RunRecord, folder: &Path) -> Strin
         if threads == 1 { "thread" } else { "threads" },
     );
     if totals.resumed > 0 {
-        text += &format!(
-            ", {} of them taken over from an interrupted run",
-            totals.resumed
-        );
+        text += &format!(", {} of them kept from an interrupted run", totals.resumed);
     }
     text += &format!(
         ": {} ok, {} not converged, {} failed",
@@ -128,20 +125,21 @@ fn closing_line(finished: &Finished, record: &RunRecord, folder: &Path) -> Strin
     );
     if totals.cycles > 0 {
         text += &format!(
-            "; {} cycles, {:.2} µs a cycle and thread",
+            "; {} cycles, {:.2} µs per cycle and thread",
             totals.cycles,
             1e6 * totals.wall_time_per_cycle * threads as f64,
         );
     }
     text += &match record.state {
         RunState::Complete => {
-            format!("\nresults in {folder}; atlas show {folder} summarises them\n")
+            format!("\nresults in {folder}; `atlas show {folder}` summarises them\n")
         }
         RunState::Interrupted if finished.gave_up => format!(
-            "\ncalled off, because so many points failed (--max-failures): {missing} points are missing, the others are in {folder}; the same command goes on from here\n"
+            "\nstopped after too many failed points (--max-failures): {missing} points are missing, the \
+             others are in {folder}; the same command continues\n"
         ),
         RunState::Interrupted => format!(
-            "\ninterrupted: {missing} points are missing, the others are in {folder}; the same command goes on from here\n"
+            "\ninterrupted: {missing} points are missing, the others are in {folder}; the same command continues\n"
         ),
     };
     text

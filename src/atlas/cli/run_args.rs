@@ -21,18 +21,18 @@ pub struct RunArgs {
     /// Bind workers to cores even if there are fewer workers than cores.
     #[arg(long, conflicts_with = "no_pin")]
     pub pin: bool,
-    /// Let the system place the workers.
+    /// Let the operating system place the workers.
     #[arg(long)]
     pub no_pin: bool,
     /// Compute only part i of n, every n-th point (or chain of points): 1/4, 2/4, …
     #[arg(long, value_name = "i/n", value_parser = parse_shard)]
     pub shard: Option<Shard>,
-    /// Start over: replace the results in the folder and discard an interrupted run.
+    /// Replace the results in the folder and discard an interrupted run [default: continue it].
     #[arg(long)]
-    pub fresh: bool,
-    /// Compute points of finished results again and keep the others: those with status failed,
-    /// diverged, event_storm or inaccurate.
-    #[arg(long, value_name = "WHAT", conflicts_with = "fresh")]
+    pub overwrite: bool,
+    /// Recompute points of finished results that have no result (status failed, diverged, event_storm or inaccurate),
+    /// and keep the others.
+    #[arg(long, value_name = "WHAT", conflicts_with = "overwrite")]
     pub retry: Option<Retry>,
     /// Stop the job after this many failed points; the same command continues it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
@@ -42,8 +42,8 @@ pub struct RunArgs {
     /// Print nothing but errors.
     #[arg(long, short)]
     pub quiet: bool,
-    /// Print events to standard output, one JSON object per line, their kind in `event`:
-    /// started, point, progress (every second), warning, finished (with the record, run.json).
+    /// Print events to standard output, one JSON object per line. `event` gives the kind: started, point, progress
+    /// (every second), warning, or finished (with the record, run.json).
     #[arg(long)]
     pub json: bool,
 }

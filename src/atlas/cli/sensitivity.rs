@@ -1,7 +1,7 @@
 //! `atlas sensitivity m.toml --point …`: how the answers of a point change with keys of the manifest.
 
 use super::manifest_args::ManifestArgs;
-use super::point::{self, number};
+use super::point::{self, PointArg, number};
 use super::process::{NOTHING_WRITTEN, Process};
 use super::table::TablesFolder;
 use super::threads::Threads;
@@ -18,33 +18,26 @@ use std::process::ExitCode;
 pub struct SensitivityArgs {
     #[command(flatten)]
     manifest: ManifestArgs,
-    /// The operating point: load and speed may be any, other axes are values of the grid.
-    #[arg(
-        long,
-        value_name = "AXIS=VALUE,...",
-        default_value = "",
-        hide_default_value = true
-    )]
-    pub point: String,
-    /// Keys to differentiate by, separated by commas: load, speed, or any key of the drive that takes a
-    /// quantity, such as mesh.half_gap [default: load, speed and all such keys of mesh and excitation
-    /// that the manifest sets].
+    #[command(flatten)]
+    point: PointArg,
+    /// Keys to differentiate with respect to, separated by commas: load, speed, or any quantity of the drive, such as
+    /// mesh.half_gap [default: load, speed, and all quantities of mesh and excitation that the manifest sets].
     #[arg(long, value_name = "KEY,...", value_delimiter = ',')]
     pub by: Vec<String>,
-    /// Members of the ensemble that a chaotic motion is estimated with.
+    /// Members of the ensemble for a chaotic motion.
     #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     pub members: u32,
     /// Mesh cycles of each member.
     #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     pub cycles: u64,
-    /// Step of each key that a chaotic motion is estimated with, as a part of its value.
+    /// Step of each key for a chaotic motion, as a fraction of its value.
     #[arg(long, value_name = "PART", default_value_t = 0.02)]
     pub step: f64,
     #[command(flatten)]
     threads: Threads,
     #[command(flatten)]
     tables: TablesFolder,
-    /// Print JSON.
+    /// Print JSON instead of text.
     #[arg(long)]
     pub json: bool,
 }
@@ -55,7 +48,7 @@ pub fn run(args: &SensitivityArgs) -> ExitCode {
         Ok(job) => job,
         Err(status) => return status,
     };
-    let point = match point::admit(&job, &args.point) {
+    let point = match point::admit(&job, &args.point.text) {
         Ok(point) => point.spec,
         Err(status) => return status,
     };

@@ -14,15 +14,15 @@ use crate::store::{Contents, StoreError, TableKind, journal_path, table_path};
 /// Arguments of `atlas show`.
 #[derive(Debug, Args)]
 pub struct ShowArgs {
-    /// Folder that `atlas run` wrote, such as results/flex80, or a file of the folder `tables`.
+    /// Folder that `atlas run` or `atlas follow` wrote, such as results/flex80, or a file of the folder `tables`.
     pub results: PathBuf,
-    /// Print JSON for programs instead of text.
+    /// Print JSON instead of text.
     #[arg(long)]
     pub json: bool,
     /// Print the attractors that probes found, branch by branch along the last axis.
     #[arg(long, conflicts_with = "json")]
     pub branches: bool,
-    /// When to use colours; `auto` asks the terminal and honours NO_COLOR.
+    /// When to use colours.
     #[arg(long, value_enum, default_value_t = Colour::Auto, value_name = "WHEN")]
     pub color: Colour,
 }
@@ -76,7 +76,7 @@ fn text(folder: &Path, json: bool, branches: bool, colour: Colour) -> Result<Str
     if branches {
         return match summary.attractors.is_empty() {
             true => Err(format!(
-                "no attractors in `{}`; ask for `multistability` in the manifest's [analyses]",
+                "no attractors in `{}`; add `multistability = {{}}` to [analyses] of the manifest",
                 folder.display()
             )),
             false => Ok(render_branches(&summary)),
@@ -106,21 +106,21 @@ pub(super) fn instead(folder: &Path) -> String {
     let here = folder.display();
     if journal_path(folder, None).exists() {
         return format!(
-            "no results in `{here}` yet: a run is at work there, or was killed; repeating its command goes on from there"
+            "no results in `{here}` yet: a run is in progress there, or was killed; its command, repeated, continues"
         );
     }
     match Contents::of(folder) {
         Contents::NotThere => {
-            format!("no results in `{here}`: there is no such folder; `atlas run` writes one")
+            format!("no results in `{here}`: the folder does not exist; `atlas run` writes one")
         }
         Contents::File => {
-            format!("no results in `{here}`: it is a file; give the folder that `atlas run` wrote")
+            format!("no results in `{here}`: it is a file; give a folder that `atlas run` wrote")
         }
         Contents::Trace => {
             format!("no results in `{here}`: it holds a trace; `atlas plot {here}` draws it")
         }
         Contents::Machine => format!(
-            "no results in `{here}`: it holds what `atlas machine` measured; `atlas machine show {here}` tells it"
+            "no results in `{here}`: it holds measurements of `atlas machine`; `atlas machine show {here}` prints them"
         ),
         Contents::Tables => format!(
             "no results in `{here}`: it holds computed tables; `atlas show {here}/FILE` shows what a file of it holds"
@@ -136,12 +136,12 @@ pub(super) fn instead(folder: &Path) -> String {
                 .take(MOST)
                 .map(|name| printable(name).into_owned());
             format!(
-                "no results in `{here}` itself; folders in it have some: {}{more}",
+                "no results in `{here}` itself; these folders in it have some: {}{more}",
                 named.collect::<Vec<_>>().join(", ")
             )
         }
         Contents::Nothing => format!(
-            "no results in `{here}`: nothing in it was written by atlas; give the folder that `atlas run` wrote"
+            "no results in `{here}`: atlas wrote nothing in it; give a folder that `atlas run` wrote"
         ),
     }
 }

@@ -5,7 +5,7 @@ use super::point::number;
 use super::{campbell, resonances};
 use crate::analysis::{ClosedMode, Frequencies, NaturalMode, excitation_period};
 use crate::manifest::{Job, PointSpec, StructureSource};
-use crate::report::Campbell;
+use crate::report::{Campbell, Unit};
 use crate::sweep::{build, structures};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
@@ -48,7 +48,7 @@ impl Structure {
         };
         if freedoms > MOST_FREEDOMS {
             return Err(format!(
-                "not computed here: {freedoms} freedoms take long (at most {MOST_FREEDOMS})"
+                "not computed here: {freedoms} degrees of freedom take long (limit: {MOST_FREEDOMS})"
             ));
         }
         let structure = build::structure(&first.model).map_err(|error| error.to_string())?;
@@ -84,8 +84,14 @@ impl Structure {
         }
     }
 
+    /// The unit in which speeds are shown.
+    fn unit(&self) -> Unit {
+        Unit::or_si(self.diagram.unit.as_deref(), "rad/s")
+    }
+
     /// Head and text of its lines.
     pub fn lines(&self) -> Vec<(String, String)> {
+        let unit = self.unit();
         let base = match self.base_period {
             Some(1) => "1 mesh cycle".to_owned(),
             Some(cycles) => format!("{cycles} mesh cycles"),
@@ -100,15 +106,17 @@ impl Structure {
             (
                 "modes".to_owned(),
                 format!(
-                    "at {} rad/s{which}: contacts open, and {} closed by the mean stiffness",
-                    number(self.speed),
+                    "at {}{which}: contacts open, and {} closed by the mean stiffness",
+                    unit.amount(number, self.speed),
                     self.closed_contacts()
                 ),
             ),
             (
                 String::new(),
-                "n x rpm: the pinion speed at which harmonic n of the mesh meets a closed mode, * in the grid"
-                    .to_owned(),
+                format!(
+                    "n x {}: the pinion speed at which harmonic n of the mesh meets a closed mode; * marks speeds in the grid",
+                    unit.text
+                ),
             ),
         ];
         let mut row = |text: String| lines.push((String::new(), text));
@@ -121,7 +129,7 @@ impl Structure {
             "ratio",
             "contact",
             (1..=HARMONICS)
-                .map(|harmonic| format!("{:>10}", format!("{harmonic} x rpm")))
+                .map(|harmonic| format!("{:>10}", format!("{harmonic} x {}", unit.text)))
                 .collect::<String>()
         ));
         for (index, mode) in self.frequencies.open.iter().take(MOST_ROWS).enumerate() {
@@ -131,7 +139,7 @@ impl Structure {
         if hidden > 0 {
             row(format!("… and {hidden} more modes"));
         }
-        lines.extend(resonances::lines(&self.diagram));
+        lines.extend(resonances::lines(&self.diagram, &unit));
         lines
     }
 
@@ -149,7 +157,7 @@ impl Structure {
                     None => format!("{:>9} ", "-"),
                     Some(speed) => {
                         let mark = if self.is_in_grid(speed) { '*' } else { ' ' };
-                        format!("{:>9.0}{mark}", speed * 60.0 / TAU)
+                        format!("{:>9.0}{mark}", speed * self.unit().factor)
                     }
                 };
             }

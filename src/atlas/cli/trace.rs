@@ -1,7 +1,7 @@
 //! `atlas trace m.toml --point …`: one trajectory with its events, for a close look.
 
 use super::manifest_args::ManifestArgs;
-use super::point::{self, ChosenPoint, number};
+use super::point::{self, ChosenPoint, PointArg, number};
 use super::process::{NOTHING_WRITTEN, Process, begin_writing};
 use super::table::TablesFolder;
 use super::threads::Threads;
@@ -10,6 +10,7 @@ use crate::analysis::{Signals, TraceOutcome, TraceQuestion, named_outputs};
 use crate::manifest::Job;
 use crate::model::Model;
 use crate::propagate::Stop;
+use crate::report::Unit;
 use crate::store::{TableKind, TraceLabel, TraceWriter, table_path};
 use crate::sweep::{Parts, PointTrace, PointTraceError};
 use clap::Args;
@@ -22,45 +23,34 @@ use std::process::ExitCode;
 pub struct TraceArgs {
     #[command(flatten)]
     manifest: ManifestArgs,
-    /// The operating point: load and speed may be any, other axes are values of the grid.
-    /// A bare number is in SI. Axes with a single value may be left out. Where the manifest
-    /// carries the state along an axis, direction=up or direction=down computes the sweep up
-    /// to this point and starts where it has come to.
-    #[arg(
-        long,
-        value_name = "AXIS=VALUE,...",
-        default_value = "",
-        hide_default_value = true
-    )]
-    pub point: String,
-    /// Mesh cycles recorded.
+    #[command(flatten)]
+    point: PointArg,
+    /// Mesh cycles to record.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     pub cycles: u64,
-    /// Mesh cycles before these [default: run.transient of the manifest], integrated one by one
-    /// unless contact is certain to last.
+    /// Mesh cycles to discard before recording [default: run.transient of the manifest].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(0..=1_000_000_000))]
     pub skip: Option<u64>,
-    /// Samples a mesh cycle, evenly spaced from mesh phase 0.
+    /// Samples per mesh cycle, evenly spaced from mesh phase 0.
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub samples_per_cycle: u32,
-    /// Record the modal displacements and velocities, too.
+    /// Also record modal displacements and velocities.
     #[arg(long)]
     pub modal: bool,
-    /// Record torques, accelerations and rotations of gears (beside the mean rotation), too, a column each beside those of
-    /// the bearing forces.
+    /// Also record torques, accelerations, and rotations of gears relative to the mean rotation, one column each.
     #[arg(long)]
     pub outputs: bool,
     /// Folder for the files [default: results/JOB/trace-POINT].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Replace a trace that is in the folder already.
+    /// Replace files that already exist.
     #[arg(long)]
-    pub fresh: bool,
+    pub overwrite: bool,
     #[command(flatten)]
     threads: Threads,
     #[command(flatten)]
     tables: TablesFolder,
-    /// Print the summary as JSON.
+    /// Print JSON instead of text.
     #[arg(long)]
     pub json: bool,
 }
@@ -72,7 +62,7 @@ pub fn run(args: &TraceArgs) -> ExitCode {
         Ok(job) => job,
         Err(status) => return status,
     };
-    let point = match point::admit(&job, &args.point) {
+    let point = match point::admit(&job, &args.point.text) {
         Ok(point) => point,
         Err(status) => return status,
     };
@@ -83,7 +73,7 @@ pub fn run(args: &TraceArgs) -> ExitCode {
         };
         Path::new("results").join(&job.name).join(name)
     });
-    if let Some(message) = occupied(&folder).filter(|_| !args.fresh) {
+    if let Some(message) = occupied(&folder).filter(|_| !args.overwrite) {
         return fail(BAD_INPUT, &message);
     }
     let process = match Process::prepare(NOTHING_WRITTEN) {
@@ -143,7 +133,7 @@ pub fn run(args: &TraceArgs) -> ExitCode {
         None => status,
         Some(stop) => fail(
             FAILED_POINTS,
-            &format!("the trace ended early: {stop}; the files hold what came before"),
+            &format!("the trace ended early: {stop}; the files hold the motion before that"),
         ),
     }
 }
@@ -153,7 +143,7 @@ fn occupied(folder: &Path) -> Option<String> {
     let file = table_path(folder, TableKind::Trace, None);
     file.exists().then(|| {
         format!(
-            "`{}` is there already; --fresh replaces this trace, --out DIR writes to another folder",
+            "`{}` already exists; choose another folder with --out, or replace the trace with --overwrite",
             file.display()
         )
     })
@@ -183,10 +173,11 @@ fn summary(
     outcome: &TraceOutcome,
     folder: &Path,
 ) -> String {
+    let units = job.written().axis_units();
     let values: Vec<String> = (job.axes.iter().zip(&point.values))
-        .map(|(axis, (name, value))| match axis.unit.as_str() {
-            "1" => format!("{name} {}", number(*value)),
-            unit => format!("{name} {} {unit}", number(*value)),
+        .map(|(axis, (name, value))| {
+            let unit = Unit::of_axis(&units, name, &axis.unit);
+            format!("{name} {}", unit.amount(number, *value))
         })
         .chain(point.direction.map(|way| format!("sweep {}", way.name())))
         .collect();
@@ -205,7 +196,7 @@ fn summary(
         (
             "events",
             match events_per_cycle(outcome) {
-                Some(rate) => format!("{}, {rate:.2} a cycle", outcome.events),
+                Some(rate) => format!("{}, {rate:.2} per cycle", outcome.events),
                 None => outcome.events.to_string(),
             },
         ),
@@ -216,7 +207,7 @@ fn summary(
             (
                 "skipped",
                 format!(
-                    "{} mesh cycles, {} of them at once: contact was certain to last",
+                    "{} mesh cycles, {} of them at once because contact was certain to last",
                     question.skip, outcome.jumped
                 ),
             ),

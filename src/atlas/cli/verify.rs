@@ -14,15 +14,15 @@ use std::time::Duration;
 /// Arguments of `atlas verify`.
 #[derive(Debug, Args)]
 pub struct VerifyArgs {
-    /// Longer horizons, more cycles of each drive: many minutes instead of seconds
+    /// Use longer horizons and more cycles per drive: many minutes instead of seconds.
     #[arg(long)]
     full: bool,
-    /// Only this check; may be given more than once
+    /// Run only this check; repeat for several.
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(CHECKS.iter().map(|check| check.name)))]
     only: Vec<String>,
     #[command(flatten)]
     threads: Threads,
-    /// Print JSON for programs
+    /// Print JSON instead of text.
     #[arg(long)]
     json: bool,
 }

@@ -31,7 +31,7 @@ pub enum ExportError {
     },
     /// None of the tables has a column that was asked for.
     #[error("no column `{name}` in {tables}{}", nearest.as_ref().map_or(
-        String::from("; `atlas export FOLDER --list` names them"), |known| format!("; is `{known}` meant?")
+        String::from("; `atlas export FOLDER --list` lists them"), |known| format!("; did you mean `{known}`?")
     ))]
     NoColumn {
         /// What was asked for.
@@ -42,13 +42,13 @@ pub enum ExportError {
         nearest: Option<String>,
     },
     /// A file would be replaced.
-    #[error("`{}` is there already: choose another folder with --out, or replace it with --overwrite", path.display())]
+    #[error("`{}` already exists: choose another folder with --out, or replace it with --overwrite", path.display())]
     Exists {
         /// The file.
         path: PathBuf,
     },
     /// A format that has no place for lists in a table of their own.
-    #[error("{format} keeps lists as they are: leave out --lists long, or choose csv")]
+    #[error("{format} keeps lists as they are: remove --lists long, or choose csv")]
     ListsAreKept {
         /// The format.
         format: &'static str,

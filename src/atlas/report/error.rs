@@ -11,7 +11,7 @@ pub enum ReportError {
     #[error(transparent)]
     Store(#[from] StoreError),
     /// A file lacks a value that every row has.
-    #[error("`{}` has a row without `{column}`; write the results anew", folder.display())]
+    #[error("`{}` has a row without `{column}`; write the results again", folder.display())]
     Incomplete {
         /// The results folder.
         folder: PathBuf,
@@ -19,7 +19,7 @@ pub enum ReportError {
         column: String,
     },
     /// A table of followed orbits that does not name their axis.
-    #[error("`{}` does not say over which of its axes orbits were followed; write it anew with `atlas follow`", path.display())]
+    #[error("`{}` does not name the axis along which orbits were followed; write it again with `atlas follow`", path.display())]
     NoFollowedAxis {
         /// The table.
         path: PathBuf,

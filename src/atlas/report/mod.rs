@@ -28,6 +28,7 @@ pub use machine_page::machine_page;
 pub use numbers::{size_text, to_digits};
 pub use orbits::{MissedSearch, Orbit, OrbitCount, Orbits};
 pub use page::{PageRequest, ResultsPage, results_page};
+pub(crate) use plot::Unit;
 pub use plot::{
     Amount, Asked, Campbell, ColumnName, Contacts, Display, Drawable, Drawn, Log, ModeLine,
     NEAR_GRID, NoAmount, NoColumn, Picture, PlotError, PlotRequest, Ray, Resonance, USUAL_ORDERS,

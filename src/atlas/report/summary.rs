@@ -23,6 +23,7 @@ use super::refined::{Plane, complete};
 use super::tied::Tied;
 use super::transitions::{self, TransitionSummary};
 use crate::input::printable;
+use crate::manifest::ManifestText;
 use crate::store::{
     RefinedColumns, ResultTable, RunRecord, RunState, StoreError, TableKind, read_runs,
 };
@@ -30,7 +31,8 @@ pub(super) use census::LARGEST_RESIDUAL;
 use census::{Census, by_id, in_order, livelier, scan, shorter_lived};
 
 /// Said of tables that nothing vouches for.
-const UNRECORDED: &str = "there is no run.json: whether the tables are whole cannot be checked";
+const UNRECORDED: &str =
+    "there is no run.json, so the completeness of the tables cannot be checked";
 
 /// A results folder in numbers.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -61,6 +63,9 @@ pub struct Summary {
     pub worker_time_per_cycle: Option<f64>,
     /// The grid's axes, slowest first.
     pub axes: Vec<Axis>,
+    /// Units that the manifest gives axes, by name; empty without a run record.
+    #[serde(skip)]
+    pub units: BTreeMap<String, String>,
     /// Which of them advance in step.
     #[serde(skip)]
     pub tied: Tied,
@@ -251,6 +256,7 @@ impl Summary {
             transition_counts,
             refined,
             followed,
+            units: runs.first().map(axis_units).unwrap_or_default(),
             axes,
             tied,
             with_exponent,
@@ -289,9 +295,19 @@ impl Summary {
             job: followed.job.clone(),
             axes: followed.axes.clone(),
             followed: Some(FollowedSummary::of(followed)),
+            units: followed.units.clone(),
             ..Self::default()
         }
     }
+}
+
+/// Units that the manifest of a run gives axes, by name.
+fn axis_units(run: &RunRecord) -> BTreeMap<String, String> {
+    let manifest = ManifestText {
+        text: &run.manifest,
+        changes: &run.set,
+    };
+    manifest.axis_units()
 }
 
 /// A split job is complete once every shard is there and complete.

@@ -5,6 +5,7 @@ mod coexistence;
 mod followed;
 mod heat;
 mod lifetimes;
+mod manifest_units;
 mod orbits;
 mod style;
 mod table;
@@ -26,6 +27,7 @@ use table::{place_words, push_table};
 
 /// The summary as text.
 pub fn render(summary: &Summary, style: Style) -> String {
+    let summary = &manifest_units::converted(summary);
     let mut text = String::new();
     if summary.is_of_orbits_alone() {
         push_title(&mut text, summary);
@@ -108,7 +110,7 @@ fn push_header(text: &mut String, summary: &Summary) {
             let joint = if missing.is_empty() { "" } else { ": " };
             _ = writeln!(
                 text,
-                "  interrupted{joint}{missing}; the same `atlas run` goes on"
+                "  interrupted{joint}{missing}; the same `atlas run` continues"
             );
         }
         None => {
@@ -124,10 +126,10 @@ fn push_header(text: &mut String, summary: &Summary) {
     }
     parts.push(format!("{} mesh cycles integrated", summary.cycles));
     if let Some(time) = summary.wall_time_per_cycle {
-        parts.push(format!("{} µs a cycle", number(1e6 * time)));
+        parts.push(format!("{} µs per cycle", number(1e6 * time)));
     }
     if let Some(time) = summary.worker_time_per_cycle {
-        parts.push(format!("{} µs a cycle on one worker", number(1e6 * time)));
+        parts.push(format!("{} µs per cycle on one worker", number(1e6 * time)));
     }
     _ = writeln!(text, "  {}", parts.join(", "));
     if let Some(refined) = &summary.refined {
@@ -143,8 +145,8 @@ fn refined_words(summary: &Summary, refined: &RefinedColumns) -> String {
     let plural = if nested.levels == 1 { "" } else { "s" };
     format!(
         "refined by {}: from {} x {} points by up to {} halving{plural}, {} % of {rows} x {columns}\n  \
-         every point starts from run.initial ({}): where motions coexist, the map shows those \
-         reached from there",
+         every point starts from run.initial ({}); where motions coexist, the map shows those reached from \
+         there",
         printable(&refined.by),
         nested.coarse[0],
         nested.coarse[1],
@@ -159,7 +161,7 @@ fn push_classes(text: &mut String, summary: &Summary) {
         text.push_str("\nno point was computed\n");
         return;
     }
-    text.push_str("\nkind of motion\n");
+    text.push_str("\nclass of motion\n");
     for count in &summary.classes {
         let class = match (count.class.as_str(), count.period) {
             ("none", _) => "not classified".into(),
@@ -230,8 +232,8 @@ fn energy_warning(summary: &Summary) -> Option<String> {
     let open = summary.open_balances;
     (open > 0).then(|| {
         format!(
-            "energy_residual is above {LARGEST_RESIDUAL:.0e} at {}, {worst:.1e} at point {point_id}: what happens there \
-             is known to fewer digits than are shown; more run.steps, or another run.kernel, follows the motion closer",
+            "energy_residual is above {LARGEST_RESIDUAL:.0e} at {}, {worst:.1e} at point {point_id}: the \
+             motion there is less accurate than the digits shown; use more run.steps, or another run.kernel",
             plural(open, "point")
         )
     })
@@ -242,8 +244,8 @@ fn errors_warning(summary: &Summary) -> Option<String> {
     let unverified = summary.unverified_points;
     (unverified > 0).then(|| {
         format!(
-            "standard errors of {unverified} of {} that do not settle are not verified; set run.cycles to {} or more \
-             and analyses.lyapunov.effort = \"verified\"",
+            "standard errors of {unverified} of {} points that do not settle are not verified; set \
+             run.cycles to {} or more and analyses.lyapunov.effort = \"verified\"",
             plural(summary.with_evidence, "point"),
             Effort::Verified.first_look()
         )

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The work was called off; nothing is known of the point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("called off before the point was finished")]
+#[error("interrupted before the point was finished")]
 pub struct CalledOff;
 
 impl CalledOff {

@@ -138,7 +138,7 @@ pub fn classify(evidence: &Evidence<'_>) -> Verdict {
         return Verdict {
             status: Status::Ok,
             class: None,
-            reason: "does not repeat; ask for analyses.lyapunov to class it".to_owned(),
+            reason: "does not repeat; add analyses.lyapunov to determine its class".to_owned(),
         };
     }
     let (lambda, error) = (mean(evidence.averages), standard_error(evidence.averages));
@@ -211,7 +211,7 @@ impl Found<'_> {
             return None;
         }
         let driven = format!(
-            "driven by ripple without a period up to {} cycles, whose phases it follows",
+            "torque ripple without a period up to {} cycles drives it, and it follows the phases of the ripple",
             self.evidence.longest_period
         );
         let known = self.known();
@@ -219,13 +219,13 @@ impl Found<'_> {
             Verdict {
                 status: Status::Ok,
                 class: Some(Class::SteadyContact(None)),
-                reason: format!("{known}; never leaves contact, {driven}"),
+                reason: format!("{known}; never leaves contact; {driven}"),
             }
         } else {
             Verdict {
                 status: Status::Ok,
                 class: Some(Class::QuasiPeriodic),
-                reason: format!("{known}; {driven}: a torus that attracts"),
+                reason: format!("{known}; {driven}: an attracting torus"),
             }
         })
     }
@@ -236,7 +236,8 @@ impl Found<'_> {
         if let Some(rhat) = self.evidence.rhat {
             if rhat > APART {
                 return not_converged(format!(
-                    "{known}, but trajectories do not share one motion (R-hat {rhat:.2}); raise run.transient or run.cycles, or ask for analyses.multistability"
+                    "{known}, but the trajectories do not share one motion (R-hat {rhat:.2}); raise \
+                     run.transient or run.cycles, or add analyses.multistability"
                 ));
             }
         } else if let Some(drift) = self.drift() {
@@ -281,7 +282,9 @@ impl Found<'_> {
             && (DECAYING..=PROPORTIONAL).contains(&self.growth.late);
         proportional.then(|| {
             format!(
-                "{known}, but neighbours part no faster than in proportion to time (by a factor {:.1} from the third to the last quarter of the record; an exponent of {:.4} would be seen), and no period up to {longest}",
+                "{known}, but neighbours separate no faster than in proportion to time (by a factor {:.1} \
+                 from the third to the last quarter of the record; an exponent of {:.4} would be detected), \
+                 and no period up to {longest}",
                 (0.25 * self.growth.late).exp(),
                 EXPONENTIAL / cycles
             )
@@ -295,7 +298,7 @@ impl Found<'_> {
         if self.lambda > 0.0 {
             if self.evidence.events > 0 && self.growth.steady() >= EXPONENTIAL {
                 return format!(
-                    "{known}: neighbours part, but the exponent is within {SIGMAS} errors of zero over {measured} measured cycles"
+                    "{known}: neighbours separate, but the exponent is within {SIGMAS} errors of zero over {measured} measured cycles"
                 );
             }
             return match self.evidence.events {
@@ -303,12 +306,13 @@ impl Found<'_> {
                     "{known}, without an event in {measured} cycles: linear motion that is unstable and grows; raise run.transient until it leaves its contact state"
                 ),
                 _ => format!(
-                    "{known}, which cannot be told from growth in proportion to time over {measured} measured cycles; raise run.cycles"
+                    "{known}, which cannot be distinguished from growth in proportion to time over \
+                     {measured} measured cycles; raise run.cycles"
                 ),
             };
         }
         if !self.decays() {
-            return format!("{known}, neither zero nor negative beyond doubt; raise run.cycles");
+            return format!("{known}, neither clearly zero nor clearly negative; raise run.cycles");
         }
         let returns = (self.evidence.closest_return)
             .map(|d| format!(", closest return {d:.1e} half gaps"))
@@ -321,7 +325,8 @@ impl Found<'_> {
             );
         }
         format!(
-            "{known}{returns}: the motion has settled, but on no period up to {} cycles; raise run.cycles to twice the period sought",
+            "{known}{returns}: the motion has settled, but not on a period up to {} cycles; raise \
+             run.cycles to twice the expected period",
             self.evidence.longest_period
         )
     }
@@ -330,7 +335,8 @@ impl Found<'_> {
         (self.evidence.slow_mode)
             .map(|(mode, cycles)| {
                 format!(
-                    "; mode {mode} turns once in {cycles:.0} cycles and has not been seen to repeat (give it frequency 0 if it is a rigid rotation)"
+                    "; mode {mode} turns once in {cycles:.0} cycles and no repetition was seen (give it \
+                     frequency 0 if it is a rigid rotation)"
                 )
             })
             .unwrap_or_default()

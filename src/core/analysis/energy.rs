@@ -38,7 +38,9 @@ pub fn objection(residual: f64) -> Option<String> {
     let closes = residual <= LARGEST_RESIDUAL;
     (!closes).then(|| {
         format!(
-            "the energy balance misses by {residual:.1e} of the energy at work (at most {LARGEST_RESIDUAL:.0e} is round-off): the kernel does not follow this drive, another run.kernel may"
+            "the energy balance is off by {residual:.1e} of the converted energy (round-off is at most \
+             {LARGEST_RESIDUAL:.0e}): the kernel does not integrate this drive accurately; try another \
+             run.kernel"
         )
     })
 }

@@ -40,8 +40,9 @@ struct Line {
 /// A motion that grows, with the remedy.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
-    "the deflection grows by {:.2} % a mesh cycle, to {half_gaps:.1e} half gaps, and nothing bounds it: stiffness that \
-     varies gives more than damping takes; raise mesh.contact_damping, or leave this speed",
+    "the deflection grows by {:.2} % per mesh cycle, to {half_gaps:.1e} half gaps, without bound: varying \
+     stiffness supplies more energy than damping dissipates; raise mesh.contact_damping, or avoid this \
+     speed",
     100.0 * (growth - 1.0)
 )]
 pub struct Runaway {

@@ -18,7 +18,9 @@ pub enum ModelError {
     },
     /// Springs of a flank that do not lie on one line, or do not join in their order, behind a residual flexibility.
     #[error(
-        "springs of pairs of teeth on slices of the face cannot share the residual flexibility of the modes left out ({flexibility:.2e} m/N): each slice has a line of its own; set mesh.slices = 1, model.mta = false, or retain all modes"
+        "springs of pairs of teeth on slices of the face cannot share the residual flexibility of the \
+         omitted modes ({flexibility:.2e} m/N), because each slice has a different line of action; set \
+         mesh.slices = 1, model.mta = false, or retain all modes"
     )]
     SpringsApart {
         /// Residual flexibility \[m/N\].
@@ -26,8 +28,9 @@ pub enum ModelError {
     },
     /// Contacts that face each other on one line overlap: flanks that are thicker than the backlash, or stops.
     #[error(
-        "contacts that face each other (the flanks of a tooth, or stops) overlap by up to {lack:.3e} m: both would \
-         touch at once; give the flanks less material, or raise mesh.half_gap or the gap of the stop"
+        "contacts that face each other (the flanks of a tooth, or stops) overlap by up to {lack:.3e} m, so \
+         both would touch at once; remove more material from the flanks, or raise mesh.half_gap or the gap \
+         of the stop"
     )]
     Jammed {
         /// By how much; \[rad\] of stops against rotation \[m\].
@@ -35,9 +38,10 @@ pub enum ModelError {
     },
     /// No state of rest under the mean load.
     #[error(
-        "no static equilibrium: with {:.3} % of the friction and of the springs that are not symmetric, contacts {} (from 1, the drive \
-         and the coast flank first) pull or overlap by up to {excess:.1e} m; friction locks them or the structure is unstable: lower \
-         the friction of the mesh and of the contacts, or the cross-coupled stiffness",
+        "no static equilibrium: with {:.3} % of the friction and of the unsymmetric springs, contacts {} \
+         (counted from 1, drive and coast flank first) pull or overlap by up to {excess:.1e} m; friction \
+         locks them or the structure is unstable: lower the friction of the mesh and of the contacts, or \
+         the cross-coupled stiffness",
         100.0 * friction,
         numbered(contacts)
     )]

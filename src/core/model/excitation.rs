@@ -90,7 +90,7 @@ impl Ripple {
     ) -> Result<Self, ModelError> {
         let turns = load.turns_per_cycle;
         positive(
-            "turns of a harmonic load a mesh cycle",
+            "turns of a harmonic load per mesh cycle",
             turns,
             turns > 0.0,
             "above 0",

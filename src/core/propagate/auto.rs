@@ -137,9 +137,9 @@ impl fmt::Display for Why {
             ),
             Self::Met { modes, sets } => write!(
                 f,
-                "{modes} modes, {sets} sets of closed contacts, of which those that are met get tables"
+                "{modes} modes, {sets} sets of closed contacts, whose tables are made when they are met"
             ),
-            Self::NoTable => f.write_str("a set of closed contacts that was met has no table"),
+            Self::NoTable => f.write_str("no table for a set of closed contacts that was met"),
             Self::Turns => f.write_str("gyroscopic terms change the structure with the speed"),
             Self::ManyModes { modes, most } => write!(f, "{modes} modes, more than {most}"),
             Self::Portable => f.write_str("instructions = \"portable\""),

@@ -67,8 +67,8 @@ pub enum Stop {
     },
     /// The state that the integration was to start from is out of range already.
     #[error(
-        "the start is {half_gaps:.1e} half gaps away, and motion beyond {farthest:.0e} of them \
-         counts as diverged; set a nearer run.initial"
+        "the initial state is {half_gaps:.1e} half gaps away, but motion beyond {farthest:.0e} of them \
+         counts as diverged; set run.initial to a nearer state"
     )]
     FarStart {
         /// Its deflection \[half gaps\].
@@ -86,9 +86,9 @@ pub enum Stop {
     },
     /// The integration takes windows without getting on.
     #[error(
-        "{windows} windows were taken in mesh cycle {cycle} and its end is not reached, the last one at mesh phase \
-         {phase}; this is a fault of the program, please report the manifest. Another run.kernel, or breakpoints of the \
-         mesh (mesh.contact_ratio, mesh.coast_symmetry, train.mesh.*.phase) that are elsewhere, may do"
+        "{windows} windows in mesh cycle {cycle} did not reach its end, the last one at mesh phase {phase}; \
+         this is a fault of the program, please report it with the manifest. Try another run.kernel, or \
+         move the breakpoints of the mesh (mesh.contact_ratio, mesh.coast_symmetry, train.mesh.*.phase)"
     )]
     Stuck {
         /// The mesh cycle.
@@ -100,7 +100,7 @@ pub enum Stop {
     },
     /// The motion has come to a set of closed contacts of which the kernel has no table.
     #[error(
-        "mesh cycle {cycle} comes to a set of closed contacts without a table, because {}; set run.kernel = \"volterra\"", error.cause()
+        "in mesh cycle {cycle} a set of closed contacts has no table, because {}; set run.kernel = \"volterra\"", error.cause()
     )]
     Refused {
         /// The mesh cycle.
@@ -109,7 +109,7 @@ pub enum Stop {
         error: TableError,
     },
     /// Nobody waits for the rest: the trajectory is as good as any.
-    #[error("called off in mesh cycle {cycle}")]
+    #[error("interrupted in mesh cycle {cycle}")]
     CalledOff {
         /// The mesh cycle.
         cycle: u64,

@@ -16,7 +16,7 @@ const ROTATION_NOISE: f64 = 1e-10;
 
 /// More (or fewer) modes were asked for than can be given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("asked for {requested} modes, between {least} and {available} can be given")]
+#[error("{requested} modes are requested, but between {least} and {available} are possible")]
 pub struct ModeCount {
     /// Modes asked for.
     pub requested: usize,

@@ -12,8 +12,8 @@ pub enum FlankCourse {
 impl std::fmt::Display for FlankCourse {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         out.write_str(match self {
-            Self::Profile => "profile through points (places are roll lengths)",
-            Self::Lead => "lead through points (places are distances from mid-face)",
+            Self::Profile => "profile through points (positions are roll lengths)",
+            Self::Lead => "lead through points (positions are distances from mid-face)",
         })
     }
 }
@@ -23,7 +23,8 @@ impl std::fmt::Display for FlankCourse {
 pub enum GearError {
     /// The base circles overlap at the given centre distance.
     #[error(
-        "a centre distance of {centre_distance:.6} m is not more than the sum {base_radii:.6} m of the base radii: there is no line of action; raise it"
+        "a centre distance of {centre_distance:.6} m is not more than the sum {base_radii:.6} m of the base \
+         radii, so there is no line of action; raise it"
     )]
     BaseCirclesOverlap {
         /// Centre distance \[m\].
@@ -33,7 +34,7 @@ pub enum GearError {
     },
     /// The profile shifts are so negative that no centre distance is free of backlash.
     #[error(
-        "profile shifts with the sum {sum} leave no centre distance without backlash; it must be more than {limit:.4}"
+        "profile shifts with the sum {sum} allow no centre distance without backlash; the sum must be more than {limit:.4}"
     )]
     ShiftSum {
         /// Sum of the profile shift coefficients.
@@ -75,7 +76,9 @@ pub enum GearError {
     },
     /// The rack cuts off what the mate would touch.
     #[error(
-        "gear {gear} is undercut up to a diameter of {:.4} mm, and its mate touches it from {:.4} mm on: its profile shift, thinning included, is {shift:.4}, and {limit:.4} leaves no undercut; raise the shift or the number of teeth, or lower the mate's tip diameter",
+        "gear {gear} is undercut up to a diameter of {:.4} mm, but its mate touches it from {:.4} mm on: \
+         its profile shift, thinning included, is {shift:.4}; at least {limit:.4} avoids undercut; raise \
+         the shift or the number of teeth, or lower the mate's tip diameter",
         1e3 * form_diameter, 1e3 * active_diameter
     )]
     Undercut {
@@ -92,7 +95,8 @@ pub enum GearError {
     },
     /// The flanks of a tooth meet below its tip circle.
     #[error(
-        "the teeth of gear {gear} are pointed: they end at a diameter of {limit:.6} m, below the tip diameter of {tip_diameter:.6} m; lower the profile shift or gear.tip_diameter"
+        "the teeth of gear {gear} are pointed at a diameter of {limit:.6} m, below the tip diameter of \
+         {tip_diameter:.6} m; lower the profile shift or gear.tip_diameter"
     )]
     PointedTip {
         /// 1 = pinion, 2 = wheel.
@@ -155,14 +159,15 @@ pub enum GearError {
         clearance: f64,
     },
     /// Nothing says where the body of a gear is held.
-    #[error("gear {gear} has no bore; give gear.bore, or the shaft on which it sits")]
+    #[error("gear {gear} has no bore; give gear.bore, or the diameter of its shaft")]
     NoBore {
         /// 1 = pinion, 2 = wheel.
         gear: usize,
     },
     /// The rim below the teeth is too thin.
     #[error(
-        "gear {gear}: root diameter over bore ({bore} m) is {ratio:.3} and must be at least {least}; give gear.bore the diameter at which the body is stiff"
+        "gear {gear}: root diameter divided by bore ({bore} m) is {ratio:.3} but must be at least {least}; \
+         set gear.bore to the diameter below which the body is rigid"
     )]
     BodyRatio {
         /// 1 = pinion, 2 = wheel.
@@ -175,7 +180,7 @@ pub enum GearError {
         least: f64,
     },
     /// A course through one point.
-    #[error("the {course} of gear {gear} has one point; a course needs two or more")]
+    #[error("the {course} of gear {gear} has one point, but needs two or more")]
     OnePoint {
         /// Which course.
         course: FlankCourse,
@@ -184,7 +189,8 @@ pub enum GearError {
     },
     /// Points that are no course.
     #[error(
-        "point {point} of the {course} of gear {gear} does not lie beyond the one before, or is no number; list the points with their places increasing"
+        "point {point} of the {course} of gear {gear} is not beyond the previous one, or is not a number; \
+         list the points with increasing positions"
     )]
     PointOrder {
         /// Which course.
@@ -196,7 +202,7 @@ pub enum GearError {
     },
     /// A point that is not on the flank.
     #[error(
-        "the {course} of gear {gear} has a point at {:.4} mm, off its flank, which reaches from {:.4} to {:.4} mm; leave it out",
+        "the {course} of gear {gear} has a point at {:.4} mm, off its flank, which reaches from {:.4} to {:.4} mm; remove it",
         1e3 * place, 1e3 * from, 1e3 * to
     )]
     PointOffFlank {

@@ -45,7 +45,7 @@ pub enum ShaftError {
     },
     /// The gear lies outside its span.
     #[error(
-        "the gear of shaft {shaft} stands at {position} of its span; it must stand strictly between 0 and 1"
+        "the gear of shaft {shaft} is at {position} of its span; it must be strictly between 0 and 1"
     )]
     GearPosition {
         /// 1 = pinion, 2 = wheel.
@@ -55,7 +55,7 @@ pub enum ShaftError {
     },
     /// A stretch of shaft was given no element.
     #[error(
-        "{stretch} has no element; give it at least one (more elements, more accurate upper modes)"
+        "{stretch} has no element; give it at least one (more elements make the highest modes more accurate)"
     )]
     NoElement {
         /// Which stretch of the shaft.
@@ -72,7 +72,9 @@ pub enum ShaftError {
         direction: &'static str,
     },
     /// Pedestals are released but not described.
-    #[error("the pedestal tier needs what its four bearings stand on: give their pedestals")]
+    #[error(
+        "kind = \"pedestal\" needs a pedestal for each of the four bearings; give shafts.pedestals"
+    )]
     NoPedestals,
     /// An assembly call names a node that was never added.
     #[error("node {node} does not exist; the assembly has {nodes} nodes, counted from 0")]
@@ -84,7 +86,7 @@ pub enum ShaftError {
     },
     /// A freedom was tied to one that is not free, or to itself.
     #[error(
-        "a freedom of node {node} is tied to a freedom of node {master} that is not free itself; tie it to the free one"
+        "a freedom of node {node} is tied to a freedom of node {master} that is itself tied; tie it to a free one"
     )]
     TiedToBound {
         /// Node of the tied freedom.
@@ -135,7 +137,7 @@ pub enum ShaftError {
     },
     /// The mass matrix is not positive definite.
     #[error(
-        "the mass matrix is not positive definite: some freedom carries no inertia; give it one or constrain it"
+        "the mass matrix is not positive definite: a freedom has no inertia; give it one or constrain it"
     )]
     MassNotPositiveDefinite,
     /// The parts of a gear body do not lie outside of one another.
@@ -156,7 +158,8 @@ pub enum ShaftError {
     },
     /// A hub reaches beyond the bearings of its shaft.
     #[error(
-        "shaft {shaft}: the hub is {length} m long, and between gear and bearing there is room for {room} m; shorten gear.hub_length, or gear.body_length where that is not given"
+        "shaft {shaft}: the hub is {length} m long, but between gear and bearing there is room for {room} \
+         m; shorten gear.hub_length (or gear.body_length, its default)"
     )]
     HubBeyondBearings {
         /// 1 = pinion, 2 = wheel.
@@ -168,7 +171,7 @@ pub enum ShaftError {
     },
     /// The stiffness matrix has a negative eigenvalue beyond round-off.
     #[error(
-        "the stiffness matrix has the negative eigenvalue {eigenvalue} rad²/s²; a spring is negative"
+        "the stiffness matrix has the negative eigenvalue {eigenvalue} rad²/s²; check for a negative spring stiffness"
     )]
     StiffnessIndefinite {
         /// The eigenvalue \[rad²/s²\].
@@ -187,7 +190,7 @@ pub enum ShaftError {
     ModeCount(#[from] ModeCount),
     /// A damping override names no elastic mode.
     #[error(
-        "damping override for mode {mode}: modes {first} to {last} are elastic and computed (counted from 1)"
+        "damping override for mode {mode}: only modes {first} to {last} are elastic and computed (counted from 1)"
     )]
     DampingOverride {
         /// Mode named, from 1.
@@ -211,7 +214,8 @@ pub enum ShaftError {
     },
     /// What loads deflect beyond the computed modes was not found.
     #[error(
-        "what the bearings' forces deflect beyond the {modes} modes computed was not found: the iteration did not converge; compute more modes"
+        "the deflection of the bearings beyond the {modes} computed modes was not found, because the \
+         iteration did not converge; compute more modes"
     )]
     NoStaticShape {
         /// Modes computed.
@@ -219,7 +223,8 @@ pub enum ShaftError {
     },
     /// A computed mode does not satisfy its equation.
     #[error(
-        "mode {mode} of {size} freedoms violates its equation by {residual:.1e} of its terms, beyond round-off: the eigensolver has failed; use fewer elements, or ask for fewer modes"
+        "mode {mode} of {size} freedoms violates its equation by {residual:.1e} of its terms, which is more \
+         than round-off: the eigensolver has failed; use fewer elements or fewer modes"
     )]
     Residual {
         /// Mode, from 1.

@@ -63,7 +63,7 @@ impl FlexibleDrive {
             &mut stations,
             gear_station,
             self.elements[1],
-            "the stretch from the first bearing to the gear",
+            "the part from the first bearing to the gear",
         )?;
         if let Some(hub) = &hub {
             put_between(&mut stations, first_bearing, hub.start);
@@ -73,7 +73,7 @@ impl FlexibleDrive {
             &mut stations,
             shaft.span,
             self.elements[2],
-            "the stretch from the gear to the second bearing",
+            "the part from the gear to the second bearing",
         )?;
         if let Some(hub) = &hub {
             put_between(&mut stations, gear, hub.end);

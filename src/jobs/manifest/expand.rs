@@ -199,7 +199,7 @@ fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &mut
                     key.key_span,
                     name,
                     format!(
-                        "the axis `{name}` names an element that is not there: `{}` {}",
+                        "the axis `{name}` names an element that does not exist: `{}` {}",
                         end.holder, end.why
                     ),
                 )
@@ -351,7 +351,7 @@ impl Between {
         for (name, node) in samples.chain(nodes) {
             let path: Vec<&str> = name.split('.').collect();
             if tree.put(&path, node).is_err() {
-                return Err(format!("`{name}` names nothing"));
+                return Err(format!("`{name}` names no key or axis"));
             }
         }
         let mut issues = Issues::default();

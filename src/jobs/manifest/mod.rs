@@ -122,7 +122,7 @@ fn judge_found(
             };
             issues.push(
                 Diagnostic::new(DiagnosticKind::Unreadable, span, "", message)
-                    .remedy("check the path; a manifest is a text file (UTF-8) in TOML"),
+                    .remedy("check the path; a manifest is a TOML file in UTF-8"),
             );
             Err(ManifestErrors::new(issues))
         }

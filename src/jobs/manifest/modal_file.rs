@@ -48,7 +48,7 @@ pub(super) fn load(
                     ),
                 )
                 .label("named here")
-                .remedy("check the path; a relative one starts at the manifest's folder"),
+                .remedy("check the path; a relative path starts at the folder of the manifest"),
             );
             None
         }
@@ -169,7 +169,7 @@ fn equal_names(tables: &[Section], issues: &mut Issues) {
                     format!("two bearing forces have the name `{name}`"),
                 )
                 .label("second time")
-                .remedy("give every [[bearing]] a name of its own, such as \"pinion 1 x\""),
+                .remedy("give every [[bearing]] a different name, such as \"pinion 1 x\""),
             );
         }
     }
@@ -193,13 +193,13 @@ fn column(
             root.span_of(name),
             name,
             format!(
-                "`{name}` has {}, `frequency` has {}",
+                "`{name}` has {}, but `frequency` has {}",
                 entries(values.len()),
                 entries(modes)
             ),
         )
-        .label(format!("{modes} are needed, one a mode"))
-        .remedy("give every column one entry a mode, in the order of `frequency`"),
+        .label(format!("{modes} are needed, one per mode"))
+        .remedy("give every list one entry per mode, in the order of `frequency`"),
     );
     None
 }
@@ -229,8 +229,8 @@ fn acts(root: &Section, issues: &mut Issues, name: &str, values: &[f64]) -> bool
         return true;
     }
     let what = match name {
-        "mesh" => "the mesh force acts on nothing",
-        _ => "the load acts on nothing",
+        "mesh" => "the mesh force would act on nothing",
+        _ => "the load would act on nothing",
     };
     issues.push(
         Diagnostic::new(
@@ -241,7 +241,7 @@ fn acts(root: &Section, issues: &mut Issues, name: &str, values: &[f64]) -> bool
         )
         .label("all zero")
         .remedy(format!(
-            "check the export: `{name}` needs at least one entry that is not 0"
+            "check the export: `{name}` needs at least one entry other than 0"
         )),
     );
     false
@@ -287,13 +287,13 @@ fn check_rigid(root: &Section, issues: &mut Issues, frequency: &[f64]) -> Option
             root.span_of("frequency"),
             "frequency",
             format!(
-                "{which} ({} rad/s, {:.0e} of the highest) {are} as round-off of an eigenvalue solver leaves it",
+                "{which} ({} rad/s, {:.0e} of the highest) {are} with round-off of an eigenvalue solver",
                 schema::number(frequency[first]),
                 frequency[first] / highest
             ),
         )
-        .label("nearly, but not 0".to_owned())
-        .remedy("give 0 for rigid rotations; below 1e-5 of the highest frequency no spring is meant"),
+        .label("nearly 0".to_owned())
+        .remedy("give 0 for rigid rotations; a frequency below 1e-5 of the highest cannot come from a spring"),
     );
     None
 }
@@ -324,7 +324,7 @@ fn check_frequencies(root: &Section, issues: &mut Issues, frequency: &[f64]) -> 
     issues.push(
         Diagnostic::new(kind, root.span_of("frequency"), "frequency", message)
             .label(label)
-            .remedy("sort all columns by frequency; truncation keeps the first modes"),
+            .remedy("sort all lists by frequency; truncation keeps the first modes"),
     );
     None
 }

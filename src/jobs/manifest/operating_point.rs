@@ -21,10 +21,10 @@ pub(super) fn check(axes: &[GridAxis], variants: &[Variant], issues: &mut Issues
                 DiagnosticKind::Inconsistent,
                 axis.key_span,
                 &path,
-                "a torque needs a rated torque, and a modal file has none".to_owned(),
+                "a torque needs a rated torque, but a modal file has none".to_owned(),
             )
             .label("no rated torque")
-            .remedy("give load, the part of rated_force that the mesh bears"),
+            .remedy("give load, the fraction of rated_force that the mesh bears"),
         );
     }
     let tangent = |variant: &Variant| match &variant.mesh.stiffness {
@@ -38,12 +38,12 @@ pub(super) fn check(axes: &[GridAxis], variants: &[Variant], issues: &mut Issues
                 DiagnosticKind::Inconsistent,
                 axis.node(place).span,
                 &path,
-                format!("`{name}` is 0, and the mesh computed from [gear] is that of flanks under the mean load"),
+                format!("`{name}` is 0, but the mesh computed from [gear] needs flanks pressed together by a mean load"),
             )
-            .label("no load")
+            .label("no mean load")
             .remedy(
-                "set mesh.resolution = \"pairs\", where every pair of teeth is a spring of its own, or another \
-                 mesh.stiffness, or give a small load",
+                "set mesh.resolution = \"pairs\", which makes every pair of teeth a separate spring, choose \
+                 another mesh.stiffness, or give a small load",
             ),
         );
     }

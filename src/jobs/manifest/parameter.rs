@@ -25,8 +25,8 @@ pub struct Parameter {
 pub enum ParameterError {
     /// There is no such key.
     #[error(
-        "`{name}` names no key of the drive{}; a parameter is load, torque, speed, or a key of model, gear, \
-         shafts, train, mesh or excitation that takes a quantity, such as mesh.half_gap",
+        "`{name}` is not a parameter of the drive{}; name load, torque, speed, or a quantity of model, \
+         gear, shafts, train, mesh or excitation, such as mesh.half_gap",
         near.as_ref().map_or(String::new(), |near| format!(", did you mean `{near}`?"))
     )]
     Unknown {
@@ -44,7 +44,7 @@ pub enum ParameterError {
         takes: String,
     },
     /// The manifest does not say what the value is.
-    #[error("`{name}` has no value in the manifest that could be changed; write it there first")]
+    #[error("`{name}` has no value in the manifest to change; write it there first")]
     NoValue {
         /// The key.
         name: String,
@@ -229,7 +229,7 @@ impl Between {
             }
         }
         if !(out.speed > 0.0 && out.speed.is_finite() && out.load.is_finite()) {
-            return Err("a speed must be above 0 rad/s, a load finite".to_owned());
+            return Err("a speed must be above 0 rad/s, and a load must be finite".to_owned());
         }
         if nodes.is_empty() {
             return Ok(out);

@@ -42,8 +42,8 @@ pub(super) fn apply(tree: &mut Node, changes: &[String], issues: &mut Issues) ->
                         &changed.name(),
                         format!("`{}` is not in the manifest", changed.name()),
                     )
-                    .label("nothing to take out")
-                    .remedy("a key without a value is taken out of the manifest; give it a value, or leave this out"),
+                    .label("nothing to remove")
+                    .remedy("--set KEY without a value removes the key from the manifest; give it a value, or remove this --set"),
                 );
             }
             continue;
@@ -56,7 +56,7 @@ pub(super) fn apply(tree: &mut Node, changes: &[String], issues: &mut Issues) ->
                     changed.key_span,
                     &changed.name(),
                     format!(
-                        "`{}` names an element that is not there: `{}` {}",
+                        "`{}` names an element that does not exist: `{}` {}",
                         changed.name(),
                         end.holder,
                         end.why
@@ -89,7 +89,7 @@ pub(super) fn check_axes(tree: &Node, changes: &[Changed], axes: &Axes, issues: 
             let tied = (own.axes.iter()).filter(|axis| **axis != place);
             let tied: Vec<&str> = tied.map(|axis| axes.valid[*axis].axis.name()).collect();
             format!(
-                "set the axis to as many values, {}, as {} has that it is tied to: --set 'grid.\"{name}\"={{ values = [...] }}'",
+                "give the axis as many values, {}, as {}, which is tied to it: --set 'grid.\"{name}\"={{ values = [...] }}'",
                 own.length,
                 tied.join(" and "),
             )
@@ -135,7 +135,7 @@ fn read(source: usize, text: &str, issues: &mut Issues) -> Option<(Changed, Opti
                 format!("`{}` is not a key", key.trim()),
             )
             .label("here")
-            .remedy("a key is a dotted name such as mesh.half_gap; of an axis of the grid, grid.\"mesh.half_gap\" with its quotes"),
+            .remedy("give a dotted name such as mesh.half_gap; for an axis of the grid, grid.\"mesh.half_gap\" with its quotes"),
         );
         return None;
     };
@@ -156,10 +156,10 @@ fn read(source: usize, text: &str, issues: &mut Issues) -> Option<(Changed, Opti
                         DiagnosticKind::Syntax,
                         span(0, text.len()),
                         &changed.name(),
-                        "several keys are set at once".to_owned(),
+                        "one --set changes several keys".to_owned(),
                     )
                     .label("more than KEY=VALUE")
-                    .remedy("give each a --set of its own"),
+                    .remedy("give each key a separate --set"),
                 );
                 None
             })?

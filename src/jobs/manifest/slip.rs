@@ -21,7 +21,7 @@ pub(super) fn of_length(metres: f64, what: &str, [least, most]: [f64; 2]) -> Opt
     });
     let [own, least, most] = [metres, least, most].map(length);
     Some(format!(
-        "{own} is no {what} of drives that are built ({least} to {most}){meant}"
+        "{own} is an unusual {what} (usual: {least} to {most}){meant}"
     ))
 }
 
@@ -52,8 +52,7 @@ mod tests {
             (35e3, "35000 m", "; did you mean 35 mm?"),
             (1e-15, "1.000e-9 um", ""),
         ] {
-            let expected =
-                format!("{own} is no diameter of drives that are built (1 mm to 2 m){meant}");
+            let expected = format!("{own} is an unusual diameter (usual: 1 mm to 2 m){meant}");
             assert_eq!(said(metres), Some(expected));
         }
         assert_eq!([1e-3, 0.035, 2.0].map(said), [None, None, None]);

@@ -46,11 +46,12 @@ fn add(issues: &mut Issues, name: String, bytes: Vec<u8>, what: &str) -> Result<
             let end = start + char::REPLACEMENT_CHARACTER.len_utf8();
             let source = issues.add_source(name, text);
             let span = Span { source, start, end };
-            let message = format!("{what} is not UTF-8: the byte 0x{byte:02x} begins no character");
+            let message =
+                format!("{what} is not UTF-8: the byte 0x{byte:02x} does not begin a character");
             issues.push(
                 Diagnostic::new(DiagnosticKind::Unreadable, span, "", message)
                     .label("here")
-                    .remedy("save the file in UTF-8; in Latin-1 `µ` is this byte alone: write \"um\" for \"µm\""),
+                    .remedy("save the file as UTF-8; in Latin-1 `µ` is this byte: write \"um\" for \"µm\""),
             );
             Err(NoText::Reported)
         }

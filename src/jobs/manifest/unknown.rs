@@ -70,8 +70,8 @@ fn unknown(entry: &Entry, path: &str, child: &str, schema: Schema) -> Diagnostic
         .suggestion(suggestion);
     match in_train && entry.key == "helix_angle" {
         true => diagnostic.remedy(
-            "gears of a train are spur gears on parallel axes, or bevel gears on axes that meet; a pair of helical \
-             gears is described in [gear], with model.kind = \"flexible\" or \"tilting\"",
+            "gears of a train are spur gears on parallel axes, or bevel gears on axes that intersect; \
+             describe a pair of helical gears in [gear], with model.kind = \"flexible\" or \"tilting\"",
         ),
         false => diagnostic,
     }

@@ -40,36 +40,37 @@ impl AttractorRow {
 pub fn attractors_table() -> Table<AttractorRow> {
     let slice = |name: &str| {
         format!(
-            "Strobe states over a period, projected on the {name} axis of basins.parquet; empty where the motion does not repeat, null without a slice"
+            "Strobe states over one period, projected on the {name} axis of basins.parquet; empty if the \
+             motion does not repeat, null without a slice"
         )
     };
     Table::new(columns![row: AttractorRow;
         u64 "point_id", "1", row.point_id, "Row-major index into the grid";
         u32 "attractor_id", "1", row.attractor_id,
-            "Attractor of the point, numbered from 0 by the first probe on it, then by the first cell of the slice";
+            "Attractor of the point. Numbers start at 0, first in the order of the probes, then in that of the cells of the slice";
         text "class", "", row.attractor.class.name(),
-            "Kind of motion: steady_contact, periodic, quasi_periodic, chaotic";
+            "Class of motion: steady_contact, periodic, quasi_periodic, chaotic";
         u32 "period", "mesh cycles", row.attractor.class.period(),
             "Period of steady_contact and periodic motion";
         f64 "lambda", "1/cycle", row.attractor.lambda,
-            "Largest Lyapunov exponent per mesh cycle, of the first probe on it";
+            "Largest Lyapunov exponent per mesh cycle, from the first probe on this attractor";
         f64 "lambda_stderr", "1/cycle", row.attractor.lambda_stderr,
             "Standard error of lambda, from block averages";
         f64 "chaos_lifetime_low", "mesh cycles", row.attractor.chaos_lifetime_low,
-            "Lower end of the 95 % interval of the mean life of chaos, by all probes of the point together; null of other motions";
+            "Lower end of the 95 % interval of the mean life of chaos, from all probes of the point together; null for other motions";
         f64 "deflection_rms", "m", row.attractor.deflection_rms,
             "Root mean square of the deflection about its mean";
         f64 "force_peak", "N", row.attractor.force_peak, "Largest |mesh force|";
         f64 "events_per_cycle", "1/cycle", row.attractor.events_per_cycle,
             "Contact-state changes per measured mesh cycle";
-        u32 "probes", "1", row.attractor.probes, "Probes that settled on it";
-        f64 "basin_share", "1", row.attractor.basin.share, "Their share of the point's probes";
+        u32 "probes", "1", row.attractor.probes, "Number of probes that settled on this attractor";
+        f64 "basin_share", "1", row.attractor.basin.share, "Fraction of the point's probes that settled on this attractor";
         f64 "basin_low", "1", row.attractor.basin.low,
             "Lower end of the 95 % interval of basin_share (Wilson)";
         f64 "basin_high", "1", row.attractor.basin.high,
             "Upper end of the 95 % interval of basin_share (Wilson)";
         u32 "cells", "1", row.attractor.cells,
-            "Cells of the slice that settled on it; null without a slice";
+            "Number of cells of the slice that settled on this attractor; null without a slice";
         list "slice_x", "m", row.place(0), &slice("x");
         list "slice_y", "m", row.place(1), &slice("y");
     ])

@@ -19,19 +19,20 @@ pub fn basins_table() -> Table<CellRow> {
         u32 "i", "1", row.cell.column, "Column of the cell in the slice, from 0 at the smallest x";
         u32 "j", "1", row.cell.row, "Row of the cell in the slice, from 0 at the smallest y";
         f64 "x", "m", row.cell.place[0],
-            "Mesh deflection by the first mode at the cell's centre, from run.initial; for velocities, the one of equal energy";
+            "Mesh deflection by the first mode at the centre of the cell, relative to run.initial; for \
+             velocities, the deflection of equal energy";
         f64 "y", "m (m/s in a phase plane)", row.cell.place[1],
-            "The same by the second mode; in a phase plane the rate of the mesh deflection by the one mode";
+            "Mesh deflection by the second mode, as x; in a phase plane, the rate of mesh deflection by the one mode";
         u32 "attractor_id", "1", row.cell.attractor,
-            "Attractor of the point, as in attractors.parquet; null where the motion settled on none";
+            "Attractor of the point, as in attractors.parquet; null if the motion settled on none";
         text "status", "", row.cell.status.name(),
             "How the motion ended: ok, not_converged, diverged, event_storm";
         text "class", "", row.cell.class.as_ref().map(Class::name),
-            "Kind of motion: steady_contact, periodic, quasi_periodic, chaotic, not_converged";
+            "Class of motion: steady_contact, periodic, quasi_periodic, chaotic, not_converged";
         u32 "period", "mesh cycles", row.cell.class.as_ref()?.period(),
             "Period of steady_contact and periodic motion";
         bool "in_full", "", row.cell.in_full,
-            "Whether the motion was investigated like a probe; false where it was seen to approach a known orbit, or ended early";
+            "Whether the motion was investigated like a probe; false if it approached a known orbit or ended early";
         u64 "cycles", "mesh cycles", row.cell.cycles, "Mesh cycles integrated";
     ])
 }

@@ -16,7 +16,7 @@ pub(super) fn direction(upwards: bool) -> &'static str {
 pub(super) fn direction_columns(axis: &AxisColumn) -> Vec<Column<PointRow>> {
     columns![row: PointRow;
         text "direction", "", row.chain.as_ref().map(|chain| direction(chain.upwards)),
-            &format!("Sweep along {}: up or down; each point starts from the end state of the one before it", axis.name);
+            &format!("Sweep along {}: up or down; each point starts from the final state of the previous point", axis.name);
     ]
 }
 
@@ -44,28 +44,29 @@ pub fn transitions_table(axis: &AxisColumn) -> Table<TransitionRow> {
     let unit = &axis.unit;
     Table::new(columns![row: TransitionRow;
         u64 "point_id", "1", row.point_id,
-            "First point of the grid behind the change, in sweep order";
+            "First grid point after the change, in sweep order";
         text "axis", "", row.axis.as_str(), "Swept axis";
         text "direction", "", direction(row.upwards), "Sweep along the axis: up or down";
         text "from_class", "", row.transition.from.name(),
-            "Kind of motion before the change, in sweep order";
+            "Class of motion before the change, in sweep order";
         text "what", "", row.transition.what(),
-            "What changes: class, period, or at constant class and period the deflection, which jumps";
+            "What changes: class, period, or deflection (a jump at constant class and period)";
         u32 "from_period", "mesh cycles", row.transition.from.period(),
-            "Its period, where it has one";
-        text "to_class", "", row.transition.to.name(), "Kind of motion behind the change";
-        u32 "to_period", "mesh cycles", row.transition.to.period(), "Its period, where it has one";
+            "Period before the change; null if the motion has none";
+        text "to_class", "", row.transition.to.name(), "Class of motion after the change";
+        u32 "to_period", "mesh cycles", row.transition.to.period(), "Period after the change; null if the motion has none";
         f64 "lower", unit, row.transition.bracket[0].min(row.transition.bracket[1]),
             "Smaller of the two values of the swept axis that bracket the change";
         f64 "upper", unit, row.transition.bracket[0].max(row.transition.bracket[1]),
-            "Larger of the two";
+            "Larger of the two values of the swept axis that bracket the change";
         f64 "from_deflection_mean", "m", row.transition.jump?[0].mean[0],
-            "Mean deflection before a jump; null of other changes";
-        f64 "to_deflection_mean", "m", row.transition.jump?[1].mean[0], "Mean deflection behind it";
+            "Mean deflection before a jump; null for other changes";
+        f64 "to_deflection_mean", "m", row.transition.jump?[1].mean[0], "Mean deflection after a jump; null for other changes";
         f64 "from_deflection_rms", "m", row.transition.jump?[0].rms[0],
-            "RMS of the deflection about its mean before a jump";
-        f64 "to_deflection_rms", "m", row.transition.jump?[1].rms[0], "RMS behind it";
+            "RMS of the deflection about its mean before a jump; null for other changes";
+        f64 "to_deflection_rms", "m", row.transition.jump?[1].rms[0], "RMS of the deflection about its mean \
+                                                                       after a jump; null for other changes";
         u32 "trials", "1", row.transition.trials,
-            "Points computed between those of the grid to narrow the bracket; 0 where no refinement was asked for";
+            "Points computed between those of the grid to narrow the bracket; 0 without refinement";
     ])
 }

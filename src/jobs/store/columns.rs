@@ -56,10 +56,10 @@ pub fn points_table(layout: &ResultLayout) -> Result<Table<PointRow>, StoreError
     let point_id = match (swept, refined) {
         (None, None) => "Row-major index into the grid",
         (Some(_), _) => {
-            "Index into the points: other axes slowest, then direction, then the swept axis in sweep order"
+            "Index of the point: other axes vary slowest, then the direction, then the swept axis in sweep order"
         }
         (None, Some(_)) => {
-            "Number of the place: by level, then row-major over the places that are new with it"
+            "Index of the point: by level, then row-major over the points that are new at this level"
         }
     };
     let mut columns = columns![row: PointRow;
@@ -104,9 +104,10 @@ fn motion_columns() -> Vec<Column<PointRow>> {
     columns![row: PointRow;
         text "status", "", row.outcome.status.name(),
             "How the work ended: ok, not_converged, inaccurate (the energy balance does not close), diverged, event_storm, failed";
-        text "reason", "", row.outcome.reason.as_str(), "Why this status and this class";
+        text "reason", "", row.outcome.reason.as_str(), "Reason for this status and this class";
         text "class", "", row.outcome.class.as_ref().map(Class::name),
-            "Kind of motion: steady_contact, periodic, quasi_periodic, chaotic, transient_chaos (some trajectories left it), not_converged";
+            "Class of motion: steady_contact, periodic, quasi_periodic, chaotic, transient_chaos (some \
+             trajectories left it), not_converged";
         u32 "period", "mesh cycles", row.outcome.class.as_ref()?.period(),
             "Period of steady_contact and periodic motion";
         f64 "lambda_max", "1/cycle", row.lyapunov()?.exponents.first().copied(),
@@ -114,53 +115,57 @@ fn motion_columns() -> Vec<Column<PointRow>> {
         f64 "lambda_stderr", "1/cycle", row.lyapunov()?.stderr(),
             "Standard error of lambda_max, from block averages";
         f64 "lambda_twin", "1/cycle", row.lyapunov()?.twin,
-            "Largest exponent by a twin trajectory: lambda_max and what the twin grew more than the tangents over the same cycles, the first 320 of the point";
+            "Largest exponent from a twin trajectory: lambda_max plus the excess growth of the twin over \
+             the tangents during the first 320 cycles of the point";
         f64 "lambda_twin_stderr", "1/cycle", row.lyapunov()?.twin_stderr,
-            "Standard error of lambda_twin: of lambda_max and of that difference";
+            "Standard error of lambda_twin: that of lambda_max and that of the excess, combined";
         bool "twin_agrees", "", row.lyapunov()?.twin_agrees,
-            "Whether twin and tangents agree, over the same cycles, within three standard errors of their difference";
+            "Whether twin and tangents agree over the same cycles within three standard errors of their difference";
         text "lambda_method", "", row.lyapunov()?.method.name(),
-            "tangent: mean growth of tangent vectors; multipliers: of the settled orbit; birkhoff: weighted mean growth on a torus";
+            "Method for lambda_max. tangent: mean growth of tangent vectors; multipliers: from those of the \
+             settled orbit; birkhoff: weighted mean growth on a torus";
         list "exponents", "1/cycle", &*row.lyapunov()?.exponents,
             "Lyapunov exponents per mesh cycle, largest first";
         list "exponents_stderr", "1/cycle", &*row.lyapunov()?.errors,
             "Standard error of each exponent, from block averages";
         f64 "kaplan_yorke", "1", row.lyapunov()?.dimension?.value,
-            "Kaplan–Yorke dimension of the states once a mesh cycle; absent where the exponents asked for do not tell";
+            "Kaplan–Yorke dimension of the states once per mesh cycle; null if the exponents asked for do not determine it";
         f64 "kaplan_yorke_stderr", "1", row.lyapunov()?.dimension?.stderr,
             "Standard error of kaplan_yorke, from block averages";
         list "course_cycles", "mesh cycles", &*row.lyapunov()?.course.as_ref()?.cycles,
-            "Mesh cycles measured at each place of the course of the exponents";
+            "Mesh cycles measured at each entry of course_exponents";
         list "course_exponents", "1/cycle", &*row.lyapunov()?.course.as_ref()?.exponents,
-            "Running mean of the largest exponent at all places, then of the next, and so on";
+            "Running mean of the largest exponent at all entries, then of the next exponent, and so on";
         list "course_stderr", "1/cycle", &*row.lyapunov()?.course.as_ref()?.errors,
             "Standard errors of course_exponents";
         u32 "trajectories", "1", row.outcome.evidence.as_ref()?.trajectories,
-            "Trajectories measured of a motion that does not settle; null where it settles";
+            "Number of trajectories measured for a motion that does not settle; null if it settles";
         bool "errors_verified", "", row.outcome.evidence.as_ref()?.verified,
-            "Whether standard errors were read after as many cycles as their measured coverage takes; null where the motion settles";
+            "Whether standard errors were read after enough cycles for their measured coverage; null if the motion settles";
         f64 "correlation_cycles", "mesh cycles", row.outcome.evidence.as_ref()?.correlation_cycles,
-            "Mesh cycles over which the growth of neighbours is correlated: its squared block error times the measured cycles over its variance";
+            "Mesh cycles over which successive growth is correlated: squared block error times measured \
+             cycles, divided by the variance";
         f64 "ess", "1", row.outcome.evidence.as_ref()?.ess,
-            "Effective sample size of the averages of growth over ten mesh cycles in trajectories that stay, cut to the shortest, as of ArviZ (ess, method mean)";
+            "Effective sample size of the growth averages over ten mesh cycles, in trajectories that stay, \
+             cut to the shortest; as in ArviZ (ess, method mean)";
         f64 "rhat", "1", row.outcome.evidence.as_ref()?.rhat,
-            "Split R-hat of the same averages, as of ArviZ (rhat, method split): above 1.2 trajectories do not share one motion";
+            "Split R-hat of the same averages, as in ArviZ (rhat, method split). Above 1.2 the trajectories do not share one motion";
         f64 "rotation_number", "1", row.outcome.evidence.as_ref()?.rotation_number,
-            "Frequency of the strongest line of the strobe deflection per mesh cycle, from 0 to 1/2, of quasi_periodic motion";
+            "Frequency of the strongest line of the strobe deflection, per mesh cycle, from 0 to 1/2; for quasi_periodic motion";
         f64 "chaos_lifetime", "mesh cycles", row.outcome.chaos.as_ref()?.lifetime(),
-            "Mean life of chaos: chaotic cycles of all trajectories over those that left it; null where none left";
+            "Mean life of chaos: chaotic cycles of all trajectories, divided by the number that left it; null if none left";
         f64 "chaos_lifetime_low", "mesh cycles", row.outcome.chaos.as_ref()?.interval().0,
-            "Lower end of its 95 % interval; a lower bound at 95 %, a third of chaos_cycles, where none left";
+            "Lower end of the 95 % interval of chaos_lifetime; if none left, a lower bound at 95 %, a third of chaos_cycles";
         f64 "chaos_lifetime_high", "mesh cycles", row.outcome.chaos.as_ref()?.interval().1,
-            "Upper end of its 95 % interval; null where none left";
+            "Upper end of the 95 % interval of chaos_lifetime; null if none left";
         u64 "chaos_cycles", "mesh cycles", row.outcome.chaos.as_ref()?.cycles,
-            "Chaotic mesh cycles of all trajectories together, those in which branches part from their pilot included";
+            "Chaotic mesh cycles of all trajectories together, including those in which branches separate from their pilot";
         u32 "chaos_exits", "1", row.outcome.chaos.as_ref()?.exits,
-            "Trajectories that left chaos";
+            "Number of trajectories that left chaos";
         text "ended_on", "", row.outcome.chaos.as_ref()?.ended_on.as_deref(),
-            "What trajectories that left chaos ended on: class, period, and how many";
+            "Motions on which trajectories that left chaos ended: class, period, and number";
         f64 "transient_lambda", "1/cycle", row.left_chaos()?.lambda[0],
-            "Largest exponent of the chaos that every trajectory left; null where some stayed";
+            "Largest exponent of the chaos that every trajectory left; null if some stayed";
         f64 "transient_lambda_stderr", "1/cycle", row.left_chaos()?.lambda[1],
             "Standard error of transient_lambda, from block averages";
         f64 "transient_deflection_rms", "m", row.left_chaos()?.deflection_rms?[0],
@@ -176,34 +181,35 @@ fn motion_columns() -> Vec<Column<PointRow>> {
         f64 "transient_impact_velocity_stderr", "m/s", row.left_chaos()?.impact_velocity?[1],
             "Standard error of transient_impact_velocity";
         list "chain_lengths", "1", &*row.chain_record()?.lengths,
-            "Averages of growth over ten mesh cycles kept of each trajectory, where analyses.lyapunov.chains asks for them";
+            "Number of growth averages over ten mesh cycles kept per trajectory; null without analyses.lyapunov.chains";
         list "chain_growth", "1/cycle", &*row.chain_record()?.growth,
-            "These averages, one trajectory behind the other";
+            "These growth averages, one trajectory after the other";
         f64 "events_per_cycle", "1/cycle", row.outcome.events_per_cycle,
             "Contact-state changes per measured mesh cycle";
         u32 "attractors", "1", row.multistability.as_ref()?.attractors.len() as u32,
-            "Different attractors that the point's probes settled on";
+            "Number of different attractors on which the point's probes settled";
     ]
 }
 
 fn work_columns() -> Vec<Column<PointRow>> {
     columns![row: PointRow;
         f64 "energy_residual", "1", row.outcome.energy_residual,
-            "Energy imbalance over the audited cycles, relative to the energy turned over and stored";
+            "Energy imbalance over the audited cycles, relative to the energy converted and stored";
         u64 "grazing_count", "1", row.outcome.grazing_count,
-            "Tangencies met over the whole simulation";
+            "Number of grazing events (tangencies) in the whole simulation";
         u64 "cycles", "mesh cycles", row.outcome.cycles,
-            "Mesh cycles integrated; transient, probes and refinement included";
+            "Mesh cycles integrated, including transient, probes and refinement";
         u64 "measured_cycles", "mesh cycles", row.outcome.measured_cycles, "Mesh cycles measured";
         u64 "nvh_cycles", "mesh cycles", row.outcome.nvh.as_ref()?.cycles,
-            "Mesh cycles that NVH statistics, spectra and orders are of: fewer than measured_cycles where analyses.nvh.stop_at_stderr ended them";
+            "Mesh cycles used for NVH statistics, spectra and orders; fewer than measured_cycles if \
+             analyses.nvh.stop_at_stderr stopped them";
         text "kernel", "", row.kernel.as_str(), "Kernel that integrated the point";
         f64 "wall_time", "s", row.placement.wall_time,
             "Wall time spent on the point (differs from run to run)";
         u32 "worker", "1", row.placement.worker,
             "Worker that computed the point (differs from run to run)";
         u32 "numa_node", "1", row.placement.numa_node,
-            "NUMA node it ran on, where the machine tells (differs from run to run)";
+            "NUMA node of the worker, if the machine reports it (differs from run to run)";
     ]
 }
 
@@ -217,7 +223,9 @@ pub fn poincare_table() -> Table<PoincareRow> {
         f64 "deflection", "m", row.sample.deflection, "Mesh deflection";
         f64 "velocity", "m/s", row.sample.velocity, "Rate of the mesh deflection";
         text "section", "", row.sample.kind.name(),
-            "Why the sample was taken: strobe, entry (into drive contact), release (out of it), coast_entry, coast_release, maximum or minimum (of the deflection), force_maximum, surface_up or surface_down (towards larger or smaller values)";
+            "Reason for the sample: strobe, entry (into drive contact), release (out of it), coast_entry, \
+             coast_release, maximum or minimum (of the deflection), force_maximum, surface_up or \
+             surface_down (towards larger or smaller values)";
     ])
 }
 
@@ -229,14 +237,18 @@ pub fn spectra_table() -> Table<SpectrumRow> {
             SIGNALS;
         text "unit", "", &*row.unit, "Unit of the signal, its amplitude and its standard error";
         text "method", "", row.method.name(),
-            "fourier: exact lines of a motion that repeats, at the multiples of its own frequency. welch: averaged power of segments that overlap by half under a Hann window, of any other motion; a sine half-way between two lines stands 15 % (1.42 dB) too low on both, one at an order of the excitation stands on a line where segments are whole periods of it";
+            "Method. fourier: exact lines of a motion that repeats, at multiples of its frequency. welch: \
+             power averaged over segments that overlap by half under a Hann window, for any other motion. A \
+             sine half-way between two lines appears 15 % (1.42 dB) too low on both. A sine at an order of \
+             the excitation lies on a line if segments are whole periods of the excitation";
         f64 "bandwidth", "Hz", row.bandwidth?,
-            "Noise bandwidth of a line, 1.5 times the distance of lines: the power density of broad-band motion is amplitude^2/(2 bandwidth); null of exact lines";
+            "Noise bandwidth of a line, 1.5 times the line spacing. The power density of broad-band motion \
+             is amplitude^2/(2 bandwidth); null for exact lines";
         f64 "frequency", "Hz", row.line.frequency, "Frequency of the line";
         f64 "order", "1", row.line.order, "Multiple of the mesh frequency";
         f64 "amplitude", AMPLITUDE_UNITS, row.line.amplitude,
             "Peak value of an equivalent sine, in the unit of the signal";
         f64 "amplitude_stderr", AMPLITUDE_UNITS, row.line.stderr?,
-            "Standard error of amplitude, from the spread of segments; null of exact lines and of fewer than 8 segments";
+            "Standard error of amplitude, from the spread of segments; null for exact lines and for fewer than 8 segments";
     ])
 }

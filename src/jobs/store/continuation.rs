@@ -239,32 +239,34 @@ fn told_columns<R: 'static>(told: fn(&R) -> Option<&Told>) -> Vec<Column<R>> {
         bool "stable", "", told(row)?.unstable == 0, "Whether all multipliers lie inside the unit circle";
         u32 "unstable", "1", told(row)?.unstable, "Multipliers outside the unit circle";
         f64 "multiplier_re", "1", told(row)?.leading[0], "Real part of the multiplier of largest modulus";
-        f64 "multiplier_im", "1", told(row)?.leading[1], "Its imaginary part";
-        f64 "lambda", "1/cycle", told(row)?.lambda, "Largest exponent: logarithm of that modulus over the period";
-        u32 "events", "1", told(row)?.events, "Contact-state changes in a period";
-        text "sequence", "", Some(&*told(row)?.sequence), "Contact changes in order: the contact, + where it closes, - where it opens";
+        f64 "multiplier_im", "1", told(row)?.leading[1], "Imaginary part of the multiplier of largest modulus";
+        f64 "lambda", "1/cycle", told(row)?.lambda, "Largest exponent: logarithm of that modulus, divided by the period";
+        u32 "events", "1", told(row)?.events, "Contact-state changes in one period";
+        text "sequence", "", Some(&*told(row)?.sequence), "Contact changes in order: the number of the \
+                                                           contact, then + if it closes or - if it opens";
         f64 "grazing_margin", "half gaps", told(row)?.margin,
-            "Smallest distance of an extreme of a contact's depth from its surface";
+            "Smallest distance between an extreme of a contact's depth and its surface";
         f64 "deflection_rms", "m", told(row)?.rms, "Root mean square of the mesh deflection about its mean";
         f64 "deflection_min", "m", told(row)?.smallest, "Smallest mesh deflection";
         f64 "deflection_max", "m", told(row)?.largest, "Largest mesh deflection";
-        f64 "force_peak", "N", told(row)?.force_peak, "Largest mesh force by its size";
-        f64 "residual", "half gaps", told(row)?.residual, "Distance between start and end of a period";
-        u32 "newton_steps", "1", told(row)?.steps, "Newton steps that the orbit took from its guess";
+        f64 "force_peak", "N", told(row)?.force_peak, "Largest |mesh force|";
+        f64 "residual", "half gaps", told(row)?.residual, "Distance between the start and the end of a period";
+        u32 "newton_steps", "1", told(row)?.steps, "Newton steps from the guess to the orbit";
     ]
 }
 
 /// Columns of `branches.parquet`.
 pub fn branches_table(axes: &[AxisColumn]) -> Table<BranchRow> {
     let mut all = columns![row: BranchRow;
-        u32 "branch", "1", row.branch, "The branch, counted from 0 over the whole job";
-        u32 "index", "1", row.index, "Place of the orbit on the branch, from 0";
+        u32 "branch", "1", row.branch, "Number of the branch, from 0 over the whole job";
+        u32 "index", "1", row.index, "Number of the orbit on its branch, from 0";
     ];
     all.extend(axis_columns(axes, |row: &BranchRow, index| {
         row.axis_values.get(index).copied()
     }));
     all.extend(columns![row: BranchRow;
-        f64 "length", "1", row.length, "Length of branch up to there; the axis's interval is 1, ten half gaps are 1";
+        f64 "length", "1", row.length, "Length of the branch up to this orbit, where the interval of the \
+                                        axis counts 1 and ten half gaps count 1";
     ]);
     all.extend(told_columns(|row: &BranchRow| Some(&row.told)));
     Table::new(all)
@@ -273,20 +275,22 @@ pub fn branches_table(axes: &[AxisColumn]) -> Table<BranchRow> {
 /// Columns of `bifurcations.parquet`.
 pub fn bifurcations_table(axes: &[AxisColumn]) -> Table<BifurcationRow> {
     let mut all = columns![row: BifurcationRow;
-        u32 "branch", "1", row.branch, "The branch";
-        u32 "after", "1", row.after, "The orbit of the branch that comes before";
+        u32 "branch", "1", row.branch, "Number of the branch";
+        u32 "after", "1", row.after, "Number of the previous orbit on the branch";
         text "kind", "", Some(&*row.kind),
-            "fold, branch_point, period_doubling, torus, graze, jump (of multipliers across the unit circle, at a graze), sequence (the contact sequence changes and no graze is found), merging (into orbits of a part of the period), or end of the branch";
+            "fold, branch_point, period_doubling, torus, graze, jump (of multipliers across the unit \
+             circle, at a graze), sequence (the contact sequence changes without a graze), merging (with \
+             orbits of a fraction of the period), or end of the branch";
     ];
     all.extend(axis_columns(axes, |row: &BifurcationRow, index| {
         row.axis_values.get(index).copied()
     }));
     all.extend(columns![row: BifurcationRow;
-        f64 "low", "1", row.bracket[0], "Lower end of the interval of the followed axis in which it lies, in the axis's unit";
-        f64 "high", "1", row.bracket[1], "Upper end";
+        f64 "low", "1", row.bracket[0], "Lower end of the interval of the followed axis that contains it, in the unit of the axis";
+        f64 "high", "1", row.bracket[1], "Upper end of that interval";
         f64 "critical_re", "1", row.critical.map(|m| m[0]), "Real part of the multiplier on the unit circle";
-        f64 "critical_im", "1", row.critical.map(|m| m[1]), "Its imaginary part";
-        text "detail", "", Some(&*row.detail), "What else there is to say; of an end, why";
+        f64 "critical_im", "1", row.critical.map(|m| m[1]), "Imaginary part of the multiplier on the unit circle";
+        text "detail", "", Some(&*row.detail), "Further details; for an end, its reason";
     ]);
     all.extend(told_columns(|row: &BifurcationRow| Some(&row.told)));
     Table::new(all)
@@ -295,15 +299,15 @@ pub fn bifurcations_table(axes: &[AxisColumn]) -> Table<BifurcationRow> {
 /// Columns of `curves.parquet`.
 pub fn curves_table(axes: &[AxisColumn]) -> Table<CurveRow> {
     let mut all = columns![row: CurveRow;
-        u32 "curve", "1", row.curve, "The curve, counted from 0 over the whole job";
-        u32 "index", "1", row.index, "Place of the point on the curve, from 0";
+        u32 "curve", "1", row.curve, "Number of the curve, from 0 over the whole job";
+        u32 "index", "1", row.index, "Number of the point on its curve, from 0";
         text "kind", "", Some(&*row.kind), "fold, period_doubling, torus, graze, or onset (of rattle, in closed form)";
     ];
     all.extend(axis_columns(axes, |row: &CurveRow, index| {
         row.axis_values.get(index).copied()
     }));
     all.extend(columns![row: CurveRow;
-        text "note", "", row.note.as_deref(), "What of codimension two lies just before; at the ends, why the curve ends";
+        text "note", "", row.note.as_deref(), "Bifurcation of codimension two just before this point; at the ends, why the curve ends";
     ]);
     all.extend(told_columns(|row: &CurveRow| row.told.as_ref()));
     Table::new(all)

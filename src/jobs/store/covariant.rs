@@ -16,16 +16,16 @@ pub(super) fn covariant_columns() -> Vec<Column<PointRow>> {
         list "covariant_exponents", "1/cycle", &*row.covariant.as_ref()?.exponents,
             "Mean growth of each covariant Lyapunov vector";
         list "covariant_exponents_stderr", "1/cycle", &*row.covariant.as_ref()?.errors,
-            "Standard error of each, from block averages";
+            "Standard error of each value of covariant_exponents, from block averages";
         list "covariant_exponents_spread", "1/cycle", &*row.covariant.as_ref()?.spreads,
             "Standard deviation of the growth of each vector over a single mesh cycle";
         u32 "unstable_directions", "1", row.covariant.as_ref()?.unstable,
-            "Covariant vectors that grow beyond two standard errors";
+            "Number of covariant vectors that grow by more than two standard errors";
         u32 "stable_directions", "1", row.covariant.as_ref()?.stable,
-            "Covariant vectors asked for that shrink beyond two standard errors";
+            "Number of computed covariant vectors that shrink by more than two standard errors";
         f64 "angle_min", "rad", row.angle()?.min,
-            "Smallest angle met between the space of growing and that of shrinking directions, in the energy norm";
-        f64 "angle_mean", "rad", row.angle()?.mean, "Mean of that angle, once a mesh cycle";
+            "Smallest angle between the spaces of growing and of shrinking directions, in the energy norm";
+        f64 "angle_mean", "rad", row.angle()?.mean, "Mean of that angle, sampled once per mesh cycle";
         f64 "angle_mean_stderr", "rad", row.angle()?.stderr,
             "Standard error of angle_mean, from block averages";
         list "angle_quantiles", "rad", &*row.angle()?.quantiles,

@@ -13,16 +13,16 @@ use super::table_kind::{FOLLOW_RECORD, TRACE_RECORD, TableKind};
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum Damage {
     /// There is no such file.
-    #[error("it is gone, and the record of the run names it")]
+    #[error("it is gone, but the record of the run names it")]
     Gone,
     /// Something else stands in its place.
-    #[error("it is no file")]
+    #[error("it is not a file")]
     NoFile,
     /// No record names it.
     #[error("no record names it; the run that wrote it has not ended, or was killed")]
     Unrecorded,
     /// It was cut, or something was added.
-    #[error("it has {found} bytes, and {written} were written")]
+    #[error("it has {found} bytes, but {written} were written")]
     Size {
         /// Bytes that it has.
         found: u64,
@@ -31,7 +31,7 @@ pub enum Damage {
     },
     /// It has other bytes.
     #[error(
-        "its bytes are not those that were written (BLAKE3 {}… instead of {}…)",
+        "its bytes differ from those written (BLAKE3 {}… instead of {}…)",
         .found.get(..8).unwrap_or(found), .written.get(..8).unwrap_or(written)
     )]
     Changed {
@@ -44,7 +44,7 @@ pub enum Damage {
     #[error("its text does not match the checksum at its end")]
     Unsealed,
     /// It cannot be decoded, though nothing says that it was changed.
-    #[error("the Parquet library fails on it ({reason})")]
+    #[error("the Parquet library cannot read it ({reason})")]
     Undecodable {
         /// What the library says.
         reason: String,
@@ -72,7 +72,7 @@ fn anew(path: &Path) -> &'static str {
     match writer(path) {
         // It always writes its tables anew.
         "atlas follow" => "`atlas follow`",
-        _ => "--fresh",
+        _ => "--overwrite",
     }
 }
 
@@ -84,8 +84,7 @@ pub enum StoreError {
     Io(#[from] IoFault),
     /// A folder of shards stands where a single file is to be written, or the reverse.
     #[error(
-        "`{}` already holds results of {found} run: move them away, or choose another folder \
-         with --out", path.display()
+        "`{}` already holds results of {found} run: move them away, or choose another folder with --out", path.display()
     )]
     OtherLayout {
         /// The file or folder in the way.
@@ -95,7 +94,7 @@ pub enum StoreError {
     },
     /// There is nothing at this path.
     #[error(
-        "no results in `{}`: {} does not exist; give the folder that `{}` wrote",
+        "no results in `{}`: {} does not exist; give a folder that `{}` wrote",
         folder.display(), missing.display(), writer(missing)
     )]
     Missing {
@@ -105,7 +104,7 @@ pub enum StoreError {
         missing: PathBuf,
     },
     /// The file is not what it should be.
-    #[error("`{}` is not a result file of this program ({detail}); write it anew with `{}`", path.display(), writer(path))]
+    #[error("`{}` is not a result file of this program ({detail}); write it again with `{}`", path.display(), writer(path))]
     Foreign {
         /// The file.
         path: PathBuf,
@@ -114,7 +113,7 @@ pub enum StoreError {
     },
     /// The file is not what was written, or is no longer there.
     #[error(
-        "`{}` is damaged: {damage}; put it back from a copy, or compute it anew with {}",
+        "`{}` is damaged: {damage}; restore it from a copy, or compute it again with {}",
         path.display(), anew(path)
     )]
     Damaged {
@@ -125,8 +124,8 @@ pub enum StoreError {
     },
     /// A table with a number that no run writes.
     #[error(
-        "`{}` has {value} in column `{column}`, row {row} counted from 0, where no run writes such \
-         a number; put the file back from a copy, or compute it anew with --fresh", path.display()
+        "`{}` has {value} in column `{column}`, row {row} (counted from 0), which no run writes; restore \
+         the file from a copy, or compute it again with --overwrite", path.display()
     )]
     NotFinite {
         /// The file.
@@ -140,8 +139,8 @@ pub enum StoreError {
     },
     /// A table with a point that the job does not have.
     #[error(
-        "`{}` has rows of point {point_id}, and the job's {points} points are counted from 0; \
-         compute it anew with --fresh", path.display()
+        "`{}` has rows of point {point_id}, but the job's {points} points are counted from 0; compute it \
+         again with --overwrite", path.display()
     )]
     PointBeyond {
         /// The file.
@@ -153,8 +152,8 @@ pub enum StoreError {
     },
     /// Another process is at work in the folder.
     #[error(
-        "another atlas run is writing here (it holds `{}`): wait for it, or choose another \
-         folder with --out", path.display()
+        "another `atlas run` is writing here (it locks `{}`): wait for it, or choose another folder with \
+         --out", path.display()
     )]
     Busy {
         /// The journal that it has locked.
@@ -162,8 +161,8 @@ pub enum StoreError {
     },
     /// The journal is not one.
     #[error(
-        "`{}` is not the journal of a run like this one: start over with --fresh, or choose another \
-         folder with --out", path.display()
+        "`{}` is not a journal of this program: discard it with --overwrite, or choose another folder with \
+         --out", path.display()
     )]
     ForeignJournal {
         /// The file.
@@ -171,8 +170,8 @@ pub enum StoreError {
     },
     /// The journal is of a run of another manifest.
     #[error(
-        "`{}` keeps the points of an interrupted run of another manifest (hash {}…; this one is \
-         {}…): choose another folder with --out, or drop them with --fresh",
+        "`{}` keeps the points of an interrupted run of another manifest (hash {}…; this one is {}…): \
+         choose another folder with --out, or discard them with --overwrite",
         path.display(), .found.get(..8).unwrap_or(found), .wanted.get(..8).unwrap_or(wanted)
     )]
     OtherJob {
@@ -185,8 +184,8 @@ pub enum StoreError {
     },
     /// The journal was written by another build of this program, whose numbers may differ.
     #[error(
-        "`{}` keeps the points of a run that {found} began, and this is {running}: finish it with \
-         that program, or start over with --fresh", path.display()
+        "`{}` keeps the points of a run started with {found}, but this is {running}: finish it with that \
+         program, or discard them with --overwrite", path.display()
     )]
     OtherProgram {
         /// The journal.
@@ -197,13 +196,13 @@ pub enum StoreError {
         running: String,
     },
     /// Two columns would have one name.
-    #[error("the grid axis `{name}` has the name of a result column")]
+    #[error("the grid axis `{name}` has the same name as a result column")]
     AxisNameTaken {
         /// The axis.
         name: String,
     },
     /// A point was handed over twice, or does not belong to this job or shard.
-    #[error("point {point_id} is not expected (handed over twice, or of another shard)")]
+    #[error("point {point_id} is not expected (received twice, or it belongs to another shard)")]
     UnexpectedPoint {
         /// The point.
         point_id: u64,

@@ -19,13 +19,16 @@ pub fn horizon_table() -> Table<HorizonRow> {
     Table::new(columns![row: HorizonRow;
         u64 "point_id", "1", row.point_id, "Row-major index into the grid";
         text "quantity", "", row.measure.quantity.name(),
-            "separation: distance of twins; exponent: growth of a tangent; force, deflection: averages of the mesh force and deflection; contact_force: of the force that presses flanks together";
+            "separation: distance of twins; exponent: growth of a tangent vector; force, deflection: \
+             averages of mesh force and deflection; contact_force: average of the force that presses flanks \
+             together";
         u64 "cycles", "mesh cycles", row.measure.cycles,
-            "Since the twins started (separation), or over which growth or average is taken";
-        f64 "value", UNIT, row.measure.value, "Mean; of separations the geometric mean";
+            "Mesh cycles since the twins started (separation), or of the average";
+        f64 "value", UNIT, row.measure.value, "Mean; for separations, the geometric mean";
         f64 "spread", "1 (separation), 1/cycle (exponent), N (forces) or m (deflection)", row.measure.spread,
-            "Standard deviation of one sample: of the natural logarithm of separations, of finite-time exponents, and of averages, whose standard error it is";
-        u64 "samples", "1", row.measure.samples, "Twins, or successive stretches of so many cycles";
+            "Standard deviation of one sample: of the natural logarithm of separations, of finite-time \
+             exponents, and of averages (their standard error)";
+        u64 "samples", "1", row.measure.samples, "Number of twins, or of successive windows of this length";
     ])
 }
 
@@ -33,12 +36,13 @@ pub fn horizon_table() -> Table<HorizonRow> {
 pub(super) fn horizon_columns() -> Vec<Column<PointRow>> {
     columns![row: PointRow;
         f64 "horizon", "mesh cycles", row.horizon.as_ref()?.horizon,
-            "Cycles until the separation of twins is a tenth of the saturation; null where the motion is not chaotic or they stay closer";
+            "Mesh cycles until the separation of twins is a tenth of the saturation; null if the motion is \
+             not chaotic or the twins stay closer";
         f64 "horizon_stderr", "mesh cycles", row.horizon.as_ref()?.stderr,
-            "Standard error of horizon, by leaving out one twin at a time";
+            "Standard error of horizon, from leaving out one twin at a time";
         f64 "saturation", "half gaps", row.horizon.as_ref()?.saturation,
-            "Geometric mean distance of unrelated states of the motion in the energy norm";
+            "Geometric mean distance of unrelated states of the motion, in the energy norm";
         f64 "averaging_exponent", "1", row.horizon.as_ref()?.averaging_exponent,
-            "Power of n with which the standard error of a mean contact force over n cycles changes; -0.5 for independent cycles";
+            "Exponent of n in the standard error of a mean contact force over n cycles; -0.5 for independent cycles";
     ]
 }

@@ -145,7 +145,7 @@ pub(super) fn interleave(
                     paths: [owner, index].map(|i| sources[i].path.clone()),
                 }
             } else {
-                readers[index].foreign(format!("point {point_id} stands behind point {before}"))
+                readers[index].foreign(format!("point {point_id} comes after point {before}"))
             });
         }
         last = Some((point_id, index));

@@ -90,38 +90,37 @@ impl Display for IoFault {
         match &self.refusal {
             Refusal::DiskFull => write!(
                 f,
-                "the disk that holds `{path}` is full: free some space{clean} or choose another \
-                 folder with {option}{again}"
+                "the disk of `{path}` is full: free some space{clean} or choose another folder with \
+                 {option}{again}"
             ),
             Refusal::NoInodes => write!(
                 f,
-                "the disk that holds `{path}` can take no more files (its inodes are used up; \
-                 `df -i` counts them): remove files there or choose another folder with \
-                 {option}{again}"
+                "the disk of `{path}` cannot hold more files (its inodes are used up; `df -i` counts them): \
+                 remove files there or choose another folder with {option}{again}"
             ),
             Refusal::SymbolicLink => write!(
                 f,
-                "`{path}` is a symbolic link, which is not followed: remove it, or choose another \
+                "`{path}` is a symbolic link, which atlas does not follow: remove it, or choose another \
                  folder with {option}"
             ),
             Refusal::FileTooLarge => write!(
                 f,
-                "`{path}` outgrew the largest file allowed here: raise `ulimit -f` or choose \
-                 another file system with {option}{again}"
+                "`{path}` exceeds the largest file allowed here: raise `ulimit -f` or choose another file \
+                 system with {option}{again}"
             ),
             Refusal::PermissionDenied => write!(
                 f,
-                "no permission to {action} `{path}`: check who owns it (`ls -ld`), or choose \
-                 another folder{elsewhere}"
+                "no permission to {action} `{path}`: check its owner (`ls -ld`), or choose another \
+                 folder{elsewhere}"
             ),
             Refusal::ReadOnly => write!(
                 f,
-                "`{path}` lies on a read-only file system: choose another folder with {option}"
+                "`{path}` is on a read-only file system: choose another folder with {option}"
             ),
             Refusal::NotADirectory => write!(
                 f,
-                "`{path}` cannot be used: a part of this path is a file, not a folder; move that \
-                 file away or choose another folder{elsewhere}"
+                "`{path}` cannot be used: a part of this path is a file, not a folder; move that file away \
+                 or choose another folder{elsewhere}"
             ),
             Refusal::Other(error) => write!(f, "cannot {action} `{path}`: {error}"),
         }

@@ -20,13 +20,13 @@ use super::{StoreError, read_runs, write_run};
 #[derive(Debug, thiserror::Error)]
 pub enum MergeError {
     /// A folder without results.
-    #[error("no finished run in `{}`; give the folders that `atlas run --shard` wrote", folder.display())]
+    #[error("no finished run in `{}`; give folders that `atlas run --shard` wrote", folder.display())]
     NoRun {
         /// The folder.
         folder: PathBuf,
     },
     /// A folder that holds a whole job.
-    #[error("`{}` holds the whole of the job: there is nothing to join it with", folder.display())]
+    #[error("`{}` holds the whole job, so there is nothing to join", folder.display())]
     Whole {
         /// The folder.
         folder: PathBuf,
@@ -46,7 +46,7 @@ pub enum MergeError {
     },
     /// A shard that is there twice.
     #[error(
-        "shard {index} of {count} is in `{}` and in `{}`: give one of them",
+        "shard {index} of {count} is in `{}` and in `{}`: give only one of them",
         folders[0].display(), folders[1].display()
     )]
     Twice {
@@ -59,7 +59,7 @@ pub enum MergeError {
     },
     /// Shards that are not there.
     #[error(
-        "of {count} shards these are missing: {}; run them with --shard i/{count}",
+        "of {count} shards, these are missing: {}; run them with --shard i/{count}",
         list(missing, missing.len() as u64)
     )]
     Missing {
@@ -70,8 +70,8 @@ pub enum MergeError {
     },
     /// A shard that was interrupted.
     #[error(
-        "shard {index} of {count} in `{}` was interrupted, {points} of its points are missing; \
-         repeat its command", folder.display()
+        "shard {index} of {count} in `{}` was interrupted and {points} of its points are missing; repeat \
+         its command", folder.display()
     )]
     Interrupted {
         /// Its number.
@@ -84,7 +84,7 @@ pub enum MergeError {
         points: u64,
     },
     /// A table with another number of points than its record says.
-    #[error("`{}` has {found} points, and its record says {wanted}; run the shard again with --fresh", path.display())]
+    #[error("`{}` has {found} points, but its record lists {wanted}; run the shard again with --overwrite", path.display())]
     Count {
         /// The table.
         path: PathBuf,
@@ -407,8 +407,8 @@ fn record(parts: &[Part]) -> RunRecord {
     whole.warnings = warnings;
     whole.placement.threads_asked = None;
     whole.placement.threads = parts.iter().map(|p| p.record.placement.threads).sum();
-    whole.placement.asked = format!("joined from {} shards, each with its own", parts.len());
-    whole.placement.obtained = "as each shard says".into();
+    whole.placement.asked = format!("joined from {} shards with separate values", parts.len());
+    whole.placement.obtained = "see each shard".into();
     whole.placement.copies_asked = whole.placement.asked.clone();
     whole.placement.copies_obtained = whole.placement.obtained.clone();
     whole

@@ -7,9 +7,11 @@ use super::table::{Column, columns};
 pub(super) fn mesh_columns() -> Vec<Column<PointRow>> {
     columns![row: PointRow;
         f64 "misalignment_loaded", "rad", row.mesh?.misalignment,
-            "Angle between the flanks in the plane of action under the mean load, the shafts' tilt included where mesh.shaft_tilt asks for it; null, as the next four, where the mesh is not computed from the gears";
+            "Angle between the flanks in the plane of action under the mean load, including the tilt of the \
+             shafts with mesh.shaft_tilt. This and the next four columns are null if the mesh is not \
+             computed from the gears";
         f64 "load_centre", "m", row.mesh?.load_centre,
-            "Mean place along the face, from its middle, at which the mesh force acts under the mean load";
+            "Mean position along the face, from its middle, of the mesh force under the mean load";
         f64 "mesh_stiffness", "N/m", row.mesh?.stiffness,
             "Mean tangent mesh stiffness over the mesh cycle under the mean load";
         f64 "contact_ratio_loaded", "1", row.mesh?.contact_ratio,

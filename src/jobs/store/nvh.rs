@@ -6,19 +6,24 @@ use crate::analysis::{NvhErrors, NvhOutcome};
 use crate::model::Quantity;
 
 /// What extremes say of themselves: they have no standard error.
-const SEEN: &str = "an extreme of nvh_cycles mesh cycles: where the motion does not repeat it grows with the record";
+const SEEN: &str = "an extreme over nvh_cycles mesh cycles, which grows with their number if the motion does not repeat";
 
 /// What quantiles of peaks say of themselves.
-const PEAKS: &str = "that 99 and 99.9 % of the mesh cycles do not exceed: where the motion repeats, those of its period";
+const PEAKS: &str =
+    "that 99 and 99.9 % of the mesh cycles do not exceed; if the motion repeats, over its period";
 
 /// The order of bearing forces.
-const ORDER: &str = "in the order of shafts (pinion, wheel), bearings (first, second) and directions (x, y, axial) that have a spring or a damper, or of the modal file";
+const ORDER: &str = "ordered by shaft (pinion, wheel), bearing (first, second) and direction (x, y, axial) \
+                     with a spring or a damper, or as in the modal file";
 
 /// The order of contacts.
-const CONTACTS: &str = "of every mesh its drive and its coast flank, the first mesh before those of [train] in their order, then stages of couplings and stops, or the further contacts of a modal file";
+const CONTACTS: &str = "ordered by mesh (the first mesh, then those of [train]) with its drive and its \
+                        coast flank, then stages of couplings and stops, or the further contacts of a modal \
+                        file";
 
 /// The order of torques.
-const TORQUES: &str = "of the pinion's and the wheel's shaft behind its free end, of a train in every stretch of its flexible shafts between gears, couplings, motor and load, then in couplings";
+const TORQUES: &str = "in the pinion's and the wheel's shaft behind its free end; in a train, in every part \
+                       of its flexible shafts between gears, couplings, motor and load, then in couplings";
 
 impl PointRow {
     fn nvh(&self) -> Option<&NvhOutcome> {
@@ -44,7 +49,7 @@ macro_rules! statistics {
             $(columns.extend(columns![row: PointRow;
                 $type &format!("{}_stderr", $name), $unit,
                 { let $error = row.nvh_errors()?; statistics!(@error $type $stderr) },
-                &format!("Standard error of {}; null where the motion repeats and its value is exact", $name);
+                &format!("Standard error of {}; null if the motion repeats and the value is exact", $name);
             ]);)?
         )*
         columns
@@ -78,7 +83,7 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         f64 "fraction_coast", "1", found.fractions[2],
             "Fraction of time in contact on the coast flank alone", error.fractions[2];
         f64 "fraction_both", "1", found.fractions[3],
-            "Fraction of time in contact on both flanks, the mesh being tight", error.fractions[3];
+            "Fraction of time in contact on both flanks, in a tight mesh", error.fractions[3];
         f64 "deflection_mean", "m", found.deflection_mean,
             "Mean mesh deflection", error.deflection_mean;
         f64 "deflection_rms", "m", found.deflection_rms,
@@ -94,7 +99,9 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         list "harmonics", "m", found.harmonics,
             "Amplitude of the deflection at mesh orders 1, 2, ...", error.harmonics;
         list "suborders", "m", found.suborders,
-            "Amplitude of the deflection at mesh orders 1/4, 1/3, 1/2, 2/3, 3/4: exact where the motion repeats, else root mean square over windows of 24 mesh cycles, noise within 1/24 order included", error.suborders;
+            "Amplitude of the deflection at mesh orders 1/4, 1/3, 1/2, 2/3, 3/4: exact if the motion \
+             repeats; otherwise the root mean square over windows of 24 mesh cycles, which includes noise \
+             within 1/24 order", error.suborders;
         f64 "force_mean", "N", found.force_mean, "Mean mesh force", error.force_mean;
         f64 "force_std", "N", found.force_std,
             "Standard deviation of the mesh force", error.force_std;
@@ -102,53 +109,66 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         list "force_peak_quantiles", "N", found.force_peak_quantiles,
             &format!("Largest |mesh force| within a mesh cycle {PEAKS}"), error.force_peak_quantiles;
         list "contact_force", "N", found.contact_force,
-            &format!("Mean force that presses each contact together, {CONTACTS}: of a mesh the mean torque on a gear is the difference of its two flanks by the base radius"), error.contact_force;
+            &format!("Mean force that presses each contact together, {CONTACTS}. The mean torque on a gear \
+                      is the difference of the forces on its two flanks, multiplied by the base radius"), error.contact_force;
         f64 "power_loss", "W", found.power_loss,
-            "Mean power lost in friction on the flanks of the mesh: friction coefficient, |force| and speed of sliding by the mean rotation; null of modal files and of bevel gears", error.power_loss;
+            "Mean power lost in friction on the flanks of the mesh: friction coefficient times |force| \
+             times the sliding speed of the mean rotation; null for modal files and bevel gears", error.power_loss;
         f64 "power_transmitted", "W", found.power_transmitted,
-            "Mean power that goes through the mesh from the pinion to the wheel, force times speed of the base circles; null without a drawing of the gears", error.power_transmitted;
+            "Mean power through the mesh from the pinion to the wheel: force times speed of the base \
+             circles; null without a drawing of the gears", error.power_transmitted;
         f64 "efficiency", "1", found.efficiency,
-            "1 - power_loss/|power_transmitted|: counts the friction on the flanks of the mesh by the mean rotation alone, not what the vibration takes (power_out_contact, power_out_structure, power_out_friction), nor bearings and drag. Negative where more is lost than goes through; null where the loss is", error.efficiency;
+            "1 - power_loss/|power_transmitted|. It counts friction on the flanks of the mesh by the mean \
+             rotation only, not vibration (power_out_contact, power_out_structure, power_out_friction), \
+             bearings or drag. Negative if more power is lost than transmitted; null without power_loss", error.efficiency;
         f64 "friction_coefficient", "1", found.friction_coefficient,
-            "Friction coefficient of the flanks, given or by the law of load and speed; null without a drawing of the gears";
+            "Friction coefficient of the flanks, as given or from the law of load and speed; null without a drawing of the gears";
         f64 "power_in_loads", "W", found.power?.loads,
-            "Mean power into the vibration by mean torques, torque ripple and other loads, times the speeds beside the mean rotation; null, as the next six, without analyses.nvh.power", error.power?.loads;
+            "Mean power into the vibration from mean torques, torque ripple and other loads, at the speeds \
+             relative to the mean rotation. This and the next six columns are null without \
+             analyses.nvh.power", error.power?.loads;
         f64 "power_in_error", "W", found.power?.error,
-            "Mean power into the vibration by what is prescribed of the length of contacts: transmission error, errors of loaded flanks, steps of the load centroid", error.power?.error;
+            "Mean power into the vibration from imposed displacement of contacts: transmission error, \
+             errors of loaded flanks, steps of the load centroid", error.power?.error;
         f64 "power_in_stiffness", "W", found.power?.stiffness,
-            "Mean power into the vibration by stiffness of contacts that varies", error.power?.stiffness;
+            "Mean power into the vibration from varying stiffness of contacts", error.power?.stiffness;
         f64 "power_out_contact", "W", found.power?.contact,
-            "Mean power out of the vibration by the dampers of all contacts, and by springs that let go compressed", error.power?.contact;
+            "Mean power out of the vibration by the dampers of all contacts, and by springs that open while compressed", error.power?.contact;
         f64 "power_out_structure", "W", found.power?.structure,
-            "Mean power out of the vibration by damping of the structure: modal damping, dampers and drag, less what cross-coupled springs feed", error.power?.structure;
+            "Mean power out of the vibration by damping of the structure: modal damping, dampers and drag, \
+             minus the power that cross-coupled springs feed in", error.power?.structure;
         f64 "power_out_friction", "W", found.power?.friction,
-            "Mean power out of the vibration by friction of all contacts at the speeds beside the mean rotation; power_loss is what friction takes of the mean rotation", error.power?.friction;
+            "Mean power out of the vibration by friction of all contacts at the speeds relative to the mean \
+             rotation; power_loss is the part of the mean rotation", error.power?.friction;
         f64 "power_stored", "W", found.power?.stored,
-            "Mean rate at which stored energy grew over nvh_cycles: all power_in less all power_out", error.power?.stored;
+            "Mean growth rate of stored energy over nvh_cycles: the sum of power_in columns minus the sum of power_out columns", error.power?.stored;
         f64 "impact_rate", "1/s", found.impact_rate,
-            "Entries into contact a second", error.impact_rate;
+            "Entries into contact per second", error.impact_rate;
         u64 "impacts_drive", "1", found.impacts[0],
-            "Entries into contact on the drive flank over nvh_cycles";
+            "Number of entries into contact on the drive flank over nvh_cycles";
         u64 "impacts_coast", "1", found.impacts[1],
-            "Entries into contact on the coast flank over nvh_cycles";
+            "Number of entries into contact on the coast flank over nvh_cycles";
         f64 "impact_velocity", "m/s", found.impact_velocity,
             "Mean |deflection rate| on entry into contact; 0 without impacts", error.impact_velocity;
         f64 "impact_power", "W", found.impact_power,
-            "Kinetic energy that meets in impacts a second: half the effective mass of the mesh times the sum of squared |deflection rate| on entry into contact, over time; 0 without impacts", error.impact_power;
+            "Kinetic energy of impacts per second: half the effective mass of the mesh times the sum of \
+             squared |deflection rate| on entry into contact, divided by time; 0 without impacts", error.impact_power;
         f64 "rattle_index", "m/s^2", found.rattle_index,
-            "Sum of |deflection rate| on entry into contact over time, impact_rate times impact_velocity: the mean force of ideally plastic impacts by effective mass; 0 without impacts", error.rattle_index;
+            "Sum of |deflection rate| on entry into contact, divided by time (impact_rate times \
+             impact_velocity). Multiplied by the effective mass, it is the mean force of ideally plastic \
+             impacts; 0 without impacts", error.rattle_index;
         list "impact_velocity_quantiles", "m/s", found.impact_velocity_quantiles,
-            "|Deflection rate| on entry into contact below which 50, 90 and 99 % of the impacts lie; null without impacts", error.impact_velocity_quantiles;
+            "|Deflection rate| on entry into contact that 50, 90 and 99 % of the impacts do not exceed; null without impacts", error.impact_velocity_quantiles;
         f64 "impact_velocity_max", "m/s", found.impact_velocity_max,
             &format!("Largest |deflection rate| on entry into contact; {SEEN}");
         u64 "flights", "1", found.flights.count,
-            "Flights that began and ended within nvh_cycles";
+            "Number of flights that began and ended within nvh_cycles";
         f64 "flight_mean", "s", found.flights.mean,
             "Mean length of a flight between two contacts", error.flight_mean;
         f64 "flight_median", "s", found.flights.median,
             "Median length of a flight between two contacts", error.flight_median;
         u64 "contacts", "1", found.contacts.count,
-            "Contacts that began and ended within nvh_cycles";
+            "Number of contacts that began and ended within nvh_cycles";
         f64 "contact_mean", "s", found.contacts.mean,
             "Mean length of a contact between two flights", error.contact_mean;
         f64 "contact_median", "s", found.contacts.median,
@@ -162,8 +182,9 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         list "torque_rms", "N m", found.torque_rms,
             &format!("Root mean square of each torque about its mean, {TORQUES}"), error.torque_rms;
         list "acceleration_rms", "m/s^2", found.acceleration_rms,
-            "Root mean square of the acceleration of the shafts at their bearings and of what these stand on (base), in the order of shafts, bearings and directions (x, y, axial) that are free", error.acceleration_rms;
+            "Root mean square of the acceleration of shafts at their bearings, and of the bearing supports \
+             (base), ordered by shaft, bearing and free direction (x, y, axial)", error.acceleration_rms;
         list "angular_acceleration_rms", "rad/s^2", found.angular_acceleration_rms,
-            "Root mean square of the angular acceleration of pinion and wheel, of every shaft and loose gear of a train", error.angular_acceleration_rms;
+            "Root mean square of the angular acceleration of pinion and wheel, or of every shaft and loose gear of a train", error.angular_acceleration_rms;
     ]
 }

@@ -76,43 +76,44 @@ pub fn orbits_table() -> Table<OrbitRow> {
     Table::new(columns![row: OrbitRow;
         u64 "point_id", "1", row.point_id, "Row-major index into the grid";
         bool "found", "", row.search.is_ok(),
-            "Whether the row is an orbit; else a state of analyses.orbits.states led to none, and most columns are null";
-        text "reason", "", row.search.as_ref().err()?.reason.as_str(), "Why there is no orbit";
+            "Whether the row is an orbit. If false, a state of analyses.orbits.states led to none, and most columns are null";
+        text "reason", "", row.search.as_ref().err()?.reason.as_str(), "Reason why there is no orbit";
         u32 "state", "1", row.state(),
-            "State of analyses.orbits.states, counted from 1, that the search started from; null where a near return was";
+            "State of analyses.orbits.states, counted from 1, that the search started from; null if it started from a near return";
         u32 "period", "mesh cycles", row.period(),
-            "Shortest period of the orbit; the period sought where there is none";
+            "Shortest period of the orbit, or the period sought if there is no orbit";
         f64 "residual", "half gaps", row.orbit()?.residual,
-            "Distance between start and end of a period in the energy norm";
+            "Distance between the start and the end of a period, in the energy norm";
         bool "stable", "", row.orbit()?.character.stable,
             "Whether all multipliers lie inside the unit circle";
         f64 "deflection", "m", row.orbit()?.deflection,
-            "Mesh deflection at the start of the mesh cycle at which it is smallest";
-        f64 "velocity", "m/s", row.orbit()?.velocity, "Its rate there";
+            "Smallest mesh deflection at the start of a mesh cycle of the orbit";
+        f64 "velocity", "m/s", row.orbit()?.velocity, "Rate of mesh deflection at that instant";
         f64 "deflection_pp", "m", row.orbit()?.character.deflection_pp,
             "Largest minus smallest deflection over the period";
-        u64 "events", "1", row.orbit()?.character.events, "Contact-state changes in a period";
+        u64 "events", "1", row.orbit()?.character.events, "Contact-state changes in one period";
         f64 "lambda", "1/cycle", row.orbit()?.lambda,
-            "Largest exponent: logarithm of the largest multiplier over the period";
+            "Largest exponent: logarithm of the largest multiplier, divided by the period";
         list "multipliers_re", "1", &*row.multipliers.as_ref()?[0],
             "Real parts of the Floquet multipliers, largest modulus first; null without `floquet`";
         list "multipliers_im", "1", &*row.multipliers.as_ref()?[1],
             "Imaginary parts of the Floquet multipliers, in the same order";
         text "bifurcation", "", row.orbit()?.character.bifurcation.map(Bifurcation::name),
-            "What the largest multiplier crosses the unit circle as: fold (+1), flip (-1), neimark_sacker (a pair); null where its modulus is below 0.9";
+            "Type of crossing of the unit circle by the largest multiplier: fold (+1), flip (-1), \
+             neimark_sacker (a pair); null if its modulus is below 0.9";
         f64 "grazing_margin", "half gaps", row.orbit()?.character.grazing_margin,
-            "Smallest distance of an extreme of a contact's depth from its surface; at 0 the event sequence changes";
+            "Smallest distance between an extreme of a contact's depth and its surface; the event sequence changes at 0";
         f64 "kick_growth", "1", row.orbit()?.character.kick_growth,
-            "Growth over one period of a kick of 1e-5 half gaps in the direction of strongest growth, integrated in full";
+            "Growth over one period of a kick of 1e-5 half gaps in the direction of strongest growth, from full integration";
         f64 "kick_growth_linear", "1", row.orbit()?.character.kick_growth_linear,
-            "The same as the monodromy matrix predicts it; far from kick_growth where the kick changes the event sequence";
+            "The same growth as predicted by the monodromy matrix; it differs from kick_growth if the kick changes the event sequence";
         list "kick_distance", "half gaps", &*row.orbit()?.kick.distance,
-            "Distance from the orbit after 0, 1, 2 ... returns of that kick, integrated in full";
+            "Distance from the orbit after 0, 1, 2 ... returns of that kick, from full integration";
         list "kick_distance_linear", "half gaps", &*row.orbit()?.kick.linear,
-            "The same as powers of the monodromy matrix predict it";
+            "The same distances as predicted by powers of the monodromy matrix";
         list "displacement", "m sqrt(kg)", &*row.orbit()?.start[0],
-            "Modal displacements on the orbit at mesh phase 0, one a mode, as run.initial and analyses.orbits.states take them";
+            "Modal displacements on the orbit at mesh phase 0, one per mode, as used by run.initial and analyses.orbits.states";
         list "modal_velocity", "m sqrt(kg)/s", &*row.orbit()?.start[1],
-            "Modal velocities there";
+            "Modal velocities on the orbit at mesh phase 0, one per mode";
     ])
 }

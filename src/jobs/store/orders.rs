@@ -25,7 +25,9 @@ impl Row for OrderRow {}
 pub(super) const AMPLITUDE_UNITS: &str = "m (deflection) or N (force) or N (bearing) or N m (torque) or m/s^2 (acceleration) or rad/s^2 (angular acceleration)";
 
 /// What signals there are.
-pub(super) const SIGNALS: &str = "deflection, force, bearing with shaft, number and direction, torque with shaft or coupling, acceleration with bearing and direction, angular acceleration with shaft or loose gear";
+pub(super) const SIGNALS: &str = "deflection; force; bearing with shaft, number and direction; torque with \
+                                  shaft or coupling; acceleration with bearing and direction; angular \
+                                  acceleration with shaft or loose gear";
 
 /// Columns of `orders.parquet`.
 pub fn orders_table() -> Table<OrderRow> {
@@ -34,16 +36,19 @@ pub fn orders_table() -> Table<OrderRow> {
         text "signal", "", &*row.signal, SIGNALS;
         text "unit", "", &*row.unit, "Unit of the signal, its amplitude and its standard error";
         text "reference", "", row.line.reference.name(),
-            "What the order is a multiple of: mesh (frequency), pinion or wheel (speed of its shaft)";
-        u32 "multiple", "1", row.line.multiple, "Which multiple of it";
+            "Base frequency of the order: mesh (frequency), pinion or wheel (speed of its shaft)";
+        u32 "multiple", "1", row.line.multiple, "Multiple of the base frequency";
         f64 "order", "1", row.line.order, "Multiple of the mesh frequency";
         f64 "frequency", "Hz", row.line.frequency, "Frequency";
         f64 "amplitude", AMPLITUDE_UNITS, row.line.amplitude,
-            "Peak value of signal = ... + amplitude cos(2 pi frequency t + phase), t from the start of mesh cycle 0; of a motion that does not repeat that of the part that keeps its phase";
+            "Peak value of signal = ... + amplitude cos(2 pi frequency t + phase), where t = 0 at the start \
+             of mesh cycle 0. If the motion does not repeat, the amplitude of the part with a constant \
+             phase";
         f64 "amplitude_stderr", AMPLITUDE_UNITS, row.line.stderr?,
-            "Standard error of amplitude; null where the motion repeats and its value is exact, and where too little was seen";
+            "Standard error of amplitude; null if the motion repeats and the value is exact, or if too little was measured";
         f64 "phase", "rad", row.line.phase?, "Phase, in (-pi, pi]; null without amplitude";
         f64 "phase_stderr", "rad", row.line.phase_stderr?,
-            "Standard error of phase, null where that of amplitude is; near 1 and above nothing keeps its phase at this order";
+            "Standard error of phase; null if that of amplitude is null. Near 1 or above, the signal has no \
+             constant phase at this order";
     ])
 }

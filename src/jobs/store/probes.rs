@@ -18,14 +18,15 @@ pub fn probes_table() -> Table<ProbeRow> {
         u64 "point_id", "1", row.point_id, "Row-major index into the grid";
         u32 "probe_id", "1", row.probe.probe_id, "Initial condition of the point; 0 is run.initial";
         f64 "amplitude", "half gaps", row.probe.amplitude,
-            "Distance of the initial state from run.initial in the energy norm; 1 is a rigid displacement by the half gap, the energy is its square";
+            "Distance of the initial state from run.initial, in the energy norm. 1 is a rigid displacement \
+             by the half gap; the energy is the square";
         u32 "attractor_id", "1", row.probe.attractor,
-            "Attractor of the point, numbered from 0 by first probe; null where the probe settled on none";
+            "Attractor of the point, numbered from 0 in the order of probes; null if the probe settled on none";
         text "status", "", row.probe.status.name(),
             "How the probe ended: ok, not_converged, diverged, event_storm";
-        text "reason", "", row.probe.reason.as_str(), "Why this status and this class";
+        text "reason", "", row.probe.reason.as_str(), "Reason for this status and this class";
         text "class", "", row.probe.class.as_ref().map(Class::name),
-            "Kind of motion: steady_contact, periodic, quasi_periodic, chaotic, not_converged";
+            "Class of motion: steady_contact, periodic, quasi_periodic, chaotic, not_converged";
         u32 "period", "mesh cycles", row.probe.class.as_ref()?.period(),
             "Period of steady_contact and periodic motion";
         f64 "lambda", "1/cycle", row.probe.lambda, "Largest Lyapunov exponent per mesh cycle";
@@ -35,9 +36,9 @@ pub fn probes_table() -> Table<ProbeRow> {
         f64 "force_peak", "N", row.probe.force_peak, "Largest |mesh force|";
         f64 "events_per_cycle", "1/cycle", row.probe.events_per_cycle,
             "Contact-state changes per measured mesh cycle";
-        u64 "cycles", "mesh cycles", row.probe.cycles, "Mesh cycles integrated, transient included";
+        u64 "cycles", "mesh cycles", row.probe.cycles, "Mesh cycles integrated, including the transient";
         f64 "basin_share", "1", row.probe.basin.share,
-            "Share of the point's probes that end on this attractor, or with this status where they settle on none";
+            "Fraction of the point's probes that end on this attractor, or with this status if they settle on none";
         f64 "basin_low", "1", row.probe.basin.low,
             "Lower end of the 95 % interval of basin_share (Wilson)";
         f64 "basin_high", "1", row.probe.basin.high,

@@ -23,6 +23,6 @@ pub struct RefinedColumns {
 pub(super) fn level_columns(nested: NestedGrid) -> Vec<Column<PointRow>> {
     columns![row: PointRow;
         u32 "level", "1", nested.level(row.point_id as usize),
-            "How often the intervals of the grid were halved to come to this point; 0 of points of the undivided grid";
+            "Number of halvings of the grid's intervals that lead to this point; 0 for points of the undivided grid";
     ]
 }

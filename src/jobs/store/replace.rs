@@ -31,7 +31,7 @@ pub fn statuses(
     let path = table_path(folder, TableKind::Points, shard);
     let foreign = || StoreError::Foreign {
         path: path.clone(),
-        detail: "it has no columns point_id and status".into(),
+        detail: "it does not have the columns point_id and status".into(),
     };
     let seals = Some(Seals { folder, tables });
     let mut reader = TableReader::open(&path, seals, Some(&["point_id", "status"]))?;

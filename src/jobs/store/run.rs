@@ -242,9 +242,9 @@ pub fn mixed(instructions: &[String]) -> Option<String> {
     let first = kinds.next()?;
     kinds.any(|other| other != first).then(|| {
         format!(
-            "points were computed with different instructions ({}), whose results differ by rounding, \
-             and chaotic motion soon by all of itself; run.instructions = \"portable\" gives the same \
-             bits on every processor",
+            "points were computed with different instructions ({}), whose results differ by rounding, and \
+             for chaotic motion soon completely; run.instructions = \"portable\" gives the same bits on \
+             every processor",
             instructions.join(", ")
         )
     })
@@ -373,7 +373,7 @@ pub(super) mod tests {
             placement: PlacementRecord {
                 threads_asked: None,
                 threads: 8,
-                asked: "one worker a core".into(),
+                asked: "one worker per core".into(),
                 obtained: "not bound".into(),
                 copies_asked: "one copy for all workers".into(),
                 copies_obtained: "one copy for all workers".into(),

@@ -223,6 +223,6 @@ mod tests {
         assert!(matches!(damage(&bytes), Damage::Changed { .. }));
         fs::remove_file(&path).unwrap();
         let gone = seals.open(&path).unwrap_err().to_string();
-        assert!(gone.contains("t.parquet` is damaged") && gone.contains("--fresh"));
+        assert!(gone.contains("t.parquet` is damaged") && gone.contains("--overwrite"));
     }
 }

@@ -76,20 +76,18 @@ impl TableKind {
     pub fn remedy(self) -> &'static str {
         match self {
             Self::Points => "`atlas run` writes it",
-            Self::Poincare => "ask for `poincare = {}` in the manifest's [analyses]",
-            Self::Spectra => "ask for `nvh = { spectrum = {} }` in the manifest's [analyses]",
-            Self::Orders => "ask for `nvh = { orders = {} }` in the manifest's [analyses]",
+            Self::Poincare => "add `poincare = {}` to [analyses] of the manifest",
+            Self::Spectra => "add `nvh = { spectrum = {} }` to [analyses] of the manifest",
+            Self::Orders => "add `nvh = { orders = {} }` to [analyses] of the manifest",
             Self::Probes | Self::Attractors => {
-                "ask for `multistability = {}` in the manifest's [analyses]"
+                "add `multistability = {}` to [analyses] of the manifest"
             }
-            Self::Basins => "ask for `multistability.slice` in the manifest's [analyses]",
-            Self::Orbits => "ask for `orbits` in the manifest's [analyses]",
+            Self::Basins => "add `multistability.slice` to [analyses] of the manifest",
+            Self::Orbits => "add `orbits = {}` to [analyses] of the manifest",
             Self::Transitions => {
-                "carry the state along an axis: `order = \"both\"` in the manifest's [grid]"
+                "carry the state along an axis: `order = \"both\"` in [grid] of the manifest"
             }
-            Self::Horizon => {
-                "ask for `lyapunov = {}` and `horizon = {}` in the manifest's [analyses]"
-            }
+            Self::Horizon => "add `lyapunov = {}` and `horizon = {}` to [analyses] of the manifest",
             Self::Branches | Self::Bifurcations | Self::Curves => "`atlas follow` writes it",
             Self::Trace | Self::Events => "`atlas trace` writes it",
         }

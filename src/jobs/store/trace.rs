@@ -54,7 +54,7 @@ impl EventRow {
 
 const TIME: &str = "Time since the start of the simulation";
 const CYCLE: &str = "Mesh cycle, counted from the start of the simulation";
-const PHASE: &str = "Mesh phase: fraction of the mesh cycle passed";
+const PHASE: &str = "Mesh phase: elapsed fraction of the mesh cycle";
 
 /// Columns of `trace.parquet`, one for each output, by signal and unit; the modal ones only where
 /// `modal`.
@@ -66,23 +66,23 @@ pub fn trace_table(modal: bool, outputs: &[[String; 2]]) -> Table<TraceSample> {
         f64 "deflection", "m", row.deflection, "Mesh deflection";
         f64 "velocity", "m/s", row.velocity, "Rate of the mesh deflection";
         f64 "force", "N", row.force, "Mesh force";
-        text "contact", "", row.contact.name(), "What touches of the flanks: drive, coast, both or free";
+        text "contact", "", row.contact.name(), "Flanks in contact: drive, coast, both or free";
         u64 "closed", "", u64::from(row.contact.bits()),
-            "All closed contacts as a sum: 1 the drive flank, 2 the coast flank, 4, 8, ... further ones";
+            "All closed contacts as a sum: 1 for the drive flank, 2 for the coast flank, 4, 8, ... for further contacts";
     ];
     let names = column_names(outputs);
     for (index, (name, [signal, unit])) in names.iter().zip(outputs).enumerate() {
         columns.extend(columns![row: TraceSample;
             f64 name, unit, row.outputs.get(index).copied(),
-                &format!("The signal {signal}, as orders.parquet and spectra.parquet name it");
+                &format!("The signal {signal}, named as in orders.parquet and spectra.parquet");
         ]);
     }
     if modal {
         columns.extend(columns![row: TraceSample;
             list "displacement", "m sqrt(kg)", &*row.modal.as_ref()?.displacement,
-                "Modal displacements, one a mode, as run.initial takes them at mesh phase 0";
+                "Modal displacements, one per mode, as run.initial takes them at mesh phase 0";
             list "modal_velocity", "m sqrt(kg)/s", &*row.modal.as_ref()?.velocity,
-                "Modal velocities, one a mode, as run.initial takes them at mesh phase 0";
+                "Modal velocities, one per mode, as run.initial takes them at mesh phase 0";
         ]);
     }
     Table::new(columns)
@@ -109,9 +109,9 @@ pub fn events_table() -> Table<EventRow> {
         f64 "phase", "1", row.phase(), PHASE;
         text "kind", "", row.kind(),
             "drive_entry, drive_release, coast_entry or coast_release; entry or release of a further contact";
-        f64 "rate", "m/s", row.event.rate, "Rate of the deflection there, along the contact's line";
+        f64 "rate", "m/s", row.event.rate, "Rate of the deflection at the event, along the line of the contact";
         u64 "contact", "", row.event.contact as u64 + 1,
-            "The contact: 1 the drive flank, 2 the coast flank, further ones as the modal file has them";
+            "The contact: 1 for the drive flank, 2 for the coast flank, then further contacts in the order of the modal file";
     ])
 }
 

@@ -21,7 +21,7 @@ use std::f64::consts::{PI, TAU};
 #[derive(Debug, thiserror::Error)]
 pub enum BuildError {
     /// The values of the point's axes do not go together.
-    #[error("no drive has these values: {0}")]
+    #[error("no drive can have these values: {0}")]
     Values(String),
     /// The structure cannot be assembled or solved.
     #[error("the structure cannot be computed: {0}")]
@@ -48,7 +48,9 @@ pub enum BuildError {
     Slice(#[from] SliceError),
     /// The motion is too fast for the mesh cycle.
     #[error(
-        "one mesh cycle would take {windows:.0} windows (at most {MOST_WINDOWS}): the fastest motion, {rate:.1e} rad/s, is too fast for the mesh period of {period:.1e} s; check the units of mesh stiffness and damping, leave out high modes, or raise the speed"
+        "one mesh cycle would take {windows:.0} windows (at most {MOST_WINDOWS}): the fastest motion, \
+         {rate:.1e} rad/s, is too fast for the mesh period of {period:.1e} s; check the units of mesh \
+         stiffness and damping, omit high modes, or raise the speed"
     )]
     TooFast {
         /// Windows a mesh cycle.
@@ -101,11 +103,11 @@ fn structured_instead(model: &Model) -> String {
     let windows = Volterra::windows_needed(model, f64::EPSILON);
     match windows <= MOST_WINDOWS {
         true => format!(
-            "or set run.kernel = \"volterra\", which takes this mesh cycle in {windows:.0} windows"
+            "or set run.kernel = \"volterra\", which computes this mesh cycle in {windows:.0} windows"
         ),
         false => format!(
-            "run.kernel = \"volterra\" does not fit either: it would take {windows:.0} windows \
-             (at most {MOST_WINDOWS})"
+            "run.kernel = \"volterra\" does not help: it would take {windows:.0} windows (at most \
+             {MOST_WINDOWS})"
         ),
     }
 }

@@ -251,7 +251,7 @@ pub fn compute(
                 Status::Inaccurate => "was not followed accurately",
                 Status::Ok | Status::NotConverged | Status::Failed => "failed",
             };
-            let note = format!("; started from run.initial, because the point before it {how}");
+            let note = format!("; started from run.initial because the previous point {how}");
             answer.outcome.reason.push_str(&note);
         }
         let search = Search {

@@ -35,7 +35,7 @@ pub enum FollowError {
     Parameter(#[from] ParameterError),
     /// A state has not as many numbers as there are modes.
     #[error(
-        "continuation.states.{number} has {given} displacements for {modes} retained modes; give one for each"
+        "continuation.states.{number} has {given} displacements for {modes} retained modes; give one per mode"
     )]
     StateLength {
         /// Which state.

@@ -38,7 +38,7 @@ pub enum EarlierError {
     },
     /// Other parts of the same job.
     #[error(
-        "{} holds {found} of this job, which cannot be mixed with {wanted}; choose a folder with --out, or remove that one",
+        "{} holds {found} of this job, which cannot be combined with {wanted}; choose another folder with --out, or remove that one",
         folder.display()
     )]
     OtherParts {
@@ -95,8 +95,8 @@ pub fn look(
                     prefix(&job.hash)
                 ),
                 remedy: match replaceable {
-                    true => "choose a folder with --out, or replace them with --fresh",
-                    false => "choose a folder with --out, or remove that one",
+                    true => "choose another folder with --out, or replace them with --overwrite",
+                    false => "choose another folder with --out, or remove that one",
                 },
                 difference: difference(&there.to_string(), &job.written().to_string()),
             });
@@ -117,7 +117,7 @@ pub fn look(
 }
 
 fn part(shard: Option<Shard>) -> String {
-    shard.map_or_else(|| "the whole".to_owned(), |shard| shard.to_string())
+    shard.map_or_else(|| "the whole job".to_owned(), |shard| shard.to_string())
 }
 
 /// Enough of a hash to tell two apart.
@@ -138,7 +138,7 @@ fn difference(there: &str, here: &str) -> String {
     let mut lines = only(&there, &here, "-");
     lines.extend(only(&here, &there, "+"));
     if lines.is_empty() {
-        return "their lines are the same: their order, or a file that they name, has changed"
+        return "their lines are equal, but their order or a file that they name has changed"
             .to_owned();
     }
     let more = lines.len().saturating_sub(SHOWN);
@@ -146,7 +146,7 @@ fn difference(there: &str, here: &str) -> String {
     if more > 0 {
         lines.push(format!("  … and {more} more"));
     }
-    format!("what differs (- there, + here):\n{}", lines.join("\n"))
+    format!("differences (- there, + here):\n{}", lines.join("\n"))
 }
 
 /// The lines of a manifest without comments, spaces and empty ones.

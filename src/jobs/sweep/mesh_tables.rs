@@ -35,7 +35,8 @@ const SHORTEST_TURNING_PIECE: f64 = 1.0 / 24.0;
 pub enum MeshError {
     /// A table without a load to stand for.
     #[error(
-        "the table is that of flanks under the mean load, and the load is 0; give a small load, mesh.resolution = \"pairs\" or another mesh.stiffness"
+        "the mesh table is computed under the mean load, but the load is 0; give a small load, \
+         mesh.resolution = \"pairs\" or another mesh.stiffness"
     )]
     NoLoad,
     /// The gears are not a pair that meshes.
@@ -49,7 +50,9 @@ pub enum MeshError {
     Fetch(#[from] MeshFetchError),
     /// The flanks under load have no misalignment that the shafts agree with.
     #[error(
-        "misalignment and shaft tilt do not settle after {steps} steps (last misalignment {misalignment:.3e} rad, residual {residual:.1e} rad); lower the load, stiffen shafts or bearings, or set mesh.shaft_tilt = false"
+        "misalignment and shaft tilt do not converge after {steps} steps (last misalignment \
+         {misalignment:.3e} rad, residual {residual:.1e} rad); lower the load, stiffen shafts or bearings, \
+         or set mesh.shaft_tilt = false"
     )]
     Unsettled {
         /// Evaluations of the load centroid.

@@ -71,8 +71,8 @@ pub enum SweepError {
     Store(#[from] StoreError),
     /// Threads cannot be started.
     #[error(
-        "cannot start {threads} worker threads: {reason}; ask for fewer with --threads, or raise the \
-         limit on threads (`ulimit -u`, or pids.max of the control group)"
+        "cannot start {threads} worker threads: {reason}; ask for fewer with --threads, or raise the limit \
+         on threads (`ulimit -u`, or pids.max of the control group)"
     )]
     Threads {
         /// How many were asked for.
@@ -383,7 +383,10 @@ fn copies_obtained(of_nodes: &[Parts], copies: &Copies, topology: Option<&Topolo
     let lies = |parts: &Parts| topology.map_or_else(BTreeSet::new, |t| parts.nodes(t));
     let found: Vec<BTreeSet<u32>> = of_nodes.iter().map(lies).collect();
     if found.iter().all(BTreeSet::is_empty) {
-        return format!("{} copies; the system does not tell where", of_nodes.len());
+        return format!(
+            "{} copies; the system does not report where",
+            of_nodes.len()
+        );
     }
     let as_asked = (found.iter().zip(&copies.nodes)).all(|(found, node)| found.iter().eq([node]));
     if as_asked {

@@ -31,11 +31,10 @@ const DISAGREE: f64 = 1e-2;
 const UNFELT: f64 = 1e-5;
 
 /// What is said where they do.
-const KINK: &str =
-    "differences do not agree: the model has a kink here, or the orbit changes within a step";
+const KINK: &str = "finite differences do not agree: the model has a kink here, or the orbit changes within a step";
 
 /// What is said of a size that is zero.
-const AT_ZERO: &str = "it is zero but for round-off, and a size has a kink there";
+const AT_ZERO: &str = "it is zero up to round-off, and an amplitude has a kink at zero";
 
 /// Cycles between the starts of an ensemble's members.
 const APART: u64 = 50;
@@ -85,7 +84,7 @@ pub enum SensitivityError {
     #[error(transparent)]
     Build(#[from] BuildError),
     /// The motion has no kind.
-    #[error("the point does not settle, so that there is nothing to differentiate: {reason}")]
+    #[error("the point does not settle, so there is nothing to differentiate: {reason}")]
     Unsettled {
         /// Why not.
         reason: String,
@@ -255,7 +254,7 @@ fn of_orbit(
     let found = with_kernel(&family.point, model, parts, own)??;
     let Some((values, exact)) = found else {
         return Err(SensitivityError::Unsettled {
-            reason: "Newton's method does not find the orbit again".to_owned(),
+            reason: "Newton's method does not find the orbit at a nearby value".to_owned(),
         });
     };
     let h = CHECK * family.size(at, 0);

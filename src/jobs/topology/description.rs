@@ -12,7 +12,7 @@ use thiserror::Error;
 pub enum TopologyError {
     /// The system tells of no processor.
     #[error(
-        "the system tells neither which processors there are nor which of them this process may \
+        "the system reports neither its processors nor which of them this process may \
          use; check that /proc and /sys are mounted"
     )]
     Unknown,

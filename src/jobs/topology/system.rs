@@ -38,10 +38,10 @@ pub enum BindingError {
         detail: String,
     },
     /// The system accepted it and did something else.
-    #[error("the system bound a thread elsewhere than asked")]
+    #[error("the system bound a thread to another core than requested")]
     NotKept,
     /// Memory of nodes without cores is reached through hwloc only.
-    #[error("memory is bound to a NUMA node by hwloc alone, and this program has none at hand")]
+    #[error("binding memory to a NUMA node needs hwloc, which is not available here")]
     NoMemoryBinding,
 }
 

@@ -191,7 +191,7 @@ pub enum QuantityError {
         text: String,
     },
     /// A unit that is not known.
-    #[error("`{unit}` is not a unit known here")]
+    #[error("`{unit}` is not a known unit")]
     UnknownUnit {
         /// The part that is not known.
         unit: String,

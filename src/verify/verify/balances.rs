@@ -22,7 +22,7 @@ pub fn energy(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         let drives = drives_of(served, subjects.cases.len());
         lines.push(Line::at_most(
             format!("{}: energy over {cycles} cycles, {drives}", kernel.name),
-            "works of all forces, added up",
+            "sum of the work of all forces",
             worst,
             1e-12,
             "of all work",

@@ -33,11 +33,11 @@ pub fn resumed(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         }
         lines.push(Line::at_most(
             format!(
-                "{}: {cycles} cycles in one go, {}",
+                "{}: {cycles} cycles without interruption, {}",
                 kernel.name,
                 drives_of(served, subjects.cases.len())
             ),
-            "the same, stopped and taken up",
+            "the same, interrupted and resumed",
             unequal as f64,
             0.0,
             "numbers",

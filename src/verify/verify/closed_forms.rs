@@ -245,7 +245,7 @@ pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         }
         lines.push(Line::at_most(
             format!("{}: times of {bounces} bounces", kernel.name),
-            "parabola and half sine, turn about",
+            "parabolas and half sines in turn",
             worst,
             // With the number of bounces squared: energy drifts, and with it their period.
             subjects.extent.pick(1e-10, 1e-6) * kernel.round_off,

@@ -159,7 +159,7 @@ pub fn mesh_table(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     Ok(vec![
         Line::at_most(
             "table's stiffness between nodes, default pair",
-            "load sharing on the spot",
+            "direct load sharing",
             worst,
             1e-9,
             "relative",

@@ -6,7 +6,6 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::block::{self, Blocks};
-use crate::manifest::ManifestText;
 use crate::report::Summary;
 use crate::report::followed::Followed;
 use crate::report::plot::{
@@ -42,14 +41,9 @@ pub(super) fn of_results(
     blocks: &mut Blocks,
 ) -> Result<Value, crate::report::ReportError> {
     let followed = Followed::read(folder)?;
-    let written = runs.first().map(|run| ManifestText {
-        text: &run.manifest,
-        changes: &run.set,
-    });
-    let units = match (written, &followed) {
-        (Some(manifest), _) => manifest.axis_units(),
-        (None, Some(followed)) => followed.units.clone(),
-        (None, None) => BTreeMap::new(),
+    let units = match &followed {
+        Some(followed) if runs.is_empty() => &followed.units,
+        _ => &summary.units,
     };
     let motions: Vec<Motion> = summary.all.iter().map(Motion::of).collect();
     let mut counts: BTreeMap<Motion, usize> = BTreeMap::new();

@@ -127,7 +127,7 @@ impl Rows {
             true => plural(self.all as usize, "row"),
             false => plural(self.points.len(), "point"),
         };
-        (self.thinned > 0).then(|| format!("{name}: rows of {} of {all} are here", kept.len()))
+        (self.thinned > 0).then(|| format!("{name}: the page has rows of {} of {all}", kept.len()))
     }
 }
 

@@ -41,7 +41,10 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
         reason,
     };
     let table = results.table(TableKind::Basins)?.ok_or_else(|| {
-        unfit("there is no basins.parquet; ask for `multistability.slice` in the manifest's [analyses]".into())
+        unfit(
+            "there is no basins.parquet; add `multistability.slice` to [analyses] of the manifest"
+                .into(),
+        )
     })?;
     let axes = slice_axes(&table);
     let mut slices = cells(&table)?;
@@ -55,7 +58,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     slices.retain(|_, cells| cells.iter().any(|cell| cell.at[0] > 0));
     if slices.is_empty() {
         return Err(unfit(
-            "no slice of basins.parquet has two cells a side".into(),
+            "no slice of basins.parquet has two cells per side".into(),
         ));
     }
     let attractors = read_attractors(&results.folder)?;

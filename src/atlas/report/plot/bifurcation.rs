@@ -45,7 +45,7 @@ impl Samples {
             reason: reason.into(),
         };
         let table = results.table(TableKind::Poincare)?.ok_or_else(|| {
-            unfit("there is no poincare.parquet; ask for `poincare` in the manifest's [analyses]")
+            unfit("there is no poincare.parquet; add `poincare = {}` to [analyses] of the manifest")
         })?;
         let section = Section::of(&table)?;
         let Quantity {
@@ -60,7 +60,7 @@ impl Samples {
             }
         }
         if values.is_empty() {
-            return Err(unfit("poincare.parquet holds no sample"));
+            return Err(unfit("poincare.parquet has no samples"));
         }
         Ok(Self {
             values,

@@ -261,7 +261,7 @@ impl Campbell {
             y += 16.5;
         };
         let named = [
-            ("bold: closed mode, mesh in it", BLUE),
+            ("bold: closed mode that deflects the mesh", BLUE),
             ("thin: closed mode, other", BLUE),
             ("dashed: mode, contacts open", SOFT),
             ("dashed rays: turns of shafts", RED),
@@ -272,7 +272,10 @@ impl Campbell {
         }
         let of = |contacts: Contacts| met.iter().filter(move |one| one.contacts == contacts);
         let (closed, open) = (of(Contacts::Closed).count(), of(Contacts::Open).count());
-        let near = format!("resonances at the grid ± {:.0} %:", 100.0 * NEAR_GRID);
+        let near = format!(
+            "resonances within ± {:.0} % of the grid:",
+            100.0 * NEAR_GRID
+        );
         say(canvas, &near, INK);
         say(canvas, &format!("{closed} with contacts closed"), INK);
         // Those that the mesh drives most, by speed.
@@ -292,7 +295,10 @@ impl Campbell {
             say(canvas, &text, if bold { INK } else { SOFT });
         }
         if leading.len() < closed {
-            let text = format!("… {} more, less in the mesh", closed - leading.len());
+            let text = format!(
+                "… {} more, with less mesh deflection",
+                closed - leading.len()
+            );
             say(canvas, &text, SOFT);
         }
         say(canvas, &format!("{open} with contacts open: grey"), SOFT);

@@ -31,7 +31,7 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
     let (slices, all) = results.slices(&[along]);
     let mut drawn = Drawn::of_slices(What::Classes, slices.len(), all);
     for slice in slices {
-        let title = format!("{}: kind of motion over {name}", results.job);
+        let title = format!("{}: class of motion over {name}", results.job);
         let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
         let found = counts(slice.points.iter().copied());
         let rows: BTreeSet<Motion> = found.keys().copied().collect();
@@ -71,7 +71,7 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
             canvas.rectangle(from, to, motion.colour());
         }
         let at = [24.0, 0.5 * (panel.top + panel.bottom)];
-        canvas.text_upwards(at, "kind of motion", LABEL_SIZE, INK, Anchor::Middle);
+        canvas.text_upwards(at, "class of motion", LABEL_SIZE, INK, Anchor::Middle);
         canvas.height = panel.bottom + 74.0;
         canvas.outline(
             [panel.left, panel.top],

@@ -44,23 +44,27 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
         reason,
     };
     let known = with_course(results)?;
-    let ask = "ask for `lyapunov.course` in the manifest's [analyses]";
+    let ask = "add `lyapunov.course` to [analyses] of the manifest";
     let point = match request.point {
         Some(id) => results.point(id)?,
         None => {
             let mut all = results.summary.chaotic.iter().chain(&results.summary.all);
             all.find(|point| known.contains(&point.point_id))
-                .ok_or_else(|| unfit(format!("no point has a course of its exponents; {ask}")))?
+                .ok_or_else(|| {
+                    unfit(format!(
+                        "no point has running estimates of its exponents; {ask}"
+                    ))
+                })?
         }
     };
     let id = point.point_id;
     if !known.contains(&id) {
         return Err(unfit(format!(
-            "point {id} has no course of its exponents; {ask}"
+            "point {id} has no running estimates of its exponents; {ask}"
         )));
     }
     let course = Course::read(results, id)?;
-    let title = format!("{}: how the exponents settled", results.job);
+    let title = format!("{}: convergence of the exponents", results.job);
     let words = results.point_words(point);
     let errors = Evidence::of([point]).words();
     let mut canvas = Canvas::titled(&title, &results.subtitle(&[&words, &errors]));
@@ -167,9 +171,9 @@ impl Course {
         }
         let left_out = (self.values.len() / places).saturating_sub(MOST);
         let note = match left_out {
-            0 => "line: running mean; band: one standard error to either side".to_owned(),
+            0 => "line: running mean; band: one standard error on each side".to_owned(),
             more => format!(
-                "line: running mean; band: one standard error to either side; the {more} smallest are left out"
+                "line: running mean; band: one standard error on each side; the {more} smallest are omitted"
             ),
         };
         let at = [panel.left, panel.top - 8.0];

@@ -46,11 +46,11 @@ pub(super) fn draw(
         reason: reason.into(),
     };
     let second = followed.second.ok_or_else(|| {
-        unfit("there is no curves.parquet; name a `second` axis in the manifest's [continuation]")
+        unfit("there is no curves.parquet; name a `second` axis in [continuation] of the manifest")
     })?;
     let planes = followed.planes(second);
     if planes.is_empty() {
-        return Err(unfit("curves.parquet holds no curve"));
+        return Err(unfit("curves.parquet has no curve"));
     }
     let count = planes.len();
     let mut drawn = Drawn::of_slices(What::Curves, count.min(MOST_SLICES), count);

@@ -1,5 +1,6 @@
 //! How values are shown: in which units, in decibels of which reference, on which axes, over which range.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::str::FromStr;
 
@@ -44,7 +45,7 @@ pub struct Amount {
 
 /// A text that is no number with a unit known here.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{text}` is no number, bare (SI) or with a unit such as \"1 um\" or \"20 N\"")]
+#[error("`{text}` is not a number, bare (SI) or with a unit such as \"1 um\" or \"20 N\"")]
 pub struct NoAmount {
     text: String,
 }
@@ -95,7 +96,7 @@ impl Amount {
 
 /// A unit to show values in.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub(super) struct Unit {
+pub(crate) struct Unit {
     /// How many make one of SI.
     pub factor: f64,
     /// `µm`.
@@ -110,6 +111,30 @@ impl Unit {
             factor: units::conversion(si, unit)?,
             text: text.replace("^2", "²").replace("^3", "³"),
         })
+    }
+
+    /// The unit that a manifest gives the axis `name`, else the unit `si`.
+    pub fn of_axis(written: &BTreeMap<String, String>, name: &str, si: &str) -> Self {
+        Self::or_si(written.get(name).map(String::as_str), si)
+    }
+
+    /// The unit as it is written, else `si`.
+    pub fn or_si(written: Option<&str>, si: &str) -> Self {
+        let own = written.and_then(|unit| Self::of(unit, si));
+        own.unwrap_or_else(|| Self {
+            factor: 1.0,
+            text: if si == "1" { "" } else { si }.to_owned(),
+        })
+    }
+
+    /// `6000 rpm` of a value in SI, with its digits as `number` writes them.
+    pub fn amount(&self, number: impl Fn(f64) -> String, value: f64) -> String {
+        self.after(&number(value * self.factor))
+    }
+
+    /// A text of numbers in this unit, with the unit.
+    pub fn after(&self, text: &str) -> String {
+        format!("{text} {}", self.text).trim_end().to_owned()
     }
 
     /// The first of some that fits values with the unit `si`.

@@ -20,7 +20,7 @@ pub enum PlotError {
     Store(#[from] StoreError),
     /// The folder holds neither results nor followed orbits nor a trace.
     #[error(
-        "nothing to plot in `{}`: give a folder with points.parquet (from `atlas run`), \
+        "nothing to draw in `{}`: give a folder with points.parquet (from `atlas run`), \
          branches.parquet (from `atlas follow`) or trace.parquet (from `atlas trace`), or a mesh table (from `atlas table`)",
         folder.display()
     )]
@@ -58,14 +58,14 @@ pub enum PlotError {
     },
     /// No point of that number.
     #[error(
-        "no point {point_id} in these results; points.parquet lists them in its column point_id"
+        "no point {point_id} in these results; the column point_id of points.parquet lists all"
     )]
     UnknownPoint {
         /// The number asked for.
         point_id: u64,
     },
     /// No axis of that name.
-    #[error("no grid axis `{name}` with more than one value; such axes are: {known}")]
+    #[error("no grid axis `{name}` with more than one value; these have several: {known}")]
     UnknownAxis {
         /// The name asked for.
         name: String,
@@ -83,18 +83,16 @@ pub enum PlotError {
         known: String,
     },
     /// Curves that go along the axis that they are to differ by.
-    #[error(
-        "--over and --by name the same axis `{name}`; curves go over one and differ by another"
-    )]
+    #[error("--over and --by name the same axis `{name}`; name two different axes")]
     SameAxis {
         /// The axis.
         name: String,
     },
     /// Neither a kind of picture nor a column of numbers.
     #[error(
-        "no kind of picture and no column of numbers is called `{name}`{}{}; `atlas plot {} --list` shows all",
-        if *is_text { " (that column holds texts)" } else { "" },
-        if nearest.is_empty() { String::new() } else { format!("; near it: {}", nearest.join(", ")) },
+        "no kind of picture and no column of numbers is called `{name}`{}{}; `atlas plot {} --list` lists all",
+        if *is_text { " (this column holds text)" } else { "" },
+        if nearest.is_empty() { String::new() } else { format!("; did you mean {}?", nearest.join(", ")) },
         folder.display()
     )]
     UnknownColumn {
@@ -108,7 +106,7 @@ pub enum PlotError {
         folder: PathBuf,
     },
     /// A column of a table that is not there.
-    #[error("no {column}: there is no {table} in `{}`; `atlas plot {} --list` shows what can be drawn", folder.display(), folder.display())]
+    #[error("no {column}: there is no {table} in `{}`; `atlas plot {} --list` lists what can be drawn", folder.display(), folder.display())]
     NoTable {
         /// The column asked for.
         column: String,
@@ -151,7 +149,7 @@ pub enum PlotError {
         unit: String,
     },
     /// A unit that nothing drawn is measured in.
-    #[error("`--unit {unit}` fits nothing that is drawn; what is drawn has the units {drawn}")]
+    #[error("`--unit {unit}` fits no drawn quantity; their units are {drawn}")]
     UnusedUnit {
         /// The unit.
         unit: String,
@@ -159,13 +157,13 @@ pub enum PlotError {
         drawn: String,
     },
     /// A picture of one folder, asked of several.
-    #[error("{} pictures are of one folder; several folders go with columns (`--what deflection_rms`) and with `--what orders`", what.name())]
+    #[error("{} pictures need a single folder; several folders are possible with columns (`--what deflection_rms`) and `--what orders`", what.name())]
     OneFolder {
         /// The picture.
         what: What,
     },
     /// Columns of something else than results.
-    #[error("`{}` has no columns to draw: a folder from `atlas run` is needed", folder.display())]
+    #[error("`{}` has no columns to draw; give a folder that `atlas run` wrote", folder.display())]
     NoColumns {
         /// The folder or file.
         folder: PathBuf,

@@ -29,7 +29,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
         reason,
     };
     let table = results.table(TableKind::Horizon)?.ok_or_else(|| {
-        let ask = "ask for `horizon` in the manifest's [analyses]";
+        let ask = "add `horizon = {}` to [analyses] of the manifest";
         unfit(format!("there is no horizon.parquet; {ask}"))
     })?;
     let ids = table.u64("point_id")?;
@@ -37,14 +37,14 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     let point = match request.point {
         Some(id) => results.point(id)?,
         None => (results.summary.chaotic.iter().find(|p| known(p)))
-            .ok_or_else(|| unfit("horizon.parquet holds no chaotic point".into()))?,
+            .ok_or_else(|| unfit("horizon.parquet has no chaotic point".into()))?,
     };
     if !known(point) {
         let reason = format!("point {} is not chaotic or has no horizon", point.point_id);
         return Err(unfit(reason));
     }
     let found = Found::read(results, &table, point)?;
-    let title = format!("{}: where trajectories give way to averages", results.job);
+    let title = format!("{}: from trajectories to averages", results.job);
     let several = results.summary.chaotic.len() > 1;
     let chosen = if request.point.is_none() && several {
         "the most chaotic point"
@@ -197,7 +197,7 @@ fn averages(canvas: &mut Canvas, found: &Found) {
         right: 926.0,
         top: TOP,
         bottom: BOTTOM,
-        across: Axis::logarithmic("cycles averaged over", "mesh cycles", [0.8, 1.25 * last]),
+        across: Axis::logarithmic("cycles averaged", "mesh cycles", [0.8, 1.25 * last]),
         up: Axis::logarithmic(
             "standard error of a mean force",
             "N",

@@ -25,7 +25,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
         results,
         request,
         What::Kicks,
-        "a kick off periodic orbits, return by return",
+        "kicks off periodic orbits, return by return",
         |orbit| orbit.kick[0].len() > 1,
         growth,
     )
@@ -71,7 +71,7 @@ fn growth(canvas: &mut Canvas, orbits: &[&Orbit]) {
         Some((place, path.rfind(|at| shown(&panel, at))?))
     });
     numbers(canvas, &ends.collect::<Vec<_>>());
-    let note = "lines: integrated in full; dashes: powers of the monodromy matrix, where they part";
+    let note = "lines: full integration; dashes: powers of the monodromy matrix where they differ";
     let at = [panel.left, TOP - 8.0];
     canvas.text(at, note, TICK_SIZE, SOFT, Anchor::Start);
     key(canvas, [RIGHT + 28.0, TOP + 2.0], orbits, |orbit| {

@@ -110,7 +110,7 @@ fn legend(canvas: &mut Canvas, sweeps: &[Sweep<'_>], points: &[&PointSummary], m
         y += entry(
             canvas,
             [MARGIN, y],
-            &format!("on the edge: no λ ({without})"),
+            &format!("at the edge: no λ ({without})"),
         );
     }
     y

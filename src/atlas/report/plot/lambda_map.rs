@@ -122,7 +122,7 @@ pub(super) fn draw_classes(results: &Results, cells: &Cells<'_>) -> Drawn {
     let (slices, all) = results.slices(&cells.free());
     let mut drawn = Drawn::of_slices(What::Classes, slices.len(), all);
     for slice in slices {
-        let title = format!("{}: kind of motion over {}", results.job, cells.words());
+        let title = format!("{}: class of motion over {}", results.job, cells.words());
         let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
         let cells_drawn = cells.draw(&mut canvas, &slice, |point| class_cell(Motion::of(point)));
         let found = counts(slice.points.iter().copied());

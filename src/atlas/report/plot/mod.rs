@@ -66,6 +66,7 @@ pub(super) use basins::slice_axes;
 pub use campbell::{Campbell, Contacts, ModeLine, NEAR_GRID, Ray, Resonance};
 pub(super) use categories::colour as category_colour;
 pub use column::{Asked, ColumnName, NoColumn};
+pub(crate) use display::Unit;
 pub use display::{Amount, Display, Log, NoAmount};
 pub use error::PlotError;
 pub use machine::pictures as machine_pictures;
@@ -80,7 +81,8 @@ pub use what::What;
 const MESH_NEEDED: &str = "a mesh table is needed, a file that `atlas table MANIFEST` writes";
 
 /// Where Campbell diagrams come from.
-const CAMPBELL_APART: &str = "natural frequencies are not among the results; `atlas plot m.toml --what campbell` computes them from a manifest";
+const CAMPBELL_APART: &str = "natural frequencies are not in the results; `atlas plot m.toml --what \
+                              campbell` computes them from a manifest";
 
 /// What pictures of followed orbits need.
 const FOLLOWED_NEEDED: &str = "there is no branches.parquet; `atlas follow` writes it";
@@ -297,9 +299,9 @@ impl Source {
             (What::Mesh | What::Sharing | What::Contact, _, _) => Err(unfit(MESH_NEEDED)),
             (What::Trace, _, Some(recording)) => Ok(trace::draw(recording)),
             (What::Phase, _, Some(recording)) => Ok(phase::of_trace(recording)),
-            (What::Trace, _, None) => Err(unfit("a folder from `atlas trace` is needed")),
+            (What::Trace, _, None) => Err(unfit("give a folder that `atlas trace` wrote")),
             (_, Some(results), _) => of_results(what, results, request),
-            (_, None, _) => Err(unfit("a folder from `atlas run` is needed")),
+            (_, None, _) => Err(unfit("give a folder that `atlas run` wrote")),
         }
     }
 
@@ -346,13 +348,13 @@ fn of_results(what: What, results: &Results, request: &PlotRequest) -> Result<Dr
         reason: reason.into(),
     };
     if results.summary.all.is_empty() {
-        return Err(unfit("points.parquet holds no point"));
+        return Err(unfit("points.parquet has no points"));
     }
     let over = request.over.as_deref();
     let cells = cells::Cells::new(results);
     match what {
         What::Lambda if results.summary.all.iter().all(|p| p.lambda.is_none()) => Err(unfit(
-            "no point has an exponent; ask for `lyapunov` in the manifest's [analyses], with enough cycles",
+            "no point has an exponent; add `lyapunov = {}` to [analyses] of the manifest, with enough cycles",
         )),
         What::Lambda => match cells {
             Some(cells) if over.is_none() => Ok(lambda_map::draw(results, &cells)),
@@ -374,7 +376,7 @@ fn of_results(what: What, results: &Results, request: &PlotRequest) -> Result<Dr
         What::Horizon => horizon::draw(results, request),
         What::Convergence => convergence::draw(results, request),
         What::Phase => phase::of_results(results, request),
-        What::Trace => Err(unfit("a folder from `atlas trace` is needed")),
+        What::Trace => Err(unfit("give a folder that `atlas trace` wrote")),
         What::Mesh | What::Sharing | What::Contact => Err(unfit(MESH_NEEDED)),
         What::Branches | What::Curves => Err(unfit(FOLLOWED_NEEDED)),
     }

@@ -197,7 +197,7 @@ pub(super) fn key(
         room
     };
     let (named, left) = leading(counts, most);
-    let left_out = (left > 0).then(|| format!("… and {left} more kinds"));
+    let left_out = (left > 0).then(|| format!("… and {left} more classes"));
     let lines = named
         .iter()
         .map(|(motion, count)| (Some(*motion), format!("{} ({count})", motion.name())));

@@ -94,7 +94,7 @@ fn plane(canvas: &mut Canvas, orbits: &[&Orbit]) {
         "numbers: leading multipliers",
     ];
     if outermost > EXTENT[1] / ROOM {
-        notes.push("at the edge: further out");
+        notes.push("at the edge: farther out");
     }
     for (line, note) in notes.iter().rev().enumerate() {
         let at = [MARGIN, TOP + SIDE - 2.0 - 18.0 * line as f64];

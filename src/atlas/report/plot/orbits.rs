@@ -28,7 +28,7 @@ pub(super) fn pictures(
         reason: reason.into(),
     };
     let found = results.summary.orbits.as_ref().ok_or_else(|| {
-        unfit("there is no orbits.parquet; ask for `orbits` in the manifest's [analyses]")
+        unfit("there is no orbits.parquet; add `orbits = {}` to [analyses] of the manifest")
     })?;
     let mut ids: Vec<u64> = (found.orbits.iter())
         .filter(|orbit| drawable(orbit))
@@ -42,7 +42,7 @@ pub(super) fn pictures(
     if ids.is_empty() {
         return Err(unfit(match what {
             What::Multipliers => {
-                "no orbit with multipliers was found; `analyses.orbits.floquet` keeps them"
+                "no orbit with multipliers was found; set analyses.orbits.floquet = true to keep them"
             }
             _ => "no orbit was found",
         }));

@@ -40,7 +40,7 @@ pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Dra
         reason,
     };
     let table = results.table(TableKind::Poincare)?.ok_or_else(|| {
-        let ask = "ask for `poincare` in the manifest's [analyses]";
+        let ask = "add `poincare = {}` to [analyses] of the manifest";
         unfit(format!("there is no poincare.parquet; {ask}"))
     })?;
     let ids = table.u64("point_id")?;
@@ -57,8 +57,7 @@ pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Dra
                 let chaos = liveliness(a.0).total_cmp(&liveliness(b.0));
                 chaos.then(a.1.unwrap_or(0.0).total_cmp(&b.1.unwrap_or(0.0)))
             });
-            let (point, _) =
-                best.ok_or_else(|| unfit("poincare.parquet holds no sample".into()))?;
+            let (point, _) = best.ok_or_else(|| unfit("poincare.parquet has no samples".into()))?;
             let why = match Motion::of(point) {
                 _ if results.summary.all.len() == 1 => "",
                 motion if motion.is_chaos() => "the point with the largest λ",

@@ -68,7 +68,7 @@ impl Drawn {
         let mut notes = Vec::new();
         if drawn < all {
             notes.push(format!(
-                "{name}: the first {drawn} of {all} slices are drawn"
+                "{name}: only the first {drawn} of {all} slices are drawn"
             ));
         }
         Self {
@@ -81,7 +81,7 @@ impl Drawn {
     pub(super) fn say_what_was_thinned(&mut self) {
         for picture in self.pictures.iter().filter(|own| own.canvas.left_out > 0) {
             self.notes.push(format!(
-                "{}: {} marks and places of lines that lie within a pixel of others",
+                "{}: {} marks and line points that lie within a pixel of others",
                 picture.name, picture.canvas.left_out
             ));
         }

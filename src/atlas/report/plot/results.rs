@@ -8,7 +8,6 @@ use super::axis::Axis;
 use super::axis_units::AxisUnits;
 use super::error::PlotError;
 use super::what::What;
-use crate::manifest::ManifestText;
 use crate::report::numbers::{number, plural};
 use crate::report::point::varied;
 use crate::report::{Axis as GridAxis, PointSummary, Summary};
@@ -79,13 +78,8 @@ impl Results {
             )),
             None => Some("without run.json: may be incomplete".into()),
         };
-        let written = runs.first().map(|run| ManifestText {
-            text: &run.manifest,
-            changes: &run.set,
-        });
-        let written = written.map(ManifestText::axis_units).unwrap_or_default();
         Ok(Self {
-            shown: AxisUnits::new(&summary.axes, &written, units),
+            shown: AxisUnits::new(&summary.axes, &summary.units, units),
             folder: folder.to_path_buf(),
             job: job.unwrap_or_default(),
             units: of_columns,
@@ -246,7 +240,7 @@ impl Results {
                 let mut count_words = plural(points.len(), "point");
                 if let Some(refined) = &self.summary.refined {
                     let [rows, columns] = refined.nested.sides(refined.nested.levels);
-                    count_words += &format!(" of {rows} x {columns} places");
+                    count_words += &format!(" of {rows} x {columns} positions");
                 }
                 Slice {
                     points,
@@ -308,8 +302,8 @@ impl Results {
         let names = names.join(", ");
         match self.lines(free, points).iter().any(|line| line.len() > 1) {
             _ if others.is_empty() => String::new(),
-            true => format!("lines join points of the same {names}"),
-            false => format!("points differ in {names} too"),
+            true => format!("lines join points with the same {names}"),
+            false => format!("points also differ in {names}"),
         }
     }
 

@@ -62,7 +62,7 @@ impl Section {
                 [PHASE, DEFLECTION],
             ),
             Some("surface_up" | "surface_down") => {
-                ("on the surface asked for".to_owned(), [RATE, DEFLECTION])
+                ("on the given surface".to_owned(), [RATE, DEFLECTION])
             }
             _ => (
                 format!("at mesh phase {}", number(phase)),

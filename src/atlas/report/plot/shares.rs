@@ -32,8 +32,9 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
     if attractors.is_empty() {
         return Err(PlotError::Unfit {
             what: What::Shares,
-            reason: "there is no attractor; ask for `multistability` in the manifest's [analyses]"
-                .into(),
+            reason:
+                "there are no attractors; add `multistability = {}` to [analyses] of the manifest"
+                    .into(),
         });
     }
     let summary = &results.summary;

@@ -100,17 +100,15 @@ impl SpectralLines {
             known.dedup();
             let near = match &nearest(signal, &known)[..] {
                 [] => String::new(),
-                near => format!("; near it: {}", near.join(", ")),
+                near => format!("; did you mean {}?", near.join(", ")),
             };
             let asked = group(signal).map_or(String::new(), |word| {
-                format!(
-                    "; more signals are computed where `signals` of that analysis names \"{word}\""
-                )
+                format!("; name \"{word}\" in `signals` of that analysis to compute more")
             });
             return Err(PlotError::Unfit {
                 what,
                 reason: format!(
-                    "{file} holds no line of the signal `{signal}`{near}; its signals: {}{asked}",
+                    "{file} has no lines of the signal `{signal}`{near}; its signals: {}{asked}",
                     known.join(", ")
                 ),
             });
@@ -136,11 +134,17 @@ impl SpectralLines {
         if signal != "deflection" {
             return Err(unfit(&match group(signal) {
                 None => format!(
-                    "`{signal}` is no signal; signals are deflection, force, and those of bearings, torques and accelerations by their names, such as \"bearing pinion 1 x\""
+                    "`{signal}` is not a signal; signals are deflection, force, and those of bearings, \
+                     torques and accelerations by name, such as \"bearing pinion 1 x\""
                 ),
-                Some("deflection" | "force") => "there is no spectra.parquet; ask for `nvh = { spectrum = {} }` in the manifest's [analyses]".to_owned(),
+                Some("deflection" | "force") => {
+                    "there is no spectra.parquet; add `nvh = { spectrum = {} }` \
+                                                 to [analyses] of the manifest"
+                        .to_owned()
+                }
                 Some(word) => format!(
-                    "there is no spectra.parquet; ask for `nvh = {{ spectrum = {{ signals = [\"{word}\"] }} }}` in the manifest's [analyses]"
+                    "there is no spectra.parquet; add `nvh = {{ spectrum = {{ signals = [\"{word}\"] }} }}` \
+                     to [analyses] of the manifest"
                 ),
             }));
         }
@@ -166,7 +170,7 @@ impl SpectralLines {
             .collect();
         if lines.iter().all(Vec::is_empty) {
             return Err(unfit(
-                "no point has harmonics; ask for `nvh = { harmonics = 5, spectrum = {} }` in the manifest's [analyses]",
+                "no point has harmonics; add `nvh = { harmonics = 5, spectrum = {} }` to [analyses] of the manifest",
             ));
         }
         Ok(Self {

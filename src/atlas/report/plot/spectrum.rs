@@ -29,7 +29,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
         reason,
     };
     let table = results.table(TableKind::Spectra)?.ok_or_else(|| {
-        let ask = "ask for `nvh = { spectrum = {} }` in the manifest's [analyses]";
+        let ask = "add `nvh = { spectrum = {} }` to [analyses] of the manifest";
         unfit(format!("there is no spectra.parquet; {ask}"))
     })?;
     let ids = table.u64("point_id")?;
@@ -46,7 +46,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
             .filter(|(point, _)| has_lines(point.point_id))
             .max_by(|a, b| a.1.unwrap_or(0.0).total_cmp(&b.1.unwrap_or(0.0)))
             .map(|(point, _)| point)
-            .ok_or_else(|| unfit("spectra.parquet holds no line".into()))?,
+            .ok_or_else(|| unfit("spectra.parquet has no lines".into()))?,
     };
     if !has_lines(point.point_id) {
         let reason = format!("point {} has no spectrum", point.point_id);

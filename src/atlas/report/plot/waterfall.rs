@@ -37,7 +37,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     if request.frequency && !found.has_frequencies() {
         return Err(PlotError::Unfit {
             what: What::Waterfall,
-            reason: "frequencies are in spectra.parquet; ask for `nvh = { spectrum = {} }` in the manifest's [analyses]".into(),
+            reason: "spectra.parquet has the frequencies; add `nvh = { spectrum = {} }` to [analyses] of the manifest".into(),
         });
     }
     let place = |line: &Line| match request.frequency {

@@ -60,12 +60,12 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
     match found.orbits.len() {
         0 => {}
         1..=MOST_LISTED => push_each(text, summary, &found.orbits),
-        _ => text.push_str("  orbits.parquet and `atlas show --json` list them one by one\n"),
+        _ => text.push_str("  orbits.parquet and `atlas show --json` list every orbit\n"),
     }
     if found.missed.is_empty() {
         return;
     }
-    text.push_str("\nsearches from given states that led to no orbit\n");
+    text.push_str("\nsearches from given states that found no orbit\n");
     _ = writeln!(text, "  {:>6}  {:>6}  {:>6}", "point", "state", "period");
     for missed in found.missed.iter().take(MOST_MISSED) {
         _ = writeln!(

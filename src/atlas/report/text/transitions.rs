@@ -74,8 +74,8 @@ fn jump(found: &TransitionSummary) -> String {
         false => ("mean", mean),
     };
     format!(
-        "  {name} of the deflection jumps, {} → {} m",
-        number(before),
-        number(behind)
+        "  {name} of the deflection jumps, {} → {} µm",
+        number(1e6 * before),
+        number(1e6 * behind)
     )
 }

@@ -95,9 +95,9 @@ impl std::fmt::Display for End {
             Self::Interval => f.write_str("the interval ends"),
             Self::Closed => f.write_str("back at the first orbit"),
             Self::Merged { period } => write!(f, "merges into the orbits of period {period}"),
-            Self::Full => f.write_str("as many orbits as asked for"),
+            Self::Full => f.write_str("the limit of continuation.orbits is reached"),
             Self::Lost { reason } => write!(f, "no orbit beyond: {reason}"),
-            Self::Corner => f.write_str("a corner that no step resolves"),
+            Self::Corner => f.write_str("a corner that no step size resolves"),
             Self::Start => f.write_str("its first orbit"),
         }
     }

@@ -138,7 +138,7 @@ fn one_way(
     let mut slopes: [Option<f64>; 2] = [None; 2];
     let end = loop {
         if points.len() > plane.most {
-            break "as many points as asked for";
+            break "the limit on points is reached";
         }
         let (taken, direction) = chord(plane, &points).unwrap_or((0.0, towards));
         let last = &points[points.len() - 1].orbit;
@@ -242,8 +242,8 @@ enum Sought {
     Depth(Extreme),
 }
 
-const NO_TEST: &str = "the extreme that grazes is gone";
-const NO_MULTIPLIER: &str = "the multiplier leaves its kind";
+const NO_TEST: &str = "the grazing extreme disappears";
+const NO_MULTIPLIER: &str = "the multiplier changes its type";
 
 impl Sought {
     fn new(kind: &Kind, last: &Orbit) -> Option<Self> {
@@ -419,7 +419,7 @@ fn point(
             }
         }
     }
-    Err("the bifurcation is not found near by")
+    Err("the bifurcation is not found nearby")
 }
 
 /// What of codimension two lies between two points of a curve.

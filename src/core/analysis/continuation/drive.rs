@@ -120,7 +120,7 @@ impl<'f, F: Family> DriveMap<'f, F> {
         let built = Built::new(self.family, at)?;
         if built.norm.felt() != self.felt {
             return Err(MapError::NoModel(
-                "the modes that count change with the parameter".to_owned(),
+                "the number of relevant modes changes with the parameter".to_owned(),
             ));
         }
         self.models += 1;

@@ -112,7 +112,7 @@ pub fn explore<F: Family>(
         take(map, &mut found, &guess, at(given.value), given.period);
         if found.is_empty() {
             out.failures.push(format!(
-                "no orbit of period {} lies next to given state {number} at {}; give a nearer state, or its period",
+                "no orbit of period {} is next to given state {number} at {}; give a nearer state, or correct its period",
                 given.period, given.value
             ));
         }
@@ -184,7 +184,8 @@ fn begin(
     called_off: &AtomicBool,
 ) -> Result<(), ExploreError> {
     if out.all.len() >= asked.most {
-        let told = "orbits are found beyond the branches asked for; raise continuation.branches";
+        let told =
+            "more orbits are found than continuation.branches allows; raise continuation.branches";
         if !out.failures.iter().any(|known| known == told) {
             out.failures.push(told.to_owned());
         }
@@ -249,7 +250,10 @@ fn begun(
                 continue;
             }
             Ok(_) if out.all.len() >= asked.most => {
-                format!("{} branches are followed, as many as asked for", asked.most)
+                format!(
+                    "{} branches are followed, the limit of continuation.branches",
+                    asked.most
+                )
             }
             Ok([_, second]) if !span.holds(second.at[span.axis]) => {
                 "it leaves the interval".to_owned()

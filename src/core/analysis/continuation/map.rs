@@ -17,7 +17,7 @@ pub enum MapError {
     #[error("{0}")]
     NoModel(String),
     /// What drives the system does not repeat.
-    #[error("what drives the motion does not repeat, so that there are no periodic orbits")]
+    #[error("the excitation is not periodic, so there are no periodic orbits")]
     NeverRepeats,
     /// A trajectory cannot be integrated.
     #[error("{0}")]

@@ -96,9 +96,7 @@ pub enum CovariantError {
     #[error(transparent)]
     Stop(#[from] Stop),
     /// A cycle leaves nothing of a direction.
-    #[error(
-        "a direction vanishes within a cycle; ask for fewer than {vectors} analyses.covariant.vectors"
-    )]
+    #[error("a direction vanishes within a cycle; set analyses.covariant.vectors below {vectors}")]
     Vanishing {
         /// Vectors asked for.
         vectors: usize,

@@ -63,13 +63,13 @@ pub struct SliceQuestion {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SliceError {
     /// One mode, named twice.
-    #[error("a slice through fewer than two modes: both of its modes are mode {mode}")]
+    #[error("a slice needs two different modes, but both are mode {mode}")]
     OneMode {
         /// The mode.
         mode: usize,
     },
     /// No such mode.
-    #[error("a slice along mode {mode}, but {retained} modes are retained")]
+    #[error("a slice along mode {mode} is not possible: {retained} modes are retained")]
     NoSuchMode {
         /// The mode.
         mode: usize,
@@ -78,7 +78,8 @@ pub enum SliceError {
     },
     /// The mode does not move the mesh.
     #[error(
-        "a slice along mode {mode}, which the mesh does not feel, so that no displacement of it causes a mesh deflection; of the rigid rotations only the last is felt; take one of the modes {felt}"
+        "a slice along mode {mode} is not possible, because this mode does not deflect the mesh (of the \
+         rigid rotations only the last does); take one of the modes {felt}"
     )]
     Unfelt {
         /// The mode.

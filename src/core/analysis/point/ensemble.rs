@@ -217,7 +217,8 @@ impl<K: Kernel> PointRun<'_, K> {
         let class = Some(Class::QuasiPeriodic);
         let lyapunov = self.lyapunov_of(record, class, Some(found));
         let reason = format!(
-            "weighted averages of the growth of neighbours are zero: λ = {:.1e} ± {:.1e} per cycle, and the deflection has the same average over both parts of the record's second half",
+            "the weighted averages of growth are zero: λ = {:.1e} ± {:.1e} per cycle, and the deflection \
+             has the same average over both parts of the second half of the record",
             found.lambda, found.error
         );
         let mut outcome = self.outcome(Status::Ok, reason, class, lyapunov, record);
@@ -379,13 +380,14 @@ fn life(chaos: &ChaosOutcome) -> String {
     let (low, high) = chaos.interval();
     match (chaos.lifetime(), high, &chaos.ended_on) {
         (Some(lifetime), Some(high), Some(ended_on)) => format!(
-            "{} of {} trajectories left chaos within {}, for {ended_on}: its mean life is {lifetime:.0} cycles ({low:.0} to {high:.0})",
+            "{} of {} trajectories left chaos within {} and ended on {ended_on}; its mean life is \
+             {lifetime:.0} cycles ({low:.0} to {high:.0})",
             chaos.exits,
             chaos.trajectories,
             cycles(chaos.cycles)
         ),
         _ => format!(
-            "no trajectory left chaos within {}: its mean life is at least {low:.0} cycles (95 %)",
+            "no trajectory left chaos within {}; its mean life is at least {low:.0} cycles (95 %)",
             cycles(chaos.cycles)
         ),
     }
@@ -400,7 +402,7 @@ fn before(chaos: &ChaosOutcome) -> String {
         all => format!("all {all} trajectories left chaos"),
     };
     format!(
-        "{who}, of a mean life of {lifetime:.0} cycles ({low:.0} to {:.0})",
+        "{who}, whose mean life is {lifetime:.0} cycles ({low:.0} to {:.0})",
         high.unwrap_or(f64::INFINITY)
     )
 }

@@ -132,7 +132,8 @@ impl<K: Kernel> PointRun<'_, K> {
         // Cycles that trajectories spent on what they left for count against the budget.
         if self.questions.cycles < first || 10 * all.measured < 9 * first {
             return Some(format!(
-                "{} of the {first} measured cycles that verified errors take; raise run.cycles, or set analyses.lyapunov.effort = \"survey\"",
+                "{} of the {first} measured cycles that verified errors need; raise run.cycles, or set \
+                 analyses.lyapunov.effort = \"survey\"",
                 all.measured
             ));
         }
@@ -144,7 +145,7 @@ impl<K: Kernel> PointRun<'_, K> {
             && MEMORIES * memory > all.measured as f64
         {
             return Some(format!(
-                "{name} is correlated over {memory:.0} cycles, and verified errors take {MEMORIES} times as many; raise run.cycles"
+                "{name} is correlated over {memory:.0} cycles, and verified errors need {MEMORIES} times as many; raise run.cycles"
             ));
         }
         let most = (motion.iter())
@@ -153,7 +154,8 @@ impl<K: Kernel> PointRun<'_, K> {
             .filter(|(_, skewness)| *skewness > SKEWNESS && 10 * all.measured < 9 * SKEWED);
         most.map(|(name, skewness)| {
             format!(
-                "the means of {name} over {SKEW_CYCLES} cycles have the skewness {skewness:.2}, so that rare bursts may be missing; raise run.cycles to {SKEWED}"
+                "the means of {name} over {SKEW_CYCLES} cycles have a skewness of {skewness:.2}, so rare \
+                 bursts may be missing; raise run.cycles to {SKEWED}"
             )
         })
     }
@@ -177,7 +179,8 @@ impl<K: Kernel> PointRun<'_, K> {
             });
         }
         if aim.missed.is_none() && !parts_exponentially(&growth.values, growth.stretch as u32) {
-            aim.missed = Some("neighbours are not seen to part exponentially".to_owned());
+            aim.missed =
+                Some("the separation of neighbours does not grow exponentially".to_owned());
         }
         Some(aim)
     }
@@ -189,7 +192,7 @@ impl<K: Kernel> PointRun<'_, K> {
         Some(Aim {
             missed: short.then(|| {
                 format!(
-                    "no trajectory left in {} chaotic cycles, but a life of {asked} takes {}",
+                    "no trajectory left chaos in {} cycles, but showing a life of {asked} needs {}",
                     all.measured,
                     3 * asked
                 )
@@ -218,7 +221,7 @@ impl<K: Kernel> PointRun<'_, K> {
         let needed = all.measured as f64 * ratio * ratio;
         let futile = needed.is_finite() && needed > self.questions.cycles as f64;
         let how = match needed.is_finite() {
-            true => format!("; this would take some {} cycles", rounded(needed)),
+            true => format!("; this would take about {} cycles", rounded(needed)),
             false => String::new(),
         };
         Aim {

@@ -110,7 +110,7 @@ impl<K: Kernel> PointRun<'_, K> {
             approach,
         } = found;
         let from = match doubled {
-            true => " from beside the unstable orbit of half its period",
+            true => " from near the unstable orbit of half its period",
             false => "",
         };
         let watched = self.counters.cycles - before;
@@ -119,7 +119,7 @@ impl<K: Kernel> PointRun<'_, K> {
                 format!("approached{from} as its multipliers predict over {watched} cycles")
             }
             Approach::AlongALine => format!(
-                "approached{from} along its slowest direction, near it as its multipliers predict over {watched} cycles"
+                "approached{from} along its slowest direction, and near it as its multipliers predict over {watched} cycles"
             ),
             Approach::InContact => {
                 format!("contact is certain to last on the way there after {watched} more")

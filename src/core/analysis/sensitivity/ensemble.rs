@@ -57,7 +57,7 @@ impl Slope {
         let both = self.error.hypot(self.doubled[1]);
         if (self.by - self.doubled[0]).abs() > AGREE * both {
             return Some(
-                "a step twice as large gives another slope: the average is not linear in the parameter",
+                "doubling the step changes the slope: the average is not linear in the parameter",
             );
         }
         (self.by.abs() < 2.0 * self.error).then_some("the error is as large as the slope")

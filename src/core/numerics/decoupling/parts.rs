@@ -40,13 +40,14 @@ pub enum DecouplingError {
     Value,
     /// An eigenvalue or singular value iteration did not converge.
     #[error(
-        "the eigenvalues of the modes {} were not found, so check the sizes of their damping and stiffness",
+        "the eigenvalues of the modes {} were not found; check the magnitude of their damping and stiffness",
         list(.0)
     )]
     NoConvergence(Vec<usize>),
     /// More than two eigenvectors are nearly parallel.
     #[error(
-        "change the damping or the cross stiffness of the modes {} slightly, because more than two of their eigenvectors are nearly parallel (condition number {condition:.1e})",
+        "more than two eigenvectors of the modes {} are nearly parallel (condition number {condition:.1e}); \
+         change their damping or cross stiffness slightly",
         list(.modes)
     )]
     NearlyDefective {

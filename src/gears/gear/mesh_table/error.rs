@@ -29,7 +29,8 @@ pub enum MeshTableError {
     },
     /// Pairs of helical gears asked for as springs.
     #[error(
-        "pairs of teeth are springs of their own on spur gears alone; these lines of contact have the slope {helix}: on helical gears every place of the face has pairs of its own"
+        "pairs of teeth can be separate springs only on spur gears, but these lines of contact have the \
+         slope {helix}: on helical gears, each position on the face has different pairs"
     )]
     HelicalPairs {
         /// Slope of the lines of contact `tan β_b`.
@@ -37,7 +38,10 @@ pub enum MeshTableError {
     },
     /// A law that polynomials do not follow.
     #[error(
-        "at mesh phase {phase:.6} the {quantity} of the course is {error:.1e} off its law, more than {tolerance:.0e}, however finely the mesh cycle is cut: something steps or bends there that neither the flanks' kinks nor the load account for; name it among the kinks, or take means over segments, which ask for less (mesh.stiffness = \"table\")"
+        "at mesh phase {phase:.6} the interpolated {quantity} is off by {error:.1e} (tolerance \
+         {tolerance:.0e}), however finely the mesh cycle is divided: it steps or bends there for a reason \
+         other than kinks of the flanks or the load; add it to the kinks, or use means over segments, which \
+         need less accuracy (mesh.stiffness = \"table\")"
     )]
     Unresolved {
         /// Which quantity.
@@ -68,7 +72,7 @@ pub enum MeshTableError {
         accepted: &'static str,
     },
     /// A value beyond the ends of an axis.
-    #[error("{axis} {value} lies outside the table, which goes from {lowest} to {highest}")]
+    #[error("{axis} {value} is outside the table, which reaches from {lowest} to {highest}")]
     Outside {
         /// `misalignment` or `torque`.
         axis: &'static str,

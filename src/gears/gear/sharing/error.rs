@@ -29,7 +29,8 @@ pub enum SharingError {
     },
     /// A contact law that does not settle.
     #[error(
-        "the contact compliance at {position} m from the pitch point does not settle under its own load; is the law's derivative its own?"
+        "the contact compliance at {position} m from the pitch point does not converge under its load; \
+         check the derivative of the contact law"
     )]
     Unsettled {
         /// Place on the line of action \[m\].
@@ -37,14 +38,17 @@ pub enum SharingError {
     },
     /// Pairs that take each other's load away.
     #[error(
-        "the gear bodies couple the pair at {position} m from the pitch point so strongly with another that one loses load when the gears approach"
+        "the gear bodies couple the pair at {position} m from the pitch point so strongly to another that \
+         one loses load when the gears approach"
     )]
     Coupling {
         /// Place on the line of action \[m\].
         position: f64,
     },
     /// A face without width or slices.
-    #[error("a face of {width} m in {slices} slices bears nothing; give it a width and a slice")]
+    #[error(
+        "a face of {width} m in {slices} slices cannot bear load; give a positive width and at least one slice"
+    )]
     NoFace {
         /// Width \[m\].
         width: f64,

@@ -5,7 +5,8 @@
 pub enum TrainError {
     /// Two axes that neither run side by side nor meet.
     #[error(
-        "gears `{}` and `{}` cannot mesh: their axes pass each other at {distance:.3e} m; axes must be parallel (spur gears) or meet (bevel gears)",
+        "gears `{}` and `{}` cannot mesh: their axes are skew, {distance:.3e} m apart; axes must be \
+         parallel (spur gears) or intersect (bevel gears)",
         gears[0], gears[1]
     )]
     SkewAxes {
@@ -15,14 +16,15 @@ pub enum TrainError {
         distance: f64,
     },
     /// Two gears on one axis.
-    #[error("gears `{}` and `{}` cannot mesh: they have one axis", gears[0], gears[1])]
+    #[error("gears `{}` and `{}` cannot mesh: they are on the same axis", gears[0], gears[1])]
     OneAxis {
         /// The gears.
         gears: [String; 2],
     },
     /// Bevel gears whose pitch circles do not touch.
     #[error(
-        "gears `{}` and `{}` cannot mesh: their pitch circles come no nearer than {apart:.3e} m; move one along its axis, or change a number of teeth",
+        "gears `{}` and `{}` cannot mesh: their pitch circles are at least {apart:.3e} m apart; move one \
+         along its axis, or change a number of teeth",
         gears[0], gears[1]
     )]
     PitchCircles {
@@ -44,9 +46,9 @@ pub enum TrainError {
     },
     /// More finite elements than there is room for.
     #[error(
-        "section {} of shaft `{shaft}` takes {elements_of_section:.3e} beam elements of at most {element:.3e} m; of all \
-         {elements:.3e} elements the train would have {freedoms:.3e} degrees of freedom, and their matrices {gigabytes:.3e} \
-         GB; at most 4000 of either are solved",
+        "section {} of shaft `{shaft}` needs {elements_of_section:.3e} beam elements of at most \
+         {element:.3e} m; with {elements:.3e} elements in total the train would have {freedoms:.3e} degrees \
+         of freedom, and matrices of {gigabytes:.3e} GB; at most 4000 of either are allowed",
         place[1] + 1
     )]
     TooFine {
@@ -77,14 +79,14 @@ pub enum TrainError {
         speeds: [f64; 2],
     },
     /// A mesh drives a shaft whose rotation is held.
-    #[error("`{body}` is driven, but its motion does not let it turn")]
+    #[error("`{body}` is driven, but its `motion` does not let it turn")]
     Held {
         /// The shaft.
         body: String,
     },
     /// A mesh that nothing connects with the first one.
     #[error(
-        "nothing says how fast `{body}` turns: no mesh and no coupling connects it with the first mesh"
+        "the speed of `{body}` is undetermined: no mesh and no coupling connects it with the first mesh"
     )]
     Apart {
         /// The gear or shaft.
@@ -100,7 +102,8 @@ pub enum TrainError {
     },
     /// The motor is not on the shaft of the first gear.
     #[error(
-        "the driving shaft `{driver}` does not turn with the first gear of `train.gears`: name first the mesh nearest to the motor"
+        "the driving shaft `{driver}` does not turn with the first gear of `train.gears`: make the mesh \
+         nearest to the motor the first one"
     )]
     Driver {
         /// The driving shaft.
@@ -128,7 +131,7 @@ pub enum TrainError {
         cycles: usize,
     },
     /// Something stands beside its shaft.
-    #[error("{what} of shaft `{shaft}` stands at {at} m: the shaft reaches from 0 to {length} m")]
+    #[error("{what} of shaft `{shaft}` is at {at} m, but the shaft reaches from 0 to {length} m")]
     OffShaft {
         /// The shaft.
         shaft: String,
@@ -140,7 +143,7 @@ pub enum TrainError {
         length: f64,
     },
     /// A rigid shaft on which nothing has inertia.
-    #[error("shaft `{shaft}` has no sections and carries no inertia: give it a disc or sections")]
+    #[error("shaft `{shaft}` has no sections and no inertia: give it a disc or sections")]
     NoInertia {
         /// The shaft.
         shaft: String,
@@ -167,7 +170,7 @@ pub enum TrainError {
     },
     /// A coupling between shafts on axes of different directions.
     #[error(
-        "the coupling joins shafts `{}` and `{}`, whose axes do not point the same way",
+        "the coupling joins shafts `{}` and `{}`, whose axes have different directions",
         shafts[0], shafts[1]
     )]
     CouplingAxes {
@@ -176,7 +179,7 @@ pub enum TrainError {
     },
     /// A coupling between shafts that are not on one axis.
     #[error(
-        "the coupling joins shafts `{}` and `{}`, whose axes are {distance:.3e} m apart; it takes shafts on one axis",
+        "the coupling joins shafts `{}` and `{}`, whose axes are {distance:.3e} m apart; it needs shafts on one axis",
         shafts[0], shafts[1]
     )]
     CouplingOffAxis {
@@ -187,7 +190,8 @@ pub enum TrainError {
     },
     /// A coupling with a stiffness across the axis between places that do not meet.
     #[error(
-        "the coupling joins shafts `{}` and `{}` across a gap of {gap:.3e} m, over which the force of its radial stiffness would have a moment that nothing bears; choose `at` where the shafts meet, or make one of them longer",
+        "the coupling joins shafts `{}` and `{}` across a gap of {gap:.3e} m, where its radial stiffness \
+         would create an unbalanced moment; choose `at` where the shafts meet, or lengthen one of them",
         shafts[0], shafts[1]
     )]
     CouplingGap {

@@ -426,7 +426,7 @@ fn trains_that_cannot_run_are_told() {
     }
     let mut light = row([20, 30, 18, 27]);
     light.shafts[0].gears[0].body.polar_inertia = 0.0;
-    assert!(told(light).contains("carries no inertia"));
+    assert!(told(light).contains("no sections and no inertia"));
 }
 
 /// The section there, the thicker one where two meet; ends are met to rounding.

@@ -29,7 +29,7 @@ pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, St
     let drawn = first.model.source.gears().is_some();
     let imposed = !matches!(first.mesh.stiffness, StiffnessSpec::Table(_));
     if drawn && imposed {
-        let why = "is not felt where the stiffness of the mesh is given; stiffness = \"table\" computes it from the drawing";
+        let why = "has no effect because the stiffness of the mesh is given; stiffness = \"table\" computes it from the drawing";
         // The middle of faces that are offset follows their widths, and the mesh acts there.
         let offset = root.at("gear.face_offset").is_some()
             || ["", ".0", ".1"]
@@ -49,7 +49,7 @@ pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, St
     // Amplitudes that the grid varies are 0 at some points only.
     found.extend(silent(first).into_iter().filter(|(key, _)| !varied(key)));
     if job.continuation.is_some() {
-        let why = "is for `atlas follow`; `atlas run` does not look at it";
+        let why = "is only used by `atlas follow`, not by `atlas run`";
         found.push(("continuation".to_owned(), why.to_owned()));
     }
     if first.load == 0.0
@@ -62,7 +62,7 @@ pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, St
         let given = ["gear.rated_torque", "train.rated_torque"]
             .into_iter()
             .filter(|key| root.at(key).is_some());
-        let why = "is not felt where every load is 0";
+        let why = "has no effect because every load is 0";
         found.extend(given.map(|key| (key.to_owned(), why.to_owned())));
     }
     found
@@ -97,7 +97,7 @@ fn overridden_shafts(job: &Job, root: &Node) -> Vec<(String, String)> {
     (shared.into_iter())
         .filter(of_both)
         .map(|key| {
-            let why = "is not felt where each shaft has its own".to_owned();
+            let why = "has no effect because both shafts override it".to_owned();
             (format!("shafts.{key}"), why)
         })
         .collect()
@@ -124,7 +124,7 @@ fn unfelt_shafts(first: &PointSpec, root: &Node) -> Vec<(String, String)> {
             let unfelt = inner
                 .into_iter()
                 .filter(|key| !sections::feels(drive.tier, key));
-            let why = format!("is not felt with kind = \"{}\"", drive.tier.name());
+            let why = format!("has no effect with kind = \"{}\"", drive.tier.name());
             found.extend(unfelt.map(|key| (format!("{table}.{key}"), why.clone())));
         }
     }
@@ -147,7 +147,7 @@ fn silent(first: &PointSpec) -> Vec<(String, String)> {
     let mut list = |name: &str, amplitudes: Vec<f64>| {
         for index in (0..amplitudes.len()).filter(|index| amplitudes[*index] == 0.0) {
             let key = format!("excitation.{name}.{index}.amplitude");
-            found.push((key, "is 0: this entry excites nothing".to_owned()));
+            found.push((key, "is 0, so this entry excites nothing".to_owned()));
         }
     };
     list("transmission_error", errors.collect());

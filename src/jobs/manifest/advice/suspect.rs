@@ -75,7 +75,7 @@ pub(super) fn suspects(variant: &Variant, operating: Operating) -> Vec<(String, 
             operating.speed > MOST_SPEED,
             "grid.speed",
             format!(
-                "{:.0} rpm is beyond what drives run at",
+                "{:.0} rpm is unusually fast for a gear drive",
                 rpm(operating.speed)
             ),
         ),
@@ -103,13 +103,15 @@ fn budget(variant: &Variant, found: &mut Words) {
         Effort::Verified => {
             "; points that do not settle end as not_converged: raise it, or set analyses.lyapunov.effort = \"survey\""
         }
-        Effort::Survey => "; errors of points that do not settle are too small at fewer",
+        Effort::Survey => {
+            "; with fewer, the errors of points that do not settle are too small: raise it"
+        }
     };
     found.add(
         cycles < first,
         "run.cycles",
         format!(
-            "{cycles} is fewer than the {first} measured cycles at which errors are first read{advice}"
+            "{cycles} is less than {first}, the measured cycles at which errors are first read{advice}"
         ),
     );
 }
@@ -131,7 +133,7 @@ fn mesh(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
             gap > MOST_GAP_LENGTH && gap > MOST_GAP_DEFLECTIONS * deflection(variant),
             "mesh.half_gap",
             format!(
-                "{} is wider than what drives have (some 10 um)",
+                "{} is unusually wide for a gear drive (usual: about 10 um)",
                 length(gap)
             ),
         ),
@@ -140,7 +142,7 @@ fn mesh(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
         gap < LEAST_GAP,
         "mesh.half_gap",
         format!(
-            "{} is less than the roughness of flanks; drives have some 10 um",
+            "{} is less than the roughness of flanks; usual values are about 10 um",
             length(gap)
         ),
     );
@@ -160,14 +162,14 @@ fn mesh(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
         found.add(
             ratio > MOST_DAMPING,
             "mesh.contact_damping",
-            format!("a damping ratio of {ratio} is beyond the 0.01 to 0.2 that are measured in gear contacts"),
+            format!("a damping ratio of {ratio} is unusually high for gear contacts (measured: 0.01 to 0.2)"),
         );
     }
     if let Some(friction) = mesh.friction.constant() {
         found.add(
             friction > MOST_FRICTION,
             "mesh.friction",
-            format!("a coefficient of {friction} is that of dry, seizing flanks; oiled ones have 0.02 to 0.1"),
+            format!("a coefficient of {friction} is typical of dry, seizing flanks; lubricated flanks have 0.02 to 0.1"),
         );
     }
 }
@@ -192,7 +194,7 @@ fn excitation(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
             amplitude > most,
             &format!("excitation.transmission_error.{index}.amplitude"),
             format!(
-                "{} is beyond what teeth can be off (gears have 0.1 to 20 um)",
+                "{} is unusually large for a tooth error (usual: 0.1 to 20 um)",
                 length(amplitude)
             ),
         );
@@ -204,7 +206,7 @@ fn excitation(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
             amplitude > MOST_RIPPLE * gears.rated_torque,
             &format!("excitation.torque_ripple.{index}.amplitude"),
             format!(
-                "{amplitude} N m is {:.0} times the rated torque",
+                "{amplitude} N m is {:.0} times the rated torque, which is unusually large",
                 amplitude / gears.rated_torque
             ),
         );
@@ -217,7 +219,7 @@ fn drawing(gears: &GearPair, operating: Operating, found: &mut Words) {
         !(MODULE[0]..=MODULE[1]).contains(&module),
         "gear.module",
         format!(
-            "{} is no module of gears that are built (0.1 to 100 mm)",
+            "{} is an unusual module (usual: 0.1 to 100 mm)",
             length(module)
         ),
     );
@@ -226,7 +228,7 @@ fn drawing(gears: &GearPair, operating: Operating, found: &mut Words) {
         width > MOST_WIDTH * 2.0 * pinion,
         "gear.face_width",
         format!(
-            "{} is {:.1} times the pinion's diameter; loads do not spread over more than 1 to 2",
+            "{} is {:.1} times the pinion's diameter, which is unusually wide (usual: up to 1 to 2)",
             length(width),
             0.5 * width / pinion
         ),
@@ -236,7 +238,7 @@ fn drawing(gears: &GearPair, operating: Operating, found: &mut Words) {
         speed > MOST_PITCH_SPEED,
         "grid.speed",
         format!(
-            "{:.0} rpm moves the teeth at {speed:.0} m/s; turbo gears reach 200 m/s",
+            "at {:.0} rpm the pitch line moves at {speed:.0} m/s, which is unusually fast; turbo gears reach 200 m/s",
             rpm(operating.speed)
         ),
     );
@@ -254,7 +256,8 @@ fn drawing(gears: &GearPair, operating: Operating, found: &mut Words) {
         root > MOST_ROOT_STRESS || pressure > MOST_PRESSURE,
         "gear.rated_torque",
         format!(
-            "at the largest load of the grid teeth would bear some {:.2e} MPa at their roots and {:.2e} MPa on their flanks; no steel does",
+            "at the largest load of the grid the stress is about {:.2e} MPa at the tooth root and {:.2e} \
+             MPa on the flank, more than any steel bears",
             1e-6 * root,
             1e-6 * pressure
         ),
@@ -284,19 +287,19 @@ fn drive(variant: &Variant, found: &mut Words) {
         damping > MOST_MODAL_DAMPING,
         "model.damping",
         format!(
-            "a damping ratio of {damping} is beyond that of shafts in their bearings (0.005 to 0.1)"
+            "a damping ratio of {damping} is unusually high for shafts in bearings (usual: 0.005 to 0.1)"
         ),
     );
     found.add(
         !(DENSITY[0]..=DENSITY[1]).contains(&density),
         "shafts.density",
-        format!("{density} kg/m^3 is the density of no machine part (steel has 7850)"),
+        format!("{density} kg/m^3 is an unusual density (steel has 7850)"),
     );
     found.add(
         young.is_some_and(|young| !(YOUNG[0]..=YOUNG[1]).contains(&young)),
         "shafts.young_modulus",
         format!(
-            "{:.3e} Pa is the modulus of no machine part (steel has 2.06e11)",
+            "{:.3e} Pa is an unusual Young's modulus (steel has 2.06e11)",
             young.unwrap_or_default()
         ),
     );
@@ -309,7 +312,7 @@ fn drive(variant: &Variant, found: &mut Words) {
                 tip + 0.5 * other.diameter > centres,
                 &format!("shafts.{}.diameter", ["wheel", "pinion"][index]),
                 format!(
-                    "this shaft of {} and the teeth of the {name} do not fit into a centre distance of {}",
+                    "this shaft of {} and the tip circle of the {name} do not fit into a centre distance of {}",
                     length(other.diameter),
                     length(centres)
                 ),

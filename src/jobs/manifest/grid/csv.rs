@@ -43,7 +43,7 @@ pub(super) fn read(source: usize, text: &str, issues: &mut Issues) -> Option<She
             "the list of points is empty".to_owned(),
         );
         issues.push(nothing.label("nothing here").remedy(
-            "begin with a line of names and units, speed [rpm],torque [N m], then a line of numbers a point",
+            "begin with a line of names and units, such as speed [rpm],torque [N m]; then give one line of numbers per point",
         ));
         return None;
     };
@@ -61,11 +61,11 @@ pub(super) fn read(source: usize, text: &str, issues: &mut Issues) -> Option<She
                     let open = fault(
                         DiagnosticKind::Syntax,
                         span(cell.start, cell.text.len()),
-                        format!("the unit in `{}` is not closed", cell.text),
+                        format!("the bracket of the unit in `{}` is not closed", cell.text),
                     );
                     issues.push(
                         open.label("no ]")
-                            .remedy("write the unit in brackets: speed [rpm]"),
+                            .remedy("write the unit in brackets, such as speed [rpm]"),
                     );
                     return None;
                 };
@@ -83,7 +83,7 @@ pub(super) fn read(source: usize, text: &str, issues: &mut Issues) -> Option<She
             let (kind, message, label, remedy) = match twice {
                 true => (
                     DiagnosticKind::DuplicateKey,
-                    format!("the column `{name}` stands twice"),
+                    format!("the column `{name}` is given twice"),
                     "second time",
                     "keep one of the two",
                 ),
@@ -91,7 +91,7 @@ pub(super) fn read(source: usize, text: &str, issues: &mut Issues) -> Option<She
                     DiagnosticKind::UnknownAxis,
                     "a column has no name".to_owned(),
                     "here",
-                    "name the column as an axis of the grid, or remove it",
+                    "name the column after an axis of the grid, or remove it",
                 ),
             };
             issues.push(fault(kind, at, message).label(label).remedy(remedy));
@@ -110,15 +110,15 @@ pub(super) fn read(source: usize, text: &str, issues: &mut Issues) -> Option<She
         let found: Vec<Cell<'_>> = cells(line, start, parting).collect();
         if found.len() != columns.len() {
             let message = format!(
-                "a line has {} values, the head has {} columns",
+                "a line has {} values, but the head has {} columns",
                 found.len(),
                 columns.len()
             );
             let remedy = match parting {
                 ',' if found.len() > columns.len() => {
-                    "give every column one value; write numbers with a decimal point"
+                    "give one value per column; write numbers with a decimal point"
                 }
-                _ => "give every column one value",
+                _ => "give one value per column",
             };
             let wrong = fault(
                 DiagnosticKind::Inconsistent,
@@ -146,7 +146,7 @@ pub(super) fn read(source: usize, text: &str, issues: &mut Issues) -> Option<She
                             cell.text.replace(',', ".")
                         ),
                         false => {
-                            "give a number; the unit of a column stands in its head: speed [rpm]"
+                            "give a number; the unit belongs in the head of the column, such as speed [rpm]"
                                 .to_owned()
                         }
                     };
@@ -163,10 +163,10 @@ pub(super) fn read(source: usize, text: &str, issues: &mut Issues) -> Option<She
         let none = fault(
             DiagnosticKind::Empty,
             span(start, head.len()),
-            "the list has a head and no points".to_owned(),
+            "the list has a head but no points".to_owned(),
         );
         issues.push(
-            none.label("nothing below")
+            none.label("no lines below")
                 .remedy("give at least one line of numbers"),
         );
     }

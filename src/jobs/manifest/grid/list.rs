@@ -83,7 +83,7 @@ fn axis(issues: &mut Issues, column: &Column) -> Option<GridAxis> {
         if !fits {
             let wanted = reader.dimension.unwrap_or(Dimension::Ratio);
             let units = match wanted.units() {
-                "" => "no unit: write the name alone".to_owned(),
+                "" => "no unit: write only the name".to_owned(),
                 units => units.to_owned(),
             };
             issues.push(
@@ -91,11 +91,11 @@ fn axis(issues: &mut Issues, column: &Column) -> Option<GridAxis> {
                     DiagnosticKind::WrongUnit,
                     *span,
                     &path,
-                    format!("`{unit}` is no unit of `{name}`"),
+                    format!("`{unit}` is not a unit of `{name}`"),
                 )
                 .label(format!("{} is needed here", wanted.name()))
                 .accepted(units)
-                .remedy("write the unit of a column behind its name: speed [rpm]"),
+                .remedy("write the unit after the name of the column, such as speed [rpm]"),
             );
             return None;
         }
@@ -166,7 +166,7 @@ fn rows_of(issues: &mut Issues, list: &Node, rows: &[Node]) -> Option<Vec<Column
             (Some(entry), _) => Some((
                 entry.key_span,
                 format!(
-                    "point {} has `{}`, which the first has not",
+                    "point {} has `{}`, but the first point does not",
                     number + 1,
                     entry.key
                 ),
@@ -175,7 +175,7 @@ fn rows_of(issues: &mut Issues, list: &Node, rows: &[Node]) -> Option<Vec<Column
             (None, Some(column)) => Some((
                 row.span,
                 format!(
-                    "point {} lacks `{}`, which the first has",
+                    "point {} has no `{}`, but the first point has",
                     number + 1,
                     column.name.key
                 ),
@@ -187,7 +187,7 @@ fn rows_of(issues: &mut Issues, list: &Node, rows: &[Node]) -> Option<Vec<Column
             issues.push(
                 Diagnostic::new(DiagnosticKind::Inconsistent, span, PATH, message)
                     .label(label)
-                    .remedy("give every point the same keys; what is the same of all may stand in [grid] once"),
+                    .remedy("give every point the same keys; give a key that is the same for all once in [grid]"),
             );
             return None;
         }
@@ -218,7 +218,7 @@ fn file(issues: &mut Issues, entry: &Entry, name: &str, base_dir: &Path) -> Opti
                     ),
                 )
                 .label("this file")
-                .remedy("check the path; relative paths start at the manifest"),
+                .remedy("check the path; a relative path starts at the folder of the manifest"),
             );
             return None;
         }

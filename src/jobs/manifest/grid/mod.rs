@@ -143,7 +143,7 @@ fn twice(entry: &Entry) -> Diagnostic {
         DiagnosticKind::DuplicateKey,
         entry.key_span,
         &path_of(name),
-        format!("`{name}` is a column of `grid.points` too"),
+        format!("`{name}` is also a column of `grid.points`"),
     )
     .label("second time")
     .remedy("keep one of the two")
@@ -161,7 +161,7 @@ fn load_and_torque(axes: &[GridAxis], issues: &mut Issues) {
                 "`load` and `torque` both give the mean load".to_owned(),
             )
             .label("second time")
-            .remedy("keep `load`, a part of the rated torque, or `torque`, in N m"),
+            .remedy("keep `load`, a fraction of the rated torque, or `torque`, in N m"),
         );
     }
 }
@@ -280,13 +280,13 @@ fn no_axis(entry: &Entry, path: &str, known: Option<&Key>) -> Diagnostic {
     };
     if let Some(why) = known.and_then(Key::shared) {
         return fault(format!("`{name}` cannot be an axis: {why}"))
-            .label("of the whole run")
-            .remedy("write one manifest for each of its values");
+            .label("the same for the whole run")
+            .remedy("write one manifest per value");
     }
     match known.map(|known| known.kind) {
         Some(Kind::List(_)) => fault(format!("`{name}` is a list; an axis varies one number"))
             .label("a list")
-            .remedy(format!("name an element, \"{name}.0\", or a key below it")),
+            .remedy(format!("name one element, \"{name}.0\", or a key below it")),
         Some(Kind::Table) if !name.contains('.') => {
             let inner = match &entry.node.value {
                 Value::Table(entries) => entries.first().map(|inner| inner.key.as_str()),
@@ -297,18 +297,18 @@ fn no_axis(entry: &Entry, path: &str, known: Option<&Key>) -> Diagnostic {
                 .label("a table")
                 .remedy(format!("put the whole key in quotes: {full} = ..."))
         }
-        Some(_) => fault(format!("`{name}` takes no number, so it cannot be an axis"))
-            .label("takes no number")
-            .remedy("write one manifest for each of its values"),
+        Some(_) => fault(format!("`{name}` is not a number, so it cannot be an axis"))
+            .label("not a number")
+            .remedy("write one manifest per value"),
         None if schema::find(MANIFEST, name).is_some() => {
             fault(format!("`{name}` cannot be an axis"))
-                .label("not of a point")
+                .label("not a key of a point")
                 .remedy(format!(
                     "axes are keys of {}, and {SEED}",
                     VARIABLE_TABLES.join(", ")
                 ))
         }
-        None => fault(format!("the axis `{name}` names no key"))
+        None => fault(format!("the axis `{name}` is not a key of the manifest"))
             .label("unknown")
             .suggestion(nearest_axis(name)),
     }

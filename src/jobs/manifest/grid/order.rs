@@ -40,9 +40,9 @@ pub(super) fn read(
                 section.without_effect(
                     issues,
                     &[key],
-                    "when points are independent",
+                    "because points are independent",
                     &format!(
-                        "set order = \"sweep-up\", \"sweep-down\" or \"both\", or leave {key} out"
+                        "set order = \"sweep-up\", \"sweep-down\" or \"both\", or remove {key}"
                     ),
                 );
             }
@@ -76,7 +76,7 @@ pub(super) fn read(
             let diagnostic = Diagnostic::new(kind, section.span_of(key), &path, message)
                 .label(label)
                 .accepted(
-                    "load, torque, speed, or a key of mesh or excitation, varied by the grid: these leave the modes as they are",
+                    "name load, torque, speed, or a key of mesh or excitation that the grid varies: these do not change the modes",
                 )
                 .suggestion(near);
             issues.push(match fitting.is_empty() {
@@ -103,7 +103,8 @@ fn fault(
         return Some(match name {
             "" => (
                 DiagnosticKind::Inconsistent,
-                "no axis of the grid has more than one value: there is nothing to sweep".to_owned(),
+                "no axis of the grid has more than one value, so there is nothing to sweep"
+                    .to_owned(),
                 "nothing to carry",
             ),
             name => (
@@ -120,8 +121,8 @@ fn fault(
         let of_the_work = ["run.", "analyses.", "job."];
         let (why, label) = match of_the_work.iter().any(|table| changing.starts_with(table)) {
             true => (
-                "changes how points are computed, not the drive",
-                "not of the drive",
+                "changes the computation, not the drive",
+                "not a key of the drive",
             ),
             false => ("changes the modes of the structure", "changes the modes"),
         };
@@ -139,7 +140,7 @@ fn fault(
     if !varies(&axes[place]) {
         return Some((
             DiagnosticKind::Inconsistent,
-            format!("`{name}` has one value: there is nothing to sweep"),
+            format!("`{name}` has one value, so there is nothing to sweep"),
             "nothing to carry",
         ));
     }
@@ -148,10 +149,10 @@ fn fault(
         (
             DiagnosticKind::Inconsistent,
             format!(
-                "`{name}` is {} at several of the tied points: in which order to sweep them cannot be told",
+                "`{name}` is {} at several of the tied points, so the order of the sweep is ambiguous",
                 schema::number(value)
             ),
-            "a value comes again",
+            "the value repeats",
         )
     })
 }

@@ -33,12 +33,11 @@ pub(super) fn read(
             DiagnosticKind::Inconsistent,
             section.span,
             "grid.refine",
-            "a grid is refined point by point; no state is carried to points between others"
-                .to_owned(),
+            "`grid.refine` cannot carry a state: refined points start independently".to_owned(),
         );
-        issues.push(order.label("with grid.order").remedy(
-            "set order = \"independent\", or leave refine out; analyses.poincare.refine narrows down \
-             changes along a carried state",
+        issues.push(order.label("with `grid.order`").remedy(
+            "set order = \"independent\", or remove refine; analyses.poincare.refine locates changes along \
+             a carried state",
         ));
         return None;
     }
@@ -47,10 +46,10 @@ pub(super) fn read(
             DiagnosticKind::Inconsistent,
             section.span,
             "grid.refine",
-            "`grid.refine` divides a plane of two axes, and axes of this grid are tied".to_owned(),
+            "`grid.refine` divides a plane of two axes, but axes of this grid are tied".to_owned(),
         );
         issues.push(tied.label("with tied axes").remedy(
-            "leave refine out, or give two axes ranges of their own instead of grid.tied or grid.points",
+            "remove refine, or give two axes separate ranges instead of grid.tied or grid.points",
         ));
         return None;
     }
@@ -88,7 +87,7 @@ fn criteria(root: &Section, section: &Section, issues: &mut Issues) -> Option<Ve
     };
     if by.is_empty() {
         let nothing = fault("`grid.refine.by` is empty".to_owned()).label("nothing to compare");
-        issues.push(nothing.remedy("name a criterion, or leave by out"));
+        issues.push(nothing.remedy("name a criterion, or remove by"));
         return None;
     }
     let analyses = root.entry("analyses").map(|analyses| &analyses.node);
@@ -98,7 +97,7 @@ fn criteria(root: &Section, section: &Section, issues: &mut Issues) -> Option<Ve
     if let Some((criterion, analysis)) = lacking {
         let name = criterion.name();
         let message = format!("`{name}` is not computed without analyses.{analysis}");
-        let remedy = format!("add {analysis} = {{}} to [analyses], or take {name} out");
+        let remedy = format!("add {analysis} = {{}} to [analyses], or remove {name}");
         issues.push(fault(message).label("not computed").remedy(remedy));
         return None;
     }
@@ -116,13 +115,13 @@ fn felt<'t>(
     let (of_numbers, why, remedy) = match key {
         "tolerance" => (
             true,
-            "where no column is compared",
-            "name a column in by, or leave tolerance out",
+            "because no column is compared",
+            "name a column in by, or remove tolerance",
         ),
         _ => (
             false,
-            "where neither class nor period is compared",
-            "name one of them in by, or leave longest_period out",
+            "because neither class nor period is compared",
+            "name class or period in by, or remove longest_period",
         ),
     };
     let felt = by.is_empty() || by.iter().any(|own| own.is_number() == of_numbers);
@@ -146,10 +145,10 @@ fn plane(span: Span, issues: &mut Issues, axes: &[GridAxis]) -> Option<[usize; 2
             false => format!("{} of them: {}", names.len(), names.join(", ")),
         };
         let message = format!(
-            "`grid.refine` divides a plane: two axes of the grid must have several values ({found})"
+            "`grid.refine` divides a plane, so exactly two axes of the grid must have several values ({found})"
         );
         let fault = fault(span, message).label("not a plane");
-        issues.push(fault.remedy("give two axes several values and all others one"));
+        issues.push(fault.remedy("give two axes several values and all others one value"));
         return None;
     };
     let mut fits = true;
@@ -158,17 +157,17 @@ fn plane(span: Span, issues: &mut Issues, axes: &[GridAxis]) -> Option<[usize; 2
         let whole = schema::find(MANIFEST, name).is_some_and(|key| key.kind == Kind::Integer);
         let (message, label, remedy) = if whole {
             (
-                format!("`{name}` takes whole numbers: its intervals cannot be halved"),
+                format!("`{name}` takes whole numbers, so its intervals cannot be halved"),
                 "whole numbers",
                 "refine over keys that take any number",
             )
         } else if axis.axis.values.halved(0).is_none() {
             (
                 format!(
-                    "`{name}` is a list of values; `grid.refine` halves the intervals of a range"
+                    "`{name}` is a list of values, but `grid.refine` halves the intervals of a range"
                 ),
                 "not an even range",
-                "give the axis as { from, to, count }, with spacing = \"log\" where that fits better",
+                "give the axis as { from, to, count }; add spacing = \"log\" for equal ratios",
             )
         } else {
             continue;
@@ -196,11 +195,14 @@ fn fits(section: &Section, issues: &mut Issues, nested: NestedGrid) -> Option<()
         DiagnosticKind::GridTooLarge,
         section.span_of("levels"),
         "grid.refine.levels",
-        format!("the finest grid has {} points", points(nested.levels)),
+        format!(
+            "the finest grid would have {} points",
+            points(nested.levels)
+        ),
     )
     .label("too many halvings")
     .accepted(format!(
-        "at most {MAX_POINTS} points, however few of them are computed"
+        "at most {MAX_POINTS} points, even if few of them are computed"
     ));
     diagnostic = match most.filter(|most| *most > 0) {
         Some(most) => diagnostic.remedy(format!("set levels = {most} or less")),

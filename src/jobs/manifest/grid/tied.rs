@@ -38,7 +38,7 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Vec<Tie> {
                         format!("`grid.tied` names `{name}` twice"),
                     )
                     .label("named before")
-                    .remedy("name every axis once, all that advance together in one list"),
+                    .remedy("name every axis once; put all that advance together in one list"),
                 );
                 return Vec::new();
             }
@@ -80,9 +80,7 @@ fn names(section: &Section, issues: &mut Issues, group: &Node) -> Option<Tie> {
             )
             .label("at least two axes")
             .accepted(spec.accepted())
-            .remedy(
-                "name the axes that advance together, [[\"load\", \"speed\"]], or leave tied out",
-            ),
+            .remedy("name the axes that advance together, [[\"load\", \"speed\"]], or remove tied"),
         );
         return None;
     }
@@ -116,7 +114,7 @@ pub(super) fn places(
                     format!("`{column}` is a column of `grid.points`, which cannot be tied to an axis"),
                 )
                 .label("advances with the other columns")
-                .remedy("give all that advance together as columns of grid.points, or leave the column out of tied"),
+                .remedy("give all axes that advance together as columns of grid.points, or remove the column from tied"),
             );
             continue;
         }
@@ -128,7 +126,7 @@ pub(super) fn places(
                     DiagnosticKind::UnknownAxis,
                     tie.span,
                     "grid.tied",
-                    format!("the grid has no axis `{unknown}` to be tied"),
+                    format!("the grid has no axis `{unknown}` to tie"),
                 )
                 .label("not an axis of the grid")
                 .accepted(known.join(", "))
@@ -155,8 +153,8 @@ pub(super) fn places(
                         lengths.join(", ")
                     ),
                 )
-                .label("cannot advance in step")
-                .remedy("give each of them as many values"),
+                .label("cannot advance together")
+                .remedy("give all of them the same number of values"),
             );
             continue;
         }

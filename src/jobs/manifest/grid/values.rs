@@ -87,7 +87,7 @@ impl AxisReader<'_> {
                             path,
                             format!("`{}` mixes damping ratios and coefficients", self.path),
                         )
-                        .label("not like the first value")
+                        .label("differs from the first value")
                         .remedy("give all values as bare ratios, or all with the unit N*s/m"),
                     );
                     return None;
@@ -114,7 +114,7 @@ impl AxisReader<'_> {
                     path,
                     format!("`{path}` = {value} is too large for an axis"),
                 )
-                .label("not kept exactly")
+                .label("not stored exactly")
                 .accepted(format!("a whole number of at most {EXACT}")),
             );
             return None;
@@ -140,7 +140,7 @@ impl AxisReader<'_> {
                     DiagnosticKind::UnknownKey,
                     entry.key_span,
                     &path,
-                    format!("there is no key `{}` in an axis", entry.key),
+                    format!("an axis has no key `{}`", entry.key),
                 )
                 .label("unknown")
                 .accepted("{ values = [...] }, or { from, to, count, spacing }")
@@ -159,7 +159,7 @@ impl AxisReader<'_> {
                         self.path,
                         format!("`{}` has `values` and a range", self.path),
                     )
-                    .label("one of the two")
+                    .label("give only one of the two")
                     .remedy("keep either `values`, or `from`, `to`, `count` and `spacing`"),
                 );
                 valid = false;
@@ -228,7 +228,7 @@ impl AxisReader<'_> {
                     format!("`{path}` has the same value twice"),
                 )
                 .label(format!("as entry {}", pair[0] + 1))
-                .remedy("every value makes its own points: keep one of the two"),
+                .remedy("every value makes separate points: keep one of the two"),
             );
             return None;
         }
@@ -275,22 +275,22 @@ impl AxisReader<'_> {
         if count > 1 && from == to {
             return fault(
                 format!(
-                    "`{}` takes {count} values from and to the same one",
+                    "`{}` takes {count} values, but from and to are equal",
                     self.path
                 ),
-                "set count = 1, or another end",
+                "set count = 1, or change one end",
             );
         }
         if count == 1 && from != to {
             return fault(
-                format!("`{}` takes 1 value between two ends", self.path),
-                "give the value itself, or count = 2 or more",
+                format!("`{}` takes 1 value, but from and to differ", self.path),
+                "give the value itself, or set count = 2 or more",
             );
         }
         if logarithmic && (from <= 0.0 || to <= 0.0) {
             return fault(
                 format!(
-                    "`{}` has logarithmic spacing, but not both ends are greater than 0",
+                    "`{}` has logarithmic spacing, but an end is not greater than 0",
                     self.path
                 ),
                 "use spacing = \"linear\", or ends greater than 0",

@@ -19,15 +19,15 @@ pub struct NoSuchKey {
 
 fn advice(nearest: &Option<String>) -> String {
     match nearest {
-        Some(near) => format!("; is `{near}` meant?"),
-        None => "; `atlas help manifest` lists them".to_owned(),
+        Some(near) => format!("; did you mean `{near}`?"),
+        None => "; `atlas help manifest` lists all".to_owned(),
     }
 }
 
 /// Every table and key of a manifest and of a modal file, with a line each.
 pub fn overview() -> String {
     let mut text = String::from(
-        "Keys of a manifest. `atlas help KEY` says everything about one, such as `atlas help mesh.half_gap`.\n",
+        "Keys of a manifest. `atlas help KEY` describes one in full, for example `atlas help mesh.half_gap`.\n",
     );
     for table in schema::all(MANIFEST).filter(|key| is_header(key)) {
         text += &format!("\n[{}]\n", table.path);
@@ -118,7 +118,7 @@ fn of_table(key: &Key, path: &str) -> String {
         })
         .collect();
     if !below.is_empty() {
-        text += &format!("\nTables below it: {}.\n", below.join(", "));
+        text += &format!("\nTables in it: {}.\n", below.join(", "));
     }
     text += &format!("\n  default  {}\n", default(key));
     if key.path == "shafts" {

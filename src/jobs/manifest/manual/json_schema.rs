@@ -17,7 +17,7 @@ pub fn json_schema() -> String {
         json!("http://json-schema.org/draft-07/schema#"),
     );
     root.insert("title".into(), json!("Manifest of atlas"));
-    let about = "A drive, a grid of operating points, and what is computed of each.";
+    let about = "A gear drive, a grid of operating points, and the analyses of each point.";
     root.insert("description".into(), json!(about));
     let axes = axes();
     root.append(&mut table(""));
@@ -249,11 +249,11 @@ fn axis(one: &Value) -> Value {
                 "from": { "description": "The first value.", "allOf": [one] },
                 "to": { "description": "The last value.", "allOf": [one] },
                 "count": {
-                    "description": "How many values, both ends included.",
+                    "description": "Number of values, both ends included.",
                     "type": "integer", "minimum": 1
                 },
                 "spacing": {
-                    "description": "Whether the values are evenly spaced, or their logarithms.",
+                    "description": "Whether the values or their logarithms are evenly spaced.",
                     "enum": ["linear", "log"], "default": "linear"
                 }
             }

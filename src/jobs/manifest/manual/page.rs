@@ -1,13 +1,29 @@
 //! The manual as a page: `docs/manifest.md`.
 
 use super::DRIVE;
-use super::words::{default, home, name, range, stands_alone, takes};
+use super::words::{default, first_sentence, home, name, range, stands_alone, takes};
 use crate::manifest::schema::{
     self, DefaultValue, Key, Kind, MANIFEST, MODAL_FILE, Schema, VARIABLE_TABLES,
 };
 use crate::units::Dimension;
 
 const INTRODUCTION: &str = include_str!("introduction.md");
+
+/// The keys that most manifests give, which the page begins with.
+const MOST_USED: [&str; 12] = [
+    "job.name",
+    "model.kind",
+    "gear.teeth",
+    "gear.module",
+    "gear.rated_torque",
+    "mesh.half_gap",
+    "mesh.stiffness",
+    "mesh.contact_damping",
+    "excitation.transmission_error",
+    "grid.load",
+    "grid.speed",
+    "run.cycles",
+];
 
 /// The page, in Markdown.
 pub fn page() -> String {
@@ -16,6 +32,7 @@ pub fn page() -> String {
             "{tables}",
             &VARIABLE_TABLES.map(|t| format!("`{t}`")).join(", "),
         )
+        .replace("{most_used}", &most_used())
         .replace("{units}", &units())
         .replace("{drive}", DRIVE.trim_end());
     for table in schema::all(MANIFEST).filter(|key| key.kind == Kind::Table && stands_alone(key)) {
@@ -29,9 +46,20 @@ pub fn page() -> String {
         }
         text += &rows(MANIFEST, table.path);
     }
-    text += "\n## A modal file\n\nThe structure from any finite-element code: with `model.kind = \"modal\"`, the file \
-             that `model.file` names. A list has an entry a mode, in the order of `frequency`.\n";
+    text += "\n## A modal file\n\nA structure from any finite-element code. `model.file` names the file, \
+             with `model.kind = \"modal\"`. Lists have one entry per mode, in the order of `frequency`.\n";
     text + &rows(MODAL_FILE, "")
+}
+
+/// A table of the keys used most, with links to their tables.
+fn most_used() -> String {
+    let row = |path: &&str| {
+        let key = schema::find(MANIFEST, path).expect("a key of the manifest");
+        let (takes, about) = (cell(&takes(key)), cell(first_sentence(key.about)));
+        let about = about.trim_end_matches('.');
+        format!("| [`{path}`](#{}) | {takes} | {about}. |\n", home(key))
+    };
+    MOST_USED.iter().map(row).collect()
 }
 
 fn units() -> String {

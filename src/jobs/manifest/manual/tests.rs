@@ -94,7 +94,7 @@ fn help_finds_what_is_meant() {
     );
     let error = explain("mesh.half_gpa").unwrap_err();
     assert_eq!(error.nearest.as_deref(), Some("mesh.half_gap"));
-    assert!(error.to_string().contains("is `mesh.half_gap` meant?"));
+    assert!(error.to_string().contains("did you mean `mesh.half_gap`?"));
     assert!(explain("").is_err() && explain("..").is_err());
 }
 

@@ -29,7 +29,7 @@ pub(super) fn takes(key: &Key) -> String {
         Kind::Initial => "\"static\", \"rest\", or table".to_owned(),
         Kind::Table => "table".to_owned(),
         Kind::Points => "list of tables, or path of a file".to_owned(),
-        Kind::Axis(dimension) => format!("{}, one or an axis", measure(dimension)),
+        Kind::Axis(dimension) => format!("{}, one value or an axis", measure(dimension)),
     };
     match key.pair {
         Some(names) => format!("{one}, or a pair: {names}"),

@@ -65,13 +65,13 @@ fn same_rotation(
             root.span_of("mesh_coast"),
             "mesh_coast",
             format!(
-                "mode {} is a rigid rotation, in which both flanks have one deflection, but `mesh_coast` is {} there and `mesh` {}",
+                "mode {} is a rigid rotation, so both flanks have the same deflection, but `mesh_coast` is {} and `mesh` is {}",
                 mode + 1,
                 coast[mode],
                 drive[mode]
             ),
         )
-        .label("of another sign or size than `mesh`")
+        .label("differs from `mesh` in sign or size")
         .remedy("give `mesh_coast` the sign of `mesh`: it grows as the drive flanks approach"),
     );
     None

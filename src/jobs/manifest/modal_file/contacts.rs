@@ -23,10 +23,13 @@ pub(super) fn read(
                 DiagnosticKind::OutOfRange,
                 root.span_of("contact"),
                 "contact",
-                format!("the file has {} contacts beside the flanks", tables.len()),
+                format!(
+                    "the file has {} contacts in addition to the flanks",
+                    tables.len()
+                ),
             )
             .label(format!("at most {MOST} are accepted"))
-            .remedy("join contacts that act as one, or leave some out"),
+            .remedy("combine contacts that act as one, or remove some"),
         );
         return None;
     }

@@ -62,10 +62,10 @@ fn matrix(
             DiagnosticKind::Inconsistent,
             root.span_of(name),
             name,
-            format!("{fault}, `frequency` has {}", entries(modes)),
+            format!("{fault}, but `frequency` has {}", entries(modes)),
         )
         .label(format!("{modes} rows of {modes} are needed"))
-        .remedy("give a row a mode with one entry a mode, in the order of `frequency`"),
+        .remedy("give one row per mode with one entry per mode, in the order of `frequency`"),
     );
     None
 }
@@ -100,18 +100,18 @@ fn skew(root: &Section, issues: &mut Issues, matrix: Vec<f64>, modes: usize) -> 
                 root.span_of("gyroscopic_matrix"),
                 "gyroscopic_matrix",
                 format!(
-                    "row {}, column {} of `gyroscopic_matrix` is {}, its mirror image {}; \
-                     gyroscopic moments do no work",
+                    "row {}, column {} of `gyroscopic_matrix` is {}, its mirror image {}; gyroscopic \
+                     moments do no work",
                     i + 1,
                     j + 1,
                     schema::number(below),
                     schema::number(above)
                 ),
             )
-            .label("not skew")
+            .label("not skew-symmetric")
             .remedy(
-                "give every pair across the diagonal opposite signs and the diagonal 0; what \
-                 dissipates belongs in `damping_matrix`",
+                "give every pair across the diagonal opposite signs, and the diagonal 0; damping belongs in \
+                 `damping_matrix`",
             ),
         );
         return None;

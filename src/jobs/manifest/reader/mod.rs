@@ -274,11 +274,11 @@ impl<'t> Section<'t> {
                         &path,
                         format!("`{path}` has {}, not {length}", entries(items.len())),
                     )
-                    .label(format!("{length} are needed"))
+                    .label(format!("{length} entries are needed"))
                     .accepted(match spec.kind {
                         Kind::List(_) => spec.accepted(),
                         _ => format!(
-                            "one value for both, or a pair [first, second]: {}",
+                            "give one value for both, or a pair [first, second]: {}",
                             spec.accepted()
                         ),
                     }),

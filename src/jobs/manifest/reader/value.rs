@@ -127,7 +127,7 @@ pub(in crate::manifest) fn meant(value: &Value, spec: &Key) -> Option<String> {
     let other = unit != dimension.unit() && inside;
     other.then(|| {
         let own = dimension.unit();
-        format!("a bare number is in {own}: write the unit, as in \"{meant}\"")
+        format!("a bare number is in {own}: write the unit, such as \"{meant}\"")
     })
 }
 

@@ -70,7 +70,7 @@ pub(super) fn read(
                 section.span_of(name),
                 &path,
                 format!(
-                    "`{path}` is measured where the kind of motion asks for it, which only an exponent tells"
+                    "`{path}` depends on the kind of motion, which only an exponent determines"
                 ),
             )
             .label("needs `analyses.lyapunov`")
@@ -146,7 +146,7 @@ fn lyapunov(
             issues,
             &["separation"],
             "with twin = false",
-            "leave separation out, or leave twin out",
+            "remove separation, or remove twin",
         );
     }
     let exponents = exponents?;
@@ -186,7 +186,7 @@ fn lifetime(table: &Section, issues: &mut Issues, run: Option<&RunSpec>) -> Opti
                 table.span_of("lifetime"),
                 &path,
                 format!(
-                    "a mean life of {lifetime} cycles is shown by {needed} chaotic cycles, but `run.cycles` is {}",
+                    "showing a mean life of {lifetime} cycles takes {needed} chaotic cycles, but `run.cycles` is {}",
                     run.cycles
                 ),
             )

@@ -88,10 +88,10 @@ fn along_line_of_action(
                 DiagnosticKind::Inconsistent,
                 section.span_of(key),
                 &section.path_of(key),
-                format!("`mesh.{key}` needs the operating pressure angle, and there is no [gear]"),
+                format!("`mesh.{key}` needs the operating pressure angle, but there is no [gear]"),
             )
-            .label("on which circle?")
-            .remedy("give mesh.normal_backlash, normal to the flanks"),
+            .label("unknown pitch circle")
+            .remedy("give mesh.normal_backlash, which is normal to the flanks"),
         );
     }
     None
@@ -111,7 +111,8 @@ fn contradiction(
             section.span_of(key),
             &section.path_of(key),
             format!(
-                "`mesh.{key}` makes a half gap of {}, but thinning and centre distance of [gear] leave a normal backlash of {}, a half gap of {}",
+                "`mesh.{key}` gives a half gap of {}, but thinning and centre distance of [gear] give a \
+                 normal backlash of {}, a half gap of {}",
                 microns(half_gap),
                 microns(normal),
                 microns(drawn)
@@ -119,7 +120,7 @@ fn contradiction(
         )
         .label("contradicts the drawing")
         .remedy(format!(
-            "remove mesh.{key} to have the half gap of the drawing, or mend gear.thinning and gear.centre_distance"
+            "remove mesh.{key} to use the half gap of the drawing, or correct gear.thinning and gear.centre_distance"
         )),
     );
 }
@@ -141,7 +142,7 @@ pub(super) fn check_scale(
         }
         (None, Some(force), Some(mean)) => {
             let most = OF_DEFLECTION * force / mean;
-            let what = format!("{OF_DEFLECTION:e} times what the rated force deflects the mesh");
+            let what = format!("{OF_DEFLECTION:e} times the mesh deflection under the rated force");
             (most, what)
         }
         _ => return Some(()),
@@ -159,7 +160,7 @@ pub(super) fn check_scale(
             format!("a half gap of {half_gap} m is out of range: {what} is {most:.3e} m"),
         )
         .label(format!("the half gap must be less than {most:.3e} m"))
-        .remedy("a bare number is in metres; write the unit, as in \"15 um\""),
+        .remedy("a bare number is in metres; write the unit, such as \"15 um\""),
     );
     None
 }

@@ -28,7 +28,7 @@ pub(super) fn read(
         section.without_effect(
             issues,
             &["coast_symmetry"],
-            "with coast flanks on the line of the drive flanks",
+            "because the coast flanks touch on the line of the drive flanks",
             "remove it, or set coast_flank = \"mirrored\"",
         );
         return Some(CoastSpec::SameLine);
@@ -39,7 +39,7 @@ pub(super) fn read(
                 DiagnosticKind::Inconsistent,
                 section.span_of("coast_flank"),
                 "mesh.coast_flank",
-                "the modal file does not say what the coast flanks feel".to_owned(),
+                "the modal file does not give the deflection of mirrored coast flanks".to_owned(),
             )
             .label("unknown participation")
             .remedy("add mesh_coast to the modal file, or set coast_flank = \"same_line\""),
@@ -62,7 +62,7 @@ fn symmetry(
         section.without_effect(
             issues,
             &["coast_symmetry"],
-            "on a stiffness that does not vary, without friction",
+            "because the stiffness does not vary and there is no friction",
             "remove it",
         );
         return Some(0.0);
@@ -78,7 +78,9 @@ fn symmetry(
         unknown_symmetry(
             section,
             issues,
-            format!("the drawing does not say when a tooth stands on the line of centres: {fault}"),
+            format!(
+                "the drawing does not determine when a tooth is on the line of centres: {fault}"
+            ),
         );
         return None;
     }
@@ -94,7 +96,7 @@ fn symmetry(
     unknown_symmetry(
         section,
         issues,
-        "`mesh.coast_symmetry` is missing: neither [gear] nor a contact ratio says when a tooth stands on the line of centres".to_owned(),
+        "`mesh.coast_symmetry` is missing: neither [gear] nor a contact ratio determines when a tooth is on the line of centres".to_owned(),
     );
     None
 }

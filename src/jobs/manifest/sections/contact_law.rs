@@ -114,10 +114,10 @@ pub(super) fn fourier(
             DiagnosticKind::Inconsistent,
             table.span_of("stiffness_harmonics"),
             &table.path_of("stiffness_harmonics"),
-            format!("the harmonics bring the stiffness down to {smallest:.3e} N/m"),
+            format!("the harmonics reduce the stiffness to {smallest:.3e} N/m"),
         )
         .label(format!("about a mean of {mean:.3e} N/m"))
-        .remedy("make the amplitudes smaller: a stiffness stays above 0"),
+        .remedy("reduce the amplitudes: the stiffness must stay above 0"),
     );
     None
 }

@@ -31,7 +31,7 @@ pub(in crate::manifest) fn read(
     if let (Some(over), Some(Some(second))) = (over, second)
         && over == second
     {
-        let message = "`continuation.second` is the axis that orbits are followed over already";
+        let message = "`continuation.second` is already the axis along which orbits are followed";
         issues.push(
             Diagnostic::new(
                 DiagnosticKind::Inconsistent,
@@ -40,7 +40,7 @@ pub(in crate::manifest) fn read(
                 message.to_owned(),
             )
             .label("the same axis")
-            .remedy("name another axis, or leave it out"),
+            .remedy("name another axis, or remove it"),
         );
     }
     let two = section.has("second");
@@ -48,7 +48,7 @@ pub(in crate::manifest) fn read(
         section.without_effect(
             issues,
             &["curves"],
-            "without `second`: no bifurcation is followed over a second axis",
+            "without `second`: bifurcations are only followed with a second axis",
             "remove it, or name the axis as `second`",
         );
     }
@@ -123,12 +123,12 @@ fn axis(
     let found = axes.iter().position(|axis| axis.name() == name);
     let fault = match found {
         None if name.is_empty() => Some((
-            "no axis of the grid by itself has two different values: there is nothing to follow orbits over"
+            "no untied axis of the grid has two different values, so there is nothing to follow orbits along"
                 .to_owned(),
             "nothing to follow",
         )),
         None => Some((
-            format!("the grid has no axis `{name}` to follow orbits over"),
+            format!("the grid has no axis `{name}` to follow orbits along"),
             "not an axis",
         )),
         Some(place) => match Parameter::named(name) {
@@ -138,7 +138,7 @@ fn axis(
                 "empty interval",
             )),
             Ok(_) if is_tied(place) => Some((
-                format!("orbits are followed over one key, and others are tied to `{name}`"),
+                format!("orbits are followed along one key, but other axes are tied to `{name}`"),
                 "a tied axis",
             )),
             Ok(_) => None,
@@ -163,7 +163,7 @@ fn axis(
     )
     .label(label)
     .accepted(
-        "load, torque, speed, or a continuous key, varied by the grid between two different values",
+        "name load, torque, speed, or a continuous key that the grid varies between two different values",
     )
     .suggestion(near);
     issues.push(match fitting.is_empty() {
@@ -171,7 +171,7 @@ fn axis(
             diagnostic.remedy("give such an axis of [grid] two values: the ends of the interval")
         }
         false => diagnostic.remedy(format!(
-            "axes of this grid that orbits can be followed over: {}",
+            "axes of this grid along which orbits can be followed: {}",
             fitting.join(", ")
         )),
     });

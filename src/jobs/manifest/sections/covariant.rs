@@ -28,7 +28,7 @@ pub(super) fn read(
                 table.span,
                 "analyses.covariant",
                 format!(
-                    "the factors of {} vectors over {} + {} cycles take {} MiB of every point at work",
+                    "the factors of {} vectors over {} + {} cycles take {} MiB for every point in work",
                     question.vectors,
                     question.cycles,
                     question.align,
@@ -37,7 +37,7 @@ pub(super) fn read(
             )
             .label(format!("at most {} MiB", MOST_MEMORY >> 20))
             .remedy(format!(
-                "ask for fewer vectors, or for cycles and align of at most {most} together"
+                "reduce the number of vectors, or keep cycles and align together at {most} or less"
             )),
         );
         return None;
@@ -74,7 +74,7 @@ pub(super) fn there_are(
             DiagnosticKind::Inconsistent,
             table.span_of(key),
             &table.path_of(key),
-            format!("there are no {asked} {key}: {retained} retained modes have {most}{neutral}"),
+            format!("{asked} {key} are too many: {retained} retained modes have {most}{neutral}"),
         )
         .label(format!("at most {most}"))
         .accepted(format!(

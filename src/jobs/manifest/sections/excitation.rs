@@ -37,7 +37,7 @@ pub(super) fn read(
     });
     let idle = mesh.and_then(|mesh| match &mesh.stiffness {
         stiffness if stiffness.is_of_pairs() => Some((
-            "with mesh.resolution = \"pairs\": the gaps of the pairs are the error of the flanks",
+            "with mesh.resolution = \"pairs\": the gaps of the pairs contain the error of the flanks",
             "remove it, or remove mesh.resolution",
         )),
         StiffnessSpec::Table(_) => None,
@@ -167,8 +167,8 @@ fn errors_of_gears(
                             &deviation.path_of(name),
                             format!("{} values for {teeth} teeth", values.len()),
                         )
-                        .label("one value a tooth")
-                        .accepted(format!("{teeth} lengths")),
+                        .label("one value per tooth")
+                        .accepted(format!("give {teeth} lengths")),
                     );
                     whole = false;
                 }
@@ -188,7 +188,7 @@ fn unknown_teeth(table: &Section, issues: &mut Issues, key: &str) {
             DiagnosticKind::Inconsistent,
             table.span_of(key),
             &table.path_of(key),
-            "it is not known how many teeth this gear has".to_owned(),
+            "the number of teeth of this gear is unknown".to_owned(),
         )
         .label("unknown number of teeth")
         .remedy("add teeth_wheel to the modal file, or remove the error".to_owned()),
@@ -250,10 +250,10 @@ fn ripple(
                 DiagnosticKind::Inconsistent,
                 table.span_of("shaft"),
                 &table.path_of("shaft"),
-                format!("gear `{name}` runs loose: its shaft does not turn with the wheel"),
+                format!("gear `{name}` is loose: its shaft does not turn with the wheel"),
             )
-            .label("a torque on this shaft would not have the wheel's speed")
-            .remedy("name in train.gears a mesh whose second gear is fixed to its shaft, or remove the ripple"),
+            .label("a torque on this shaft would not have the speed of the wheel")
+            .remedy("name a mesh in train.gears whose second gear is fixed to its shaft, or remove the ripple"),
         );
         return None;
     }
@@ -272,7 +272,7 @@ fn ripple(
                 DiagnosticKind::Inconsistent,
                 table.span_of("shaft"),
                 &table.path_of("shaft"),
-                format!("the modal file does not say how a torque on the {name} shaft acts"),
+                format!("the modal file does not give the effect of a torque on the {name} shaft"),
             )
             .label("unknown participation")
             .remedy(format!(

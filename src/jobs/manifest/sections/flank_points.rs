@@ -16,7 +16,7 @@ pub(super) fn profiles(
         "profile_points",
         |table, issues, gear| match [table.has("roll_length"), table.has("diameter")] {
             [true, true] => {
-                let what = "give the places of the points";
+                let what = "give the positions of the points";
                 table.given_twice(issues, &["diameter"], "roll_length", what);
                 None
             }
@@ -32,13 +32,13 @@ pub(super) fn profiles(
                             table.span_of("diameter"),
                             &table.path_of("diameter"),
                             format!(
-                                "a diameter of {:.4} mm lies inside the base circle of {:.4} mm",
+                                "a diameter of {:.4} mm is inside the base circle of {:.4} mm",
                                 1e3 * diameter,
                                 2e3 * base
                             ),
                         )
                         .label("no involute there")
-                        .accepted("diameters on the involute, above the base circle"),
+                        .accepted("give diameters on the involute, above the base circle"),
                     );
                     return None;
                 }
@@ -79,30 +79,30 @@ fn courses(
             let (places, values) = (at.len(), missing.len());
             Some((
                 "missing",
-                format!("{values} values at {places} places"),
-                "one value a place",
+                format!("{values} values at {places} positions"),
+                "one value per position",
             ))
         } else if at.len() < 2 {
             Some((
                 "missing",
                 "fewer than two points".to_owned(),
-                "two points or more",
+                "give two points or more",
             ))
         } else if at.windows(2).any(|pair| pair[1] <= pair[0]) {
             let key = ["roll_length", "diameter", "place"]
                 .into_iter()
                 .find(|key| table.has(key));
-            let what = "places that do not increase".to_owned();
+            let what = "positions do not increase".to_owned();
             Some((
                 key.unwrap_or("missing"),
                 what,
-                "every place beyond the one before",
+                "give positions in increasing order",
             ))
         } else if !found[usize::from(gear == "wheel")].points.is_empty() {
             Some((
                 "gear",
-                format!("the {gear} has two courses"),
-                "one table a gear",
+                format!("the {gear} has two curves"),
+                "give one table per gear",
             ))
         } else {
             None
@@ -115,7 +115,7 @@ fn courses(
                     &table.path_of(key),
                     message,
                 )
-                .label("no course")
+                .label("no curve")
                 .accepted(accepted),
             );
             whole = false;

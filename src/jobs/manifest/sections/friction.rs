@@ -32,11 +32,13 @@ pub(super) fn sliding(
     let Some(gears) = drive.gears else {
         if !drive.faulty_drawing && drive.source.is_some() {
             let remedy = match drive.source {
-                Some(StructureSource::Train(_)) => "set mesh.friction = 0: bevel gears have none",
+                Some(StructureSource::Train(_)) => {
+                    "set mesh.friction = 0: bevel gears have no friction"
+                }
                 _ => "describe the gears in [gear], or set mesh.friction = 0",
             };
-            let message = "friction turns round at the pitch point, and only the drawing of a pair on parallel \
-                           axes says when teeth pass it";
+            let message = "friction reverses where teeth pass the pitch point, which only the drawing of a \
+                           pair on parallel axes determines";
             unknown(section, issues, message.to_owned(), remedy);
         }
         return None;
@@ -44,12 +46,13 @@ pub(super) fn sliding(
     let drawn = match EvenSharing::new(gears) {
         Ok(drawn) => drawn,
         Err(fault) => {
-            let message = format!("the drawing does not say where teeth slide: {fault}");
+            let message =
+                format!("the drawing does not determine the direction of sliding: {fault}");
             unknown(
                 section,
                 issues,
                 message,
-                "mend [gear], or set mesh.friction = 0",
+                "correct [gear], or set mesh.friction = 0",
             );
             return None;
         }
@@ -82,7 +85,7 @@ fn unknown(section: &Section, issues: &mut Issues, message: String, remedy: &'st
             &section.path_of(key),
             message,
         )
-        .label("of unknown direction")
+        .label("unknown direction")
         .remedy(remedy),
     );
 }

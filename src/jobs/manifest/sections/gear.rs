@@ -133,7 +133,7 @@ fn face(section: &Section, issues: &mut Issues) -> Option<CommonFace> {
                 section.span_of("face_offset"),
                 &section.path_of("face_offset"),
                 format!(
-                    "the faces do not meet: the pinion's is from {} to {} mm, the wheel's from {} to {} mm",
+                    "the faces do not overlap: the pinion's is from {} to {} mm, the wheel's from {} to {} mm",
                     1e3 * ends[0][0],
                     1e3 * ends[0][1],
                     1e3 * ends[1][0],
@@ -324,7 +324,7 @@ fn check(section: &Section, issues: &mut Issues, pair: &GearPair) -> Option<()> 
             &section.path_of(key),
             error.to_string(),
         )
-        .label("does not fit the rest of the drawing"),
+        .label("contradicts the rest of the drawing"),
     );
     None
 }
@@ -347,14 +347,14 @@ fn warn_of_undercut(
             section.span_of(key),
             &section.path_of(key),
             format!(
-                "gear {} is undercut by {:.4} modules, up to a diameter of {:.4} mm, below the contact: its profile \
-                 shift, thinning included, is {shift:.4}, and {limit:.4} leaves no undercut",
+                "gear {} is undercut by {:.4} modules, up to a diameter of {:.4} mm, below the contact: its \
+                 profile shift, thinning included, is {shift:.4}; at least {limit:.4} avoids undercut",
                 gear + 1,
                 limit - shift,
                 2e3 * tooth.form_radius,
             ),
         )
         .label("the root of the involute is cut off")
-        .remedy("leave it where the drawing is so; else raise the profile shift or the number of teeth"),
+        .remedy("keep it if the drawing is so; otherwise raise the profile shift or the number of teeth"),
     );
 }

@@ -32,7 +32,7 @@ pub(in crate::manifest) fn read(root: &Section, issues: &mut Issues) -> Option<J
                 )
                 .label("not a folder name")
                 .accepted(format!(
-                    "1 to {MAX_NAME} letters, digits, `-`, `_` or `.`, beginning with a letter, a digit or `_`"
+                    "give 1 to {MAX_NAME} letters, digits, `-`, `_` or `.`; begin with a letter, a digit or `_`"
                 )),
             );
         }

@@ -66,7 +66,7 @@ pub(super) fn read(
         section.without_effect(
             issues,
             &OF_TABLES,
-            "where the mesh is not computed from [gear]",
+            "because the mesh is not computed from [gear]",
             "remove it, or set stiffness = \"table\"",
         );
         match choice {
@@ -118,7 +118,7 @@ fn table(
             "single_pair_drop",
             "values",
         ],
-        "with stiffness = \"table\": the drawing of the gears gives it",
+        "with stiffness = \"table\": the drawing of the gears determines it",
         "remove it, or set stiffness = \"piecewise\"",
     );
     let continuous = section.has("stiffness")
@@ -153,10 +153,10 @@ fn table(
                     DiagnosticKind::Unavailable,
                     section.span_of("stiffness"),
                     &section.path_of("stiffness"),
-                    "a mesh table is that of spur gears, and the gears of this train are bevel gears"
+                    "a mesh table needs spur gears, but the gears of this train are bevel gears"
                         .to_owned(),
                 )
-                .label("no table of bevel gears")
+                .label("bevel gears have no mesh table")
                 .accepted("stiffness = \"constant\", \"piecewise\" or \"fourier\""),
             );
         }
@@ -173,7 +173,7 @@ fn table(
                     format!("the gears of [gear] have no mesh table: {error}"),
                 )
                 .label("computed from [gear]")
-                .accepted("a pair of gears that meshes, or stiffness = \"piecewise\""),
+                .accepted("give a pair of gears that can mesh, or stiffness = \"piecewise\""),
             );
             return None;
         }
@@ -210,7 +210,7 @@ fn face(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Opt
         section.without_effect(
             issues,
             &["face"],
-            "on helical gears, whose slices bear each for itself",
+            "on helical gears, whose slices bear load independently",
             "remove it",
         );
         return Some(FaceLaw::Independent);
@@ -244,7 +244,7 @@ fn pairs(
         issues,
         &["face", "segments", "shaft_tilt"],
         "with resolution = \"pairs\": springs follow the mesh phase and the tilt of the shafts as they are",
-        "remove it, or remove resolution = \"pairs\"",
+        "with resolution = \"pairs\": its springs follow the mesh phase and the tilt of the shafts at every instant",
     );
     if gears.is_some_and(|pair| pair.helix_angle != 0.0) {
         issues.push(
@@ -252,7 +252,7 @@ fn pairs(
                 DiagnosticKind::Unavailable,
                 section.span_of("resolution"),
                 &section.path_of("resolution"),
-                "pairs of teeth are springs of their own on spur gears alone".to_owned(),
+                "resolution = \"pairs\" makes pairs of teeth separate springs, which only spur gears allow".to_owned(),
             )
             .label("not with gear.helix_angle")
             .accepted("resolution = \"secant\" or \"mean_load\""),
@@ -269,10 +269,10 @@ fn pairs(
                 DiagnosticKind::Inconsistent,
                 section.span_of(key),
                 &section.path_of(key),
-                "one slice of the face does not know what flanks lack along it".to_owned(),
+                "one slice of the face cannot represent misalignment or a modified lead".to_owned(),
             )
             .label("misalignment and modified leads need slices")
-            .accepted("mesh.slices of 2 and more, or resolution = \"secant\" or \"mean_load\""),
+            .accepted("set mesh.slices to 2 or more, or resolution = \"secant\" or \"mean_load\""),
         );
         return None;
     }
@@ -298,8 +298,8 @@ fn check_springs(
             section.span_of("slices"),
             &section.path_of("slices"),
             format!(
-                "{slices} slices of both flanks of {pairs} pairs in contact, tip edges included, are {} springs, \
-                 more than {MOST_CONTACTS}",
+                "{slices} slices of both flanks of {pairs} pairs in contact, tip edges included, need {} \
+                 springs, more than {MOST_CONTACTS}",
                 2 * pairs * slices
             ),
         )
@@ -354,7 +354,7 @@ fn piecewise(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {
                     "`mesh.values` has no entries".to_owned(),
                 )
                 .label("empty")
-                .accepted("one stiffness for each equal segment of the mesh cycle, at least 1"),
+                .accepted("give one stiffness per equal segment of the mesh cycle, at least 1"),
             );
             return None;
         }

@@ -42,7 +42,7 @@ pub(super) fn modal_vector(
             ),
         )
         .label(format!("{retained} are needed"))
-        .remedy("give one number for each retained mode, in ascending frequency"),
+        .remedy("give one number per retained mode, in ascending frequency"),
     );
     None
 }

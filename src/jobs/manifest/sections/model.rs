@@ -114,7 +114,7 @@ fn of_train(
     let damping = damping(section, issues, modes, rigid);
     let (train, modes, damping) = (train?, modes?, damping?);
     if let Some(freedoms) = freedoms.filter(|&freedoms| modes > freedoms) {
-        let remedy = "ask for fewer modes, or shorten train.shaft.*.element";
+        let remedy = "reduce the number of modes, or shorten train.shaft.*.element";
         too_many_modes(section, issues, (modes, freedoms), "train", remedy);
         return None;
     }
@@ -260,7 +260,7 @@ fn retained(
         )
     } else if retained < least {
         (
-            format!("`model.retained` = {retained} drops a rigid rotation of the drive"),
+            format!("`model.retained` = {retained} would drop a rigid rotation of the drive"),
             format!("at least {least}"),
         )
     } else {
@@ -291,7 +291,7 @@ fn damping_of(
             issues,
             &["damping", "damping_overrides"],
             "with kind = \"torsional\": both of its modes are rigid rotations and undamped",
-            "remove it, or release more with another kind",
+            "remove it, or set a kind with more free motions",
         );
         let damping = section.bare().quantity_or_default(issues, "damping");
         return Some((damping?, Vec::new()));
@@ -318,7 +318,7 @@ fn gyroscopic(section: &Section, issues: &mut Issues, kind: DriveKind) -> Option
             issues,
             &["gyroscopic"],
             &format!("with kind = \"{}\": its shafts do not tilt", tier.name()),
-            "remove it, or release more with another kind",
+            "remove it, or set a kind with more free motions",
         );
         return section.bare().boolean_or_default(issues, "gyroscopic");
     }
@@ -342,7 +342,9 @@ fn damping_overrides(
             continue;
         };
         let fault = if mode > modes {
-            Some(format!("there is no mode {mode}: the model has {modes}"))
+            Some(format!(
+                "there is no mode {mode}: the model has {modes} modes"
+            ))
         } else if mode <= rigid {
             Some(format!(
                 "mode {mode} is a rigid rotation and stays undamped"
@@ -391,12 +393,12 @@ fn check_freedoms(
         (DriveKind::Rigid(tier), _) => (
             tier.freedoms(),
             tier.name(),
-            "ask for fewer modes, or leave model.modes out for all of them",
+            "reduce the number of modes, or remove model.modes to compute all of them",
         ),
         (DriveKind::Flexible, Some(elastic)) => (
             FREEDOMS_PER_STATION * (elastic.elements.iter().sum::<usize>() + 1),
             "beam",
-            "ask for fewer modes, or raise shafts.elements",
+            "reduce the number of modes, or raise shafts.elements",
         ),
         _ => return Some(()),
     };

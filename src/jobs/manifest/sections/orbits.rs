@@ -46,7 +46,7 @@ fn periods(table: &Section, issues: &mut Issues) -> Option<Vec<u32>> {
             )
             .label("no period")
             .accepted(table.spec(&path).accepted())
-            .remedy("name at least one period, or leave the analysis out"),
+            .remedy("name at least one period, or remove the analysis"),
         );
         return None;
     }

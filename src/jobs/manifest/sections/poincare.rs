@@ -23,8 +23,8 @@ pub(super) fn read(
         table.without_effect(
             issues,
             &["refine"],
-            "when points are independent: there are no neighbours to refine between",
-            "set grid.order = \"sweep-up\", \"sweep-down\" or \"both\", or leave refine out",
+            "because points are independent: there are no neighbours to refine between",
+            "set grid.order = \"sweep-up\", \"sweep-down\" or \"both\", or remove refine",
         );
     }
     Some(PoincareQuestion {
@@ -60,7 +60,7 @@ fn section(
                 issues,
                 &[key],
                 &format!("with section = \"{name}\""),
-                &format!("leave {key} out, or set section = \"{owner}\""),
+                &format!("remove {key}, or set section = \"{owner}\""),
             );
         }
     }
@@ -98,11 +98,11 @@ fn surface(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Opt
                 DiagnosticKind::Inconsistent,
                 table.span,
                 "analyses.poincare.surface",
-                "`analyses.poincare.surface` has no coefficient that is not 0, so it is no surface"
+                "all coefficients of `analyses.poincare.surface` are 0, so it is not a surface"
                     .to_owned(),
             )
-            .label("nothing combined")
-            .remedy("give displacement or velocity a coefficient for each retained mode"),
+            .label("all 0")
+            .remedy("give displacement or velocity one coefficient per retained mode, not all 0"),
         );
         return None;
     }
@@ -144,7 +144,7 @@ fn samples(
             ),
         )
         .label(format!("at most {most}"))
-        .remedy("there is one sample a mesh cycle: lower samples or raise run.cycles"),
+        .remedy("a strobe takes one sample per mesh cycle: lower samples or raise run.cycles"),
     );
     None
 }

@@ -96,10 +96,10 @@ fn check_moduli(section: &Section, issues: &mut Issues, young: f64, shear: f64) 
             section.span_of("shear_modulus"),
             "shafts.shear_modulus",
             format!(
-                "E and G give Poisson's ratio E/(2G) - 1 = {poisson:.3}; no material exceeds 0.5"
+                "young_modulus E and shear_modulus G give Poisson's ratio E/(2G) - 1 = {poisson:.3}; no material exceeds 0.5"
             ),
         )
-        .label("does not fit young_modulus")
+        .label("contradicts young_modulus")
         .remedy("check both units; steel has 206 GPa and 79 GPa"),
     );
     None
@@ -163,7 +163,7 @@ fn shaft(
                 format!("the {name} shaft has no wall: its outer diameter is {diameter} m"),
             )
             .label("not less than the diameter")
-            .remedy("check both diameters of the shaft; a solid shaft has none inside"),
+            .remedy("check both diameters of the shaft; a solid shaft has no inner_diameter"),
         );
         return None;
     }
@@ -272,10 +272,10 @@ fn bearings(
                 DiagnosticKind::Inconsistent,
                 section.span_of("axial"),
                 &section.path_of("axial"),
-                "no bearing holds the shaft in its axial direction".to_owned(),
+                "no bearing holds the shaft axially".to_owned(),
             )
             .label("at least one must be greater than 0")
-            .remedy("give the locating bearing its axial stiffness, for example [\"1e8 N/m\", 0]"),
+            .remedy("give one bearing an axial stiffness, for example [\"1e8 N/m\", 0]"),
         );
         return None;
     }

@@ -37,7 +37,7 @@ fn of_one_mode(table: &Section, issues: &mut Issues, retained: Option<usize>) ->
         true => table.quantity(issues, "speed").map(Some),
         false => Some(None),
     };
-    table.given_twice(issues, &["modes", "of"], "mode", "say which plane is cut");
+    table.given_twice(issues, &["modes", "of"], "mode", "name the plane");
     let mode = retained_mode(table, issues, "mode", [mode?; 2], retained)?;
     Some((mode, SliceOf::PhasePlane, speed?))
 }
@@ -49,7 +49,7 @@ fn of_two_modes(table: &Section, issues: &mut Issues, retained: Option<usize>) -
         issues,
         &["speed"],
         "without `mode`",
-        "leave speed out, or name one mode instead of `modes`",
+        "remove speed, or name one mode instead of `modes`",
     );
     let modes = modes?;
     if modes[0] == modes[1] {
@@ -59,7 +59,7 @@ fn of_two_modes(table: &Section, issues: &mut Issues, retained: Option<usize>) -
                 DiagnosticKind::Inconsistent,
                 table.span_of("modes"),
                 "analyses.multistability.slice.modes",
-                format!("a slice through fewer than two modes: both are mode {same}"),
+                format!("a slice needs two different modes, but both are mode {same}"),
             )
             .label("the same mode twice")
             .remedy(format!(

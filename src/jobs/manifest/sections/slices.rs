@@ -29,8 +29,8 @@ pub(super) fn check_reduction(
                 DiagnosticKind::Unavailable,
                 section.span_of("mta"),
                 "model.mta",
-                "pairs as springs on several slices of the face have a line of action each, and cannot \
-                 share the residual flexibility of the modes left out"
+                "springs of pairs on several slices of the face have different lines of action and cannot \
+                 share the residual flexibility of the omitted modes"
                     .to_owned(),
             )
             .label("not with mesh.slices of 2 and more")

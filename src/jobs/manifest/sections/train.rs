@@ -77,7 +77,7 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<TrainDrive>
                 "train",
                 error.to_string(),
             )
-            .label("these shafts and gears make no train"),
+            .label("these shafts and gears do not form a train"),
         };
         issues.push(fault);
         return None;
@@ -104,7 +104,8 @@ fn too_fine(
         (Some(table), None) => (table, "outer", thin),
         _ => (&tables[shaft], "element", None),
     };
-    let remedy = "give the shaft longer elements (train.shaft.*.element), or fewer thin sections";
+    let remedy =
+        "lengthen the elements of the shaft (train.shaft.*.element), or merge thin sections";
     let fault = Diagnostic::new(
         DiagnosticKind::OutOfRange,
         table.span_of(key),
@@ -112,7 +113,7 @@ fn too_fine(
         error.to_string(),
     );
     fault
-        .label("asks for too many elements")
+        .label("too many elements")
         .accepted("elements and degrees of freedom of all shafts: at most 4000 each")
         .remedy(slip.map_or(remedy.to_owned(), |slip| format!("{remedy}; {slip}")))
 }
@@ -127,10 +128,10 @@ fn check_outputs(section: &Section, issues: &mut Issues, shafts: &[TrainShaft]) 
             DiagnosticKind::Inconsistent,
             section.span_of("shaft"),
             "train.shaft",
-            format!("the `output` parts of all shafts add up to {sum}"),
+            format!("the `output` fractions of all shafts add up to {sum}"),
         )
         .label("must add up to 1, or all be 0")
-        .remedy("give output = 1 to the shaft where the driven machine is"),
+        .remedy("give output = 1 to the shaft of the driven machine"),
     );
     None
 }
@@ -194,7 +195,7 @@ impl Parts<'_> {
             &self.shafts[two.shaft].gears[two.gear],
         );
         let unlike = if one == two {
-            Some("it is one gear".to_owned())
+            Some("it is the same gear twice".to_owned())
         } else if a.module != b.module {
             Some(format!(
                 "their modules are {} m and {} m",
@@ -213,9 +214,9 @@ impl Parts<'_> {
                     &section.path_of(key),
                     format!("gears `{}` and `{}` cannot mesh: {why}", a.name, b.name),
                 )
-                .label("no pair that meshes")
-                .remedy("gears that mesh have one module and one pressure angle; a bare number is in m: write the unit, \
-                         as in module = \"3 mm\""),
+                .label("not a pair that meshes")
+                .remedy("gears that mesh have the same module and pressure angle; a bare number is in m: \
+                         write the unit, such as module = \"3 mm\""),
             );
             return None;
         }
@@ -261,7 +262,7 @@ impl Parts<'_> {
                     &section.path_of(key),
                     message,
                 )
-                .label("these gears, where their shafts put them"),
+                .label("these gears at the positions of their shafts"),
             );
         };
         let names = gears.map(|place| &train.gear(place).name);

@@ -69,8 +69,8 @@ pub(super) fn check_axes(root: &Section, issues: &mut Issues, kind: DriveKind) {
         );
         issues.push(
             Diagnostic::new(DiagnosticKind::NoEffect, axis.key_span, &path, message)
-                .label("not felt by this kind")
-                .remedy("remove the axis, or choose a kind that releases more"),
+                .label("no effect with this kind")
+                .remedy("remove the axis, or choose a kind with more free motions"),
         );
     }
 }

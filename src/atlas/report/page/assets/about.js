@@ -11,7 +11,7 @@ function startAbout() {
   parts.push(part("Checksums", make("p", { id: "checksums" }, checksums())));
   if (HEAD.left_out.length > 0) {
     parts.push(part("Not in this page", make("ul", {}, HEAD.left_out.map((line) => make("li", {}, line))),
-      make("p", {}, "atlas report --most-bytes makes room for more.")));
+      make("p", {}, "Raise atlas report --most-bytes to include more.")));
   }
   HEAD.runs.forEach((run, index) => {
     const { manifest, ...record } = run;
@@ -24,9 +24,9 @@ function startAbout() {
 }
 
 function checksums() {
-  if (HEAD.runs.length === 0) return "There is no run.json: whether the tables are whole was not checked.";
-  const orbits = TABLES.has("branches") ? " No record vouches for the tables of followed orbits." : "";
-  return `${plural(HEAD.checked, "table")} ${HEAD.checked === 1 ? "was" : "were"} what run.json says when this page was written.${orbits}`;
+  if (HEAD.runs.length === 0) return "There is no run.json, so the completeness of the tables was not checked.";
+  const orbits = TABLES.has("branches") ? " The tables of followed orbits have no record." : "";
+  return `${plural(HEAD.checked, "table")} matched the checksums in run.json when this page was written.${orbits}`;
 }
 
 /** Units of numbers of the record, which run.json states in SI, by the last word of their names. */

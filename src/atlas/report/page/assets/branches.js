@@ -173,7 +173,7 @@ function drawBranches() {
       entries.push(make("li", {}, swatch(colour(rows[0], index)), `branch ${number}: ${otherPlaces(lines, rows[0])}period ${periods.join(", ")} (${plural(rows.length, "orbit")})`));
     });
     if (groups.length > MOST_CURVES) entries.push(make("li", {}, `and ${count(groups.length - MOST_CURVES)} more`));
-    entries.push(make("li", {}, "full lines stable, broken lines unstable"), make("li", { class: "break", "aria-hidden": "true" }));
+    entries.push(make("li", {}, "solid lines: stable; dashed lines: unstable"), make("li", { class: "break", "aria-hidden": "true" }));
   }
   const kinds = new Map();
   for (const row of curves ? groups.map(([, rows]) => rows[0]) : marked) kinds.set(kind.text(row), (kinds.get(kind.text(row)) ?? 0) + 1);

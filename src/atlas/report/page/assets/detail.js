@@ -14,14 +14,14 @@ function startDetail() {
     id: "point-number", type: "number", min: "0", "aria-label": "Number of the point", onchange: async () => {
       await loadWords();
       const row = rowOfPoint(Number(number.value));
-      number.setCustomValidity(row < 0 ? "There is no point of this number." : "");
+      number.setCustomValidity(row < 0 ? "There is no point with this number." : "");
       number.reportValidity();
       if (row >= 0) selectPoint(row);
     },
   });
   box.append(
     make("div", { class: "stepper" },
-      make("button", { type: "button", id: "before", "aria-label": "Point before", onclick: step(-1) }, "‹"),
+      make("button", { type: "button", id: "before", "aria-label": "Previous point", onclick: step(-1) }, "‹"),
       make("label", {}, make("span", {}, "Point"), number),
       make("button", { type: "button", id: "after", "aria-label": "Next point", onclick: step(1) }, "›")),
     make("div", { id: "point", "aria-live": "polite" }),
@@ -69,7 +69,7 @@ async function showPoint(row) {
     const place = make("div", { class: "picture" });
     pictures.append(place);
     if (from < to) show(table, from, to, place);
-    else if (table.rows < table.all) place.append(make("p", { class: "soft" }, `Rows of ${name} of this point are left out of this page, or there are none.`));
+    else if (table.rows < table.all) place.append(make("p", { class: "soft" }, `This page has no rows of ${name} for this point; they were left out, or there are none.`));
   }
   for (const table of TABLES.values()) {
     if (PICTURED.includes(table.name) || table.column("point_id") === null) continue;
@@ -161,7 +161,7 @@ function rowsOf(table, from, to) {
   const rows = Array.from({ length: Math.min(to - from, MOST_ROWS) }, (_, i) => from + i);
   const heads = columns.map((column) => column.name);
   const texts = rows.map((row) => columns.map((column) => valueText(table, column, row)));
-  const more = to - from > MOST_ROWS ? `, of which the first ${MOST_ROWS} are here` : "";
+  const more = to - from > MOST_ROWS ? `, the first ${MOST_ROWS} shown` : "";
   return make("details", { open: to - from <= 12 },
     make("summary", {}, `${table.name}: ${plural(to - from, "row")}${more}`),
     plainTable(table.name, heads, texts, (column) => columns[column].kind !== "text"));

@@ -13,8 +13,8 @@ const KEYS = [
   ["arrow keys, on a row of points", "go to other rows"],
   ["Enter, on a row of points", "select the point and show it on the map"],
   ["drag, in a plot", "zoom"],
-  ["double click, in a plot", "show all of it again"],
-  ["Tab, Shift+Tab", "go through controls"],
+  ["double click, in a plot", "show the whole plot again"],
+  ["Tab, Shift+Tab", "move between controls"],
   ["?", "this help"],
 ];
 
@@ -28,7 +28,7 @@ function layOut() {
     make("aside", { id: "detail", "aria-label": "The selected point" }));
   document.getElementById("branches").append(
     make("div", { class: "picture-side" }, controls(), plot("Branches"), make("ul", { class: "legend" })),
-    make("aside", { id: "orbit", "aria-label": "The selected orbit", "aria-live": "polite" }, make("p", { class: "soft" }, "Click at an orbit or a bifurcation to see all its columns.")));
+    make("aside", { id: "orbit", "aria-label": "The selected orbit", "aria-live": "polite" }, make("p", { class: "soft" }, "Click an orbit or a bifurcation to see all its columns.")));
   document.getElementById("trajectory").append(controls(), plot("Trajectory"), make("p", { class: "caption" }));
   document.getElementById("tables").append(
     controls(), make("p", { class: "caption", "aria-live": "polite" }), make("div", { class: "empty" }),
@@ -43,7 +43,7 @@ function layOut() {
   if (HEAD.left_out.length > 0) {
     const note = document.getElementById("left-out");
     note.hidden = false;
-    note.textContent = `Left out of this page for want of room: ${HEAD.left_out.join("; ")}. atlas report --most-bytes makes room for more.`;
+    note.textContent = `Left out of this page to limit its size: ${HEAD.left_out.join("; ")}. Raise atlas report --most-bytes to include more.`;
   }
 }
 

@@ -60,7 +60,7 @@ function controls() {
     };
     rows.push(choice(map.curves ? "Over" : "Across", names, String(map.x), other("y", "x"), "across"));
     const up = map.curves ? [["-1", "one curve"], ...names] : names;
-    rows.push(choice(map.curves ? "A curve for each" : "Up", up, String(map.y), other("x", "y"), "up"));
+    rows.push(choice(map.curves ? "Curves by" : "Up", up, String(map.y), other("x", "y"), "up"));
   }
   for (const index of heldAxes()) {
     const axis = grid.axes[index];
@@ -488,9 +488,9 @@ function legend(shown, colours, rows) {
     const others = accompanying().map((axis) => grid.axes[axis].name);
     if (others.length > 0) {
       const joins = drawn.some((group) => group.joined.length > 0);
-      entries.push(make("li", { class: "joins" }, joins ? `lines join points of the same ${others.join(", ")}` : `points differ in ${others.join(", ")} too`));
+      entries.push(make("li", { class: "joins" }, joins ? `lines join points with the same ${others.join(", ")}` : `points also differ in ${others.join(", ")}`));
     }
-    if (left > 0) entries.push(make("li", {}, `and ${plural(left, "curve")} between them, not drawn`));
+    if (left > 0) entries.push(make("li", {}, `and ${plural(left, "curve")} in between, not drawn`));
     entries.push(make("li", { class: "break", "aria-hidden": "true" }));
   }
   if (shown.isMotion || asCurves) {

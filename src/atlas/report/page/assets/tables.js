@@ -20,7 +20,7 @@ async function showTable() {
   const names = [...TABLES.values()].map(({ name, rows }) => [name, `${name} (${count(rows)})`]);
   const filter = make("input", {
     type: "search", id: "filter", value: tables.filter, placeholder: "class=chaotic lambda_max>0.1",
-    title: "Words that a row's texts contain, and conditions: COLUMN=VALUE, COLUMN>VALUE, COLUMN<VALUE, in SI",
+    title: "Words in the texts of a row, and conditions in SI: COLUMN=VALUE, COLUMN>VALUE, COLUMN<VALUE",
     onchange: () => {
       tables.filter = filter.value;
       showTable();

@@ -74,7 +74,8 @@ pub struct ColumnName {
 /// A text that names neither a kind of picture nor a column.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "`{text}` has an element that is neither a number counted from 1 nor a name; write for example harmonics[3], bearing_rms[pinion 1 x]"
+    "`{text}` has an element that is neither a number (counted from 1) nor a name; write for example \
+     harmonics[3], bearing_rms[pinion 1 x]"
 )]
 pub struct NoColumn {
     text: String,

@@ -20,7 +20,7 @@ pub(super) fn draw(what: What, mesh: &MeshCurves) -> Result<Drawn, PlotError> {
         What::Contact => pattern::draw(mesh),
         _ => Err(PlotError::Unfit {
             what,
-            reason: "a folder from `atlas run` or `atlas trace` is needed".into(),
+            reason: "give a folder that `atlas run` or `atlas trace` wrote".into(),
         }),
     }
 }

@@ -43,7 +43,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
         .flat_map(|&r| columns.iter().map(move |&c| (r, c)));
     let most = range(shown.flat_map(|(r, c)| pattern(r, c)).copied())[1].max(f64::MIN_POSITIVE);
     let title = format!("{}: contact pattern", mesh.name);
-    let subtitle = "load of all pairs on a unit of face width; grey: flanks do not touch";
+    let subtitle = "load of all pairs per unit of face width; grey: no contact";
     let mut canvas = Canvas::titled(&title, subtitle);
     let fit =
         |axis: usize, count: usize| (SIZE[axis] - GAP[axis] * (count - 1) as f64) / count as f64;
@@ -58,7 +58,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
                 top,
                 bottom: top + high,
                 across: Axis::linear("mesh phase", "1", [0.0, 1.0]),
-                up: Axis::linear("place / face width", "1", [-0.5, 0.5]),
+                up: Axis::linear("position / face width", "1", [-0.5, 0.5]),
             };
             frame(&mut canvas, &panel, right == 0, down + 1 == rows.len());
             cover(&mut canvas, &panel, &edges, pattern(row, column), most);

@@ -7,11 +7,11 @@ use crate::units::Dimension::{Angle, Length, Ratio, Torque};
 
 #[rustfmt::skip]
 pub(super) const KEYS: &[Key] = &[
-    table("excitation").otherwise("nothing but the mesh excites the drive")
-        .about("What excites the drive besides the changing stiffness of the mesh."),
+    table("excitation").otherwise("only the mesh excites the drive")
+        .about("Excitation of the drive, in addition to the varying stiffness of the mesh."),
     key("excitation.transmission_error", Kind::List("tables"), ANY, r#"[{ harmonic = 1, amplitude = "5 um" }]"#).or("[]")
-        .about("Static transmission error, a table for each harmonic of the mesh frequency: \
-                e = sum of amplitude cos(2 pi harmonic t/T + phase), T the mesh period."),
+        .about("Static transmission error, one table per harmonic of the mesh frequency: e = sum of amplitude cos(2 \
+                pi harmonic t/T + phase), where T is the mesh period."),
     table("excitation.transmission_error.*"),
     integer("excitation.transmission_error.*.harmonic", 1.0, 1000.0, "2")
         .about("Multiple of the mesh frequency."),
@@ -21,8 +21,8 @@ pub(super) const KEYS: &[Key] = &[
         .about("Phase of the cosine at mesh phase 0."),
     key("excitation.coast_transmission_error", Kind::List("tables"), ANY, r#"[{ harmonic = 1, amplitude = "3 um" }]"#)
         .otherwise("`excitation.transmission_error`: an error of position moves both flanks")
-        .about("Static transmission error of the coast flanks, of the sign of that of the drive flanks. Only with \
-                mesh.coast_flank = \"mirrored\"."),
+        .about("Static transmission error of the coast flanks, with the same sign convention as on the drive flanks. \
+                Only with mesh.coast_flank = \"mirrored\"."),
     table("excitation.coast_transmission_error.*"),
     integer("excitation.coast_transmission_error.*.harmonic", 1.0, 1000.0, "2")
         .about("Multiple of the mesh frequency."),
@@ -31,12 +31,12 @@ pub(super) const KEYS: &[Key] = &[
     quantity("excitation.coast_transmission_error.*.phase", Angle, ANY, r#""90 deg""#).or("0")
         .about("Phase of the cosine at mesh phase 0."),
     key("excitation.gear_error", Kind::List("tables"), ANY, r#"[{ shaft = "pinion", order = 1, amplitude = "10 um" }]"#).or("[]")
-        .about("Transmission error of an order of a shaft, a table each: e = sum of amplitude cos(order speed t + phase), \
-                with the speed of that shaft. Order 1 is run-out; its amplitude along the line of action is the \
-                eccentricity. It adds to the other errors, on both flanks."),
+        .about("Transmission error at an order of a shaft, one table per order: e = sum of amplitude cos(order speed \
+                t + phase), with the speed of that shaft. Order 1 is run-out, and its amplitude along the line of \
+                action is the eccentricity. It adds to the other errors on both flanks."),
     table("excitation.gear_error.*"),
     choice("excitation.gear_error.*.shaft", &["pinion", "wheel"], r#""wheel""#)
-        .about("Whose gear it is."),
+        .about("The gear that has the error."),
     integer("excitation.gear_error.*.order", 1.0, 1000.0, "1")
         .about("Multiple of the speed of that shaft."),
     quantity("excitation.gear_error.*.amplitude", Length, NON_NEGATIVE, r#""10 um""#)
@@ -44,30 +44,30 @@ pub(super) const KEYS: &[Key] = &[
     quantity("excitation.gear_error.*.phase", Angle, ANY, r#""90 deg""#).or("0")
         .about("Phase of the cosine at time 0."),
     table("excitation.pitch_deviation").otherwise("none")
-        .about("Cumulative pitch deviations of the gears tooth by tooth: how much later each tooth takes hold than it \
-                should, as the way along the line of action. Between two teeth the error is the trigonometric polynomial through the values, their \
-                mean left out."),
-    key("excitation.pitch_deviation.pinion", Kind::List("lengths, one a tooth"), ANY, r#"["0 um", "2 um", "-1 um"]"#)
+        .about("Cumulative pitch deviations of the gears: how late each tooth engages, as a distance along the line \
+                of action. Between teeth the error is the trigonometric polynomial through these values, without \
+                their mean."),
+    key("excitation.pitch_deviation.pinion", Kind::List("lengths, one per tooth"), ANY, r#"["0 um", "2 um", "-1 um"]"#)
         .otherwise("none")
-        .about("Of the pinion, in the order in which the teeth come into mesh, the first at mesh cycle 0."),
+        .about("Deviations of the pinion, in the order in which its teeth engage. The first tooth engages at mesh cycle 0."),
     quantity("excitation.pitch_deviation.pinion.*", Length, ANY, r#""2 um""#),
-    key("excitation.pitch_deviation.wheel", Kind::List("lengths, one a tooth"), ANY, r#"["0 um", "2 um", "-1 um"]"#)
+    key("excitation.pitch_deviation.wheel", Kind::List("lengths, one per tooth"), ANY, r#"["0 um", "2 um", "-1 um"]"#)
         .otherwise("none")
-        .about("Of the wheel, likewise."),
+        .about("Deviations of the wheel, in the order in which its teeth engage. The first tooth engages at mesh cycle 0."),
     quantity("excitation.pitch_deviation.wheel.*", Length, ANY, r#""2 um""#),
     integer("excitation.table_harmonics", 0.0, 100.0, "10")
-        .otherwise("the error as it is, in the law of the mesh")
-        .about("How many harmonics stand for the error of the loaded flanks that a computed mesh finds; 0 leaves \
-                the error out. run.kernel = \"closed_modes\" needs it."),
+        .otherwise("the exact error, in the law of the mesh")
+        .about("Number of harmonics that represent the transmission error of the loaded flanks in a computed mesh. 0 \
+                omits the error. run.kernel = \"closed_modes\" needs it."),
     key("excitation.torque_ripple", Kind::List("tables"), ANY, r#"[{ shaft = "pinion", order = 2, amplitude = "3 N*m" }]"#).or("[]")
-        .about("Fluctuating torque on a shaft, a table for each order: \
-                T = sum of amplitude cos(order speed t + phase), with the speed of that shaft."),
+        .about("Fluctuating torque on a shaft, one table per order: T = sum of amplitude cos(order speed t + phase), \
+                with the speed of that shaft."),
     table("excitation.torque_ripple.*"),
     choice("excitation.torque_ripple.*.shaft", &["pinion", "wheel"], r#""pinion""#)
-        .about("The shaft that the torque acts on, at the end of its overhang; of a train the driving shaft, or that of the \
-                second gear, which must not run loose on it."),
+        .about("The shaft that the torque acts on, at the end of its overhang. In a train, `pinion` is the driving \
+                shaft and `wheel` the shaft of the second gear. The second gear must not be loose on that shaft."),
     quantity("excitation.torque_ripple.*.order", Ratio, POSITIVE, "2")
-        .about("Multiple of the speed of that shaft; it need not be a whole number."),
+        .about("Multiple of the speed of that shaft. It need not be a whole number."),
     quantity("excitation.torque_ripple.*.amplitude", Torque, NON_NEGATIVE, r#""3 N*m""#)
         .about("Amplitude of the torque."),
     quantity("excitation.torque_ripple.*.phase", Angle, ANY, r#""90 deg""#).or("0")

@@ -17,9 +17,9 @@ const ELASTIC: &str = "none; required with kind = \"flexible\"";
 #[rustfmt::skip]
 pub(super) const KEYS: &[Key] = &[
     table("shafts").otherwise("an error, except with kind = \"modal\"")
-        .about("Material, stations, bearings and pedestals of the shafts. What stands here holds for both \
-                shafts; `[shafts.pinion]` and `[shafts.wheel]` override it key by key. A kind of model \
-                reads what it needs and checks the rest."),
+        .about("Material, stations, bearings and pedestals of the shafts. Keys here apply to both shafts; \
+                `[shafts.pinion]` and `[shafts.wheel]` override them one by one. A kind of model uses the keys that \
+                it needs and checks the others."),
     quantity("shafts.young_modulus", Pressure, POSITIVE, r#""206 GPa""#).otherwise(ELASTIC)
         .about("Young's modulus of the shafts."),
     quantity("shafts.shear_modulus", Pressure, POSITIVE, r#""79 GPa""#).otherwise(ELASTIC)
@@ -27,51 +27,51 @@ pub(super) const KEYS: &[Key] = &[
     quantity("shafts.density", Density, POSITIVE, r#""7850 kg/m^3""#)
         .about("Density of shafts and gear bodies."),
     quantity("shafts.shear_coefficient", Ratio, bounds(0.0, true, 1.0, false), "0.886").or("0.9")
-        .about("Timoshenko's shear coefficient of the shafts' section; 0.9 is usual in rotordynamics for a \
-                solid circle."),
+        .about("Timoshenko's shear coefficient of the shaft section. 0.9 is usual in rotordynamics for a solid \
+                circle."),
     key("shafts.elements", Kind::List("3 integers: overhang, first bearing to gear, gear to second bearing"), ANY, "[3, 5, 7]")
         .of_length(3).otherwise(ELASTIC)
-        .about("Beam elements of each stretch of a shaft. More of them make the highest modes more accurate."),
+        .about("Number of beam elements in each part of a shaft. More elements make the highest modes more accurate."),
     integer("shafts.elements.*", 1.0, 100.0, "5"),
     quantity("shafts.span", Length, POSITIVE, r#""120 mm""#).on_either_shaft()
         .about("Distance between the two bearings."),
     quantity("shafts.overhang", Length, POSITIVE, r#""40 mm""#).on_either_shaft()
-        .about("Length of the free end before the first bearing, which carries the end inertia."),
+        .about("Length of the free end before the first bearing. It carries the end inertia."),
     quantity("shafts.gear_position", Ratio, INSIDE_ONE, "0.45").on_either_shaft()
         .otherwise("none; required with kinds that tilt or bend")
-        .about("Where the gear sits, as a fraction of the span from the first bearing. Off the middle, tilt and \
+        .about("Position of the gear, as a fraction of the span from the first bearing. Off the middle, tilt and \
                 radial motion couple."),
     table("shafts.bearings").on_either_shaft().otherwise("an error, except with kind = \"torsional\"")
-        .about("Linear springs of each bearing. One value holds for both bearings, a pair \
-                `[first, second]` sets them apart."),
+        .about("Linear springs of each bearing. One value applies to both bearings; a pair `[first, second]` gives \
+                different values."),
     quantity("shafts.bearings.x", Stiffness, POSITIVE, r#""1.25e8 N/m""#).or_pair(BOTH).on_either_shaft()
         .about("Radial stiffness along x, the line of centres from pinion to wheel."),
     quantity("shafts.bearings.y", Stiffness, POSITIVE, r#""1e8 N/m""#).or_pair(BOTH).on_either_shaft()
         .about("Radial stiffness along y, across the line of centres."),
     quantity("shafts.bearings.tilt", TiltStiffness, NON_NEGATIVE, r#""2e4 N*m/rad""#).or_pair(BOTH).on_either_shaft()
         .otherwise("none; required with kinds that tilt or bend")
-        .about("Stiffness against tilting of the shaft in the bearing, about x and y alike."),
+        .about("Stiffness against tilting of the shaft in the bearing, the same about x and y."),
     key("shafts.bearings.axial", Kind::List("2 stiffnesses: first bearing, second bearing"), ANY, r#"["1e8 N/m", 0]"#)
         .of_length(2).on_either_shaft().otherwise("none; required with kinds that tilt or bend")
         .about("Stiffness along z, the axis of the shaft. At least one bearing must locate the shaft."),
     quantity("shafts.bearings.axial.*", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#).on_either_shaft(),
     quantity("shafts.bearings.damping_x", Damping, NON_NEGATIVE, r#""400 N*s/m""#).or_pair(BOTH).on_either_shaft().or("0")
-        .about("Damper of the bearing along x, beside its spring. It adds to the modal damping ratios, which stand \
-                for the material. Bearing forces in the results are those of springs and dampers."),
+        .about("Damper of the bearing along x, parallel to its spring. It adds to the modal damping ratios, which \
+                represent the material. Bearing forces in the results are the sum of springs and dampers."),
     quantity("shafts.bearings.damping_y", Damping, NON_NEGATIVE, r#""300 N*s/m""#).or_pair(BOTH).on_either_shaft().or("0")
         .about("Damper of the bearing along y."),
     quantity("shafts.bearings.damping_xy", Damping, ANY, r#""-20 N*s/m""#).or_pair(BOTH).on_either_shaft().or("0")
-        .about("Cross-coupled damping: force along x, against it, per velocity along y."),
+        .about("Cross-coupled damping: opposing force along x per velocity along y."),
     quantity("shafts.bearings.damping_yx", Damping, ANY, r#""-20 N*s/m""#).or_pair(BOTH).on_either_shaft().or("0")
-        .about("Cross-coupled damping: force along y, against it, per velocity along x."),
+        .about("Cross-coupled damping: opposing force along y per velocity along x."),
     quantity("shafts.bearings.cross_xy", Stiffness, ANY, r#""2e6 N/m""#).or_pair(BOTH).on_either_shaft().or("0")
-        .about("Cross-coupled stiffness of a fluid film: force along x, against it, per displacement along y. The \
-                pinion turns from x to y and the wheel from y to x: `cross_xy` = -`cross_yx` drives a whirl in \
-                the sense of running where it is positive on the pinion's shaft, negative on the wheel's."),
+        .about("Cross-coupled stiffness of a fluid film: opposing force along x per displacement along y. The pinion \
+                turns from x to y and the wheel from y to x. With `cross_xy` = -`cross_yx`, a positive value on the \
+                pinion's shaft drives forward whirl; on the wheel's shaft a negative one does."),
     quantity("shafts.bearings.cross_yx", Stiffness, ANY, r#""-2e6 N/m""#).or_pair(BOTH).on_either_shaft().or("0")
-        .about("Cross-coupled stiffness: force along y, against it, per displacement along x."),
+        .about("Cross-coupled stiffness: opposing force along y per displacement along x."),
     table("shafts.pedestals").on_either_shaft().otherwise("an error with kind = \"pedestal\"")
-        .about("What each bearing stands on: a mass on springs to the ground. Only with kind = \"pedestal\"."),
+        .about("Support of each bearing: a mass on springs to the ground. Only with kind = \"pedestal\"."),
     quantity("shafts.pedestals.x", Stiffness, POSITIVE, r#""4e8 N/m""#).or_pair(BOTH).on_either_shaft()
         .about("Stiffness of the pedestal along x, the line of centres."),
     quantity("shafts.pedestals.y", Stiffness, POSITIVE, r#""3e8 N/m""#).or_pair(BOTH).on_either_shaft()
@@ -79,9 +79,9 @@ pub(super) const KEYS: &[Key] = &[
     quantity("shafts.pedestals.mass", Mass, POSITIVE, r#""3 kg""#).or_pair(BOTH).on_either_shaft()
         .about("Mass of the pedestal."),
     table("shafts.<shaft>")
-        .about("What belongs to one shaft: `[shafts.pinion]` drives, `[shafts.wheel]` is driven. Keys of \
-                `[shafts]` that both shafts share (span, overhang, gear_position, bearings, pedestals) may \
-                stand here too and override what stands there."),
+        .about("Keys of one shaft: `[shafts.pinion]` is driving, `[shafts.wheel]` driven. Keys that `[shafts]` shares \
+                (span, overhang, gear_position, bearings, pedestals) may also be given here and override those of \
+                `[shafts]`."),
     quantity("shafts.<shaft>.diameter", Length, POSITIVE, r#""22 mm""#)
         .about("Diameter of the shaft, less than the pitch diameter of its gear."),
     quantity("shafts.<shaft>.inner_diameter", Length, NON_NEGATIVE, r#""10 mm""#).or("0")
@@ -89,10 +89,10 @@ pub(super) const KEYS: &[Key] = &[
     quantity("shafts.<shaft>.end_inertia", Inertia, NON_NEGATIVE, r#""2e-3 kg*m^2""#)
         .about("Polar moment of inertia at the free end of the overhang: motor or driven machine."),
     quantity("shafts.<shaft>.drag", Drag, NON_NEGATIVE, r#""2e-3 N*m*s/rad""#).or("0")
-        .about("Viscous drag on the rotation of this shaft, per its own speed, at the free end of the overhang. It damps \
+        .about("Viscous drag on the rotation of this shaft, per its speed, at the free end of the overhang. It damps \
                 the rotation, and its mean loads the mesh as `drag_torque` does."),
     quantity("shafts.<shaft>.drag_torque", Torque, NON_NEGATIVE, r#""0.4 N*m""#).or("0")
         .about("Constant torque against the rotation of this shaft, at the free end of the overhang. The motor keeps \
-                the speed: drag of the wheel's shaft adds to the mesh force what its base radius makes of it, and \
-                to the motor's torque; drag of the pinion's shaft is met by the motor and loads no tooth."),
+                the speed. Drag on the wheel's shaft adds to the motor's torque, and, divided by the base radius, to \
+                the mesh force. Drag on the pinion's shaft adds to the motor's torque and loads no tooth."),
 ];

@@ -13,12 +13,12 @@ const MOTIONS: [&str; 4] = ["all", "rotation", "lateral", "none"];
 #[rustfmt::skip]
 pub(super) const KEYS: &[Key] = &[
     table("train").otherwise("an error with kind = \"train\"")
-        .about("Shafts with any number of gears, discs and bearings on each, joined by meshes and couplings. Only with \
-                kind = \"train\", instead of [gear] and [shafts]. Places on a shaft are distances from its origin along \
+        .about("Shafts with any number of gears, discs and bearings, joined by meshes and couplings. Only with kind = \
+                \"train\", instead of [gear] and [shafts]. Positions on a shaft are distances from its origin along \
                 its axis."),
     key("train.gears", Kind::List("2 names of gears: driving, driven"), ANY, r#"["z20", "z30"]"#).of_length(2)
-        .about("The pair of the first mesh: [mesh] and [excitation] are about it, its cycles count, and the speed of \
-                a point is that of its first gear. It must be the mesh nearest to the motor."),
+        .about("The pair of the first mesh. [mesh] and [excitation] describe it, its cycles are counted, and the \
+                speed of a point is that of its first gear. It must be the mesh nearest to the motor."),
     key("train.gears.*", Kind::Text, ANY, r#""z20""#),
     quantity("train.rated_torque", Torque, POSITIVE, r#""50 N*m""#)
         .about("Torque of the motor at load 1."),
@@ -34,23 +34,25 @@ pub(super) const KEYS: &[Key] = &[
         .about("Timoshenko's shear coefficient of the shafts' sections."),
 
     key("train.shaft", Kind::List("tables"), ANY, r#"[{ name = "input", gears = [{ name = "z20", at = 0, teeth = 20, module = "3 mm", width = "20 mm" }], motion = "rotation" }]"#)
-        .about("The shafts, a table `[[train.shaft]]` for each."),
+        .about("The shafts, one table `[[train.shaft]]` each."),
     table("train.shaft.*"),
     key("train.shaft.*.name", Kind::Text, ANY, r#""counter""#)
         .about("Name of the shaft."),
     key("train.shaft.*.origin", Kind::List("3 lengths"), ANY, r#"["100 mm", 0, 0]"#).of_length(3).or("[0, 0, 0]")
-        .about("Where in space its first section begins."),
+        .about("Position in space where the first section begins."),
     quantity("train.shaft.*.origin.*", Length, ANY, r#""100 mm""#),
     key("train.shaft.*.direction", Kind::List("3 numbers"), ANY, "[1, 0, 0]").of_length(3).or("[0, 0, 1]")
-        .about("Along its axis, of any length. Spur gears run on parallel axes, bevel gears on axes that meet. The \
-                shaft's own x and y axes are those of space, turned with z into its axis the shortest way."),
+        .about("Direction of the axis, of any length. Spur gears run on parallel axes, bevel gears on axes that \
+                intersect. The x and y axes of the shaft are those of space, turned with z into the axis by the \
+                smallest angle."),
     quantity("train.shaft.*.direction.*", Ratio, ANY, "1"),
     choice("train.shaft.*.motion", &MOTIONS, r#""rotation""#).or(r#""all""#)
-        .about("Which motions are free: `all`, which bearings must hold but for the rotation; `rotation` alone, on rigid \
-                mounts; `lateral`, all but the rotation, which is held at `torque_at`: a shaft that stands still but bends; \
-                `none`. Loose gears on a shaft that only turns or does not move only turn."),
+        .about("Which motions are free. `all`: all of them; bearings must hold all but the rotation. `rotation`: only \
+                the rotation, on rigid mounts. `lateral`: all but the rotation, which is held at `torque_at`; the \
+                shaft bends but does not turn. `none`: no motion. Loose gears on a shaft with `rotation` or `none` \
+                can only turn."),
     key("train.shaft.*.sections", Kind::List("tables"), ANY, r#"[{ length = "120 mm", outer = "30 mm" }]"#).or("[]")
-        .about("Its sections, one behind the other. Without any the shaft is a rigid body that has the inertia of its \
+        .about("Sections of the shaft in order. Without sections the shaft is a rigid body with the inertia of its \
                 discs and gears."),
     table("train.shaft.*.sections.*"),
     quantity("train.shaft.*.sections.*.length", Length, POSITIVE, r#""120 mm""#)
@@ -62,12 +64,13 @@ pub(super) const KEYS: &[Key] = &[
     quantity("train.shaft.*.element", Length, POSITIVE, r#""15 mm""#).otherwise("the outer diameter of each section")
         .about("Longest beam element. Shorter ones make the highest modes more accurate."),
     quantity("train.shaft.*.torque_at", Length, ANY, r#""40 mm""#).or("0")
-        .about("Where the torque of the motor or of the driven machine, and drag, act."),
+        .about("Position where the torque of the motor or of the driven machine, and drag, act."),
     quantity("train.shaft.*.output", Ratio, bounds(0.0, false, 1.0, false), "1").or("0")
-        .about("Part of the motor's power that leaves the train at this shaft, which a mesh or a coupling must turn. The parts \
-                of all shafts add up to 1; where every one is 0 nothing is driven but drag, and `load` is without effect."),
+        .about("Fraction of the motor's power that leaves the train at this shaft. A mesh or a coupling must turn the \
+                shaft. The fractions of all shafts add up to 1. If all are 0, only drag loads the train and `load` \
+                has no effect."),
     quantity("train.shaft.*.drag", Drag, NON_NEGATIVE, r#""2e-3 N*m*s/rad""#).or("0")
-        .about("Viscous drag on the rotation, per the shaft's own speed. Its mean is met by the motor through the meshes."),
+        .about("Viscous drag on the rotation, per the speed of this shaft. The motor supplies its mean through the meshes."),
     quantity("train.shaft.*.drag_torque", Torque, NON_NEGATIVE, r#""0.4 N*m""#).or("0")
         .about("Constant torque against the rotation."),
 
@@ -75,24 +78,24 @@ pub(super) const KEYS: &[Key] = &[
         .about("Rigid bodies on the shaft: flywheels, hubs, a motor."),
     table("train.shaft.*.discs.*"),
     quantity("train.shaft.*.discs.*.at", Length, ANY, r#""40 mm""#)
-        .about("Its place."),
+        .about("Position of the disc."),
     quantity("train.shaft.*.discs.*.polar_inertia", Inertia, NON_NEGATIVE, r#""0.2 kg*m^2""#)
         .about("Moment of inertia about the axis."),
     quantity("train.shaft.*.discs.*.transverse_inertia", Inertia, NON_NEGATIVE, r#""0.1 kg*m^2""#).or("0")
-        .about("Moment of inertia about a diameter. A disc with neither this nor mass stands behind a coupling: it does \
-                not tilt and has no gyroscopic moment."),
+        .about("Moment of inertia about a diameter. A disc with neither this nor mass represents a body behind a \
+                coupling: it does not tilt and has no gyroscopic moment."),
     quantity("train.shaft.*.discs.*.mass", Mass, NON_NEGATIVE, r#""12 kg""#).or("0")
-        .about("Its mass."),
+        .about("Mass of the disc."),
 
     key("train.shaft.*.bearings", Kind::List("tables"), ANY, r#"[{ at = "10 mm", x = "1e8 N/m", y = "1e8 N/m", axial = "1e8 N/m" }]"#).or("[]")
-        .about("The bearings, which stand on the ground."),
+        .about("Bearings between the shaft and the ground."),
     table("train.shaft.*.bearings.*"),
     quantity("train.shaft.*.bearings.*.at", Length, ANY, r#""10 mm""#)
-        .about("Its place."),
+        .about("Position of the bearing."),
     quantity("train.shaft.*.bearings.*.x", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#)
         .about("Radial stiffness along the shaft's x axis."),
     quantity("train.shaft.*.bearings.*.y", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#)
-        .about("Radial stiffness along its y axis."),
+        .about("Radial stiffness along the shaft's y axis."),
     quantity("train.shaft.*.bearings.*.axial", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#).or("0")
         .about("Stiffness along the axis."),
     quantity("train.shaft.*.bearings.*.tilt", TiltStiffness, NON_NEGATIVE, r#""2e4 N*m/rad""#).or("0")
@@ -102,36 +105,36 @@ pub(super) const KEYS: &[Key] = &[
     quantity("train.shaft.*.bearings.*.damping_y", Damping, NON_NEGATIVE, r#""400 N*s/m""#).or("0")
         .about("Damper along y."),
     quantity("train.shaft.*.bearings.*.damping_xy", Damping, ANY, r#""-20 N*s/m""#).or("0")
-        .about("Cross-coupled damping: force along x, against it, per velocity along y."),
+        .about("Cross-coupled damping: opposing force along x per velocity along y."),
     quantity("train.shaft.*.bearings.*.damping_yx", Damping, ANY, r#""-20 N*s/m""#).or("0")
-        .about("Cross-coupled damping: force along y, against it, per velocity along x."),
+        .about("Cross-coupled damping: opposing force along y per velocity along x."),
     quantity("train.shaft.*.bearings.*.cross_xy", Stiffness, ANY, r#""2e6 N/m""#).or("0")
-        .about("Cross-coupled stiffness: force along x, against it, per displacement along y."),
+        .about("Cross-coupled stiffness: opposing force along x per displacement along y."),
     quantity("train.shaft.*.bearings.*.cross_yx", Stiffness, ANY, r#""-2e6 N/m""#).or("0")
-        .about("Cross-coupled stiffness: force along y, against it, per displacement along x."),
+        .about("Cross-coupled stiffness: opposing force along y per displacement along x."),
 
     key("train.shaft.*.gears", Kind::List("tables"), ANY, r#"[{ name = "z20", at = "60 mm", teeth = 20, module = "3 mm", width = "20 mm" }]"#).or("[]")
         .about("The gears on the shaft."),
     table("train.shaft.*.gears.*"),
     key("train.shaft.*.gears.*.name", Kind::Text, ANY, r#""z20""#)
-        .about("Name of the gear, unlike every other one's."),
+        .about("Name of the gear, different from all others."),
     quantity("train.shaft.*.gears.*.at", Length, ANY, r#""60 mm""#)
-        .about("The middle of its face."),
+        .about("Position of the middle of its face."),
     integer("train.shaft.*.gears.*.teeth", 4.0, 1000.0, "20")
         .about("Number of teeth."),
     quantity("train.shaft.*.gears.*.module", Length, POSITIVE, r#""3 mm""#)
-        .about("Module; of a bevel gear that in the middle of its face."),
+        .about("Module. For a bevel gear, the module in the middle of its face."),
     quantity("train.shaft.*.gears.*.width", Length, POSITIVE, r#""20 mm""#)
-        .about("Face width, and the length of the body."),
+        .about("Face width, which is also the length of the body."),
     quantity("train.shaft.*.gears.*.pressure_angle", Angle, bounds(0.0, true, std::f64::consts::FRAC_PI_4, true), r#""25 deg""#).or(r#""20 deg""#)
         .about("Pressure angle of the basic rack."),
     quantity("train.shaft.*.gears.*.profile_shift", Ratio, bounds(-1.0, false, 2.0, false), "0.3").or("0")
         .about("Profile shift coefficient."),
     quantity("train.shaft.*.gears.*.thinning", Length, NON_NEGATIVE, r#""40 um""#).or("0")
-        .about("What each tooth is thinner along its reference circle than the profile shift makes it."),
+        .about("Reduction of tooth thickness along the reference circle, relative to the thickness that the profile shift gives."),
     key("train.shaft.*.gears.*.body", Kind::Table, ANY, r#"{ polar_inertia = "1e-3 kg*m^2" }"#)
         .otherwise("a homogeneous annulus between the shaft's outer diameter and the pitch circle")
-        .about("Inertia of the gear, where it is known."),
+        .about("Inertia of the gear, if it is known."),
     quantity("train.shaft.*.gears.*.body.polar_inertia", Inertia, POSITIVE, r#""1e-3 kg*m^2""#)
         .about("Moment of inertia about the axis."),
     quantity("train.shaft.*.gears.*.body.transverse_inertia", Inertia, NON_NEGATIVE, r#""6e-4 kg*m^2""#).or("0")
@@ -140,12 +143,12 @@ pub(super) const KEYS: &[Key] = &[
         .about("Mass."),
     key("train.shaft.*.gears.*.loose", Kind::Table, ANY, r#"{ x = "2e8 N/m", y = "2e8 N/m", axial = "1e8 N/m", tilt = "1e4 N*m/rad", drag = "1e-4 N*m*s/rad" }"#)
         .otherwise("the gear is fixed to its shaft")
-        .about("Makes it a loose gear, which runs on its shaft on a bearing: a gear of a manual gearbox that is not \
+        .about("Makes the gear loose: it runs on its shaft in a bearing, like a gear of a manual gearbox that is not \
                 engaged."),
     quantity("train.shaft.*.gears.*.loose.x", Stiffness, NON_NEGATIVE, r#""2e8 N/m""#).or("0")
         .about("Radial stiffness of its bearing along the shaft's x axis."),
     quantity("train.shaft.*.gears.*.loose.y", Stiffness, NON_NEGATIVE, r#""2e8 N/m""#).or("0")
-        .about("Radial stiffness along the y axis."),
+        .about("Radial stiffness of its bearing along the shaft's y axis."),
     quantity("train.shaft.*.gears.*.loose.axial", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#).or("0")
         .about("Stiffness along the axis."),
     quantity("train.shaft.*.gears.*.loose.tilt", TiltStiffness, NON_NEGATIVE, r#""1e4 N*m/rad""#).or("0")
@@ -156,23 +159,23 @@ pub(super) const KEYS: &[Key] = &[
         .about("Constant torque of the shaft against the gear's rotation on it."),
 
     key("train.mesh", Kind::List("tables"), ANY, r#"[{ gears = ["z18", "z27"], half_gap = "40 um", stiffness = "3e8 N/m" }]"#).or("[]")
-        .about("Further meshes, a table `[[train.mesh]]` for each; the first one is [mesh]. Each is two contacts, drive \
-                flanks and coast flanks mirrored about the plane of the axes, with a cycle that follows from the numbers of \
-                teeth."),
+        .about("Further meshes, one table `[[train.mesh]]` each; the first mesh is [mesh]. Each is two contacts: \
+                drive flanks, and coast flanks mirrored about the plane of the axes. Its cycle follows from the \
+                numbers of teeth."),
     table("train.mesh.*"),
     key("train.mesh.*.gears", Kind::List("2 names of gears: driving, driven"), ANY, r#"["z18", "z27"]"#).of_length(2)
-        .about("Its gears."),
+        .about("The two gears of the mesh."),
     key("train.mesh.*.gears.*", Kind::Text, ANY, r#""z18""#),
-    quantity("train.mesh.*.half_gap", Length, POSITIVE, r#""40 um""#).otherwise("what the distance of the axes and the thickness of the teeth leave")
+    quantity("train.mesh.*.half_gap", Length, POSITIVE, r#""40 um""#).otherwise("the half gap that the distance of the axes and the tooth thickness give")
         .about("Half of the backlash along the line of action."),
-    quantity("train.mesh.*.stiffness", Stiffness, POSITIVE, r#""3e8 N/m""#).otherwise("none; required unless `levels` stands")
-        .about("Mesh stiffness, or its mean where it has harmonics."),
-    key("train.mesh.*.levels", Kind::List("stiffnesses, one a part of the mesh's cycle"), ANY, r#"["3.4e8 N/m", "2.6e8 N/m"]"#)
+    quantity("train.mesh.*.stiffness", Stiffness, POSITIVE, r#""3e8 N/m""#).otherwise("none; required without `levels`")
+        .about("Mesh stiffness, or its mean if it has harmonics."),
+    key("train.mesh.*.levels", Kind::List("stiffnesses, one per part of the mesh's cycle"), ANY, r#"["3.4e8 N/m", "2.6e8 N/m"]"#)
         .otherwise("none: `stiffness` holds")
-        .about("Stiffness of each of equal parts of the mesh's own cycle, instead of `stiffness`."),
+        .about("Stiffness of each of several equal parts of the cycle of this mesh, instead of `stiffness`."),
     quantity("train.mesh.*.levels.*", Stiffness, POSITIVE, r#""3e8 N/m""#),
     key("train.mesh.*.stiffness_harmonics", Kind::List("tables"), ANY, r#"[{ harmonic = 1, amplitude = "5e7 N/m" }]"#).or("[]")
-        .about("Harmonics of the stiffness over the mesh's own cycle."),
+        .about("Harmonics of the stiffness over the cycle of this mesh."),
     table("train.mesh.*.stiffness_harmonics.*"),
     integer("train.mesh.*.stiffness_harmonics.*.harmonic", 1.0, 100.0, "1")
         .about("Multiple of the frequency of the mesh."),
@@ -181,17 +184,17 @@ pub(super) const KEYS: &[Key] = &[
     quantity("train.mesh.*.stiffness_harmonics.*.phase", Angle, ANY, r#""90 deg""#).or("0")
         .about("Phase of the cosine at phase 0 of the mesh's cycle."),
     quantity("train.mesh.*.coast_symmetry", Ratio, bounds(0.0, false, 1.0, true), "0.3")
-        .otherwise("what the drawing of both gears says")
+        .otherwise("from the drawing of both gears")
         .about("Phase of the mesh's cycle about which the stiffness of the coast flanks mirrors that of the drive flanks."),
     quantity("train.mesh.*.damping", Damping, NON_NEGATIVE, r#""900 N*s/m""#).or("0")
         .about("Damping of the closed contact."),
     quantity("train.mesh.*.friction", Ratio, NON_NEGATIVE, "0.05").or("0")
-        .about("Coulomb friction coefficient. The force turns round at the pitch point by the drawing of the gears, pairs in \
-                contact sharing the load evenly. Bevel gears have none."),
+        .about("Coulomb friction coefficient. The friction force reverses at the pitch point, which the drawing of \
+                the gears gives. Pairs in contact share the load evenly. Bevel gears have no friction."),
     quantity("train.mesh.*.phase", Ratio, ANY, "0.25").or("0")
-        .about("Phase of the mesh's cycle at time 0, in its cycles."),
+        .about("Phase of the mesh's cycle at time 0, in cycles of this mesh."),
     key("train.mesh.*.transmission_error", Kind::List("tables"), ANY, r#"[{ harmonic = 1, amplitude = "3 um" }]"#).or("[]")
-        .about("Transmission error that is imposed on it, the same on both flanks."),
+        .about("Transmission error of this mesh, the same on both flanks."),
     table("train.mesh.*.transmission_error.*"),
     integer("train.mesh.*.transmission_error.*.harmonic", 1.0, 1000.0, "1")
         .about("Multiple of the frequency of the mesh."),
@@ -201,53 +204,53 @@ pub(super) const KEYS: &[Key] = &[
         .about("Phase of the cosine at phase 0 of the mesh's cycle."),
 
     key("train.coupling", Kind::List("tables"), ANY, r#"[{ shafts = ["engine", "input"], twist = "800 N*m/rad" }]"#).or("[]")
-        .about("Springs and dampers between two shafts on one axis, a table `[[train.coupling]]` for each: a coupling, or \
-                with stages the springs of a clutch."),
+        .about("Springs and dampers between two shafts on one axis, one table `[[train.coupling]]` each. Use them for \
+                couplings and, with stages, for the springs of a clutch."),
     table("train.coupling.*"),
     key("train.coupling.*.shafts", Kind::List("2 names of shafts"), ANY, r#"["engine", "input"]"#).of_length(2)
-        .about("The shafts it joins, which turn alike."),
+        .about("The shafts that the coupling joins. They must turn at the same speed."),
     key("train.coupling.*.shafts.*", Kind::Text, ANY, r#""input""#),
     key("train.coupling.*.at", Kind::List("2 lengths"), ANY, r#"["80 mm", 0]"#).of_length(2)
         .otherwise("the end of the first shaft and the beginning of the second")
-        .about("Where it is fixed to them."),
+        .about("Positions where the coupling is fixed to the shafts."),
     quantity("train.coupling.*.at.*", Length, ANY, r#""80 mm""#),
     quantity("train.coupling.*.twist", TiltStiffness, NON_NEGATIVE, r#""800 N*m/rad""#).or("0")
         .about("Stiffness against twist."),
     quantity("train.coupling.*.damping", Drag, NON_NEGATIVE, r#""0.3 N*m*s/rad""#).or("0")
         .about("Damper against twist."),
     quantity("train.coupling.*.radial", Stiffness, NON_NEGATIVE, r#""1e7 N/m""#).or("0")
-        .about("Stiffness across the axis. The places of both shafts must meet then: over a gap its force would have a \
-                moment that nothing bears."),
+        .about("Stiffness across the axis. It requires that both positions coincide in space, since across a gap its \
+                force would create an unbalanced moment."),
     quantity("train.coupling.*.axial", Stiffness, NON_NEGATIVE, r#""1e6 N/m""#).or("0")
         .about("Stiffness along the axis."),
     quantity("train.coupling.*.tilt", TiltStiffness, NON_NEGATIVE, r#""500 N*m/rad""#).or("0")
         .about("Stiffness against bending."),
     key("train.coupling.*.stages", Kind::List("tables"), ANY, r#"[{ gap = "4 deg", stiffness = "1500 N*m/rad" }]"#).or("[]")
-        .about("Further springs against twist that come in behind gaps, to either side: the main stage of a clutch \
-                damper, or its stop. Each is two contacts."),
+        .about("Further springs against twist, each behind a gap to either side: the main stage of a clutch damper, \
+                or its stop. Each is two contacts."),
     table("train.coupling.*.stages.*"),
     quantity("train.coupling.*.stages.*.gap", Angle, NON_NEGATIVE, r#""4 deg""#)
-        .about("Twist, to either side, where the stage comes in."),
+        .about("Twist, to either side, at which the stage engages."),
     quantity("train.coupling.*.stages.*.stiffness", TiltStiffness, POSITIVE, r#""1500 N*m/rad""#)
-        .about("Stiffness that it adds."),
+        .about("Stiffness that the stage adds."),
     quantity("train.coupling.*.stages.*.damping", Drag, NON_NEGATIVE, r#""0.2 N*m*s/rad""#).or("0")
-        .about("Damping that it adds."),
+        .about("Damping that the stage adds."),
 
     key("train.stop", Kind::List("tables"), ANY, r#"[{ shaft = "output", at = 0, direction = [0, 0, 1], gap = "50 um", stiffness = "1e8 N/m" }]"#).or("[]")
-        .about("One-sided springs between a shaft and the ground, a table `[[train.stop]]` for each: an axial stop, a \
-                bearing with clearance."),
+        .about("One-sided springs between a shaft and the ground, one table `[[train.stop]]` each, such as an axial \
+                stop or a bearing with clearance."),
     table("train.stop.*"),
     key("train.stop.*.shaft", Kind::Text, ANY, r#""output""#)
-        .about("The shaft."),
+        .about("The shaft that touches the stop."),
     quantity("train.stop.*.at", Length, ANY, r#""40 mm""#)
-        .about("Its place."),
+        .about("Position of the stop."),
     key("train.stop.*.direction", Kind::List("3 numbers"), ANY, "[0, 0, 1]").of_length(3)
-        .about("From the shaft to the stop, in the shaft's own axes, z along it; of any length."),
+        .about("Direction from the shaft to the stop, in the shaft's axes with z along the shaft. The vector may have any length."),
     quantity("train.stop.*.direction.*", Ratio, ANY, "1"),
     quantity("train.stop.*.gap", Length, ANY, r#""50 um""#)
-        .about("Way to the stop; negative for one that is preloaded."),
+        .about("Distance to the stop. It is negative if the stop is preloaded."),
     quantity("train.stop.*.stiffness", Stiffness, POSITIVE, r#""1e8 N/m""#)
-        .about("Its stiffness."),
+        .about("Stiffness of the stop."),
     quantity("train.stop.*.damping", Damping, NON_NEGATIVE, r#""300 N*s/m""#).or("0")
-        .about("Its damping."),
+        .about("Damping of the stop."),
 ];

@@ -31,12 +31,12 @@ pub(super) fn meshes(
                 DiagnosticKind::OutOfRange,
                 section.span,
                 "train",
-                format!("the train has {count} contacts beside its first mesh"),
+                format!("the train has {count} contacts in addition to its first mesh"),
             )
             .label(format!(
-                "at most {MOST} are accepted: two a mesh, two a stage, one a stop"
+                "at most {MOST} are accepted: two per mesh, two per stage, one per stop"
             ))
-            .remedy("leave some out, or replace stages that act as one"),
+            .remedy("remove some, or combine stages that act as one"),
         );
         return None;
     }
@@ -117,8 +117,11 @@ fn sliding(
 ) -> Option<EvenSharing> {
     let fault = match EvenSharing::new(pair) {
         Ok(pairs) if parallel => return Some(pairs),
-        Ok(_) => "friction turns round at the pitch point, and of bevel gears nobody says when teeth pass it".to_owned(),
-        Err(fault) => format!("the drawing does not say where teeth slide: {fault}"),
+        Ok(_) => {
+            "friction reverses where teeth pass the pitch point, which is unknown for bevel gears"
+                .to_owned()
+        }
+        Err(fault) => format!("the drawing does not determine the direction of sliding: {fault}"),
     };
     issues.push(
         Diagnostic::new(
@@ -127,7 +130,7 @@ fn sliding(
             &table.path_of("friction"),
             fault,
         )
-        .label("of unknown direction")
+        .label("unknown direction")
         .remedy("set friction = 0"),
     );
     None
@@ -193,7 +196,7 @@ pub(super) fn stops(section: &Section, issues: &mut Issues, parts: &Parts) -> Op
                     DiagnosticKind::OutOfRange,
                     table.span_of("direction"),
                     &table.path_of("direction"),
-                    "a stop must stand somewhere".to_owned(),
+                    "the direction of a stop must not be 0".to_owned(),
                 )
                 .label("all three are 0"),
             );

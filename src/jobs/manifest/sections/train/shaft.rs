@@ -85,7 +85,7 @@ fn shaft(
                 DiagnosticKind::OutOfRange,
                 table.span_of("direction"),
                 &table.path_of("direction"),
-                "an axis must point somewhere".to_owned(),
+                "the direction of an axis must not be 0".to_owned(),
             )
             .label("all three are 0"),
         );
@@ -117,7 +117,7 @@ fn own_name(table: &Section, issues: &mut Issues, names: &mut BTreeSet<String>) 
             DiagnosticKind::Inconsistent,
             table.span_of("name"),
             &table.path_of("name"),
-            format!("there is another shaft or gear `{name}`"),
+            format!("another shaft or gear has the name `{name}`"),
         )
         .label("names must differ"),
     );
@@ -240,7 +240,7 @@ fn gear(
                             format!("a gear body between a shaft of {bore} m and the pitch circle of {pitch} m: {error}"),
                         )
                         .label("does not fit on its shaft")
-                        .remedy("check the module and the shaft's diameter, or give the gear's body"),
+                        .remedy("check the module and the shaft's diameter, or give the body of the gear"),
                     );
                     return None;
                 }
