@@ -135,7 +135,10 @@ fn what_a_table_does_not_have_is_not_drawn() {
         "{text}"
     );
     let refusal = refused(folder.path(), &["plot", &file, "--what", "lambda"], 2);
-    assert!(refusal.contains("give a folder that `atlas run`"), "{refusal}");
+    assert!(
+        refusal.contains("give a folder that `atlas run`"),
+        "{refusal}"
+    );
     assert!(refusal.contains("available here: mesh"), "{refusal}");
     let refusal = refused(folder.path(), &["plot", &file, "--what", "contact"], 2);
     assert!(refusal.contains("without a contact pattern"), "{refusal}");

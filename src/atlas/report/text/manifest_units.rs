@@ -37,12 +37,6 @@ pub(super) fn converted(summary: &Summary) -> Summary {
     {
         found.unit.clone_from(&unit.text);
         scale(&mut found.range, unit.factor);
-        if let Some(explanation) = &mut found.transitions {
-            explanation.tolerance *= unit.factor;
-            for one in &mut explanation.all {
-                scale(&mut one.transition.bracket, unit.factor);
-            }
-        }
     }
     shown
 }
