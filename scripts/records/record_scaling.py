@@ -18,7 +18,7 @@ import polars as pl
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 ATLAS = ROOT / "target/release/atlas"
 # Kernel: how often each number of threads is run.
-REPEATS = {"volterra": 3, "spectral": 2}
+REPEATS = {"volterra": 3, "closed_modes": 2}
 # They say where and when a point was computed, not what was found.
 NOT_PHYSICS = ["wall_time", "worker", "numa_node"]
 
