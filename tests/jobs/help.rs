@@ -91,7 +91,7 @@ fn every_subcommand_has_a_manual_page() {
         );
     }
     assert!(
-        pages.contains(&"atlas.1") && pages.contains(&"atlas-table-build.1"),
+        pages.contains(&"atlas.1") && pages.contains(&"atlas-machine-show.1"),
         "{pages:?}"
     );
     let plot = std::fs::read_to_string(folder.join("atlas-plot.1")).unwrap();

@@ -18,9 +18,6 @@ use crate::store::{Fetched, Origin, TableStore};
 use crate::units::{self, Dimension};
 
 /// Arguments of `atlas table`.
-///
-/// Without --misalignment and --torque the gears are aligned under their rated torque. A run computes and
-/// keeps the tables of its own points.
 #[derive(Debug, Args)]
 pub struct TableArgs {
     #[command(flatten)]

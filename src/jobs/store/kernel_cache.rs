@@ -105,13 +105,9 @@ impl KeptTables for KernelArrays {
     }
 }
 
+// A kernel compares the lengths of its arrays with the model.
 impl CacheContent for KernelArrays {
     const KIND: CacheKind = CacheKind::Systems;
-
-    fn fault(&self) -> Option<&'static str> {
-        // A kernel compares the lengths of arrays with its model.
-        None
-    }
 }
 
 impl TableStore {

@@ -25,7 +25,7 @@ use serde_json::Value;
 use strum::IntoStaticStr;
 use thiserror::Error;
 
-use super::file::{partial_file, remove_stale};
+use super::file::partial_file;
 use super::io_fault::{IoFault, Purpose};
 use super::{ProgramRecord, durable};
 use crate::input;
@@ -68,7 +68,9 @@ pub trait CacheContent: Serialize + DeserializeOwned {
     const KIND: CacheKind;
 
     /// Why no program wrote these numbers together; `None` if one may have.
-    fn fault(&self) -> Option<&'static str>;
+    fn fault(&self) -> Option<&'static str> {
+        None
+    }
 }
 
 /// What a table file says about itself.
@@ -387,8 +389,6 @@ impl TableStore {
         let folder = &*self.folder;
         let fault = |path: &Path, action, error| IoFault::new(path, action, Purpose::Tables, error);
         durable::create_folder(folder).map_err(|error| fault(folder, "create", error))?;
-        // What a killed process left unfinished; what cannot be removed does no harm.
-        _ = remove_stale(folder);
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let temporary = partial_file(folder, &format!(".{name}."))
             .map_err(|error| fault(folder, "write", error))?;

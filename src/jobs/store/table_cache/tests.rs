@@ -24,10 +24,6 @@ struct Others(Vec<f64>);
 
 impl CacheContent for Others {
     const KIND: CacheKind = CacheKind::Systems;
-
-    fn fault(&self) -> Option<&'static str> {
-        None
-    }
 }
 
 fn inputs() -> Value {
@@ -127,15 +123,6 @@ fn an_error_of_the_builder_is_handed_on_and_leaves_nothing() {
     let result = store.get_or_build(&inputs(), || Err::<Numbers, _>("no such flank"));
     assert_eq!(result.unwrap_err(), "no such flank");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
-}
-
-#[test]
-fn what_a_killed_process_left_is_removed() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join(".mesh.x.partial"), "left").unwrap();
-    fs::write(folder.path().join("README.md"), "kept").unwrap();
-    fetch(&TableStore::open(folder.path()));
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
 }
 
 #[test]
