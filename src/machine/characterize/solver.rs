@@ -54,8 +54,10 @@ pub fn measure(
         Solver::Volterra => {
             let build = |_| Ok(points().map(drive::volterra).collect());
             let work = |kernel: &Volterra<'_>, counted: &Counters| {
-                let read = counted.windows as f64 * kernel.numbers_per_window() as f64;
-                (kernel.bytes(), Work::new(read, counted, kernel.bytes()))
+                let windows = counted.windows as f64 / counted.cycles as f64;
+                let numbers = windows * kernel.numbers_per_window() as f64;
+                let distinct = (kernel.bytes() as f64).min(8.0 * numbers);
+                (kernel.bytes(), Work { numbers, distinct })
             };
             advance(topology, &starts, teams, pace, build, work)
         }
@@ -74,8 +76,7 @@ pub fn measure(
             };
             let bytes = size_of::<f64>() * built.iter().map(|a| a.values.len()).sum::<usize>();
             let work = |_: &ClosedModes<'_>, counted: &Counters| {
-                let read = closed_modes_reads(campaign.modes, counted);
-                (bytes, Work::new(read, counted, bytes))
+                (bytes, work_of_closed_modes(campaign.modes, counted, bytes))
             };
             advance(topology, &starts, teams, pace, build, work)
         }
@@ -87,25 +88,21 @@ fn tables(error: impl std::error::Error + Send + Sync + 'static) -> MeasurementE
     MeasurementError::Tables(Box::new(error))
 }
 
-/// Numbers that closed modes read: in every block the motion of each pair of coordinates and its part
+/// What closed modes read per cycle: in every block the motion of each pair of coordinates and its part
 /// of the deflection at eight nodes; a dense product at each event, and two per cycle from modes to
 /// eigenvectors and back. Changes of stiffness while closed are not counted.
-fn closed_modes_reads(modes: usize, counted: &Counters) -> f64 {
+fn work_of_closed_modes(modes: usize, counted: &Counters, bytes: usize) -> Work {
     const NODES: usize = 8;
-    let block = (4 + 2 * NODES) * modes;
-    let product = 4 * modes * modes.next_multiple_of(8);
-    let products = counted.events + 2 * counted.cycles;
-    (counted.windows * block as u64 + products * product as u64) as f64
-}
-
-impl Work {
-    /// Of so many numbers read over some cycles, from tables of so many bytes.
-    fn new(read: f64, counted: &Counters, bytes: usize) -> Self {
-        let numbers = read / counted.cycles as f64;
-        Self {
-            numbers,
-            distinct: (bytes as f64).min(8.0 * numbers),
-        }
+    /// Sets of closed contacts of the default drive: a block reads the numbers of one.
+    const SETS: f64 = 9.0;
+    let block = (8 * (4 + 2 * NODES) * modes) as f64;
+    let product = (8 * 4 * modes * modes.next_multiple_of(8)) as f64;
+    let cycles = counted.cycles as f64;
+    let blocks = counted.windows as f64 / cycles;
+    let products = 2.0 + counted.events as f64 / cycles;
+    Work {
+        numbers: (blocks * block + products * product) / 8.0,
+        distinct: blocks.min(SETS) * block + (products * product).min(bytes as f64),
     }
 }
 
@@ -305,7 +302,8 @@ mod tests {
                 let times = measured.times.iter().chain(&measured.gains).flatten();
                 assert!(times.copied().all(|value| value > 0.0));
                 assert!(measured.work.numbers > 0.0);
-                assert!(measured.work.distinct <= measured.bytes as f64);
+                assert!(measured.bytes > 0 && measured.work.distinct > 0.0);
+                assert!(measured.work.distinct <= 8.0 * measured.work.numbers);
             }
         }
     }

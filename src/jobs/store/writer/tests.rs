@@ -1196,7 +1196,7 @@ fn a_file_has_its_name_only_when_whole() {
             .iter()
             .filter(|name| name.ends_with(".partial"))
             .count(),
-        9,
+        8,
         "{partial:?}"
     );
     assert!(
