@@ -154,9 +154,9 @@ pub fn admit(job: &Job, text: &str) -> Result<ChosenPoint, ExitCode> {
 pub fn id(job: &Job, text: &str) -> Result<u64, String> {
     let chosen = choose(job, text).map_err(|errors| joined(&errors))?;
     let same = |point: &PointSpec| {
-        let values = point.axis_values.iter().zip(&chosen.spec.axis_values);
+        let mut values = point.axis_values.iter().zip(&chosen.spec.axis_values);
         (chosen.direction.is_none() || chosen.direction == point.direction)
-            && values.into_iter().all(|(own, typed)| is_near(*own, *typed))
+            && values.all(|(own, typed)| is_near(*own, *typed))
     };
     let found = job.points.iter().find(same);
     found.map(|point| point.point_id).ok_or_else(|| {
