@@ -1,8 +1,8 @@
 //! The kernels of *How Fast Can High-Fidelity Gear Rattle Be Simulated, and Where Does Trajectory Simulation Give Way to
 //! Structure?* (preprint, July 2026), and its measurements.
 //!
-//! [`kernels`] are those that the paper compares: dense propagators on unit steps of the mesh cycle. The program `atlas` has none of
-//! them; `atlas-paper` times them beside its kernels on the paper's cases, and puts them to the checks of `atlas verify`.
+//! [`kernels`] are those that the paper compares: dense propagators on unit steps of the mesh cycle. The program `atlas` does not
+//! use them. `atlas-paper` times them beside the kernels of `atlas` on the paper's cases, and runs the checks of `atlas verify` on them.
 
 pub mod kernels;
 pub mod verify;

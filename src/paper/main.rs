@@ -1,4 +1,4 @@
-//! `atlas-paper`: the paper's kernels timed on its cases, and put to the checks of `atlas verify`.
+//! `atlas-paper` times the paper's kernels on its cases and checks them as `atlas verify` checks those of `atlas`.
 
 // A program prints.
 #![allow(clippy::print_stdout, clippy::print_stderr)]

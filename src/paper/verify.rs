@@ -1,4 +1,4 @@
-//! The paper's kernels before the checks of `atlas verify`.
+//! The checks of `atlas verify`, carried out on the paper's kernels.
 
 use crate::kernels::{DenseError, Dyadic, Fused, Hermite, Spectral};
 use crate::model::Model;
@@ -59,7 +59,7 @@ pub fn checks() -> impl Iterator<Item = Check> {
     all.filter(|check| CHECKS.contains(&check.name))
 }
 
-/// Puts the paper's kernels to the checks. `watch` is shown every check before it starts.
+/// Carries out checks on the paper's kernels. `watch` is called with every check before it starts.
 ///
 /// # Errors
 /// The built-in drives cannot be assembled.

