@@ -298,7 +298,7 @@ fn check_says_what_excites() {
         "excited by",
         "stiffness variation of the mesh",
         "error of the loaded flanks (",
-        "1 imposed harmonic of transmission error (5.000 um)",
+        "1 imposed harmonic of transmission error (5.000 µm)",
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }

@@ -220,7 +220,7 @@ fn other_drives_get_the_structured_kernel() {
     let output = place.run("large", &large);
     assert_eq!(status(&output), 3, "{}", stderr(&output));
     let rows = physics(&place.path("large"), "points.parquet");
-    let remedy = "; or set run.kernel = \\\"volterra\\\", which takes this mesh cycle in";
+    let remedy = "; or set run.kernel = \\\"volterra\\\", which computes this mesh cycle in";
     assert!(rows.contains(&format!("{said}{remedy}")), "{rows}");
 }
 
@@ -257,7 +257,7 @@ fn nearly_defective_systems_go_to_the_structured_kernel() {
     assert_eq!(place.record("auto")["kernels"], records);
     assert_eq!(fs::read_dir(place.path("tables")).unwrap().count(), 1);
     let refused = refused_beside(&place, &auto);
-    let remedy = "or set run.kernel = \\\"volterra\\\", which takes this mesh cycle in";
+    let remedy = "or set run.kernel = \\\"volterra\\\", which computes this mesh cycle in";
     assert!(
         refused.contains(why) && refused.contains(remedy),
         "{refused}"

@@ -157,18 +157,18 @@ mod tests {
         };
         assert_eq!(
             remark(&progress),
-            "30/80 points, 5.00 points/s, about 10 seconds left, 1 failed, 2 not settled"
+            "30/80 points, 5.00 points/s, about 10 seconds left, 1 failed, 2 not converged"
         );
         progress.elapsed = Duration::ZERO;
         assert_eq!(
             remark(&progress),
-            "30/80 points, 0.00 points/s, 1 failed, 2 not settled"
+            "30/80 points, 0.00 points/s, 1 failed, 2 not converged"
         );
         progress.elapsed = Duration::from_secs(4);
         progress.open = true;
         assert_eq!(
             remark(&progress),
-            "30/80 points, more where they differ, 5.00 points/s, 1 failed, 2 not settled"
+            "30/80 points, more where they differ, 5.00 points/s, 1 failed, 2 not converged"
         );
     }
 }

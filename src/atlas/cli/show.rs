@@ -170,7 +170,7 @@ mod tests {
         let message = text(folder.path(), false, false, Colour::Never).unwrap_err();
         assert!(message.starts_with("no results in"), "{message}");
         assert!(
-            message.contains("nothing in it was written by atlas"),
+            message.contains("atlas wrote nothing in it"),
             "{message}"
         );
         assert_eq!(message.lines().count(), 1);

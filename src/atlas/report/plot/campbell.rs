@@ -387,7 +387,7 @@ mod tests {
             "speed [rpm]",
             "frequency [kHz]",
             "2 × mesh",
-            "resonances at the grid ± 10 %:",
+            "resonances within ± 10 % of the grid:",
             "3 with contacts closed",
             "0 with contacts open: grey",
             "6000 rpm: 1 × mesh, mode 1",

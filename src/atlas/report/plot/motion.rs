@@ -302,6 +302,6 @@ mod tests {
         assert_eq!(used, 240.0);
         let texts: Vec<&str> = canvas.texts().collect();
         assert!(texts.contains(&"period 29 (29)"), "{texts:?}");
-        assert!(texts.contains(&"… and 20 more kinds"), "{texts:?}");
+        assert!(texts.contains(&"… and 20 more classes"), "{texts:?}");
     }
 }

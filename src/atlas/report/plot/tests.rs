@@ -225,7 +225,7 @@ fn a_point_that_failed_looks_as_in_the_key() {
     let folder = written([1, 12], SampleKind::Strobe);
     let canvas = one(folder.path(), What::Lambda);
     let texts: Vec<&str> = canvas.texts().collect();
-    assert!(texts.contains(&"at the edge: no λ"), "{texts:?}");
+    assert!(texts.contains(&"at the edge: no λ (1)"), "{texts:?}");
     // The cross of ink, once on the lower edge and once in the key.
     let strokes = canvas.shapes.iter().filter(|shape| match shape {
         Shape::Line {
