@@ -167,7 +167,6 @@ pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
             ),
         });
     }
-    solvers(&mut items, &mut missing, topology, &compact, &scale, limits);
     for size in sizes(8 << 10, largest, scale.steps) {
         let lines = size as usize / LINE;
         // Sweeps of few lines would time the loop.
@@ -191,6 +190,8 @@ pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
         &scale,
         limits,
     );
+    // Last: it takes longest, and the others must not lack its time.
+    solvers(&mut items, &mut missing, topology, &compact, &scale, limits);
     Plan { items, missing }
 }
 

@@ -3,7 +3,7 @@
 use super::super::axis::{Axis, range};
 use super::super::canvas::{Anchor, Canvas, Colour, INK, SOFT};
 use super::super::categories::colour;
-use super::super::panel::{LABEL_SIZE, Panel};
+use super::super::panel::{LABEL_SIZE, Panel, TICK_SIZE};
 use super::bandwidth::threads;
 use super::{Curve, draw_curves, logarithmic, titled};
 use crate::report::plot::picture::Picture;
@@ -27,6 +27,8 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     let usual = usual.unwrap_or(machine.solver[0].key.points);
     let title = "Depth and breadth: modes of a trajectory, points and threads of a campaign";
     let mut canvas = titled(title, machine);
+    let note = "blue: closed_modes, by who reads a copy of its tables";
+    canvas.text([LEFT[0] - 40.0, 66.0], note, TICK_SIZE, SOFT, Anchor::Start);
     let time = |row: &Row| 1.0 / row.figure.value;
 
     let depth = curves(machine, |row| {
@@ -41,10 +43,11 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
         &depth,
     );
 
-    let breadth = curves(machine, |row| {
+    let mut breadth = curves(machine, |row| {
         let wanted = row.key.threads == 1 && row.key.modes == modes;
         wanted.then(|| [row.key.points as f64, time(row)])
     });
+    breadth.retain(|curve| curve.places.len() > 1);
     let head = format!("breadth: points, {modes} modes, one thread");
     times(&mut canvas, LEFT[1], &head, "operating points", &breadth);
 
@@ -75,7 +78,7 @@ fn curves(machine: &Characteristics, place: impl Fn(&Row) -> Option<[f64; 2]>) -
         };
         let name = match row.key.kernel.as_str() {
             "volterra" => "volterra".to_owned(),
-            _ => format!("closed, {}", row.key.tables),
+            _ => row.key.tables.clone(),
         };
         match curves.iter_mut().find(|curve| curve.name == name) {
             Some(curve) => curve.places.push(place),
