@@ -169,10 +169,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let message = text(folder.path(), false, false, Colour::Never).unwrap_err();
         assert!(message.starts_with("no results in"), "{message}");
-        assert!(
-            message.contains("atlas wrote nothing in it"),
-            "{message}"
-        );
+        assert!(message.contains("atlas wrote nothing in it"), "{message}");
         assert_eq!(message.lines().count(), 1);
     }
 
