@@ -8,13 +8,3 @@ pub mod kernels;
 pub mod verify;
 
 use gearatlas_core::{model, numerics, propagate};
-
-#[cfg(test)]
-#[allow(dead_code)]
-#[path = "../core/model/fixtures.rs"]
-mod fixtures;
-#[cfg(test)]
-use gearatlas_core::{
-    model::{Division, Drive, MeshHarmonic, OperatingPoint},
-    structure::ModalStructure,
-};

@@ -121,7 +121,7 @@ fn add_sizes(row: &[f64], through: Option<MatRef<'_, f64>>, sizes: &mut [f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures;
+    use crate::kernels::fixtures;
     use crate::model::{Model, OperatingPoint};
 
     /// Over a hundred stretches of a strongly damped mode no entry leaves its bound, nor is a bound far from the largest

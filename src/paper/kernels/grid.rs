@@ -168,7 +168,7 @@ impl Grid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures;
+    use crate::kernels::fixtures;
     use crate::model::{CoastFlank, Division, Drive, FlankError, OperatingPoint, Stiffness};
 
     fn model(drive: &Drive) -> Model {

@@ -41,6 +41,11 @@ mod steady;
 mod stretch;
 mod waves;
 
+#[cfg(test)]
+#[allow(dead_code)]
+#[path = "../../core/model/fixtures.rs"]
+mod fixtures;
+
 pub use conditioning::Conditioning;
 pub use dyadic::Dyadic;
 pub use error::DenseError;
@@ -49,6 +54,11 @@ pub use hermite::Hermite;
 pub use jumps::PowerJumps;
 pub use matrix::Operator;
 pub use spectral::Spectral;
+
+#[cfg(test)]
+use crate::model::{Division, Drive, MeshHarmonic, OperatingPoint};
+#[cfg(test)]
+use gearatlas_core::structure::ModalStructure;
 
 /// Size of a kernel's tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -56,7 +56,7 @@ fn eigenvalues(block: &Block) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures;
+    use crate::kernels::fixtures;
     use crate::model::OperatingPoint;
 
     /// Rates and mesh frequency \[1/s\] of a rigid pair with an elastic mode \[rad/s\] at a speed \[rad/s\].

@@ -280,7 +280,7 @@ impl Method for SpectralTables<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures;
+    use crate::kernels::fixtures;
     use crate::model::{InitialState, OperatingPoint};
     use crate::propagate::Kernel;
 
