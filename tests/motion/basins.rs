@@ -136,7 +136,7 @@ fn a_slice_along_a_mode_that_is_not_felt_is_explained() {
     for reason in points.text("reason").unwrap() {
         let reason = reason.unwrap();
         assert!(
-            reason.contains("mode 2, which the mesh does not feel"),
+            reason.contains("mode 2 is not possible, because this mode does not deflect the mesh"),
             "{reason}"
         );
     }

@@ -112,10 +112,7 @@ fn advice_is_checked_before_it_is_given() {
     case.2.speed = 1e-5;
     let slow = common::model(&case);
     let told = BuildError::tables(TableError::VaryingStiffness, &slow).to_string();
-    assert!(
-        told.contains("does not help") && told.contains("raise the speed"),
-        "{told}"
-    );
+    assert!(told.contains("does not help"), "{told}");
     // Damaged files are no fault of the model.
     let told = BuildError::tables(TableError::Kept { name: "a" }, &slow).to_string();
     assert!(!told.contains("volterra"), "{told}");

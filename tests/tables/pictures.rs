@@ -103,7 +103,7 @@ fn a_mesh_table_is_drawn_with_units_and_direct_labels() {
     let contact = shown("contact");
     holds(
         &contact,
-        &["load [", "N/m]", "place / face width", "mesh phase"],
+        &["load [", "N/m]", "position / face width", "mesh phase"],
     );
     holds(
         &contact,

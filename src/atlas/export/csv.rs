@@ -217,8 +217,8 @@ mod tests {
             assert_eq!(back.to_bits(), value.to_bits(), "{text}");
         }
         assert_eq!(
-            line(&[Cell::Number(1.5e-5), Cell::Whole(u64::MAX)]),
-            "1.5e-5,18446744073709551615\n"
+            line(&[Cell::Number(1.5e-15), Cell::Whole(u64::MAX)]),
+            "1.5e-15,18446744073709551615\n"
         );
     }
 }

@@ -150,7 +150,7 @@ mod tests {
         for (errno, words) in [
             (28, "is full"),       // ENOSPC
             (122, "is full"),      // EDQUOT
-            (27, "outgrew"),       // EFBIG
+            (27, "exceeds"),       // EFBIG
             (13, "no permission"), // EACCES
             (30, "read-only"),     // EROFS
             (20, "not a folder"),  // ENOTDIR

@@ -171,7 +171,7 @@ mod tests {
         let here = "[mesh]\nhalf_gap = \"16 um\"\n[run] # integrating\ncycles = 3\nkernel = \"volterra\"\n";
         assert_eq!(
             difference(there, here),
-            "what differs (- there, + here):\n  - half_gap = \"15 um\"\n  + half_gap = \"16 um\"\n  + kernel = \"volterra\""
+            "differences (- there, + here):\n  - half_gap = \"15 um\"\n  + half_gap = \"16 um\"\n  + kernel = \"volterra\""
         );
         assert!(difference(there, there).contains("a file that they name"));
         let many: String = (0..40).map(|i| format!("a{i} = 1\n")).collect();

@@ -107,7 +107,9 @@ fn a_wrong_table_fails_and_a_drive_left_out_is_said() {
     let wrong = |part: f64| {
         Candidate::of_tables("closed_modes", move |model| {
             let mut other = model.clone();
-            other.half_gap *= part;
+            for contact in &mut other.contacts {
+                contact.half_gap *= part;
+            }
             let other = Box::leak(Box::new(other));
             Ok(Box::new(ClosedModes::new(
                 other,

@@ -343,11 +343,13 @@ mod tests {
         };
         assert_eq!(
             refused([2, 2]),
-            "a slice through fewer than two modes: both of its modes are mode 3"
+            "a slice needs two different modes, but both are mode 3"
         );
-        assert!(refused([1, 4]).starts_with("a slice along mode 5, but 4 modes"));
+        assert!(refused([1, 4]).starts_with("a slice along mode 5 is not possible: 4 modes"));
         let unfelt = refused([0, 2]);
-        assert!(unfelt.contains("mode 1, which the mesh does not feel"));
+        assert!(
+            unfelt.contains("mode 1 is not possible, because this mode does not deflect the mesh")
+        );
         assert!(unfelt.ends_with("modes 2 … 4"), "{unfelt}");
     }
 }
