@@ -301,9 +301,12 @@ fn a_point_that_meets_a_set_without_a_table_is_computed_anew() {
 /// A run that was interrupted and goes on counts the points of both parts, and its rows are those of one.
 #[test]
 fn an_interrupted_run_takes_the_same_kernels() {
-    let slow = DRIVE.replace("cycles = 50", "settle = false\ncycles = 100000");
-    let slow = slow.replace("[250, 300]", "[250, 300, 310, 320, 330, 340]");
-    let place = two_modes(&slow);
+    // Many points, so that the interrupt comes before the last one.
+    let speeds: Vec<String> = (0..1500)
+        .map(|i| format!("{}", 300.0 + 0.05 * f64::from(i)))
+        .collect();
+    let many = DRIVE.replace("[250, 300]", &format!("[250, {}]", speeds.join(", ")));
+    let place = two_modes(&many);
     let mut command = place.command("parts", &["--json", "--quiet", "--threads", "1"]);
     let mut run = command.stdout(Stdio::piped()).spawn().unwrap();
     let lines = BufReader::new(run.stdout.take().unwrap()).lines();
@@ -328,7 +331,7 @@ fn an_interrupted_run_takes_the_same_kernels() {
     assert_eq!(parts, whole);
     assert_eq!(
         (&whole[0]["points"], &whole[1]["points"]),
-        (&json!(5), &json!(1))
+        (&json!(1500), &json!(1))
     );
 }
 

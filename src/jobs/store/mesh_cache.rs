@@ -224,6 +224,7 @@ mod tests {
         assert!(matches!(error, MeshFetchError::Table(_)), "{error:?}");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
+
     /// Numbers that do not belong together have a right checksum when another hand wrote them.
     #[test]
     fn tables_whose_numbers_do_not_fit_each_other_are_refused() {
@@ -234,7 +235,8 @@ mod tests {
         };
         let table = MeshTable::build(&Flanks::new(&gears()).unwrap(), &inputs, &|_, _| {}).unwrap();
         assert_eq!(table.fault(), None);
-        let changes: [(fn(&mut MeshTable), &str); 9] = [
+        type Change = fn(&mut MeshTable);
+        let changes: [(Change, &str); 9] = [
             (|table| table.breaks.clear(), "axis"),
             (|table| table.breaks.truncate(1), "axis"),
             (|table| table.node.clear(), "axis"),

@@ -99,6 +99,10 @@ impl SweepError {
 ///
 /// # Errors
 /// Threads cannot be started, or results cannot be written; the sweep then stops.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "a job, its places and its watchers"
+)]
 pub fn run(
     job: &Job,
     folder: &Path,

@@ -74,6 +74,7 @@ impl<R> Worked<(bool, R)> {
 ///
 /// # Errors
 /// A preparation failed.
+#[expect(clippy::too_many_arguments, reason = "four steps of a measurement")]
 pub fn work<S, R: Send>(
     topology: &Topology,
     threads: &[HardwareThread],

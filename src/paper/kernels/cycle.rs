@@ -156,6 +156,10 @@ impl CellModel<'_> {
     }
 
     /// Passes one stretch.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the state of the published algorithms"
+    )]
     fn step<M: Method, O: Observer>(
         &self,
         method: &M,
@@ -342,6 +346,10 @@ impl CellModel<'_> {
         closed.or_else(|| changing.next())
     }
 
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the state of the published algorithms"
+    )]
     fn switch<O: Observer>(
         &self,
         position: &Position,

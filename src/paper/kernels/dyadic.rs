@@ -265,6 +265,10 @@ impl Method for DyadicTables {
 
 impl DyadicTables {
     /// The last stretch, shorter than any step of the tables: a polynomial.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the state of the published algorithms"
+    )]
     fn finish(
         &self,
         cell_model: &CellModel<'_>,

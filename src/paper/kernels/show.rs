@@ -110,6 +110,10 @@ fn evaluate(series: &[f64], times: &[f64; 24]) -> [f64; 24] {
 }
 
 /// Shows the first `duration` of a stretch that starts at `time` from the state `start`.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the state of the published algorithms"
+)]
 pub(super) fn show<O: Observer>(
     cell_model: &CellModel<'_>,
     stretch: &Stretch,

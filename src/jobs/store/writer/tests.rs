@@ -528,7 +528,7 @@ fn columns_units_and_descriptions() {
     let more: Vec<&str> = own.lines().filter(|line| !full.contains(*line)).collect();
     assert_eq!(more.len(), 2, "{more:?}");
     assert!(
-        more[0].contains("by level") && more[1].contains("halved"),
+        more[0].contains("by level") && more[1].contains("halvings"),
         "{more:?}"
     );
 }

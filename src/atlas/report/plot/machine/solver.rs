@@ -54,7 +54,7 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     let gains = curves(machine, |row| {
         let threads = row.key.threads as f64;
         let wanted = row.key.points == usual && row.key.modes == modes;
-        wanted.then(|| [threads, row.key.efficiency * threads])
+        wanted.then_some([threads, row.key.efficiency * threads])
     });
     gain(
         &mut canvas,
