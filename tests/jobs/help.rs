@@ -20,7 +20,7 @@ fn subcommands_are_explained_as_before() {
         text(&["machine", "show", "--help"])
     );
     assert_eq!(text(&["help", "help"]), text(&["help", "--help"]));
-    let output = atlas(".", &["help", "machine", "shwo"]);
+    let output = atlas(".", &["help", "machine", "sho"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(output.stdout.is_empty());
 }

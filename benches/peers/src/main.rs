@@ -23,11 +23,11 @@ mod runge_kutta;
 mod sundials;
 mod vectors;
 
-use gearatlas::propagate::{Stepping, Volterra};
-use gearatlas::reference::Reference;
 use cvode::{Cvode, Method, Vectors};
 use events::Failure;
 use field::Field;
+use gearatlas::propagate::{Stepping, Volterra};
+use gearatlas::reference::Reference;
 use measure::{CYCLES, Problem, Sample};
 use packaged::Packaged;
 use runge_kutta::RungeKutta;

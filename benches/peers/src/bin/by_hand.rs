@@ -15,11 +15,11 @@ mod common;
 #[path = "../hand_written.rs"]
 mod hand_written;
 
+use common::advance::{settled, volterra};
 use gearatlas::analysis::EnergyNorm;
 use gearatlas::manifest;
 use gearatlas::model::{Model, TrajectoryState};
 use gearatlas::propagate::{ClosedModes, Counters, InstructionSet, Kernel, Tangents};
-use common::advance::{settled, volterra};
 use hand_written::HandWritten;
 use serde_json::{Value, json};
 use std::path::Path;
