@@ -10,7 +10,7 @@
 //!
 //! [`PowerJumps`] crosses any number of cycles of constant contact.
 //!
-//! All integrate the augmented state of [`generator`] and share the loop of [`cycle`]: events are
+//! All integrate the augmented state of `generator` and share the loop of `cycle`: events are
 //! located to round-off on the same surfaces, with the same saltation, counters, observers and
 //! limits as every other kernel.
 
