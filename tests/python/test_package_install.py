@@ -25,7 +25,7 @@ for convert in [results.points.to_pandas, results.points.to_polars, lambda: resu
 
 
 def test_a_fresh_environment_shows_a_map(tmp_path):
-    wheels = sorted(WHEELS.glob("atlas_python-*.whl"))
+    wheels = sorted(WHEELS.glob("gearatlas-*.whl"))
     if not wheels:
         pytest.skip("no wheel: scripts/wheel builds it")
     began = time.monotonic()
