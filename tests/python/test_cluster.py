@@ -245,7 +245,7 @@ def test_a_shard_that_is_refused_ends_the_job(place, request, script):
         # No task stays in the queue, and the merge went with the shard that it waited for.
         slurm.wait_for(slurm.idle)
         said = (shard.parent / "logs" / "2.log").read_text()
-    assert "is not the journal of a run like this one" in said
+    assert "is not a journal of this program" in said
     journal.unlink()
     assert "results in" in ended(start(place, DASK, out, "--local=2"))
     assert_same(place, out)

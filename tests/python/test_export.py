@@ -248,5 +248,5 @@ def test_the_package_refuses_what_it_cannot_write(tmp_path):
     chosen = ("--tables", "points", "--columns", "speed")
     assert package_export(sample, tmp_path, "npz", *chosen).returncode == 0
     refused = package_export(sample, tmp_path, "npz", *chosen)
-    assert refused.returncode == 1 and "is there already" in refused.stderr
+    assert refused.returncode == 1 and "already exists" in refused.stderr
     assert package_export(sample, tmp_path, "npz", *chosen, "--overwrite").returncode == 0

@@ -14,7 +14,7 @@ import gearatlas
 from program import ATLAS, ROOT, same_bits
 
 SCRIPT = """
-import sys, time, atlas
+import sys, time, gearatlas
 manifest, out, tables = sys.argv[1:]
 try:
     gearatlas.run(manifest, out, tables=tables, threads=2, progress=False)
@@ -24,7 +24,7 @@ except KeyboardInterrupt:
 """
 
 MAPPING = """
-import sys, time, numpy, atlas
+import sys, time, numpy, gearatlas
 map = gearatlas.CycleMap(gearatlas.load(sys.argv[1]).point())
 states = numpy.tile(map.start(), (1000, 1))
 try:

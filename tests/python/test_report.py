@@ -287,7 +287,7 @@ def test_points_of_a_list_are_joined_only_where_nothing_else_differs(browser, tm
         page.wait_for_function("(over) => map.chart.spec.x.label.startsWith(over) && window.lines.size > 0", arg=over)
         # Two of the four points differ in this axis alone.
         assert [places for _, places in page.evaluate(LINES)] == [2]
-        assert page.inner_text("#map .legend .joins") == f"lines join points of the same {same}"
+        assert page.inner_text("#map .legend .joins") == f"lines join points with the same {same}"
     opened.close()
 
 
