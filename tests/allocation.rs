@@ -8,7 +8,7 @@ mod counting;
 
 use counting::allocations;
 use gearatlas::model::Model;
-use gearatlas::propagate::{Kernel, KernelChoice, KernelTable, KernelUse, TableError};
+use gearatlas::propagate::{ClosedModes, Kernel, KernelChoice, KernelUse, TableError};
 
 /// Most events in a mesh cycle.
 const EVENT_LIMIT: u32 = 1000;
@@ -37,7 +37,7 @@ impl KernelUse for Count<'_> {
 }
 
 fn count(kernel: KernelChoice, model: &Model) -> Result<u64, TableError> {
-    let kept = |table: KernelTable| Ok(Box::new(table.arrays(model)?));
+    let kept = || Ok(Box::new(ClosedModes::arrays(model)?));
     kernel.apply(model, EVENT_LIMIT, kept, Count(model))
 }
 

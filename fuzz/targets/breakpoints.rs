@@ -7,7 +7,7 @@ use gearatlas::model::{
     Release, Stiffness,
 };
 use gearatlas::propagate::{
-    Counters, Event, Kernel, KernelChoice, KernelTable, KernelUse, Observer, Stop, TableError,
+    ClosedModes, Counters, Event, Kernel, KernelChoice, KernelUse, Observer, Stop, TableError,
     Window,
 };
 use gearatlas::structure::{ContactLaw, FlankParticipation, ModalStructure, StructureContact};
@@ -180,7 +180,7 @@ pub fn moved<K: Kernel>(model: &Model, kernel: &K) -> Result<Motion, Stop> {
 /// The motion of a case; an error where its kernel does not take it.
 pub fn motion(case: Case) -> Result<Result<Motion, Stop>, TableError> {
     let model = model(case);
-    let kept = |table: KernelTable| table.arrays(&model).map(Box::new);
+    let kept = || ClosedModes::arrays(&model).map(Box::new);
     KERNELS[case.kernel].apply(&model, EVENT_LIMIT, kept, Passing(&model))
 }
 

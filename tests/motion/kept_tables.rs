@@ -7,9 +7,7 @@ use crate::{common, place};
 use common::Case;
 use common::advance::{Events, advance_with, settled};
 use gearatlas::model::{Model, Stiffness, TrajectoryState};
-use gearatlas::propagate::{
-    ClosedModes, InstructionSet, KeptTables, Kernel, KernelTable, TableError,
-};
+use gearatlas::propagate::{ClosedModes, InstructionSet, KeptTables, Kernel, TableError};
 use gearatlas::store::{Origin, TableStore};
 use gearatlas::sweep::{KernelTables, Parts};
 use gearatlas::topology::Room;
@@ -151,7 +149,7 @@ fn workers_share_one_table() {
     let folder = tempfile::tempdir().unwrap();
     let tables = KernelTables::new(TableStore::open(folder.path()));
     let model = common::model(&common::twenty_modes());
-    let get = || tables.get(KernelTable::Systems, &model).unwrap();
+    let get = || tables.get(&model).unwrap();
     let found: Vec<_> = std::thread::scope(|scope| {
         let workers: Vec<_> = (0..4).map(|_| scope.spawn(get)).collect();
         workers.into_iter().map(|w| w.join().unwrap()).collect()
@@ -165,7 +163,7 @@ fn workers_share_one_table() {
         let mut other = common::twenty_modes();
         other.1.damping *= factor;
         let other = common::model(&other);
-        tables.get(KernelTable::Systems, &other).unwrap();
+        tables.get(&other).unwrap();
     }
     assert!(
         held.upgrade().is_none(),
@@ -178,7 +176,7 @@ fn workers_share_one_table() {
     fs::write(&file, "").unwrap();
     let nowhere = KernelTables::new(TableStore::open(file.join("tables")));
     for _ in 0..2 {
-        nowhere.get(KernelTable::Systems, &model).unwrap();
+        nowhere.get(&model).unwrap();
     }
     assert_eq!(nowhere.warnings().len(), 1, "{:?}", nowhere.warnings());
 }
@@ -189,7 +187,7 @@ fn workers_of_a_node_read_their_own_copy() {
     let folder = tempfile::tempdir().unwrap();
     let tables = KernelTables::new(TableStore::open(folder.path()));
     let model = common::model(&common::twenty_modes());
-    let get = |tables: &KernelTables| tables.get(KernelTable::Systems, &model).unwrap();
+    let get = |tables: &KernelTables| tables.get(&model).unwrap();
     let room = |own_cache| Room {
         free: None,
         own_cache,
@@ -282,7 +280,7 @@ fn speeds_of_a_grid_share_one_file() {
     let mut periods = std::collections::BTreeSet::new();
     for id in 0..80 {
         let model = parts.model(&job.points.at(id)).unwrap();
-        parts.kernels().get(KernelTable::Systems, &model).unwrap();
+        parts.kernels().get(&model).unwrap();
         periods.insert(model.period().to_bits());
     }
     assert_eq!(periods.len(), 10);

@@ -1,8 +1,6 @@
 //! The kernels by name, each with its settings: the one place that tells them apart.
 
-use super::{
-    ClosedModes, InstructionSet, KeptTables, Kernel, Stepping, TableArray, TableError, Volterra,
-};
+use super::{ClosedModes, InstructionSet, KeptTables, Kernel, Stepping, TableError, Volterra};
 use crate::model::Model;
 use serde::Serialize;
 use std::ops::Deref;
@@ -21,25 +19,6 @@ pub enum KernelChoice {
         /// Steps a mesh cycle.
         steps: u32,
     },
-}
-
-/// Tables that are worth keeping.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum KernelTable {
-    /// Eigenvectors of each set of closed contacts, at every speed: of [`ClosedModes`].
-    Systems,
-}
-
-impl KernelTable {
-    /// Computes a table of a model, as arrays.
-    ///
-    /// # Errors
-    /// Tables do not fit the model.
-    pub fn arrays(self, model: &Model) -> Result<Vec<TableArray>, TableError> {
-        match self {
-            Self::Systems => ClosedModes::arrays(model),
-        }
-    }
 }
 
 /// What is done with a kernel, whichever it is.
@@ -72,7 +51,7 @@ impl KernelChoice {
     /// Builds the kernel of a model and uses it.
     ///
     /// * `event_limit`: most events in a mesh cycle before integration stops.
-    /// * `kept`: hands over kept tables.
+    /// * `kept`: gives the tables of [`ClosedModes`], which are worth keeping.
     ///
     /// # Errors
     /// Tables do not fit the model, or kept ones cannot be had.
@@ -80,7 +59,7 @@ impl KernelChoice {
         self,
         model: &Model,
         event_limit: u32,
-        kept: impl Fn(KernelTable) -> Result<T, E>,
+        kept: impl FnOnce() -> Result<T, E>,
         user: U,
     ) -> Result<U::Output, E>
     where
@@ -91,7 +70,7 @@ impl KernelChoice {
         Ok(match self {
             Self::Volterra => user.with(&Volterra::new(model, f64::EPSILON, event_limit)),
             Self::ClosedModes => {
-                let systems = kept(KernelTable::Systems)?;
+                let systems = kept()?;
                 let set = InstructionSet::best();
                 let kernel = ClosedModes::of_kept(model, event_limit, &*systems, set)?;
                 let done = user.with(&kernel);

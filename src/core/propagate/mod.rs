@@ -22,7 +22,7 @@ pub(crate) mod vectors;
 mod volterra;
 
 pub use auto::{KernelSetting, Why};
-pub use choice::{KernelChoice, KernelTable, KernelUse};
+pub use choice::{KernelChoice, KernelUse};
 pub use closed_modes::ClosedModes;
 pub use counters::Counters;
 pub use interrupt::Interruptible;

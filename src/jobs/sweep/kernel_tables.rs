@@ -2,7 +2,7 @@
 //! that share them; on a machine with several NUMA nodes copied where that pays.
 
 use crate::model::Model;
-use crate::propagate::{KernelTable, TableError};
+use crate::propagate::TableError;
 use crate::store::{Fetched, KernelArrays, TableStore};
 use crate::topology::{Room, TABLES_AT_HAND};
 use std::collections::{BTreeSet, HashMap, VecDeque};
@@ -55,15 +55,12 @@ impl KernelTables {
         }
     }
 
-    /// A table of a kernel for a model. Workers that want the same one wait for the one that
+    /// The table of closed modes for a model. Workers that want the same one wait for the one that
     /// computes it.
     ///
     /// # Errors
     /// The kernel cannot be built for the model.
-    pub fn get(&self, table: KernelTable, model: &Model) -> Result<Arc<KernelArrays>, TableError> {
-        if table != KernelTable::Systems {
-            return Ok(Arc::new(table.arrays(model)?.into()));
-        }
+    pub fn get(&self, model: &Model) -> Result<Arc<KernelArrays>, TableError> {
         let path = self.common.store.systems_path(model);
         if let Some(found) = self.found(&path) {
             return Ok(found);

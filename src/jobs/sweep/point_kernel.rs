@@ -4,7 +4,7 @@ use super::build::{BuildError, affordable};
 use super::parts::Parts;
 use crate::manifest::{Job, PointSpec};
 use crate::model::Model;
-use crate::propagate::{ClosedModes, KernelChoice, KernelSetting, KernelTable};
+use crate::propagate::{ClosedModes, KernelChoice, KernelSetting};
 use crate::propagate::{KernelUse, Why};
 use crate::store::{KernelArrays, KernelRecord, PointRow};
 use std::collections::BTreeMap;
@@ -75,9 +75,9 @@ impl PointKernel {
         parts: &Parts,
         user: U,
     ) -> Result<U::Output, BuildError> {
-        let kept = |table| match (&self.systems, table) {
-            (Some(systems), KernelTable::Systems) => Ok(systems.clone()),
-            _ => parts.kernels().get(table, model),
+        let kept = || match &self.systems {
+            Some(systems) => Ok(systems.clone()),
+            None => parts.kernels().get(model),
         };
         let done = self.taken.apply(model, self.event_limit, kept, user);
         done.map_err(|error| BuildError::tables(error, model))
@@ -98,11 +98,7 @@ fn systems(
         ClosedModes::takes(model, &*systems)?;
         Ok(systems)
     };
-    match parts
-        .kernels()
-        .get(KernelTable::Systems, model)
-        .and_then(fits)
-    {
+    match parts.kernels().get(model).and_then(fits) {
         Ok(systems) => Ok((why, Some(systems))),
         Err(error) if error.concerns_the_model() => Ok((Why::Refused(error), None)),
         Err(error) => Err(BuildError::tables(error, model)),
