@@ -2,8 +2,9 @@
 //! Structure?* (preprint, July 2026), and its measurements.
 //!
 //! [`kernels`] are those that the paper compares: dense propagators on unit steps of the mesh cycle. The program `atlas` does not
-//! use them. `atlas-paper` times them beside the kernels of `atlas` on the paper's cases, and runs the checks of `atlas verify` on them.
+//! use them. [`attachment`] replaces modes that a reduction leaves out. `atlas-paper` times them beside the kernels of `atlas` on the paper's cases, and runs the checks of `atlas verify` on them.
 
+pub mod attachment;
 pub mod kernels;
 pub mod verify;
 

@@ -70,6 +70,18 @@ impl<'t> Bases<'t> {
         })
     }
 
+    /// Computes them, with products in single precision.
+    pub fn in_single_precision(model: &Model) -> Result<Self, DenseError> {
+        let rates = Rates::new(model);
+        let states = 2 * Layout::new(model).modes;
+        Self::made(model, |segment, touching| {
+            let own = &model.first_cycle().segments[segment];
+            let generator = Generator::new(model, own, touching);
+            let basis = Basis::new(&generator, &rates, segment, touching)?;
+            Ok(basis.in_single_precision(states))
+        })
+    }
+
     /// Those handed over by [`keep`](Self::keep).
     pub fn read(model: &Model, kept: &mut KeptReader<'t>) -> Result<Self, DenseError> {
         let layout = Layout::new(model);

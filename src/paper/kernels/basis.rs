@@ -24,6 +24,7 @@ use super::exponential;
 use super::generator::{Generator, Layout};
 use super::matrix::{Operator, numbers_of, padded};
 use super::rates::Rates;
+use super::single::SingleOperator;
 use crate::propagate::{KeptReader, KeptWriter, TableError};
 use faer::Mat;
 use num_complex::Complex64;
@@ -44,6 +45,8 @@ pub struct Basis<'t> {
     pub inverse: Operator<'t>,
     /// x from y: W.
     pub matrix: Operator<'t>,
+    /// Both in single precision, if states pass through 32 bits.
+    single: Option<[SingleOperator; 2]>,
     /// Waves; the lanes after them are left to the harmonics that a speed adds.
     pub waves: usize,
     /// α of the waves, in whole lane groups.
@@ -158,6 +161,7 @@ impl<'t> Basis<'t> {
         Ok(Self {
             inverse: Operator::new(form.inverse.as_ref()),
             matrix: Operator::new(form.matrix.as_ref()),
+            single: None,
             waves: form.waves,
             gains: [0, lanes].map(|from| (from..from + lanes).map(seen).collect()),
             slow_gains: (2 * lanes..2 * lanes + m).map(seen).collect(),
@@ -168,6 +172,36 @@ impl<'t> Basis<'t> {
             nu: form.nu,
             conditioning,
         })
+    }
+
+    /// The same basis with products in single precision, for `size` states.
+    pub fn in_single_precision(mut self, size: usize) -> Self {
+        let length = self.length();
+        let round = |operator: &Operator<'_>, rows, columns| {
+            let entry = |i, j| operator.entry(i, j);
+            SingleOperator::new(Mat::from_fn(rows, columns, entry).as_ref())
+        };
+        self.single = Some([
+            round(&self.inverse, length, size),
+            round(&self.matrix, size, length),
+        ]);
+        self
+    }
+
+    /// Takes a state to spectral coordinates.
+    pub fn enter(&self, x: &[f64], y: &mut [f64]) {
+        match &self.single {
+            Some([inverse, _]) => inverse.apply(x, y),
+            None => self.inverse.apply(x, y),
+        }
+    }
+
+    /// Takes spectral coordinates back to a state.
+    pub fn leave(&self, y: &[f64], x: &mut [f64]) {
+        match &self.single {
+            Some([_, matrix]) => matrix.apply(y, x),
+            None => self.matrix.apply(y, x),
+        }
     }
 
     /// Slow coordinates.
@@ -228,6 +262,7 @@ impl<'t> Basis<'t> {
         Ok(Self {
             inverse: operator("inverse", length, size)?,
             matrix: operator("matrix", size, length)?,
+            single: None,
             waves,
             alpha: kept.take("growth", lanes)?.to_vec(),
             nu: kept.take("frequency", lanes)?.to_vec(),

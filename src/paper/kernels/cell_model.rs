@@ -5,6 +5,7 @@ use super::grid::Grid;
 use super::matrix::Operator;
 use super::{DenseError, TableSize};
 use crate::model::{ActiveSet, Model};
+use crate::propagate::events::ROUND_OFF;
 
 /// What all table kernels know of their model.
 #[derive(Debug)]
@@ -21,6 +22,8 @@ pub struct CellModel<'m> {
     /// Whether they are those of every mesh cycle.
     repeats: bool,
     pub event_limit: u32,
+    /// Relative round-off of δ.
+    pub round_off: f64,
     /// Events are put off to the next of so many equal parts of the cycle.
     pub event_grid: Option<u32>,
 }
@@ -75,6 +78,7 @@ impl<'m> CellModel<'m> {
             repeats: (model.lines[0].transmission_error.iter())
                 .all(|h| h.turns_per_cycle.fract() == 0.0),
             event_limit,
+            round_off: ROUND_OFF,
             event_grid,
             grid,
         })

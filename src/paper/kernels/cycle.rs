@@ -11,7 +11,7 @@ use super::matrix::{Operator, dot, reach};
 use super::show::{Picture, show};
 use super::stretch::{Exit, Stretch};
 use crate::model::{ActiveSet, TrajectoryState};
-use crate::propagate::events::{Changes, Margin, ROUND_OFF};
+use crate::propagate::events::{Changes, Margin};
 use crate::propagate::{Counters, Event, FARTHEST, Observer, Stop, Tangents, saltation};
 
 /// How a table kernel crosses a stretch.
@@ -196,7 +196,7 @@ impl CellModel<'_> {
             duration,
             whole,
             crossed: position.crossed.take(),
-            noise: ROUND_OFF * (size + self.model.half_gap),
+            noise: self.round_off * (size + self.model.half_gap),
         };
         if O::WINDOWS {
             w.start.copy_from_slice(&w.state);

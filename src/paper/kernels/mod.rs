@@ -35,6 +35,7 @@ mod matrix;
 mod rates;
 mod series;
 mod show;
+mod single;
 mod spectral;
 mod spectral_table;
 mod steady;
@@ -53,6 +54,7 @@ pub use fused::Fused;
 pub use hermite::Hermite;
 pub use jumps::PowerJumps;
 pub use matrix::Operator;
+pub use single::SingleOperator;
 pub use spectral::Spectral;
 
 #[cfg(test)]

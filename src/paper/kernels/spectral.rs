@@ -24,8 +24,8 @@ use crate::propagate::Counters;
 use crate::propagate::events::Margin;
 use crate::propagate::{KeptReader, KeptTables, TableArray};
 
-/// Round-off of a wave, in units of its size.
-const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
+/// Round-off of a wave over that of δ.
+const OF_A_WAVE: f64 = 0.25;
 
 /// The spectral kernel for one model.
 pub type Spectral<'m> = Dense<'m, SpectralTables<'m>>;
@@ -89,6 +89,23 @@ impl<'m> Spectral<'m> {
         let bases = Bases::read(model, &mut reader)?;
         reader.finish()?;
         let tables = SpectralTables::new(&cell_model, bases)?;
+        Ok(Self { cell_model, tables })
+    }
+
+    /// The kernel with its products in single precision. Everything else keeps 64 bits, the search for events
+    /// too: its tolerance is the round-off of the states. For comparison; `atlas` does not use it.
+    ///
+    /// # Errors
+    /// As for [`Spectral::new`].
+    pub fn in_single_precision(
+        model: &'m Model,
+        cells: u32,
+        event_limit: u32,
+    ) -> Result<Self, DenseError> {
+        let mut cell_model =
+            CellModel::new(model, cells, SpectralTables::REACH, event_limit, None)?;
+        cell_model.round_off *= f64::from(f32::EPSILON) / f64::EPSILON;
+        let tables = SpectralTables::new(&cell_model, Bases::in_single_precision(model)?)?;
         Ok(Self { cell_model, tables })
     }
 
@@ -233,7 +250,7 @@ impl Method for SpectralTables<'_> {
             let bounds = Bounds {
                 second,
                 third,
-                noise: stretch.noise + ROUND_OFF * sums[0],
+                noise: stretch.noise + OF_A_WAVE * cell_model.round_off * sums[0],
             };
             let mut evaluations = 1;
             let end = DeflectionAt {

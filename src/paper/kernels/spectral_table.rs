@@ -283,7 +283,7 @@ impl<'t> SpectralTable<'t> {
         let lanes = self.alpha.len();
         let own = self.basis.slow();
         let carried = &z[self.states..self.states + self.carried];
-        self.basis.inverse.apply(&z[..self.states], &mut at.y);
+        self.basis.enter(&z[..self.states], &mut at.y);
         self.steady.apply_more(carried, &mut at.y);
         for (h, pair) in carried[2..].chunks_exact(2).enumerate() {
             at.y[self.basis.waves + h] = pair[0];
@@ -342,7 +342,7 @@ impl<'t> SpectralTable<'t> {
             let place = self.basis.waves + h;
             pair.copy_from_slice(&[at.y[place], at.y[lanes + place]]);
         }
-        self.basis.matrix.apply(&at.y, z);
+        self.basis.leave(&at.y, z);
         self.response.apply_more(carried, z);
         z[self.states..self.states + self.carried].copy_from_slice(carried);
     }
