@@ -1,7 +1,11 @@
 //! Integrating with any kernel, and what was met on the way.
 
+use super::state_difference;
 use gearatlas::model::{FlankError, InitialState, Model, Stiffness, TrajectoryState};
-use gearatlas::propagate::{Counters, Event, Kernel, Observer, Volterra, Window};
+use gearatlas::propagate::{
+    Counters, Event, Interruptible, Kernel, Observer, Stop, Volterra, Window,
+};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Tolerance of a kernel that works to round-off.
 pub const ROUND_OFF: f64 = f64::EPSILON;
@@ -75,4 +79,62 @@ pub fn mean_equilibrium(model: &Model) -> TrajectoryState {
 /// The state after some cycles from there.
 pub fn settled(model: &Model, cycles: u64) -> TrajectoryState {
     advance(&volterra(model), &mean_equilibrium(model), cycles)
+}
+
+/// Asserts that a kernel follows the structured one to what its own growth of round-off allows, over ten cycles.
+pub fn follows_volterra<K: Kernel>(name: &str, model: &Model, kernel: &K) {
+    let exact = Volterra::new(model, ROUND_OFF, 1000);
+    let mut start = settled(model, 20);
+    let mut compared = 0;
+    for _ in 0..10 {
+        let (mut seen, mut told) = (Events::default(), Events::default());
+        let (end, _) = advance_with(&exact, &start, 1, &mut seen);
+        let (found, _) = advance_with(kernel, &start, 1, &mut told);
+        let moved: Vec<f64> = start.state.iter().map(|x| x * (1.0 + 1e-9)).collect();
+        let beside = TrajectoryState {
+            state: moved,
+            ..start.clone()
+        };
+        let (beside, _) = advance_with(&exact, &beside, 1, &mut Events::default());
+        let gain: f64 = 1e9 * state_difference(model, &beside.state, &end.state);
+        if gain < 1e3 {
+            let off = state_difference(model, &found.state, &end.state);
+            assert!(off < 1e-12 * gain.max(1.0), "{name}: {off:e} {gain:e}");
+            assert_eq!(told.0.len(), seen.0.len(), "{name}");
+            compared += 1;
+        }
+        start = end;
+    }
+    assert!(compared > 3, "{name}: {compared}");
+}
+
+/// Windows shown before the flag that the third raises ends the integration, and of a whole cycle.
+pub fn cut_short<K: Kernel>(model: &Model, kernel: &K) -> [u64; 2] {
+    struct Raising<'a>(u64, &'a AtomicBool);
+    impl Observer for Raising<'_> {
+        const WINDOWS: bool = true;
+
+        fn window(&mut self, _: &Window<'_>) {
+            self.0 += 1;
+            self.1.store(self.0 == 3, Ordering::Relaxed);
+        }
+
+        fn event(&mut self, _: &Event) {}
+    }
+    let flag = AtomicBool::new(false);
+    let never = AtomicBool::new(false);
+    [&flag, &never].map(|watched| {
+        let kernel = Interruptible::new(kernel, watched);
+        let mut raising = Raising(0, &flag);
+        let ended = kernel.advance(
+            1,
+            &mut model.start(&InitialState::Static),
+            &mut kernel.workspace(),
+            &mut raising,
+            &mut Counters::default(),
+        );
+        let off = matches!(ended, Err(Stop::CalledOff { cycle: 0 }));
+        assert_eq!(off, std::ptr::eq(watched, &flag));
+        raising.0
+    })
 }

@@ -213,3 +213,19 @@ pub fn state_difference(model: &Model, a: &[f64], b: &[f64]) -> f64 {
     }
     worst
 }
+
+/// The same drive at other speeds, with other excitation of as many harmonics.
+pub fn other_speeds(case: &Case) -> Vec<Case> {
+    let scaled = [0.2, 0.5, 0.97, 1.0 + 1e-15, 2.0].map(|factor| {
+        let mut case = case.clone();
+        case.2.speed *= factor;
+        case
+    });
+    let mut shaken = case.clone();
+    shaken.1.transmission_error[0].amplitude *= 1.3;
+    shaken.1.transmission_error[0].phase += 0.4;
+    for ripple in &mut shaken.1.torque_ripple {
+        ripple.amplitude *= 0.7;
+    }
+    scaled.into_iter().chain([shaken]).collect()
+}

@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use common::advance::{advance, advance_with, settled, volterra};
+use common::advance::{advance, advance_with, cut_short, settled, volterra};
 use common::{drives, relative_difference};
 use gearatlas::analysis::{
     Class, Effort, EnergyAudit, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, PointOutcome,
@@ -16,13 +16,13 @@ use gearatlas::model::{
 };
 use gearatlas::numerics::random::PointSeed;
 use gearatlas::propagate::{
-    ClosedContact, ClosedModes, Counters, Event, InstructionSet, Interruptible, Kernel, Observer,
-    Stepping, Stop, Tangents, Volterra, Window,
+    ClosedContact, ClosedModes, Counters, Event, InstructionSet, Kernel, Observer, Stepping, Stop,
+    Tangents, Volterra, Window,
 };
 use gearatlas::reference::Reference;
 use gearatlas::structure::ModalStructure;
 use std::f64::consts::TAU;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 /// Keeps all windows.
 #[derive(Default)]
@@ -690,37 +690,6 @@ fn an_integration_ends_within_the_cycle_in_which_it_is_called_off() {
             assert!(shown == 3 && whole > 3, "{name}: {shown} of {whole}");
         }
     }
-}
-
-/// Windows shown before the flag that the third raises ends the integration, and of a whole cycle.
-fn cut_short<K: Kernel>(model: &Model, kernel: &K) -> [u64; 2] {
-    struct Raising<'a>(u64, &'a AtomicBool);
-    impl Observer for Raising<'_> {
-        const WINDOWS: bool = true;
-
-        fn window(&mut self, _: &Window<'_>) {
-            self.0 += 1;
-            self.1.store(self.0 == 3, Ordering::Relaxed);
-        }
-
-        fn event(&mut self, _: &Event) {}
-    }
-    let flag = AtomicBool::new(false);
-    let never = AtomicBool::new(false);
-    [&flag, &never].map(|watched| {
-        let kernel = Interruptible::new(kernel, watched);
-        let mut raising = Raising(0, &flag);
-        let ended = kernel.advance(
-            1,
-            &mut model.start(&InitialState::Static),
-            &mut kernel.workspace(),
-            &mut raising,
-            &mut Counters::default(),
-        );
-        let off = matches!(ended, Err(Stop::CalledOff { cycle: 0 }));
-        assert_eq!(off, std::ptr::eq(watched, &flag));
-        raising.0
-    })
 }
 
 #[test]

@@ -238,7 +238,6 @@ mod tests {
             .map(|id| PointSummary {
                 point_id: id as u64,
                 axis_values: vec![(id / lengths[1]) as f64, (id % lengths[1]) as f64],
-                status: "ok".into(),
                 ..PointSummary::default()
             })
             .collect();

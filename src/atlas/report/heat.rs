@@ -9,7 +9,6 @@ use super::refined::Plane;
 use super::tied::Tied;
 use crate::store::RefinedColumns;
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
 /// Most cells across and down.
 const MOST: [usize; 2] = [24, 64];
@@ -57,7 +56,7 @@ pub struct Map {
     /// Largest exponent met.
     pub(super) largest: f64,
     /// Directions of the sweeps met: where there are two, so many points lie at one place.
-    pub(super) directions: BTreeSet<Option<Arc<str>>>,
+    pub(super) directions: BTreeSet<Option<String>>,
 }
 
 impl Map {

@@ -54,12 +54,16 @@ impl Lifetimes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::point::ChaosLife;
+    use crate::report::point::{ChaosLife, Verdict};
+    use std::sync::Arc;
 
     #[test]
     fn points_are_counted_by_how_many_trajectories_left_chaos() {
         let point = |class: &str, mean: Option<f64>, low: f64| PointSummary {
-            class: Some(class.into()),
+            verdict: Arc::new(Verdict {
+                class: Some(class.into()),
+                ..Verdict::default()
+            }),
             chaos: Some(Box::new(ChaosLife {
                 mean,
                 low,

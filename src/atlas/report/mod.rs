@@ -34,7 +34,7 @@ pub use plot::{
     NEAR_GRID, NoAmount, NoColumn, Picture, PlotError, PlotRequest, Ray, Resonance, USUAL_ORDERS,
     What, drawable, machine_pictures, plot,
 };
-pub use point::{Axis, ChaosLife, ClassCount, PointSummary};
+pub use point::{Axis, ChaosLife, ClassCount, PointSummary, Verdict};
 pub use summary::Summary;
 pub use table_summary::{QuantitySummary, TableSummary};
 pub use text::{Style, render, render_branches};

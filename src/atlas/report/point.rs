@@ -1,6 +1,7 @@
 //! What is a point of a results folder, on which axes does it lie, and how many are alike?
 
 use serde::Serialize;
+use std::ops::Deref;
 use std::sync::Arc;
 
 /// A grid axis with the values met in the file.
@@ -41,29 +42,45 @@ pub struct PointSummary {
     pub point_id: u64,
     /// Value of each axis.
     pub axis_values: Vec<f64>,
-    /// Direction of its sweep, `up` or `down`; absent where points are independent.
-    pub direction: Option<Arc<str>>,
-    /// How the work ended.
-    pub status: Arc<str>,
-    /// Why.
-    pub reason: Arc<str>,
-    /// Kind of motion.
-    pub class: Option<Arc<str>>,
-    /// Its period, where it has one.
-    pub period: Option<u64>,
+    /// How its work ended, and how it moves.
+    #[serde(flatten)]
+    pub verdict: Arc<Verdict>,
     /// Largest exponent \[1/cycle\].
     pub lambda: Option<f64>,
     /// Its standard error.
     pub stderr: Option<f64>,
     /// The twin's exponent.
     pub twin: Option<f64>,
-    /// Whether the two agree.
+    /// How long its chaos lasts; absent where no trajectory was chaotic.
+    pub chaos: Option<Box<ChaosLife>>,
+}
+
+impl Deref for PointSummary {
+    type Target = Verdict;
+
+    fn deref(&self) -> &Verdict {
+        &self.verdict
+    }
+}
+
+/// What a summary says of a point in words. Most points share theirs with many others, which keeps a million of them small.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Hash, Serialize)]
+pub struct Verdict {
+    /// Direction of its sweep, `up` or `down`; absent where points are independent.
+    pub direction: Option<String>,
+    /// How the work ended.
+    pub status: String,
+    /// Why.
+    pub reason: String,
+    /// Kind of motion.
+    pub class: Option<String>,
+    /// Its period, where it has one.
+    pub period: Option<u64>,
+    /// Whether the exponents of the point and of its twin agree.
     pub twin_agrees: Option<bool>,
     /// Whether standard errors were read after as many cycles as their coverage was measured at;
     /// absent where the motion settles.
     pub errors_verified: Option<bool>,
-    /// How long its chaos lasts; absent where no trajectory was chaotic.
-    pub chaos: Option<Box<ChaosLife>>,
 }
 
 impl PointSummary {

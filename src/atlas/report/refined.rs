@@ -107,7 +107,6 @@ mod tests {
         PointSummary {
             point_id: nested.number(place) as u64,
             axis_values: place.map(|along| 10.0 * along as f64).to_vec(),
-            status: "ok".into(),
             ..PointSummary::default()
         }
     }

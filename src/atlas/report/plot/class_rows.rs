@@ -116,12 +116,16 @@ fn at_least_seen([left, right]: [f64; 2]) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::point::Verdict;
+    use std::sync::Arc;
 
     fn point(at: f64, class: &str) -> PointSummary {
         PointSummary {
             axis_values: vec![at],
-            status: "ok".into(),
-            class: Some(class.into()),
+            verdict: Arc::new(Verdict {
+                class: Some(class.into()),
+                ..Verdict::default()
+            }),
             ..PointSummary::default()
         }
     }

@@ -9,7 +9,9 @@ use std::sync::Arc;
 use crate::input::printable;
 use crate::report::error::ReportError;
 use crate::report::lifetimes::Lifetimes;
-use crate::report::point::{Axis, CHAOTIC, ChaosLife, ClassCount, PointSummary, TRANSIENT_CHAOS};
+use crate::report::point::{
+    Axis, CHAOTIC, ChaosLife, ClassCount, PointSummary, TRANSIENT_CHAOS, Verdict,
+};
 use crate::store::{ResultTable, TableKind};
 
 /// Points listed of each kind; the others are counted.
@@ -60,9 +62,8 @@ pub(super) fn scan(
     let known = head.columns()?;
     let known = |name: &&str| known.iter().any(|column| column.name == **name);
     let with_evidence = EVIDENCE.iter().all(known);
-    let mut words = HashSet::new();
     ResultTable::scan(folder, TableKind::Points, &columns, |part| {
-        let points = read_points(folder, part, with_evidence, &mut words)?;
+        let points = read_points(folder, part, with_evidence)?;
         let (cycles, time) = (part.u64("cycles")?, part.f64("wall_time")?);
         let (residual, attractors) = (part.f64("energy_residual")?, part.u64("attractors")?);
         let extra = (0..points.len()).map(|row| Extra {
@@ -159,6 +160,7 @@ pub(super) struct Census {
     pub(super) coexisting: Vec<PointSummary>,
     /// Values met on each axis.
     values: Vec<Values>,
+    verdicts: Verdicts,
     pub(super) all: Option<Vec<PointSummary>>,
 }
 
@@ -183,6 +185,7 @@ impl Census {
             troubled: Leading::default(),
             coexisting: Vec::new(),
             values: (0..axes).map(|_| Values::default()).collect(),
+            verdicts: Verdicts::default(),
             all: keep.then(Vec::new),
         }
     }
@@ -199,7 +202,7 @@ impl Census {
             {
                 self.worst_energy = Some((point.point_id, residual));
             }
-            *self.statuses.entry(point.status.to_string()).or_insert(0) += 1;
+            *self.statuses.entry(point.status.clone()).or_insert(0) += 1;
             count_class(&mut self.classes, point);
             self.with_exponent += usize::from(point.lambda.is_some());
             self.with_twin += usize::from(point.twin_agrees.is_some());
@@ -225,10 +228,12 @@ impl Census {
             }
         }
         if let Some(all) = &mut self.all {
-            // Reasons and lives are told of the few points listed above; those of all take more memory than all else.
-            let none: Arc<str> = Arc::default();
+            // Only the few points listed above keep their reasons and lives: those of all take more memory than all else.
             all.extend(points.into_iter().map(|point| PointSummary {
-                reason: none.clone(),
+                verdict: self.verdicts.shared(Verdict {
+                    reason: String::new(),
+                    ..(*point.verdict).clone()
+                }),
                 chaos: None,
                 ..point
             }));
@@ -252,6 +257,21 @@ impl Census {
                 values: values.finish(),
             });
         Ok(axes.collect())
+    }
+}
+
+/// Verdicts that points share.
+#[derive(Default)]
+struct Verdicts(HashSet<Arc<Verdict>>);
+
+impl Verdicts {
+    fn shared(&mut self, verdict: Verdict) -> Arc<Verdict> {
+        if let Some(known) = self.0.get(&verdict) {
+            return known.clone();
+        }
+        let new = Arc::new(verdict);
+        self.0.insert(new.clone());
+        new
     }
 }
 
@@ -290,17 +310,7 @@ fn read_points(
     folder: &Path,
     table: &ResultTable,
     with_evidence: bool,
-    words: &mut HashSet<Arc<str>>,
 ) -> Result<Vec<PointSummary>, ReportError> {
-    // Most points have the same words; each is kept once.
-    let mut shared = |word: &str| match words.get(word) {
-        Some(known) => known.clone(),
-        None => {
-            let word: Arc<str> = word.into();
-            words.insert(word.clone());
-            word
-        }
-    };
     let axes: Vec<(String, Vec<Option<f64>>)> = table
         .axes()?
         .into_iter()
@@ -325,27 +335,27 @@ fn read_points(
     };
     (0..table.rows())
         .map(|row| {
-            let axis_values = axes
-                .iter()
-                .map(|(name, values)| {
-                    let value = values[row].filter(|value| value.is_finite());
-                    value.ok_or_else(|| incomplete(name))
-                })
-                .collect::<Result<_, _>>()?;
+            let mut axis_values = Vec::with_capacity(axes.len());
+            for (name, values) in &axes {
+                let value = values[row].filter(|value| value.is_finite());
+                axis_values.push(value.ok_or_else(|| incomplete(name))?);
+            }
             let (errors_verified, chaos) = evidence[row].clone();
             Ok(PointSummary {
                 point_id: ids[row].ok_or_else(|| incomplete("point_id"))?,
                 axis_values,
-                direction: directions[row].as_deref().map(&mut shared),
-                status: shared((statuses[row].as_deref()).ok_or_else(|| incomplete("status"))?),
-                reason: reasons[row].as_deref().unwrap_or_default().into(),
-                class: classes[row].as_deref().map(&mut shared),
-                period: periods[row],
+                verdict: Arc::new(Verdict {
+                    direction: directions[row].clone(),
+                    status: (statuses[row].clone()).ok_or_else(|| incomplete("status"))?,
+                    reason: reasons[row].clone().unwrap_or_default(),
+                    class: classes[row].clone(),
+                    period: periods[row],
+                    twin_agrees: agrees[row],
+                    errors_verified,
+                }),
                 lambda: lambda[row],
                 stderr: stderr[row],
                 twin: twin[row],
-                twin_agrees: agrees[row],
-                errors_verified,
                 chaos,
             })
         })

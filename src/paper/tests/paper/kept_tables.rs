@@ -1,10 +1,10 @@
 //! Tables that are handed over and taken back: do they give the bits of tables just computed, for every load, gap and speed
 //! that they serve, and are those of another model refused?
 
-use crate::common::advance::{Events, advance_with, settled};
+use crate::common::advance::{Events, advance_with, follows_volterra, settled};
 use crate::common::{self, Case};
 use gearatlas::model::TrajectoryState;
-use gearatlas::propagate::{KeptTables, Kernel, TableArray, TableError, Volterra};
+use gearatlas::propagate::{KeptTables, Kernel, TableArray, TableError};
 use gearatlas_paper::kernels::{DenseError, Dyadic, Fused, Spectral};
 
 const CELLS: u32 = 60;
@@ -58,22 +58,6 @@ fn a_kept_table_gives_the_bits_of_a_new_one() {
     }
 }
 
-/// The same drive at other speeds, with other excitation of as many harmonics.
-fn others(case: &Case) -> Vec<Case> {
-    let scaled = [0.2, 0.5, 0.97, 1.0 + 1e-15, 2.0].map(|factor| {
-        let mut case = case.clone();
-        case.2.speed *= factor;
-        case
-    });
-    let mut shaken = case.clone();
-    shaken.1.transmission_error[0].amplitude *= 1.3;
-    shaken.1.transmission_error[0].phase += 0.4;
-    for ripple in &mut shaken.1.torque_ripple {
-        ripple.amplitude *= 0.7;
-    }
-    scaled.into_iter().chain([shaken]).collect()
-}
-
 /// Bases of one speed are those of every other, to the last bit, and a kernel that uses them at
 /// another speed follows the structured one as one with bases of its own would.
 #[test]
@@ -81,37 +65,11 @@ fn bases_serve_every_speed_and_excitation() {
     for (name, case) in common::drives() {
         let own = common::model(&case);
         let arrays = Spectral::arrays(&own).unwrap();
-        for other in others(&case) {
+        for other in common::other_speeds(&case) {
             let model = common::model(&other);
             assert_eq!(Spectral::arrays(&model).unwrap(), arrays, "{name}");
             let kernel = Spectral::of_kept(&model, CELLS, 1000, None, &arrays).unwrap();
-            let exact = Volterra::new(&model, f64::EPSILON, 1000);
-            let mut start = settled(&model, 20);
-            let mut compared = 0;
-            for _ in 0..10 {
-                let (mut seen, mut told) = (Events::default(), Events::default());
-                let (end, _) = advance_with(&exact, &start, 1, &mut seen);
-                let (found, _) = advance_with(&kernel, &start, 1, &mut told);
-                let moved: Vec<f64> = start.state.iter().map(|x| x * (1.0 + 1e-9)).collect();
-                let beside = TrajectoryState {
-                    state: moved,
-                    ..start.clone()
-                };
-                let (beside, _) = advance_with(&exact, &beside, 1, &mut Events::default());
-                let gain: f64 = 1e9 * common::state_difference(&model, &beside.state, &end.state);
-                if gain < 1e3 {
-                    let off = common::state_difference(&model, &found.state, &end.state);
-                    assert!(
-                        off < 1e-12 * gain.max(1.0),
-                        "{name} {}: {off:e} {gain:e}",
-                        other.2.speed
-                    );
-                    assert_eq!(told.0.len(), seen.0.len(), "{name}");
-                    compared += 1;
-                }
-                start = end;
-            }
-            assert!(compared > 3, "{name} {}: {compared}", other.2.speed);
+            follows_volterra(name, &model, &kernel);
         }
     }
 }

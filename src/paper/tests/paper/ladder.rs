@@ -481,3 +481,29 @@ fn work_seen_in_windows_closes_the_energy_balance() {
         assert_eq!(advance(kernel, &start, 20), end, "{name}");
     });
 }
+
+/// Products in 32 bits find the events of a cycle, with errors of 32 bits and no less.
+#[test]
+fn single_precision_keeps_the_events() {
+    for case in [common::six_modes(), common::forty_modes()] {
+        let model = common::model(&case);
+        let single = Spectral::in_single_precision(&model, CELLS, 1000).unwrap();
+        let mut start = settled(&model, 40);
+        let mut found_events = 0;
+        for _ in 0..10 {
+            let (mut exact, mut found) = (Events::default(), Events::default());
+            let (end, _) = advance_with(&volterra(&model), &start, 1, &mut exact);
+            let (other, _) = advance_with(&single, &start, 1, &mut found);
+            assert_eq!(found.0.len(), exact.0.len());
+            for (a, b) in found.0.iter().zip(&exact.0) {
+                let late = (a.time - b.time).abs() / model.period();
+                assert!(late < 1e-4 && a.to == b.to, "{late:e}");
+            }
+            let off = state_difference(&model, &other.state, &end.state);
+            assert!((1e-9..1e-3).contains(&off), "{off:e}");
+            found_events += found.0.len();
+            start = end;
+        }
+        assert!(found_events > 10, "{found_events}");
+    }
+}
