@@ -44,9 +44,9 @@ pub(super) const KEYS: &[Key] = &[
     quantity("excitation.gear_error.*.phase", Angle, ANY, r#""90 deg""#).or("0")
         .about("Phase of the cosine at time 0."),
     table("excitation.pitch_deviation").otherwise("none")
-        .about("Cumulative pitch deviations of the gears: how late each tooth engages, as a distance along the line \
-                of action. Between teeth the error is the trigonometric polynomial through these values, without \
-                their mean."),
+        .about("Cumulative pitch deviations of the gears: the delay of each tooth, as a distance along the line of \
+                action. Between teeth the error is the trigonometric polynomial through these values, without their \
+                mean."),
     key("excitation.pitch_deviation.pinion", Kind::List("lengths, one per tooth"), ANY, r#"["0 um", "2 um", "-1 um"]"#)
         .otherwise("none")
         .about("Deviations of the pinion, in the order in which its teeth engage. The first tooth engages at mesh cycle 0."),
@@ -64,8 +64,8 @@ pub(super) const KEYS: &[Key] = &[
                 with the speed of that shaft."),
     table("excitation.torque_ripple.*"),
     choice("excitation.torque_ripple.*.shaft", &["pinion", "wheel"], r#""pinion""#)
-        .about("The shaft that the torque acts on, at the end of its overhang. In a train, `pinion` is the driving \
-                shaft and `wheel` the shaft of the second gear. The second gear must not be loose on that shaft."),
+        .about("Shaft on which the torque acts, at the end of its overhang. In a train, `pinion` is the driving shaft \
+                and `wheel` the shaft of the second gear. The second gear must not be loose on that shaft."),
     quantity("excitation.torque_ripple.*.order", Ratio, POSITIVE, "2")
         .about("Multiple of the speed of that shaft. It need not be a whole number."),
     quantity("excitation.torque_ripple.*.amplitude", Torque, NON_NEGATIVE, r#""3 N*m""#)
