@@ -380,11 +380,11 @@ fn tables_that_cannot_be_used_are_made_anew() {
         };
         let warning = warning.as_str().unwrap();
         assert!(
-            warning.contains(said) && warning.ends_with(": it is computed anew"),
+            warning.contains(said) && warning.ends_with("; the table is computed again"),
             "{name}: {warning}"
         );
         assert_eq!(
-            stderr(&output).matches("computed anew").count(),
+            stderr(&output).matches("computed again").count(),
             1,
             "{}",
             stderr(&output)
@@ -407,7 +407,7 @@ fn tables_that_cannot_be_kept_stay_in_memory() {
     let [warning] = &warnings.as_array().unwrap()[..] else {
         panic!("{warnings}")
     };
-    let said = "a computed table is not kept for the next run";
+    let said = "a computed table cannot be kept for the next run";
     assert!(warning.as_str().unwrap().starts_with(said), "{warning}");
     let told = stderr(&output);
     assert_eq!(told.matches(said).count(), 1, "{told}");
