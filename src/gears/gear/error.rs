@@ -66,7 +66,7 @@ pub enum GearError {
     },
     /// The rounding of the rack's tip is larger than the tip.
     #[error(
-        "the rack's tip radius of {tip_radius} modules does not fit on its tip; it must be at most {limit:.4}"
+        "the rack's tip radius of {tip_radius} modules does not fit on the rack's tip; it must be at most {limit:.4}"
     )]
     RackTip {
         /// Tip radius in modules.
@@ -202,7 +202,7 @@ pub enum GearError {
     },
     /// A point that is not on the flank.
     #[error(
-        "the {course} of gear {gear} has a point at {:.4} mm, off its flank, which reaches from {:.4} to {:.4} mm; remove it",
+        "the {course} of gear {gear} has a point at {:.4} mm, but the flank reaches from {:.4} to {:.4} mm; remove the point",
         1e3 * place, 1e3 * from, 1e3 * to
     )]
     PointOffFlank {

@@ -55,7 +55,7 @@ pub enum ShaftError {
     },
     /// A stretch of shaft was given no element.
     #[error(
-        "{stretch} has no element; give it at least one (more elements make the highest modes more accurate)"
+        "{stretch} has no beam element; give it at least one (more elements make the highest modes more accurate)"
     )]
     NoElement {
         /// Which stretch of the shaft.
@@ -86,7 +86,7 @@ pub enum ShaftError {
     },
     /// A freedom was tied to one that is not free, or to itself.
     #[error(
-        "a freedom of node {node} is tied to a freedom of node {master} that is itself tied; tie it to a free one"
+        "a degree of freedom of node {node} is tied to a degree of freedom of node {master} that is itself tied; tie it to a free one"
     )]
     TiedToBound {
         /// Node of the tied freedom.
@@ -137,12 +137,13 @@ pub enum ShaftError {
     },
     /// The mass matrix is not positive definite.
     #[error(
-        "the mass matrix is not positive definite: a freedom has no inertia; give it one or constrain it"
+        "the mass matrix is not positive definite: a degree of freedom has no inertia; give it inertia or constrain it"
     )]
     MassNotPositiveDefinite,
     /// The parts of a gear body do not lie outside of one another.
     #[error(
-        "gear {gear}: {inside} has a diameter of {inner} m and {outside} one of {outer} m, which must be larger; see gear.hub_diameter and gear.rim_diameter"
+        "gear {gear}: the diameter of {outside} is {outer} m, but must be greater than the diameter of {inside}, \
+         {inner} m; correct gear.hub_diameter or gear.rim_diameter"
     )]
     BodyParts {
         /// 1 = pinion, 2 = wheel.
@@ -207,15 +208,15 @@ pub enum ShaftError {
         ratio: f64,
     },
     /// The eigensolver gave up.
-    #[error("the symmetric eigensolver did not converge on {size} freedoms")]
+    #[error("the symmetric eigensolver did not converge on {size} degrees of freedom")]
     NoConvergence {
         /// Order of the problem.
         size: usize,
     },
     /// What loads deflect beyond the computed modes was not found.
     #[error(
-        "the deflection of the bearings beyond the {modes} computed modes was not found, because the \
-         iteration did not converge; compute more modes"
+        "the iteration for the deflection of the bearings beyond the {modes} computed modes did not converge; compute \
+         more modes"
     )]
     NoStaticShape {
         /// Modes computed.
@@ -223,8 +224,8 @@ pub enum ShaftError {
     },
     /// A computed mode does not satisfy its equation.
     #[error(
-        "mode {mode} of {size} freedoms violates its equation by {residual:.1e} of its terms, which is more \
-         than round-off: the eigensolver has failed; use fewer elements or fewer modes"
+        "mode {mode} of {size} degrees of freedom violates its equation by {residual:.1e} of its terms, which is more \
+         than round-off: the eigensolver failed; use fewer elements or fewer modes"
     )]
     Residual {
         /// Mode, from 1.

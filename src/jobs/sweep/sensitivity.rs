@@ -84,7 +84,7 @@ pub enum SensitivityError {
     #[error(transparent)]
     Build(#[from] BuildError),
     /// The motion has no kind.
-    #[error("the point does not settle, so there is nothing to differentiate: {reason}")]
+    #[error("the point does not settle, so its results cannot be differentiated: {reason}")]
     Unsettled {
         /// Why not.
         reason: String,

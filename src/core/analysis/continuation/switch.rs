@@ -24,7 +24,7 @@ pub enum NoBranch {
     #[error(transparent)]
     Orbit(#[from] NoOrbit),
     /// It finds nothing but the branch that the bifurcation lies on.
-    #[error("every nearby orbit lies on the branch where the bifurcation is")]
+    #[error("every nearby orbit lies on the branch of the bifurcation")]
     OnlyKnown,
 }
 

@@ -69,7 +69,8 @@ pub enum TrainError {
     },
     /// Two ways through the train that give a shaft different speeds.
     #[error(
-        "`{body}` would have to turn at {} and at {} times the speed of the first gear: the train locks; check the numbers of teeth",
+        "the train locks: two meshes require `{body}` to turn at {} and at {} times the speed of the first gear; \
+         check the numbers of teeth",
         speeds[0], speeds[1]
     )]
     Locked {
@@ -79,7 +80,9 @@ pub enum TrainError {
         speeds: [f64; 2],
     },
     /// A mesh drives a shaft whose rotation is held.
-    #[error("`{body}` is driven, but its `motion` does not let it turn")]
+    #[error(
+        "`{body}` is driven, but its `motion` prevents its rotation; set motion = \"all\" or \"rotation\""
+    )]
     Held {
         /// The shaft.
         body: String,
@@ -94,7 +97,7 @@ pub enum TrainError {
     },
     /// Power leaves where nothing brings any.
     #[error(
-        "power leaves at shaft `{shaft}`, but no mesh and no coupling turns it; give its `output` to a shaft that turns"
+        "shaft `{shaft}` has an `output`, but no mesh and no coupling turns it; give this `output` to a shaft that turns"
     )]
     Idle {
         /// The shaft.
