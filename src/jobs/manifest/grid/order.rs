@@ -129,7 +129,7 @@ fn fault(
         return Some((
             DiagnosticKind::Inconsistent,
             match changing == name {
-                true => format!("a state cannot be carried along `{name}`: it {why}"),
+                true => format!("a state cannot be carried along `{name}`: this axis {why}"),
                 false => format!(
                     "a state cannot be carried along `{name}`: `{changing}`, tied to it, {why}"
                 ),

@@ -21,7 +21,7 @@ pub(super) const KEYS: &[Key] = &[
                 stiffness. It computes the eigenvectors of each set of closed contacts once for all loads and, \
                 without gyroscopic terms, all speeds. If the sets are few, `tables/` keeps them. `stepping` takes \
                 fixed steps."),
-    integer("run.steps", 16.0, 1e6, "8192").or("4096").because("all are kept: 60 bytes per step for every point in work")
+    integer("run.steps", 16.0, 1e6, "8192").or("4096").because("every point being computed needs 60 bytes of memory per step")
         .about("Number of steps per mesh cycle with kernel = \"stepping\". More steps make the result more accurate. \
                 Only with this kernel."),
     choice("run.instructions", &["auto", "portable"], r#""portable""#).or(r#""auto""#)
