@@ -30,13 +30,13 @@ pub struct PlanArgs {
     manifest: ManifestArgs,
     #[command(flatten)]
     threads: Threads,
-    /// Estimate only part i of n, as `atlas run --shard i/n` computes it.
+    /// Estimate only part i of n, as `atlas run --shard i/n` computes it [default: all points].
     #[arg(long, value_name = "i/n", value_parser = super::run_args::parse_shard)]
     pub shard: Option<Shard>,
-    /// Results of `atlas machine` for this machine [default: results/machine-HOST if present].
+    /// Read the results of `atlas machine` for this machine from this folder [default: results/machine-HOST if present].
     #[arg(long, value_name = "DIR")]
     pub machine: Option<PathBuf>,
-    /// Also estimate the run on the machine that these results of `atlas machine` describe.
+    /// Also estimate the run on another machine, from the folder with its results of `atlas machine`.
     #[arg(long, value_name = "DIR")]
     pub on: Option<PathBuf>,
     #[command(flatten)]

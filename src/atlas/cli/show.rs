@@ -22,12 +22,12 @@ pub struct ShowArgs {
     /// Print the attractors that probes found, branch by branch along the last axis.
     #[arg(long, conflicts_with = "json")]
     pub branches: bool,
-    /// When to use colours.
+    /// Choose when to use colours.
     #[arg(long, value_enum, default_value_t = Colour::Auto, value_name = "WHEN")]
     pub color: Colour,
 }
 
-/// When to use colours.
+/// Choose when to use colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Colour {
     /// On a terminal, unless NO_COLOR is set.
