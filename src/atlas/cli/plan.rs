@@ -143,8 +143,8 @@ impl Machines {
         let there = args.on.as_ref().map(read).transpose()?;
         if there.is_some() && here.is_none() {
             return Err(
-                "--on compares with this machine, which has no measurements; run `atlas machine --quick` \
-                 here, or name its folder with --machine"
+                "--on needs measurements of this machine, and there are none; run `atlas machine --quick` here, or \
+                 give their folder with --machine"
                     .to_owned(),
             );
         }
@@ -184,7 +184,7 @@ impl Measured {
         };
         let noise = |rate: &MachineRate| match rate.quiet {
             true => "",
-            false => ", on a machine that was busy",
+            false => ", while the machine was busy",
         };
         let mut text = String::new();
         if let Some(here) = &self.here {
@@ -252,7 +252,7 @@ fn text(job: &Job, found: &Forecast, topology: Option<Source>) -> String {
     ));
     if found.cut_short > 0 {
         let cut = format!(
-            "{} of these points took too long and were stopped",
+            "{} of these points were stopped because they took too long",
             found.cut_short
         );
         lines.push(("", cut));

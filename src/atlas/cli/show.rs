@@ -123,7 +123,7 @@ pub(super) fn instead(folder: &Path) -> String {
             "no results in `{here}`: it holds measurements of `atlas machine`; `atlas machine show {here}` prints them"
         ),
         Contents::Tables => format!(
-            "no results in `{here}`: it holds computed tables; `atlas show {here}/FILE` shows what a file of it holds"
+            "no results in `{here}`: it holds computed tables; `atlas show {here}/FILE` shows the content of a file"
         ),
         Contents::Folders(names) => {
             const MOST: usize = 12;

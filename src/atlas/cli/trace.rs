@@ -207,7 +207,7 @@ fn summary(
             (
                 "skipped",
                 format!(
-                    "{} mesh cycles, {} of them at once because contact was certain to last",
+                    "{} mesh cycles, {} of them in one step because contact was certain to last",
                     question.skip, outcome.jumped
                 ),
             ),
