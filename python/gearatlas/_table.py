@@ -119,7 +119,7 @@ class Table:
         axes: list[str] = json.loads(self.metadata["axes"])
         values = self[name]
         if values.ndim != 1:
-            raise ValueError(f"{name} holds lists; choose a column of single values")
+            raise ValueError(f"column `{name}` contains lists; choose a column of single values")
         ways = self["direction"] if "direction" in self.columns else np.full(self.rows, None)
         known = sorted({way for way in ways if way is not None})
         if direction is None and len(known) > 1:
