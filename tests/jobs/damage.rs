@@ -131,7 +131,7 @@ fn a_table_that_is_gone_cut_or_changed_is_named_by_all_that_read_it() {
             (Some(&bytes[..bytes.len() - 1]), "were written"),
             (Some(&bytes[..0]), "it has 0 bytes"),
             (Some(&longer[..]), "were written"),
-            (Some(&flipped[..]), "differ from those written"),
+            (Some(&flipped[..]), "differ from the written bytes"),
         ] {
             fs::remove_file(&path).unwrap();
             damaged

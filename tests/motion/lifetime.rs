@@ -172,7 +172,7 @@ fn the_life_of_transient_chaos_is_within_its_interval() {
                         "{left:?}"
                     );
                     assert_eq!(lyapunov.method, LyapunovMethod::Multipliers);
-                    assert!(found.reason.contains("left chaos, whose mean life is"));
+                    assert!(found.reason.contains("left chaos; its mean life is"));
                 }
                 None => {
                     let lambda = lyapunov.exponents[0];

@@ -243,8 +243,8 @@ fn errors_warning(summary: &Summary) -> Option<String> {
     let unverified = summary.unverified_points;
     (unverified > 0).then(|| {
         format!(
-            "standard errors of {unverified} of {} that do not settle are not verified; set \
-             run.cycles to {} or more and analyses.lyapunov.effort = \"verified\"",
+            "standard errors are not verified for {unverified} of {} that do not settle; set run.cycles to {} or more \
+             and analyses.lyapunov.effort = \"verified\"",
             plural(summary.with_evidence, "point"),
             Effort::Verified.first_look()
         )

@@ -67,7 +67,7 @@ fn words(detail: &str, spot: &str, unclosed: bool) -> (String, String) {
     } else if detail.starts_with("string values must be quoted") {
         let quoted = spot.trim();
         return (
-            "a text needs quotes".to_owned(),
+            "texts must be in quotes".to_owned(),
             format!("write \"{quoted}\""),
         );
     } else if detail.starts_with("invalid basic string, expected `\"`") {

@@ -32,7 +32,7 @@ pub fn basins_table() -> Table<CellRow> {
         u32 "period", "mesh cycles", row.cell.class.as_ref()?.period(),
             "Period of steady_contact and periodic motion";
         bool "in_full", "", row.cell.in_full,
-            "Whether the motion was investigated like a probe; false if it approached a known orbit or ended early";
+            "Whether the motion was measured like a probe; false if it approached a known orbit or ended early";
         u64 "cycles", "mesh cycles", row.cell.cycles, "Mesh cycles integrated";
     ])
 }

@@ -67,6 +67,6 @@ pub fn transitions_table(axis: &AxisColumn) -> Table<TransitionRow> {
         f64 "to_deflection_rms", "m", row.transition.jump?[1].rms[0], "RMS of the deflection about its mean \
                                                                        after a jump; null for other changes";
         u32 "trials", "1", row.transition.trials,
-            "Points computed between those of the grid to narrow the bracket; 0 without refinement";
+            "Number of points added between points of the grid to narrow the bracket; 0 without refinement";
     ])
 }

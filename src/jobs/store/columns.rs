@@ -159,7 +159,7 @@ fn motion_columns() -> Vec<Column<PointRow>> {
         f64 "chaos_lifetime_high", "mesh cycles", row.outcome.chaos.as_ref()?.interval().1,
             "Upper end of the 95 % interval of chaos_lifetime; null if none left";
         u64 "chaos_cycles", "mesh cycles", row.outcome.chaos.as_ref()?.cycles,
-            "Chaotic mesh cycles of all trajectories together, including those in which branches separate from their pilot";
+            "Chaotic mesh cycles of all trajectories together, including the cycles in which new trajectories separate from the first one";
         u32 "chaos_exits", "1", row.outcome.chaos.as_ref()?.exits,
             "Number of trajectories that left chaos";
         text "ended_on", "", row.outcome.chaos.as_ref()?.ended_on.as_deref(),

@@ -31,7 +31,7 @@ pub enum Damage {
     },
     /// It has other bytes.
     #[error(
-        "its bytes differ from those written (BLAKE3 {}… instead of {}…)",
+        "its bytes differ from the written bytes (BLAKE3 {}… instead of {}…)",
         .found.get(..8).unwrap_or(found), .written.get(..8).unwrap_or(written)
     )]
     Changed {

@@ -91,9 +91,9 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         list "deflection_peak_quantiles", "m", found.deflection_peak_quantiles,
             &format!("Largest |deflection - mean| within a mesh cycle{PEAKS}"), error.deflection_peak_quantiles;
         f64 "deflection_crest", "1", found.deflection_crest,
-            &format!("Largest |deflection - mean| over deflection_rms; {SEEN}");
+            &format!("Largest |deflection - mean| divided by deflection_rms; {SEEN}");
         f64 "deflection_kurtosis", "1", found.deflection_kurtosis,
-            "Fourth central moment over squared variance", error.deflection_kurtosis;
+            "Fourth central moment divided by the squared variance", error.deflection_kurtosis;
         list "harmonics", "m", found.harmonics,
             "Amplitude of the deflection at mesh orders 1, 2, ...", error.harmonics;
         list "suborders", "m", found.suborders,

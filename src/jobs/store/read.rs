@@ -161,7 +161,7 @@ impl ResultTable {
             if !self.metadata.is_empty() && metadata.get("units") != self.metadata.get("units") {
                 Err(StoreError::Foreign {
                     path: file,
-                    detail: "its columns differ from those of the other shards".into(),
+                    detail: "its columns differ from the columns of the other shards".into(),
                 })?;
             }
             self.metadata = metadata;

@@ -402,7 +402,7 @@ fn before(chaos: &ChaosOutcome) -> String {
         all => format!("all {all} trajectories left chaos"),
     };
     format!(
-        "{who}, whose mean life is {lifetime:.0} cycles ({low:.0} to {:.0})",
+        "{who}; its mean life is {lifetime:.0} cycles ({low:.0} to {:.0})",
         high.unwrap_or(f64::INFINITY)
     )
 }

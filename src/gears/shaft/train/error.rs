@@ -114,7 +114,8 @@ pub enum TrainError {
     },
     /// A mesh whose cycles have no short common period with the first one's.
     #[error(
-        "the mesh of `{}` and `{}` has {p} cycles in {q} of the first mesh: more than 1000 make the base period too long; choose other numbers of teeth",
+        "the mesh of `{}` and `{}` has {p} cycles in {q} cycles of the first mesh, but at most 1000 are allowed; \
+         choose other numbers of teeth",
         gears[0], gears[1]
     )]
     LongPeriod {
@@ -127,7 +128,8 @@ pub enum TrainError {
     },
     /// Meshes whose cycles have no short common period together.
     #[error(
-        "the meshes whose stiffness varies recur together after {cycles} cycles of the first mesh: more than 10000 make the base period too long; choose numbers of teeth with common divisors, or a constant stiffness"
+        "the meshes with a varying stiffness repeat together only after {cycles} cycles of the first mesh, but at \
+         most 10000 are allowed; choose numbers of teeth with common divisors, or a constant stiffness"
     )]
     LongTogether {
         /// Cycles of the first mesh; the largest number where they are more.
@@ -193,8 +195,8 @@ pub enum TrainError {
     },
     /// A coupling with a stiffness across the axis between places that do not meet.
     #[error(
-        "the coupling joins shafts `{}` and `{}` across a gap of {gap:.3e} m, where its radial stiffness \
-         would create an unbalanced moment; choose `at` where the shafts meet, or lengthen one of them",
+        "the coupling joins shafts `{}` and `{}` across a gap of {gap:.3e} m, where its radial stiffness would create \
+         an unbalanced moment; choose positions `at` that coincide in space, or lengthen one of the shafts",
         shafts[0], shafts[1]
     )]
     CouplingGap {

@@ -179,7 +179,7 @@ impl Key for SolverKey {
             u64 "modes", "1", row.key.modes, "Modes";
             u64 "points", "1", row.key.points, "Operating points per thread, computed in turn";
             u64 "threads", "1", row.key.threads, "Threads";
-            u64 "table_bytes", "B", row.key.table_bytes, "Bytes of one table";
+            u64 "table_bytes", "B", row.key.table_bytes, "Size of one table";
             f64 "efficiency", "1", row.key.efficiency, "Rate divided by the rate of one thread and by the number of threads";
         ]
     }

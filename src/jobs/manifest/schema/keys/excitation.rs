@@ -56,7 +56,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Deviations of the wheel, in the order in which its teeth engage. The first tooth engages at mesh cycle 0."),
     quantity("excitation.pitch_deviation.wheel.*", Length, ANY, r#""2 um""#),
     integer("excitation.table_harmonics", 0.0, 100.0, "10")
-        .otherwise("the exact error, in the law of the mesh")
+        .otherwise("none: the law of the mesh contains the exact error")
         .about("Number of harmonics that represent the transmission error of the loaded flanks in a computed mesh. 0 \
                 omits the error. run.kernel = \"closed_modes\" needs it."),
     key("excitation.torque_ripple", Kind::List("tables"), ANY, r#"[{ shaft = "pinion", order = 2, amplitude = "3 N*m" }]"#).or("[]")

@@ -59,9 +59,9 @@ pub(super) const KEYS: &[Key] = &[
                 point determine its random direction. The displacement lets a sweep leave an orbit that has become \
                 unstable. 0 carries the state unchanged. Only if `grid.order` carries the state."),
     table("grid.refine").otherwise("the grid is computed as given")
-        .about("Adds points between those of the grid where results change. A cell is divided into four if its \
-                corners differ. The same rule holds for its parts. Needs two axes with several values, each `{ from, \
-                to, count }`. All points start from `run.initial`."),
+        .about("Adds points to the grid where results change. A cell is divided into four if its corners differ. The \
+                same rule holds for its parts. Needs two axes with several values, each `{ from, to, count }`. All \
+                points start from `run.initial`."),
     integer("grid.refine.levels", 1.0, 20.0, "7")
         .about("Largest number of halvings of the intervals of both axes."),
     key("grid.refine.by", Kind::List("words"), ANY, r#"["class", "lambda_max"]"#).or(r#"["class", "period"]"#)

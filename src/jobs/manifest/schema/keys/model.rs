@@ -47,7 +47,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Damping ratio of this mode."),
     key("model.gyroscopic", Kind::Boolean, ANY, "true").or("false")
         .about("Include gyroscopic moments of tilting shafts and gear bodies. They couple tilts about x and y in \
-                proportion to speed. Without them, as usual in models of gear rattle, the modes are those of the \
+                proportion to speed. Without them, as usual in models of gear rattle, the modes are the modes of the \
                 drive at rest and stay uncoupled. They matter if polar inertia times speed approaches transverse \
                 inertia times the frequency of a tilting mode. The end inertia is behind a coupling, so it does not \
                 tilt and has no gyroscopic moment."),

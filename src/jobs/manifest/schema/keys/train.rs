@@ -63,7 +63,7 @@ pub(super) const KEYS: &[Key] = &[
     quantity("train.shaft.*.sections.*.inner", Length, NON_NEGATIVE, r#""10 mm""#).or("0")
         .about("Inner diameter."),
     quantity("train.shaft.*.element", Length, POSITIVE, r#""15 mm""#).otherwise("the outer diameter of each section")
-        .about("Longest beam element. Shorter ones make the highest modes more accurate."),
+        .about("Longest beam element. Shorter elements make the highest modes more accurate."),
     quantity("train.shaft.*.torque_at", Length, ANY, r#""40 mm""#).or("0")
         .about("Position where the torque of the motor or of the driven machine, and drag, act."),
     quantity("train.shaft.*.output", Ratio, bounds(0.0, false, 1.0, false), "1").or("0")
@@ -83,8 +83,8 @@ pub(super) const KEYS: &[Key] = &[
     quantity("train.shaft.*.discs.*.polar_inertia", Inertia, NON_NEGATIVE, r#""0.2 kg*m^2""#)
         .about("Moment of inertia about the axis."),
     quantity("train.shaft.*.discs.*.transverse_inertia", Inertia, NON_NEGATIVE, r#""0.1 kg*m^2""#).or("0")
-        .about("Moment of inertia about a diameter. A disc with neither this nor mass represents a body behind a \
-                coupling: it does not tilt and has no gyroscopic moment."),
+        .about("Moment of inertia about a diameter. A disc without this inertia and without mass represents a body \
+                behind a coupling: it does not tilt and has no gyroscopic moment."),
     quantity("train.shaft.*.discs.*.mass", Mass, NON_NEGATIVE, r#""12 kg""#).or("0")
         .about("Mass of the disc."),
 
@@ -186,7 +186,8 @@ pub(super) const KEYS: &[Key] = &[
         .about("Phase of the cosine at phase 0 of the mesh's cycle."),
     quantity("train.mesh.*.coast_symmetry", Ratio, bounds(0.0, false, 1.0, true), "0.3")
         .otherwise("from the drawing of both gears")
-        .about("Phase of the mesh's cycle about which the stiffness of the coast flanks mirrors that of the drive flanks."),
+        .about("Phase of the mesh's cycle about which the stiffness of the drive flanks is mirrored to give the \
+                stiffness of the coast flanks."),
     quantity("train.mesh.*.damping", Damping, NON_NEGATIVE, r#""900 N*s/m""#).or("0")
         .about("Damping of the closed contact."),
     quantity("train.mesh.*.friction", Ratio, NON_NEGATIVE, "0.05").or("0")
@@ -227,8 +228,8 @@ pub(super) const KEYS: &[Key] = &[
     quantity("train.coupling.*.tilt", TiltStiffness, NON_NEGATIVE, r#""500 N*m/rad""#).or("0")
         .about("Stiffness against bending."),
     key("train.coupling.*.stages", Kind::List("tables"), ANY, r#"[{ gap = "4 deg", stiffness = "1500 N*m/rad" }]"#).or("[]")
-        .about("Further springs against twist, each behind a gap to either side: the main stage of a clutch damper, \
-                or its stop. Each is two contacts."),
+        .about("Further springs against twist, each with a gap to either side, such as the main stage of a clutch \
+                damper, or its stop. Each spring is two contacts."),
     table("train.coupling.*.stages.*"),
     quantity("train.coupling.*.stages.*.gap", Angle, NON_NEGATIVE, r#""4 deg""#)
         .about("Twist, to either side, at which the stage engages."),
