@@ -125,7 +125,7 @@ class Table:
         if direction is None and len(known) > 1:
             raise ValueError("the sweep has both directions; choose direction='up' or direction='down'")
         if direction is not None and direction not in known:
-            raise ValueError(f"no sweep has the direction {direction!r}; directions are {known or 'none'}")
+            raise ValueError(f"no sweep has the direction {direction!r}; the directions are {known or 'none'}")
         kept = (ways == direction) if direction is not None else np.full(self.rows, True)
         places = [np.unique(self[axis], return_inverse=True) for axis in axes]
         kind: Any = float if values.dtype.kind in "fiu" else object

@@ -22,7 +22,7 @@ pub struct ExportArgs {
     /// Write only these columns, separated by commas, of all tables that have them [default: all].
     #[arg(long, value_delimiter = ',', value_name = "COLUMN,...")]
     pub columns: Vec<String>,
-    /// Write lists in csv files in this form; arrow files keep lists.
+    /// Write lists in this form in csv files; arrow files always contain lists.
     #[arg(long, value_enum, default_value_t = Lists::Wide)]
     pub lists: Lists,
     /// Write the files to this folder [default: `export` in the folder].

@@ -106,7 +106,7 @@ pub(super) fn instead(folder: &Path) -> String {
     let here = folder.display();
     if journal_path(folder, None).exists() {
         return format!(
-            "no results in `{here}` yet: a run is in progress there, or was killed; its command, repeated, continues"
+            "no results in `{here}` yet: a run is in progress there, or was killed; repeat its command to continue"
         );
     }
     match Contents::of(folder) {

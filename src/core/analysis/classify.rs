@@ -298,8 +298,8 @@ impl Found<'_> {
         if self.lambda > 0.0 {
             if self.evidence.events > 0 && self.growth.steady() >= EXPONENTIAL {
                 return format!(
-                    "{known}: neighbours separate, but the exponent is within {SIGMAS} standard errors of zero over \
-                     {measured} measured cycles"
+                    "{known}: neighbouring trajectories separate, but the exponent is within {SIGMAS} standard errors \
+                     of zero over {measured} measured cycles"
                 );
             }
             return match self.evidence.events {

@@ -43,7 +43,7 @@ pub enum GearError {
         limit: f64,
     },
     /// A quantity that must be positive and finite is not.
-    #[error("{quantity} must be positive and finite, got {value}")]
+    #[error("{quantity} is {value}, but must be positive and finite")]
     NotPositive {
         /// The quantity, with its unit.
         quantity: &'static str,
@@ -51,7 +51,7 @@ pub enum GearError {
         value: f64,
     },
     /// A quantity that must be non-negative and finite is not.
-    #[error("{quantity} must be finite and not negative, got {value}")]
+    #[error("{quantity} is {value}, but must be finite and not negative")]
     Negative {
         /// The quantity, with its unit.
         quantity: &'static str,
@@ -59,7 +59,7 @@ pub enum GearError {
         value: f64,
     },
     /// A helix that is none.
-    #[error("the helix angle is {value} rad; it must lie between -π/2 and π/2")]
+    #[error("the helix angle is {value} rad, but must be between -π/2 and π/2")]
     HelixAngle {
         /// Helix angle \[rad\].
         value: f64,
@@ -108,7 +108,8 @@ pub enum GearError {
     },
     /// The tip circle leaves nothing of the involute.
     #[error(
-        "the tip diameter {tip_diameter:.6} m of gear {gear} is not above {form_diameter:.6} m, where its involute begins"
+        "the tip diameter {tip_diameter:.6} m of gear {gear} is not above {form_diameter:.6} m, where its involute \
+         begins; raise the tip diameter"
     )]
     TipBelowForm {
         /// 1 = pinion, 2 = wheel.

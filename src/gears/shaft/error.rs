@@ -12,7 +12,7 @@ pub enum ShaftError {
     #[error(transparent)]
     Train(#[from] super::train::TrainError),
     /// A quantity that must be positive and finite is not.
-    #[error("{quantity} must be positive and finite, got {value}")]
+    #[error("{quantity} is {value}, but must be positive and finite")]
     NotPositive {
         /// The quantity, with its unit.
         quantity: &'static str,
@@ -20,7 +20,7 @@ pub enum ShaftError {
         value: f64,
     },
     /// A quantity that must be non-negative and finite is not.
-    #[error("{quantity} must be finite and not negative, got {value}")]
+    #[error("{quantity} is {value}, but must be finite and not negative")]
     Negative {
         /// The quantity, with its unit.
         quantity: &'static str,
@@ -28,7 +28,7 @@ pub enum ShaftError {
         value: f64,
     },
     /// A quantity that must be finite is not.
-    #[error("{quantity} must be finite, got {value}")]
+    #[error("{quantity} is {value}, but must be finite")]
     NotFinite {
         /// The quantity, with its unit.
         quantity: &'static str,
@@ -179,7 +179,9 @@ pub enum ShaftError {
         eigenvalue: f64,
     },
     /// The number of rigid-body modes is not the expected one.
-    #[error("expected {expected} rigid-body modes, found {found}; check bearings and constraints")]
+    #[error(
+        "the structure has {found} rigid-body modes, but {expected} are expected; check bearings and constraints"
+    )]
     RigidModes {
         /// Number known from the supports.
         expected: usize,
@@ -191,7 +193,7 @@ pub enum ShaftError {
     ModeCount(#[from] ModeCount),
     /// A damping override names no elastic mode.
     #[error(
-        "damping override for mode {mode}: only modes {first} to {last} are elastic and computed (counted from 1)"
+        "the damping of mode {mode} cannot be overridden: only modes {first} to {last} are elastic and computed (counted from 1)"
     )]
     DampingOverride {
         /// Mode named, from 1.
@@ -202,7 +204,7 @@ pub enum ShaftError {
         last: usize,
     },
     /// A modal damping ratio outside `[0, 1)`.
-    #[error("modal damping ratio {ratio} is not in [0, 1)")]
+    #[error("the modal damping ratio is {ratio}, but must be at least 0 and less than 1")]
     DampingRatio {
         /// The ratio.
         ratio: f64,

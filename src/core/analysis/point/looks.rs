@@ -179,8 +179,10 @@ impl<K: Kernel> PointRun<'_, K> {
             });
         }
         if aim.missed.is_none() && !parts_exponentially(&growth.values, growth.stretch as u32) {
-            aim.missed =
-                Some("the separation of neighbours does not grow exponentially".to_owned());
+            aim.missed = Some(
+                "the separation of neighbouring trajectories does not grow exponentially"
+                    .to_owned(),
+            );
         }
         Some(aim)
     }

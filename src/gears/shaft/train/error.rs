@@ -16,7 +16,7 @@ pub enum TrainError {
         distance: f64,
     },
     /// Two gears on one axis.
-    #[error("gears `{}` and `{}` cannot mesh: they are on the same axis", gears[0], gears[1])]
+    #[error("gears `{}` and `{}` cannot mesh, because they are on the same axis; put one of them on another axis", gears[0], gears[1])]
     OneAxis {
         /// The gears.
         gears: [String; 2],
@@ -89,7 +89,7 @@ pub enum TrainError {
     },
     /// A mesh that nothing connects with the first one.
     #[error(
-        "the speed of `{body}` is undetermined: no mesh and no coupling connects it with the first mesh"
+        "the speed of `{body}` is undetermined: no mesh and no coupling connects it with the first mesh; add one"
     )]
     Apart {
         /// The gear or shaft.
@@ -175,7 +175,7 @@ pub enum TrainError {
     },
     /// A coupling between shafts on axes of different directions.
     #[error(
-        "the coupling joins shafts `{}` and `{}`, whose axes have different directions",
+        "the coupling joins shafts `{}` and `{}`, but their axes have different directions; choose shafts on one axis",
         shafts[0], shafts[1]
     )]
     CouplingAxes {
@@ -184,7 +184,7 @@ pub enum TrainError {
     },
     /// A coupling between shafts that are not on one axis.
     #[error(
-        "the coupling joins shafts `{}` and `{}`, whose axes are {distance:.3e} m apart; it needs shafts on one axis",
+        "the coupling joins shafts `{}` and `{}`, but their axes are {distance:.3e} m apart; choose shafts on one axis",
         shafts[0], shafts[1]
     )]
     CouplingOffAxis {

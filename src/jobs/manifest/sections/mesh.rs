@@ -170,7 +170,7 @@ fn table(
                     DiagnosticKind::OutOfRange,
                     section.span_of("stiffness"),
                     "gear",
-                    format!("the gears of [gear] have no mesh table: {error}"),
+                    format!("the mesh table of the gears in [gear] cannot be computed: {error}"),
                 )
                 .label("computed from [gear]")
                 .accepted("give a pair of gears that can mesh, or stiffness = \"piecewise\""),
@@ -210,7 +210,7 @@ fn face(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Opt
         section.without_effect(
             issues,
             &["face"],
-            "on helical gears, whose slices bear load independently",
+            "on helical gears, because their slices bear load independently",
             "remove it",
         );
         return Some(FaceLaw::Independent);
