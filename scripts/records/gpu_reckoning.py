@@ -28,7 +28,7 @@ TOGETHER = 32
 def lines() -> list[str]:
     machine = load("machine", "machine.json")
     found = [
-        f"Counted on {link('machine')}: cores of {machine['description']['cpu']}. Cycles a second of so many cores, without waiting for one another's memory.",
+        f"The counts are from {link('machine')}, on cores of {machine['description']['cpu']}. The columns of cores assume that cores do not wait for one another's memory.",
         "",
         "| modes | operations a cycle | bytes read | different bytes | one core, cycles/s | of its peak | card | by arithmetic, cores | by memory, alone, cores | "
         f"by memory, {TOGETHER} together, cores |",

@@ -33,7 +33,7 @@ PAPER_REDUCTION = {
 PAPER_STEPS = {"2": (30, 3.3), "6": (38, 2.6), "12": (49, 2.0), "20": (79, 1.3), "40": (189, 0.53)}
 
 FEWER = "Rows of the guard settle most cells without moving the state."
-VECTORS = "Wider vectors; fewer products."
+VECTORS = "Wider vectors and fewer products."
 DRIVE = "The paper does not give its half gap and damping."
 
 
@@ -100,15 +100,15 @@ def kernels() -> list[str]:
     low, high = contact["2"], contact["40"]
     rows.add(
         "3.1", "constant contact, a cycle, low dimension", "ns", 61, low["fused"]["ns"],
-        above="Ours also certifies that contact is kept, counts and checks the state.",
+        above="Our kernel also certifies contact, counts, and checks the state.",
     )  # fmt: skip
     rows.add(
         "3.1", "10⁶ cycles of constant contact", "ns", 634, low["jump"]["ns"],
-        "Seven products: one for every 1 in the binary digits of 10⁶.",
+        "The jump takes seven products, one for every 1 in the binary digits of 10⁶.",
     )  # fmt: skip
     rows.add(
         "3.1", "the same against integrating them", "×", 38000, 1e6 * low["fused"]["ns"] / low["jump"]["ns"],
-        above="Follows from the two above.",
+        above="This ratio follows from the two rows above.",
     )  # fmt: skip
     for name, kernel, theirs in [
         ("small steps", "stepping", 0.4), ("segments", "hermite", 8.0), ("fused cycle", "fused", 487.7),
@@ -128,7 +128,7 @@ def kernels() -> list[str]:
                 "This drive is in contact as long at 1400 rad/s as at 1200.",
             )  # fmt: skip
             rows.add(
-                "Table 2", case, "µs", time, ours["ns"] / 1e3, VECTORS, "Rows of eight guards a cell.",
+                "Table 2", case, "µs", time, ours["ns"] / 1e3, VECTORS, "Each cell has rows of eight guards.",
             )  # fmt: skip
     guards = record["events"]["strong"]["spectral"]["guard_evaluations"]
     rows.add(
@@ -139,15 +139,15 @@ def kernels() -> list[str]:
         ours = record["reduction"][variant][kernel]
         case = f"{variant}: {kernel}"
         rows.add("Table 3", case, "µs", time, ours["ns"] / 1e3, "Fewer products, a larger cache of the core, wider vectors.")
-        rows.add("Table 3", case, "products", products, ours["matvecs"], "A free flight is one piece however many cells it spans.")
+        rows.add("Table 3", case, "products", products, ours["matvecs"], "A free flight is one piece over any number of cells.")
         rows.add("Table 3", f"{case}, RMS of δ", "µm", rms, 1e6 * ours["deflection_rms"], DRIVE)
     hard = record["conditioning"]
-    basis = "One basis of free flight and one of contact for both flanks, not one a segment and state."
+    basis = "Both flanks share one basis of free flight and one of contact. The paper has one per segment and state."
     rows.add("Table 4", "spectral table, 40 modes", "MB", 18, 1e-6 * hard["spectral_bytes"], basis)
     rows.add("Table 4", "dyadic tables, 40 modes", "MB", 190, 1e-6 * hard["dyadic_bytes"], basis)
     plain = load("replication", "record.json")["conditioning"]
-    scaled = "Velocities are measured by each mode's frequency, rigid rotations kept out of the eigenvectors."
-    ours_plain = "The ratio of the highest frequency to one, which is what these coordinates mix."
+    scaled = "Each mode's frequency scales its velocity. The eigenvectors exclude rigid rotations."
+    ours_plain = "These coordinates mix the highest frequency with one."
     for name, theirs, at in [("free flight", 8.1e5, 1), ("contact", 1e3, 0)]:
         key = name.split()[0]
         rows.add("Table 4", f"condition, {name}, displacements and velocities as they are", "1", theirs, plain[key], ours_plain, ours_plain)
@@ -158,16 +158,16 @@ def kernels() -> list[str]:
         if kernel in ("dyadic", "hermite", "spectral", "fused") and what.startswith("times of"):
             rows.add(
                 "Table 2", f"{kernel}: {what} against an integrator of 30 digits (the paper: against its small steps)", "cycles",
-                7e-15, line["value"], above="The largest of all; the paper's is of one regime.",
+                7e-15, line["value"], above="This is the largest of all regimes. The paper has one regime.",
             )  # fmt: skip
     against = hard["against"]
     rows.add(
         "Table A1", "fused against spectral, one cycle", "half gaps", 4.0e-15, against["fused"],
-        above="The largest of twelve cycles of chaos in the energy norm; both are as near to the reference.",
+        above="This is the largest of twelve cycles of chaos in the energy norm. Both kernels are as near to the reference.",
     )  # fmt: skip
     rows.add(
         "Table A1", "spectral against small steps, one cycle", "half gaps", 1e-3, against["small steps, 100 ns"],
-        f"First order in the step: a quarter of it gives {against['small steps, 25 ns']:.0e}.",
+        f"The error is of first order. A quarter of the step gives {against['small steps, 25 ns']:.0e}.",
     )  # fmt: skip
     work = record["work_precision"]
     fused = next(s for s in work["samples"] if s["solver"] == "jump")
@@ -177,20 +177,20 @@ def kernels() -> list[str]:
         "Figure 6", f"exact fused cycles, a solution of {work['cycles']} cycles", "ms", 5e-4, 1e-6 * fused["ns"],
         above="The paper does not say which case it solves.",
     )  # fmt: skip
-    rows.add("Figure 6", "its error", "half gaps", 1.2e-14, fused["error"], above="Of sums over all modes of a two-level stiffness, in units of the gap.")
+    rows.add("Figure 6", "its error", "half gaps", 1.2e-14, fused["error"], above="The sums cover all modes of a two-level stiffness, in units of the gap.")
     rows.add(
         "Figure 6", f"adaptive solver at 1.5e-9 ({best['solver']})", "ms", 68.9, 1e-6 * best["ns"],
-        "A right-hand side of O(N) work, restarted where the stiffness steps; the paper does not say what Vern7 was given.",
+        "The solver has a right-hand side of O(N) work and restarts where the stiffness steps. The paper does not describe the input of Vern7.",
     )  # fmt: skip
     double, single = record["single_precision"]["product_ns"]["out of 122"]
     error = record["single_precision"]["state_error"]
     rows.add(
         "Table 5", "operators in single precision, gain of one product (the paper: of the event path)", "×", 1.0, double / single,
-        above=f"A product gains what its bytes shrink; a cycle's state is then off by {error:.0e} half gaps, so that no kernel here uses it.",
+        above=f"A product gains in proportion to its bytes. A cycle's state is then off by {error:.0e} half gaps. No kernel here uses it.",
     )  # fmt: skip
     return [
-        f"From {link('ladder')}; conditions in the paper's coordinates from "
-        f"{link('replication', 'record.json')}, times of events from {link(checked(), 'verify.json')}.",
+        f"The table has figures from {link('ladder')}. Conditions in the paper's coordinates come from "
+        f"{link('replication', 'record.json')}. Times of events come from {link(checked(), 'verify.json')}.",
         "",
         *rows.table(),
     ]
@@ -213,7 +213,7 @@ def memory() -> list[str]:
     resident, spilt = time[81][0][1], time[81][-1][1]
     rows.add("Figure 5a", "a product of dimension 81, operators in cache", "µs", 1.8, resident, newer)
     rows.add("Figure 5a", "the same, operators in memory", "µs", 4.8, spilt, newer)
-    rows.add("Figure 5a", "memory over cache", "×", 4.8 / 1.8, spilt / resident, above="The product in cache is faster by more than memory is.")
+    rows.add("Figure 5a", "memory over cache", "×", 4.8 / 1.8, spilt / resident, above="The product in cache gains more than memory does.")
     reads = {b["threads"]: 1e-9 * b["figure"]["value"] for b in machine["bandwidth"] if b["kernel"] == "read"}
     most = max(reads)
     rows.add("Figure 5b", "streaming reads, one core", "GB/s", 10.2, reads[1], above="Newer memory.")
@@ -233,11 +233,11 @@ def memory() -> list[str]:
     rows.add(
         "3.4", f"80 points, `volterra`, share of proportion (56 threads there, {threads['threads']} here)", "1", 16.6 / 56,
         seconds["1"] / seconds[str(threads["threads"])] / threads["threads"],
-        above="Nothing is streamed: what `volterra` reads stays in the caches of a core.",
+        above="`volterra` streams nothing. Its data stay in the caches of a core.",
     )  # fmt: skip
     return [
-        f"From {link('machine')}, {link('ladder')} and {link('replication', 'record.json')}. Two cores of a shared virtual machine: "
-        "the ratios say little of what 56 threads would do.",
+        f"The table has figures from {link('machine')}, {link('ladder')} and {link('replication', 'record.json')}. "
+        "They come from two cores of a shared virtual machine. The ratios do not predict 56 threads.",
         "",
         *rows.table(),
     ]  # fmt: skip
@@ -287,13 +287,13 @@ def motion() -> list[str]:
     add("Figure 12", f"{modes}: peak mesh force, 5 / 30 % load", "kN", "6.0 / 9.6", "modes", lambda r: several(f / 1e3 for f in r["force_peak"]))
     far = "`horizon.toml`, 5 % load"
     add("Figure 8", f"{far}: λ", "1/cycle", "0.9", "horizon", lambda r: r["lambda"])
-    add("Figure 8", f"{far}: cycles foretold from 1e-6", "cycle", "17", "horizon", lambda r: f"{r['horizon']:.1f} ± {r['horizon_stderr']:.1f}")
+    add("Figure 8", f"{far}: predicted cycles from 1e-6", "cycle", "17", "horizon", lambda r: f"{r['horizon']:.1f} ± {r['horizon_stderr']:.1f}")
     add("Figure 8", f"{far}: standard error of the mean contact force after 400 cycles, relative", "1", "0.087", "horizon", lambda r: r["force_stderr"])
     add("Figure 8", f"{far}: it falls with the cycles to the power", "1", "−0.5", "horizon", lambda r: f"{r['force_slope']:.2f}".replace("-", "−"))
     six = "`orbits/strong.toml`, 6 degrees of freedom, 5 % load"
     add("Figure 7", f"{six}: λ", "1/cycle", "0.55", "six", lambda r: r["lambda"])
-    add("Figure 7", f"{six}: cycles foretold from 1e-6", "cycle", "17", "six", lambda r: r["horizon"][0])
-    add("Figure 7", f"{six}: cycles that a start 10³ times as near adds", "cycle", "13", "six", lambda r: r["horizon"][-1] - r["horizon"][0])
+    add("Figure 7", f"{six}: predicted cycles from 1e-6", "cycle", "17", "six", lambda r: r["horizon"][0])
+    add("Figure 7", f"{six}: additional cycles from a start 10³ times as near", "cycle", "13", "six", lambda r: r["horizon"][-1] - r["horizon"][0])
 
     def multiplier(orbit) -> str:
         re, im = orbit["multiplier"]
@@ -313,26 +313,26 @@ def motion() -> list[str]:
     friction = ladder.get("friction") or record["friction"]
     if "drift" in ladder:
         drift["spectral"] = ladder["drift"]
-    softer = "Slices of the face support one another here: less of it bears."
+    softer = "Slices of the face support one another here. A smaller part of the face carries load."
     rows.add("2", "`misalignment.toml`, 1 mrad, 50 N m: mean stiffness by the table", "%", -42, 100 * askew["table"], above=softer)
-    rows.add("2", "the same with shafts that give way", "%", -41, 100 * askew["loop"], above=softer)
+    rows.add("2", "the same with compliant shafts", "%", -41, 100 * askew["loop"], above=softer)
     for kernel, found in drift.items():
         kept = kernel == "spectral" and "drift" in ladder
-        slow = "" if kept else "Every slice's mesh is computed from the gears within the time, its flanks' error kept."
+        slow = "" if kept else "The time includes the mesh of every slice from the gears, with its flanks' error."
         rows.add("Table 5", f"`misalignment-drift.toml`, `{kernel}`: five slices of drift", "× real time", 1.37, found["drifting"], slow)
         rows.add("Table 5", f"the same over five slices that are one, `{kernel}`: drift over none", "×", 1.0, found["drifting"] / found["still"])
-    rows.add("3.1", "constant contact, μ = 0.1: RMS by fused cycles over that by small steps, less one", "1", 6.25 / 5.89 - 1, friction["difference"], "Both solve the same equations; what is left is the step's error.")
+    rows.add("3.1", "constant contact, μ = 0.1: RMS by fused cycles over that by small steps, less one", "1", 6.25 / 5.89 - 1, friction["difference"], "Both solve the same equations. The step's error remains.")
     rows.add("5", "c_res k, 40 to 20 modes", "1", 1.9e-3, record["residual"])
     folder = f"../benches/runs/{the('replication').name}"
     return [
-        f"From {link('replication', 'record.json')}, a run each: `scripts/record replicate` repeats them. λ per mesh cycle. *One line* is "
-        "`mesh.coast_flank = \"same_line\"`, in which the coast flanks push along the drive flanks' line; *mirrored* is the default, in which they have "
-        "their own line and phase. The paper gives neither this nor its half gap.",
+        f"The tables have figures from {link('replication', 'record.json')}, with one run each. `scripts/record replicate` repeats the runs. "
+        "λ is per mesh cycle. *One line* is `mesh.coast_flank = \"same_line\"`. Its coast flanks push along the drive flanks' line. "
+        "*Mirrored* is the default. Its coast flanks have their own line and phase. The paper gives neither this choice nor its half gap.",
         "",
         *lines,
         "",
         *rows.table(),
-        f"![Separation of twins, and what is left of the mean contact force's error]({folder}/horizon.png)",
+        f"![Separation of twins, and the error of the mean contact force]({folder}/horizon.png)",
         f"![Orders of the deflection, and force over load]({folder}/signatures.png)",
         f"![A cycle of the deflection with 15, 20 and 40 modes]({folder}/waveform.png)",
         "",
