@@ -122,7 +122,7 @@ pub enum ShaftError {
     },
     /// A matrix that must be symmetric is not.
     #[error(
-        "the {matrix} matrix is not symmetric: row {row}, column {column} holds {}, its mirror image {}",
+        "the {matrix} matrix is not symmetric: row {row}, column {column} is {}, but its mirror image is {}",
         entries[0], entries[1]
     )]
     Asymmetric {
