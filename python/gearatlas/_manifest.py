@@ -190,7 +190,7 @@ def load(source: Source, set: Changes | None = None) -> Manifest:
     if isinstance(source, Manifest):
         if not set:
             return source
-        raise TypeError("set= changes a manifest when it is read, but this one has been read; load it again from its file or text with set=")
+        raise TypeError("set= changes a manifest when it is read, but this manifest is already read; load it again from its file or text with set=")
     if isinstance(source, Mapping):
         return Manifest.from_dict(source, set)
     if isinstance(source, str) and "\n" in source:

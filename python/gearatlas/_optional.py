@@ -12,4 +12,4 @@ def optional(module: str, packages: str) -> Any:
         return import_module(module)
     except ImportError as error:
         wanted = module.partition(".")[0]
-        raise ImportError(f"{wanted} is not installed: pip install {packages}", name=wanted) from error
+        raise ImportError(f"{wanted} is not installed; install it with `pip install {packages}`", name=wanted) from error

@@ -45,7 +45,7 @@ class Results:
     def record(self) -> dict[str, Any]:
         """The record of the run: totals, machine, program, warnings."""
         if len(self.records) != 1:
-            raise AtlasError(f"{self.folder} has {len(self.records)} records, one per shard; use `records`")
+            raise AtlasError(f"{self.folder} has {len(self.records)} records, one per shard; use `records` instead of `record`")
         return self.records[0]
 
     @property

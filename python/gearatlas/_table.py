@@ -119,13 +119,13 @@ class Table:
         axes: list[str] = json.loads(self.metadata["axes"])
         values = self[name]
         if values.ndim != 1:
-            raise ValueError(f"{name} holds lists; choose a column of single values")
+            raise ValueError(f"column `{name}` contains lists; choose a column of single values")
         ways = self["direction"] if "direction" in self.columns else np.full(self.rows, None)
         known = sorted({way for way in ways if way is not None})
         if direction is None and len(known) > 1:
             raise ValueError("the sweep has both directions; choose direction='up' or direction='down'")
         if direction is not None and direction not in known:
-            raise ValueError(f"no sweep has the direction {direction!r}; directions are {known or 'none'}")
+            raise ValueError(f"no sweep has the direction {direction!r}; the directions are {known or 'none'}")
         kept = (ways == direction) if direction is not None else np.full(self.rows, True)
         places = [np.unique(self[axis], return_inverse=True) for axis in axes]
         kind: Any = float if values.dtype.kind in "fiu" else object

@@ -36,7 +36,7 @@ def read(path: str | os.PathLike[str], gyroscopic_at: float | None = None) -> Ma
     source = Path(path)
     readers = {".npz": _npz, ".toml": _toml}
     if source.suffix not in readers:
-        raise StructureError(f"{source}: neither .npz nor .toml; docs/modal-files.md describes both")
+        raise StructureError(f"{source}: is neither an .npz nor a .toml file; docs/modal-files.md describes both")
     try:
         found = readers[source.suffix](source)
     except OSError as error:
@@ -50,10 +50,10 @@ def _npz(path: Path) -> dict[str, Any]:
         with np.load(path, allow_pickle=False) as arrays:
             found = {name: arrays[name] for name in arrays.files}
     except (ValueError, zipfile.BadZipFile, EOFError) as error:
-        raise StructureError(f"{path}: is not an .npz file of numbers ({error}); write it with numpy.savez") from error
+        raise StructureError(f"{path}: is not an .npz file of numbers ({error}); write the file with numpy.savez") from error
     for name, array in found.items():
         if array.dtype.kind not in "iufc":
-            raise StructureError(f"{path}: `{name}` holds {array.dtype}, not numbers; remove it, or convert it to float64")
+            raise StructureError(f"{path}: `{name}` contains {array.dtype}, not numbers; remove it, or convert it to float64")
     return found
 
 
@@ -112,10 +112,10 @@ def _no_market(matrix: Path, error: ValueError) -> str:
         )
     if columns == 3:
         return (
-            f"{matrix} has lines of row, column, value without a head, as Abaqus writes .mtx files with "
+            f"{matrix} has lines of row, column, value without a header, as Abaqus writes .mtx files with "
             "FORMAT=COORDINATE, and is not a Matrix Market file; add two lines at the top, "
             "`%%MatrixMarket matrix coordinate real general` and `ROWS COLUMNS LINES` (`symmetric` instead of `general` if "
-            "the lines hold one triangle)"
+            "the lines contain one triangle)"
         )
     return f"{matrix} is not a Matrix Market file ({error}); write it with scipy.io.mmwrite"
 
@@ -125,9 +125,9 @@ def _by_freedom(path: Path, name: str, value: Mapping[str, Any], size: int) -> V
     for freedom, entry in value.items():
         place = int(freedom)
         if not 1 <= place <= size:
-            raise StructureError(f"{path}: `{name}` has freedom {place}; `M` has 1 to {size}")
+            raise StructureError(f"{path}: `{name}` has freedom {place}, but `M` has freedoms 1 to {size}; correct the number")
         if isinstance(entry, bool) or not isinstance(entry, int | float):
-            raise StructureError(f"{path}: `{name}.{freedom}` is not a number")
+            raise StructureError(f"{path}: `{name}.{freedom}` is not a number; give a number")
         direction[place - 1] = entry
     return direction
 
@@ -151,12 +151,12 @@ def _structure(found: dict[str, Any], source: str, gyroscopic_at: float | None) 
             )
     for name in ("M", "K", "teeth", "rated_force"):
         if name not in found:
-            raise StructureError(f"{source}: `{name}` is missing; docs/modal-files.md lists what is required")
+            raise StructureError(f"{source}: `{name}` is missing; docs/modal-files.md lists the required names")
     numbers = {name: _number(source, name, found[name]) for name in NUMBERS if name in found}
     matrices = {name: found[name] for name in MATRICES if name in found}
     if gyroscopic_at is not None:
         if "G" not in matrices or not (np.isfinite(gyroscopic_at) and gyroscopic_at != 0.0):
-            raise StructureError(f"{source}: a speed of `G` needs a matrix `G`, and must not be 0")
+            raise StructureError(f"{source}: the speed of `G` must not be 0 and needs a matrix `G`; correct the speed, or add the matrix")
         matrices["G"] = matrices["G"] / gyroscopic_at
     return Matrices(
         **matrices,
@@ -177,7 +177,7 @@ def _part(source: str, kind: str, name: str, values: dict[str, Any]) -> Contact:
         raise StructureError(f"{source}: `{kind}.{name}` has no direction; give `{kind}.{name}` over the freedoms")
     second = values.pop(SECOND[kind], None)
     if kind == "bearing" and values:
-        raise StructureError(f"{source}: `bearing.{name}.{next(iter(values))}` is unknown; a bearing has `rate`")
+        raise StructureError(f"{source}: `bearing.{name}.{next(iter(values))}` is unknown; a bearing can only have `rate`")
     plain = {
         key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in values.items()
     }
@@ -193,7 +193,7 @@ def _number(source: str, name: str, value: Any) -> float:
 
 def _whole(source: str, name: str, value: float) -> int:
     if value != int(value):
-        raise StructureError(f"{source}: `{name}` is {value:g}; teeth are whole numbers")
+        raise StructureError(f"{source}: `{name}` is {value:g}; give a whole number of teeth")
     return int(value)
 
 
@@ -201,11 +201,11 @@ def main(arguments: list[str] | None = None) -> int:
     """The command line: 0 when the file is written, 2 for bad input, 1 where it cannot be written."""
     parser = argparse.ArgumentParser(prog="python -m gearatlas.convert", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("structure", type=Path, help=".npz file of arrays, or .toml file that names .mtx files")
-    parser.add_argument("--out", type=Path, help="modal file [default: NAME.modal.toml beside the structure]")
-    parser.add_argument("--modes", type=int, help="number of modes to write, the lowest first [default: all]")
-    parser.add_argument("--damping", type=float, default=0.0, help="damping ratio of elastic modes, in addition to C [default: 0]")
+    parser.add_argument("--out", type=Path, help="write this modal file [default: NAME.modal.toml beside the structure]")
+    parser.add_argument("--modes", type=int, help="write this many modes, the lowest first [default: all]")
+    parser.add_argument("--damping", type=float, default=0.0, help="add this damping ratio to the elastic modes, in addition to C [default: 0]")
     parser.add_argument(
-        "--gyroscopic-at", type=float, metavar="RAD/S", help="pinion speed for which G is given [default: G is per rad/s]"
+        "--gyroscopic-at", type=float, metavar="RAD/S", help="read G as given for this pinion speed [default: G is per rad/s]"
     )
     parser.add_argument("--overwrite", action="store_true", help="replace a file that already exists")
     given = parser.parse_args(arguments)

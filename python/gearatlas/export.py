@@ -171,7 +171,7 @@ def export(
     files = _FORMATS[format](chosen, results.folder.resolve().name)
     for name in files:
         if (place / name).exists() and not overwrite:
-            raise AtlasError(f"`{place / name}` already exists: choose another folder, or replace it with overwrite")
+            raise AtlasError(f"`{place / name}` already exists: choose another folder, or replace the file with overwrite")
     place.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(dir=place) as unfinished:
         for name, write in files.items():
@@ -187,11 +187,11 @@ def _names(text: str) -> list[str]:
 def _main() -> None:
     parser = argparse.ArgumentParser(prog="python -m gearatlas.export", description=__doc__)
     parser.add_argument("folder", help="folder that `atlas run`, `atlas follow` or `atlas trace` wrote")
-    parser.add_argument("--format", choices=list(_FORMATS), required=True, help="format of the files")
-    parser.add_argument("--tables", metavar="TABLE,...", help="tables to write [default: all]", type=_names, default=[])
-    of_columns = "columns to write, from all tables that have them [default: all]"
+    parser.add_argument("--format", choices=list(_FORMATS), required=True, help="write files of this format")
+    parser.add_argument("--tables", metavar="TABLE,...", help="write only these tables [default: all]", type=_names, default=[])
+    of_columns = "write only these columns, of all tables that have them [default: all]"
     parser.add_argument("--columns", metavar="COLUMN,...", help=of_columns, type=_names, default=[])
-    parser.add_argument("--out", metavar="DIR", help="folder for the files [default: `export` in the folder]")
+    parser.add_argument("--out", metavar="DIR", help="write the files to this folder [default: `export` in the folder]")
     parser.add_argument("--overwrite", action="store_true", help="replace files that already exist")
     given = vars(parser.parse_args())
     try:

@@ -99,7 +99,7 @@ class Matrices:
                 self._square(name)
         for name in ("M", "K"):
             self._mirrored(name, 1.0, "symmetric", "put the unsymmetric part of a stiffness into `Kc`")
-        self._mirrored("G", -1.0, "skew", "damping belongs in `C`")
+        self._mirrored("G", -1.0, "skew-symmetric", "put damping into `C`")
         low = np.flatnonzero(np.asarray(self.M.diagonal()) <= 0.0)
         if low.size:
             raise self._refused(
@@ -113,7 +113,7 @@ class Matrices:
         for name, values in self._all_directions():
             self._direction(name, values)
         if self.teeth < 1 or not self.rated_force > 0.0:
-            raise self._refused("teeth and rated_force", "must be above 0", "give the pinion's, and newtons")
+            raise self._refused("teeth and rated_force", "must be above 0", "give the pinion's number of teeth, and the force in newtons")
 
     @property
     def size(self) -> int:
@@ -137,7 +137,7 @@ class Matrices:
         shape = tuple(getattr(matrix, "shape", ()))
         size = np.shape(self.M)[0] if len(np.shape(self.M)) == 2 else 0
         if len(shape) != 2 or shape[0] != shape[1] or shape[0] == 0:
-            raise self._refused(name, f"has the shape {shape}", "a square matrix is needed")
+            raise self._refused(name, f"has the shape {shape}", "give a square matrix")
         if shape[0] != size:
             why = f"is {shape[0]} by {shape[0]}, but `M` is {size} by {size}"
             raise self._refused(name, why, "export all matrices over the same freedoms")

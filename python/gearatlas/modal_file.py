@@ -57,7 +57,7 @@ class Modes:
         size = structure.size
         wanted = size if count is None else count
         if not 1 <= wanted <= size:
-            raise StructureError(f"{structure.source}: {wanted} modes of {size} freedoms; give 1 to {size}")
+            raise StructureError(f"{structure.source}: {wanted} modes are requested, but the structure has {size} freedoms; give 1 to {size}")
         sparse = hasattr(structure.K, "tocsc") or hasattr(structure.M, "tocsc")
         if sparse and size > DENSE and wanted < size - 1:
             shapes = _sparse(structure, wanted)
@@ -87,7 +87,7 @@ def _sparse(structure: Matrices, count: int) -> Vector:
         _, shapes = linalg.eigsh(K, k=count, M=M, sigma=shift, v0=start)
     except (linalg.ArpackError, RuntimeError) as error:
         raise StructureError(
-            f"{structure.source}: no {count} modes found ({error}); ask for fewer modes, and check that M is positive definite"
+            f"{structure.source}: the search for {count} modes failed ({error}); ask for fewer modes, and check that M is positive definite"
         ) from error
     return np.asarray(shapes)
 
@@ -145,7 +145,7 @@ def tables(structure: Matrices, modes: int | None = None, damping: float = 0.0) 
     `damping_matrix` else.
     """
     if not 0.0 <= damping < 1.0:
-        raise StructureError(f"damping ratio {damping:g}; give one from 0 to below 1")
+        raise StructureError(f"the damping ratio is {damping:g}; give a ratio of at least 0 and below 1")
     found = Modes.of(structure, modes)
     shapes = found.shapes
 

@@ -53,7 +53,7 @@ def geared(
     """
     ratio = teeth[0] / teeth[1]
     if not np.isclose(base_radii[0] / base_radii[1], ratio, rtol=1e-3):
-        raise StructureError(f"base radii {base_radii} do not match the teeth {teeth}, whose ratio is {ratio:g}")
+        raise StructureError(f"base radii {base_radii} do not match the teeth {teeth}, whose ratio is {ratio:g}; correct one of them")
     for rotor in rotors:
         if rotor.number_dof != FREEDOMS:
             raise StructureError(f"a rotor has {rotor.number_dof} freedoms per node; use elements of ROSS with 6")
@@ -125,7 +125,7 @@ def _joined(blocks: Sequence[Vector]) -> Vector:
 
 def _index(rotor: Any, node: int) -> int:
     if node not in rotor.nodes:
-        raise StructureError(f"a rotor has no node {node}; it has {rotor.nodes[0]} to {rotor.nodes[-1]}")
+        raise StructureError(f"a rotor has no node {node}; give one of its nodes, {rotor.nodes[0]} to {rotor.nodes[-1]}")
     return int(list(rotor.nodes).index(node))
 
 

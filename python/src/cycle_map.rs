@@ -139,7 +139,7 @@ impl CycleMap {
         let modes = self.modes();
         if displacement.len() != modes || velocity.len() != modes {
             let sentence =
-                format!("a modal state has {modes} displacements and {modes} velocities");
+                format!("a modal state needs {modes} displacements and {modes} velocities");
             return Err(PyValueError::new_err(sentence));
         }
         let initial = InitialState::Modal {
@@ -352,7 +352,7 @@ fn events_table(events: &[(usize, Event)], period: f64) -> Result<Table, arrow_s
                 "closes",
                 DataType::Boolean,
                 "",
-                "Whether it closes; otherwise it opens",
+                "Whether the contact closes; otherwise it opens",
             ),
             Arc::new(BooleanArray::from(closes)) as ArrayRef,
         ),

@@ -26,7 +26,7 @@ pub fn read_table(py: Python<'_>, folder: PathBuf, name: &str) -> PyResult<Table
     let here = present_tables(py, folder.clone())?;
     if !here.is_empty() && !here.contains(&name) {
         let sentence = format!(
-            "there is no {} in `{}`: {}; here are {}",
+            "there is no {} in `{}`: {}; available are {}",
             kind.file_name(),
             folder.display(),
             kind.remedy(),

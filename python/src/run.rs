@@ -57,9 +57,8 @@ pub fn run(
     if job.portable() {
         return Err(refused(
             py,
-            "run.instructions = \"portable\" needs a separate process that is restricted to such \
-             instructions from its start: compute this manifest with the command line (atlas run), and \
-             read its results with gearatlas.open",
+            "run.instructions = \"portable\" is not possible in Python, because it needs a process that starts with \
+             these instructions; compute this manifest with `atlas run`, and read the results with gearatlas.open",
         ));
     }
     let earlier = py.detach(|| look_for_earlier(&folder, job, None, overwrite));

@@ -144,7 +144,7 @@ fn natural(frequencies: &Frequencies) -> Vec<Numbers> {
         (
             "open_decay",
             "1/s",
-            "Decay of that motion",
+            "Decay rate of the same mode",
             open.map(|mode| mode.decay).collect(),
         ),
         (
@@ -156,7 +156,7 @@ fn natural(frequencies: &Frequencies) -> Vec<Numbers> {
         (
             "closed_decay",
             "1/s",
-            "Decay of that motion",
+            "Decay rate of the same mode",
             closed(|own| own.mode.decay),
         ),
         (

@@ -128,7 +128,7 @@ impl Table {
             }
             DataType::List(_) => self.matrix(py, name),
             other => Err(PyTypeError::new_err(format!(
-                "column `{name}` is of type {other}"
+                "column `{name}` has the type {other}, which is not supported"
             ))),
         }
     }

@@ -36,7 +36,8 @@ fn table_of(mapping: &Bound<'_, PyMapping>, path: &str) -> PyResult<Table> {
             } else {
                 path
             };
-            let sentence = format!("a key of {place} is a {kind}; keys of a manifest are texts");
+            let sentence =
+                format!("a key of {place} is a {kind}, but keys of a manifest must be texts");
             return Err(PyTypeError::new_err(sentence));
         };
         let path = match path {
@@ -79,7 +80,7 @@ fn value_of(value: &Bound<'_, PyAny>, path: &str) -> PyResult<Value> {
     }
     let kind = value.get_type().qualname()?;
     Err(PyTypeError::new_err(format!(
-        "{path} is a {kind}; a manifest holds texts, numbers, truth values, lists and tables of these"
+        "{path} is a {kind}; give a text, a number, a truth value, or a list or table of these"
     )))
 }
 

@@ -13,7 +13,7 @@ use gearatlas_paper::verify;
 use gearatlas_verify::verify::{Check, Extent};
 use std::process::ExitCode;
 
-/// The kernels of the paper that atlas started from
+/// Time and check the kernels of the paper from which atlas started
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
@@ -23,21 +23,21 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Time every kernel on the paper's cases and count its work; JSON
+    /// Time every kernel on the cases of the paper, count its operations, and print JSON
     Ladder {
-        /// Only these parts
+        /// Time only these parts [default: all]
         #[arg(value_name = "PART", value_parser = PossibleValuesParser::new(ladder::names()))]
         parts: Vec<String>,
     },
     /// Check every kernel against independent integrators and closed forms: status 0 if all lines pass, 1 if one fails
     Verify {
-        /// Longer horizons, more cycles of each drive: many minutes
+        /// Use longer horizons and more cycles per drive: many minutes instead of seconds
         #[arg(long)]
         full: bool,
-        /// Only this check; may be given more than once
+        /// Run only this check; repeat the option for several [default: all]
         #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(verify::CHECKS))]
         only: Vec<String>,
-        /// Print JSON for programs
+        /// Print JSON instead of text
         #[arg(long)]
         json: bool,
     },

@@ -278,7 +278,7 @@ fn manifests_have_courses() {
         (
             "profile_points = [{ gear = \"pinion\", roll_length = [\"14 mm\", \"28 mm\"], missing = [0, 0] }]",
             "profile_points",
-            "off its flank",
+            "but the flank reaches",
         ),
         (
             "profile_points = [{ gear = \"pinion\", roll_length = [\"14 Hz\", \"18 mm\"], missing = [0, 0] }]",
@@ -303,7 +303,7 @@ fn manifests_have_courses() {
         (
             "lead_points = [{ gear = \"wheel\", place = [0, \"12 mm\"], missing = [0, 0] }]",
             "lead_points",
-            "off its flank",
+            "but the flank reaches",
         ),
         (
             "lead_points = [{ gear = \"wheel\", place = [0, \"2 mm\"], missing = [0, 0] }, { gear = \"wheel\", place = [0, \"2 mm\"], missing = [0, 0] }]",

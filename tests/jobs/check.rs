@@ -200,7 +200,7 @@ fn what_no_drive_is_built_like_is_warned_of() {
             "\"50 N*m\"",
             "\"50 kN*m\"",
             "gear.rated_torque",
-            "more than any steel bears",
+            "which exceeds the strength of any steel",
         ),
         (
             "\"7850 kg/m^3\"",

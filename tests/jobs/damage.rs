@@ -127,11 +127,11 @@ fn a_table_that_is_gone_cut_or_changed_is_named_by_all_that_read_it() {
         flipped[bytes.len() / 3] ^= 4;
         let longer = [&bytes[..], b" "].concat();
         for (damaged, words) in [
-            (None, "it is gone"),
+            (None, "it is missing"),
             (Some(&bytes[..bytes.len() - 1]), "were written"),
             (Some(&bytes[..0]), "it has 0 bytes"),
             (Some(&longer[..]), "were written"),
-            (Some(&flipped[..]), "differ from those written"),
+            (Some(&flipped[..]), "differ from the written bytes"),
         ] {
             fs::remove_file(&path).unwrap();
             damaged

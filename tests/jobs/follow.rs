@@ -131,7 +131,7 @@ fn a_given_state_next_to_no_orbit_is_reported() {
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert_eq!(output.status.code(), Some(0), "{said}");
     assert!(
-        said.contains("no orbit of period 1 is next to given state 0"),
+        said.contains("no orbit of period 1 is near given state 0"),
         "{said}"
     );
 }

@@ -145,7 +145,7 @@ fn without_rights_to_bind_the_rest_is_measured_and_the_lack_is_said() {
     assert!(!found.bandwidth.is_empty() && !found.solver.is_empty());
     assert!(found.solver.iter().any(|row| row.key.tables == "node"));
     let said = found.missing.join("\n");
-    for words in ["threads bound to cores", "no memory of node"] {
+    for words in ["threads bound to cores", "is not available"] {
         assert!(said.contains(words), "{words}: {said}");
     }
 }

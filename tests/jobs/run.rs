@@ -186,7 +186,7 @@ fn the_record_says_where_workers_were_to_run_and_where_they_ran() {
     assert_eq!(asked, "4 workers on 4 of 4 cores, 2 NUMA nodes; pinned");
     assert_eq!(
         obtained,
-        "0 of 4 workers pinned: the topology is not that of this machine"
+        "0 of 4 workers pinned: the topology describes another machine"
     );
     assert_same(&place.path("free"), &place.path("other"));
 }

@@ -138,7 +138,7 @@ fn a_damaged_table_is_computed_anew() {
             fetched.warnings.len() == 1 && told.lines().count() == 1,
             "{told}"
         );
-        assert!(told.ends_with(": it is computed anew"), "{told}");
+        assert!(told.ends_with("; the table is computed again"), "{told}");
         assert_eq!(fs::read(&file).unwrap(), whole);
     }
 }
@@ -247,7 +247,10 @@ fn a_run_keeps_its_table_and_finds_it_again() {
     assert!(stderr(&show()).contains("its checksum does not match"));
     let second = place.whole("b", &["--threads", "2"]);
     let warnings = place.record("b")["warnings"].to_string();
-    assert!(warnings.contains("it is computed anew"), "{warnings}");
+    assert!(
+        warnings.contains("the table is computed again"),
+        "{warnings}"
+    );
     assert!(fs::read(kept).unwrap() == whole && files().len() == 1);
     let poincare = |folder: PathBuf| fs::read(folder.join("poincare.parquet")).unwrap();
     assert_eq!(poincare(first), poincare(second));

@@ -160,7 +160,7 @@ fn other_drives_get_the_structured_kernel() {
         "mesh.single_pair_drop=",
     ];
     let cannot = "the mesh stiffness varies within its segments, which tables of matrix exponentials cannot follow";
-    let by_force = "tables do not know contacts that let go where their force vanishes";
+    let by_force = "tables cannot represent contacts that open when their force vanishes";
     for (set, why) in [
         (&varying[..], cannot),
         (&["--set", "mesh.release=force"], by_force),
@@ -210,8 +210,8 @@ fn other_drives_get_the_structured_kernel() {
         "--set",
         "grid.speed=1200",
     ];
-    let said = "the tables of the 256 ways in which contacts may be closed would take 388 MB, at most 256 MB are kept; keep \
-                fewer modes or fewer levels of stiffness";
+    let said = "the tables of the 256 sets of closed contacts need 388 MB, but at most 256 MB are kept; keep fewer modes or \
+                fewer levels of stiffness";
     let line = checked(&place, &large);
     assert_eq!(
         line,
@@ -282,14 +282,14 @@ fn a_point_that_meets_a_set_without_a_table_is_computed_anew() {
     }
     fs::write(place.path("two.modal.toml"), structure).unwrap();
     let auto = place.whole("auto", &["--threads", "2"]);
-    let met = "2 modes, 512 sets of closed contacts, whose tables are made when they are met";
+    let met = "2 modes, 512 sets of closed contacts, with tables computed on demand";
     let records = json!([
         kernel_record("closed_modes", 2, 2, met),
         kernel_record(
             "volterra",
             2,
             0,
-            "no table for a set of closed contacts that was met"
+            "no table for a set of closed contacts in the motion"
         ),
     ]);
     assert_eq!(place.record("auto")["kernels"], records);
@@ -380,11 +380,11 @@ fn tables_that_cannot_be_used_are_made_anew() {
         };
         let warning = warning.as_str().unwrap();
         assert!(
-            warning.contains(said) && warning.ends_with(": it is computed anew"),
+            warning.contains(said) && warning.ends_with("; the table is computed again"),
             "{name}: {warning}"
         );
         assert_eq!(
-            stderr(&output).matches("computed anew").count(),
+            stderr(&output).matches("computed again").count(),
             1,
             "{}",
             stderr(&output)
@@ -407,7 +407,7 @@ fn tables_that_cannot_be_kept_stay_in_memory() {
     let [warning] = &warnings.as_array().unwrap()[..] else {
         panic!("{warnings}")
     };
-    let said = "a computed table is not kept for the next run";
+    let said = "a computed table cannot be kept for the next run";
     assert!(warning.as_str().unwrap().starts_with(said), "{warning}");
     let told = stderr(&output);
     assert_eq!(told.matches(said).count(), 1, "{told}");

@@ -131,7 +131,7 @@ fn a_life_that_is_asked_for_is_shown_or_missed() {
     assert!(low >= 25_000.0 && high.is_none(), "{low}");
     let short = ask(&model, &questions(50_000, asked));
     assert_eq!(short.status, Status::NotConverged, "{}", short.reason);
-    let said = "but showing a life of 25000 needs 75000";
+    let said = "but evidence for a mean life of 25000 cycles needs 75000";
     assert!(short.reason.contains(said), "{}", short.reason);
 }
 
@@ -172,7 +172,7 @@ fn the_life_of_transient_chaos_is_within_its_interval() {
                         "{left:?}"
                     );
                     assert_eq!(lyapunov.method, LyapunovMethod::Multipliers);
-                    assert!(found.reason.contains("left chaos, whose mean life is"));
+                    assert!(found.reason.contains("left chaos; its mean life is"));
                 }
                 None => {
                     let lambda = lyapunov.exponents[0];

@@ -322,7 +322,7 @@ fn bad_input_is_explained() {
     );
     let said = refused(path, &["results/case", "--what", "music"]);
     assert!(
-        said.contains("no kind of picture and no column of numbers is called `music`"),
+        said.contains("no kind of picture and no column of numbers has the name `music`"),
         "{said}"
     );
     let said = refused(path, &["results/case", "--over", "load"]);
@@ -709,9 +709,9 @@ fn columns_that_cannot_be_drawn_are_refused() {
         misspelt.contains("`atlas plot results/case --list` lists all"),
         "{misspelt}"
     );
-    assert!(said(&["--what", "class"]).contains("this column holds text"));
+    assert!(said(&["--what", "class"]).contains("this column contains text"));
     assert!(said(&["--what", "harmonics[9]"]).contains("have 3 elements"));
-    assert!(said(&["--what", "force_peak[1]"]).contains("holds numbers, not lists"));
+    assert!(said(&["--what", "force_peak[1]"]).contains("contains numbers, not lists"));
     assert!(said(&["--what", "orbits.lambda"]).contains("there is no orbits.parquet"));
     let unit = said(&["--what", "force_peak", "--db", "1 um"]);
     assert!(
@@ -720,7 +720,7 @@ fn columns_that_cannot_be_drawn_are_refused() {
     );
     let unused = said(&["--what", "force_peak", "--unit", "kg"]);
     assert!(
-        unused.contains("`--unit kg` fits no drawn quantity"),
+        unused.contains("`--unit kg` does not fit any drawn quantity"),
         "{unused}"
     );
     assert!(said(&["--what", "force_peak", "--unit", "furlong"]).contains("not a known unit"));

@@ -126,7 +126,7 @@ def test_a_table_that_was_not_computed_is_told_how_to_have_it(tmp_path):
     (tmp_path / "m.toml").write_text(text)
     (tmp_path / "oscillator.modal.toml").write_text((OSCILLATOR.parent / "oscillator.modal.toml").read_text())
     plain = gearatlas.run(tmp_path / "m.toml", tmp_path / "run", tables=tmp_path / "tables", progress=False)
-    with pytest.raises(gearatlas.AtlasError, match=r"no spectra\.parquet in .*`nvh = \{ spectrum = \{\} \}`.*here are points"):
+    with pytest.raises(gearatlas.AtlasError, match=r"no spectra\.parquet in .*`nvh = \{ spectrum = \{\} \}`.*available are points"):
         _ = plain.spectra
     with pytest.raises(gearatlas.AtlasError, match="`atlas follow` writes it"):
         _ = plain.branches

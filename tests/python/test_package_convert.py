@@ -242,7 +242,7 @@ BAD = {
     "half a tooth": (pair(teeth=20.5), "`teeth` is 20.5"),
     "a direction is short": (pair(torque=np.ones(1)), "`torque` has the shape (1,)"),
     "a name is misspelt": (pair(torq=np.ones(2)), "`torq` is not a known name"),
-    "texts": (pair(K=np.array([["a", "b"], ["c", "d"]])), "`K` holds <U1"),
+    "texts": (pair(K=np.array([["a", "b"], ["c", "d"]])), "`K` contains <U1"),
     "complex": (pair(K=np.eye(2) * 1j), "`K` is complex"),
 }
 

@@ -39,6 +39,6 @@ def test_a_fresh_environment_shows_a_map(tmp_path):
     rows = [[float(value) for value in line.split()] for line in grid]
     assert [len(row) for row in rows] == [4, 4, 4]
     assert max(max(row) for row in rows) > 0
-    assert pandas == "pandas is not installed: pip install pandas pyarrow"
-    assert polars == "polars is not installed: pip install polars"
-    assert pint == "pint is not installed: pip install pint"
+    assert pandas == "pandas is not installed; install it with `pip install pandas pyarrow`"
+    assert polars == "polars is not installed; install it with `pip install polars`"
+    assert pint == "pint is not installed; install it with `pip install pint`"

@@ -150,7 +150,7 @@ fn files_that_are_no_mesh_tables_are_named() {
     let file = keep(folder.path(), KernelArrays::from(Vec::new()));
     let text = refused(folder.path(), &["plot", &file], 2);
     assert!(
-        text.contains("holds a systems table where a mesh table is wanted"),
+        text.contains("contains a systems table, but a mesh table is expected"),
         "{text}"
     );
     // As another hand might write it.
@@ -159,7 +159,7 @@ fn files_that_are_no_mesh_tables_are_named() {
     let file = keep(folder.path(), table);
     let text = refused(folder.path(), &["plot", &file], 2);
     assert!(
-        text.contains("an axis is too short or does not rise"),
+        text.contains("an axis is too short or does not increase"),
         "{text}"
     );
     fs::write(folder.path().join("m.toml"), json!({}).to_string()).unwrap();

@@ -13,25 +13,25 @@ use std::process::ExitCode;
 pub struct ExportArgs {
     /// Folder that `atlas run`, `atlas follow` or `atlas trace` wrote, such as results/flex80.
     pub folder: PathBuf,
-    /// Format of the files; `python -m gearatlas.export` writes NumPy, MATLAB and Excel files.
+    /// Write files of this format. `python -m gearatlas.export` writes NumPy, MATLAB and Excel files.
     #[arg(long, value_enum, default_value_t = Format::Csv)]
     pub format: Format,
-    /// Tables to write, separated by commas: points, spectra, trace, ... [default: all].
+    /// Write only these tables, separated by commas: points, spectra, trace, ... [default: all].
     #[arg(long, value_delimiter = ',', value_name = "TABLE,...")]
     pub tables: Vec<String>,
-    /// Columns to write, separated by commas, from all tables that have them [default: all].
+    /// Write only these columns, separated by commas, of all tables that have them [default: all].
     #[arg(long, value_delimiter = ',', value_name = "COLUMN,...")]
     pub columns: Vec<String>,
-    /// How csv writes lists; arrow keeps them as lists.
+    /// Write lists in this form in csv files; arrow files always contain lists.
     #[arg(long, value_enum, default_value_t = Lists::Wide)]
     pub lists: Lists,
-    /// Folder for the files [default: `export` in the folder].
+    /// Write the files to this folder [default: `export` in the folder].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Replace files that already exist.
     #[arg(long)]
     pub overwrite: bool,
-    /// Only list tables and columns.
+    /// List tables and columns, and write nothing.
     #[arg(long)]
     pub list: bool,
     /// Print nothing but errors.

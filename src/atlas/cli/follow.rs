@@ -24,7 +24,7 @@ use std::time::Instant;
 pub struct FollowArgs {
     #[command(flatten)]
     manifest: ManifestArgs,
-    /// Folder for the results [default: results/JOB].
+    /// Write the results to this folder [default: results/JOB].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     #[command(flatten)]

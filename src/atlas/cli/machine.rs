@@ -27,7 +27,7 @@ pub struct MachineArgs {
 
 #[derive(Debug, Subcommand)]
 enum MachineCommand {
-    /// Compare two results figure by figure, within the spread that each states.
+    /// Compare two results figure by figure, within their spreads.
     Compare(CompareArgs),
     /// Print the page of a result and draw its pictures again.
     Show(ShowArgs),
@@ -36,31 +36,31 @@ enum MachineCommand {
 /// What is measured and where it goes.
 #[derive(Debug, Args)]
 struct MeasureArgs {
-    /// Less of everything, in about a minute.
+    /// Measure less, in about a minute.
     #[arg(long, conflicts_with = "full")]
     quick: bool,
-    /// Larger working sets, more modes, more repetitions: up to an hour.
+    /// Measure larger working sets and more modes, with more repetitions, in up to an hour.
     #[arg(long)]
     full: bool,
-    /// Seconds after which nothing new is begun [default: 55, 240 or 2400].
+    /// Begin no measurement after this many seconds [default: 240; 55 with --quick; 2400 with --full].
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     budget: Option<f64>,
-    /// Only these parts, separated by commas [default: all].
+    /// Measure only these parts, separated by commas [default: all].
     #[arg(long, value_enum, value_delimiter = ',', value_name = "PART,...")]
     only: Vec<Part>,
-    /// Rounds at most; figures of one round have no spread [default: 3, 5 or 9, as time allows].
+    /// Measure at most this many rounds; one round gives no spread [default: 5; 3 with --quick; 9 with --full].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=9))]
     rounds: Option<u32>,
-    /// Most memory to take, such as 512MiB or 8GiB [default: a quarter of what is free].
+    /// Use at most this much memory, such as 512MiB or 8GiB [default: a quarter of the free memory].
     #[arg(long, value_name = "SIZE", value_parser = memory)]
     memory: Option<u64>,
-    /// Folder for the results [default: results/machine-HOST].
+    /// Write the results to this folder [default: results/machine-HOST].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print nothing but errors.
     #[arg(long, short)]
     quiet: bool,
-    /// Print the whole record as JSON.
+    /// Print JSON instead of text: the whole record.
     #[arg(long)]
     json: bool,
 }
@@ -69,18 +69,18 @@ struct MeasureArgs {
 struct CompareArgs {
     /// Folder of the first result.
     a: PathBuf,
-    /// Folder of the second.
+    /// Folder of the second result.
     b: PathBuf,
-    /// Print JSON for programs.
+    /// Print JSON instead of text.
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Debug, Args)]
 struct ShowArgs {
-    /// Folder that `atlas machine` wrote [default: that of this machine].
+    /// Folder that `atlas machine` wrote [default: the folder of this machine].
     folder: Option<PathBuf>,
-    /// Print the whole record as JSON.
+    /// Print JSON instead of text: the whole record.
     #[arg(long)]
     json: bool,
 }
@@ -161,7 +161,9 @@ fn measure(args: &MeasureArgs) -> ExitCode {
 fn page(found: &Characteristics, folder: &Path, pictures: usize) -> String {
     let folder = folder.display();
     let page = machine_page(found);
-    format!("{page}\n{folder}: machine.json, a Parquet file a measurement, {pictures} pictures\n")
+    format!(
+        "{page}\n{folder}: machine.json, one Parquet file per measurement, {pictures} pictures\n"
+    )
 }
 
 fn json<T: serde::Serialize>(value: &T) -> String {
@@ -261,7 +263,7 @@ fn comparison_text(a: &Characteristics, b: &Characteristics, comparison: &Compar
         .collect();
     apart.sort_by(|p, q| q.ratio.ln().abs().total_cmp(&p.ratio.ln().abs()));
     if !apart.is_empty() {
-        text.push_str("\nfarthest apart, b / a (spread)\n");
+        text.push_str("\nlargest differences, b / a (spread)\n");
     }
     for pair in apart.iter().take(MOST) {
         let spread = pair.spread.unwrap_or_default();
@@ -272,7 +274,7 @@ fn comparison_text(a: &Characteristics, b: &Characteristics, comparison: &Compar
     }
     let only = [("a", comparison.only_a), ("b", comparison.only_b)];
     for (name, count) in only.into_iter().filter(|(_, count)| *count > 0) {
-        text.push_str(&format!("{count} figures of {name} alone\n"));
+        text.push_str(&format!("{count} figures only in {name}\n"));
     }
     text
 }
@@ -295,16 +297,17 @@ fn advance(bar: &ProgressBar, progress: Progress) {
 fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value <= 1e6 => Ok(value),
-        _ => Err("a number of seconds, more than 0".to_owned()),
+        _ => Err("give a number of seconds greater than 0".to_owned()),
     }
 }
 
 /// Memory to measure in: one MiB at least.
 fn memory(text: &str) -> Result<u64, String> {
     match size(text)? {
-        bytes if bytes < 1 << 20 => {
-            Err(format!("{} is too little: 1MiB at least", size_text(bytes)))
-        }
+        bytes if bytes < 1 << 20 => Err(format!(
+            "{} is too little; give at least 1MiB",
+            size_text(bytes)
+        )),
         bytes => Ok(bytes),
     }
 }

@@ -10,7 +10,7 @@ use std::process::ExitCode;
 /// A manifest with some keys changed.
 #[derive(Debug, Args)]
 pub struct ManifestArgs {
-    /// The manifest. `-` reads it from standard input; relative paths in it then start at the current folder.
+    /// Manifest to read. `-` reads it from standard input; relative paths in it then start at the current folder.
     #[arg(value_name = "MANIFEST")]
     pub path: PathBuf,
     /// Change a key of the manifest for this command: --set mesh.half_gap="20 um", --set grid.load=0.1. The value is

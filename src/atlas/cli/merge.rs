@@ -12,7 +12,7 @@ pub struct MergeArgs {
     /// Folders with the shards of one job, or a folder of such folders. They are not changed.
     #[arg(required = true, value_name = "DIR")]
     pub folders: Vec<PathBuf>,
-    /// Folder for the joined results, which must be new or empty.
+    /// Write the joined results to this folder, which must be new or empty.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// Print nothing but errors.

@@ -63,8 +63,8 @@ const BUSY: u8 = 4;
 /// Exit status after Ctrl-C or SIGTERM.
 const INTERRUPTED: u8 = 130;
 
-/// Gear rattle over grids of operating points: exact propagation, Lyapunov exponents with
-/// error bars, Poincaré samples, NVH statistics, in Parquet.
+/// Compute gear rattle over grids of operating points: exact propagation, Lyapunov exponents with
+/// error bars, Poincaré samples and NVH statistics, in Parquet files.
 #[derive(Debug, Parser)]
 #[command(
     name = "atlas",
@@ -105,7 +105,7 @@ enum Command {
     Trace(trace::TraceArgs),
     /// Measure memory, arithmetic and kernels of this machine
     Machine(machine::MachineArgs),
-    /// Compute and keep the mesh table of a manifest's gears, to be drawn by `atlas plot`
+    /// Compute and keep the mesh table of a manifest's gears; `atlas plot` draws it
     Table(table::TableArgs),
     /// Compare this build on this machine with closed forms, published values and independent
     /// integrators

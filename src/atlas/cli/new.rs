@@ -13,7 +13,7 @@ pub struct NewArgs {
     /// Name of the job. The file is NAME.toml in the current folder.
     #[arg(value_name = "NAME")]
     pub name: String,
-    /// Drive to start from.
+    /// Start from this drive.
     #[arg(long, value_enum, default_value_t = Template::Pair)]
     pub from: Template,
     /// Replace a file that already exists.

@@ -30,13 +30,13 @@ pub struct PlanArgs {
     manifest: ManifestArgs,
     #[command(flatten)]
     threads: Threads,
-    /// Estimate only part i of n, as `atlas run --shard i/n` computes it.
+    /// Estimate only part i of n, as `atlas run --shard i/n` computes it [default: all points].
     #[arg(long, value_name = "i/n", value_parser = super::run_args::parse_shard)]
     pub shard: Option<Shard>,
-    /// Results of `atlas machine` for this machine [default: results/machine-HOST if present].
+    /// Read the results of `atlas machine` for this machine from this folder [default: results/machine-HOST if present].
     #[arg(long, value_name = "DIR")]
     pub machine: Option<PathBuf>,
-    /// Also estimate the run on the machine that these results of `atlas machine` describe.
+    /// Also estimate the run on another machine, from the folder with its results of `atlas machine`.
     #[arg(long, value_name = "DIR")]
     pub on: Option<PathBuf>,
     #[command(flatten)]
@@ -143,8 +143,8 @@ impl Machines {
         let there = args.on.as_ref().map(read).transpose()?;
         if there.is_some() && here.is_none() {
             return Err(
-                "--on compares with this machine, which has no measurements; run `atlas machine --quick` \
-                 here, or name its folder with --machine"
+                "--on needs measurements of this machine, and there are none; run `atlas machine --quick` here, or \
+                 give their folder with --machine"
                     .to_owned(),
             );
         }
@@ -184,7 +184,7 @@ impl Measured {
         };
         let noise = |rate: &MachineRate| match rate.quiet {
             true => "",
-            false => ", on a machine that was busy",
+            false => ", while the machine was busy",
         };
         let mut text = String::new();
         if let Some(here) = &self.here {
@@ -252,7 +252,7 @@ fn text(job: &Job, found: &Forecast, topology: Option<Source>) -> String {
     ));
     if found.cut_short > 0 {
         let cut = format!(
-            "{} of these points took too long and were stopped",
+            "{} of these points were stopped because they took too long",
             found.cut_short
         );
         lines.push(("", cut));

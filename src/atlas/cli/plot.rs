@@ -27,7 +27,7 @@ pub struct PlotArgs {
     /// the same columns into one picture.
     #[arg(required = true, value_name = "SOURCE")]
     pub sources: Vec<PathBuf>,
-    /// Kinds of pictures and columns of the results, separated by commas; see below
+    /// Draw these kinds of pictures and columns of the results, separated by commas; see below
     /// [default: all kinds possible with the data].
     #[arg(long, value_parser = Names, value_delimiter = ',', value_name = "KIND|COLUMN,...", hide_possible_values = true)]
     pub what: Vec<Asked>,
@@ -37,20 +37,20 @@ pub struct PlotArgs {
     /// Draw one curve per value of this axis.
     #[arg(long, value_name = "AXIS")]
     pub by: Option<String>,
-    /// Point to draw: its point_id, or values of axes such as load=0.05,speed="9000 rpm" [default: the loudest or most
+    /// Draw this point: its point_id, or values of axes such as load=0.05,speed="9000 rpm" [default: the loudest or most
     /// chaotic point; all points for basins, multipliers and kicks].
     #[arg(long, value_name = "ID|AXIS=VALUE,...")]
     pub point: Option<String>,
-    /// Mesh orders of `orders` [default: 1,2,3].
+    /// Draw these mesh orders in `orders` [default: 1,2,3].
     #[arg(long, value_parser = order, value_delimiter = ',', value_name = "ORDER,...")]
     pub orders: Vec<f64>,
-    /// Signal of `orders` and `waterfall`: deflection, force, "bearing ..." [default: deflection].
+    /// Draw this signal in `orders` and `waterfall`: deflection, force, "bearing ..." [default: deflection].
     #[arg(long, value_name = "NAME")]
     pub signal: Option<String>,
     /// Draw the waterfall over frequency instead of order.
     #[arg(long)]
     pub frequency: bool,
-    /// Units of the pictures, such as rpm,um [default: those of the manifest].
+    /// Use these units in the pictures, such as rpm,um [default: the units of the manifest].
     #[arg(long, value_parser = unit, value_delimiter = ',', value_name = "UNIT,...")]
     pub unit: Vec<String>,
     /// Show decibels relative to this amplitude, in SI or with its unit: 1e-6, "1 N".
@@ -62,13 +62,13 @@ pub struct PlotArgs {
     /// Show only this range of values: 0:2e-5, "0:20 um"; in decibels with --db.
     #[arg(long, value_parser = range, value_name = "LOW:HIGH", allow_hyphen_values = true)]
     pub range: Option<[Amount; 2]>,
-    /// Folder for the pictures [default: `pictures` in the first folder, or beside the file].
+    /// Write the pictures to this folder [default: `pictures` in the first folder, or beside the file].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// File formats: svg, png or both.
+    /// Write files of this format: svg, png or both.
     #[arg(long, value_enum, default_value_t = Format::Both, hide_possible_values = true)]
     pub format: Format,
-    /// Only list the kinds and columns that the source has.
+    /// List the kinds and columns of the source, and draw nothing.
     #[arg(long)]
     pub list: bool,
     /// Print nothing but errors.
@@ -84,12 +84,12 @@ const KINDS: &str = "\
 Kinds:
   of a run       lambda, classes, bifurcation, spectrum, phase, waterfall, orders, horizon, shares, basins
   of orbits      branches, curves, multipliers, kicks
-  of a manifest  campbell, also of the one in a run's record
+  of a manifest  campbell, also from the record of a run
   of a trace     trace, phase
   of a mesh      mesh, sharing, contact
 Columns: any of points.parquet (deflection_rms), elements of lists (harmonics[3],
   bearing_rms[pinion 1 x], bearing_rms[axial]), columns of
-  attractors and periodic orbits (attractors.force_peak, orbits.multipliers). Over two axes a map.
+  attractors and periodic orbits (attractors.force_peak, orbits.multipliers). Over two axes, a column is drawn as a map.
   `atlas plot SOURCE --list` shows them all, with units.
 Examples:
   atlas plot results/job --what deflection_rms,deflection_pp --over speed --by load
@@ -132,7 +132,7 @@ impl TypedValueParser for Names {
 fn unit(text: &str) -> Result<String, String> {
     match conversion(text, text) {
         Some(_) => Ok(text.to_owned()),
-        None => Err("not a known unit; write for example rpm, um, kN, deg".to_owned()),
+        None => Err("not a known unit; give for example rpm, um, kN or deg".to_owned()),
     }
 }
 
@@ -146,13 +146,13 @@ fn order(text: &str) -> Result<f64, String> {
         }
     };
     (number.filter(|order| order.is_finite() && *order > 0.0))
-        .ok_or_else(|| "write a positive number such as 2, 0.5 or 1/3".to_owned())
+        .ok_or_else(|| "give a positive number such as 2, 0.5 or 1/3".to_owned())
 }
 
 /// Two amounts with a colon between; a unit behind the second holds for both.
 fn range(text: &str) -> Result<[Amount; 2], String> {
     let refused =
-        || "write two numbers separated by a colon, such as 0:2e-5 or \"0:20 um\"".to_owned();
+        || "give two numbers separated by a colon, such as 0:2e-5 or \"0:20 um\"".to_owned();
     let (low, high) = text.split_once(':').ok_or_else(refused)?;
     let high: Amount = high.parse().map_err(|error: NoAmount| error.to_string())?;
     let low: Amount = low.parse().map_err(|error: NoAmount| error.to_string())?;

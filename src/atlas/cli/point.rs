@@ -17,7 +17,7 @@ use std::process::ExitCode;
 /// The operating point of a command.
 #[derive(Debug, Args)]
 pub struct PointArg {
-    /// Operating point: its point_id, or values of axes such as load=0.05,speed=1200 or speed="9000 rpm". Load and speed
+    /// Use this operating point: its point_id, or values of axes such as load=0.05,speed="9000 rpm". Load and speed
     /// may take any value, other axes a value of the grid. A bare number is in SI. Axes with a single value may be
     /// omitted. If the manifest carries the state along an axis, add direction=up or direction=down to start from the
     /// sweep up to this point.

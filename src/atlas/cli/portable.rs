@@ -33,9 +33,8 @@ fn is_started_for_it() -> Result<(), String> {
     let separator = if tunables.is_empty() { "" } else { ":" };
     let command: Vec<String> = std::env::args().map(|word| quoted(&word)).collect();
     Err(format!(
-        "run.instructions = \"portable\" needs the system's mathematical library without the widest \
-         instructions, which the environment chooses when a process starts; run\n  \
-         {VARIABLE}={} {}",
+        "run.instructions = \"portable\" needs an environment variable that limits the system's mathematical library \
+         to portable instructions; run\n  {VARIABLE}={} {}",
         quoted(&format!("{tunables}{separator}{WITHOUT}")),
         command.join(" ")
     ))

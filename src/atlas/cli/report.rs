@@ -16,10 +16,10 @@ use crate::store::{StoreError, TableKind, record_paths, table_path, write_whole}
 pub struct ReportArgs {
     /// Folder that `atlas run`, `atlas follow` or `atlas trace` wrote, such as results/flex80.
     pub folder: PathBuf,
-    /// File to write [default: `report.html` in the folder].
+    /// Write this file [default: `report.html` in the folder].
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Limit for the size of the tables in the file; the page lists what it omits [default: 40MiB].
+    /// Limit the size of the tables in the file; the page lists the tables that it omits [default: 40MiB].
     #[arg(long, value_name = "SIZE", value_parser = size)]
     pub most_bytes: Option<u64>,
     /// Replace a file that already exists.
@@ -28,7 +28,7 @@ pub struct ReportArgs {
     /// Print nothing but errors.
     #[arg(long, short)]
     pub quiet: bool,
-    /// Print JSON instead of text: the file, its size and what it omits.
+    /// Print JSON instead of text: the file, its size and the omitted tables.
     #[arg(long, conflicts_with = "quiet")]
     pub json: bool,
 }

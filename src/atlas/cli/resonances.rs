@@ -13,7 +13,7 @@ pub fn lines(diagram: &Campbell, unit: &Unit) -> Vec<(String, String)> {
         false => format!("{low:.0} ... {high:.0}"),
     };
     let intro = format!(
-        "{} at which an order meets a mode, in the grid ({span}) or within {:.0} % of it",
+        "{} at which an order has the frequency of a mode, in the grid ({span}) or within {:.0} % of it",
         unit.text,
         100.0 * NEAR_GRID
     );

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 pub struct RunArgs {
     #[command(flatten)]
     pub(super) manifest: ManifestArgs,
-    /// Folder for the results [default: results/JOB].
+    /// Write the results to this folder [default: results/JOB].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     #[command(flatten)]
@@ -24,7 +24,7 @@ pub struct RunArgs {
     /// Let the operating system place the workers.
     #[arg(long)]
     pub no_pin: bool,
-    /// Compute only part i of n, every n-th point (or chain of points): 1/4, 2/4, …
+    /// Compute only part i of n, such as 1/4: every n-th point, or chain of points [default: all points].
     #[arg(long, value_name = "i/n", value_parser = parse_shard)]
     pub shard: Option<Shard>,
     /// Replace the results in the folder and discard an interrupted run [default: continue it].

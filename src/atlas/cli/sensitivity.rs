@@ -20,17 +20,17 @@ pub struct SensitivityArgs {
     manifest: ManifestArgs,
     #[command(flatten)]
     point: PointArg,
-    /// Keys to differentiate with respect to, separated by commas: load, speed, or any quantity of the drive, such as
+    /// Differentiate with respect to these keys, separated by commas: load, speed, or any quantity of the drive, such as
     /// mesh.half_gap [default: load, speed, and all quantities of mesh and excitation that the manifest sets].
     #[arg(long, value_name = "KEY,...", value_delimiter = ',')]
     pub by: Vec<String>,
-    /// Members of the ensemble for a chaotic motion.
+    /// Use an ensemble of this many members for a chaotic motion.
     #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     pub members: u32,
-    /// Mesh cycles of each member.
+    /// Compute this many mesh cycles of each member.
     #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     pub cycles: u64,
-    /// Step of each key for a chaotic motion, as a fraction of its value.
+    /// Change each key by this fraction of its value for a chaotic motion.
     #[arg(long, value_name = "PART", default_value_t = 0.02)]
     pub step: f64,
     #[command(flatten)]

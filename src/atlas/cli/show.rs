@@ -22,12 +22,12 @@ pub struct ShowArgs {
     /// Print the attractors that probes found, branch by branch along the last axis.
     #[arg(long, conflicts_with = "json")]
     pub branches: bool,
-    /// When to use colours.
+    /// Choose when to use colours.
     #[arg(long, value_enum, default_value_t = Colour::Auto, value_name = "WHEN")]
     pub color: Colour,
 }
 
-/// When to use colours.
+/// Choose when to use colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Colour {
     /// On a terminal, unless NO_COLOR is set.
@@ -106,7 +106,7 @@ pub(super) fn instead(folder: &Path) -> String {
     let here = folder.display();
     if journal_path(folder, None).exists() {
         return format!(
-            "no results in `{here}` yet: a run is in progress there, or was killed; its command, repeated, continues"
+            "no results in `{here}` yet: a run is in progress there, or was killed; repeat its command to continue"
         );
     }
     match Contents::of(folder) {
@@ -123,7 +123,7 @@ pub(super) fn instead(folder: &Path) -> String {
             "no results in `{here}`: it holds measurements of `atlas machine`; `atlas machine show {here}` prints them"
         ),
         Contents::Tables => format!(
-            "no results in `{here}`: it holds computed tables; `atlas show {here}/FILE` shows what a file of it holds"
+            "no results in `{here}`: it holds computed tables; `atlas show {here}/FILE` shows the content of a file"
         ),
         Contents::Folders(names) => {
             const MOST: usize = 12;

@@ -48,7 +48,7 @@ impl Structure {
         };
         if freedoms > MOST_FREEDOMS {
             return Err(format!(
-                "not computed here: {freedoms} degrees of freedom take long (limit: {MOST_FREEDOMS})"
+                "not computed here, because {freedoms} degrees of freedom take long (limit: {MOST_FREEDOMS})"
             ));
         }
         let structure = build::structure(&first.model).map_err(|error| error.to_string())?;
@@ -114,7 +114,8 @@ impl Structure {
             (
                 String::new(),
                 format!(
-                    "n x {}: the pinion speed at which harmonic n of the mesh meets a closed mode; * marks speeds in the grid",
+                    "n x {}: the pinion speed at which harmonic n of the mesh frequency equals the frequency of a \
+                     closed mode; * marks speeds in the grid",
                     unit.text
                 ),
             ),

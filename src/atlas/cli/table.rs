@@ -22,15 +22,15 @@ use crate::units::{self, Dimension};
 pub struct TableArgs {
     #[command(flatten)]
     manifest: ManifestArgs,
-    /// Angles between the flanks, separated by commas, increasing [default: 0].
+    /// Compute these angles between the flanks, separated by commas, increasing [default: 0].
     #[arg(long, value_name = "ANGLE,...", value_delimiter = ',', allow_hyphen_values = true,
         value_parser = |text: &str| quantity(text, Dimension::Angle))]
     misalignment: Vec<f64>,
-    /// Torques on the pinion, separated by commas, increasing [default: the rated torque].
+    /// Compute these torques on the pinion, separated by commas, increasing [default: the rated torque].
     #[arg(long, value_name = "TORQUE,...", value_delimiter = ',',
         value_parser = |text: &str| quantity(text, Dimension::Torque))]
     torque: Vec<f64>,
-    /// Keep the contact pattern, too.
+    /// Also keep the contact pattern.
     #[arg(long)]
     pattern: bool,
     #[command(flatten)]
@@ -40,7 +40,7 @@ pub struct TableArgs {
     /// Print nothing but errors.
     #[arg(long, short)]
     quiet: bool,
-    /// Print JSON for programs.
+    /// Print JSON instead of text.
     #[arg(long)]
     json: bool,
 }
@@ -48,7 +48,7 @@ pub struct TableArgs {
 /// Where the tables are.
 #[derive(Debug, Args)]
 pub(super) struct TablesFolder {
-    /// Folder of computed tables, a cache that may be deleted at any time.
+    /// Keep computed tables in this folder. It is a cache that may be deleted at any time.
     #[arg(long, value_name = "DIR", default_value = "tables")]
     tables: PathBuf,
 }

@@ -25,13 +25,13 @@ pub struct TraceArgs {
     manifest: ManifestArgs,
     #[command(flatten)]
     point: PointArg,
-    /// Mesh cycles to record.
+    /// Record this many mesh cycles.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     pub cycles: u64,
-    /// Mesh cycles to discard before recording [default: run.transient of the manifest].
+    /// Discard this many mesh cycles before recording [default: run.transient of the manifest].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(0..=1_000_000_000))]
     pub skip: Option<u64>,
-    /// Samples per mesh cycle, evenly spaced from mesh phase 0.
+    /// Record this many samples per mesh cycle, evenly spaced from mesh phase 0.
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub samples_per_cycle: u32,
     /// Also record modal displacements and velocities.
@@ -40,7 +40,7 @@ pub struct TraceArgs {
     /// Also record torques, accelerations, and rotations of gears relative to the mean rotation, one column each.
     #[arg(long)]
     pub outputs: bool,
-    /// Folder for the files [default: results/JOB/trace-POINT].
+    /// Write the files to this folder [default: results/JOB/trace-POINT].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Replace files that already exist.
@@ -207,7 +207,7 @@ fn summary(
             (
                 "skipped",
                 format!(
-                    "{} mesh cycles, {} of them at once because contact was certain to last",
+                    "{} mesh cycles, {} of them in one step because contact was certain to last",
                     question.skip, outcome.jumped
                 ),
             ),

@@ -17,7 +17,7 @@ pub struct VerifyArgs {
     /// Use longer horizons and more cycles per drive: many minutes instead of seconds.
     #[arg(long)]
     full: bool,
-    /// Run only this check; repeat for several.
+    /// Run only this check; repeat the option for several [default: all].
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(CHECKS.iter().map(|check| check.name)))]
     only: Vec<String>,
     #[command(flatten)]

@@ -48,7 +48,7 @@ pub enum ExportError {
         path: PathBuf,
     },
     /// A format that has no place for lists in a table of their own.
-    #[error("{format} keeps lists as they are: remove --lists long, or choose csv")]
+    #[error("{format} files keep lists as lists; remove --lists long, or choose csv")]
     ListsAreKept {
         /// The format.
         format: &'static str,

@@ -20,7 +20,7 @@ pub fn machine_page(machine: &Characteristics) -> String {
     arithmetic(&mut page, machine);
     solver(&mut page, machine);
     if !machine.missing.is_empty() {
-        page.push_str("\nnot measured, or not found\n");
+        page.push_str("\nnot measured or not found\n");
         for sentence in &machine.missing {
             _ = writeln!(page, "  {sentence}");
         }
@@ -134,7 +134,7 @@ fn memory(page: &mut String, machine: &Characteristics) {
         let told: Vec<String> = bandwidth.into_iter().chain(latency).collect();
         _ = writeln!(
             page,
-            "  {} → {} as the firmware tells: {}",
+            "  {} → {} as the firmware reports: {}",
             path.cpu_node,
             path.memory_node,
             told.join(", ")
@@ -209,7 +209,7 @@ fn arithmetic(page: &mut String, machine: &Characteristics) {
     if sets.is_empty() {
         return;
     }
-    page.push_str("\nmultiply-adds, 10⁹ operations a second\n");
+    page.push_str("\nmultiply-adds, 10⁹ operations per second\n");
     for set in sets {
         let rows = machine.arithmetic.iter().filter(|row| row.key.isa == set);
         let cells: Vec<String> = rows

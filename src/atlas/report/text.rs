@@ -144,9 +144,8 @@ fn refined_words(summary: &Summary, refined: &RefinedColumns) -> String {
     let share = 100.0 * summary.points as f64 / nested.places(nested.levels) as f64;
     let plural = if nested.levels == 1 { "" } else { "s" };
     format!(
-        "refined by {}: from {} x {} points by up to {} halving{plural}, {} % of {rows} x {columns}\n  \
-         every point starts from run.initial ({}); where motions coexist, the map shows those reached from \
-         there",
+        "refined by {}: from {} x {} points by up to {} halving{plural}, {} % of {rows} x {columns}\n  every point \
+         starts from run.initial ({}); where motions coexist, the map shows the motions reached from this state",
         printable(&refined.by),
         nested.coarse[0],
         nested.coarse[1],
@@ -207,7 +206,7 @@ fn push_twins(text: &mut String, summary: &Summary) {
     }
     _ = writeln!(
         text,
-        "\ntwin trajectories: {disagree} of {compared} disagree with the tangents"
+        "\ntwin trajectories: {disagree} of {compared} disagree with the tangent vectors"
     );
     if disagree > 0 {
         push_table(text, summary, &summary.twin_disagrees, disagree, |point| {
@@ -232,8 +231,8 @@ fn energy_warning(summary: &Summary) -> Option<String> {
     let open = summary.open_balances;
     (open > 0).then(|| {
         format!(
-            "energy_residual is above {LARGEST_RESIDUAL:.0e} at {}, {worst:.1e} at point {point_id}: the \
-             motion there is less accurate than the digits shown; use more run.steps, or another run.kernel",
+            "energy_residual is above {LARGEST_RESIDUAL:.0e} at {}, {worst:.1e} at point {point_id}: the motion is \
+             less accurate there than the digits shown; raise run.steps, or set another run.kernel",
             plural(open, "point")
         )
     })
@@ -244,8 +243,8 @@ fn errors_warning(summary: &Summary) -> Option<String> {
     let unverified = summary.unverified_points;
     (unverified > 0).then(|| {
         format!(
-            "standard errors of {unverified} of {} that do not settle are not verified; set \
-             run.cycles to {} or more and analyses.lyapunov.effort = \"verified\"",
+            "standard errors are not verified for {unverified} of {} that do not settle; set run.cycles to {} or more \
+             and analyses.lyapunov.effort = \"verified\"",
             plural(summary.with_evidence, "point"),
             Effort::Verified.first_look()
         )

@@ -211,7 +211,7 @@ impl Found<'_> {
             return None;
         }
         let driven = format!(
-            "torque ripple without a period up to {} cycles drives it, and it follows the phases of the ripple",
+            "torque ripple without a period up to {} cycles drives the motion, and the motion follows the phases of the ripple",
             self.evidence.longest_period
         );
         let known = self.known();
@@ -282,9 +282,9 @@ impl Found<'_> {
             && (DECAYING..=PROPORTIONAL).contains(&self.growth.late);
         proportional.then(|| {
             format!(
-                "{known}, but neighbours separate no faster than in proportion to time (by a factor {:.1} \
-                 from the third to the last quarter of the record; an exponent of {:.4} would be detected), \
-                 and no period up to {longest}",
+                "{known}, but neighbouring trajectories separate at most in proportion to time (by a factor {:.1} \
+                 from the third to the last quarter of the record; an exponent of {:.4} would be detected), and no \
+                 period up to {longest}",
                 (0.25 * self.growth.late).exp(),
                 EXPONENTIAL / cycles
             )
@@ -298,7 +298,8 @@ impl Found<'_> {
         if self.lambda > 0.0 {
             if self.evidence.events > 0 && self.growth.steady() >= EXPONENTIAL {
                 return format!(
-                    "{known}: neighbours separate, but the exponent is within {SIGMAS} errors of zero over {measured} measured cycles"
+                    "{known}: neighbouring trajectories separate, but the exponent is within {SIGMAS} standard errors \
+                     of zero over {measured} measured cycles"
                 );
             }
             return match self.evidence.events {

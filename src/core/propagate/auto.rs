@@ -137,9 +137,9 @@ impl fmt::Display for Why {
             ),
             Self::Met { modes, sets } => write!(
                 f,
-                "{modes} modes, {sets} sets of closed contacts, whose tables are made when they are met"
+                "{modes} modes, {sets} sets of closed contacts, with tables computed on demand"
             ),
-            Self::NoTable => f.write_str("no table for a set of closed contacts that was met"),
+            Self::NoTable => f.write_str("no table for a set of closed contacts in the motion"),
             Self::Turns => f.write_str("gyroscopic terms change the structure with the speed"),
             Self::ManyModes { modes, most } => write!(f, "{modes} modes, more than {most}"),
             Self::Portable => f.write_str("instructions = \"portable\""),
@@ -182,7 +182,7 @@ mod tests {
         assert_eq!(why(&many, false), "25 modes, more than 24");
         assert_eq!(
             why(&model(3, Release::Force), false),
-            "tables do not know contacts that let go where their force vanishes"
+            "tables cannot represent contacts that open when their force vanishes"
         );
     }
 }

@@ -67,8 +67,8 @@ pub enum Stop {
     },
     /// The state that the integration was to start from is out of range already.
     #[error(
-        "the initial state is {half_gaps:.1e} half gaps away, but motion beyond {farthest:.0e} of them \
-         counts as diverged; set run.initial to a nearer state"
+        "the mesh deflection of the initial state is {half_gaps:.1e} half gaps, but more than {farthest:.0e} half \
+         gaps count as diverged; set run.initial to a smaller state"
     )]
     FarStart {
         /// Its deflection \[half gaps\].
@@ -86,9 +86,9 @@ pub enum Stop {
     },
     /// The integration takes windows without getting on.
     #[error(
-        "{windows} windows in mesh cycle {cycle} did not reach its end, the last one at mesh phase {phase}; \
-         this is a fault of the program, please report it with the manifest. Try another run.kernel, or \
-         move the breakpoints of the mesh (mesh.contact_ratio, mesh.coast_symmetry, train.mesh.*.phase)"
+        "mesh cycle {cycle} does not end: after {windows} windows, the integration is at mesh phase {phase}; this is \
+         an error of the program, please report it with the manifest. Try another run.kernel, or move the breakpoints \
+         of the mesh (mesh.contact_ratio, mesh.coast_symmetry, train.mesh.*.phase)"
     )]
     Stuck {
         /// The mesh cycle.
@@ -100,7 +100,7 @@ pub enum Stop {
     },
     /// The motion has come to a set of closed contacts of which the kernel has no table.
     #[error(
-        "in mesh cycle {cycle} a set of closed contacts has no table, because {}; set run.kernel = \"volterra\"", error.cause()
+        "a set of closed contacts in mesh cycle {cycle} has no table, because {}; set run.kernel = \"volterra\"", error.cause()
     )]
     Refused {
         /// The mesh cycle.

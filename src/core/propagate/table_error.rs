@@ -5,7 +5,8 @@
 pub enum TableError {
     /// Loaded flanks have an error.
     #[error(
-        "kernels of tables do not follow the error of loaded flanks; use kernel = \"volterra\", or give excitation.table_harmonics, its harmonics, or 0 to leave it out"
+        "kernels with tables cannot follow the exact error of the loaded flanks; set run.kernel = \"volterra\", or \
+         set excitation.table_harmonics to a number of harmonics (0 omits the error)"
     )]
     FlankError,
     /// Stiffness varies within a segment.
@@ -16,9 +17,9 @@ pub enum TableError {
     VaryingStiffness,
     /// The eigenvectors of a segment are too nearly parallel.
     #[error(
-        "the eigenvectors of a mesh segment are nearly parallel: a propagator rebuilt from them is \
-         off by {error:.1e} of its largest entry, at most 1e-11 is let pass (condition number \
-         {condition:.1e}); the contact may be critically damped"
+        "the eigenvectors of a mesh segment are nearly parallel: a propagator rebuilt from them is off by {error:.1e} \
+         of its largest entry, but at most 1e-11 is allowed (condition number {condition:.1e}); the contact may be \
+         critically damped"
     )]
     Defective {
         /// Condition number of their basis.
@@ -28,8 +29,8 @@ pub enum TableError {
     },
     /// An undamped mode in resonance with a harmonic.
     #[error(
-        "an undamped mode is in resonance with the harmonic at {frequency:.6e} rad/s; \
-         give it damping"
+        "an undamped mode is in resonance with the harmonic at {frequency:.6e} rad/s; raise the damping ratio of this \
+         mode above 0"
     )]
     Resonance {
         /// Angular frequency of the harmonic \[rad/s\].
@@ -37,14 +38,14 @@ pub enum TableError {
     },
     /// Contacts let go where their force vanishes.
     #[error(
-        "tables do not know contacts that let go where their force vanishes; set \
-         mesh.release = \"deflection\", or a kernel without tables"
+        "tables cannot represent contacts that open when their force vanishes; set mesh.release = \"deflection\" or \
+         run.kernel = \"volterra\""
     )]
     Release,
     /// Kept tables are not those of this model.
     #[error(
-        "the kept tables have no array `{name}` that fits this model; delete the \
-         folder of tables (`tables/`), they are computed again"
+        "the kept tables have no array `{name}` that fits this model; delete the folder `tables/`, and the next run \
+         computes them again"
     )]
     Kept {
         /// The array.
@@ -52,8 +53,8 @@ pub enum TableError {
     },
     /// More systems than tables are made for.
     #[error(
-        "contacts may be closed in {count} ways, each a linear system with a table of its own, and at most {most} are \
-         kept; set run.kernel = \"volterra\""
+        "there are {count} sets of closed contacts, each with a separate table, but at most {most} tables are kept; \
+         set run.kernel = \"volterra\""
     )]
     TooManySets {
         /// How many.
@@ -63,8 +64,8 @@ pub enum TableError {
     },
     /// Tables would be larger than they should be.
     #[error(
-        "the tables of the {} ways in which contacts may be closed would take {:.0} MB, at most {:.0} MB are kept; keep fewer \
-         modes or fewer levels of stiffness",
+        "the tables of the {} sets of closed contacts need {:.0} MB, but at most {:.0} MB are kept; keep fewer modes \
+         or fewer levels of stiffness",
         size.systems, megabytes(size.bytes), megabytes(*most)
     )]
     TooLarge {

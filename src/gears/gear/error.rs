@@ -43,7 +43,7 @@ pub enum GearError {
         limit: f64,
     },
     /// A quantity that must be positive and finite is not.
-    #[error("{quantity} must be positive and finite, got {value}")]
+    #[error("{quantity} is {value}, but must be positive and finite")]
     NotPositive {
         /// The quantity, with its unit.
         quantity: &'static str,
@@ -51,7 +51,7 @@ pub enum GearError {
         value: f64,
     },
     /// A quantity that must be non-negative and finite is not.
-    #[error("{quantity} must be finite and not negative, got {value}")]
+    #[error("{quantity} is {value}, but must be finite and not negative")]
     Negative {
         /// The quantity, with its unit.
         quantity: &'static str,
@@ -59,14 +59,14 @@ pub enum GearError {
         value: f64,
     },
     /// A helix that is none.
-    #[error("the helix angle is {value} rad; it must lie between -π/2 and π/2")]
+    #[error("the helix angle is {value} rad, but must be between -π/2 and π/2")]
     HelixAngle {
         /// Helix angle \[rad\].
         value: f64,
     },
     /// The rounding of the rack's tip is larger than the tip.
     #[error(
-        "the rack's tip radius of {tip_radius} modules does not fit on its tip; it must be at most {limit:.4}"
+        "the rack's tip radius of {tip_radius} modules does not fit on the rack's tip; it must be at most {limit:.4}"
     )]
     RackTip {
         /// Tip radius in modules.
@@ -108,7 +108,8 @@ pub enum GearError {
     },
     /// The tip circle leaves nothing of the involute.
     #[error(
-        "the tip diameter {tip_diameter:.6} m of gear {gear} is not above {form_diameter:.6} m, where its involute begins"
+        "the tip diameter {tip_diameter:.6} m of gear {gear} is not above {form_diameter:.6} m, where its involute \
+         begins; raise the tip diameter"
     )]
     TipBelowForm {
         /// 1 = pinion, 2 = wheel.
@@ -202,7 +203,7 @@ pub enum GearError {
     },
     /// A point that is not on the flank.
     #[error(
-        "the {course} of gear {gear} has a point at {:.4} mm, off its flank, which reaches from {:.4} to {:.4} mm; remove it",
+        "the {course} of gear {gear} has a point at {:.4} mm, but the flank reaches from {:.4} to {:.4} mm; remove the point",
         1e3 * place, 1e3 * from, 1e3 * to
     )]
     PointOffFlank {

@@ -12,7 +12,7 @@ pub enum ShaftError {
     #[error(transparent)]
     Train(#[from] super::train::TrainError),
     /// A quantity that must be positive and finite is not.
-    #[error("{quantity} must be positive and finite, got {value}")]
+    #[error("{quantity} is {value}, but must be positive and finite")]
     NotPositive {
         /// The quantity, with its unit.
         quantity: &'static str,
@@ -20,7 +20,7 @@ pub enum ShaftError {
         value: f64,
     },
     /// A quantity that must be non-negative and finite is not.
-    #[error("{quantity} must be finite and not negative, got {value}")]
+    #[error("{quantity} is {value}, but must be finite and not negative")]
     Negative {
         /// The quantity, with its unit.
         quantity: &'static str,
@@ -28,7 +28,7 @@ pub enum ShaftError {
         value: f64,
     },
     /// A quantity that must be finite is not.
-    #[error("{quantity} must be finite, got {value}")]
+    #[error("{quantity} is {value}, but must be finite")]
     NotFinite {
         /// The quantity, with its unit.
         quantity: &'static str,
@@ -55,7 +55,7 @@ pub enum ShaftError {
     },
     /// A stretch of shaft was given no element.
     #[error(
-        "{stretch} has no element; give it at least one (more elements make the highest modes more accurate)"
+        "{stretch} has no beam element; give it at least one (more elements make the highest modes more accurate)"
     )]
     NoElement {
         /// Which stretch of the shaft.
@@ -86,7 +86,7 @@ pub enum ShaftError {
     },
     /// A freedom was tied to one that is not free, or to itself.
     #[error(
-        "a freedom of node {node} is tied to a freedom of node {master} that is itself tied; tie it to a free one"
+        "a degree of freedom of node {node} is tied to a degree of freedom of node {master} that is itself tied; tie it to a free one"
     )]
     TiedToBound {
         /// Node of the tied freedom.
@@ -122,7 +122,7 @@ pub enum ShaftError {
     },
     /// A matrix that must be symmetric is not.
     #[error(
-        "the {matrix} matrix is not symmetric: row {row}, column {column} holds {}, its mirror image {}",
+        "the {matrix} matrix is not symmetric: row {row}, column {column} is {}, but its mirror image is {}",
         entries[0], entries[1]
     )]
     Asymmetric {
@@ -137,12 +137,13 @@ pub enum ShaftError {
     },
     /// The mass matrix is not positive definite.
     #[error(
-        "the mass matrix is not positive definite: a freedom has no inertia; give it one or constrain it"
+        "the mass matrix is not positive definite: a degree of freedom has no inertia; give it inertia or constrain it"
     )]
     MassNotPositiveDefinite,
     /// The parts of a gear body do not lie outside of one another.
     #[error(
-        "gear {gear}: {inside} has a diameter of {inner} m and {outside} one of {outer} m, which must be larger; see gear.hub_diameter and gear.rim_diameter"
+        "gear {gear}: the diameter of {outside} is {outer} m, but must be greater than the diameter of {inside}, \
+         {inner} m; correct gear.hub_diameter or gear.rim_diameter"
     )]
     BodyParts {
         /// 1 = pinion, 2 = wheel.
@@ -178,7 +179,9 @@ pub enum ShaftError {
         eigenvalue: f64,
     },
     /// The number of rigid-body modes is not the expected one.
-    #[error("expected {expected} rigid-body modes, found {found}; check bearings and constraints")]
+    #[error(
+        "the structure has {found} rigid-body modes, but {expected} are expected; check bearings and constraints"
+    )]
     RigidModes {
         /// Number known from the supports.
         expected: usize,
@@ -190,7 +193,7 @@ pub enum ShaftError {
     ModeCount(#[from] ModeCount),
     /// A damping override names no elastic mode.
     #[error(
-        "damping override for mode {mode}: only modes {first} to {last} are elastic and computed (counted from 1)"
+        "the damping of mode {mode} cannot be overridden: only modes {first} to {last} are elastic and computed (counted from 1)"
     )]
     DampingOverride {
         /// Mode named, from 1.
@@ -201,21 +204,21 @@ pub enum ShaftError {
         last: usize,
     },
     /// A modal damping ratio outside `[0, 1)`.
-    #[error("modal damping ratio {ratio} is not in [0, 1)")]
+    #[error("the modal damping ratio is {ratio}, but must be at least 0 and less than 1")]
     DampingRatio {
         /// The ratio.
         ratio: f64,
     },
     /// The eigensolver gave up.
-    #[error("the symmetric eigensolver did not converge on {size} freedoms")]
+    #[error("the symmetric eigensolver did not converge on {size} degrees of freedom")]
     NoConvergence {
         /// Order of the problem.
         size: usize,
     },
     /// What loads deflect beyond the computed modes was not found.
     #[error(
-        "the deflection of the bearings beyond the {modes} computed modes was not found, because the \
-         iteration did not converge; compute more modes"
+        "the iteration for the deflection of the bearings beyond the {modes} computed modes did not converge; compute \
+         more modes"
     )]
     NoStaticShape {
         /// Modes computed.
@@ -223,8 +226,8 @@ pub enum ShaftError {
     },
     /// A computed mode does not satisfy its equation.
     #[error(
-        "mode {mode} of {size} freedoms violates its equation by {residual:.1e} of its terms, which is more \
-         than round-off: the eigensolver has failed; use fewer elements or fewer modes"
+        "mode {mode} of {size} degrees of freedom violates its equation by {residual:.1e} of its terms, which is more \
+         than round-off: the eigensolver failed; use fewer elements or fewer modes"
     )]
     Residual {
         /// Mode, from 1.

@@ -351,7 +351,7 @@ impl Between {
         for (name, node) in samples.chain(nodes) {
             let path: Vec<&str> = name.split('.').collect();
             if tree.put(&path, node).is_err() {
-                return Err(format!("`{name}` names no key or axis"));
+                return Err(format!("`{name}` is neither a key nor an axis"));
             }
         }
         let mut issues = Issues::default();

@@ -229,8 +229,8 @@ fn acts(root: &Section, issues: &mut Issues, name: &str, values: &[f64]) -> bool
         return true;
     }
     let what = match name {
-        "mesh" => "the mesh force would act on nothing",
-        _ => "the load would act on nothing",
+        "mesh" => "the mesh force would act on no mode",
+        _ => "the load would act on no mode",
     };
     issues.push(
         Diagnostic::new(

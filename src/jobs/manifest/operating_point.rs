@@ -38,12 +38,12 @@ pub(super) fn check(axes: &[GridAxis], variants: &[Variant], issues: &mut Issues
                 DiagnosticKind::Inconsistent,
                 axis.node(place).span,
                 &path,
-                format!("`{name}` is 0, but the mesh computed from [gear] needs flanks pressed together by a mean load"),
+                format!("`{name}` is 0, but the mesh computed from [gear] needs a mean load that presses the flanks together"),
             )
             .label("no mean load")
             .remedy(
-                "set mesh.resolution = \"pairs\", which makes every pair of teeth a separate spring, choose \
-                 another mesh.stiffness, or give a small load",
+                "set mesh.resolution = \"pairs\" for a separate spring per pair of teeth, choose another \
+                 mesh.stiffness, or give a small load",
             ),
         );
     }

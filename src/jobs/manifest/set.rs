@@ -43,7 +43,7 @@ pub(super) fn apply(tree: &mut Node, changes: &[String], issues: &mut Issues) ->
                         format!("`{}` is not in the manifest", changed.name()),
                     )
                     .label("nothing to remove")
-                    .remedy("--set KEY without a value removes the key from the manifest; give it a value, or remove this --set"),
+                    .remedy("--set KEY= removes a key from the manifest; give a value, or remove this --set"),
                 );
             }
             continue;

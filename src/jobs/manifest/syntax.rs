@@ -56,7 +56,7 @@ fn duplicate(span: Span, key: &str) -> Diagnostic {
 fn words(detail: &str, spot: &str, unclosed: bool) -> (String, String) {
     let (message, remedy) = if unclosed {
         (
-            "a list or table that starts above is not closed",
+            "a list or table that begins above this line is not closed",
             "close it with ] or } before this line, or add the missing comma",
         )
     } else if detail.starts_with("string values must be quoted") && spot.is_empty() {
@@ -67,7 +67,7 @@ fn words(detail: &str, spot: &str, unclosed: bool) -> (String, String) {
     } else if detail.starts_with("string values must be quoted") {
         let quoted = spot.trim();
         return (
-            "a text needs quotes".to_owned(),
+            "texts must be in quotes".to_owned(),
             format!("write \"{quoted}\""),
         );
     } else if detail.starts_with("invalid basic string, expected `\"`") {

@@ -47,7 +47,7 @@ pub fn attractors_table() -> Table<AttractorRow> {
     Table::new(columns![row: AttractorRow;
         u64 "point_id", "1", row.point_id, "Row-major index into the grid";
         u32 "attractor_id", "1", row.attractor_id,
-            "Attractor of the point. Numbers start at 0, first in the order of the probes, then in that of the cells of the slice";
+            "Attractor of the point. Numbers start at 0, in the order of the probes, then in the order of the cells of the slice";
         text "class", "", row.attractor.class.name(),
             "Class of motion: steady_contact, periodic, quasi_periodic, chaotic";
         u32 "period", "mesh cycles", row.attractor.class.period(),

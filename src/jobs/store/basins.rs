@@ -22,17 +22,17 @@ pub fn basins_table() -> Table<CellRow> {
             "Mesh deflection by the first mode at the centre of the cell, relative to run.initial; for \
              velocities, the deflection of equal energy";
         f64 "y", "m (m/s in a phase plane)", row.cell.place[1],
-            "Mesh deflection by the second mode, as x; in a phase plane, the rate of mesh deflection by the one mode";
+            "Mesh deflection by the second mode, measured like x; in a phase plane, the rate of mesh deflection by the same mode";
         u32 "attractor_id", "1", row.cell.attractor,
             "Attractor of the point, as in attractors.parquet; null if the motion settled on none";
         text "status", "", row.cell.status.name(),
-            "How the motion ended: ok, not_converged, diverged, event_storm";
+            "Status of the cell: ok, not_converged, diverged, event_storm";
         text "class", "", row.cell.class.as_ref().map(Class::name),
             "Class of motion: steady_contact, periodic, quasi_periodic, chaotic, not_converged";
         u32 "period", "mesh cycles", row.cell.class.as_ref()?.period(),
             "Period of steady_contact and periodic motion";
         bool "in_full", "", row.cell.in_full,
-            "Whether the motion was investigated like a probe; false if it approached a known orbit or ended early";
+            "Whether the motion was measured like a probe; false if it approached a known orbit or ended early";
         u64 "cycles", "mesh cycles", row.cell.cycles, "Mesh cycles integrated";
     ])
 }

@@ -50,7 +50,7 @@ pub fn transitions_table(axis: &AxisColumn) -> Table<TransitionRow> {
         text "from_class", "", row.transition.from.name(),
             "Class of motion before the change, in sweep order";
         text "what", "", row.transition.what(),
-            "What changes: class, period, or deflection (a jump at constant class and period)";
+            "Quantity that changes: class, period, or deflection (a jump at constant class and period)";
         u32 "from_period", "mesh cycles", row.transition.from.period(),
             "Period before the change; null if the motion has none";
         text "to_class", "", row.transition.to.name(), "Class of motion after the change";
@@ -67,6 +67,6 @@ pub fn transitions_table(axis: &AxisColumn) -> Table<TransitionRow> {
         f64 "to_deflection_rms", "m", row.transition.jump?[1].rms[0], "RMS of the deflection about its mean \
                                                                        after a jump; null for other changes";
         u32 "trials", "1", row.transition.trials,
-            "Points computed between those of the grid to narrow the bracket; 0 without refinement";
+            "Number of points added between points of the grid to narrow the bracket; 0 without refinement";
     ])
 }

@@ -103,8 +103,8 @@ pub fn points_table(layout: &ResultLayout) -> Result<Table<PointRow>, StoreError
 fn motion_columns() -> Vec<Column<PointRow>> {
     columns![row: PointRow;
         text "status", "", row.outcome.status.name(),
-            "How the work ended: ok, not_converged, inaccurate (the energy balance does not close), diverged, event_storm, failed";
-        text "reason", "", row.outcome.reason.as_str(), "Reason for this status and this class";
+            "Status of the point: ok, not_converged, inaccurate (the energy balance does not close), diverged, event_storm, failed";
+        text "reason", "", row.outcome.reason.as_str(), "Reason for the status and the class";
         text "class", "", row.outcome.class.as_ref().map(Class::name),
             "Class of motion: steady_contact, periodic, quasi_periodic, chaotic, transient_chaos (some \
              trajectories left it), not_converged";
@@ -118,18 +118,18 @@ fn motion_columns() -> Vec<Column<PointRow>> {
             "Largest exponent from a twin trajectory: lambda_max plus the excess growth of the twin over \
              the tangents during the first 320 cycles of the point";
         f64 "lambda_twin_stderr", "1/cycle", row.lyapunov()?.twin_stderr,
-            "Standard error of lambda_twin: that of lambda_max and that of the excess, combined";
+            "Standard error of lambda_twin, combined from the errors of lambda_max and of the excess";
         bool "twin_agrees", "", row.lyapunov()?.twin_agrees,
             "Whether twin and tangents agree over the same cycles within three standard errors of their difference";
         text "lambda_method", "", row.lyapunov()?.method.name(),
-            "Method for lambda_max. tangent: mean growth of tangent vectors; multipliers: from those of the \
-             settled orbit; birkhoff: weighted mean growth on a torus";
+            "Method for lambda_max. tangent: mean growth of tangent vectors; multipliers: from the Floquet \
+             multipliers of the settled orbit; birkhoff: weighted mean growth on a torus";
         list "exponents", "1/cycle", &*row.lyapunov()?.exponents,
             "Lyapunov exponents per mesh cycle, largest first";
         list "exponents_stderr", "1/cycle", &*row.lyapunov()?.errors,
             "Standard error of each exponent, from block averages";
         f64 "kaplan_yorke", "1", row.lyapunov()?.dimension?.value,
-            "Kaplan–Yorke dimension of the states once per mesh cycle; null if the exponents asked for do not determine it";
+            "Kaplan–Yorke dimension of the states once per mesh cycle; null if the computed exponents do not determine it";
         f64 "kaplan_yorke_stderr", "1", row.lyapunov()?.dimension?.stderr,
             "Standard error of kaplan_yorke, from block averages";
         list "course_cycles", "mesh cycles", &*row.lyapunov()?.course.as_ref()?.cycles,
@@ -141,7 +141,7 @@ fn motion_columns() -> Vec<Column<PointRow>> {
         u32 "trajectories", "1", row.outcome.evidence.as_ref()?.trajectories,
             "Number of trajectories measured for a motion that does not settle; null if it settles";
         bool "errors_verified", "", row.outcome.evidence.as_ref()?.verified,
-            "Whether standard errors were read after enough cycles for their measured coverage; null if the motion settles";
+            "Whether standard errors rest on enough cycles for their measured coverage; null if the motion settles";
         f64 "correlation_cycles", "mesh cycles", row.outcome.evidence.as_ref()?.correlation_cycles,
             "Mesh cycles over which successive growth is correlated: squared block error times measured \
              cycles, divided by the variance";
@@ -159,7 +159,7 @@ fn motion_columns() -> Vec<Column<PointRow>> {
         f64 "chaos_lifetime_high", "mesh cycles", row.outcome.chaos.as_ref()?.interval().1,
             "Upper end of the 95 % interval of chaos_lifetime; null if none left";
         u64 "chaos_cycles", "mesh cycles", row.outcome.chaos.as_ref()?.cycles,
-            "Chaotic mesh cycles of all trajectories together, including those in which branches separate from their pilot";
+            "Chaotic mesh cycles of all trajectories together, including the cycles in which new trajectories separate from the first one";
         u32 "chaos_exits", "1", row.outcome.chaos.as_ref()?.exits,
             "Number of trajectories that left chaos";
         text "ended_on", "", row.outcome.chaos.as_ref()?.ended_on.as_deref(),
@@ -237,10 +237,10 @@ pub fn spectra_table() -> Table<SpectrumRow> {
             SIGNALS;
         text "unit", "", &*row.unit, "Unit of the signal, its amplitude and its standard error";
         text "method", "", row.method.name(),
-            "Method. fourier: exact lines of a motion that repeats, at multiples of its frequency. welch: \
-             power averaged over segments that overlap by half under a Hann window, for any other motion. A \
-             sine half-way between two lines appears 15 % (1.42 dB) too low on both. A sine at an order of \
-             the excitation lies on a line if segments are whole periods of the excitation";
+            "Method. fourier: exact lines of a motion that repeats, at multiples of its frequency. welch: for any \
+             other motion, the power averaged over segments with a Hann window and an overlap of one half. A sine \
+             half-way between two lines appears 15 % (1.42 dB) too low on both. A sine at an order of the excitation \
+             lies on a line if segments are whole periods of the excitation";
         f64 "bandwidth", "Hz", row.bandwidth?,
             "Noise bandwidth of a line, 1.5 times the line spacing. The power density of broad-band motion \
              is amplitude^2/(2 bandwidth); null for exact lines";

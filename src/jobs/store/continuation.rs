@@ -307,7 +307,8 @@ pub fn curves_table(axes: &[AxisColumn]) -> Table<CurveRow> {
         row.axis_values.get(index).copied()
     }));
     all.extend(columns![row: CurveRow;
-        text "note", "", row.note.as_deref(), "Bifurcation of codimension two just before this point; at the ends, why the curve ends";
+        text "note", "", row.note.as_deref(), "Bifurcation of codimension two just before this point; at the ends, \
+                                               the reason why the curve ends";
     ]);
     all.extend(told_columns(|row: &CurveRow| row.told.as_ref()));
     Table::new(all)

@@ -13,13 +13,13 @@ use super::table_kind::{FOLLOW_RECORD, TRACE_RECORD, TableKind};
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum Damage {
     /// There is no such file.
-    #[error("it is gone, but the record of the run names it")]
+    #[error("it is missing, but the record of the run lists it")]
     Gone,
     /// Something else stands in its place.
     #[error("it is not a file")]
     NoFile,
     /// No record names it.
-    #[error("no record names it; the run that wrote it has not ended, or was killed")]
+    #[error("no record lists it, so the run that wrote it has not ended or was killed")]
     Unrecorded,
     /// It was cut, or something was added.
     #[error("it has {found} bytes, but {written} were written")]
@@ -31,7 +31,7 @@ pub enum Damage {
     },
     /// It has other bytes.
     #[error(
-        "its bytes differ from those written (BLAKE3 {}… instead of {}…)",
+        "its bytes differ from the written bytes (BLAKE3 {}… instead of {}…)",
         .found.get(..8).unwrap_or(found), .written.get(..8).unwrap_or(written)
     )]
     Changed {

@@ -39,7 +39,7 @@ pub(super) fn horizon_columns() -> Vec<Column<PointRow>> {
             "Mesh cycles until the separation of twins is a tenth of the saturation; null if the motion is \
              not chaotic or the twins stay closer";
         f64 "horizon_stderr", "mesh cycles", row.horizon.as_ref()?.stderr,
-            "Standard error of horizon, from leaving out one twin at a time";
+            "Standard error of horizon, estimated by leaving out one twin at a time";
         f64 "saturation", "half gaps", row.horizon.as_ref()?.saturation,
             "Geometric mean distance of unrelated states of the motion, in the energy norm";
         f64 "averaging_exponent", "1", row.horizon.as_ref()?.averaging_exponent,

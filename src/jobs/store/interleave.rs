@@ -108,7 +108,7 @@ pub(super) fn interleave(
     let schema = first.reader.schema().clone();
     if let Some(other) = others.iter().find(|other| *other.reader.schema() != schema) {
         let detail = format!(
-            "its columns differ from those of `{}`",
+            "its columns differ from the columns of `{}`",
             first.source.path.display()
         );
         return Err(other.foreign(detail));

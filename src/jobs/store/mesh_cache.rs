@@ -71,7 +71,7 @@ impl CacheContent for MeshTable {
             axis.len() >= least && axis.windows(2).all(|pair| pair[0] < pair[1])
         };
         if !axes.into_iter().all(rises) {
-            return Some("an axis is too short or does not rise");
+            return Some("an axis is too short or does not increase");
         }
         let nodes = self.shape().into_iter().fold(1, usize::saturating_mul);
         let fits = |own: MeshQuantity| {

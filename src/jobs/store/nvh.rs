@@ -6,24 +6,22 @@ use crate::analysis::{NvhErrors, NvhOutcome};
 use crate::model::Quantity;
 
 /// What extremes say of themselves: they have no standard error.
-const SEEN: &str = "an extreme over nvh_cycles mesh cycles, which grows with their number if the motion does not repeat";
+const SEEN: &str = "an extreme over nvh_cycles mesh cycles; if the motion does not repeat, it grows with their number";
 
 /// What quantiles of peaks say of themselves.
-const PEAKS: &str =
-    "that 99 and 99.9 % of the mesh cycles do not exceed; if the motion repeats, over its period";
+const PEAKS: &str = ", quantiles at 99 and 99.9 % of the mesh cycles; if the motion repeats, of the cycles of its period";
 
 /// The order of bearing forces.
 const ORDER: &str = "ordered by shaft (pinion, wheel), bearing (first, second) and direction (x, y, axial) \
                      with a spring or a damper, or as in the modal file";
 
 /// The order of contacts.
-const CONTACTS: &str = "ordered by mesh (the first mesh, then those of [train]) with its drive and its \
-                        coast flank, then stages of couplings and stops, or the further contacts of a modal \
-                        file";
+const CONTACTS: &str = "ordered by mesh (the first mesh, then the meshes of [train]) with its drive and its coast \
+                        flank, then stages of couplings and stops, or the further contacts of a modal file";
 
 /// The order of torques.
-const TORQUES: &str = "in the pinion's and the wheel's shaft behind its free end; in a train, in every part \
-                       of its flexible shafts between gears, couplings, motor and load, then in couplings";
+const TORQUES: &str = "in the shaft of the pinion and of the wheel, next to the free end; in a train, in every part \
+                       of flexible shafts between gears, couplings, motor and load, then in couplings";
 
 impl PointRow {
     fn nvh(&self) -> Option<&NvhOutcome> {
@@ -91,11 +89,11 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         f64 "deflection_pp", "m", found.deflection_pp, &format!("Largest minus smallest deflection; {SEEN}");
         f64 "deflection_peak", "m", found.deflection_peak, &format!("Largest |deflection - mean|; {SEEN}");
         list "deflection_peak_quantiles", "m", found.deflection_peak_quantiles,
-            &format!("Largest |deflection - mean| within a mesh cycle {PEAKS}"), error.deflection_peak_quantiles;
+            &format!("Largest |deflection - mean| within a mesh cycle{PEAKS}"), error.deflection_peak_quantiles;
         f64 "deflection_crest", "1", found.deflection_crest,
-            &format!("Largest |deflection - mean| over deflection_rms; {SEEN}");
+            &format!("Largest |deflection - mean| divided by deflection_rms; {SEEN}");
         f64 "deflection_kurtosis", "1", found.deflection_kurtosis,
-            "Fourth central moment over squared variance", error.deflection_kurtosis;
+            "Fourth central moment divided by the squared variance", error.deflection_kurtosis;
         list "harmonics", "m", found.harmonics,
             "Amplitude of the deflection at mesh orders 1, 2, ...", error.harmonics;
         list "suborders", "m", found.suborders,
@@ -107,7 +105,7 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
             "Standard deviation of the mesh force", error.force_std;
         f64 "force_peak", "N", found.force_peak, &format!("Largest |mesh force|; {SEEN}");
         list "force_peak_quantiles", "N", found.force_peak_quantiles,
-            &format!("Largest |mesh force| within a mesh cycle {PEAKS}"), error.force_peak_quantiles;
+            &format!("Largest |mesh force| within a mesh cycle{PEAKS}"), error.force_peak_quantiles;
         list "contact_force", "N", found.contact_force,
             &format!("Mean force that presses each contact together, {CONTACTS}. The mean torque on a gear \
                       is the difference of the forces on its two flanks, multiplied by the base radius"), error.contact_force;
@@ -118,9 +116,9 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
             "Mean power through the mesh from the pinion to the wheel: force times speed of the base \
              circles; null without a drawing of the gears", error.power_transmitted;
         f64 "efficiency", "1", found.efficiency,
-            "1 - power_loss/|power_transmitted|. It counts friction on the flanks of the mesh by the mean \
-             rotation only, not vibration (power_out_contact, power_out_structure, power_out_friction), \
-             bearings or drag. Negative if more power is lost than transmitted; null without power_loss", error.efficiency;
+            "1 - power_loss/|power_transmitted|. It includes only friction of the mean rotation on the flanks of the \
+             mesh. It excludes vibration (power_out_contact, power_out_structure, power_out_friction), bearings and \
+             drag. Negative if more power is lost than transmitted; null without power_loss", error.efficiency;
         f64 "friction_coefficient", "1", found.friction_coefficient,
             "Friction coefficient of the flanks, as given or from the law of load and speed; null without a drawing of the gears";
         f64 "power_in_loads", "W", found.power?.loads,
@@ -138,12 +136,12 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
             "Mean power out of the vibration by damping of the structure: modal damping, dampers and drag, \
              minus the power that cross-coupled springs feed in", error.power?.structure;
         f64 "power_out_friction", "W", found.power?.friction,
-            "Mean power out of the vibration by friction of all contacts at the speeds relative to the mean \
-             rotation; power_loss is the part of the mean rotation", error.power?.friction;
+            "Mean power out of the vibration by friction of all contacts, at the speeds relative to the mean \
+             rotation; power_loss is the loss of the mean rotation", error.power?.friction;
         f64 "power_stored", "W", found.power?.stored,
             "Mean growth rate of stored energy over nvh_cycles: the sum of power_in columns minus the sum of power_out columns", error.power?.stored;
         f64 "impact_rate", "1/s", found.impact_rate,
-            "Entries into contact per second", error.impact_rate;
+            "Number of entries into contact per second", error.impact_rate;
         u64 "impacts_drive", "1", found.impacts[0],
             "Number of entries into contact on the drive flank over nvh_cycles";
         u64 "impacts_coast", "1", found.impacts[1],
@@ -158,7 +156,7 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
              impact_velocity). Multiplied by the effective mass, it is the mean force of ideally plastic \
              impacts; 0 without impacts", error.rattle_index;
         list "impact_velocity_quantiles", "m/s", found.impact_velocity_quantiles,
-            "|Deflection rate| on entry into contact that 50, 90 and 99 % of the impacts do not exceed; null without impacts", error.impact_velocity_quantiles;
+            "50, 90 and 99 % quantiles of |deflection rate| on entry into contact; null without impacts", error.impact_velocity_quantiles;
         f64 "impact_velocity_max", "m/s", found.impact_velocity_max,
             &format!("Largest |deflection rate| on entry into contact; {SEEN}");
         u64 "flights", "1", found.flights.count,

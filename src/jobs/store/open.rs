@@ -69,7 +69,7 @@ impl TableReader {
         match format.map(|(_, format)| format.as_str()) {
             Some(FORMAT) => {}
             Some(other) => return Err(foreign(format!("format `{other}`, not `{FORMAT}`"))),
-            None => return Err(foreign("it names no format".into())),
+            None => return Err(foreign("it states no format".into())),
         }
         let schema = builder.schema().clone();
         let groups = builder.metadata().row_groups().iter();

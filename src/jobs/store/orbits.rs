@@ -79,7 +79,7 @@ pub fn orbits_table() -> Table<OrbitRow> {
             "Whether the row is an orbit. If false, a state of analyses.orbits.states led to none, and most columns are null";
         text "reason", "", row.search.as_ref().err()?.reason.as_str(), "Reason why there is no orbit";
         u32 "state", "1", row.state(),
-            "State of analyses.orbits.states, counted from 1, that the search started from; null if it started from a near return";
+            "State of analyses.orbits.states, counted from 1, from which the search started; null if it started from a close return";
         u32 "period", "mesh cycles", row.period(),
             "Shortest period of the orbit, or the period sought if there is no orbit";
         f64 "residual", "half gaps", row.orbit()?.residual,

@@ -41,14 +41,13 @@ pub fn orders_table() -> Table<OrderRow> {
         f64 "order", "1", row.line.order, "Multiple of the mesh frequency";
         f64 "frequency", "Hz", row.line.frequency, "Frequency";
         f64 "amplitude", AMPLITUDE_UNITS, row.line.amplitude,
-            "Peak value of signal = ... + amplitude cos(2 pi frequency t + phase), where t = 0 at the start \
-             of mesh cycle 0. If the motion does not repeat, the amplitude of the part with a constant \
-             phase";
+            "Peak value of signal = ... + amplitude cos(2 pi frequency t + phase), where t = 0 at the start of mesh \
+             cycle 0. If the motion does not repeat, it is the amplitude of the part with a constant phase";
         f64 "amplitude_stderr", AMPLITUDE_UNITS, row.line.stderr?,
             "Standard error of amplitude; null if the motion repeats and the value is exact, or if too little was measured";
         f64 "phase", "rad", row.line.phase?, "Phase, in (-pi, pi]; null without amplitude";
         f64 "phase_stderr", "rad", row.line.phase_stderr?,
-            "Standard error of phase; null if that of amplitude is null. Near 1 or above, the signal has no \
-             constant phase at this order";
+            "Standard error of phase; null if the standard error of amplitude is null. A value near 1 or above means \
+             that the signal has no constant phase at this order";
     ])
 }

@@ -23,8 +23,8 @@ pub fn probes_table() -> Table<ProbeRow> {
         u32 "attractor_id", "1", row.probe.attractor,
             "Attractor of the point, numbered from 0 in the order of probes; null if the probe settled on none";
         text "status", "", row.probe.status.name(),
-            "How the probe ended: ok, not_converged, diverged, event_storm";
-        text "reason", "", row.probe.reason.as_str(), "Reason for this status and this class";
+            "Status of the probe: ok, not_converged, diverged, event_storm";
+        text "reason", "", row.probe.reason.as_str(), "Reason for the status and the class";
         text "class", "", row.probe.class.as_ref().map(Class::name),
             "Class of motion: steady_contact, periodic, quasi_periodic, chaotic, not_converged";
         u32 "period", "mesh cycles", row.probe.class.as_ref()?.period(),

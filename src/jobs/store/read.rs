@@ -161,7 +161,7 @@ impl ResultTable {
             if !self.metadata.is_empty() && metadata.get("units") != self.metadata.get("units") {
                 Err(StoreError::Foreign {
                     path: file,
-                    detail: "its columns differ from those of the other shards".into(),
+                    detail: "its columns differ from the columns of the other shards".into(),
                 })?;
             }
             self.metadata = metadata;
@@ -218,7 +218,9 @@ impl ResultTable {
                 DataType::Boolean => ColumnKind::Truth,
                 DataType::Utf8 => ColumnKind::Text,
                 DataType::List(_) => ColumnKind::List,
-                other => return Err(self.foreign(format!("column `{name}` is of type {other}"))),
+                other => {
+                    return Err(self.foreign(format!("column `{name}` has the wrong type {other}")));
+                }
             };
             Ok(ColumnHead {
                 unit: of(&units, name),
@@ -345,7 +347,10 @@ impl ResultTable {
                 .column_by_name(name)
                 .ok_or_else(|| self.foreign(format!("it has no column `{name}`")))?;
             values.extend(extract(array).ok_or_else(|| {
-                self.foreign(format!("column `{name}` is of type {}", array.data_type()))
+                self.foreign(format!(
+                    "column `{name}` has the wrong type {}",
+                    array.data_type()
+                ))
             })?);
         }
         Ok(self.order.iter().map(|&row| values[row].take()).collect())

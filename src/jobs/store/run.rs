@@ -242,9 +242,8 @@ pub fn mixed(instructions: &[String]) -> Option<String> {
     let first = kinds.next()?;
     kinds.any(|other| other != first).then(|| {
         format!(
-            "points were computed with different instructions ({}), whose results differ by rounding, and \
-             for chaotic motion soon completely; run.instructions = \"portable\" gives the same bits on \
-             every processor",
+            "points were computed with different instructions ({}), so results differ by rounding, and chaotic motion \
+             soon differs completely; run.instructions = \"portable\" gives the same bits on every processor",
             instructions.join(", ")
         )
     })

@@ -115,13 +115,13 @@ pub enum CacheFault {
     #[error("is cut off or damaged: its checksum does not match")]
     Checksum,
     /// The bytes are those that were written, but no program writes such.
-    #[error("cannot be understood: {detail}")]
+    #[error("has invalid content: {detail}")]
     Content {
         /// What is wrong.
         detail: String,
     },
     /// A table of another kind.
-    #[error("holds a {found} table where a {wanted} table is wanted")]
+    #[error("contains a {found} table, but a {wanted} table is expected")]
     Kind {
         /// Kind of the file.
         found: &'static str,
@@ -297,10 +297,17 @@ impl fmt::Display for CacheWarning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Refused { path, fault } => {
-                write!(f, "`{}` {fault}: it is computed anew", path.display())
+                write!(
+                    f,
+                    "`{}` {fault}; the table is computed again",
+                    path.display()
+                )
             }
             Self::NotKept { error } => {
-                write!(f, "a computed table is not kept for the next run: {error}")
+                write!(
+                    f,
+                    "a computed table cannot be kept for the next run: {error}"
+                )
             }
         }
     }

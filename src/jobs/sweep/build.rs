@@ -21,7 +21,7 @@ use std::f64::consts::{PI, TAU};
 #[derive(Debug, thiserror::Error)]
 pub enum BuildError {
     /// The values of the point's axes do not go together.
-    #[error("no drive can have these values: {0}")]
+    #[error("these values do not describe a drive: {0}")]
     Values(String),
     /// The structure cannot be assembled or solved.
     #[error("the structure cannot be computed: {0}")]

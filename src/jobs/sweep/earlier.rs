@@ -38,7 +38,7 @@ pub enum EarlierError {
     },
     /// Other parts of the same job.
     #[error(
-        "{} holds {found} of this job, which cannot be combined with {wanted}; choose another folder with --out, or remove that one",
+        "{} holds {found} of this job, which cannot be combined with {wanted}; choose another folder with --out, or remove this folder",
         folder.display()
     )]
     OtherParts {
@@ -96,7 +96,7 @@ pub fn look(
                 ),
                 remedy: match replaceable {
                     true => "choose another folder with --out, or replace them with --overwrite",
-                    false => "choose another folder with --out, or remove that one",
+                    false => "choose another folder with --out, or remove this folder",
                 },
                 difference: difference(&there.to_string(), &job.written().to_string()),
             });

@@ -388,7 +388,7 @@ fn copies_obtained(of_nodes: &[Parts], copies: &Copies, topology: Option<&Topolo
     let found: Vec<BTreeSet<u32>> = of_nodes.iter().map(lies).collect();
     if found.iter().all(BTreeSet::is_empty) {
         return format!(
-            "{} copies; the system does not report where",
+            "{} copies; the system does not report their nodes",
             of_nodes.len()
         );
     }
@@ -398,7 +398,7 @@ fn copies_obtained(of_nodes: &[Parts], copies: &Copies, topology: Option<&Topolo
     }
     let words = copies.nodes.iter().zip(&found).map(|(node, found)| {
         let found: Vec<String> = found.iter().map(u32::to_string).collect();
-        format!("that of node {node} on [{}]", found.join(", "))
+        format!("the copy of node {node} on [{}]", found.join(", "))
     });
     words.collect::<Vec<String>>().join("; ")
 }

@@ -31,10 +31,10 @@ const DISAGREE: f64 = 1e-2;
 const UNFELT: f64 = 1e-5;
 
 /// What is said where they do.
-const KINK: &str = "finite differences do not agree: the model has a kink here, or the orbit changes within a step";
+const KINK: &str = "finite differences disagree, because the model has a kink here or the orbit changes within a step";
 
 /// What is said of a size that is zero.
-const AT_ZERO: &str = "it is zero up to round-off, and an amplitude has a kink at zero";
+const AT_ZERO: &str = "the amplitude is zero up to round-off, and amplitudes have a kink at zero";
 
 /// Cycles between the starts of an ensemble's members.
 const APART: u64 = 50;
@@ -84,7 +84,7 @@ pub enum SensitivityError {
     #[error(transparent)]
     Build(#[from] BuildError),
     /// The motion has no kind.
-    #[error("the point does not settle, so there is nothing to differentiate: {reason}")]
+    #[error("the point does not settle, so its results cannot be differentiated: {reason}")]
     Unsettled {
         /// Why not.
         reason: String,

@@ -12,8 +12,8 @@ use thiserror::Error;
 pub enum TopologyError {
     /// The system tells of no processor.
     #[error(
-        "the system reports neither its processors nor which of them this process may \
-         use; check that /proc and /sys are mounted"
+        "the system reports neither its processors nor the processors that this process may use; check that /proc and \
+         /sys are mounted"
     )]
     Unknown,
     /// A synthetic description that hwloc does not accept.

@@ -122,7 +122,7 @@ impl fmt::Display for Plan {
     /// `4 workers on 4 of 8 cores, 2 NUMA nodes; not pinned`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.cores == 0 {
-            return f.write_str("not pinned: the cores of this machine are not known");
+            return f.write_str("not pinned: the cores of this machine are unknown");
         }
         let distinct = |pick: fn(&Place) -> u64| {
             let mut values: Vec<u64> = self.places.iter().map(pick).collect();

@@ -29,7 +29,7 @@ impl fmt::Display for Source {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum BindingError {
     /// The topology describes another machine.
-    #[error("the topology is not that of this machine")]
+    #[error("the topology describes another machine")]
     Elsewhere,
     /// The system does not bind.
     #[error("the system does not bind threads: {detail}")]
@@ -38,7 +38,7 @@ pub enum BindingError {
         detail: String,
     },
     /// The system accepted it and did something else.
-    #[error("the system bound a thread to another core than requested")]
+    #[error("the system bound a thread to a core that was not requested")]
     NotKept,
     /// Memory of nodes without cores is reached through hwloc only.
     #[error("binding memory to a NUMA node needs hwloc, which is not available here")]

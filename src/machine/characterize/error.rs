@@ -10,7 +10,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum MeasurementError {
     /// The system does not grant the memory.
-    #[error("{} MiB of memory were not granted: {source}", .bytes >> 20)]
+    #[error("the system did not grant {} MiB of memory: {source}", .bytes >> 20)]
     Memory {
         /// How much was asked for.
         bytes: usize,
@@ -18,13 +18,13 @@ pub enum MeasurementError {
         source: io::Error,
     },
     /// The system knows no huge pages.
-    #[error("huge pages were not granted: {source}")]
+    #[error("the system did not grant huge pages: {source}")]
     HugePages {
         /// The system's own words.
         source: io::Error,
     },
     /// Memory cannot be taken from a node.
-    #[error("no memory of node {node} can be had: {detail}")]
+    #[error("memory of node {node} is not available: {detail}")]
     Node {
         /// The node.
         node: u32,
@@ -32,7 +32,7 @@ pub enum MeasurementError {
         detail: String,
     },
     /// What was computed while the clock ran is wrong.
-    #[error("{what} gave a wrong result: its times are not shown")]
+    #[error("{what} gave a wrong result, so its times are not shown")]
     Wrong {
         /// What was measured.
         what: &'static str,

@@ -127,13 +127,15 @@ fn verdict(between: Option<(Accounts, Accounts)>, scatter: Option<f64>) -> Noise
         }),
         notice(scatter, MOST_SCATTER, |v| {
             format!(
-                "repetitions lie {:.0} % behind the best, in the middle of all",
+                "the median repetition is {:.0} % slower than the best",
                 100.0 * v
             )
         }),
     ];
     if between.is_none() {
-        remarks.push("the system does not tell who else used the processors".to_owned());
+        remarks.push(
+            "the system does not report whether other programs used the processors".to_owned(),
+        );
     }
     Noise {
         others,

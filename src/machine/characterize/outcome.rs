@@ -32,7 +32,7 @@ pub fn missing(items: &[Item], samples: &[Sample]) -> Vec<String> {
         let count = kinds.len();
         kinds.dedup();
         say(format!(
-            "{count} of {} measurements, for lack of time (--budget): {}",
+            "{count} of {} measurements, because time ran out (--budget): {}",
             items.len(),
             kinds.join(", ")
         ));

@@ -132,7 +132,7 @@ pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
     let Some(first) = compact.first().and_then(|team| team.first()).copied() else {
         missing.push(Missing {
             of: Part::VARIANTS,
-            said: "this process may use no core: nothing was measured".to_owned(),
+            said: "this process may not use any core, so nothing was measured".to_owned(),
         });
         return Plan {
             items: Vec::new(),
@@ -143,7 +143,7 @@ pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
         missing.push(Missing {
             of: &[Part::Arithmetic, Part::Bandwidth, Part::Solver],
             said: format!(
-                "more than {} of {} threads: the system gives this process no more processor time",
+                "more than {} of {} threads: the system limits the processor time of this process",
                 limits.processors,
                 topology.threads()
             ),
@@ -268,9 +268,8 @@ fn streams(
     if !outgrown {
         missing.push(Missing {
             of: &[Part::Bandwidth],
-            said: "streams through arrays of four times the last-level caches: there is not \
-                   memory enough, or not time (--memory, --full); their figures hold a part of \
-                   cache"
+            said: "streams through arrays of four times the last-level caches: memory or time is too short (--memory, \
+                   --full), so part of these arrays stays in the cache"
                 .to_owned(),
         });
     }
@@ -305,9 +304,7 @@ fn nodes(
             let index = node.index;
             missing.push(Missing {
                 of: &[Part::Bandwidth, Part::Latency],
-                said: format!(
-                    "node {index} from its own cores: it has none that this process may use"
-                ),
+                said: format!("node {index} from its own cores: this process may use none of them"),
             });
         }
     }
@@ -395,7 +392,7 @@ fn solvers(
     if !several {
         missing.push(Missing {
             of: &[Part::Solver],
-            said: "a table per node: there is one node, its table is the shared one".to_owned(),
+            said: "a table per node: there is only one node".to_owned(),
         });
     }
 }
@@ -425,7 +422,7 @@ fn latencies(
         true => items.push(item(first, first.node, &last, Walk::HopsHuge)),
         false => missing.push(Missing {
             of: &[Part::Latency],
-            said: "loads on huge pages: the system gives none (transparent_hugepage)".to_owned(),
+            said: "loads on huge pages: the system provides none (transparent_hugepage)".to_owned(),
         }),
     }
     for (node, memory) in pairs(topology) {

@@ -9,19 +9,19 @@ pub enum DenseError {
     #[error(transparent)]
     Table(#[from] TableError),
     /// The contacts are not two flanks on one line.
-    #[error("dense tables take two flanks with one line of action and one stiffness")]
+    #[error("dense tables need two flanks with the same line of action and the same stiffness")]
     Contacts,
     /// Modes are coupled, or a load is not in proportion to the rated one.
     #[error(
-        "dense tables take modal damping and loads in proportion to the rated one, not dampers, drag, gyroscopic terms \
-         or cross-coupled bearings"
+        "dense tables accept only modal damping and loads in proportion to the rated load; remove dampers, drag, \
+         gyroscopic terms and cross-coupled bearings"
     )]
     Coupled,
     /// A mode has two real eigenvalues.
-    #[error("dense tables take no overdamped mode")]
+    #[error("dense tables cannot represent overdamped modes")]
     Overdamped,
     /// A cycle would take more cells than tables should have.
-    #[error("one mesh cycle would take {cells:.0} cells; raise the speed or leave out high modes")]
+    #[error("one mesh cycle would take {cells:.0} cells; raise the speed or omit high modes")]
     TooManyCells {
         /// How many.
         cells: f64,

@@ -24,7 +24,7 @@ pub enum Trouble {
     #[error(transparent)]
     Kernel(Box<dyn Error + Send + Sync>),
     /// The reference integrator gave up.
-    #[error("the reference: {0}")]
+    #[error("the reference integrator stopped: {0}")]
     Reference(#[from] ReferenceError),
     /// A structure cannot be assembled.
     #[error(transparent)]
@@ -48,7 +48,7 @@ pub enum Trouble {
     #[error(transparent)]
     Model(#[from] ModelError),
     /// The built-in drive cannot be read.
-    #[error("the built-in drive: {0}")]
+    #[error("the manifest of the built-in drive has errors: {0}")]
     Manifest(#[from] ManifestErrors),
     /// There is no such slice of initial states.
     #[error(transparent)]
@@ -57,10 +57,10 @@ pub enum Trouble {
     #[error(transparent)]
     CalledOff(#[from] CalledOff),
     /// A temporary folder cannot be used.
-    #[error("a temporary folder: {0}")]
+    #[error("cannot use a temporary folder: {0}")]
     Folder(#[from] std::io::Error),
     /// Threads cannot be started.
-    #[error("threads: {0}")]
+    #[error("cannot start worker threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
     /// Numbers cannot be compared byte by byte.
     #[error("bytes: {0}")]

@@ -51,8 +51,8 @@ pub fn memory_words(d: &Description) -> String {
     }
     match d.numa_balancing {
         Some(1) => text.push_str(
-            "; NUMA balancing on: pages move to the threads that use them, so that figures between \
-             nodes drift to the near ones",
+            "; NUMA balancing is on: pages move to the threads that use them, so figures between nodes drift to \
+             figures within a node",
         ),
         Some(2..) => text.push_str("; NUMA balancing moves pages between kinds of memory"),
         Some(0) | None => {}
@@ -75,7 +75,7 @@ pub fn system(d: &Description) -> String {
     parts.extend(d.container.iter().map(|name| format!("in {name}")));
     parts.push(match &d.governor {
         Some(governor) => format!("governor {governor}"),
-        None => "governor not told".to_owned(),
+        None => "governor unknown".to_owned(),
     });
     parts.join(", ")
 }

@@ -90,8 +90,8 @@ pub enum PlotError {
     },
     /// Neither a kind of picture nor a column of numbers.
     #[error(
-        "no kind of picture and no column of numbers is called `{name}`{}{}; `atlas plot {} --list` lists all",
-        if *is_text { " (this column holds text)" } else { "" },
+        "no kind of picture and no column of numbers has the name `{name}`{}{}; `atlas plot {} --list` lists all",
+        if *is_text { " (this column contains text)" } else { "" },
         if nearest.is_empty() { String::new() } else { format!("; did you mean {}?", nearest.join(", ")) },
         folder.display()
     )]
@@ -123,7 +123,7 @@ pub enum PlotError {
                 format!("its lists have {length} elements, counted from 1")
             }
             Some(_) => format!("its elements are {}", names.join(", ")),
-            None => "the column holds numbers, not lists".to_owned(),
+            None => "the column contains numbers, not lists".to_owned(),
         }
     )]
     NoElement {
@@ -149,7 +149,7 @@ pub enum PlotError {
         unit: String,
     },
     /// A unit that nothing drawn is measured in.
-    #[error("`--unit {unit}` fits no drawn quantity; their units are {drawn}")]
+    #[error("`--unit {unit}` does not fit any drawn quantity; their units are {drawn}")]
     UnusedUnit {
         /// The unit.
         unit: String,

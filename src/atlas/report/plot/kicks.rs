@@ -25,7 +25,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
         results,
         request,
         What::Kicks,
-        "kicks off periodic orbits, return by return",
+        "growth of kicks from periodic orbits, return by return",
         |orbit| orbit.kick[0].len() > 1,
         growth,
     )

@@ -78,11 +78,12 @@ pub use request::{PlotRequest, USUAL_ORDERS};
 pub use what::What;
 
 /// What pictures of a mesh need.
-const MESH_NEEDED: &str = "a mesh table is needed, a file that `atlas table MANIFEST` writes";
+const MESH_NEEDED: &str =
+    "this picture needs a mesh table, a file that `atlas table MANIFEST` writes";
 
 /// Where Campbell diagrams come from.
-const CAMPBELL_APART: &str = "natural frequencies are not in the results; `atlas plot m.toml --what \
-                              campbell` computes them from a manifest";
+const CAMPBELL_APART: &str = "results contain no natural frequencies; `atlas plot m.toml --what campbell` computes \
+                              them from a manifest";
 
 /// What pictures of followed orbits need.
 const FOLLOWED_NEEDED: &str = "there is no branches.parquet; `atlas follow` writes it";

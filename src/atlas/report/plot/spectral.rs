@@ -134,8 +134,8 @@ impl SpectralLines {
         if signal != "deflection" {
             return Err(unfit(&match group(signal) {
                 None => format!(
-                    "`{signal}` is not a signal; signals are deflection, force, and those of bearings, \
-                     torques and accelerations by name, such as \"bearing pinion 1 x\""
+                    "`{signal}` is not a signal; signals are deflection, force, and the bearings, torques and \
+                     accelerations by name, such as \"bearing pinion 1 x\""
                 ),
                 Some("deflection" | "force") => {
                     "there is no spectra.parquet; add `nvh = { spectrum = {} }` \

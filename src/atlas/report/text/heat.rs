@@ -74,7 +74,7 @@ pub(super) fn heat_map(summary: &Summary, style: Style) -> String {
     if size > 1 {
         _ = writeln!(
             text,
-            "  each mark stands for up to {size} points and shows the most irregular one"
+            "  each mark stands for up to {size} points and shows the most irregular of them"
         );
     }
     text

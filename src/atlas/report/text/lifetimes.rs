@@ -24,7 +24,7 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
     if let Some(lives) = found.left.range {
         _ = writeln!(
             text,
-            "  {}: all trajectories left chaos, whose mean life is {}; the class is that of the following motion",
+            "  {}: all trajectories left chaos; its mean life is {}; the class describes the following motion",
             plural(found.left.points, "point"),
             span(lives)
         );

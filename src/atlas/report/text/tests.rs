@@ -355,13 +355,13 @@ fn the_life_of_chaos_is_told_by_how_many_trajectories_left_it() {
     let text = shown(folder.path());
     for wanted in [
         "  2 points: no trajectory left chaos; its mean life is at least 6700 … 13300 (95 %)\n",
-        "  1 point: all trajectories left chaos, whose mean life is 800; the class is that of the following motion\n",
+        "  1 point: all trajectories left chaos; its mean life is 800; the class describes the following motion\n",
         "  2 points: some trajectories left chaos, the shortest mean life first\n",
         "3 of 8 trajectories ended on period 3 (2), quasi-periodic (1)\n",
         "λ = 0.400 ± 0.012  transient\n",
         "t transient chaos",
         "  transient chaos              2\n",
-        "standard errors of 1 of 5 points that do not settle are not verified; set run.cycles to 40000 or more",
+        "standard errors are not verified for 1 of 5 points that do not settle; set run.cycles to 40000 or more",
     ] {
         assert!(text.contains(wanted), "{wanted}\n{text}");
     }

@@ -97,7 +97,7 @@ impl std::fmt::Display for End {
             Self::Merged { period } => write!(f, "merges into the orbits of period {period}"),
             Self::Full => f.write_str("the limit of continuation.orbits is reached"),
             Self::Lost { reason } => write!(f, "no orbit beyond: {reason}"),
-            Self::Corner => f.write_str("a corner that no step size resolves"),
+            Self::Corner => f.write_str("the curve has a corner that no step size resolves"),
             Self::Start => f.write_str("its first orbit"),
         }
     }

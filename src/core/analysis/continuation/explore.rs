@@ -112,7 +112,7 @@ pub fn explore<F: Family>(
         take(map, &mut found, &guess, at(given.value), given.period);
         if found.is_empty() {
             out.failures.push(format!(
-                "no orbit of period {} is next to given state {number} at {}; give a nearer state, or correct its period",
+                "no orbit of period {} is near given state {number} at {}; give a closer state, or correct its period",
                 given.period, given.value
             ));
         }

@@ -15,7 +15,7 @@ const AWAY: [f64; 9] = [1e-3, 5e-3, 2e-4, 2e-2, 5e-5, 1e-5, 2e-6, 0.1, 0.3];
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NoBranch {
     /// The multiplier on the unit circle has no direction of its own.
-    #[error("it has several multipliers at {wanted:+}")]
+    #[error("the orbit has several multipliers at {wanted:+}")]
     NoDirection {
         /// The multiplier.
         wanted: f64,
@@ -24,7 +24,7 @@ pub enum NoBranch {
     #[error(transparent)]
     Orbit(#[from] NoOrbit),
     /// It finds nothing but the branch that the bifurcation lies on.
-    #[error("every nearby orbit lies on the branch where the bifurcation is")]
+    #[error("every nearby orbit lies on the branch of the bifurcation")]
     OnlyKnown,
 }
 

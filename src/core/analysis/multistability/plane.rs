@@ -78,8 +78,8 @@ pub enum SliceError {
     },
     /// The mode does not move the mesh.
     #[error(
-        "a slice along mode {mode} is not possible, because this mode does not deflect the mesh (of the \
-         rigid rotations only the last does); take one of the modes {felt}"
+        "a slice along mode {mode} is not possible, because this mode does not deflect the mesh (only the last of the \
+         rigid rotations does); take one of the modes {felt}"
     )]
     Unfelt {
         /// The mode.

@@ -189,7 +189,9 @@ impl<K: Kernel> Search<'_, K> {
         let (model, kernel, norm) = (self.model, self.kernel, self.norm);
         let stopped = |stop: Stop| match stop {
             Stop::FarStart { half_gaps, .. } => {
-                format!("the state is {half_gaps:.1e} half gaps away, which is too far")
+                format!(
+                    "the mesh deflection of the state is {half_gaps:.1e} half gaps, which is too large"
+                )
             }
             other => other.to_string(),
         };

@@ -217,8 +217,8 @@ impl<K: Kernel> PointRun<'_, K> {
         let class = Some(Class::QuasiPeriodic);
         let lyapunov = self.lyapunov_of(record, class, Some(found));
         let reason = format!(
-            "the weighted averages of growth are zero: λ = {:.1e} ± {:.1e} per cycle, and the deflection \
-             has the same average over both parts of the second half of the record",
+            "the weighted averages of growth are zero: λ = {:.1e} ± {:.1e} per cycle; the deflection has equal \
+             averages over both parts of the second half of the record",
             found.lambda, found.error
         );
         let mut outcome = self.outcome(Status::Ok, reason, class, lyapunov, record);
@@ -402,7 +402,7 @@ fn before(chaos: &ChaosOutcome) -> String {
         all => format!("all {all} trajectories left chaos"),
     };
     format!(
-        "{who}, whose mean life is {lifetime:.0} cycles ({low:.0} to {:.0})",
+        "{who}; its mean life is {lifetime:.0} cycles ({low:.0} to {:.0})",
         high.unwrap_or(f64::INFINITY)
     )
 }

@@ -175,12 +175,14 @@ impl<K: Kernel> PointRun<'_, K> {
         });
         if aim.missed.is_none() && lambda <= SIGMAS * error {
             aim = self.aim(all, SIGMAS * error / lambda.max(0.0), || {
-                format!("λ = {lambda:.2e} ± {error:.1e} is within {SIGMAS} errors of zero")
+                format!("λ = {lambda:.2e} ± {error:.1e} is within {SIGMAS} standard errors of zero")
             });
         }
         if aim.missed.is_none() && !parts_exponentially(&growth.values, growth.stretch as u32) {
-            aim.missed =
-                Some("the separation of neighbours does not grow exponentially".to_owned());
+            aim.missed = Some(
+                "the separation of neighbouring trajectories does not grow exponentially"
+                    .to_owned(),
+            );
         }
         Some(aim)
     }
@@ -192,7 +194,7 @@ impl<K: Kernel> PointRun<'_, K> {
         Some(Aim {
             missed: short.then(|| {
                 format!(
-                    "no trajectory left chaos in {} cycles, but showing a life of {asked} needs {}",
+                    "no trajectory left chaos in {} cycles, but evidence for a mean life of {asked} cycles needs {}",
                     all.measured,
                     3 * asked
                 )

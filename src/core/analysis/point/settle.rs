@@ -122,7 +122,7 @@ impl<K: Kernel> PointRun<'_, K> {
                 "approached{from} along its slowest direction, and near it as its multipliers predict over {watched} cycles"
             ),
             Approach::InContact => {
-                format!("contact is certain to last on the way there after {watched} more")
+                format!("contact certain to last until the orbit after {watched} more cycles")
             }
         };
         let how = format!(

@@ -29,8 +29,8 @@ pub enum MeshTableError {
     },
     /// Pairs of helical gears asked for as springs.
     #[error(
-        "pairs of teeth can be separate springs only on spur gears, but these lines of contact have the \
-         slope {helix}: on helical gears, each position on the face has different pairs"
+        "pairs of teeth can be separate springs only on spur gears, but the lines of contact have the slope {helix}; \
+         set mesh.resolution = \"secant\" or \"mean_load\""
     )]
     HelicalPairs {
         /// Slope of the lines of contact `tan β_b`.
@@ -38,10 +38,9 @@ pub enum MeshTableError {
     },
     /// A law that polynomials do not follow.
     #[error(
-        "at mesh phase {phase:.6} the interpolated {quantity} is off by {error:.1e} (tolerance \
-         {tolerance:.0e}), however finely the mesh cycle is divided: it steps or bends there for a reason \
-         other than kinks of the flanks or the load; add it to the kinks, or use means over segments, which \
-         need less accuracy (mesh.stiffness = \"table\")"
+        "at mesh phase {phase:.6} the interpolated {quantity} is off by {error:.1e} (tolerance {tolerance:.0e}), even \
+         on the finest division of the mesh cycle. It has a jump or kink there that neither the flanks nor the load \
+         explain. Use means over segments, which need less accuracy (mesh.stiffness = \"table\")"
     )]
     Unresolved {
         /// Which quantity.

@@ -7,7 +7,7 @@ pub const MOST_PAIRS: usize = 3;
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum SharingError {
     /// Nothing to press on.
-    #[error("no pair is in contact: the contact ratio is below 1")]
+    #[error("no pair of teeth is in contact, because the contact ratio is below 1")]
     NoPair,
     /// More pairs than there is room for.
     #[error("{found} pairs in contact; at most {MOST_PAIRS} can share the load")]
@@ -38,8 +38,8 @@ pub enum SharingError {
     },
     /// Pairs that take each other's load away.
     #[error(
-        "the gear bodies couple the pair at {position} m from the pitch point so strongly to another that \
-         one loses load when the gears approach"
+        "the gear bodies couple the pair at {position} m from the pitch point too strongly to another pair: one of \
+         them loses load when the gears approach"
     )]
     Coupling {
         /// Place on the line of action \[m\].

@@ -16,7 +16,7 @@ pub enum TrainError {
         distance: f64,
     },
     /// Two gears on one axis.
-    #[error("gears `{}` and `{}` cannot mesh: they are on the same axis", gears[0], gears[1])]
+    #[error("gears `{}` and `{}` cannot mesh, because they are on the same axis; put one of them on another axis", gears[0], gears[1])]
     OneAxis {
         /// The gears.
         gears: [String; 2],
@@ -69,7 +69,8 @@ pub enum TrainError {
     },
     /// Two ways through the train that give a shaft different speeds.
     #[error(
-        "`{body}` would have to turn at {} and at {} times the speed of the first gear: the train locks; check the numbers of teeth",
+        "the train locks: two meshes require `{body}` to turn at {} and at {} times the speed of the first gear; \
+         check the numbers of teeth",
         speeds[0], speeds[1]
     )]
     Locked {
@@ -79,14 +80,16 @@ pub enum TrainError {
         speeds: [f64; 2],
     },
     /// A mesh drives a shaft whose rotation is held.
-    #[error("`{body}` is driven, but its `motion` does not let it turn")]
+    #[error(
+        "`{body}` is driven, but its `motion` prevents its rotation; set motion = \"all\" or \"rotation\""
+    )]
     Held {
         /// The shaft.
         body: String,
     },
     /// A mesh that nothing connects with the first one.
     #[error(
-        "the speed of `{body}` is undetermined: no mesh and no coupling connects it with the first mesh"
+        "the speed of `{body}` is undetermined: no mesh and no coupling connects it with the first mesh; add one"
     )]
     Apart {
         /// The gear or shaft.
@@ -94,7 +97,7 @@ pub enum TrainError {
     },
     /// Power leaves where nothing brings any.
     #[error(
-        "power leaves at shaft `{shaft}`, but no mesh and no coupling turns it; give its `output` to a shaft that turns"
+        "shaft `{shaft}` has an `output`, but no mesh and no coupling turns it; give this `output` to a shaft that turns"
     )]
     Idle {
         /// The shaft.
@@ -111,7 +114,8 @@ pub enum TrainError {
     },
     /// A mesh whose cycles have no short common period with the first one's.
     #[error(
-        "the mesh of `{}` and `{}` has {p} cycles in {q} of the first mesh: more than 1000 make the base period too long; choose other numbers of teeth",
+        "the mesh of `{}` and `{}` has {p} cycles in {q} cycles of the first mesh, but at most 1000 are allowed; \
+         choose other numbers of teeth",
         gears[0], gears[1]
     )]
     LongPeriod {
@@ -124,7 +128,8 @@ pub enum TrainError {
     },
     /// Meshes whose cycles have no short common period together.
     #[error(
-        "the meshes whose stiffness varies recur together after {cycles} cycles of the first mesh: more than 10000 make the base period too long; choose numbers of teeth with common divisors, or a constant stiffness"
+        "the meshes with a varying stiffness repeat together only after {cycles} cycles of the first mesh, but at \
+         most 10000 are allowed; choose numbers of teeth with common divisors, or a constant stiffness"
     )]
     LongTogether {
         /// Cycles of the first mesh; the largest number where they are more.
@@ -170,7 +175,7 @@ pub enum TrainError {
     },
     /// A coupling between shafts on axes of different directions.
     #[error(
-        "the coupling joins shafts `{}` and `{}`, whose axes have different directions",
+        "the coupling joins shafts `{}` and `{}`, but their axes have different directions; choose shafts on one axis",
         shafts[0], shafts[1]
     )]
     CouplingAxes {
@@ -179,7 +184,7 @@ pub enum TrainError {
     },
     /// A coupling between shafts that are not on one axis.
     #[error(
-        "the coupling joins shafts `{}` and `{}`, whose axes are {distance:.3e} m apart; it needs shafts on one axis",
+        "the coupling joins shafts `{}` and `{}`, but their axes are {distance:.3e} m apart; choose shafts on one axis",
         shafts[0], shafts[1]
     )]
     CouplingOffAxis {
@@ -190,8 +195,8 @@ pub enum TrainError {
     },
     /// A coupling with a stiffness across the axis between places that do not meet.
     #[error(
-        "the coupling joins shafts `{}` and `{}` across a gap of {gap:.3e} m, where its radial stiffness \
-         would create an unbalanced moment; choose `at` where the shafts meet, or lengthen one of them",
+        "the coupling joins shafts `{}` and `{}` across a gap of {gap:.3e} m, where its radial stiffness would create \
+         an unbalanced moment; choose positions `at` that coincide in space, or lengthen one of the shafts",
         shafts[0], shafts[1]
     )]
     CouplingGap {

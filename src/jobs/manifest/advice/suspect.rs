@@ -256,8 +256,8 @@ fn drawing(gears: &GearPair, operating: Operating, found: &mut Words) {
         root > MOST_ROOT_STRESS || pressure > MOST_PRESSURE,
         "gear.rated_torque",
         format!(
-            "at the largest load of the grid the stress is about {:.2e} MPa at the tooth root and {:.2e} \
-             MPa on the flank, more than any steel bears",
+            "at the largest load of the grid the stress is about {:.2e} MPa at the tooth root and {:.2e} MPa on the \
+             flank, which exceeds the strength of any steel",
             1e-6 * root,
             1e-6 * pressure
         ),

@@ -42,8 +42,8 @@ pub(super) fn read(source: usize, text: &str, issues: &mut Issues) -> Option<She
             span(0, 0),
             "the list of points is empty".to_owned(),
         );
-        issues.push(nothing.label("nothing here").remedy(
-            "begin with a line of names and units, such as speed [rpm],torque [N m]; then give one line of numbers per point",
+        issues.push(nothing.label("no entries").remedy(
+            "begin with a header line of names and units, such as speed [rpm],torque [N m]; then give one line of numbers per point",
         ));
         return None;
     };
@@ -110,7 +110,7 @@ pub(super) fn read(source: usize, text: &str, issues: &mut Issues) -> Option<She
         let found: Vec<Cell<'_>> = cells(line, start, parting).collect();
         if found.len() != columns.len() {
             let message = format!(
-                "a line has {} values, but the head has {} columns",
+                "a line has {} values, but the header has {} columns",
                 found.len(),
                 columns.len()
             );
@@ -146,7 +146,7 @@ pub(super) fn read(source: usize, text: &str, issues: &mut Issues) -> Option<She
                             cell.text.replace(',', ".")
                         ),
                         false => {
-                            "give a number; the unit belongs in the head of the column, such as speed [rpm]"
+                            "give a number; the unit belongs in the header of the column, such as speed [rpm]"
                                 .to_owned()
                         }
                     };
@@ -163,7 +163,7 @@ pub(super) fn read(source: usize, text: &str, issues: &mut Issues) -> Option<She
         let none = fault(
             DiagnosticKind::Empty,
             span(start, head.len()),
-            "the list has a head but no points".to_owned(),
+            "the list has a header but no points".to_owned(),
         );
         issues.push(
             none.label("no lines below")

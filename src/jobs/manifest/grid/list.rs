@@ -187,7 +187,7 @@ fn rows_of(issues: &mut Issues, list: &Node, rows: &[Node]) -> Option<Vec<Column
             issues.push(
                 Diagnostic::new(DiagnosticKind::Inconsistent, span, PATH, message)
                     .label(label)
-                    .remedy("give every point the same keys; give a key that is the same for all once in [grid]"),
+                    .remedy("give every point the same keys; give a key with one value for all points in [grid]"),
             );
             return None;
         }

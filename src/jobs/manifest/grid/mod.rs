@@ -280,7 +280,7 @@ fn no_axis(entry: &Entry, path: &str, known: Option<&Key>) -> Diagnostic {
     };
     if let Some(why) = known.and_then(Key::shared) {
         return fault(format!("`{name}` cannot be an axis: {why}"))
-            .label("the same for the whole run")
+            .label("one value for the whole run")
             .remedy("write one manifest per value");
     }
     match known.map(|known| known.kind) {

@@ -103,8 +103,7 @@ fn fault(
         return Some(match name {
             "" => (
                 DiagnosticKind::Inconsistent,
-                "no axis of the grid has more than one value, so there is nothing to sweep"
-                    .to_owned(),
+                "no axis of the grid has more than one value, so none can be swept".to_owned(),
                 "nothing to carry",
             ),
             name => (
@@ -129,7 +128,7 @@ fn fault(
         return Some((
             DiagnosticKind::Inconsistent,
             match changing == name {
-                true => format!("a state cannot be carried along `{name}`: it {why}"),
+                true => format!("a state cannot be carried along `{name}`: this axis {why}"),
                 false => format!(
                     "a state cannot be carried along `{name}`: `{changing}`, tied to it, {why}"
                 ),
@@ -140,7 +139,7 @@ fn fault(
     if !varies(&axes[place]) {
         return Some((
             DiagnosticKind::Inconsistent,
-            format!("`{name}` has one value, so there is nothing to sweep"),
+            format!("`{name}` has one value, so it cannot be swept"),
             "nothing to carry",
         ));
     }

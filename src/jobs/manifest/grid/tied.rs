@@ -38,7 +38,7 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Vec<Tie> {
                         format!("`grid.tied` names `{name}` twice"),
                     )
                     .label("named before")
-                    .remedy("name every axis once; put all that advance together in one list"),
+                    .remedy("name every axis once; put all axes that advance together in one list"),
                 );
                 return Vec::new();
             }
@@ -126,7 +126,7 @@ pub(super) fn places(
                     DiagnosticKind::UnknownAxis,
                     tie.span,
                     "grid.tied",
-                    format!("the grid has no axis `{unknown}` to tie"),
+                    format!("the grid has no axis `{unknown}`, so it cannot be tied"),
                 )
                 .label("not an axis of the grid")
                 .accepted(known.join(", "))

@@ -65,7 +65,7 @@ fn same_rotation(
             root.span_of("mesh_coast"),
             "mesh_coast",
             format!(
-                "mode {} is a rigid rotation, so both flanks have the same deflection, but `mesh_coast` is {} and `mesh` is {}",
+                "mode {} is a rigid rotation, so both flanks must have the same deflection, but `mesh_coast` is {} and `mesh` is {}",
                 mode + 1,
                 coast[mode],
                 drive[mode]

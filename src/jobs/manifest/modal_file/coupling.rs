@@ -100,8 +100,8 @@ fn skew(root: &Section, issues: &mut Issues, matrix: Vec<f64>, modes: usize) -> 
                 root.span_of("gyroscopic_matrix"),
                 "gyroscopic_matrix",
                 format!(
-                    "row {}, column {} of `gyroscopic_matrix` is {}, its mirror image {}; gyroscopic \
-                     moments do no work",
+                    "row {}, column {} of `gyroscopic_matrix` is {}, but its mirror image is {}; gyroscopic moments \
+                     do no work, so the matrix must be skew-symmetric",
                     i + 1,
                     j + 1,
                     schema::number(below),

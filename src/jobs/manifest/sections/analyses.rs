@@ -70,7 +70,7 @@ pub(super) fn read(
                 section.span_of(name),
                 &path,
                 format!(
-                    "`{path}` depends on the kind of motion, which only an exponent determines"
+                    "`{path}` needs the kind of motion, and only a Lyapunov exponent determines it"
                 ),
             )
             .label("needs `analyses.lyapunov`")
@@ -186,7 +186,7 @@ fn lifetime(table: &Section, issues: &mut Issues, run: Option<&RunSpec>) -> Opti
                 table.span_of("lifetime"),
                 &path,
                 format!(
-                    "showing a mean life of {lifetime} cycles takes {needed} chaotic cycles, but `run.cycles` is {}",
+                    "evidence for a mean life of {lifetime} cycles needs {needed} chaotic cycles, but `run.cycles` is {}",
                     run.cycles
                 ),
             )

@@ -157,7 +157,7 @@ pub(super) fn check_scale(
             DiagnosticKind::OutOfRange,
             section.span_of(key),
             &section.path_of(key),
-            format!("a half gap of {half_gap} m is out of range: {what} is {most:.3e} m"),
+            format!("a half gap of {half_gap} m is out of range, because {what} is {most:.3e} m"),
         )
         .label(format!("the half gap must be less than {most:.3e} m"))
         .remedy("a bare number is in metres; write the unit, such as \"15 um\""),

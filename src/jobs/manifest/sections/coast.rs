@@ -28,7 +28,7 @@ pub(super) fn read(
         section.without_effect(
             issues,
             &["coast_symmetry"],
-            "because the coast flanks touch on the line of the drive flanks",
+            "because the coast flanks have the line of action of the drive flanks",
             "remove it, or set coast_flank = \"mirrored\"",
         );
         return Some(CoastSpec::SameLine);

@@ -123,7 +123,7 @@ fn axis(
     let found = axes.iter().position(|axis| axis.name() == name);
     let fault = match found {
         None if name.is_empty() => Some((
-            "no untied axis of the grid has two different values, so there is nothing to follow orbits along"
+            "no untied axis of the grid has two different values, so orbits cannot be followed along an axis"
                 .to_owned(),
             "nothing to follow",
         )),

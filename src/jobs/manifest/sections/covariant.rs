@@ -28,7 +28,7 @@ pub(super) fn read(
                 table.span,
                 "analyses.covariant",
                 format!(
-                    "the factors of {} vectors over {} + {} cycles take {} MiB for every point in work",
+                    "the factors of {} vectors over {} + {} cycles need {} MiB of memory for every point being computed",
                     question.vectors,
                     question.cycles,
                     question.align,

@@ -252,7 +252,7 @@ fn ripple(
                 &table.path_of("shaft"),
                 format!("gear `{name}` is loose: its shaft does not turn with the wheel"),
             )
-            .label("a torque on this shaft would not have the speed of the wheel")
+            .label("this shaft does not turn at the speed of the wheel")
             .remedy("name a mesh in train.gears whose second gear is fixed to its shaft, or remove the ripple"),
         );
         return None;

@@ -37,8 +37,8 @@ pub(super) fn sliding(
                 }
                 _ => "describe the gears in [gear], or set mesh.friction = 0",
             };
-            let message = "friction reverses where teeth pass the pitch point, which only the drawing of a \
-                           pair on parallel axes determines";
+            let message = "friction reverses at the pitch point, which only the drawing of a pair on parallel axes \
+                           determines";
             unknown(section, issues, message.to_owned(), remedy);
         }
         return None;
@@ -126,7 +126,8 @@ pub(super) fn read(
                     DiagnosticKind::Inconsistent,
                     section.span_of("friction_law"),
                     "mesh.friction_law",
-                    "the law of friction needs the drawing of a pair on parallel axes".to_owned(),
+                    "the law of friction needs the drawing of a gear pair on parallel axes"
+                        .to_owned(),
                 )
                 .label("no drawing")
                 .remedy(remedy),

@@ -355,6 +355,6 @@ fn warn_of_undercut(
             ),
         )
         .label("the root of the involute is cut off")
-        .remedy("keep it if the drawing is so; otherwise raise the profile shift or the number of teeth"),
+        .remedy("keep it if the drawing shows it; otherwise raise the profile shift or the number of teeth"),
     );
 }

@@ -170,7 +170,7 @@ fn table(
                     DiagnosticKind::OutOfRange,
                     section.span_of("stiffness"),
                     "gear",
-                    format!("the gears of [gear] have no mesh table: {error}"),
+                    format!("the mesh table of the gears in [gear] cannot be computed: {error}"),
                 )
                 .label("computed from [gear]")
                 .accepted("give a pair of gears that can mesh, or stiffness = \"piecewise\""),
@@ -210,7 +210,7 @@ fn face(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Opt
         section.without_effect(
             issues,
             &["face"],
-            "on helical gears, whose slices bear load independently",
+            "on helical gears, because their slices bear load independently",
             "remove it",
         );
         return Some(FaceLaw::Independent);
@@ -243,7 +243,7 @@ fn pairs(
     section.without_effect(
         issues,
         &["face", "segments", "shaft_tilt"],
-        "with resolution = \"pairs\": springs follow the mesh phase and the tilt of the shafts as they are",
+        "with resolution = \"pairs\": springs follow the mesh phase and the tilt of the shafts at every instant",
         "with resolution = \"pairs\": its springs follow the mesh phase and the tilt of the shafts at every instant",
     );
     if gears.is_some_and(|pair| pair.helix_angle != 0.0) {
@@ -252,7 +252,7 @@ fn pairs(
                 DiagnosticKind::Unavailable,
                 section.span_of("resolution"),
                 &section.path_of("resolution"),
-                "resolution = \"pairs\" makes pairs of teeth separate springs, which only spur gears allow".to_owned(),
+                "resolution = \"pairs\" makes pairs of teeth separate springs, which requires spur gears".to_owned(),
             )
             .label("not with gear.helix_angle")
             .accepted("resolution = \"secant\" or \"mean_load\""),

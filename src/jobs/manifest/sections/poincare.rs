@@ -23,7 +23,7 @@ pub(super) fn read(
         table.without_effect(
             issues,
             &["refine"],
-            "because points are independent: there are no neighbours to refine between",
+            "because points are independent and have no neighbours in a sweep",
             "set grid.order = \"sweep-up\", \"sweep-down\" or \"both\", or remove refine",
         );
     }

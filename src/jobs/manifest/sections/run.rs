@@ -109,7 +109,7 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSetting> {
         let all = settings.iter().flat_map(|(_, own)| own.iter());
         let idle: BTreeSet<&str> = all.filter(|key| !own.contains(key)).copied().collect();
         let why = format!("with kernel = \"{name}\"");
-        let remedy = "remove it, or set the kernel it belongs to";
+        let remedy = "remove it, or set the kernel that uses it";
         let idle: Vec<&str> = idle.into_iter().collect();
         section.without_effect(issues, &idle, &why, remedy);
     }

@@ -144,7 +144,7 @@ fn shaft(
                 own.span_of("diameter"),
                 &own.path_of("diameter"),
                 format!(
-                    "the {name} shaft is as thick as its gear: the pitch diameter is {} m",
+                    "the diameter of the {name} shaft is not less than the pitch diameter of its gear, {} m",
                     2.0 * pitch_radius?
                 ),
             )

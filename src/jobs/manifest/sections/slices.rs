@@ -29,8 +29,8 @@ pub(super) fn check_reduction(
                 DiagnosticKind::Unavailable,
                 section.span_of("mta"),
                 "model.mta",
-                "springs of pairs on several slices of the face have different lines of action and cannot \
-                 share the residual flexibility of the omitted modes"
+                "springs of pairs on several slices of the face have different lines of action, so they cannot share \
+                 the residual flexibility of the omitted modes"
                     .to_owned(),
             )
             .label("not with mesh.slices of 2 and more")

@@ -215,8 +215,8 @@ impl Parts<'_> {
                     format!("gears `{}` and `{}` cannot mesh: {why}", a.name, b.name),
                 )
                 .label("not a pair that meshes")
-                .remedy("gears that mesh have the same module and pressure angle; a bare number is in m: \
-                         write the unit, such as module = \"3 mm\""),
+                .remedy("give both gears the same module and pressure angle; a bare number is in m: write the unit, \
+                         such as module = \"3 mm\""),
             );
             return None;
         }

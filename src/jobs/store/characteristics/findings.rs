@@ -28,13 +28,13 @@ impl RoofRow {
     /// The columns.
     pub fn table() -> Table<Self> {
         Table::new(columns![row: Self;
-            text "kernel", "", row.kernel.as_str(), "What was run";
+            text "kernel", "", row.kernel.as_str(), "Name of the kernel";
             u64 "modes", "1", row.modes, "Modes";
-            f64 "operations", "1", row.operations, "Operations of a mesh cycle";
-            f64 "bytes_read", "B", row.bytes_read, "Bytes of tables read a cycle";
-            f64 "bytes_distinct", "B", row.bytes_distinct, "Different bytes of tables read a cycle";
-            f64 "intensity", "1/B", row.intensity, "Operations over different bytes";
-            f64 "rate", "1/s", row.rate, "Operations a second";
+            f64 "operations", "1", row.operations, "Operations per mesh cycle";
+            f64 "bytes_read", "B", row.bytes_read, "Bytes of tables read per mesh cycle";
+            f64 "bytes_distinct", "B", row.bytes_distinct, "Different bytes of tables read per mesh cycle";
+            f64 "intensity", "1/B", row.intensity, "Operations divided by different bytes read";
+            f64 "rate", "1/s", row.rate, "Operations per second";
         ])
     }
 }

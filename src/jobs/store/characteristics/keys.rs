@@ -17,7 +17,7 @@ pub struct MountainKey {
 
 impl Key for MountainKey {
     const NAME: &'static str = "mountain";
-    const FIGURE: [&'static str; 3] = ["bandwidth", "B/s", "bytes read a second"];
+    const FIGURE: [&'static str; 3] = ["bandwidth", "B/s", "bytes read per second"];
 
     fn words(&self) -> String {
         format!("{} B, stride {} B", self.size, self.stride)
@@ -26,7 +26,7 @@ impl Key for MountainKey {
     fn columns() -> Vec<Column<Measurement<Self>>> {
         columns![row: Measurement<Self>;
             u64 "size", "B", row.key.size, "Size of the buffer";
-            u64 "stride", "B", row.key.stride, "From line to line";
+            u64 "stride", "B", row.key.stride, "Distance between successive cache lines";
         ]
     }
 }
@@ -53,7 +53,7 @@ pub struct BandwidthKey {
 
 impl Key for BandwidthKey {
     const NAME: &'static str = "bandwidth";
-    const FIGURE: [&'static str; 3] = ["bandwidth", "B/s", "bytes a second"];
+    const FIGURE: [&'static str; 3] = ["bandwidth", "B/s", "bytes per second"];
 
     fn words(&self) -> String {
         let nodes = match (self.cpu_node, self.memory_node) {
@@ -66,13 +66,13 @@ impl Key for BandwidthKey {
 
     fn columns() -> Vec<Column<Measurement<Self>>> {
         columns![row: Measurement<Self>;
-            text "kernel", "", row.key.kernel.as_str(), "What was run";
-            text "placement", "", row.key.placement.as_str(), "compact, scattered or nodes";
+            text "kernel", "", row.key.kernel.as_str(), "Name of the kernel";
+            text "placement", "", row.key.placement.as_str(), "Placement of the threads: compact, scattered or nodes";
             u64 "threads", "1", row.key.threads, "Threads";
             u32 "cpu_node", "1", row.key.cpu_node, "Node of the threads";
             u32 "memory_node", "1", row.key.memory_node, "Node of the memory";
             u64 "array", "B", row.key.array, "Size of each array";
-            u64 "bytes", "B", row.key.bytes, "Bytes read and written a repetition";
+            u64 "bytes", "B", row.key.bytes, "Bytes read and written per repetition";
         ]
     }
 }
@@ -108,8 +108,9 @@ impl Key for LatencyKey {
     fn columns() -> Vec<Column<Measurement<Self>>> {
         columns![row: Measurement<Self>;
             u64 "size", "B", row.key.size, "Size of the buffer";
-            text "order", "", row.key.order.as_str(), "pages or hops";
-            bool "huge_pages", "", row.key.huge_pages, "Whether they were asked for";
+            text "order", "", row.key.order.as_str(), "Order of the loads: pages (random within a page, page after \
+                                                       page) or hops (to another page with every load)";
+            bool "huge_pages", "", row.key.huge_pages, "Whether the buffer was on huge pages";
             u32 "cpu_node", "1", row.key.cpu_node, "Node of the thread";
             u32 "memory_node", "1", row.key.memory_node, "Node of the memory";
         ]
@@ -127,7 +128,7 @@ pub struct ArithmeticKey {
 
 impl Key for ArithmeticKey {
     const NAME: &'static str = "arithmetic";
-    const FIGURE: [&'static str; 3] = ["rate", "1/s", "operations a second"];
+    const FIGURE: [&'static str; 3] = ["rate", "1/s", "operations per second"];
 
     fn words(&self) -> String {
         format!("{}, {}", self.isa, Threads(self.threads))
@@ -176,10 +177,10 @@ impl Key for SolverKey {
             text "kernel", "", row.key.kernel.as_str(), "Kernel: volterra or closed_modes";
             text "tables", "", row.key.tables.as_str(), "Copies of the tables: shared, node or private";
             u64 "modes", "1", row.key.modes, "Modes";
-            u64 "points", "1", row.key.points, "Operating points that every thread goes round";
+            u64 "points", "1", row.key.points, "Operating points per thread, computed in turn";
             u64 "threads", "1", row.key.threads, "Threads";
-            u64 "table_bytes", "B", row.key.table_bytes, "Bytes of one table";
-            f64 "efficiency", "1", row.key.efficiency, "Rate over that of one thread times the threads";
+            u64 "table_bytes", "B", row.key.table_bytes, "Size of one table";
+            f64 "efficiency", "1", row.key.efficiency, "Rate divided by the rate of one thread and by the number of threads";
         ]
     }
 }

@@ -63,13 +63,13 @@ impl<K: Key> Measurement<K> {
         let of = |what: &str| format!("{what} ({description})");
         let mut all = K::columns();
         all.extend(columns![row: Self;
-            f64 name, unit, row.figure.value, &of("Median over rounds of the best repetition of each");
+            f64 name, unit, row.figure.value, &of("Median over rounds of the best repetition per round");
             f64 &named("best"), unit, row.figure.best, &of("Best repetition");
             f64 &named("median"), unit, row.figure.median, &of("Median repetition");
             f64 &named("spread"), "1", row.figure.spread,
-                "Part of the value within which another run's lies with 95 %";
+                "Half width of the interval that contains the value of another run with 95 %, as a fraction of this value";
             u64 "rounds", "1", row.figure.rounds, "Rounds";
-            u64 "repetitions", "1", row.figure.repetitions, "Repetitions of all rounds";
+            u64 "repetitions", "1", row.figure.repetitions, "Number of repetitions in all rounds";
         ]);
         Table::new(all)
     }

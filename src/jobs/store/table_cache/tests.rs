@@ -183,23 +183,23 @@ fn forged_files_are_refused() {
     assert_eq!(rest[count], 5, "the number of numbers");
     let with_count = |bytes: &[u8]| [&rest[..count], bytes, &rest[count + 1..]].concat();
     for (rest, words) in [
-        (Vec::new(), "cannot be understood"),
-        (rest[..count].to_vec(), "cannot be understood"),
-        (rest[..rest.len() - 1].to_vec(), "cannot be understood"),
+        (Vec::new(), "has invalid content"),
+        (rest[..count].to_vec(), "has invalid content"),
+        (rest[..rest.len() - 1].to_vec(), "has invalid content"),
         ([rest, b"\n"].concat(), "bytes follow the table"),
         (with_count(&[4]), "bytes follow the table"),
-        (with_count(&[6]), "cannot be understood"),
+        (with_count(&[6]), "has invalid content"),
         // More numbers than any machine has.
         (
             with_count(&[255, 255, 255, 255, 255, 255, 255, 255, 255, 1]),
-            "cannot be understood",
+            "has invalid content",
         ),
         ([&rest[..count], &[0]].concat(), "there is no number"),
         // No such kind; another kind.
-        ([&[9], &rest[1..]].concat(), "cannot be understood"),
+        ([&[9], &rest[1..]].concat(), "has invalid content"),
         (
             [&[1], &rest[1..]].concat(),
-            "holds a systems table where a mesh table is wanted",
+            "contains a systems table, but a mesh table is expected",
         ),
     ] {
         let fault = forged(&rest).to_string();
@@ -239,14 +239,17 @@ fn a_bad_file_is_named_and_replaced() {
             encode("{}", &numbers()).unwrap(),
             "was computed from other inputs",
         ),
-        (others, "holds a systems table where a mesh table is wanted"),
+        (
+            others,
+            "contains a systems table, but a mesh table is expected",
+        ),
     ] {
         // As a program would that does not respect the mode of the file.
         _ = fs::remove_file(&path);
         fs::write(&path, bad).unwrap();
         let text = refusal(&fetch(&store));
         assert!(text.contains(words), "{text}");
-        assert!(text.ends_with(": it is computed anew"), "{text}");
+        assert!(text.ends_with("; the table is computed again"), "{text}");
         assert!(text.contains(path.to_str().unwrap()), "{text}");
         assert_eq!(fs::read(&path).unwrap(), good);
         assert_eq!(fetch(&store).origin, Origin::Found);

@@ -27,7 +27,7 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     let usual = usual.unwrap_or(machine.solver[0].key.points);
     let title = "Depth and breadth: modes of a trajectory, points and threads of a campaign";
     let mut canvas = titled(title, machine);
-    let note = "blue: closed_modes, by who reads a copy of its tables";
+    let note = "blue: closed_modes, by the sharing of its tables";
     canvas.text([LEFT[0] - 40.0, 66.0], note, TICK_SIZE, SOFT, Anchor::Start);
     let time = |row: &Row| 1.0 / row.figure.value;
 

@@ -150,7 +150,7 @@ fn every_picture_of_a_whole_record_is_drawn_and_says_what_it_shows() {
             "breadth: threads, 40 modes",
             "volterra",
             "shared",
-            "blue: closed_modes, by who reads a copy of its tables",
+            "blue: closed_modes, by the sharing of its tables",
             "ideal",
         ],
         &["avx2", "memory", "volterra 40"],

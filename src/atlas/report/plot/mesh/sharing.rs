@@ -30,7 +30,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
     let held = mesh.misalignment_text(aligned);
     let mut canvas = Canvas::titled(
         &title,
-        &format!("{held}  ·  pair 0 is the last that came into contact before mesh phase 0"),
+        &format!("{held}  ·  pair 0 is the last pair that came into contact before mesh phase 0"),
     );
     let mut top = TOP;
     for (place, &torque) in torques.iter().enumerate() {

@@ -34,7 +34,7 @@ pub(super) const KEYS: &[Key] = &[
                 if its error cannot reach this value within `run.cycles`. It then reports how many cycles that would \
                 take."),
     choice("analyses.lyapunov.effort", &["verified", "survey"], r#""survey""#).or(r#""verified""#)
-        .about("How much evidence the error bar of a motion that does not settle rests on. `verified` measures eight \
+        .about("Evidence behind the error bars of a motion that does not settle. `verified` measures eight \
                 trajectories and reads errors at 40000 cycles, then at twice as many, and so on. The coverage of \
                 these errors was measured. `survey` measures one trajectory and reads its error at 2000 cycles, for \
                 quick maps. Its errors are not verified."),
@@ -45,29 +45,30 @@ pub(super) const KEYS: &[Key] = &[
         .about("Keep the growth of every trajectory, averaged over ten mesh cycles, in the columns `chain_lengths` \
                 and `chain_growth`."),
     integer("analyses.lyapunov.align", 0.0, MANY, "200").or("100")
-        .about("Mesh cycles discarded after the transient, in which the tangent vectors turn into their directions."),
+        .about("Mesh cycles discarded after the transient while the tangent vectors align with the Lyapunov directions."),
     key("analyses.lyapunov.twin", Kind::Boolean, ANY, "false").or("true")
-        .about("Follow a second trajectory beside the first. It gives the largest exponent independently of tangent vectors."),
+        .about("Follow a second trajectory, the twin, beside the first. It gives the largest exponent without tangent vectors."),
     quantity("analyses.lyapunov.separation", Ratio, bounds(1e-12, false, 0.1, false), "1e-8").or("1e-7")
-        .about("Initial distance of that trajectory, in half gaps. A larger distance biases the exponent, and \
-                `twin_agrees` allows for that. A smaller one lets round-off bias it."),
+        .about("Initial distance of the twin from the first trajectory, in half gaps. A larger distance biases the \
+                exponent, and `twin_agrees` allows for this bias. With a smaller distance, round-off biases the \
+                exponent."),
     integer("analyses.lyapunov.course", 0.0, 1000.0, "100").or("0")
-        .about("Number of times during the measured cycles at which running estimates of every exponent and their \
-                standard errors are kept. `atlas plot --what convergence` draws them."),
+        .about("Number of running estimates to keep of every exponent and its standard error, over the measured \
+                cycles. `atlas plot --what convergence` draws them."),
     choice("analyses.lyapunov.norm", &["energy", "raw"], r#""raw""#).or(r#""energy""#)
-        .about("Norm in which growth is measured. `raw` adds metres to metres per second; use it only to see how much \
-                this distorts the result."),
+        .about("Norm in which growth is measured. `raw` adds metres to metres per second; use it only to see the \
+                resulting distortion."),
     table("analyses.poincare").otherwise(ABSENT)
         .about("Poincaré samples, from which bifurcation diagrams and phase portraits are drawn."),
     integer("analyses.poincare.samples", 1.0, MANY, "100").otherwise("200, or `run.cycles` if a strobe has fewer")
-        .about("Largest number of samples kept per point. They are the last ones of the measured cycles."),
+        .about("Largest number of samples kept per point. The last samples of the measured cycles are kept."),
     choice("analyses.poincare.section",
            &["strobe", "entry", "extremum", "release", "coast_entry", "coast_release", "force_maximum", "surface"],
            r#""entry""#).or(r#""strobe""#)
-        .about("Where samples are taken. `strobe`: once per mesh cycle. `entry`, `release`: where drive contact \
-                begins, ends. `coast_entry`, `coast_release`: the same for coast contact. `extremum`: at every \
-                extreme of the mesh deflection. `force_maximum`: at every maximum of a positive mesh force. \
-                `surface`: on `analyses.poincare.surface`."),
+        .about("Section of phase space on which samples are taken. `strobe`: a mesh phase, once per mesh cycle. \
+                `entry`, `release`: beginning and end of drive contact. `coast_entry`, `coast_release`: beginning and \
+                end of coast contact. `extremum`: every extreme of the mesh deflection. `force_maximum`: every \
+                positive maximum of the mesh force. `surface`: the surface in `analyses.poincare.surface`."),
     table("analyses.poincare.surface").otherwise("no surface")
         .about("A surface of phase space, on which a linear combination of modal displacements and velocities has a \
                 given value. Required with section = \"surface\", and only allowed there."),
@@ -82,11 +83,11 @@ pub(super) const KEYS: &[Key] = &[
     quantity("analyses.poincare.surface.level", Length, ANY, r#""10 um""#).or("0")
         .about("Value of the combination on the surface."),
     choice("analyses.poincare.surface.direction", &["both", "rising", "falling"], r#""rising""#).or(r#""both""#)
-        .about("Which crossings count: all, or only those where the combination rises or falls."),
+        .about("Crossings to count: all, or only crossings with a rising or a falling combination."),
     quantity("analyses.poincare.phase", Ratio, bounds(0.0, false, 1.0, true), "0.25").or("0")
         .about("Mesh phase of the strobe, in cycles. Only with section = \"strobe\"."),
     integer("analyses.poincare.refine", 0.0, 50.0, "6").or("0")
-        .about("How many times the interval between neighbours with different motion is halved, to locate the change. \
+        .about("Number of halvings of the interval between neighbours with different motion, to locate the change. \
                 Only if `grid.order` carries the state."),
     table("analyses.nvh").otherwise(ABSENT)
         .about("Statistics of noise, vibration and harshness (NVH): deflection, mesh force, contact."),
@@ -101,7 +102,7 @@ pub(super) const KEYS: &[Key] = &[
                 `analyses.lyapunov` the point then ends. With `analyses.lyapunov.stop_at_stderr` it ends when both \
                 errors are small enough."),
     table("analyses.nvh.spectrum").otherwise("no spectra")
-        .about("Spectra (spectra.parquet): the exact lines of a motion that repeats, the averaged power of any other."),
+        .about("Spectra (spectra.parquet): exact lines of a motion that repeats, averaged power of any other motion."),
     key("analyses.nvh.spectrum.signals", Kind::List("signals"), ANY, r#"["force", "bearings"]"#).or(r#"["deflection", "force"]"#)
         .about("Signals whose spectra are computed: mesh deflection, mesh force, bearing forces, torques in shafts \
                 and couplings, or accelerations at bearings and of rotating bodies."),
@@ -109,13 +110,13 @@ pub(super) const KEYS: &[Key] = &[
     integer("analyses.nvh.spectrum.highest_order", 1.0, 100.0, "32").or("10")
         .about("Highest multiple of the mesh frequency in the spectra."),
     integer("analyses.nvh.spectrum.resolution", 8.0, 1024.0, "64").or("32")
-        .about("Fewest spectral lines per mesh order for a motion that does not repeat. It equals the mesh cycles per \
-                segment. A segment is lengthened to whole periods of the excitation if that takes at most four times \
-                as many cycles. Shaft orders then lie on lines."),
+        .about("Smallest number of spectral lines per mesh order for a motion that does not repeat. It equals the \
+                mesh cycles per segment. A segment is lengthened to whole periods of the excitation if it becomes at \
+                most four times as long. Shaft orders then lie on lines."),
     table("analyses.nvh.orders").otherwise("no orders")
         .about("Amplitude and phase at multiples of the mesh frequency and of the speeds of both shafts (orders.parquet)."),
     key("analyses.nvh.orders.signals", Kind::List("signals"), ANY, r#"["bearings", "torques"]"#).or(r#"["deflection", "force"]"#)
-        .about("Signals whose orders are computed; the choice is the same as for spectra."),
+        .about("Signals whose orders are computed. The same signals as for spectra are available."),
     choice("analyses.nvh.orders.signals.*", SIGNALS, r#""torques""#),
     integer("analyses.nvh.orders.mesh", 0.0, 1000.0, "5").or("10")
         .about("Highest multiple of the mesh frequency; all multiples from 1 on are computed."),
@@ -140,7 +141,7 @@ pub(super) const KEYS: &[Key] = &[
     integer("analyses.multistability.transient", 0.0, MANY, "2000").otherwise("`run.transient`")
         .about("Mesh cycles of each probe that are discarded."),
     integer("analyses.multistability.cycles", FEWEST_CYCLES as f64, MANY, "2000").otherwise("`run.cycles`, limited to 320 to 4000")
-        .about("Most mesh cycles measured per probe."),
+        .about("Largest number of mesh cycles measured per probe."),
     table("analyses.multistability.slice").otherwise("no slice")
         .about("A plane of initial states through `run.initial`, for pictures of basins of attraction. Two modes span \
                 it, or the displacement and velocity of one mode."),
@@ -149,19 +150,19 @@ pub(super) const KEYS: &[Key] = &[
         .about("The two modes that span the plane. They must differ, be retained, and deflect the mesh."),
     integer("analyses.multistability.slice.modes.*", 1.0, 1000.0, "3"),
     integer("analyses.multistability.slice.mode", 1.0, 1000.0, "1").otherwise("none; required without `modes`")
-        .about("The mode that spans the plane (x, v) of an oscillator with one degree of freedom, instead of `modes`. \
-                Its displacement runs across and its velocity up, as mesh deflection and rate of mesh deflection."),
+        .about("One mode whose displacement and velocity span the plane (x, v), instead of `modes`. The horizontal \
+                axis is its mesh deflection, the vertical axis its rate of mesh deflection."),
     quantity("analyses.multistability.slice.speed", Velocity, POSITIVE, r#""0.1 m/s""#)
         .otherwise("`extent`, multiplied by the mode's scale in the energy norm")
         .about("Half the height of the plane (x, v), as rate of mesh deflection. Only with `mode`."),
     choice("analyses.multistability.slice.of", &["displacement", "velocity"], r#""velocity""#).or(r#""displacement""#)
-        .about("Which modal coordinates vary: displacements or velocities. Only with `modes`."),
+        .about("Modal coordinates that vary: displacements or velocities. Only with `modes`."),
     quantity("analyses.multistability.slice.extent", Length, POSITIVE, r#""30 um""#)
         .about("Half the side of the plane, as the mesh deflection of one mode alone."),
     integer("analyses.multistability.slice.count", 1.0, 512.0, "96").or("48")
-        .about("Cells along each side. The number of initial states is its square."),
+        .about("Number of cells along each side. The number of initial states is its square."),
     table("analyses.orbits").otherwise(ABSENT)
-        .about("Periodic orbits, stable or not. Newton's method seeks them from near returns of the motion and from \
+        .about("Periodic orbits, stable or not. Newton's method seeks them from close returns of the motion and from \
                 given states."),
     key("analyses.orbits.periods", Kind::List("whole numbers from 1 to 64: mesh cycles"), ANY, "[1, 2, 4]").or("[1, 2]")
         .about("Periods to seek, in mesh cycles."),
@@ -171,13 +172,13 @@ pub(super) const KEYS: &[Key] = &[
     integer("analyses.orbits.cycles", 1.0, 1e6, "1000").or("400")
         .about("Mesh cycles of motion that supply the first guesses."),
     key("analyses.orbits.floquet", Kind::Boolean, ANY, "false").or("true")
-        .about("Keep all Floquet multipliers, in addition to the verdict on stability."),
+        .about("Keep all Floquet multipliers, in addition to the stability."),
     integer("analyses.orbits.returns", 1.0, 1000.0, "20").or("10")
         .about("Number of returns to each orbit over which a small kick is followed. The kick is 1e-5 half gaps in \
                 the direction of strongest growth."),
     key("analyses.orbits.states", Kind::List("tables"), ANY, "[{ displacement = [0.0, 1e-6], velocity = [0.0, 1e-3] }]").or("[]")
-        .about("Further states to seek every period from, each a modal state as in `run.initial`. If a state leads to \
-                no orbit, its row in orbits.parquet says why."),
+        .about("Further initial states of the search for every period, each a modal state as in `run.initial`. If a \
+                state leads to no orbit, its row in orbits.parquet gives the reason."),
     table("analyses.orbits.states.*"),
     key("analyses.orbits.states.*.displacement", Kind::List("numbers in m sqrt(kg), one per retained mode"), ANY, "[0.0, 1e-6]")
         .about("Mass-normalised modal displacements, one per retained mode in ascending frequency."),
@@ -186,7 +187,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Mass-normalised modal velocities, one per retained mode in ascending frequency."),
     quantity("analyses.orbits.states.*.velocity.*", ModalVelocity, ANY, "1e-3"),
     table("analyses.horizon").otherwise(ABSENT)
-        .about("How far ahead chaotic motion can be predicted, and how averages settle. Needs `analyses.lyapunov`."),
+        .about("Prediction horizon of chaotic motion, and convergence of averages. Needs `analyses.lyapunov`."),
     integer("analyses.horizon.twins", 2.0, 10_000.0, "32").or("16")
         .about("Number of pairs of neighbouring trajectories to follow."),
     quantity("analyses.horizon.separation", Ratio, bounds(1e-12, false, 0.1, false), "1e-8").or("1e-6")
@@ -199,10 +200,10 @@ pub(super) const KEYS: &[Key] = &[
         .about("Covariant Lyapunov vectors of motion that does not repeat: local exponents, and the angle between \
                 growing and shrinking directions. Needs `analyses.lyapunov`."),
     integer("analyses.covariant.vectors", 1.0, 2000.0, "4").or("2")
-        .about("Number of vectors, those of the largest exponents. The limit is twice the number of retained modes \
-                that are not neutral, plus one if drag damps the neutral rotation."),
+        .about("Number of vectors, from the largest exponent on. The limit is twice the number of retained modes that \
+                are not neutral, plus one if drag damps the neutral rotation."),
     integer("analyses.covariant.cycles", FEWEST_CYCLES as f64, MANY, "5000").or("1000")
         .about("Mesh cycles measured. With v vectors, each cycle keeps v(v + 1)/2 numbers in memory; the limit is 1 GiB in total."),
     integer("analyses.covariant.align", 1.0, MANY, "500").or("200")
-        .about("Mesh cycles discarded at each end, in which the vectors turn into their directions."),
+        .about("Mesh cycles discarded at each end while the vectors align with the Lyapunov directions."),
 ];

@@ -16,24 +16,25 @@ pub(super) const KEYS: &[Key] = &[
     key("continuation.second", Kind::Text, ANY, r#""load""#).otherwise("no curves")
         .about("A second axis. Bifurcations found at its values are followed in the plane of both axes."),
     choice("continuation.curves", &["stable", "all"], r#""all""#).or(r#""stable""#)
-        .about("Which bifurcations are followed in the plane of both axes. `stable`: those next to a stable part of a \
-                branch, which bound the motions that a drive can settle on. `all`: every one."),
+        .about("Bifurcations to follow in the plane of both axes. `stable`: bifurcations next to a stable part of a \
+                branch. They bound the motions on which a drive can settle. `all`: every bifurcation."),
     integer("continuation.starts", 1.0, 10_000.0, "9").or("5")
         .about("Number of values of the axis, evenly spaced between its ends, at which orbits are sought. Each search \
-                starts near static equilibrium, and from the orbits that a trajectory settles on or comes near."),
+                starts near static equilibrium, from the orbit on which a trajectory settles, and from orbits near \
+                the trajectory."),
     integer("continuation.transient", 0.0, MANY, "1000").or("300")
-        .about("Mesh cycles of that trajectory that are discarded before near returns are sought."),
+        .about("Mesh cycles of this trajectory that are discarded before the search for close returns."),
     integer("continuation.cycles", 1.0, MANY, "1000").or("300")
-        .about("Mesh cycles in which near returns are sought."),
+        .about("Mesh cycles that are searched for close returns."),
     integer("continuation.longest_period", 1.0, 64.0, "8").or("4")
         .about("Longest period, in mesh cycles, of the orbits sought and of the branches that start at period \
                 doublings."),
     integer("continuation.guesses", 1.0, 1000.0, "4").or("2")
-        .about("Number of Newton searches per period, from the nearest returns."),
+        .about("Number of Newton searches per period, from the closest returns."),
     integer("continuation.orbits", 10.0, 1e6, "10000").or("4000")
-        .about("Most orbits of a branch in each direction from its first orbit."),
+        .about("Largest number of orbits of a branch in each direction from its first orbit."),
     integer("continuation.branches", 1.0, 1e5, "1000").or("100")
-        .about("Most branches per combination of values of the other axes."),
+        .about("Largest number of branches per combination of values of the other axes."),
     quantity("continuation.step", Ratio, bounds(0.0, true, 0.5, false), "0.005").or("0.02")
         .about("Longest step along a branch or a curve, as a fraction of the length of the axis."),
     key("continuation.states", Kind::List("tables"), ANY, "[{ at = 1000, period = 2, displacement = [0, 1e-5], velocity = [0, 0] }]").or("[]")

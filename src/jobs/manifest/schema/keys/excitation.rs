@@ -44,9 +44,9 @@ pub(super) const KEYS: &[Key] = &[
     quantity("excitation.gear_error.*.phase", Angle, ANY, r#""90 deg""#).or("0")
         .about("Phase of the cosine at time 0."),
     table("excitation.pitch_deviation").otherwise("none")
-        .about("Cumulative pitch deviations of the gears: how late each tooth engages, as a distance along the line \
-                of action. Between teeth the error is the trigonometric polynomial through these values, without \
-                their mean."),
+        .about("Cumulative pitch deviations of the gears: the delay of each tooth, as a distance along the line of \
+                action. Between teeth the error is the trigonometric polynomial through these values, without their \
+                mean."),
     key("excitation.pitch_deviation.pinion", Kind::List("lengths, one per tooth"), ANY, r#"["0 um", "2 um", "-1 um"]"#)
         .otherwise("none")
         .about("Deviations of the pinion, in the order in which its teeth engage. The first tooth engages at mesh cycle 0."),
@@ -56,7 +56,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Deviations of the wheel, in the order in which its teeth engage. The first tooth engages at mesh cycle 0."),
     quantity("excitation.pitch_deviation.wheel.*", Length, ANY, r#""2 um""#),
     integer("excitation.table_harmonics", 0.0, 100.0, "10")
-        .otherwise("the exact error, in the law of the mesh")
+        .otherwise("none: the law of the mesh contains the exact error")
         .about("Number of harmonics that represent the transmission error of the loaded flanks in a computed mesh. 0 \
                 omits the error. run.kernel = \"closed_modes\" needs it."),
     key("excitation.torque_ripple", Kind::List("tables"), ANY, r#"[{ shaft = "pinion", order = 2, amplitude = "3 N*m" }]"#).or("[]")
@@ -64,8 +64,8 @@ pub(super) const KEYS: &[Key] = &[
                 with the speed of that shaft."),
     table("excitation.torque_ripple.*"),
     choice("excitation.torque_ripple.*.shaft", &["pinion", "wheel"], r#""pinion""#)
-        .about("The shaft that the torque acts on, at the end of its overhang. In a train, `pinion` is the driving \
-                shaft and `wheel` the shaft of the second gear. The second gear must not be loose on that shaft."),
+        .about("Shaft on which the torque acts, at the end of its overhang. In a train, `pinion` is the driving shaft \
+                and `wheel` the shaft of the second gear. The second gear must not be loose on that shaft."),
     quantity("excitation.torque_ripple.*.order", Ratio, POSITIVE, "2")
         .about("Multiple of the speed of that shaft. It need not be a whole number."),
     quantity("excitation.torque_ripple.*.amplitude", Torque, NON_NEGATIVE, r#""3 N*m""#)

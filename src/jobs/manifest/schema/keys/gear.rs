@@ -14,15 +14,15 @@ const BOTH: &str = "pinion, wheel";
 const COURSES: &[&str] = &["linear", "parabolic"];
 
 /// Of the keys `course` of reliefs.
-const COURSE: &str = "How the relief grows: in proportion to the distance, or with its square.";
+const COURSE: &str = "Shape of the relief: in proportion to the distance, or to its square.";
 
 const GEARS: &[&str] = &["pinion", "wheel"];
 
 const BETWEEN: &[&str] = &["linear", "monotone"];
 
 /// Of the keys `between` of courses through points.
-const BETWEEN_POINTS: &str = "Curve between the points: straight lines, or monotone cubics with a continuous slope \
-                              that rise and fall where the points do.";
+const BETWEEN_POINTS: &str = "Curve between the points: straight lines, or monotone cubics. The cubics have a \
+                              continuous slope and no extremes between the points.";
 
 #[rustfmt::skip]
 pub(super) const KEYS: &[Key] = &[
@@ -47,15 +47,16 @@ pub(super) const KEYS: &[Key] = &[
                 (`shafts.gear_position`). It is positive towards the second bearing. A mesh off the middle tilts the \
                 bodies."),
     key("gear.body_length", Kind::List("2 lengths: pinion, wheel"), ANY, r#"["70 mm", "40 mm"]"#).of_length(2)
-        .about("Axial length of the gear bodies, which may exceed the face width. It sets their mass and moments of \
-                inertia and does not affect the flanks."),
+        .about("Axial length of the gear bodies, which may exceed the face width. It determines their mass and \
+                moments of inertia. It does not affect the flanks."),
     quantity("gear.body_length.*", Length, POSITIVE, r#""70 mm""#),
     quantity("gear.hub_diameter", Length, POSITIVE, r#""40 mm""#).or_pair(BOTH)
         .otherwise("none: the gear does not stiffen the shaft")
-        .about("Diameter of the hub, the part of a gear body that bends and twists with its shaft. Along the hub, the \
-                shaft is as thick as the hub. For a gear cut into its shaft, give the root circle; for a gear shrunk \
-                or keyed on, the hub diameter. Published models of this class omit the hub, which makes shafts too \
-                soft. It stiffens shafts with kind = \"flexible\"; in rigid kinds it only adds mass."),
+        .about("Diameter of the hub. The hub is the part of a gear body that bends and twists with the shaft. Over \
+                the length of the hub, the shaft has this diameter. For a gear cut into its shaft, give the diameter \
+                of the root circle. For a gear shrunk or keyed on, give the diameter of its hub. Published models of \
+                this kind omit the hub, so their shafts are too soft. With kind = \"flexible\", the hub stiffens the \
+                shaft; with rigid kinds, it only adds mass."),
     quantity("gear.hub_length", Length, POSITIVE, r#""50 mm""#).or_pair(BOTH).otherwise("`gear.body_length`")
         .about("Length of the hub along the shaft, centred on the body. It must fit between the bearings."),
     quantity("gear.web_thickness", Length, POSITIVE, r#""12 mm""#).or_pair(BOTH)
@@ -63,7 +64,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Thickness of the web between hub (or shaft) and rim, for mass and moments of inertia. Needs `rim_diameter`."),
     quantity("gear.rim_diameter", Length, POSITIVE, r#""60 mm""#).or_pair(BOTH)
         .otherwise("none; required with `web_thickness`")
-        .about("Inner diameter of the rim, which is as long as the body. Needs `web_thickness`."),
+        .about("Inner diameter of the rim. The rim is as long as the body. Needs `web_thickness`."),
     quantity("gear.rated_torque", Torque, POSITIVE, r#""50 N*m""#)
         .about("Rated torque on the pinion, which is load 1 of the grid. Divided by the base radius, it gives the \
                 rated mesh force."),
@@ -79,7 +80,7 @@ pub(super) const KEYS: &[Key] = &[
                 pressure angle."),
     key("gear.tip_diameter", Kind::List("2 lengths: pinion, wheel"), ANY, r#"["88 mm", "128 mm"]"#).of_length(2)
         .otherwise("from the rack, with its tip clearance (ISO 21771)")
-        .about("Tip diameters. They limit the path of contact and so set the contact ratio of a computed mesh."),
+        .about("Tip diameters. They limit the path of contact and thus determine the contact ratio of a computed mesh."),
     quantity("gear.tip_diameter.*", Length, POSITIVE, r#""88 mm""#),
     quantity("gear.bore", Length, POSITIVE, r#""35 mm""#).or_pair(BOTH)
         .otherwise("the diameter of the shaft")
@@ -130,19 +131,21 @@ pub(super) const KEYS: &[Key] = &[
         .about("Crowning of the profile: material removed at the tip and at the start of the active profile. It grows \
                 with the square of the distance from the middle between them."),
     quantity("gear.profile_slope", Length, ANY, r#""-3 um""#).or("0").or_pair(BOTH)
-        .about("Slope of the profile, as modification or deviation: material removed at the tip minus that at the \
-                start of the active profile."),
+        .about("Slope of the profile, as modification or deviation: material removed at the tip minus material \
+                removed at the start of the active profile."),
     quantity("gear.lead_crowning", Length, ANY, r#""5 um""#).or("0").or_pair(BOTH)
         .about("Crowning of the lead: material removed at both ends of the face. It grows with the square of the \
                 distance from the middle of the face."),
     quantity("gear.lead_slope", Length, ANY, r#""6 um""#).or("0").or_pair(BOTH)
         .about("Slope of the lead, as modification or deviation: material removed at the end on the side of positive \
-                tilt minus that at the other end. It describes a misalignment that belongs to the gears."),
+                tilt minus material removed at the other end. It describes a misalignment of the teeth on their \
+                gears."),
     key("gear.profile_points", Kind::List("tables"), ANY,
         r#"[{ gear = "pinion", roll_length = ["14 mm", "18 mm", "20 mm"], missing = [0, 0, "8 um"] }]"#).or("[]")
         .about("Flank profile of a gear through points, drawn or measured, in addition to reliefs, crowning and \
-                slope. Before the first and after the last point the value stays constant. Every point adds a kink \
-                and so segments to the mesh. Thin out a measured profile of hundreds of points to a few dozen."),
+                slope. Before the first and after the last point the value stays constant. Every point adds a kink, \
+                and every kink adds segments to the mesh. Reduce a measured profile of hundreds of points to a few \
+                dozen."),
     table("gear.profile_points.*"),
     choice("gear.profile_points.*.gear", GEARS, r#""wheel""#)
         .about("The gear that has this profile."),

@@ -36,18 +36,18 @@ pub(super) const KEYS: &[Key] = &[
     key("grid.speed", Kind::Axis(AngularSpeed), POSITIVE, r#"{ values = ["600 rad/s", "700 rad/s"] }"#).otherwise("none; required here or as a column of `points`")
         .about("Speed of the pinion."),
     key("grid.tied", Kind::List("lists of the names of axes"), ANY, r#"[["load", "speed"]]"#).or("[]")
-        .about("Axes that advance together instead of being combined. Each list names axes with equally many values: \
-                the first values of all make one point, the second values the next. Lists and ranges can be tied, and \
-                values may repeat."),
+        .about("Axes that advance together instead of being combined. Each list names axes with the same number of \
+                values: the first values of all make one point, the second values the next. Lists and ranges can be \
+                tied, and values may repeat."),
     key("grid.tied.*", Kind::List("names of axes"), ANY, r#"["load", "speed"]"#),
     key("grid.tied.*.*", Kind::Text, ANY, r#""load""#),
     key("grid.points", Kind::Points, ANY, r#""points.csv""#).otherwise("none: the axes give the points")
-        .about("Operating points one by one, instead of axes. Give a list of tables with the same keys, [{ torque = \"5 N m\", speed = \"1000 rpm\" }, \
-                ...], or the path of a text file, relative to the manifest. The head line of the file has names and \
-                units, such as speed [rpm],torque [N m],mesh.half_gap [um]. Each further line is one point. Numbers \
-                without a unit are in SI. Commas, semicolons or tabs separate columns, and lines that begin with # \
-                are comments. Any axis can be a column. Further axes of [grid] are combined with the list. Each row \
-                is a separate point, even if two rows are equal."),
+        .about("Operating points one by one, instead of axes. Give a list of tables with the same keys, [{ torque = \
+                \"5 N m\", speed = \"1000 rpm\" }, ...], or the path of a text file, relative to the manifest. The \
+                header line of the file has names and units, such as speed [rpm],torque [N m],mesh.half_gap [um]. \
+                Each further line is one point. Numbers without a unit are in SI. Commas, semicolons or tabs separate \
+                columns, and lines that begin with # are comments. Any axis can be a column. Further axes of [grid] \
+                are combined with the list. Each row is a separate point, even if two rows are equal."),
     choice("grid.order", &["independent", "sweep-up", "sweep-down", "both"], r#""both""#).or(r#""independent""#)
         .about("Initial state of each point. `independent`: `run.initial`. `sweep-up`, `sweep-down`, `both`: the \
                 final state of the previous point along one axis, upwards, downwards or both. Two motions coexist \
@@ -59,13 +59,13 @@ pub(super) const KEYS: &[Key] = &[
                 point determine its random direction. The displacement lets a sweep leave an orbit that has become \
                 unstable. 0 carries the state unchanged. Only if `grid.order` carries the state."),
     table("grid.refine").otherwise("the grid is computed as given")
-        .about("Adds points between those of the grid where results change. A cell whose corners differ is divided \
-                into four, and so are its parts. Needs two axes with several values, each `{ from, to, count }`. All \
+        .about("Adds points to the grid where results change. A cell is divided into four if its corners differ. The \
+                same rule holds for its parts. Needs two axes with several values, each `{ from, to, count }`. All \
                 points start from `run.initial`."),
     integer("grid.refine.levels", 1.0, 20.0, "7")
-        .about("How many times the intervals of both axes may be halved."),
+        .about("Largest number of halvings of the intervals of both axes."),
     key("grid.refine.by", Kind::List("words"), ANY, r#"["class", "lambda_max"]"#).or(r#"["class", "period"]"#)
-        .about("What is compared: class of motion, its period, or columns of points.parquet."),
+        .about("Quantities to compare: class of motion, its period, or columns of points.parquet."),
     choice("grid.refine.by.*", &CRITERIA, r#""class""#),
     quantity("grid.refine.tolerance", Ratio, bounds(0.0, true, 1.0, false), "0.05").or("0.1")
         .about("Largest difference of a column between corners, beyond five standard errors, as a fraction of the \

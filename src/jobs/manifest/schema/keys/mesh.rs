@@ -42,8 +42,9 @@ pub(super) const KEYS: &[Key] = &[
         .about("Relative drop of the stiffness from two pairs in contact to one."),
     integer("mesh.segments", 1.0, 10_000.0, "120").or("60")
         .about("Number of equal segments of the mesh cycle, for \"piecewise\" with two levels and for \"table\". A \
-                segment that contains a step takes the mean over its width. With resolution = \"secant\" the \
-                stiffness is not averaged; neighbouring segments are joined if load centroid and friction allow it."),
+                segment that contains a step takes the mean over its width. With resolution = \"secant\", the \
+                stiffness is not averaged, and neighbouring segments are joined if load centroid and friction allow \
+                it."),
     key("mesh.values", Kind::List("stiffnesses, one per segment of the mesh cycle"), ANY, r#"["4.4e8 N/m", "3.3e8 N/m"]"#)
         .otherwise("none: the two-level law holds")
         .about("Stiffness of each equal segment of the mesh cycle, with \"piecewise\". Replaces the two-level law."),
@@ -59,10 +60,9 @@ pub(super) const KEYS: &[Key] = &[
     quantity("mesh.stiffness_harmonics.*.phase", Angle, ANY, r#""180 deg""#).or("0")
         .about("Phase of the cosine at mesh phase 0."),
     quantity("mesh.friction", Ratio, BELOW_ONE, "0.05").or("0")
-        .about("Coulomb friction coefficient on the flanks. The friction force reverses where teeth pass the pitch \
-                point, which the drawing of the gears gives. Pairs in contact share the load evenly, or as a mesh \
-                computed from [gear] gives it. With a modal file, friction needs [gear]. Bevel gears have no \
-                friction."),
+        .about("Coulomb friction coefficient on the flanks. The friction force reverses when the contact passes the \
+                pitch point, which the drawing of the gears gives. Pairs in contact share the load evenly, or as \
+                computed from [gear]. With a modal file, friction needs [gear]. Bevel gears have no friction."),
     choice("mesh.friction_law", &["constant", "schlenk"], r#""schlenk""#).or(r#""constant""#)
         .about("Source of the friction coefficient. `constant`: `friction`. `schlenk`: the mean coefficient of ISO/TR \
                 14179-2, 0.048 (w/(v rho))^0.2 eta^-0.05 Ra^0.25 X_L. It is taken at the mean load and speed of each \
@@ -79,53 +79,54 @@ pub(super) const KEYS: &[Key] = &[
         .about("Oil factor X_L: 1 mineral oil, 0.8 polyalphaolefin or ester, about 0.6 polyglycol, 1.3 phosphoric \
                 ester, 1.5 traction fluid. Only with friction_law = \"schlenk\"."),
     quantity("mesh.misalignment", Angle, bounds(-0.02, false, 0.02, false), r#""0.5 mrad""#).or("0")
-        .about("Angle between the unloaded flanks in the plane of action. The load moves to one end of the face and \
-                the mesh softens. Only if the mesh is computed from [gear]."),
+        .about("Angle between the unloaded flanks in the plane of action. It moves the load to one end of the face \
+                and reduces the stiffness. Only if the mesh is computed from [gear]."),
     key("mesh.shaft_tilt", Kind::Boolean, ANY, "true").or("false")
         .about("Add the tilt of the shafts under the mean load to the misalignment. Only if the mesh is computed from \
                 [gear]."),
     choice("mesh.contact", &["load_dependent", "linear"], r#""linear""#).or(r#""load_dependent""#)
-        .about("How the flanks of a mesh computed from [gear] flatten. `load_dependent`: by Weber & Banaschek, whose \
-                contact stiffens with the load; the secant at the mean load on one pair is used (the rated load if \
-                the mean is 0). `linear`: in proportion to the force, 4 (1 - nu^2)/(pi E) for equal gears. This makes \
-                meshes of solid gears 20 to 60 % too stiff."),
+        .about("Law of the contact between the flanks of a mesh computed from [gear]. `load_dependent`: the law of \
+                Weber & Banaschek, whose contact stiffens with the load. It takes the secant at the mean load on one \
+                pair (at the rated load if the mean is 0). `linear`: an approach proportional to the force, 4 (1 - \
+                nu^2)/(pi E) for equal gears. This law makes meshes of solid gears 20 to 60 % too stiff."),
     choice("mesh.face", &["coupled", "independent"], r#""independent""#).or(r#""coupled""#)
-        .about("How parts of the face share the load in a mesh computed from [gear], if flanks are misaligned or \
-                leads modified. `coupled`: elasticity in three dimensions, in which unloaded parts of teeth and \
-                bodies support loaded ones. `independent`: each slice bears load alone, as in thin-slice models, \
-                which overestimate the load of a misaligned face. Helical gears, and resolution = \"pairs\", always \
-                use `independent`."),
+        .about("Load distribution over the face in a mesh computed from [gear], if flanks are misaligned or leads \
+                modified. `coupled`: elasticity in three dimensions. Unloaded parts of teeth and bodies support \
+                loaded parts. `independent`: each slice of the face bears load alone. Such thin-slice models \
+                overestimate the load of a misaligned face. Helical gears and resolution = \"pairs\" always use \
+                `independent`."),
     choice("mesh.resolution", &["secant", "mean_load", "pairs"], r#""pairs""#)
         .or(r#""secant""#)
-        .about("How a mesh computed from [gear] behaves away from the mean load. `secant`: one spring that touches \
-                where the flanks do and is exact at the mean load, with the secant stiffness between the two. If \
-                contact spreads along the face (misaligned, helical, modified leads), it uses the mean of the tangent \
+        .about("Law of a mesh computed from [gear] at forces other than the mean load. `secant`: one spring with the \
+                secant stiffness from the first touch of the flanks to the mean load. It is exact at both. If contact \
+                spreads along the face (misaligned, helical, modified leads), it uses the mean of the tangent \
                 stiffness. Its force does not jump when a pair of teeth engages. It accepts all gears. `mean_load`: \
-                the tangent at the mean load. When a pair engages, its stiffness steps, and its force too unless it \
-                equals the mean load. run.kernel = \"closed_modes\" needs it. `pairs`: every pair of teeth is a spring behind its \
-                gap, relief included. Stiffness, load centroid and friction then follow the force at every instant, \
-                without jumps. It accepts loads of 0, and needs spur gears and run.kernel = \"volterra\" or \
-                \"stepping\"."),
+                one spring with the tangent stiffness at the mean load. When a pair engages, its stiffness jumps. Its \
+                force also jumps, unless the force equals the mean load. run.kernel = \"closed_modes\" requires \
+                `mean_load`. `pairs`: one spring per pair of teeth, each behind its own gap, which includes relief. \
+                Stiffness, load centroid and friction then follow the force at every instant, without jumps. `pairs` \
+                accepts loads of 0. It requires spur gears and run.kernel = \"volterra\" or \"stepping\"."),
     integer("mesh.slices", 1.0, 4.0, "4").or("1")
         .about("Number of slices of the face, each with separate springs. Only with resolution = \"pairs\". Use more \
                 than one if the flanks are misaligned or the shafts tilt. The model has room for 16 springs on both \
-                flanks and all pairs. That allows 4 slices if at most two pairs are in contact (tip edges included) \
-                and 2 if three are."),
+                flanks and all pairs. This allows 4 slices with at most two pairs in contact (tip edges included), \
+                and 2 slices with three pairs."),
     key("mesh.contact_damping", Kind::ContactDamping, BELOW_ONE, "0.05")
         .about("Viscous damping in contact. A bare number or a percentage is the damping ratio `c / (2 sqrt(k m))`, \
                 with the mean stiffness and the mesh mass of the rigid rotations. A text such as \"1483 N*s/m\" is \
                 the coefficient c itself."),
     choice("mesh.release", &["deflection", "force"], r#""force""#).or(r#""deflection""#)
-        .about("When a closed contact opens, including further contacts of a modal file. `deflection`: when the \
-                deflection returns to the gap; just before that, the damper pulls. `force`: when the force of spring \
-                and damper falls to zero, so that it never pulls. If the flanks have not separated since, contact \
-                closes again when that force rises to zero. run.kernel = \"closed_modes\" needs `deflection`."),
+        .about("Condition that opens a closed contact. It also holds for further contacts of a modal file. \
+                `deflection`: the deflection returns to the gap. Just before, the damper pulls. `force`: the force of \
+                spring and damper falls to zero, so the contact never pulls. If the flanks have not separated, \
+                contact closes again when this force rises to zero. run.kernel = \"closed_modes\" requires \
+                `deflection`."),
     choice("mesh.coast_flank", &["mirrored", "same_line"], r#""same_line""#)
         .otherwise(r#""mirrored", or "same_line" if a modal file has no participations of the coast flanks"#)
-        .about("Where the coast flanks touch. `mirrored`: along their line of action, the mirror image of that of the \
-                drive flanks about the line of centres. Stiffness, load centroid, friction and flank modifications \
-                are mirrored in phase. `same_line`: along the line of action of the drive flanks, pushed from behind, \
-                with the properties of the drive flanks at the same phase."),
+        .about("Line of action of the coast flanks. `mirrored`: the line of action of the drive flanks, mirrored \
+                about the line of centres. Stiffness, load centroid, friction and flank modifications are mirrored in \
+                phase. `same_line`: the line of action of the drive flanks. The coast flanks then have the properties \
+                of the drive flanks at the same phase."),
     quantity("mesh.coast_symmetry", Ratio, bounds(0.0, false, 1.0, true), "0.05")
         .otherwise("from [gear], or from the two-level law, (contact_ratio + 1/2)/2; required without both")
         .about("Mesh phase, in cycles, at which a tooth of the pinion is on the line of centres. The coast flanks \

@@ -50,8 +50,9 @@ pub(super) const KEYS: &[Key] = &[
     quantity("mesh_tilt_coast.*", ParticipationByLength, ANY, "0.17"),
     key("friction_coast", Kind::List("numbers in 1/sqrt(kg), one per mode"), ANY, "[0.0, 0.0, -0.1]").otherwise("0")
         .about("Modal force of a unit friction force on the coast flanks at the pitch point. On the pinion it acts \
-                along (-cos alpha, -sin alpha), back towards its axis, and on the wheel the other way. For \
-                comparison, `friction` acts along (cos alpha, -sin alpha) on the pinion. Only with `mesh_coast`."),
+                along (-cos alpha, -sin alpha), towards the axis of the pinion. On the wheel it acts in the opposite \
+                direction. For comparison, `friction` acts along (cos alpha, -sin alpha) on the pinion. Only with \
+                `mesh_coast`."),
     quantity("friction_coast.*", Participation, ANY, "-0.1"),
     key("friction_lever_coast", Kind::List("numbers in 1/(m sqrt(kg)), one per mode"), ANY, "[0.0, 0.0, 0.0]").otherwise("0")
         .about("Derivative of `friction_coast` with respect to the distance from the pitch point along the line of \
@@ -66,8 +67,8 @@ pub(super) const KEYS: &[Key] = &[
         .about("Modal force of a unit torque on the wheel's shaft."),
     quantity("torque_wheel.*", ParticipationByLength, ANY, "-9.2"),
     key("damping_matrix", Kind::List("rows, one per mode, of numbers in 1/s"), ANY, "[[0.0, 0.0], [0.0, 12.0]]").otherwise("0")
-        .about("Damping and coupling of the modes in addition to the damping ratios: it adds to 2 zeta omega on the \
-                diagonal. Entries of rigid motions below 1e-12 of the highest frequency count as 0 (round-off)."),
+        .about("Matrix of damping and coupling of the modes, in addition to the damping ratios. Its diagonal adds to \
+                2 zeta omega. Entries of rigid motions below 1e-12 of the highest frequency count as 0 (round-off)."),
     key("damping_matrix.*", Kind::List("numbers in 1/s, one per mode"), ANY, "[0.0, 12.0]"),
     quantity("damping_matrix.*.*", ModalDamping, ANY, "12.0"),
     key("gyroscopic_matrix", Kind::List("rows, one per mode, of numbers"), ANY, "[[0.0, 0.3], [-0.3, 0.0]]").otherwise("0")
@@ -76,7 +77,7 @@ pub(super) const KEYS: &[Key] = &[
     key("gyroscopic_matrix.*", Kind::List("numbers, one per mode"), ANY, "[0.0, 0.3]"),
     quantity("gyroscopic_matrix.*.*", Ratio, ANY, "0.3"),
     key("stiffness_matrix", Kind::List("rows, one per mode, of numbers in 1/s^2"), ANY, "[[0.0, 4e3], [-4e3, 0.0]]").otherwise("0")
-        .about("Cross-coupled stiffness of the modes. It adds to omega^2 on the diagonal and need not be symmetric."),
+        .about("Matrix of cross-coupled stiffness of the modes. Its diagonal adds to omega^2. It need not be symmetric."),
     key("stiffness_matrix.*", Kind::List("numbers in 1/s^2, one per mode"), ANY, "[0.0, 4e3]"),
     quantity("stiffness_matrix.*.*", ModalStiffness, ANY, "4e3"),
     key("constant_load", Kind::List("numbers in N/sqrt(kg), one per mode"), ANY, "[0.0, 3.1, 1.9]").otherwise("0")
@@ -138,8 +139,8 @@ pub(super) const KEYS: &[Key] = &[
     quantity("contact.*.damping", Damping, NON_NEGATIVE, r#""300 N*s/m""#).or("0")
         .about("Damping of the closed contact."),
     key("contact.*.cycles", Kind::List("2 whole numbers"), ANY, "[3, 5]").of_length(2).or("[1, 1]")
-        .about("Speed of the contact's cycle: `[p, q]` for p of its cycles in q mesh cycles. It follows from numbers \
-                of teeth; on a shaft with two gears it is their ratio."),
+        .about("Speed of the contact's cycle: `[p, q]` for p of its cycles in q mesh cycles. It follows from the \
+                numbers of teeth. For a mesh on a shaft with two gears, it is the ratio of their numbers of teeth."),
     integer("contact.*.cycles.*", 1.0, 1000.0, "3"),
     quantity("contact.*.phase", Ratio, ANY, "0.25").or("0")
         .about("Phase of the contact's cycle at time 0, in cycles of the contact."),
@@ -156,7 +157,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Bearing forces to compute, one table `[[bearing]]` each."),
     table("bearing.*"),
     key("bearing.*.name", Kind::Text, ANY, r#""pinion 1 x""#)
-        .about("Name of the bearing and direction of its force, as used in the results."),
+        .about("Name of the bearing and direction of its force. Results use this name."),
     key("bearing.*.gain", Kind::List("numbers in N/(m sqrt(kg)), one per mode"), ANY, "[0.0, 2.1e7, -4.4e6]")
         .about("Force on the bearing per unit of each modal displacement."),
     quantity("bearing.*.gain.*", ForceByDisplacement, ANY, "2.1e7"),

@@ -19,17 +19,18 @@ const MODEL_KINDS: [&str; 7] = [
 #[rustfmt::skip]
 pub(super) const KEYS: &[Key] = &[
     table("model")
-        .about("Source of the structure, and how many of its modes are kept."),
+        .about("Source of the structure, and number of its modes."),
     choice("model.kind", &MODEL_KINDS, r#""flexible""#)
-        .about("Which motions of the drive are free. Rigid shafts: `torsional` (2 degrees of freedom: rotations), \
-                `translational` (6: also the radial motion of both gears), `tilting` (12: also axial motion and \
-                tilts), `pedestal` (20: also the bearing pedestals). `flexible`: shafts of Timoshenko beams. `train`: \
-                any number of shafts and gears, given in [train]. `modal`: the modes in a file."),
+        .about("Kind of model, which sets the free motions of the drive. Rigid shafts: `torsional` (2 degrees of \
+                freedom: rotations), `translational` (6: also the radial motion of both gears), `tilting` (12: also \
+                axial motion and tilts), `pedestal` (20: also the bearing pedestals). `flexible`: shafts of \
+                Timoshenko beams. `train`: any number of shafts and gears, given in [train]. `modal`: the modes in a \
+                file."),
     integer("model.modes", 2.0, 1000.0, "12")
         .otherwise("40 with `flexible` and `train`, or fewer if the drive has fewer; all degrees of freedom of a rigid kind")
-        .about("How many of the lowest modes of the drive are computed. The modal kind takes those of its file."),
+        .about("Number of modes computed, the lowest ones of the drive. With kind = \"modal\", the file gives the modes."),
     integer("model.retained", 1.0, 1000.0, "20").otherwise("all of `model.modes`")
-        .about("How many of the computed modes are kept, the lowest first. Both rigid rotations of a drive given by \
+        .about("Number of computed modes that are kept, the lowest first. The two rigid rotations of a drive given by \
                 its drawing must be kept."),
     key("model.mta", Kind::Boolean, ANY, "true").or("false")
         .about("Mode truncation augmentation: replace the omitted modes by their residual flexibility at the mesh. It \
@@ -46,10 +47,10 @@ pub(super) const KEYS: &[Key] = &[
         .about("Damping ratio of this mode."),
     key("model.gyroscopic", Kind::Boolean, ANY, "true").or("false")
         .about("Include gyroscopic moments of tilting shafts and gear bodies. They couple tilts about x and y in \
-                proportion to speed. Without them, as usual in models of gear rattle, the modes are those of the \
+                proportion to speed. Without them, as usual in models of gear rattle, the modes are the modes of the \
                 drive at rest and stay uncoupled. They matter if polar inertia times speed approaches transverse \
-                inertia times the frequency of a tilting mode. The end inertia, behind a coupling, does not tilt and \
-                has none."),
+                inertia times the frequency of a tilting mode. The end inertia is behind a coupling, so it does not \
+                tilt and has no gyroscopic moment."),
     key("model.file", Kind::Text, ANY, r#""drive.modal.toml""#)
         .otherwise("none; required with kind = \"modal\"")
         .about("Path of the modal file, relative to the folder of the manifest. Only with kind = \"modal\"."),

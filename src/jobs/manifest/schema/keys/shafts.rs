@@ -18,8 +18,8 @@ const ELASTIC: &str = "none; required with kind = \"flexible\"";
 pub(super) const KEYS: &[Key] = &[
     table("shafts").otherwise("an error, except with kind = \"modal\"")
         .about("Material, stations, bearings and pedestals of the shafts. Keys here apply to both shafts; \
-                `[shafts.pinion]` and `[shafts.wheel]` override them one by one. A kind of model uses the keys that \
-                it needs and checks the others."),
+                `[shafts.pinion]` and `[shafts.wheel]` override them one by one. Each kind of model uses only the \
+                keys that it needs, but all keys are checked."),
     quantity("shafts.young_modulus", Pressure, POSITIVE, r#""206 GPa""#).otherwise(ELASTIC)
         .about("Young's modulus of the shafts."),
     quantity("shafts.shear_modulus", Pressure, POSITIVE, r#""79 GPa""#).otherwise(ELASTIC)
@@ -39,8 +39,8 @@ pub(super) const KEYS: &[Key] = &[
         .about("Length of the free end before the first bearing. It carries the end inertia."),
     quantity("shafts.gear_position", Ratio, INSIDE_ONE, "0.45").on_either_shaft()
         .otherwise("none; required with kinds that tilt or bend")
-        .about("Position of the gear, as a fraction of the span from the first bearing. Off the middle, tilt and \
-                radial motion couple."),
+        .about("Position of the gear, as a fraction of the span from the first bearing. If the gear is not in the \
+                middle, tilt and radial motion are coupled."),
     table("shafts.bearings").on_either_shaft().otherwise("an error, except with kind = \"torsional\"")
         .about("Linear springs of each bearing. One value applies to both bearings; a pair `[first, second]` gives \
                 different values."),
@@ -67,7 +67,7 @@ pub(super) const KEYS: &[Key] = &[
     quantity("shafts.bearings.cross_xy", Stiffness, ANY, r#""2e6 N/m""#).or_pair(BOTH).on_either_shaft().or("0")
         .about("Cross-coupled stiffness of a fluid film: opposing force along x per displacement along y. The pinion \
                 turns from x to y and the wheel from y to x. With `cross_xy` = -`cross_yx`, a positive value on the \
-                pinion's shaft drives forward whirl; on the wheel's shaft a negative one does."),
+                pinion's shaft drives forward whirl. On the wheel's shaft, a negative value drives it."),
     quantity("shafts.bearings.cross_yx", Stiffness, ANY, r#""-2e6 N/m""#).or_pair(BOTH).on_either_shaft().or("0")
         .about("Cross-coupled stiffness: opposing force along y per displacement along x."),
     table("shafts.pedestals").on_either_shaft().otherwise("an error with kind = \"pedestal\"")
@@ -89,8 +89,8 @@ pub(super) const KEYS: &[Key] = &[
     quantity("shafts.<shaft>.end_inertia", Inertia, NON_NEGATIVE, r#""2e-3 kg*m^2""#)
         .about("Polar moment of inertia at the free end of the overhang: motor or driven machine."),
     quantity("shafts.<shaft>.drag", Drag, NON_NEGATIVE, r#""2e-3 N*m*s/rad""#).or("0")
-        .about("Viscous drag on the rotation of this shaft, per its speed, at the free end of the overhang. It damps \
-                the rotation, and its mean loads the mesh as `drag_torque` does."),
+        .about("Viscous drag on the rotation of this shaft, per unit of its speed, at the free end of the overhang. \
+                It damps the rotation. Its mean loads the mesh like `drag_torque`."),
     quantity("shafts.<shaft>.drag_torque", Torque, NON_NEGATIVE, r#""0.4 N*m""#).or("0")
         .about("Constant torque against the rotation of this shaft, at the free end of the overhang. The motor keeps \
                 the speed. Drag on the wheel's shaft adds to the motor's torque, and, divided by the base radius, to \

@@ -17,8 +17,9 @@ pub(super) const KEYS: &[Key] = &[
                 \"train\", instead of [gear] and [shafts]. Positions on a shaft are distances from its origin along \
                 its axis."),
     key("train.gears", Kind::List("2 names of gears: driving, driven"), ANY, r#"["z20", "z30"]"#).of_length(2)
-        .about("The pair of the first mesh. [mesh] and [excitation] describe it, its cycles are counted, and the \
-                speed of a point is that of its first gear. It must be the mesh nearest to the motor."),
+        .about("The pair of gears of the first mesh, which [mesh] and [excitation] describe. Mesh cycles are its \
+                cycles. The speed of a point is the speed of its first gear. It must be the mesh nearest to the \
+                motor."),
     key("train.gears.*", Kind::Text, ANY, r#""z20""#),
     quantity("train.rated_torque", Torque, POSITIVE, r#""50 N*m""#)
         .about("Torque of the motor at load 1."),
@@ -43,14 +44,14 @@ pub(super) const KEYS: &[Key] = &[
     quantity("train.shaft.*.origin.*", Length, ANY, r#""100 mm""#),
     key("train.shaft.*.direction", Kind::List("3 numbers"), ANY, "[1, 0, 0]").of_length(3).or("[0, 0, 1]")
         .about("Direction of the axis, of any length. Spur gears run on parallel axes, bevel gears on axes that \
-                intersect. The x and y axes of the shaft are those of space, turned with z into the axis by the \
-                smallest angle."),
+                intersect. The x and y axes of the shaft are the axes of space, turned by the smallest rotation that \
+                brings z into this direction."),
     quantity("train.shaft.*.direction.*", Ratio, ANY, "1"),
     choice("train.shaft.*.motion", &MOTIONS, r#""rotation""#).or(r#""all""#)
-        .about("Which motions are free. `all`: all of them; bearings must hold all but the rotation. `rotation`: only \
-                the rotation, on rigid mounts. `lateral`: all but the rotation, which is held at `torque_at`; the \
-                shaft bends but does not turn. `none`: no motion. Loose gears on a shaft with `rotation` or `none` \
-                can only turn."),
+        .about("Free motions of the shaft. `all`: all motions; bearings must hold all of them except the rotation. \
+                `rotation`: only the rotation, on rigid mounts. `lateral`: all motions except the rotation, which is \
+                held at `torque_at`; the shaft bends but does not turn. `none`: no motion. Loose gears on a shaft \
+                with `rotation` or `none` can only turn."),
     key("train.shaft.*.sections", Kind::List("tables"), ANY, r#"[{ length = "120 mm", outer = "30 mm" }]"#).or("[]")
         .about("Sections of the shaft in order. Without sections the shaft is a rigid body with the inertia of its \
                 discs and gears."),
@@ -62,7 +63,7 @@ pub(super) const KEYS: &[Key] = &[
     quantity("train.shaft.*.sections.*.inner", Length, NON_NEGATIVE, r#""10 mm""#).or("0")
         .about("Inner diameter."),
     quantity("train.shaft.*.element", Length, POSITIVE, r#""15 mm""#).otherwise("the outer diameter of each section")
-        .about("Longest beam element. Shorter ones make the highest modes more accurate."),
+        .about("Longest beam element. Shorter elements make the highest modes more accurate."),
     quantity("train.shaft.*.torque_at", Length, ANY, r#""40 mm""#).or("0")
         .about("Position where the torque of the motor or of the driven machine, and drag, act."),
     quantity("train.shaft.*.output", Ratio, bounds(0.0, false, 1.0, false), "1").or("0")
@@ -82,8 +83,8 @@ pub(super) const KEYS: &[Key] = &[
     quantity("train.shaft.*.discs.*.polar_inertia", Inertia, NON_NEGATIVE, r#""0.2 kg*m^2""#)
         .about("Moment of inertia about the axis."),
     quantity("train.shaft.*.discs.*.transverse_inertia", Inertia, NON_NEGATIVE, r#""0.1 kg*m^2""#).or("0")
-        .about("Moment of inertia about a diameter. A disc with neither this nor mass represents a body behind a \
-                coupling: it does not tilt and has no gyroscopic moment."),
+        .about("Moment of inertia about a diameter. A disc without this inertia and without mass represents a body \
+                behind a coupling: it does not tilt and has no gyroscopic moment."),
     quantity("train.shaft.*.discs.*.mass", Mass, NON_NEGATIVE, r#""12 kg""#).or("0")
         .about("Mass of the disc."),
 
@@ -143,7 +144,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Mass."),
     key("train.shaft.*.gears.*.loose", Kind::Table, ANY, r#"{ x = "2e8 N/m", y = "2e8 N/m", axial = "1e8 N/m", tilt = "1e4 N*m/rad", drag = "1e-4 N*m*s/rad" }"#)
         .otherwise("the gear is fixed to its shaft")
-        .about("Makes the gear loose: it runs on its shaft in a bearing, like a gear of a manual gearbox that is not \
+        .about("Makes the gear loose. It runs in a bearing on its shaft, like a gear of a manual gearbox that is not \
                 engaged."),
     quantity("train.shaft.*.gears.*.loose.x", Stiffness, NON_NEGATIVE, r#""2e8 N/m""#).or("0")
         .about("Radial stiffness of its bearing along the shaft's x axis."),
@@ -185,7 +186,8 @@ pub(super) const KEYS: &[Key] = &[
         .about("Phase of the cosine at phase 0 of the mesh's cycle."),
     quantity("train.mesh.*.coast_symmetry", Ratio, bounds(0.0, false, 1.0, true), "0.3")
         .otherwise("from the drawing of both gears")
-        .about("Phase of the mesh's cycle about which the stiffness of the coast flanks mirrors that of the drive flanks."),
+        .about("Phase of the mesh's cycle about which the stiffness of the drive flanks is mirrored to give the \
+                stiffness of the coast flanks."),
     quantity("train.mesh.*.damping", Damping, NON_NEGATIVE, r#""900 N*s/m""#).or("0")
         .about("Damping of the closed contact."),
     quantity("train.mesh.*.friction", Ratio, NON_NEGATIVE, "0.05").or("0")
@@ -219,15 +221,15 @@ pub(super) const KEYS: &[Key] = &[
     quantity("train.coupling.*.damping", Drag, NON_NEGATIVE, r#""0.3 N*m*s/rad""#).or("0")
         .about("Damper against twist."),
     quantity("train.coupling.*.radial", Stiffness, NON_NEGATIVE, r#""1e7 N/m""#).or("0")
-        .about("Stiffness across the axis. It requires that both positions coincide in space, since across a gap its \
-                force would create an unbalanced moment."),
+        .about("Stiffness across the axis. Both positions must coincide in space, because its force would create an \
+                unbalanced moment across a gap."),
     quantity("train.coupling.*.axial", Stiffness, NON_NEGATIVE, r#""1e6 N/m""#).or("0")
         .about("Stiffness along the axis."),
     quantity("train.coupling.*.tilt", TiltStiffness, NON_NEGATIVE, r#""500 N*m/rad""#).or("0")
         .about("Stiffness against bending."),
     key("train.coupling.*.stages", Kind::List("tables"), ANY, r#"[{ gap = "4 deg", stiffness = "1500 N*m/rad" }]"#).or("[]")
-        .about("Further springs against twist, each behind a gap to either side: the main stage of a clutch damper, \
-                or its stop. Each is two contacts."),
+        .about("Further springs against twist, each with a gap to either side, such as the main stage of a clutch \
+                damper, or its stop. Each spring is two contacts."),
     table("train.coupling.*.stages.*"),
     quantity("train.coupling.*.stages.*.gap", Angle, NON_NEGATIVE, r#""4 deg""#)
         .about("Twist, to either side, at which the stage engages."),

@@ -118,8 +118,7 @@ fn sliding(
     let fault = match EvenSharing::new(pair) {
         Ok(pairs) if parallel => return Some(pairs),
         Ok(_) => {
-            "friction reverses where teeth pass the pitch point, which is unknown for bevel gears"
-                .to_owned()
+            "friction reverses at the pitch point, which is unknown for bevel gears".to_owned()
         }
         Err(fault) => format!("the drawing does not determine the direction of sliding: {fault}"),
     };
