@@ -36,11 +36,7 @@ fn commit() -> Option<String> {
         "Cargo.toml",
         "Cargo.lock",
     ])?;
-    Some(if changes.is_empty() {
-        commit
-    } else {
-        format!("{commit}-dirty")
-    })
+    Some(if changes.is_empty() { commit } else { format!("{commit}-dirty") })
 }
 
 /// Standard output of a git command, trimmed; nothing when it fails.

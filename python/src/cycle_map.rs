@@ -264,11 +264,12 @@ impl CycleMap {
     /// How many states there are.
     fn count(&self, states: &PyReadonlyArray2<'_, f64>) -> PyResult<usize> {
         let (shape, dimension) = (states.shape(), self.dimension());
-        match shape[1] == dimension {
-            true => Ok(shape[0]),
-            false => Err(PyValueError::new_err(format!(
+        if shape[1] == dimension {
+            Ok(shape[0])
+        } else {
+            Err(PyValueError::new_err(format!(
                 "states must have the shape (n, {dimension}), not {shape:?}"
-            ))),
+            )))
         }
     }
 
@@ -294,9 +295,10 @@ impl CycleMap {
             1 => self.map.image(question, called_off),
             _ => self.pool.install(|| self.map.image(question, called_off)),
         };
-        match work <= AT_ONCE {
-            true => Ok(py.detach(|| on_threads(&AtomicBool::new(false)))),
-            false => attended(py, on_threads, |_| Ok(())),
+        if work <= AT_ONCE {
+            Ok(py.detach(|| on_threads(&AtomicBool::new(false))))
+        } else {
+            attended(py, on_threads, |_| Ok(()))
         }
     }
 }

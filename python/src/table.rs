@@ -115,9 +115,10 @@ impl Table {
             }
             DataType::Boolean => {
                 let truths = self.parts(name).flat_map(|part| part.as_boolean().iter());
-                match absent {
-                    true => truths.collect::<Vec<Option<bool>>>().into_pyobject(py),
-                    false => Ok(PyArray1::from_iter(py, truths.flatten()).into_any()),
+                if absent {
+                    truths.collect::<Vec<Option<bool>>>().into_pyobject(py)
+                } else {
+                    Ok(PyArray1::from_iter(py, truths.flatten()).into_any())
                 }
             }
             DataType::Utf8 => {

@@ -19,9 +19,10 @@ pub fn text_of(dictionary: &Bound<'_, PyDict>) -> PyResult<String> {
 /// # Errors
 /// `TypeError` for what a manifest cannot hold.
 pub fn value_text(value: &Bound<'_, PyAny>, key: &str) -> PyResult<String> {
-    match value.is_none() {
-        true => Ok(String::new()),
-        false => Ok(value_of(value, key)?.to_string()),
+    if value.is_none() {
+        Ok(String::new())
+    } else {
+        Ok(value_of(value, key)?.to_string())
     }
 }
 
@@ -31,11 +32,7 @@ fn table_of(mapping: &Bound<'_, PyMapping>, path: &str) -> PyResult<Table> {
         let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item?.extract()?;
         let Ok(name) = key.extract::<String>() else {
             let kind = key.get_type().qualname()?;
-            let place = if path.is_empty() {
-                "the manifest"
-            } else {
-                path
-            };
+            let place = if path.is_empty() { "the manifest" } else { path };
             let sentence =
                 format!("a key of {place} is a {kind}, but keys of a manifest must be texts");
             return Err(PyTypeError::new_err(sentence));

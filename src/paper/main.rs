@@ -64,9 +64,10 @@ fn check(full: bool, only: &[String], json: bool) -> ExitCode {
             return ExitCode::from(1);
         }
     };
-    match json {
-        true => println!("{:#}", serde_json::json!({ "checks": report.findings })),
-        false => print!("{report}"),
+    if json {
+        println!("{:#}", serde_json::json!({ "checks": report.findings }))
+    } else {
+        print!("{report}")
     }
     ExitCode::from(report.status())
 }

@@ -183,11 +183,7 @@ pub fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
             .zip(b)
             .fold(0.0f64, |m, (x, y)| m.max((x - y).abs()));
         assert!(difference.is_finite(), "a state is not finite");
-        if difference == 0.0 {
-            0.0
-        } else {
-            difference / scale
-        }
+        if difference == 0.0 { 0.0 } else { difference / scale }
     };
     assert_eq!(a.len(), b.len());
     part(&a[..n], &b[..n]).max(part(&a[n..], &b[n..]))

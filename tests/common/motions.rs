@@ -86,15 +86,9 @@ pub fn planted(kind: Kind, seed: u64) -> Planted {
         frequency[0] = 0.0;
     }
     let mesh: Vec<f64> = (0..felt + unfelt)
-        .map(|mode| match mode < felt {
-            true => between(0.4, 1.5),
-            false => 0.0,
-        })
+        .map(|mode| if mode < felt { between(0.4, 1.5) } else { 0.0 })
         .collect();
-    let ratio = match rippled {
-        true => between(0.005, 0.05),
-        false => 0.0,
-    };
+    let ratio = if rippled { between(0.005, 0.05) } else { 0.0 };
     let levels = match kind {
         Kind::Parametric => 2 + (between(0.0, 5.0) as usize),
         Kind::Torus => 2,
@@ -129,17 +123,15 @@ pub fn planted(kind: Kind, seed: u64) -> Planted {
             Kind::Torus => vec![MeshHarmonic::new(1, between(1e-6, 5e-6), 0.0)],
             _ => Vec::new(),
         },
-        torque_ripple: match rippled {
-            true => vec![TorqueRipple {
+        torque_ripple: if rippled {
+            vec![TorqueRipple {
                 shaft: DriveShaft::Pinion,
                 order: IRRATIONAL[between(0.0, 4.0) as usize],
-                amplitude: match lasting {
-                    true => between(0.1, 2.0),
-                    false => between(0.5, 4.0),
-                },
+                amplitude: if lasting { between(0.1, 2.0) } else { between(0.5, 4.0) },
                 phase: between(0.0, 6.0),
-            }],
-            false => Vec::new(),
+            }]
+        } else {
+            Vec::new()
         },
         further: Vec::new(),
     };
@@ -147,11 +139,7 @@ pub fn planted(kind: Kind, seed: u64) -> Planted {
     let mut start = model.start(&InitialState::Static);
     let norm = EnergyNorm::new(&model);
     // A kick of so many half gaps.
-    let kick = norm.unit()
-        * match lasting {
-            true => 0.02,
-            false => decades(&mut between, 0.3, 300.0),
-        };
+    let kick = norm.unit() * if lasting { 0.02 } else { decades(&mut between, 0.3, 300.0) };
     for &i in &norm.felt() {
         start.state[i] += kick * between(-1.0, 1.0) / norm.weights()[i];
     }

@@ -51,15 +51,12 @@ impl Changes {
         let base = dice.below(self.own.len());
         let mut bytes = vec![base as u8];
         for _ in 0..1 + dice.below(5) {
-            let line = match dice.chance(0.2) {
-                true => {
-                    let (key, example) = &self.examples[dice.below(self.examples.len())];
-                    format!("{key}={example}")
-                }
-                false => {
-                    let (key, value) = &self.own[base][dice.below(self.own[base].len())];
-                    format!("{key}={}", changed(value, dice))
-                }
+            let line = if dice.chance(0.2) {
+                let (key, example) = &self.examples[dice.below(self.examples.len())];
+                format!("{key}={example}")
+            } else {
+                let (key, value) = &self.own[base][dice.below(self.own[base].len())];
+                format!("{key}={}", changed(value, dice))
             };
             bytes.extend(line.bytes());
             bytes.push(b'\n');
@@ -78,10 +75,13 @@ fn changed(value: &Value, dice: &mut Dice) -> String {
         _ => number * dice.decades(-1.5, 1.5),
     };
     match value {
-        Value::Integer(number) => match dice.chance(0.8) {
-            true => format!("{}", number + dice.below(5) as i64 - 2),
-            false => format!("{}", scaled(*number as f64, dice).round()),
-        },
+        Value::Integer(number) => {
+            if dice.chance(0.8) {
+                format!("{}", number + dice.below(5) as i64 - 2)
+            } else {
+                format!("{}", scaled(*number as f64, dice).round())
+            }
+        }
         Value::Float(number) => format!("{:e}", scaled(*number, dice)),
         Value::Boolean(truth) => (!truth).to_string(),
         Value::String(text) => match split(text) {
@@ -97,10 +97,7 @@ fn leaves(key: String, value: Value, keys: &mut Vec<(String, Value)>) {
     match value {
         Value::Table(table) => {
             for (name, value) in table {
-                let name = match name.contains('.') {
-                    true => format!("\"{name}\""),
-                    false => name,
-                };
+                let name = if name.contains('.') { format!("\"{name}\"") } else { name };
                 leaves(format!("{key}.{name}"), value, keys);
             }
         }

@@ -86,33 +86,22 @@ impl Drawn {
         };
         let mut mesh = participation(&mut dice);
         mesh[0] = dice.between(0.3, 1.5);
-        let mut torque = match dice.chance(0.5) {
-            true => mesh.clone(),
-            false => participation(&mut dice),
-        };
+        let mut torque = if dice.chance(0.5) { mesh.clone() } else { participation(&mut dice) };
         // What turns freely is held by the mesh alone: the load presses on it, or on nothing.
         torque[..rigid].copy_from_slice(&mesh[..rigid]);
         let rubs = dice.chance(0.25);
-        let friction = match rubs {
-            true => (0..n)
-                .map(|i| {
-                    if i < rigid {
-                        0.0
-                    } else {
-                        0.5 * dice.0.normal()
-                    }
-                })
-                .collect(),
-            false => vec![0.0; n],
+        let friction = if rubs {
+            (0..n)
+                .map(|i| if i < rigid { 0.0 } else { 0.5 * dice.0.normal() })
+                .collect()
+        } else {
+            vec![0.0; n]
         };
         let rippled = dice.chance(0.3);
         let pinion_torque = rippled.then(|| mesh.iter().map(|w| 20.0 * w).collect::<Vec<_>>());
         let stiffness = dice.decades(7.3, 9.2);
         let (divisions, text) = Self::mesh(&mut dice, stiffness);
-        let divisions = match rubs {
-            true => pairs().cut(&divisions),
-            false => divisions,
-        };
+        let divisions = if rubs { pairs().cut(&divisions) } else { divisions };
         let inertia: f64 = mesh.iter().map(|w| w * w).sum();
         let critical = 2.0 * (stiffness / inertia).sqrt();
         let ratio = match dice.below(10) {
@@ -130,14 +119,15 @@ impl Drawn {
                 MeshHarmonic::new(harmonic as u32, amplitude, dice.between(-3.0, 3.0))
             })
             .collect();
-        let torque_ripple = match rippled {
-            true => vec![TorqueRipple {
+        let torque_ripple = if rippled {
+            vec![TorqueRipple {
                 shaft: DriveShaft::Pinion,
                 order: dice.pick(&[1.0, 2.0, 20.0, 1.5]),
                 amplitude: dice.decades(-1.0, 1.0),
                 phase: dice.between(-3.0, 3.0),
-            }],
-            false => Vec::new(),
+            }]
+        } else {
+            Vec::new()
         };
         // Mesh frequencies within two decades of that of the closed mesh.
         let closed = (stiffness * inertia).sqrt();
@@ -150,16 +140,17 @@ impl Drawn {
             },
             speed,
         };
-        let start = match dice.chance(0.6) {
-            true => InitialState::Static,
-            false => InitialState::Modal {
+        let start = if dice.chance(0.6) {
+            InitialState::Static
+        } else {
+            InitialState::Modal {
                 displacement: (0..n)
                     .map(|_| half_gap * dice.0.normal() / inertia.sqrt())
                     .collect(),
                 velocity: (0..n)
                     .map(|_| closed * half_gap * dice.0.normal() / inertia.sqrt())
                     .collect(),
-            },
+            }
         };
         Self {
             structure: ModalStructure {

@@ -46,9 +46,10 @@ impl Mutations {
             }
             7 | 8 => {
                 let word = self.words[dice.below(self.words.len())].bytes();
-                match dice.chance(0.5) {
-                    true => _ = bytes.splice(at..at, word),
-                    false => _ = bytes.splice(word_at(bytes, at), word),
+                if dice.chance(0.5) {
+                    _ = bytes.splice(at..at, word)
+                } else {
+                    _ = bytes.splice(word_at(bytes, at), word)
                 }
             }
             _ => lines(bytes, dice),

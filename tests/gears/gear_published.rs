@@ -106,11 +106,7 @@ fn another_code_without_shared_bodies() {
     let apart = mean(&flanks, |s| {
         let next = s + flanks.path().base_pitch;
         let alone = |s| width / flanks.compliance(s).total();
-        if next > flanks.path().end {
-            alone(s)
-        } else {
-            alone(s) + alone(next)
-        }
+        if next > flanks.path().end { alone(s) } else { alone(s) + alone(next) }
     });
     within(apart, number(&table, "mean_stiffness"), 0.12);
     // The larger figure that is also given for the pair is no computed one.

@@ -526,11 +526,7 @@ fn the_load_wanders_from_end_to_end() {
             for i in 0..places {
                 let z = ((f64::from(i) + 0.5) / f64::from(places) - 0.5) * face.width;
                 let ahead = phase + hand * 0.5 * z / face.width;
-                let pairs = if ahead.rem_euclid(1.0) < 0.6 {
-                    2.0
-                } else {
-                    1.0
-                };
+                let pairs = if ahead.rem_euclid(1.0) < 0.6 { 2.0 } else { 1.0 };
                 count += pairs;
                 moment += pairs * z;
             }

@@ -35,11 +35,7 @@ fn drive(degrees: f64, tier: Tier) -> RigidDrive {
 /// flanks (side −1), and the torques that balance it.
 fn force(structure: &ModalStructure, side: f64, name: &str) -> f64 {
     let coast = structure.coast.as_ref().unwrap();
-    let mesh = if side > 0.0 {
-        &structure.mesh
-    } else {
-        &coast.mesh
-    };
+    let mesh = if side > 0.0 { &structure.mesh } else { &coast.mesh };
     let bearing = structure.bearings.iter().find(|own| own.name == name);
     let Some(bearing) = bearing else { return 0.0 };
     (RIGID_MODES..mesh.len())

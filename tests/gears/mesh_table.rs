@@ -496,11 +496,7 @@ fn a_relieved_pair_takes_up_load_at_a_break() {
             assert!(nearest < 1e-13, "{torque}: {phase}, {nearest:e}");
             let [before, after] =
                 [-1e-6, 1e-6].map(|step| cycle.value(&cycle.stiffness, phase + step) / single);
-            let steps = if phase == coming {
-                [1.0, 2.0]
-            } else {
-                [2.0, 1.0]
-            };
+            let steps = if phase == coming { [1.0, 2.0] } else { [2.0, 1.0] };
             close(before, steps[0], 1e-12);
             close(after, steps[1], 1e-12);
         }
@@ -648,11 +644,7 @@ fn a_short_contact_between_the_samples_is_found() {
             relief: Box::new(move |s| {
                 let phase = (s - path.start) / path.base_pitch;
                 let dip = ((phase - middle) / 5e-4).powi(2) - 1.0;
-                if phase < 0.6 {
-                    approach * (1.0 + 1e-3 * dip)
-                } else {
-                    0.0
-                }
+                if phase < 0.6 { approach * (1.0 + 1e-3 * dip) } else { 0.0 }
             }),
             kinks: vec![path.start + 0.6 * path.base_pitch],
             ..FunctionFlank::constant(path, STIFFNESS)

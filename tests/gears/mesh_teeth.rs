@@ -283,9 +283,10 @@ fn relieved_drawings_follow_their_law() {
         gears.form.bore = gears
             .teeth
             .map(|z| Some(gears.module * (f64::from(z) - 2.5) / 3.0));
-        let misalignment = match random.next() < 0.4 {
-            true => 0.0,
-            false => (random.next() - 0.5).signum() * random.decades([-8.0, -2.7]),
+        let misalignment = if random.next() < 0.4 {
+            0.0
+        } else {
+            (random.next() - 0.5).signum() * random.decades([-8.0, -2.7])
         };
         let torque = random.decades([-1.0, 3.0]);
         let Ok(flanks) = Flanks::new(&gears) else {

@@ -360,9 +360,10 @@ mod bisection {
                     let row = self.compliance[p].iter().zip(&loads);
                     let pushed: f64 = row.map(|(c, q)| c * q).sum();
                     // Where a pair just touches, rounding may leave it on neither side.
-                    match inside.contains(&p) {
-                        true => loads[p] >= -1e-7,
-                        false => u - self.gap[p] <= pushed + 1e-17,
+                    if inside.contains(&p) {
+                        loads[p] >= -1e-7
+                    } else {
+                        u - self.gap[p] <= pushed + 1e-17
                     }
                 });
                 if fits {

@@ -207,11 +207,7 @@ fn a_mesh_off_the_middle_of_the_bodies_acts_where_the_faces_are() {
     let (rows, forces) = (expected.len() / 5, expected.len() / 5 - 5);
     let largest = |i: usize| {
         let own = i % rows;
-        let alike = if own < forces {
-            0..forces
-        } else {
-            own..own + 1
-        };
+        let alike = if own < forces { 0..forces } else { own..own + 1 };
         (0..5)
             .flat_map(|load| alike.clone().map(move |row| load * rows + row))
             .map(|at| expected[at].abs())

@@ -302,11 +302,7 @@ fn differences(recorded: &[Column], found: &[Column]) -> Vec<String> {
                 .get(&kind(recorded, column, row))
                 .copied()
                 .unwrap_or_default();
-            let roughness = if ROUGH.contains(&stem(&column.name)) {
-                ROUGHNESS
-            } else {
-                1.0
-            };
+            let roughness = if ROUGH.contains(&stem(&column.name)) { ROUGHNESS } else { 1.0 };
             if !same(was, is, scale, roughness) {
                 let point = beside(recorded, column, row, "point_id")
                     .map_or_else(String::new, |point| format!("point {point}, "));

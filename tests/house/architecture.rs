@@ -84,11 +84,7 @@ impl Source {
 
     /// Top-level modules the file names outside its tests.
     fn working_imports(&self) -> Vec<String> {
-        if self.is_test() {
-            Vec::new()
-        } else {
-            imports(self.lines())
-        }
+        if self.is_test() { Vec::new() } else { imports(self.lines()) }
     }
 }
 

@@ -51,10 +51,13 @@ impl Drawing {
         let mut dice = Dice(Stream::new(seed, number, 0));
         match self {
             Self::Mutated(mutations) => mutations.draw(&mut dice),
-            Self::Changed(changes, mutations) => match dice.chance(0.9) {
-                true => changes.draw(&mut dice),
-                false => mutations.draw(&mut dice),
-            },
+            Self::Changed(changes, mutations) => {
+                if dice.chance(0.9) {
+                    changes.draw(&mut dice)
+                } else {
+                    mutations.draw(&mut dice)
+                }
+            }
         }
     }
 }

@@ -260,11 +260,7 @@ fn a_megabyte_of_anything_is_judged_in_little_memory_and_few_words() {
                 &words(&output.stderr)[..200.min(output.stderr.len())]
             );
             // Programs get every fault that is kept, and ten thousand values of a valid axis.
-            let most = if arguments.is_empty() {
-                WORDS
-            } else {
-                20 * WORDS
-            };
+            let most = if arguments.is_empty() { WORDS } else { 20 * WORDS };
             assert!(said < most, "{name}: {said} bytes are said");
             assert!(is_harmless(&output.stderr), "{name}");
         }

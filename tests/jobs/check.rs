@@ -239,11 +239,7 @@ fn what_no_drive_is_built_like_is_warned_of() {
             "does not fit between bearings",
         ),
     ] {
-        let to = if from.ends_with("[grid]") {
-            format!("{to}\n\n[grid]")
-        } else {
-            to.to_owned()
-        };
+        let to = if from.ends_with("[grid]") { format!("{to}\n\n[grid]") } else { to.to_owned() };
         let text = quickstart(&[(from, &to)]);
         let found = words(&text, "suspect");
         let word = found.iter().find(|(own, ..)| own == key);

@@ -111,10 +111,7 @@ fn a_full_disk_is_said_and_the_run_goes_on_once_there_is_space() {
             "{said}"
         );
         *if resumed == 0 { &mut none } else { &mut some } += 1;
-        match said.contains(".journal") {
-            true => journal += 1,
-            false => tables += 1,
-        }
+        if said.contains(".journal") { journal += 1 } else { tables += 1 }
     }
     assert!(
         none > 0 && some > 0 && journal > 0 && tables > 0,

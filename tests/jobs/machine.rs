@@ -27,9 +27,10 @@ fn measured(place: &Place, out: &str, topology: Option<&str>) -> Output {
 fn check(figure: &Figure, time: bool) {
     assert!(figure.value.is_finite() && figure.value > 0.0, "{figure:?}");
     assert_eq!((figure.rounds, figure.spread), (1, None));
-    match time {
-        true => assert!(figure.median >= figure.best),
-        false => assert!(figure.median <= figure.best),
+    if time {
+        assert!(figure.median >= figure.best)
+    } else {
+        assert!(figure.median <= figure.best)
     }
 }
 

@@ -852,9 +852,10 @@ fn the_default_drive_hash_sees_every_field() {
         ("segments = 60", "segments = 120"),
     ] {
         let changed = with(&text, from, to);
-        let changed = match to.contains("thinning") || to.contains("centre_distance") {
-            true => without_half_gap(&changed),
-            false => changed,
+        let changed = if to.contains("thinning") || to.contains("centre_distance") {
+            without_half_gap(&changed)
+        } else {
+            changed
         };
         assert!(seen.insert(job(&changed).hash), "{to} is not seen");
     }

@@ -73,10 +73,7 @@ fn contact_is_regained(load: f64) -> f64 {
     let (mut loud, mut quiet) = ((k * square).sqrt() / 20.0, 5000.0);
     for _ in 0..200 {
         let middle = 0.5 * (quiet + loud);
-        match excess(middle) > 0.0 {
-            true => loud = middle,
-            false => quiet = middle,
-        }
+        if excess(middle) > 0.0 { loud = middle } else { quiet = middle }
     }
     0.5 * (quiet + loud)
 }

@@ -29,10 +29,11 @@ fn spoil(path: &Path, rows: &[usize]) {
         .as_string::<i32>()
         .iter()
         .enumerate()
-        .map(|(row, status)| match rows.contains(&row) {
-            true => Some("failed"),
-            false => status,
-        })
+        .map(
+            |(row, status)| {
+                if rows.contains(&row) { Some("failed") } else { status }
+            },
+        )
         .collect();
     let mut columns: Vec<ArrayRef> = batch.columns().to_vec();
     columns[at] = Arc::new(spoilt);

@@ -359,9 +359,12 @@ fn a_signal_ends_every_command_with_the_same_status() {
             .spawn()
             .unwrap();
         let patience = Instant::now();
-        let at_work = || match arguments == trace {
-            true => place.path("t").exists() && !names(&place.path("t")).is_empty(),
-            false => patience.elapsed() > Duration::from_secs(1),
+        let at_work = || {
+            if arguments == trace {
+                place.path("t").exists() && !names(&place.path("t")).is_empty()
+            } else {
+                patience.elapsed() > Duration::from_secs(1)
+            }
         };
         while !at_work() {
             assert!(patience.elapsed() < Duration::from_secs(60), "{arguments}");

@@ -30,21 +30,13 @@ fn row(point_id: u64) -> PointRow {
     let (load, speed) = (point_id / SPEEDS, point_id % SPEEDS);
     let chaotic = point_id.is_multiple_of(3);
     let number = point_id as f64;
-    let lambda = if chaotic {
-        0.01 * number + 0.1
-    } else {
-        -0.01 * number
-    };
+    let lambda = if chaotic { 0.01 * number + 0.1 } else { -0.01 * number };
     let mut outcome = PointOutcome::unanswered(Status::Failed, "point 13 fails by design".into());
     if point_id != 13 {
         outcome = PointOutcome {
             status: Status::Ok,
             reason: "as designed".into(),
-            class: Some(if chaotic {
-                Class::Chaotic
-            } else {
-                Class::Periodic(1 + load as u32)
-            }),
+            class: Some(if chaotic { Class::Chaotic } else { Class::Periodic(1 + load as u32) }),
             lyapunov: Some(LyapunovOutcome {
                 exponents: vec![lambda, -1.0],
                 errors: vec![0.01, 0.02],
@@ -55,11 +47,7 @@ fn row(point_id: u64) -> PointRow {
                 twin: chaotic.then_some(lambda + 0.001),
                 twin_stderr: chaotic.then_some(0.01),
                 twin_agrees: chaotic.then_some(true),
-                method: if chaotic {
-                    LyapunovMethod::Tangent
-                } else {
-                    LyapunovMethod::Multipliers
-                },
+                method: if chaotic { LyapunovMethod::Tangent } else { LyapunovMethod::Multipliers },
                 course: chaotic.then(|| CourseOutcome {
                     cycles: vec![320.0, 640.0],
                     exponents: vec![lambda, lambda + 0.01, -1.0, -1.01],

@@ -746,11 +746,7 @@ fn turning_samples_are_all_the_extremes() {
     for (sample, (before, rises)) in found.iter().zip(turns) {
         let ahead = sample.cycle as f64 + sample.phase - before.cycle as f64 - before.phase;
         assert!((-1e-9..1.001 / 4000.0).contains(&ahead), "{ahead}");
-        let kind = if rises {
-            SampleKind::Minimum
-        } else {
-            SampleKind::Maximum
-        };
+        let kind = if rises { SampleKind::Minimum } else { SampleKind::Maximum };
         assert_eq!(sample.kind, kind);
     }
 }
@@ -806,11 +802,7 @@ fn samples_at_events_are_the_events() {
             .collect();
         assert!(wanted.len() > 20, "{kind:?}: {}", wanted.len());
         assert_eq!(found.len(), wanted.len(), "{kind:?}");
-        let surface = if contact == DRIVE_FLANK {
-            10e-6
-        } else {
-            -10e-6
-        };
+        let surface = if contact == DRIVE_FLANK { 10e-6 } else { -10e-6 };
         for (sample, event) in found.iter().zip(wanted) {
             assert_eq!((sample.cycle, sample.kind), (event.cycle, kind));
             let phase = event.time / model.period();

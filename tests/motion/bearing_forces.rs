@@ -96,11 +96,7 @@ fn at_rest_bearings_balance_the_mesh_force() {
         let without = forces(&bare(structure), &constant(), 1200.0, 0);
         let (mut worst, mut before) = (0.0_f64, 0.0_f64);
         for ((name, [value, _]), (_, [bare, _])) in with.iter().zip(&without) {
-            let side = if name.starts_with("pinion") {
-                -1.0
-            } else {
-                1.0
-            };
+            let side = if name.starts_with("pinion") { -1.0 } else { 1.0 };
             let lever = if name.contains(" 1 ") { 0.55 } else { 0.45 };
             let exact = match name.split(' ').nth(2) {
                 Some("x") => side * lever * force * sin,

@@ -68,10 +68,7 @@ fn holds(order: &str) {
         let amplitude = amplitudes[row].unwrap();
         let reason = reasons[row].as_deref().unwrap();
         let past = amplitude - DOUBLING;
-        let (period, slope) = match past > 0.0 {
-            true => (2, -2.0),
-            false => (1, 1.0),
-        };
+        let (period, slope) = if past > 0.0 { (2, -2.0) } else { (1, 1.0) };
         assert_eq!(
             classes[row].as_deref(),
             Some("periodic"),

@@ -700,11 +700,7 @@ fn orders_of_rattle_are_those_of_fine_steps() {
         let time = f64::from(step) * h;
         let slope = field(time, &state);
         for (output, sums) in outputs.iter().zip(&mut sums) {
-            let seen = if output.quantity.is_rate() {
-                &slope
-            } else {
-                &state
-            };
+            let seen = if output.quantity.is_rate() { &slope } else { &state };
             let value: f64 = (output.gain.iter().enumerate())
                 .map(|(i, gain)| gain[0] * seen[i] + gain[1] * seen[n + i])
                 .sum();

@@ -341,9 +341,8 @@ impl<'m> Sampled<'m> {
         let (model, n) = (self.model, self.model.modes());
         self.time += at.weight;
         let mut rate = [0.0; 6];
-        let velocity = |i: usize| match model.neutral.contains(&i) {
-            true => 0.0,
-            false => at.state[n + i],
+        let velocity = |i: usize| {
+            if model.neutral.contains(&i) { 0.0 } else { at.state[n + i] }
         };
         for (i, block) in model.blocks.iter().enumerate() {
             let shaken = model

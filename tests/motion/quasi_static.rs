@@ -157,10 +157,7 @@ type Law<'a> = &'a dyn Fn(f64) -> f64;
 /// Stiffness that is written down: F/k.
 #[test]
 fn given_stiffness() {
-    let level = |phase: f64| match phase < 0.6 {
-        true => 4e8 / 0.9,
-        false => 3e8 / 0.9,
-    };
+    let level = |phase: f64| if phase < 0.6 { 4e8 / 0.9 } else { 3e8 / 0.9 };
     let two = "mean_stiffness = 4e8\ncontact_ratio = 1.6\nsingle_pair_drop = 0.25";
     let values = [4.1e8, 3.9e8, 4.4e8, 3.1e8, 3.3e8];
     let wave =
@@ -280,9 +277,8 @@ fn courses_have_the_loaded_transmission_error() {
             name,
             &text,
             |phase, force| approach(&flanks, line_load, phase, force),
-            |phase| match tangent {
-                true => table.value(&error, phase.rem_euclid(1.0)),
-                false => 0.0,
+            |phase| {
+                if tangent { table.value(&error, phase.rem_euclid(1.0)) } else { 0.0 }
             },
         );
         // Courses are as close to their table as the pieces that they are joined of: 1e-5 times their length.

@@ -133,11 +133,8 @@ fn bouncing_mass_hits_and_leaves_at_known_times() {
         let exact = bounce + fall + if entry { 0.0 } else { touch };
         let time = crossing.cycle as f64 * model.period() + crossing.time;
         worst = worst.max((time - exact).abs() / exact);
-        let (to, rate) = if entry {
-            (ActiveSet::DRIVE, impact)
-        } else {
-            (ActiveSet::FREE, -impact)
-        };
+        let (to, rate) =
+            if entry { (ActiveSet::DRIVE, impact) } else { (ActiveSet::FREE, -impact) };
         assert_eq!(crossing.to, to);
         assert!((crossing.rate - rate).abs() < 1e-12 * impact);
     }

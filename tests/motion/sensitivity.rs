@@ -131,9 +131,10 @@ fn every_key(text: &str, keys: &[&str], tolerance: f64) {
         let (found, events) = tangent(&model, &by, &start, cycles);
         let size = if at[0] == 0.0 { 1e-2 } else { at[0].abs() };
         let (exact, same) = differences(&family, at, 1e-3 * size, &start, cycles);
-        let (exact, same) = match same {
-            true => (exact, same),
-            false => differences(&family, at, 1e-4 * size, &start, cycles),
+        let (exact, same) = if same {
+            (exact, same)
+        } else {
+            differences(&family, at, 1e-4 * size, &start, cycles)
         };
         assert!(same, "{key}: events differ within a step");
         let worst = error(&found, &exact);

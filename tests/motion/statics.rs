@@ -103,13 +103,7 @@ impl Paths {
         let elastic = 3 + (1.9 * (draw.any() + 1.0)) as usize;
         let n = rigid + elastic;
         let mut frequency: Vec<f64> = (0..n)
-            .map(|i| {
-                if i < rigid {
-                    0.0
-                } else {
-                    draw.from(500.0, 3e4)
-                }
-            })
+            .map(|i| if i < rigid { 0.0 } else { draw.from(500.0, 3e4) })
             .collect();
         frequency.sort_by(f64::total_cmp);
         let mut sides = Vec::new();

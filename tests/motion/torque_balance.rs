@@ -113,12 +113,11 @@ fn balance(point: &PointSpec, [lead, cycles]: [u64; 2]) -> Balance {
         nvh.force_mean
     );
     Balance {
-        applied: match two_shafts {
-            true => asked_for(point),
-            false => {
-                assert!(!point.mesh.friction.acts());
-                at_rest(&model)
-            }
+        applied: if two_shafts {
+            asked_for(point)
+        } else {
+            assert!(!point.mesh.friction.acts());
+            at_rest(&model)
         },
         friction: if two_shafts { friction } else { 0.0 },
         modulus,

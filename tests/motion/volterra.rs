@@ -369,11 +369,7 @@ mod random_drives {
                         let frequency: Vec<f64> = (0..n)
                             .map(|i| {
                                 let slow = 600.0;
-                                if i < rigid {
-                                    0.0
-                                } else {
-                                    slow * 10f64.powf(decades * place[i])
-                                }
+                                if i < rigid { 0.0 } else { slow * 10f64.powf(decades * place[i]) }
                             })
                             .collect();
                         let mut s = common::structure(&frequency, ratio, &mesh, &torque);

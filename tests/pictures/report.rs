@@ -667,9 +667,10 @@ fn large_row(point_id: u64, columns: u64) -> PointRow {
         point_id,
         axis_values: vec![0.01 + 0.001 * row, 500.0 + 5.0 * column],
         outcome: PointOutcome {
-            class: Some(match chaotic {
-                true => Class::Chaotic,
-                false => Class::Periodic(1 + (point_id % 4) as u32),
+            class: Some(if chaotic {
+                Class::Chaotic
+            } else {
+                Class::Periodic(1 + (point_id % 4) as u32)
             }),
             lyapunov: Some(LyapunovOutcome {
                 exponents: vec![wave + 0.01 * noise],

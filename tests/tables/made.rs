@@ -74,10 +74,7 @@ pub fn mesh(with_pattern: bool) -> MeshTable {
         let load = 2.0 * torque / 0.035 / 0.02 * shares(phase)[0] / reach;
         let wedge = |slice: usize| {
             let z = (slice as f64 + 0.5) / slices as f64;
-            match misalignment > 0.0 {
-                true => (1.0 - (1.0 - z) / reach).max(0.0),
-                false => 0.5,
-            }
+            if misalignment > 0.0 { (1.0 - (1.0 - z) / reach).max(0.0) } else { 0.5 }
         };
         (0..slices).map(|slice| load * wedge(slice)).collect()
     };
@@ -95,10 +92,7 @@ pub fn mesh(with_pattern: bool) -> MeshTable {
         contact_fraction: over(&|e, t, _| vec![contact(e, t)]),
         loaded_pairs: over(&|_, _, p| vec![if p < 0.6 { 2.0 } else { 1.0 }]),
         share: over(&|_, _, p| shares(p).to_vec()),
-        pattern: match with_pattern {
-            true => over(&load),
-            false => Vec::new(),
-        },
+        pattern: if with_pattern { over(&load) } else { Vec::new() },
         slices,
     }
 }

@@ -123,10 +123,7 @@ impl SmoothSolver for Cvode {
         state: &mut [f64],
     ) -> Result<Option<(f64, usize)>, Failure> {
         // Of δ − b and δ + b: which way they pass zero when this contact state ends.
-        let mut directions: [c_int; 2] = match field.contact.touching() {
-            true => [-1, 1],
-            false => [1, -1],
-        };
+        let mut directions: [c_int; 2] = if field.contact.touching() { [-1, 1] } else { [1, -1] };
         let data = std::ptr::from_ref(field).cast_mut().cast();
         // SAFETY: the handles live as long as `self`; `field` outlives the calls that see it
         // and is only read by the callbacks.

@@ -112,11 +112,7 @@ impl Field {
 
     /// The surface nearest to a deflection.
     pub fn nearest(&self, time: f64, state: &[f64]) -> usize {
-        if self.deflection(time, state).0 > 0.0 {
-            DRIVE_FLANK
-        } else {
-            COAST_FLANK
-        }
+        if self.deflection(time, state).0 > 0.0 { DRIVE_FLANK } else { COAST_FLANK }
     }
 
     /// Writes the derivative of a state.

@@ -48,10 +48,7 @@ impl Activity {
             numa_node: *numa_node,
             workers: node.workers.len(),
             points: node.points,
-            busy: match elapsed > 0.0 {
-                true => node.seconds / elapsed,
-                false => 0.0,
-            },
+            busy: if elapsed > 0.0 { node.seconds / elapsed } else { 0.0 },
         };
         self.nodes.iter().map(of).collect()
     }

@@ -40,11 +40,7 @@ pub(super) fn analyses(point: &PointSpec) -> String {
         format!("poincare ({} samples{section}{refine})", poincare.samples)
     });
     let nvh = analyses.nvh.map(|nvh| {
-        let spectra = if nvh.spectrum.is_some() {
-            ", spectra"
-        } else {
-            ""
-        };
+        let spectra = if nvh.spectrum.is_some() { ", spectra" } else { "" };
         let more = [
             (nvh.orders.is_some(), ", orders"),
             (nvh.outputs.bearings, ", bearings"),
@@ -106,8 +102,5 @@ pub(super) fn analyses(point: &PointSpec) -> String {
     .into_iter()
     .flatten()
     .collect();
-    match all.is_empty() {
-        true => "none".to_owned(),
-        false => all.join(", "),
-    }
+    if all.is_empty() { "none".to_owned() } else { all.join(", ") }
 }

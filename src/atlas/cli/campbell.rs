@@ -34,12 +34,7 @@ pub fn of(job: &Job, orders: &[f64]) -> Result<Campbell, String> {
         .first()
         .ok_or_else(|| "the grid has no point".to_owned())?;
     let (low, high) = axis.map_or((first.speed, first.speed), |axis| axis.values.ends());
-    let last = high
-        * if low == high {
-            BEYOND_ONE
-        } else {
-            1.0 + NEAR_GRID
-        };
+    let last = high * if low == high { BEYOND_ONE } else { 1.0 + NEAR_GRID };
     let lowest = (LOWEST * last).min((1.0 - NEAR_GRID) * low);
     let structure = build::structure(&first.model).map_err(|error| with_causes(&error))?;
     let speeds: Vec<f64> = (0..SPEEDS)
@@ -71,11 +66,7 @@ pub fn of(job: &Job, orders: &[f64]) -> Result<Campbell, String> {
         [closed.mode.frequency, closed.mesh_share]
     });
     let teeth = f64::from(structure.teeth);
-    let orders = if orders.is_empty() {
-        &USUAL_ORDERS[..]
-    } else {
-        orders
-    };
+    let orders = if orders.is_empty() { &USUAL_ORDERS[..] } else { orders };
     let mesh = orders.iter().map(|order| Ray {
         name: format!("{} × mesh", to_digits(*order, 4)),
         order: order * teeth,

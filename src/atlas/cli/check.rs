@@ -38,12 +38,11 @@ pub fn run(args: &CheckArgs) -> ExitCode {
     match args.manifest.load() {
         Ok(job) => {
             let name = args.manifest.name();
-            let text = match args.json {
-                true => format!("{:#}\n", job_json(&name, &job)),
-                false => {
-                    warn(&job.warnings);
-                    summary(&name, &job)
-                }
+            let text = if args.json {
+                format!("{:#}\n", job_json(&name, &job))
+            } else {
+                warn(&job.warnings);
+                summary(&name, &job)
             };
             answer(&text, ExitCode::SUCCESS)
         }
@@ -102,11 +101,7 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
             first.model.source.kind(),
             span(retained.0, retained.1),
             span(modes.0, modes.1),
-            if first.model.mta {
-                ", the others as residual flexibility"
-            } else {
-                ""
-            }
+            if first.model.mta { ", the others as residual flexibility" } else { "" }
         ),
     ));
     lines.push(("mesh".to_owned(), mesh(job)));
@@ -116,10 +111,7 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
     let causes: Vec<String> = (excitation::causes(first, &gear_mesh).into_iter())
         .map(|cause| cause.text)
         .collect();
-    let causes = match causes.is_empty() {
-        true => "nothing".to_owned(),
-        false => causes.join(", "),
-    };
+    let causes = if causes.is_empty() { "nothing".to_owned() } else { causes.join(", ") };
     lines.push(("excited by".to_owned(), causes));
     lines.push((
         "run".to_owned(),
@@ -145,12 +137,11 @@ fn mesh(job: &Job) -> String {
     let gap = range(job.points.variants().iter().map(|v| v.mesh.half_gap));
     let known = (job.points.variants().iter()).filter_map(|v| v.mesh.friction.constant());
     let known: Vec<f64> = known.collect();
-    let friction = match known.is_empty() {
-        true => "from load, speed, oil and roughness".to_owned(),
-        false => {
-            let (low, high) = range(known.into_iter());
-            span(low, high)
-        }
+    let friction = if known.is_empty() {
+        "from load, speed, oil and roughness".to_owned()
+    } else {
+        let (low, high) = range(known.into_iter());
+        span(low, high)
     };
     let damping = |pick: fn(&DampingSpec) -> Option<f64>, unit: &str| {
         let values: Vec<f64> = job
@@ -236,13 +227,15 @@ fn stiffness(job: &Job) -> String {
         counts = (counts.0.min(count as f64), counts.1.max(count as f64));
     }
     let counts = span(counts.0, counts.1);
-    let what = match series {
-        true => format!("Fourier series of {counts} harmonics"),
-        false => format!("{counts} segments"),
+    let what = if series {
+        format!("Fourier series of {counts} harmonics")
+    } else {
+        format!("{counts} segments")
     };
-    let mean = match levels.0 == levels.1 {
-        true => String::new(),
-        false => format!(", mean {}", span(means.0, means.1)),
+    let mean = if levels.0 == levels.1 {
+        String::new()
+    } else {
+        format!(", mean {}", span(means.0, means.1))
     };
     format!("{what}, {} N/m{mean}", span(levels.0, levels.1))
 }
@@ -260,10 +253,7 @@ fn tabled(job: &Job, table: &MeshTableSpec) -> String {
     format!(
         "stiffness from the drawing of the gears, {division}; misalignment {} mrad{}",
         span(1e3 * misalignment.0, 1e3 * misalignment.1),
-        match table.shaft_tilt {
-            true => " plus the tilt of the shafts under load",
-            false => "",
-        }
+        if table.shaft_tilt { " plus the tilt of the shafts under load" } else { "" }
     )
 }
 
@@ -278,14 +268,16 @@ fn span(low: f64, high: f64) -> String {
     let number = |value: f64| {
         // Four digits tell values apart; the manifest has the others.
         let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
-        match rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) {
-            true => format!("{rounded}"),
-            false => format!("{rounded:e}"),
+        if rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) {
+            format!("{rounded}")
+        } else {
+            format!("{rounded:e}")
         }
     };
-    match low == high {
-        true => number(low),
-        false => format!("{} ... {}", number(low), number(high)),
+    if low == high {
+        number(low)
+    } else {
+        format!("{} ... {}", number(low), number(high))
     }
 }
 

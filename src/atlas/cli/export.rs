@@ -55,9 +55,10 @@ pub fn run(args: &ExportArgs) -> ExitCode {
         .out
         .clone()
         .unwrap_or_else(|| args.folder.join("export"));
-    let found = match args.list {
-        true => survey_folder(&args.folder, &request).map(|tables| (Vec::new(), tables)),
-        false => export(&args.folder, &request, &out).map(|done| (done.files, done.tables)),
+    let found = if args.list {
+        survey_folder(&args.folder, &request).map(|tables| (Vec::new(), tables))
+    } else {
+        export(&args.folder, &request, &out).map(|done| (done.files, done.tables))
     };
     let (files, tables) = match found {
         Ok(found) => found,
@@ -96,9 +97,10 @@ fn table_text(table: &Surveyed) -> String {
             "" | "1" => String::new(),
             unit => format!(" [{unit}]"),
         };
-        let list = match column.is_list() {
-            true => format!(", {} elements", column.width),
-            false => String::new(),
+        let list = if column.is_list() {
+            format!(", {} elements", column.width)
+        } else {
+            String::new()
         };
         text += &format!(
             "  {}{unit}{list}: {}\n",

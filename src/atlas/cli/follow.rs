@@ -190,10 +190,7 @@ impl Census {
                 .iter()
                 .map(|(kind, count)| format!("{count} {}", kind.replace('_', " ")))
                 .collect();
-            match words.is_empty() {
-                true => "none".to_owned(),
-                false => words.join(", "),
-            }
+            if words.is_empty() { "none".to_owned() } else { words.join(", ") }
         };
         let ends: Vec<String> = self
             .ends

@@ -51,9 +51,10 @@ impl GearMesh {
         let mut lines = Vec::new();
         let mut gears = Vec::new();
         if let Some([contact, overlap]) = self.ratios {
-            gears.push(match overlap == 0.0 {
-                true => format!("contact ratio {contact:.3}"),
-                false => format!("contact ratio {contact:.3}, overlap ratio {overlap:.3}"),
+            gears.push(if overlap == 0.0 {
+                format!("contact ratio {contact:.3}")
+            } else {
+                format!("contact ratio {contact:.3}, overlap ratio {overlap:.3}")
             });
         }
         if let Some(Ok(loaded)) = &self.loaded {

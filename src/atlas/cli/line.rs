@@ -24,9 +24,10 @@ pub struct Part {
 /// where that is none, or where nothing is wanted. `template` ends in `{wide_msg}`, which is cut to what
 /// is left of the width.
 pub fn bar(length: Option<u64>, quiet: bool, template: &str) -> ProgressBar {
-    let target = match quiet || !std::io::stderr().is_terminal() {
-        true => ProgressDrawTarget::hidden(),
-        false => ProgressDrawTarget::stderr(),
+    let target = if quiet || !std::io::stderr().is_terminal() {
+        ProgressDrawTarget::hidden()
+    } else {
+        ProgressDrawTarget::stderr()
     };
     let bar = ProgressBar::with_draw_target(length, target);
     if let Ok(style) = ProgressStyle::with_template(template) {

@@ -223,10 +223,7 @@ fn compared(args: &CompareArgs) -> ExitCode {
         (Err(error), _) | (_, Err(error)) => return fail(BAD_INPUT, &with_causes(&error)),
     };
     let comparison = compare(&a, &b);
-    let text = match args.json {
-        true => json(&comparison),
-        false => comparison_text(&a, &b, &comparison),
-    };
+    let text = if args.json { json(&comparison) } else { comparison_text(&a, &b, &comparison) };
     answer(&text, ExitCode::SUCCESS)
 }
 
@@ -234,11 +231,7 @@ fn comparison_text(a: &Characteristics, b: &Characteristics, comparison: &Compar
     /// Disagreements shown.
     const MOST: usize = 10;
     let run = |name: &str, run: &Characteristics| {
-        let noise = if run.noise.quiet {
-            "quiet"
-        } else {
-            "not quiet"
-        };
+        let noise = if run.noise.quiet { "quiet" } else { "not quiet" };
         let cpu = &run.description.cpu;
         format!(
             "{name}  {}, {}, {} ({noise}), {cpu}\n",

@@ -23,9 +23,10 @@ pub struct ManifestArgs {
 impl ManifestArgs {
     /// What messages call the manifest.
     pub fn name(&self) -> String {
-        match self.is_stream() {
-            true => "standard input".to_owned(),
-            false => self.path.display().to_string(),
+        if self.is_stream() {
+            "standard input".to_owned()
+        } else {
+            self.path.display().to_string()
         }
     }
 
@@ -38,9 +39,10 @@ impl ManifestArgs {
     /// # Errors
     /// Every fault of the manifest and of the changes.
     pub fn load(&self) -> Result<Job, ManifestErrors> {
-        match self.is_stream() {
-            true => manifest::read_changed(&mut std::io::stdin().lock(), &self.name(), &self.set),
-            false => manifest::load_changed(&self.path, &self.set),
+        if self.is_stream() {
+            manifest::read_changed(&mut std::io::stdin().lock(), &self.name(), &self.set)
+        } else {
+            manifest::load_changed(&self.path, &self.set)
         }
     }
 
@@ -59,10 +61,7 @@ impl ManifestArgs {
 
 /// Shows the errors of a manifest on standard error, in colour on a terminal.
 pub fn report(errors: &ManifestErrors) {
-    let text = match colour() {
-        true => errors.render_coloured(),
-        false => errors.render(),
-    };
+    let text = if colour() { errors.render_coloured() } else { errors.render() };
     say(&format!("{text}{}\n", errors.summary()));
 }
 
@@ -71,10 +70,7 @@ pub fn warn(warnings: &Warnings) {
     if warnings.is_empty() {
         return;
     }
-    let text = match colour() {
-        true => warnings.render_coloured(),
-        false => warnings.render(),
-    };
+    let text = if colour() { warnings.render_coloured() } else { warnings.render() };
     say(&format!("{text}{}\n", warnings.summary()));
 }
 

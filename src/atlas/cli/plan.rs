@@ -89,9 +89,10 @@ pub fn run(args: &PlanArgs) -> ExitCode {
         Ok(Some(found)) => {
             let measured = machines.measured(&job, &found, args.threads.asked);
             let source = process.topology.map(|topology| topology.source);
-            let text = match args.json {
-                true => document(&job, &found, &measured, source),
-                false => text(&job, &found, source) + &measured.text(),
+            let text = if args.json {
+                document(&job, &found, &measured, source)
+            } else {
+                text(&job, &found, source) + &measured.text()
             };
             answer(&text, ExitCode::SUCCESS)
         }
@@ -182,9 +183,8 @@ impl Measured {
             1 => "1 thread".to_owned(),
             _ => format!("{count} threads"),
         };
-        let noise = |rate: &MachineRate| match rate.quiet {
-            true => "",
-            false => ", while the machine was busy",
+        let noise = |rate: &MachineRate| {
+            if rate.quiet { "" } else { ", while the machine was busy" }
         };
         let mut text = String::new();
         if let Some(here) = &self.here {

@@ -327,9 +327,10 @@ fn list(args: &PlotArgs) -> ExitCode {
             .collect();
         all.push(json!({ "source": source, "kinds": kinds, "columns": columns }));
     }
-    match args.json {
-        true => answer(&format!("{:#}\n", json!(all)), ExitCode::SUCCESS),
-        false => answer(&text, ExitCode::SUCCESS),
+    if args.json {
+        answer(&format!("{:#}\n", json!(all)), ExitCode::SUCCESS)
+    } else {
+        answer(&text, ExitCode::SUCCESS)
     }
 }
 

@@ -373,12 +373,13 @@ fn is_free(axis: &Axis) -> bool {
 fn read(axis: &Axis, text: &str, units: &Units) -> Result<f64, PointError> {
     let value = quantity(axis, text)?;
     if is_free(axis) {
-        return match value > 0.0 || axis.key != AxisKey::Speed {
-            true => Ok(value),
-            false => Err(PointError::NotPositive {
+        return if value > 0.0 || axis.key != AxisKey::Speed {
+            Ok(value)
+        } else {
+            Err(PointError::NotPositive {
                 name: axis.name().to_owned(),
                 value,
-            }),
+            })
         };
     }
     let found = axis.values.iter().find(|on_grid| is_near(*on_grid, value));
@@ -436,25 +437,21 @@ fn example(job: &Job, typed: &[Option<(&str, f64)>], units: &Units) -> String {
         })
         .collect();
     let text = parts.join(",");
-    match text.contains(char::is_whitespace) {
-        true => format!("\"{text}\""),
-        false => text,
-    }
+    if text.contains(char::is_whitespace) { format!("\"{text}\"") } else { text }
 }
 
 /// `load (0.1 ... 0.3)` where any value will do, else all values.
 fn ranged(axis: &Axis, units: &Units) -> String {
-    let values = match is_free(axis) && axis.values.len() > 1 {
-        true => {
-            let (low, high) = axis.values.ends();
-            let unit = shown(axis, units);
-            let low = number(low * unit.factor);
-            format!(
-                "any value; the grid has {low} ... {}",
-                unit.amount(number, high)
-            )
-        }
-        false => listed(axis, units),
+    let values = if is_free(axis) && axis.values.len() > 1 {
+        let (low, high) = axis.values.ends();
+        let unit = shown(axis, units);
+        let low = number(low * unit.factor);
+        format!(
+            "any value; the grid has {low} ... {}",
+            unit.amount(number, high)
+        )
+    } else {
+        listed(axis, units)
     };
     format!("{} ({values})", axis.name())
 }

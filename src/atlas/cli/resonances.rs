@@ -8,9 +8,10 @@ const MOST: usize = 6;
 /// Head and text of their lines, an order a line.
 pub fn lines(diagram: &Campbell, unit: &Unit) -> Vec<(String, String)> {
     let [low, high] = diagram.grid.map(|speed| speed * unit.factor);
-    let span = match low == high {
-        true => format!("{low:.0}"),
-        false => format!("{low:.0} ... {high:.0}"),
+    let span = if low == high {
+        format!("{low:.0}")
+    } else {
+        format!("{low:.0} ... {high:.0}")
     };
     let intro = format!(
         "{} at which an order has the frequency of a mode, in the grid ({span}) or within {:.0} % of it",

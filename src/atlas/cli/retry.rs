@@ -109,10 +109,7 @@ fn retry(
         };
         if finished.written.missing > 0 {
             lock.abandon();
-            let status = match finished.gave_up {
-                true => FAILED_POINTS,
-                false => INTERRUPTED,
-            };
+            let status = if finished.gave_up { FAILED_POINTS } else { INTERRUPTED };
             let text = format!(
                 "interrupted: {} of {} points are missing, and {} is unchanged; the same command continues\n",
                 finished.written.missing,

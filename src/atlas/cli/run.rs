@@ -94,19 +94,17 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         }
     };
     let text = closing_line(&finished, &record, folder);
-    let status = match finished.gave_up {
-        true => FAILED_POINTS,
-        false => status(&record),
-    };
+    let status = if finished.gave_up { FAILED_POINTS } else { status(&record) };
     voice.close(&record, status, &text)
 }
 
 fn closing_line(finished: &Finished, record: &RunRecord, folder: &Path) -> String {
     let (totals, threads) = (&record.totals, finished.threads);
     // More may follow from the results of these.
-    let missing = match finished.progress.open {
-        true => format!("at least {}", totals.missing),
-        false => totals.missing.to_string(),
+    let missing = if finished.progress.open {
+        format!("at least {}", totals.missing)
+    } else {
+        totals.missing.to_string()
     };
     let folder = folder.display();
     let mut text = format!(

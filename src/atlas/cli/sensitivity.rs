@@ -55,10 +55,7 @@ pub fn run(args: &SensitivityArgs) -> ExitCode {
     if !(args.step > 0.0 && args.step < 0.5) {
         return fail(BAD_INPUT, "--step must be above 0 and below 0.5");
     }
-    let names = match args.by.is_empty() {
-        true => job.between.continuous_keys(),
-        false => args.by.clone(),
-    };
+    let names = if args.by.is_empty() { job.between.continuous_keys() } else { args.by.clone() };
     let keys: Result<Vec<Parameter>, _> = names
         .iter()
         .map(|name| job.between.parameter(&point, name))
@@ -145,11 +142,7 @@ fn in_text(found: &Sensitivities) -> String {
             (_, Some(check), Some(error)) => format!("± {error:.2e}, doubled step {check:.4e}"),
             _ => String::new(),
         };
-        let note = if row.note.is_empty() {
-            String::new()
-        } else {
-            format!("  ({})", row.note)
-        };
+        let note = if row.note.is_empty() { String::new() } else { format!("  ({})", row.note) };
         let (key, quantity) = names(row);
         out.push_str(&format!(
             "{key:<key_width$}  {quantity:<quantity_width$}{:>14}{by:>16}{relative:>14}  {check}{note}\n",

@@ -74,12 +74,13 @@ fn text(folder: &Path, json: bool, branches: bool, colour: Colour) -> Result<Str
         return Ok(text + "\n");
     }
     if branches {
-        return match summary.attractors.is_empty() {
-            true => Err(format!(
+        return if summary.attractors.is_empty() {
+            Err(format!(
                 "no attractors in `{}`; add `multistability = {{}}` to [analyses] of the manifest",
                 folder.display()
-            )),
-            false => Ok(render_branches(&summary)),
+            ))
+        } else {
+            Ok(render_branches(&summary))
         };
     }
     Ok(render(&summary, colour.style()))
@@ -93,11 +94,12 @@ fn table(file: &Path, json: bool) -> Result<String, String> {
             file.display()
         )
     })?;
-    match json {
-        true => serde_json::to_string_pretty(&summary)
+    if json {
+        serde_json::to_string_pretty(&summary)
             .map(|text| text + "\n")
-            .map_err(|error| with_causes(&error)),
-        false => Ok(summary.render()),
+            .map_err(|error| with_causes(&error))
+    } else {
+        Ok(summary.render())
     }
 }
 

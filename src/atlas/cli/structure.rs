@@ -147,9 +147,10 @@ impl Structure {
     fn row(&self, index: usize, open: &NaturalMode) -> String {
         let mut text = format!("{:>4} {}", index + 1, columns(open, [10, 8]));
         if let Some(ClosedMode { mode, mesh_share }) = self.frequencies.closed.get(index) {
-            let share = match mode.frequency > 0.0 {
-                true => format!("{:.1} %", 100.0 * mesh_share),
-                false => "-".to_owned(),
+            let share = if mode.frequency > 0.0 {
+                format!("{:.1} %", 100.0 * mesh_share)
+            } else {
+                "-".to_owned()
             };
             text += &format!(" {} {share:>7} ", columns(mode, [11, 8]));
             for harmonic in 1..=HARMONICS {

@@ -115,10 +115,7 @@ struct Drawing {
 impl Drawing {
     /// The default laws of a manifest.
     fn by_default(gears: GearPair) -> Self {
-        let face = match gears.helix_angle == 0.0 {
-            true => FaceLaw::Coupled,
-            false => FaceLaw::Independent,
-        };
+        let face = if gears.helix_angle == 0.0 { FaceLaw::Coupled } else { FaceLaw::Independent };
         Self {
             gears,
             contact: Contact::Secant,

@@ -124,9 +124,10 @@ pub fn run(args: &TraceArgs) -> ExitCode {
     if let Err(error) = writer.finish() {
         return fail(1, &error.to_string());
     }
-    let text = match args.json {
-        true => format!("{:#}\n", summary_json(&job, &point, &outcome, &folder)),
-        false => summary(&job, &point, &model, question, &outcome, &folder),
+    let text = if args.json {
+        format!("{:#}\n", summary_json(&job, &point, &outcome, &folder))
+    } else {
+        summary(&job, &point, &model, question, &outcome, &folder)
     };
     let status = answer(&text, ExitCode::SUCCESS);
     match outcome.stop {

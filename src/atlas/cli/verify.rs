@@ -32,10 +32,7 @@ pub fn run(args: &VerifyArgs) -> ExitCode {
     if let Err(message) = start_threads(&args.threads) {
         return fail(1, &message);
     }
-    let extent = match args.full {
-        true => Extent::Full,
-        false => Extent::Quick,
-    };
+    let extent = if args.full { Extent::Full } else { Extent::Quick };
     let wanted = |check: &Check| args.only.is_empty() || args.only.iter().any(|n| n == check.name);
     let checks: Vec<Check> = CHECKS.iter().copied().filter(wanted).collect();
     let subjects = match Subjects::all(extent) {
@@ -50,9 +47,10 @@ pub fn run(args: &VerifyArgs) -> ExitCode {
         begun += 1;
     });
     bar.finish_and_clear();
-    let text = match args.json {
-        true => format!("{:#}\n", document(&report)),
-        false => report.to_string(),
+    let text = if args.json {
+        format!("{:#}\n", document(&report))
+    } else {
+        report.to_string()
     };
     answer(&text, ExitCode::from(report.status()))
 }

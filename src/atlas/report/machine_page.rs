@@ -45,9 +45,10 @@ fn head(page: &mut String, machine: &Characteristics) {
     line("memory", memory_words(d));
     line("system", system(d));
     let noise = &machine.noise;
-    let verdict = match noise.quiet {
-        true => "quiet".to_owned(),
-        false => format!("NOT QUIET: {}", noise.remarks.join("; ")),
+    let verdict = if noise.quiet {
+        "quiet".to_owned()
+    } else {
+        format!("NOT QUIET: {}", noise.remarks.join("; "))
     };
     line("noise", verdict);
 }

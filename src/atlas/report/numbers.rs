@@ -3,9 +3,10 @@
 /// Four significant digits, and all of those before the point, without needless zeros.
 pub(super) fn number(value: f64) -> String {
     let before_point = value.abs().log10().floor() + 1.0;
-    match (4.0..=6.0).contains(&before_point) {
-        true => to_digits(value, before_point as usize),
-        false => to_digits(value, 4),
+    if (4.0..=6.0).contains(&before_point) {
+        to_digits(value, before_point as usize)
+    } else {
+        to_digits(value, 4)
     }
 }
 
@@ -13,9 +14,10 @@ pub(super) fn number(value: f64) -> String {
 pub fn to_digits(value: f64, digits: usize) -> String {
     let rounded = format!("{value:.*e}", digits.saturating_sub(1)).parse();
     let rounded: f64 = rounded.unwrap_or(value);
-    match rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) {
-        true => format!("{}", rounded + 0.0),
-        false => format!("{rounded:e}"),
+    if rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) {
+        format!("{}", rounded + 0.0)
+    } else {
+        format!("{rounded:e}")
     }
 }
 

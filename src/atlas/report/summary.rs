@@ -277,11 +277,12 @@ impl Summary {
             troubled,
             worst_energy,
             open_balances,
-            warnings: match runs.is_empty() {
-                true => vec![UNRECORDED.to_owned()],
-                false => (runs.iter().flat_map(|run| &run.warnings))
+            warnings: if runs.is_empty() {
+                vec![UNRECORDED.to_owned()]
+            } else {
+                (runs.iter().flat_map(|run| &run.warnings))
                     .map(|warning| shown(warning))
-                    .collect(),
+                    .collect()
             },
             map,
             all,
@@ -317,9 +318,5 @@ fn state(runs: &[RunRecord]) -> Option<RunState> {
         .shard
         .is_none_or(|shard| runs.len() >= shard.count as usize);
     let complete = all_here && runs.iter().all(|run| run.state == RunState::Complete);
-    Some(if complete {
-        RunState::Complete
-    } else {
-        RunState::Interrupted
-    })
+    Some(if complete { RunState::Complete } else { RunState::Interrupted })
 }

@@ -98,11 +98,7 @@ fn push_header(text: &mut String, summary: &Summary) {
         Some(RunState::Interrupted) => {
             let missing = summary.expected - summary.points as u64;
             let missing = if missing > 0 {
-                let least = if summary.refined.is_some() {
-                    "at least "
-                } else {
-                    ""
-                };
+                let least = if summary.refined.is_some() { "at least " } else { "" };
                 format!("{least}{missing} points are missing")
             } else {
                 String::new()

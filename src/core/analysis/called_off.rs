@@ -13,9 +13,6 @@ impl CalledOff {
     /// # Errors
     /// [`CalledOff`] when the flag is raised.
     pub fn check(flag: &AtomicBool) -> Result<(), Self> {
-        match flag.load(Ordering::Relaxed) {
-            true => Err(Self),
-            false => Ok(()),
-        }
+        if flag.load(Ordering::Relaxed) { Err(Self) } else { Ok(()) }
     }
 }

@@ -160,10 +160,7 @@ fn closed_modes(model: &Model, contacts: ActiveSet) -> Option<Vec<ClosedMode>> {
                 frequency: if rigid { 0.0 } else { square.sqrt() },
                 decay: 0.5 * decay,
             },
-            mesh_share: match rigid {
-                true => 0.0,
-                false => springs.iter().map(stored).sum::<f64>() / square,
-            },
+            mesh_share: if rigid { 0.0 } else { springs.iter().map(stored).sum::<f64>() / square },
         }
     };
     let rigid = loose.into_iter().map(|i| ClosedMode {

@@ -79,10 +79,7 @@ impl Search {
             0.0 => 0.0,
             _ => error / scale,
         };
-        let relative = match relative.is_nan() {
-            true => f64::INFINITY,
-            false => relative,
-        };
+        let relative = if relative.is_nan() { f64::INFINITY } else { relative };
         if relative > self.0.error {
             self.0 = Loosest {
                 name: name.to_owned(),

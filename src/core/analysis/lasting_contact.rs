@@ -299,10 +299,8 @@ impl Observer for Margins<'_> {
             let margin = transforms.nodes().map(|x| {
                 let time = window.start + 0.5 * (x + 1.0) * window.duration;
                 let line = &model.lines[model.line(segment)];
-                let error = match errors {
-                    true => line.transmission_error_at(window.cycle, time).0,
-                    false => 0.0,
-                };
+                let error =
+                    if errors { line.transmission_error_at(window.cycle, time).0 } else { 0.0 };
                 let deflection = evaluate(&series, x) - error;
                 inside * (contact.side * deflection - contact.gap(segment, time)[0])
             });

@@ -142,11 +142,7 @@ pub fn displaced(
     let mut direction = vec![0.0; trajectory.state.len()];
     random_direction(norm, stream, &mut direction);
     let length = norm.length(&direction);
-    let scale = if length > 0.0 {
-        half_gaps * norm.unit() / length
-    } else {
-        0.0
-    };
+    let scale = if length > 0.0 { half_gaps * norm.unit() / length } else { 0.0 };
     let state = (trajectory.state.iter().zip(&direction))
         .map(|(x, d)| x + scale * d)
         .collect();

@@ -33,10 +33,7 @@ impl EnergyNorm {
         for (i, block) in model.blocks.iter().enumerate() {
             // A block of coupled modes has scaled components; a mode has a displacement.
             let is_mode = block.generator[0] == [0.0, 1.0];
-            weights[i] = match is_mode {
-                true => block.natural_frequency().max(mesh),
-                false => 1.0,
-            };
+            weights[i] = if is_mode { block.natural_frequency().max(mesh) } else { 1.0 };
         }
         for &i in &model.neutral {
             weights[i] = 0.0;

@@ -96,10 +96,7 @@ impl Family {
             let order = f64::from(multiple) / f64::from(self.teeth);
             // A motion of period k holds multiples of 1/k of the mesh order.
             let held = repeats.is_none_or(|k| (multiple * k).is_multiple_of(self.teeth));
-            let value = match held {
-                true => 2.0 / sums.time * sum,
-                false => Complex64::ZERO,
-            };
+            let value = if held { 2.0 / sums.time * sum } else { Complex64::ZERO };
             let amplitude = value.norm();
             let error = |part: fn(Complex64) -> f64| {
                 if repeats.is_some() || amplitude == 0.0 {

@@ -241,10 +241,7 @@ impl Poincare {
             return;
         };
         surface.crossings(window, |x, rises| {
-            let kind = match rises {
-                true => SampleKind::SurfaceUp,
-                false => SampleKind::SurfaceDown,
-            };
+            let kind = if rises { SampleKind::SurfaceUp } else { SampleKind::SurfaceDown };
             self.keep(self.at(window, x, kind));
         });
         self.surface = Some(surface);
@@ -271,10 +268,7 @@ impl Poincare {
     fn turn(&mut self, window: &Window<'_>) {
         let mut rising = self.rising;
         extrema(window, self.half_gap, &mut rising, |x, minimum| {
-            let kind = match minimum {
-                true => SampleKind::Minimum,
-                false => SampleKind::Maximum,
-            };
+            let kind = if minimum { SampleKind::Minimum } else { SampleKind::Maximum };
             self.keep(self.at(window, x, kind));
         });
         self.rising = rising;

@@ -61,8 +61,9 @@ impl BearingOutput {
 pub(super) fn on_each<T>(structure: &ModalStructure, pick: impl Fn(&StaticShare) -> T) -> Vec<T> {
     let nothing = StaticShare::default();
     let shares = structure.bearings.iter().map(|bearing| &bearing.left_out);
-    match shares.clone().all(|share| *share == nothing) {
-        true => Vec::new(),
-        false => shares.map(pick).collect(),
+    if shares.clone().all(|share| *share == nothing) {
+        Vec::new()
+    } else {
+        shares.map(pick).collect()
     }
 }

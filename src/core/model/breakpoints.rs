@@ -12,11 +12,7 @@ impl Model {
         };
         let gaps = self.contacts.iter().filter(on_line);
         let largest = gaps.fold(0.0, |most: f64, contact| most.max(contact.half_gap.abs()));
-        if largest > 0.0 {
-            largest
-        } else {
-            self.half_gap
-        }
+        if largest > 0.0 { largest } else { self.half_gap }
     }
 
     /// The segment of every contact at a time \[s\] within a mesh cycle.

@@ -165,10 +165,7 @@ impl Contact {
     /// Distance \[m\] by which δ lies inside the contact where it is closed, outside where it is
     /// open; negative on the other side.
     pub fn margin(&self, closed: bool, deflection: f64, gap: f64) -> f64 {
-        match closed {
-            true => self.side * deflection - gap,
-            false => gap - self.side * deflection,
-        }
+        if closed { self.side * deflection - gap } else { gap - self.side * deflection }
     }
 
     /// Whether a deflection and its rate close it at a time \[s\] within its segment. Either law needs

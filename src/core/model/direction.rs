@@ -104,10 +104,8 @@ impl Directions {
                 let [turn, lever] = division.friction;
                 // A place within a picometre of mid-face is there: only round-off moved it, and
                 // would make a line of every division.
-                let centre = match division.load_centre.abs() < MID_FACE {
-                    true => 0.0,
-                    false => division.load_centre,
-                };
+                let centre =
+                    if division.load_centre.abs() < MID_FACE { 0.0 } else { division.load_centre };
                 let law = [centre, turn, lever];
                 if let Some((_, same)) = last.filter(|(known, _)| *known == law) {
                     return same;

@@ -180,9 +180,10 @@ impl Division {
                     });
                     mean + waves.sum::<f64>()
                 });
-                let stiffness = match harmonics.is_empty() {
-                    true => Stiffness::constant(mean),
-                    false => Stiffness::through(&values),
+                let stiffness = if harmonics.is_empty() {
+                    Stiffness::constant(mean)
+                } else {
+                    Stiffness::through(&values)
                 };
                 Self {
                     stiffness,
@@ -198,9 +199,12 @@ impl Division {
     ///   (0, 1), one fewer than `stiffness`; none for equal divisions.
     pub fn levels(stiffness: &[f64], transitions: &[f64]) -> Vec<Self> {
         let count = stiffness.len() as f64;
-        let end = |i: usize| match transitions.is_empty() {
-            true => (i + 1) as f64 / count,
-            false => transitions.get(i).copied().unwrap_or(1.0),
+        let end = |i: usize| {
+            if transitions.is_empty() {
+                (i + 1) as f64 / count
+            } else {
+                transitions.get(i).copied().unwrap_or(1.0)
+            }
         };
         (stiffness.iter().enumerate())
             .map(|(i, &level)| Self::level(end(i), level))

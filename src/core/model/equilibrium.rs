@@ -63,10 +63,11 @@ impl Standing {
     fn rigid_part(&self, values: &[f64], felt: &[usize]) -> Vec<f64> {
         let noise = ROUND_OFF * values.iter().fold(0.0_f64, |most, w| w.abs().max(most));
         (felt.iter())
-            .map(|&r| match values[r].abs() > noise {
-                true => self.side * values[r],
-                false => 0.0,
-            })
+            .map(
+                |&r| {
+                    if values[r].abs() > noise { self.side * values[r] } else { 0.0 }
+                },
+            )
             .collect()
     }
 }
@@ -117,9 +118,10 @@ impl Model {
             .filter(stretched)
             .fold(ActiveSet::FREE, ActiveSet::toggled);
         let alone = bearing == ActiveSet::FREE || bearing.only() == Some(flank);
-        match all.len() == 2 && pushes && alone {
-            true => Ok(Equilibrium { state, bearing }),
-            false => self.shared_equilibrium(&all, &modes),
+        if all.len() == 2 && pushes && alone {
+            Ok(Equilibrium { state, bearing })
+        } else {
+            self.shared_equilibrium(&all, &modes)
         }
     }
 
@@ -212,10 +214,7 @@ impl Model {
             None => k * (free - side * b) / (1.0 + k * flexibility),
         };
         // A contact does not pull.
-        let force = match rigid.is_some() || side * asked > 0.0 {
-            true => asked,
-            false => 0.0,
-        };
+        let force = if rigid.is_some() || side * asked > 0.0 { asked } else { 0.0 };
         let left: Vec<f64> = load
             .iter()
             .zip(&g)
@@ -229,11 +228,7 @@ impl Model {
             modes[n + r] = (error_rate + side * opening) / w[r];
         }
         // The flank that is in the way of the load, where none is reached, is the other one.
-        let asked = if rigid.is_none() && force == 0.0 {
-            free
-        } else {
-            asked
-        };
+        let asked = if rigid.is_none() && force == 0.0 { free } else { asked };
         (self.basis.state_of_turned(&modes), asked)
     }
 

@@ -78,12 +78,13 @@ pub(super) fn positive(
     ok: bool,
     accepted: &'static str,
 ) -> Result<(), ModelError> {
-    match ok && value.is_finite() {
-        true => Ok(()),
-        false => Err(ModelError::OutOfRange {
+    if ok && value.is_finite() {
+        Ok(())
+    } else {
+        Err(ModelError::OutOfRange {
             name,
             value,
             accepted,
-        }),
+        })
     }
 }

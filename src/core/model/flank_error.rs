@@ -41,11 +41,12 @@ impl FlankError {
 
     /// Its course between two places of the segment.
     pub fn part(&self, from: f64, to: f64) -> Self {
-        match self.is_none() {
-            true => *self,
-            false => Self {
+        if self.is_none() {
+            *self
+        } else {
+            Self {
                 series: stiffness::part(&self.series, from, to),
-            },
+            }
         }
     }
 

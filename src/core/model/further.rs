@@ -120,22 +120,14 @@ fn stretch(divisions: &[Division], start: f64, ratio: f64) -> Vec<Division> {
         let index = (divisions.iter())
             .position(|division| phase < division.end - same)
             .unwrap_or(divisions.len() - 1);
-        let begin = if index == 0 {
-            0.0
-        } else {
-            divisions[index - 1].end
-        };
+        let begin = if index == 0 { 0.0 } else { divisions[index - 1].end };
         let division = &divisions[index];
         let to = (from + division.end - phase).min(start + ratio);
         let length = division.end - begin;
         let place = |phase: f64| {
             let place = (2.0 * phase - begin - division.end) / length;
             // An end of the division is met to rounding.
-            if (place.abs() - 1.0).abs() < 1e-9 {
-                place.signum()
-            } else {
-                place
-            }
+            if (place.abs() - 1.0).abs() < 1e-9 { place.signum() } else { place }
         };
         out.push(Division {
             end: (to - start) / ratio,
@@ -171,11 +163,7 @@ mod tests {
             let mut before = 0.0;
             for division in &within {
                 let middle = start + ratio * 0.5 * (before + division.end);
-                let level = if middle.rem_euclid(1.0) < 0.4 {
-                    2.0
-                } else {
-                    1.0
-                };
+                let level = if middle.rem_euclid(1.0) < 0.4 { 2.0 } else { 1.0 };
                 assert_eq!(division.stiffness.mean(), level, "{number} {middle}");
                 before = division.end;
             }

@@ -32,9 +32,10 @@ impl Segment {
 
     /// Mesh stiffness \[N/m\] at a mesh phase within the segment.
     pub fn stiffness_at(&self, phase: f64) -> f64 {
-        match self.stiffness.is_constant() {
-            true => self.stiffness.mean(),
-            false => self.stiffness.at(self.place(phase)),
+        if self.stiffness.is_constant() {
+            self.stiffness.mean()
+        } else {
+            self.stiffness.at(self.place(phase))
         }
     }
 }

@@ -165,9 +165,10 @@ mod tests {
                 let (mut low, mut high) = (0.0, bears(&springs, x, seen)[0]);
                 for _ in 0..200 {
                     let force = 0.5 * (low + high);
-                    match bears(&springs, x, seen - c * force)[0] > force {
-                        true => low = force,
-                        false => high = force,
+                    if bears(&springs, x, seen - c * force)[0] > force {
+                        low = force
+                    } else {
+                        high = force
                     }
                 }
                 let [force, _] = bears(&joined, x, seen);

@@ -210,9 +210,12 @@ impl Contacts {
     /// Contacts that pull though closed, or overlap though open, each with how far \[m\].
     fn faults(&self, rest: &Rest) -> Vec<(usize, f64)> {
         let stretches = self.stretches(&rest.forces, &rest.place);
-        let excess = |contact: usize| match rest.closed.holds(contact) {
-            true => -rest.forces[contact] / self.bearers[contact].stiffness,
-            false => stretches[contact],
+        let excess = |contact: usize| {
+            if rest.closed.holds(contact) {
+                -rest.forces[contact] / self.bearers[contact].stiffness
+            } else {
+                stretches[contact]
+            }
         };
         (0..self.bearers.len())
             .map(|contact| (contact, excess(contact)))
@@ -285,11 +288,7 @@ impl Contacts {
         let [low, high] = [if end == 0 { 0.0 } else { bends[end - 1] }, bends[end]];
         let step = low - slope(low) * (high - low) / (slope(high) - slope(low));
         // Where round-off hides the slope, the end of the way is as good as any.
-        let step = if step > 0.0 && step.is_finite() {
-            step
-        } else {
-            1.0
-        };
+        let step = if step > 0.0 && step.is_finite() { step } else { 1.0 };
         add(forces, step, way[0]);
         add(place, step, way[1]);
     }

@@ -47,11 +47,12 @@ impl Stiffness {
 
     /// Its course between two places of the segment, the same where it is constant.
     pub fn part(&self, from: f64, to: f64) -> Self {
-        match self.is_constant() {
-            true => *self,
-            false => Self {
+        if self.is_constant() {
+            *self
+        } else {
+            Self {
                 series: part(&self.series, from, to),
-            },
+            }
         }
     }
 
@@ -67,9 +68,10 @@ impl Stiffness {
 
     /// Its value \[N/m\] at x ∈ \[−1, 1\].
     pub fn at(&self, x: f64) -> f64 {
-        match self.is_constant() {
-            true => self.series[0],
-            false => legendre::evaluate(&self.series, x),
+        if self.is_constant() {
+            self.series[0]
+        } else {
+            legendre::evaluate(&self.series, x)
         }
     }
 
@@ -130,9 +132,10 @@ pub(super) fn reversed(series: &[f64; STIFFNESS_TERMS]) -> [f64; STIFFNESS_TERMS
 
 /// The series between two places.
 pub(super) fn part(series: &[f64; STIFFNESS_TERMS], from: f64, to: f64) -> [f64; STIFFNESS_TERMS] {
-    match [from, to] == [-1.0, 1.0] {
-        true => *series,
-        false => transforms8().restrict(series, from, to),
+    if [from, to] == [-1.0, 1.0] {
+        *series
+    } else {
+        transforms8().restrict(series, from, to)
     }
 }
 

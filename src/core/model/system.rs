@@ -451,10 +451,7 @@ struct Spring {
 /// When a contact of some damping \[N s/m\] lets go: a spring alone has no force where δ is back at
 /// the gap.
 fn release(asked: Release, damping: f64) -> Release {
-    match damping > 0.0 {
-        true => asked,
-        false => Release::Deflection,
-    }
+    if damping > 0.0 { asked } else { Release::Deflection }
 }
 
 /// `Σ mesh²` over the rigid modes, over all modes where the mesh feels no rigid one \[1/kg\].
@@ -491,10 +488,7 @@ fn untilted(mut tilt: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
 
 /// Turned modal values, of which there may be none.
 fn rotate_any(basis: &Basis, values: &[f64]) -> Vec<f64> {
-    match values.is_empty() {
-        true => Vec::new(),
-        false => basis.turn(values),
-    }
+    if values.is_empty() { Vec::new() } else { basis.turn(values) }
 }
 
 #[cfg(test)]

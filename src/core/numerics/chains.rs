@@ -101,11 +101,7 @@ fn initial_sequence(correlation: impl Fn(usize) -> f64, length: usize) -> Vec<f6
     let mut pair = [found[0], found[1]];
     while found.len() < length - 2 && pair[0] + pair[1] > 0.0 {
         pair = [correlation(found.len()), correlation(found.len() + 1)];
-        found.extend(if pair[0] + pair[1] >= 0.0 {
-            pair
-        } else {
-            [pair[0].max(0.0), 0.0]
-        });
+        found.extend(if pair[0] + pair[1] >= 0.0 { pair } else { [pair[0].max(0.0), 0.0] });
     }
     found
 }

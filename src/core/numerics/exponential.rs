@@ -66,9 +66,10 @@ pub fn real_pair_series(mu: f64, sigma: f64, tau: f64, out: &mut [Complex64]) ->
     let values = |t: f64| {
         let grown = (mu * t).exp();
         let (fast, slow) = (((mu + sigma) * t).exp(), ((mu - sigma) * t).exp());
-        let odd = match sigma * t < 0.5 {
-            true => grown * t * sinh_ratio(sigma * t),
-            false => (fast - slow) / (2.0 * sigma),
+        let odd = if sigma * t < 0.5 {
+            grown * t * sinh_ratio(sigma * t)
+        } else {
+            (fast - slow) / (2.0 * sigma)
         };
         [0.5 * (fast + slow), odd]
     };
@@ -168,10 +169,7 @@ mod tests {
             for x in [-1.0, -0.9, -0.3, 0.1, 0.8, 1.0] {
                 let t = 0.5 * tau * (x + 1.0);
                 let grown = f64::exp(mu * t);
-                let odd = match sigma == 0.0 {
-                    true => t,
-                    false => (sigma * t).sinh() / sigma,
-                };
+                let odd = if sigma == 0.0 { t } else { (sigma * t).sinh() / sigma };
                 let exact = [grown * (sigma * t).cosh(), grown * odd];
                 for (part, exact) in parts.iter().zip(exact) {
                     assert!(

@@ -12,35 +12,35 @@ use num_complex::{Complex64, c64};
 
 /// `A B`.
 pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
-    match portable() {
-        true => plain::product(a, b),
-        false => a * b,
-    }
+    if portable() { plain::product(a, b) } else { a * b }
 }
 
 /// The lower triangle of `A = L Lᵀ`; none where A is not positive definite.
 pub fn cholesky(matrix: &Mat<f64>) -> Option<Mat<f64>> {
-    match portable() {
-        true => plain::cholesky(matrix),
-        false => Some(matrix.llt(Side::Lower).ok()?.L().to_owned()),
+    if portable() {
+        plain::cholesky(matrix)
+    } else {
+        Some(matrix.llt(Side::Lower).ok()?.L().to_owned())
     }
 }
 
 /// `X = L⁻¹ B` in place of B.
 pub fn solve_lower(lower: &Mat<f64>, b: &mut Mat<f64>) {
-    match portable() {
-        true => plain::solve_lower(lower, b),
-        false => lower.solve_lower_triangular_in_place(b.as_mut()),
+    if portable() {
+        plain::solve_lower(lower, b)
+    } else {
+        lower.solve_lower_triangular_in_place(b.as_mut())
     }
 }
 
 /// `X = L⁻ᵀ B` in place of B.
 pub fn solve_upper(lower: &Mat<f64>, b: &mut Mat<f64>) {
-    match portable() {
-        true => plain::solve_upper(lower, b),
-        false => lower
+    if portable() {
+        plain::solve_upper(lower, b)
+    } else {
+        lower
             .transpose()
-            .solve_upper_triangular_in_place(b.as_mut()),
+            .solve_upper_triangular_in_place(b.as_mut())
     }
 }
 
@@ -60,10 +60,7 @@ pub fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
     if !largest.is_finite() {
         return None;
     }
-    let unit = match largest > 0.0 {
-        true => largest.log2().ceil().exp2(),
-        false => 1.0,
-    };
+    let unit = if largest > 0.0 { largest.log2().ceil().exp2() } else { 1.0 };
     let solution = (matrix * faer::Scale(1.0 / unit))
         .self_adjoint_eigen(Side::Lower)
         .ok()?;
@@ -140,9 +137,10 @@ pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Option<Vec<Complex64>> {
         return None;
     }
     let unit = unit(largest);
-    let mut values = match unit == 1.0 {
-        true => plain::eigenvalues(matrix)?,
-        false => plain::eigenvalues((matrix * faer::Scale(1.0 / unit)).as_ref())?,
+    let mut values = if unit == 1.0 {
+        plain::eigenvalues(matrix)?
+    } else {
+        plain::eigenvalues((matrix * faer::Scale(1.0 / unit)).as_ref())?
     };
     values.iter_mut().for_each(|value| *value *= unit);
     values.sort_by(|a, b| {
@@ -263,12 +261,11 @@ impl Shifted {
 
 /// Euclidean norm of a real or complex vector.
 pub fn norm<T: ComplexField<Real = f64>>(vector: &Mat<T>) -> f64 {
-    match portable() {
-        true => {
-            let squares = (0..vector.nrows()).map(|i| vector[(i, 0)].abs2());
-            squares.sum::<f64>().sqrt()
-        }
-        false => vector.norm_l2(),
+    if portable() {
+        let squares = (0..vector.nrows()).map(|i| vector[(i, 0)].abs2());
+        squares.sum::<f64>().sqrt()
+    } else {
+        vector.norm_l2()
     }
 }
 

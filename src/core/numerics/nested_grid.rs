@@ -94,9 +94,10 @@ impl NestedGrid {
                 let corner = [row * side, column * side];
                 let mut open = vec![Cell { corner, side }];
                 while let Some(cell) = open.pop() {
-                    match cell.side > 1 && known(cell.centre()) {
-                        true => open.extend(cell.quarters().into_iter().rev()),
-                        false => leaves.push(cell),
+                    if cell.side > 1 && known(cell.centre()) {
+                        open.extend(cell.quarters().into_iter().rev())
+                    } else {
+                        leaves.push(cell)
                     }
                 }
             }

@@ -46,10 +46,7 @@ impl Logarithm {
 /// How far a logarithm is off at most whose argument is off by a part of itself: infinite where that
 /// is all of it, or no number.
 fn blur(part: f64) -> f64 {
-    match part < 1.0 {
-        true => -(-part).ln_1p(),
-        false => f64::INFINITY,
-    }
+    if part < 1.0 { -(-part).ln_1p() } else { f64::INFINITY }
 }
 
 /// Below this size entries of a matrix have lost digits to underflow on their way.
@@ -224,9 +221,8 @@ mod tests {
         turned.push(turned[0].clone());
         (0..count)
             .map(|c| {
-                let mut own = Mat::from_fn(n, n, |i, j| match i < j {
-                    true => 0.3 * moduli[i] * stream.normal(),
-                    false => 0.0,
+                let mut own = Mat::from_fn(n, n, |i, j| {
+                    if i < j { 0.3 * moduli[i] * stream.normal() } else { 0.0 }
                 });
                 for (i, modulus) in moduli.iter().enumerate() {
                     own[(i, i)] = *modulus;

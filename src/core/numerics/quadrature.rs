@@ -90,11 +90,7 @@ mod tests {
                     .zip(&rule.weights)
                     .map(|(x, w)| w * x.powi(degree as i32))
                     .sum();
-                let exact = if degree % 2 == 0 {
-                    2.0 / (degree as f64 + 1.0)
-                } else {
-                    0.0
-                };
+                let exact = if degree % 2 == 0 { 2.0 / (degree as f64 + 1.0) } else { 0.0 };
                 assert!((sum - exact).abs() < 4e-15, "n {n} degree {degree}: {sum}");
             }
         }

@@ -37,9 +37,10 @@ pub fn standard_error(values: &[f64]) -> f64 {
         let (naive, correlation) = naive_error(&level);
         if level.len() < 2 * FEWEST_BLOCKS {
             // A maximum drops NaN.
-            return match naive.is_nan() {
-                true => f64::NAN,
-                false => finer.max(naive * ((1.0 + correlation) / (1.0 - correlation)).sqrt()),
+            return if naive.is_nan() {
+                f64::NAN
+            } else {
+                finer.max(naive * ((1.0 + correlation) / (1.0 - correlation)).sqrt())
             };
         }
         finer = naive;
@@ -81,11 +82,7 @@ pub fn correlation_time(values: &[f64]) -> f64 {
     }
     let (naive, _) = naive_error(values);
     let time = (error / naive).powi(2);
-    if time.is_finite() {
-        time
-    } else {
-        f64::INFINITY
-    }
+    if time.is_finite() { time } else { f64::INFINITY }
 }
 
 /// Skewness of values, `m₃ / m₂^{3/2}` with the central moments `m_k = Σ (x − x̄)^k / n`.

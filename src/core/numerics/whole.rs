@@ -2,11 +2,7 @@
 
 /// The greatest common divisor (Euclid).
 pub fn greatest_divisor(a: u128, b: u128) -> u128 {
-    if b == 0 {
-        a
-    } else {
-        greatest_divisor(b, a % b)
-    }
+    if b == 0 { a } else { greatest_divisor(b, a % b) }
 }
 
 /// The least common multiple of two numbers above 0; where it is too large for its type, the largest of that.

@@ -107,9 +107,10 @@ impl Why {
             Ok(size) => {
                 let few = size.systems <= ClosedModes::FEW;
                 let most = if few { MOST_MODES } else { MOST_MODES_MET };
-                match modes <= most {
-                    true => Self::of_tables(modes, size),
-                    false => Self::ManyModes { modes, most },
+                if modes <= most {
+                    Self::of_tables(modes, size)
+                } else {
+                    Self::ManyModes { modes, most }
                 }
             }
         }
@@ -118,9 +119,10 @@ impl Why {
     /// Which tables closed modes have of a structure of so many modes.
     pub fn of_tables(modes: usize, size: TableSize) -> Self {
         let sets = size.systems;
-        match sets <= ClosedModes::FEW {
-            true => Self::Small { modes, size },
-            false => Self::Met { modes, sets },
+        if sets <= ClosedModes::FEW {
+            Self::Small { modes, size }
+        } else {
+            Self::Met { modes, sets }
         }
     }
 }

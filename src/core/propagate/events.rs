@@ -96,13 +96,14 @@ impl Changes {
     pub fn take(&mut self, cycle: u64, time: f64, period: f64) -> Result<(), Stop> {
         self.windows += 1;
         let accounted = 1 + self.planned + u64::from(self.met);
-        match self.windows <= WINDOWS_OF_EACH * accounted {
-            true => Ok(()),
-            false => Err(Stop::Stuck {
+        if self.windows <= WINDOWS_OF_EACH * accounted {
+            Ok(())
+        } else {
+            Err(Stop::Stuck {
                 cycle,
                 phase: time / period,
                 windows: self.windows,
-            }),
+            })
         }
     }
 
@@ -214,10 +215,8 @@ fn ahead<'g, 'a, const P: usize, A: Arithmetic<P>>(
     if slope[0].abs() <= A::bounds(&slope).variation {
         return None;
     }
-    let (ahead, behind) = match slope[0] * one.margin.scale < 0.0 {
-        true => (one, other),
-        false => (other, one),
-    };
+    let (ahead, behind) =
+        if slope[0] * one.margin.scale < 0.0 { (one, other) } else { (other, one) };
     let start = A::bounds(series).start;
     let outside = |guard: &Guard<'_, P>| guard.margin.scale * start + guard.margin.shift < 0.0;
     let beyond = outside(ahead) || (outside(behind) && !behind.crossed);

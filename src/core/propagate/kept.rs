@@ -111,9 +111,10 @@ impl<'t> KeptReader<'t> {
     /// The next number, a count.
     pub fn count(&mut self, name: &'static str) -> Result<usize, TableError> {
         let number = self.number(name)?;
-        match (0.0..=MOST).contains(&number) && number.fract() == 0.0 {
-            true => Ok(number as usize),
-            false => Err(TableError::Kept { name }),
+        if (0.0..=MOST).contains(&number) && number.fract() == 0.0 {
+            Ok(number as usize)
+        } else {
+            Err(TableError::Kept { name })
         }
     }
 

@@ -50,10 +50,7 @@ fn farthest(model: &Model) -> Vec<f64> {
 /// What this process computes with: the name of its instruction set, or `portable` where it keeps
 /// to what every processor has.
 pub fn instructions() -> &'static str {
-    match portable() {
-        true => "portable",
-        false => InstructionSet::best().name(),
-    }
+    if portable() { "portable" } else { InstructionSet::best().name() }
 }
 
 /// Why a trajectory cannot be integrated further.
@@ -144,12 +141,13 @@ pub trait Kernel {
     fn accepts(&self, model: &Model, start: &TrajectoryState) -> Result<(), Stop> {
         let half_gaps = model.deflection(&start.state, 0.0).0.abs() / model.half_gap;
         // Written so that a state that is no number is refused.
-        match half_gaps <= Self::FARTHEST {
-            true => Ok(()),
-            false => Err(Stop::FarStart {
+        if half_gaps <= Self::FARTHEST {
+            Ok(())
+        } else {
+            Err(Stop::FarStart {
                 half_gaps,
                 farthest: Self::FARTHEST,
-            }),
+            })
         }
     }
 

@@ -231,10 +231,7 @@ impl FlankParticipation {
             tilt: keep(&self.tilt),
             friction: keep(&self.friction),
             lever: keep(&self.lever),
-            residual_flexibility: match mta {
-                true => self.residual_flexibility + added,
-                false => 0.0,
-            },
+            residual_flexibility: if mta { self.residual_flexibility + added } else { 0.0 },
         }
     }
 }
@@ -495,9 +492,10 @@ impl ModalStructure {
                     name: bearing.name.clone(),
                     gain: keep(&bearing.gain),
                     rate_gain: keep_any(&bearing.rate_gain),
-                    left_out: match retained == self.modes() {
-                        true => bearing.left_out.clone(),
-                        false => bearing.left_out_behind(self, retained),
+                    left_out: if retained == self.modes() {
+                        bearing.left_out.clone()
+                    } else {
+                        bearing.left_out_behind(self, retained)
                     },
                 })
                 .collect(),

@@ -185,9 +185,10 @@ impl Flanks {
             along_face: None,
             pair: pair.clone(),
         };
-        match pair.helix_angle == 0.0 {
-            true => flanks.along_face = Some(Arc::new(AlongFace::of(&flanks))),
-            false => flanks.normal_section = Some(Box::new(flanks.in_normal_section()?)),
+        if pair.helix_angle == 0.0 {
+            flanks.along_face = Some(Arc::new(AlongFace::of(&flanks)))
+        } else {
+            flanks.normal_section = Some(Box::new(flanks.in_normal_section()?))
         }
         Ok(flanks)
     }
@@ -309,11 +310,7 @@ impl Flanks {
     /// The position at which a gear has a roll length \[m\].
     pub fn at_roll_length(&self, gear: usize, length: f64) -> f64 {
         let pitch = self.teeth[gear].base_radius * self.pressure_angle.tan();
-        if gear == 0 {
-            length - pitch
-        } else {
-            pitch - length
-        }
+        if gear == 0 { length - pitch } else { pitch - length }
     }
 
     /// Radius of relative curvature of the flanks at position s \[m\]:

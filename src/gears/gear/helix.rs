@@ -15,9 +15,10 @@ impl GearPair {
 
     /// Transverse pressure angle, `tan α_t = tan α_n/cos β` \[rad\].
     pub fn transverse_pressure_angle(&self) -> f64 {
-        match self.helix_angle == 0.0 {
-            true => self.pressure_angle,
-            false => (self.pressure_angle.tan() / self.helix_angle.cos()).atan(),
+        if self.helix_angle == 0.0 {
+            self.pressure_angle
+        } else {
+            (self.pressure_angle.tan() / self.helix_angle.cos()).atan()
         }
     }
 

@@ -52,9 +52,10 @@ impl MeanFriction {
             * (1e3 * self.viscosity).powf(-0.05)
             * (1e6 * self.roughness).powf(0.25)
             * self.oil_factor;
-        match coefficient > 0.0 && coefficient < 1.0 {
-            true => Ok(coefficient),
-            false => Err(GearError::MeanFriction { coefficient }),
+        if coefficient > 0.0 && coefficient < 1.0 {
+            Ok(coefficient)
+        } else {
+            Err(GearError::MeanFriction { coefficient })
         }
     }
 }

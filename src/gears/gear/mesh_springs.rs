@@ -211,9 +211,10 @@ fn examine(
         let [mut low, mut high] = [pair[0].phase, pair[1].phase];
         while high - low > 4.0 * f64::EPSILON {
             let middle = 0.5 * (low + high);
-            match column(middle)?.same_order(pair[0], slices) {
-                true => low = middle,
-                false => high = middle,
+            if column(middle)?.same_order(pair[0], slices) {
+                low = middle
+            } else {
+                high = middle
             }
         }
         return Ok(Examined::Cut(0.5 * (low + high), f64::INFINITY));
@@ -323,11 +324,7 @@ mod tests {
             let pairs = pairs_at(&flanks, phase, face).unwrap();
             let sharing = LoadSharing::new(&pairs, face, 0.0).unwrap();
             let index = springs.stretches.partition_point(|own| own.end <= phase);
-            let from = if index == 0 {
-                0.0
-            } else {
-                springs.stretches[index - 1].end
-            };
+            let from = if index == 0 { 0.0 } else { springs.stretches[index - 1].end };
             let stretch = &springs.stretches[index];
             let x = (2.0 * phase - from - stretch.end) / (stretch.end - from);
             for force in [10.0, 300.0, 2e3, 2e4] {
@@ -383,11 +380,7 @@ mod tests {
             let face = Face { slices, ..whole };
             let springs = MeshSprings::new(&flanks, face, misalignment).unwrap();
             let index = springs.stretches.partition_point(|own| own.end <= phase);
-            let from = if index == 0 {
-                0.0
-            } else {
-                springs.stretches[index - 1].end
-            };
+            let from = if index == 0 { 0.0 } else { springs.stretches[index - 1].end };
             let stretch = &springs.stretches[index];
             let x = (2.0 * phase - from - stretch.end) / (stretch.end - from);
             let forces = stretch.springs.iter().flatten().map(|spring| {

@@ -81,11 +81,7 @@ impl PointCourse {
         let after = self.points.partition_point(|point| point[0] <= place);
         let (Some(before), Some(&[to, end])) = (after.checked_sub(1), self.points.get(after))
         else {
-            let nearest = if after == 0 {
-                self.points.first()
-            } else {
-                self.points.last()
-            };
+            let nearest = if after == 0 { self.points.first() } else { self.points.last() };
             return nearest.map_or(0.0, |point| point[1]);
         };
         let [from, start] = self.points[before];
@@ -130,11 +126,7 @@ impl PointCourse {
         }
         let last = points.len() - 1;
         if point == 0 || point == last {
-            let (near, next) = if point == 0 {
-                (0, 1)
-            } else {
-                (last - 1, last - 2)
-            };
+            let (near, next) = if point == 0 { (0, 1) } else { (last - 1, last - 2) };
             let ([h, d], [h_next, d_next]) = (rise(near), rise(next));
             let slope = ((2.0 * h + h_next) * d - h * d_next) / (h + h_next);
             return match slope * d <= 0.0 {

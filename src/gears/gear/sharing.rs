@@ -242,9 +242,12 @@ impl LoadSharing {
             return touching / (on_path().count().max(1) * self.face.slices) as f64;
         }
         let all: f64 = (self.ramps.iter())
-            .map(|ramp| match self.spans[ramp.slice].on_path[ramp.pair] {
-                true => ramp.part,
-                false => ramp.part * ramp.travel(approach).engaged,
+            .map(|ramp| {
+                if self.spans[ramp.slice].on_path[ramp.pair] {
+                    ramp.part
+                } else {
+                    ramp.part * ramp.travel(approach).engaged
+                }
             })
             .sum();
         loaded.iter().sum::<f64>() / all

@@ -46,10 +46,7 @@ fn place_on_line(pair: &GearPair, side: f64, lean: f64, angle: f64) -> f64 {
     let rises = beside(high) > beside(low);
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
-        match (beside(middle) > 0.0) == rises {
-            true => high = middle,
-            false => low = middle,
-        }
+        if (beside(middle) > 0.0) == rises { high = middle } else { low = middle }
     }
     let [x, y] = point(low);
     assert!(beside(low).abs() < 1e-15, "not on the line");

@@ -79,10 +79,7 @@ impl TipContact {
         let [mut low, mut high] = [0.0, furthest];
         for _ in 0..f64::MANTISSA_DIGITS {
             let middle = 0.5 * (low + high);
-            match inside(middle) {
-                true => low = middle,
-                false => high = middle,
-            }
+            if inside(middle) { low = middle } else { high = middle }
         }
         low
     }
@@ -143,10 +140,7 @@ mod tests {
                 let (mut low, mut high) = (0.0, 1.0);
                 for _ in 0..200 {
                     let [a, b] = [low + (high - low) / 3.0, high - (high - low) / 3.0];
-                    match distance(a) < distance(b) {
-                        true => high = b,
-                        false => low = a,
-                    }
+                    if distance(a) < distance(b) { high = b } else { low = a }
                 }
                 let nearest = distance(0.5 * (low + high));
                 let gap = tip.gap(beyond).unwrap();

@@ -189,10 +189,7 @@ impl Tooth {
         let [mut high, mut low] = self.fillet_range();
         for _ in 0..f64::MANTISSA_DIGITS {
             let middle = 0.5 * (high + low);
-            match outside(middle) {
-                true => high = middle,
-                false => low = middle,
-            }
+            if outside(middle) { high = middle } else { low = middle }
         }
         high
     }

@@ -45,27 +45,23 @@ impl GearBody {
         let pitch = 2.0 * gears.pitch_radii()[index];
         let length = gears.body_length[index];
         let inner = shape.hub.map_or(shaft_diameter, |hub| hub.diameter);
-        let within =
-            |inside: &'static str, inner: f64, outside: &'static str, outer: f64| match inner
-                < outer
-            {
-                true => Ok(()),
-                false => Err(ShaftError::BodyParts {
+        let within = |inside: &'static str, inner: f64, outside: &'static str, outer: f64| {
+            if inner < outer {
+                Ok(())
+            } else {
+                Err(ShaftError::BodyParts {
                     gear: index + 1,
                     inside,
                     inner,
                     outside,
                     outer,
-                }),
-            };
+                })
+            }
+        };
         if let Some(hub) = shape.hub {
             within("the shaft", shaft_diameter, "the hub", hub.diameter)?;
         }
-        let held_by = if shape.hub.is_some() {
-            "the hub"
-        } else {
-            "the shaft"
-        };
+        let held_by = if shape.hub.is_some() { "the hub" } else { "the shaft" };
         match shape.web {
             Some(web) => {
                 within(held_by, inner, "the inside of the rim", web.rim_diameter)?;

@@ -318,9 +318,12 @@ impl PairedShafts<'_> {
         let [_, base] = self.gears.base_radii();
         let wheel = self.drag[1];
         let by_speed = wheel.viscous * drive::wheel_speed(self.gears);
-        [wheel.constant, by_speed].map(|drag| match drag == 0.0 {
-            true => Vec::new(),
-            false => torque.iter().map(|t| t * (drag / base)).collect(),
+        [wheel.constant, by_speed].map(|drag| {
+            if drag == 0.0 {
+                Vec::new()
+            } else {
+                torque.iter().map(|t| t * (drag / base)).collect()
+            }
         })
     }
 }
@@ -410,10 +413,7 @@ impl BearingTerms {
                 BearingGain {
                     name: own.name.clone(),
                     gain,
-                    rate_gain: match acts(&own.dampers) {
-                        true => column(&own.dampers),
-                        false => Vec::new(),
-                    },
+                    rate_gain: if acts(&own.dampers) { column(&own.dampers) } else { Vec::new() },
                     left_out: StaticShare::default(),
                 }
             })

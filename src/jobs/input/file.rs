@@ -11,12 +11,13 @@ use std::path::Path;
 /// What the system says; [`ErrorKind::InvalidInput`] where it is not a regular file.
 pub fn open(path: &Path) -> io::Result<File> {
     let kind = fs::metadata(path)?.file_type();
-    match kind.is_file() {
-        true => File::open(path),
-        false => Err(io::Error::new(
+    if kind.is_file() {
+        File::open(path)
+    } else {
+        Err(io::Error::new(
             ErrorKind::InvalidInput,
             format!("it is {}, not a regular file", words(kind)),
-        )),
+        ))
     }
 }
 
@@ -36,12 +37,13 @@ pub fn read_stream(stream: &mut dyn Read, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     // One more than accepted tells a longer text, whatever its metadata say.
     stream.take(most + 1).read_to_end(&mut bytes)?;
-    match bytes.len() as u64 > most {
-        true => Err(io::Error::new(
+    if bytes.len() as u64 > most {
+        Err(io::Error::new(
             ErrorKind::FileTooLarge,
             format!("it has more than {} MiB", most >> 20),
-        )),
-        false => Ok(bytes),
+        ))
+    } else {
+        Ok(bytes)
     }
 }
 

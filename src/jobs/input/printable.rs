@@ -42,11 +42,7 @@ pub fn printable_but_colours(text: &str) -> Cow<'_, str> {
             rest[end..].starts_with('m').then_some(())
         });
         if i > 0 {
-            out.push_str(if colour.is_some() {
-                "\u{1b}"
-            } else {
-                "\\u001b"
-            });
+            out.push_str(if colour.is_some() { "\u{1b}" } else { "\\u001b" });
         }
         out += &printable(part);
     }

@@ -223,9 +223,10 @@ impl Issues {
 
     /// Records an error whose sentences are made only where they are kept.
     pub fn push_with(&mut self, diagnostic: impl FnOnce() -> Diagnostic) {
-        match self.found.len() < MOST_KEPT {
-            true => self.found.push(diagnostic()),
-            false => self.more += 1,
+        if self.found.len() < MOST_KEPT {
+            self.found.push(diagnostic())
+        } else {
+            self.more += 1
         }
     }
 

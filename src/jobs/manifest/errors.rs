@@ -79,12 +79,13 @@ impl Warnings {
     /// Those among the faults of a job without errors.
     pub(super) fn of(issues: &mut Issues) -> Self {
         let diagnostics = placed(issues);
-        match diagnostics.is_empty() {
-            true => Self::default(),
-            false => Self {
+        if diagnostics.is_empty() {
+            Self::default()
+        } else {
+            Self {
                 sources: issues.sources.clone(),
                 diagnostics,
-            },
+            }
         }
     }
 
@@ -161,9 +162,10 @@ fn coloured(
 fn render(sources: &[Source], diagnostics: &[Diagnostic], more: usize, emit: Emit) -> String {
     let mut text = Vec::new();
     for diagnostic in diagnostics.iter().take(MOST_SHOWN) {
-        let severity = match diagnostic.kind.is_warning() {
-            true => codespan::Severity::Warning,
-            false => codespan::Severity::Error,
+        let severity = if diagnostic.kind.is_warning() {
+            codespan::Severity::Warning
+        } else {
+            codespan::Severity::Error
         };
         let mut shown = codespan::Diagnostic::new(severity)
             .with_code(diagnostic.kind.code())

@@ -39,14 +39,13 @@ impl Excerpt {
             spot: 0..0,
         };
         let long = text[first..last].chars().nth(MOST_COLUMNS).is_some();
-        let (from, to) = match long {
-            false => (first, last),
-            true => {
-                let before = text[first..start].char_indices().rev().take(BEFORE);
-                let from = first + before.last().map_or(start - first, |(at, _)| at);
-                let mut after = text[from..last].char_indices().skip(MOST_COLUMNS);
-                (from, after.next().map_or(last, |(at, _)| from + at))
-            }
+        let (from, to) = if long {
+            let before = text[first..start].char_indices().rev().take(BEFORE);
+            let from = first + before.last().map_or(start - first, |(at, _)| at);
+            let mut after = text[from..last].char_indices().skip(MOST_COLUMNS);
+            (from, after.next().map_or(last, |(at, _)| from + at))
+        } else {
+            (first, last)
         };
         if from > first {
             excerpt.text.push('…');

@@ -83,15 +83,13 @@ pub(super) fn expand(
     let keys: Vec<&GridAxis> = axes.iter().filter(|axis| axis.is_model_key()).collect();
     let combinations = Combinations::new(axes, dimensions);
     // A grid of an accepted size has countable combinations.
-    let all = match exhaustive {
-        true => combinations.lengths.iter().product(),
-        false => 1,
-    };
+    let all = if exhaustive { combinations.lengths.iter().product() } else { 1 };
     let budget = (MOST_NODES / tree.size()).clamp(*JUDGED.start(), *JUDGED.end());
     let in_part = all > budget;
-    let looked_at: Vec<usize> = match in_part {
-        true => chosen(all, budget, &combinations.lengths),
-        false => (0..all).collect(),
+    let looked_at: Vec<usize> = if in_part {
+        chosen(all, budget, &combinations.lengths)
+    } else {
+        (0..all).collect()
     };
     let distinct = combinations.distinct();
     let others = (in_part && distinct.iter().product::<usize>() <= budget)
@@ -151,9 +149,10 @@ pub(super) fn expand(
     }
     let mut sometimes = HashSet::new();
     for occurrence in faults.values() {
-        match occurrence.combinations == tried {
-            true => issues.found[occurrence.index].at_point = None,
-            false => _ = sometimes.insert(occurrence.index),
+        if occurrence.combinations == tried {
+            issues.found[occurrence.index].at_point = None
+        } else {
+            _ = sometimes.insert(occurrence.index)
         }
     }
     // A key that has an effect at some points has an effect.
@@ -240,9 +239,10 @@ fn sift(
             continue;
         }
         let own_file = diagnostic.span.source == 0 && diagnostic.kind != DiagnosticKind::Unreadable;
-        let diagnostic = match own_file && !keys.is_empty() {
-            true => diagnostic.at_point(&place),
-            false => diagnostic,
+        let diagnostic = if own_file && !keys.is_empty() {
+            diagnostic.at_point(&place)
+        } else {
+            diagnostic
         };
         faults.insert(
             identity,

@@ -72,10 +72,8 @@ impl Job {
         for &axis in self.tied(swept) {
             let values = &self.axes[axis].values;
             let [from, to] = before.map(|place| values.get(place));
-            between.axis_values[axis] = match axis == swept {
-                true => value,
-                false => (1.0 - part) * from + part * to,
-            };
+            between.axis_values[axis] =
+                if axis == swept { value } else { (1.0 - part) * from + part * to };
         }
         self.apply(&mut between, self.tied(swept))?;
         Some(between)

@@ -69,9 +69,10 @@ fn parse(issues: &mut Issues, source: usize) -> Option<ModalStructure> {
 
 fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
     let teeth = root.integer(issues, "teeth");
-    let wheel_teeth = match root.has("teeth_wheel") {
-        true => root.integer(issues, "teeth_wheel").map(Some),
-        false => Some(None),
+    let wheel_teeth = if root.has("teeth_wheel") {
+        root.integer(issues, "teeth_wheel").map(Some)
+    } else {
+        Some(None)
     };
     let rated_force = root.quantity(issues, "rated_force");
     let frequency = (root.quantities(issues, "frequency", None)).map(without_round_off);

@@ -125,12 +125,13 @@ impl Node {
             }
             Value::Array(items) => {
                 let index = first.parse().ok().filter(|index| *index < items.len());
-                index.is_some_and(|index: usize| match rest.is_empty() {
-                    true => {
+                index.is_some_and(|index: usize| {
+                    if rest.is_empty() {
                         items.remove(index);
                         true
+                    } else {
+                        items[index].take_out(rest)
                     }
-                    false => items[index].take_out(rest),
                 })
             }
             _ => false,

@@ -68,11 +68,12 @@ fn unknown(entry: &Entry, path: &str, child: &str, schema: Schema) -> Diagnostic
         .label("unknown")
         .accepted(format!("{place}: {}", siblings.join(", ")))
         .suggestion(suggestion);
-    match in_train && entry.key == "helix_angle" {
-        true => diagnostic.remedy(
+    if in_train && entry.key == "helix_angle" {
+        diagnostic.remedy(
             "gears of a train are spur gears on parallel axes, or bevel gears on axes that intersect; \
              describe a pair of helical gears in [gear], with model.kind = \"flexible\" or \"tilting\"",
-        ),
-        false => diagnostic,
+        )
+    } else {
+        diagnostic
     }
 }

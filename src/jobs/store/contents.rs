@@ -59,10 +59,7 @@ impl Contents {
             .filter_map(|folder| Some(folder.file_name()?.to_string_lossy().into_owned()))
             .collect();
         names.sort();
-        match names.is_empty() {
-            true => Self::Nothing,
-            false => Self::Folders(names),
-        }
+        if names.is_empty() { Self::Nothing } else { Self::Folders(names) }
     }
 }
 

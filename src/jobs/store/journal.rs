@@ -135,9 +135,10 @@ impl Journal {
     /// they are others.
     pub fn instructions(&self) -> Vec<String> {
         let here = instructions().to_owned();
-        match self.end > self.points && self.instructions != here {
-            true => vec![self.instructions.clone(), here],
-            false => vec![here],
+        if self.end > self.points && self.instructions != here {
+            vec![self.instructions.clone(), here]
+        } else {
+            vec![here]
         }
     }
 

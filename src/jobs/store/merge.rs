@@ -229,11 +229,12 @@ fn recorded(given: &Path) -> Result<Vec<(PathBuf, RunRecord)>, MergeError> {
             }
         }
     }
-    match found.is_empty() {
-        true => Err(MergeError::NoRun {
+    if found.is_empty() {
+        Err(MergeError::NoRun {
             folder: given.to_path_buf(),
-        }),
-        false => Ok(found),
+        })
+    } else {
+        Ok(found)
     }
 }
 
@@ -267,11 +268,12 @@ fn vacant(out: &Path) -> Result<(), MergeError> {
         Err(error) => return Err(StoreError::io(out, "read", error).into()),
     }
     remove_stale(out)?;
-    match fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_none()) {
-        true => Ok(()),
-        false => Err(MergeError::OutputInUse {
+    if fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_none()) {
+        Ok(())
+    } else {
+        Err(MergeError::OutputInUse {
             folder: out.to_path_buf(),
-        }),
+        })
     }
 }
 
@@ -355,12 +357,13 @@ impl Census {
                 });
             }
         }
-        match self.missing.is_empty() {
-            true => Ok(()),
-            false => Err(MergeError::PointsMissing {
+        if self.missing.is_empty() {
+            Ok(())
+        } else {
+            Err(MergeError::PointsMissing {
                 all: self.next - self.met,
                 missing: self.missing,
-            }),
+            })
         }
     }
 }

@@ -78,9 +78,10 @@ impl CacheContent for MeshTable {
             own.values.len() == nodes.saturating_mul(own.members)
                 || own.name == "pattern" && own.values.is_empty()
         };
-        match mesh_quantities(self).into_iter().all(fits) {
-            true => None,
-            false => Some("a quantity does not have a value at every node"),
+        if mesh_quantities(self).into_iter().all(fits) {
+            None
+        } else {
+            Some("a quantity does not have a value at every node")
         }
     }
 }

@@ -328,11 +328,12 @@ impl ResultTable {
         let single = |value: Option<f64>| value.map(Some).into_iter().collect();
         let field = self.fields.iter().find(|field| field.name() == name);
         let whole = field.is_some_and(|field| field.data_type().is_integer());
-        Ok(match whole {
-            true => (self.u64(name)?.into_iter())
+        Ok(if whole {
+            (self.u64(name)?.into_iter())
                 .map(|value| single(value.map(|whole| whole as f64)))
-                .collect(),
-            false => self.f64(name)?.into_iter().map(single).collect(),
+                .collect()
+        } else {
+            self.f64(name)?.into_iter().map(single).collect()
         })
     }
 
@@ -454,12 +455,13 @@ fn parts(folder: &Path, path: &Path, seals: Option<Seals<'_>>) -> Result<Vec<Pat
     parts.extend(written.into_iter().filter(|file| file.starts_with(path)));
     parts.sort();
     parts.dedup();
-    match parts.is_empty() {
-        true => Err(StoreError::Missing {
+    if parts.is_empty() {
+        Err(StoreError::Missing {
             folder: folder.to_path_buf(),
             missing: path.to_path_buf(),
-        }),
-        false => Ok(parts),
+        })
+    } else {
+        Ok(parts)
     }
 }
 
@@ -492,8 +494,9 @@ fn recorded(folder: &Path, kind: TableKind) -> Result<Option<Vec<TableRecord>>, 
         return Ok((!runs.is_empty()).then(tables));
     };
     let path = folder.join(name);
-    match path.exists() {
-        true => read_record::<TablesRecord>(&path).map(|record| Some(record.tables)),
-        false => Ok(None),
+    if path.exists() {
+        read_record::<TablesRecord>(&path).map(|record| Some(record.tables))
+    } else {
+        Ok(None)
     }
 }

@@ -209,10 +209,7 @@ fn checked(bytes: &[u8]) -> Result<&[u8], CacheFault> {
         return Err(CacheFault::Version { found, known });
     }
     let (sum, rest) = (rest.split_first_chunk::<32>()).ok_or(CacheFault::Checksum)?;
-    match blake3::hash(rest) == *sum {
-        true => Ok(rest),
-        false => Err(CacheFault::Checksum),
-    }
+    if blake3::hash(rest) == *sum { Ok(rest) } else { Err(CacheFault::Checksum) }
 }
 
 /// The bytes of a table file.
@@ -358,10 +355,7 @@ impl TableStore {
         let inputs = canonical(inputs);
         let file = self.path_of(T::KIND, &inputs);
         let mut warnings = Vec::new();
-        let found = match self.keeps {
-            true => read(&file, &inputs),
-            false => Err(CacheFault::Missing),
-        };
+        let found = if self.keeps { read(&file, &inputs) } else { Err(CacheFault::Missing) };
         let (table, origin) = match found {
             Ok(table) => (table, Origin::Found),
             Err(fault) => {
@@ -411,10 +405,7 @@ impl TableStore {
 fn read<T: CacheContent>(path: &Path, inputs: &str) -> Result<T, CacheFault> {
     let file = TableFile::open(path)?;
     let table = file.content()?;
-    match file.header.inputs == inputs {
-        true => Ok(table),
-        false => Err(CacheFault::Inputs),
-    }
+    if file.header.inputs == inputs { Ok(table) } else { Err(CacheFault::Inputs) }
 }
 
 /// Takes away what the user's umask let through of the permission to write.

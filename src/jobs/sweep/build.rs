@@ -101,14 +101,15 @@ impl BuildError {
 /// Whether the structured kernel gets through a mesh cycle that tables do not fit.
 fn structured_instead(model: &Model) -> String {
     let windows = Volterra::windows_needed(model, f64::EPSILON);
-    match windows <= MOST_WINDOWS {
-        true => format!(
+    if windows <= MOST_WINDOWS {
+        format!(
             "or set run.kernel = \"volterra\", which computes this mesh cycle in {windows:.0} windows"
-        ),
-        false => format!(
+        )
+    } else {
+        format!(
             "run.kernel = \"volterra\" does not help: it would take {windows:.0} windows (at most \
              {MOST_WINDOWS})"
-        ),
+        )
     }
 }
 

@@ -201,9 +201,10 @@ fn apart([a, b]: [Level; 2], half_gap: f64) -> f64 {
 
 /// The point with all that is asked of it where it belongs to a chain whose changes are refined.
 pub(super) fn asked(point: &PointSpec) -> Cow<'_, PointSpec> {
-    match point.direction.is_some() && halvings(point) > 0 {
-        true => Cow::Owned(with_level(point)),
-        false => Cow::Borrowed(point),
+    if point.direction.is_some() && halvings(point) > 0 {
+        Cow::Owned(with_level(point))
+    } else {
+        Cow::Borrowed(point)
     }
 }
 
@@ -329,10 +330,7 @@ impl Search<'_> {
         let jumps = |near: &Near, far| left(near, far) >= JUMPS * at_first.unwrap_or(f64::INFINITY);
         let asked = self.trial(near.class == to);
         let mut halved = 0;
-        let fewest = match near.class == to && halvings > 0 {
-            true => FEWEST_HALVINGS,
-            false => 0,
-        };
+        let fewest = if near.class == to && halvings > 0 { FEWEST_HALVINGS } else { 0 };
         for _ in 0..halvings.max(fewest) {
             let value = 0.5 * (near.value + found.bracket[1]);
             let Some(between) = self.job.point_between(&asked, value) else {
@@ -397,9 +395,6 @@ impl Search<'_> {
             audit_cycles: 0,
             ..(*trial.run).clone()
         });
-        match levelled {
-            true => with_level(&trial),
-            false => trial,
-        }
+        if levelled { with_level(&trial) } else { trial }
     }
 }

@@ -160,10 +160,7 @@ fn place_of(job: &Job, values: &[f64]) -> String {
     let words: Vec<String> = held
         .map(|(axis, value)| format!("{} = {value:.6}", axis.name()))
         .collect();
-    match words.is_empty() {
-        true => job.name.clone(),
-        false => words.join(", "),
-    }
+    if words.is_empty() { job.name.clone() } else { words.join(", ") }
 }
 
 fn family<'a>(

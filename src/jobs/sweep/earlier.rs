@@ -94,9 +94,10 @@ pub fn look(
                     prefix(&record.manifest_hash),
                     prefix(&job.hash)
                 ),
-                remedy: match replaceable {
-                    true => "choose another folder with --out, or replace them with --overwrite",
-                    false => "choose another folder with --out, or remove this folder",
+                remedy: if replaceable {
+                    "choose another folder with --out, or replace them with --overwrite"
+                } else {
+                    "choose another folder with --out, or remove this folder"
                 },
                 difference: difference(&there.to_string(), &job.written().to_string()),
             });

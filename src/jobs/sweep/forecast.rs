@@ -133,10 +133,7 @@ pub fn forecast(
         load,
         least,
         begun: ProcessorClock::Process.now(),
-        clock: match load.shared {
-            true => ProcessorClock::Process,
-            false => ProcessorClock::Thread,
-        },
+        clock: if load.shared { ProcessorClock::Process } else { ProcessorClock::Thread },
         over: AtomicBool::new(false),
         tried: Mutex::default(),
     };
@@ -299,14 +296,10 @@ impl Calibration<'_> {
             let (Some(from), Some(to)) = (a.motion, b.motion) else {
                 return 0.0;
             };
-            match a.id / length == b.id / length && from != to {
-                true => {
-                    f64::from(halvings)
-                        * 0.5
-                        * (a.sampled.ratio() + b.sampled.ratio())
-                        * b.sampled.work
-                }
-                false => 0.0,
+            if a.id / length == b.id / length && from != to {
+                f64::from(halvings) * 0.5 * (a.sampled.ratio() + b.sampled.ratio()) * b.sampled.work
+            } else {
+                0.0
             }
         };
         tried.windows(2).map(between).sum()
@@ -335,9 +328,10 @@ impl Calibration<'_> {
 }
 
 fn mean_or_zero(rows: &[PointRow], value: impl Fn(&PointRow) -> f64) -> f64 {
-    match rows.is_empty() {
-        true => 0.0,
-        false => mean(&rows.iter().map(value).collect::<Vec<f64>>()),
+    if rows.is_empty() {
+        0.0
+    } else {
+        mean(&rows.iter().map(value).collect::<Vec<f64>>())
     }
 }
 

@@ -74,10 +74,7 @@ impl KernelTables {
             .room
             .is_some_and(|room| room.takes(common.bytes() as u64));
         // Written by the calling thread, so that the pages are of its node.
-        let near = match pays {
-            true => Arc::new(common.copied()),
-            false => common,
-        };
+        let near = if pays { Arc::new(common.copied()) } else { common };
         at_hand.push_front((path, near.clone()));
         at_hand.truncate(TABLES_AT_HAND);
         Ok(near)

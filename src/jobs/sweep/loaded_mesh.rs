@@ -26,10 +26,7 @@ pub fn loaded_mesh(point: &PointSpec, spec: &MeshTableSpec) -> Result<LoadedMesh
     let cycle = passing(point, spec)?;
     let [least, most] = cycle.extremes(&cycle.stiffness);
     Ok(LoadedMesh {
-        flank_error: match cycle.has_error() {
-            true => cycle.range(&cycle.tangent_error()),
-            false => 0.0,
-        },
+        flank_error: if cycle.has_error() { cycle.range(&cycle.tangent_error()) } else { 0.0 },
         stiffness: [least, cycle.mean_stiffness(), most],
         contact_ratio: cycle.mean_loaded_pairs(),
         course: match spec.division {
@@ -69,8 +66,9 @@ fn passing(point: &PointSpec, spec: &MeshTableSpec) -> Result<MeshTableCycle, Me
         Ok(MeshTable::build(&flanks, &inputs, &|_, _| ())?.cycle(0, 0))
     };
     let found = cycle(spec.stiffness)?;
-    Ok(match is_scaled(spec, misalignment) {
-        true => found.with_mean_stiffness(cycle(StiffnessLaw::Tangent)?.mean_stiffness()),
-        false => found,
+    Ok(if is_scaled(spec, misalignment) {
+        found.with_mean_stiffness(cycle(StiffnessLaw::Tangent)?.mean_stiffness())
+    } else {
+        found
     })
 }

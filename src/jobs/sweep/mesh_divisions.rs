@@ -18,9 +18,10 @@ pub(super) fn spring_divisions(
     stiffness: f64,
 ) -> Vec<Vec<Division>> {
     let slices = springs.centres.len();
-    let order: Vec<usize> = match misalignment < 0.0 {
-        true => (0..slices).rev().collect(),
-        false => (0..slices).collect(),
+    let order: Vec<usize> = if misalignment < 0.0 {
+        (0..slices).rev().collect()
+    } else {
+        (0..slices).collect()
     };
     let course = |slice: usize, number: usize| -> Vec<Division> {
         (springs.stretches.iter())
@@ -56,9 +57,10 @@ pub(super) fn segments(cycle: &MeshTableCycle, count: u32, with_error: bool) -> 
             Division {
                 end,
                 stiffness: Stiffness::constant(means.stiffness),
-                error: match with_error {
-                    true => FlankError::series(part(&pieces, [start, end], |p| p.tangent_error)),
-                    false => FlankError::NONE,
+                error: if with_error {
+                    FlankError::series(part(&pieces, [start, end], |p| p.tangent_error))
+                } else {
+                    FlankError::NONE
                 },
                 load_centre: means.centre,
                 friction: [means.friction, means.friction_lever],
@@ -73,9 +75,10 @@ pub(super) fn course_divisions(course: &MeshCourse, with_error: bool) -> Vec<Div
         .map(|piece| Division {
             end: piece.end,
             stiffness: Stiffness::series(piece.stiffness),
-            error: match with_error {
-                true => FlankError::series(piece.tangent_error),
-                false => FlankError::NONE,
+            error: if with_error {
+                FlankError::series(piece.tangent_error)
+            } else {
+                FlankError::NONE
             },
             load_centre: piece.centre,
             friction: [piece.friction, piece.friction_lever],

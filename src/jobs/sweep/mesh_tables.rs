@@ -151,13 +151,11 @@ impl MeshTables {
         }
         let force = flank_load(point.load * structure.rated_force)?;
         let unloaded = point.mesh.misalignment;
-        let (misalignment, tilt) = match spec.shaft_tilt {
-            false => (unloaded, None),
-            true => {
-                let report =
-                    self.tilted(spec, tilt_compliance(point, structure), unloaded, force)?;
-                (report.misalignment().unwrap_or(unloaded), Some(report))
-            }
+        let (misalignment, tilt) = if spec.shaft_tilt {
+            let report = self.tilted(spec, tilt_compliance(point, structure), unloaded, force)?;
+            (report.misalignment().unwrap_or(unloaded), Some(report))
+        } else {
+            (unloaded, None)
         };
         let mut cycle = self.cycle(spec, spec.stiffness, misalignment, force)?;
         if is_scaled(spec, misalignment) {
@@ -196,11 +194,7 @@ impl MeshTables {
     ) -> Result<TabledMesh, MeshError> {
         let misalignment = point.mesh.misalignment;
         let force = (point.load * structure.rated_force).abs();
-        let loaded = if force > 0.0 {
-            force
-        } else {
-            structure.rated_force
-        };
+        let loaded = if force > 0.0 { force } else { structure.rated_force };
         let cycle = self.cycle(spec, spec.stiffness, misalignment, loaded)?;
         let springs = self.common.springs(spec, misalignment, slices, loaded)?;
         let mean_stiffness = cycle.mean_stiffness();
@@ -353,10 +347,7 @@ fn under_load(point: &PointSpec, cycle: &MeshTableCycle, misalignment: f64) -> M
 /// What the flanks bear under a mean mesh force \[N\]: under a negative one the coast flanks bear
 /// it, which are the mirror images of the drive flanks.
 pub(super) fn flank_load(force: f64) -> Result<f64, MeshError> {
-    match force == 0.0 {
-        true => Err(MeshError::NoLoad),
-        false => Ok(force.abs()),
-    }
+    if force == 0.0 { Err(MeshError::NoLoad) } else { Ok(force.abs()) }
 }
 
 impl Common {

@@ -132,10 +132,7 @@ impl KernelTally {
         let record = |(kernel, &(points, first)): (&String, &(u64, u64))| {
             let point = job.points.at(first as usize);
             let own = PointKernel::of(&point, &parts.model(&point).ok()?, parts).ok()?;
-            let own = match own.taken.name() == kernel {
-                true => own,
-                false => own.instead()?,
-            };
+            let own = if own.taken.name() == kernel { own } else { own.instead()? };
             Some(KernelRecord {
                 kernel: kernel.clone(),
                 points,

@@ -56,10 +56,7 @@ impl Progress {
     /// Points computed by this run \[1/s\]; 0 before the first.
     pub fn rate(&self) -> f64 {
         let seconds = self.elapsed.as_secs_f64();
-        match seconds > 0.0 {
-            true => (self.done - self.resumed) as f64 / seconds,
-            false => 0.0,
-        }
+        if seconds > 0.0 { (self.done - self.resumed) as f64 / seconds } else { 0.0 }
     }
 
     /// Time that the rest of the points takes at that rate \[s\]; none before the first, and where

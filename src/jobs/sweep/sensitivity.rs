@@ -288,11 +288,7 @@ fn of_orbit(
                 key: key.name().to_owned(),
                 key_unit: key.unit(),
                 at: at[0],
-                method: if exact.is_some() {
-                    "orbit"
-                } else {
-                    "difference"
-                },
+                method: if exact.is_some() { "orbit" } else { "difference" },
                 value: values[i],
                 by,
                 check: exact.and(check),

@@ -70,9 +70,10 @@ pub(super) fn try_out(
     // A structure is assembled once and kept; what is wrong with a point is for the point to say.
     _ = parts.model(&point);
     let prepared = clock.now() - begun;
-    let before = match id.is_multiple_of(job.chain_length()) {
-        true => None,
-        false => attempt(&led_to(job.points.at(id - 1)), None, parts, over)?.end,
+    let before = if id.is_multiple_of(job.chain_length()) {
+        None
+    } else {
+        attempt(&led_to(job.points.at(id - 1)), None, parts, over)?.end
     };
     let carried = |end| CarriedState {
         end,

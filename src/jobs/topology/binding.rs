@@ -10,9 +10,10 @@ impl Topology {
     /// # Errors
     /// The topology is of another machine, or the system does not bind.
     pub fn bind_current_thread(&self, threads: &[u32]) -> Result<(), BindingError> {
-        match self.is_this_system() {
-            true => self.system.bind_thread(threads),
-            false => Err(BindingError::Elsewhere),
+        if self.is_this_system() {
+            self.system.bind_thread(threads)
+        } else {
+            Err(BindingError::Elsewhere)
         }
     }
 
@@ -22,9 +23,10 @@ impl Topology {
     /// # Errors
     /// The topology is of another machine, or the system does not bind.
     pub fn bind_memory_of_current_thread(&self, node: u32) -> Result<(), BindingError> {
-        match self.is_this_system() {
-            true => self.system.bind_memory(node),
-            false => Err(BindingError::Elsewhere),
+        if self.is_this_system() {
+            self.system.bind_memory(node)
+        } else {
+            Err(BindingError::Elsewhere)
         }
     }
 }

@@ -106,18 +106,20 @@ impl Topology {
     /// NUMA node where the calling thread last ran; none where the system does not tell
     /// or the topology is not that of this machine.
     pub fn current_numa_node(&self) -> Option<u32> {
-        match self.is_this_system() {
-            true => self.numa_node_of(self.system.last_thread()?),
-            false => None,
+        if self.is_this_system() {
+            self.numa_node_of(self.system.last_thread()?)
+        } else {
+            None
         }
     }
 
     /// NUMA nodes that the memory of some values lies on, as the system numbers them; none where
     /// it does not tell or the topology is not that of this machine.
     pub fn nodes_of_memory(&self, values: &[f64]) -> Vec<u32> {
-        match self.is_this_system() && !values.is_empty() {
-            true => self.system.nodes_of_memory(values),
-            false => Vec::new(),
+        if self.is_this_system() && !values.is_empty() {
+            self.system.nodes_of_memory(values)
+        } else {
+            Vec::new()
         }
     }
 

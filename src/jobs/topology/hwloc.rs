@@ -89,10 +89,7 @@ impl System for Hwloc {
         let bound = self
             .cpu_binding(CpuBindingFlags::THREAD)
             .map_err(|error| refused(error.to_string()))?;
-        match bound == set {
-            true => Ok(()),
-            false => Err(BindingError::NotKept),
-        }
+        if bound == set { Ok(()) } else { Err(BindingError::NotKept) }
     }
 
     fn bind_memory(&self, node: u32) -> Result<(), BindingError> {

@@ -97,10 +97,7 @@ fn read(tree: Tree, bound: Option<Set>, here: bool) -> Result<Topology, Topology
 /// What two sets have in common; the first where the other is not known, or nothing is.
 fn common(all: &Set, of: Option<&Set>) -> Set {
     let both: Set = of.map_or_else(Set::new, |of| all.intersection(of).copied().collect());
-    match both.is_empty() {
-        true => all.clone(),
-        false => both,
-    }
+    if both.is_empty() { all.clone() } else { both }
 }
 
 /// A core, whole: what the process may not use included, where the system tells.
@@ -335,9 +332,10 @@ impl System for Files {
             set.set(thread as usize);
         }
         sched_setaffinity(None, &set).map_err(|error| refused(error.to_string()))?;
-        match sched_getaffinity(None).is_ok_and(|bound| bound == set) {
-            true => Ok(()),
-            false => Err(BindingError::NotKept),
+        if sched_getaffinity(None).is_ok_and(|bound| bound == set) {
+            Ok(())
+        } else {
+            Err(BindingError::NotKept)
         }
     }
 

@@ -21,9 +21,12 @@ pub fn measure(
     pace: Pace,
 ) -> Result<Measured, MeasurementError> {
     let most = sizes.iter().copied().max().unwrap_or(1);
-    let prepare = |_| match thread.node == node {
-        true => Chain::near(most, walk),
-        false => Ok(Chain::new(memory::on_node(topology, node, most)?)),
+    let prepare = |_| {
+        if thread.node == node {
+            Chain::near(most, walk)
+        } else {
+            Ok(Chain::new(memory::on_node(topology, node, most)?))
+        }
     };
     let worked = team::work(
         topology,

@@ -35,9 +35,10 @@ pub fn on_node(topology: &Topology, node: u32, lines: usize) -> Result<Buffer, M
     let cores = topology.cores.iter().filter(|core| core.numa_node == node);
     let threads: Vec<u32> = cores.flat_map(|core| core.threads.clone()).collect();
     let touch = || {
-        let bound = match threads.is_empty() {
-            true => topology.bind_memory_of_current_thread(node),
-            false => topology.bind_current_thread(&threads),
+        let bound = if threads.is_empty() {
+            topology.bind_memory_of_current_thread(node)
+        } else {
+            topology.bind_current_thread(&threads)
         };
         bound.map_err(|error| MeasurementError::Node {
             node,

@@ -146,13 +146,11 @@ pub fn host() -> String {
     let named = |path: &str| {
         let text = std::fs::read_to_string(path).ok()?;
         let name: String = (text.trim().chars())
-            .map(|c| {
-                if c.is_ascii_alphanumeric() || c == '-' {
-                    c
-                } else {
-                    '-'
-                }
-            })
+            .map(
+                |c| {
+                    if c.is_ascii_alphanumeric() || c == '-' { c } else { '-' }
+                },
+            )
             .collect();
         (!name.is_empty()).then_some(name)
     };

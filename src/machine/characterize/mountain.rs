@@ -83,11 +83,7 @@ pub fn measure(
             reader.turn_back();
             let read = team::rounds_for(REPETITION, |n| reader.read(stride, n * 64)) * 64;
             // Whole passes through what is small.
-            let whole = if lines < read {
-                read.next_multiple_of(lines)
-            } else {
-                read
-            };
+            let whole = if lines < read { read.next_multiple_of(lines) } else { read };
             reader.lines.push(whole.clamp(64, MOST_LINES.max(lines)));
         }
         Ok(reader)

@@ -418,12 +418,13 @@ fn latencies(
     };
     items.push(item(first, first.node, &all, Walk::Pages));
     items.push(item(first, first.node, &all, Walk::Hops));
-    match limits.huge_pages {
-        true => items.push(item(first, first.node, &last, Walk::HopsHuge)),
-        false => missing.push(Missing {
+    if limits.huge_pages {
+        items.push(item(first, first.node, &last, Walk::HopsHuge))
+    } else {
+        missing.push(Missing {
             of: &[Part::Latency],
             said: "loads on huge pages: the system provides none (transparent_hugepage)".to_owned(),
-        }),
+        })
     }
     for (node, memory) in pairs(topology) {
         let thread = order(topology, Placement::Compact)

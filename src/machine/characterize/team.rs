@@ -57,13 +57,14 @@ impl<R> Worked<(bool, R)> {
     /// A member says that it computed something wrong.
     pub fn checked(self, what: &'static str) -> Result<Worked<R>, MeasurementError> {
         let (right, results): (Vec<bool>, Vec<R>) = self.results.into_iter().unzip();
-        match right.contains(&false) {
-            true => Err(MeasurementError::Wrong { what }),
-            false => Ok(Worked {
+        if right.contains(&false) {
+            Err(MeasurementError::Wrong { what })
+        } else {
+            Ok(Worked {
                 times: self.times,
                 results,
                 unbound: self.unbound,
-            }),
+            })
         }
     }
 }
@@ -228,10 +229,7 @@ impl SpinBarrier {
         let mut spins = 0;
         while self.passed.load(Ordering::SeqCst) == turn {
             spins += 1;
-            match spins < SPINS {
-                true => std::hint::spin_loop(),
-                false => std::thread::yield_now(),
-            }
+            if spins < SPINS { std::hint::spin_loop() } else { std::thread::yield_now() }
         }
     }
 }

@@ -107,10 +107,7 @@ macro_rules! loops {
                         unsafe {
                             let value = $load(from.0.as_ptr().add($width * v));
                             let place = to.0.as_mut_ptr().add($width * v);
-                            match PAST {
-                                true => $stream(place, value),
-                                false => $store(place, value),
-                            }
+                            if PAST { $stream(place, value) } else { $store(place, value) }
                         }
                     }
                     // SAFETY: no instruction at all.
@@ -129,9 +126,10 @@ macro_rules! loops {
                             let $c = $load(b.0.as_ptr().add($width * v));
                             let $a = $load(c.0.as_ptr().add($width * v));
                             let place = a.0.as_mut_ptr().add($width * v);
-                            match PAST {
-                                true => $stream(place, $multiply_add),
-                                false => $store(place, $multiply_add),
+                            if PAST {
+                                $stream(place, $multiply_add)
+                            } else {
+                                $store(place, $multiply_add)
                             }
                         }
                     }
@@ -284,17 +282,19 @@ pub fn read(set: Set, lines: &[Line], stride: usize, count: usize, passes: usize
 
 /// Copies lines; past the caches where `past`.
 pub fn copy(set: Set, past: bool, from: &[Line], to: &mut [Line]) {
-    match past {
-        true => by_set!(set, copy::<true>, from, to),
-        false => by_set!(set, copy::<false>, from, to),
+    if past {
+        by_set!(set, copy::<true>, from, to)
+    } else {
+        by_set!(set, copy::<false>, from, to)
     }
 }
 
 /// `a = b + factor c`; past the caches where `past`.
 pub fn triad(set: Set, past: bool, b: &[Line], c: &[Line], factor: f64, a: &mut [Line]) {
-    match past {
-        true => by_set!(set, triad::<true>, b, c, factor, a),
-        false => by_set!(set, triad::<false>, b, c, factor, a),
+    if past {
+        by_set!(set, triad::<true>, b, c, factor, a)
+    } else {
+        by_set!(set, triad::<false>, b, c, factor, a)
     }
 }
 

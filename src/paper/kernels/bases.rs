@@ -110,9 +110,10 @@ impl<'t> Bases<'t> {
     /// The basis of a segment in contact or in free flight.
     pub fn of(&self, segment: usize, touching: bool) -> Arc<Basis<'t>> {
         let [contact, flight] = self.of[segment];
-        match touching {
-            true => self.contact[contact].clone(),
-            false => self.flight[flight].clone(),
+        if touching {
+            self.contact[contact].clone()
+        } else {
+            self.flight[flight].clone()
         }
     }
 

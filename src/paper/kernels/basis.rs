@@ -79,9 +79,12 @@ impl<'t> Basis<'t> {
         // Powers of two make the entries alike and rounding what it was.
         let floor = RIGID * rates.fastest;
         let scale: Vec<f64> = (0..2 * n)
-            .map(|i| match i < n {
-                true => 1.0,
-                false => (generator.frequency(i - n).max(floor).log2().round()).exp2(),
+            .map(|i| {
+                if i < n {
+                    1.0
+                } else {
+                    (generator.frequency(i - n).max(floor).log2().round()).exp2()
+                }
             })
             .collect();
         let a = Mat::from_fn(2 * n, 2 * n, |i, j| full[(i, j)] * scale[j] / scale[i]);

@@ -101,9 +101,10 @@ impl<'m> CellModel<'m> {
     /// The generator in force on a cell.
     pub fn generator(&self, cell: usize, contact: ActiveSet) -> &Generator {
         let class = self.grid.cells[cell].class;
-        match contact.touching() {
-            true => &self.contact[class],
-            false => &self.flight[self.grid.classes[class].flight],
+        if contact.touching() {
+            &self.contact[class]
+        } else {
+            &self.flight[self.grid.classes[class].flight]
         }
     }
 

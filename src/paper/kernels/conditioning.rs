@@ -25,12 +25,13 @@ impl Conditioning {
     /// Whether the basis serves.
     pub(super) fn check(&self) -> Result<(), TableError> {
         // Written so that an error that is no number is refused.
-        match self.reconstruction <= WORST_RECONSTRUCTION {
-            true => Ok(()),
-            false => Err(TableError::Defective {
+        if self.reconstruction <= WORST_RECONSTRUCTION {
+            Ok(())
+        } else {
+            Err(TableError::Defective {
                 condition: self.condition,
                 error: self.reconstruction,
-            }),
+            })
         }
     }
 }

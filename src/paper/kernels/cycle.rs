@@ -185,10 +185,7 @@ impl CellModel<'_> {
             });
         }
         let whole = position.aligned && stop == position.cell + 1;
-        let duration = match whole {
-            true => self.grid.duration(position.cell),
-            false => end - position.time,
-        };
+        let duration = if whole { self.grid.duration(position.cell) } else { end - position.time };
         let size = reach(&generator.magnitude, &w.state);
         let stretch = Stretch {
             cell: position.cell,

@@ -45,12 +45,13 @@ pub fn eigen(a: &Mat<f64>, slow_rate: f64) -> Result<Eigen, TableError> {
         let length = vector.iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt();
         let vector = |i: usize| vector[i] / length;
         found.waves.push(value);
-        found.columns.push(match value.im > 0.0 {
-            true => [
+        found.columns.push(if value.im > 0.0 {
+            [
                 (0..size).map(|i| 2.0 * vector(i).re).collect(),
                 (0..size).map(|i| -2.0 * vector(i).im).collect(),
-            ],
-            false => [(0..size).map(|i| vector(i).re).collect(), vec![0.0; size]],
+            ]
+        } else {
+            [(0..size).map(|i| vector(i).re).collect(), vec![0.0; size]]
         });
     }
     let count = found
@@ -108,20 +109,22 @@ pub fn refine(a: &Mat<f64>, found: &mut Eigen) {
         let coupling = &inverse * (a * &forward);
         for (j, wave) in found.waves.iter_mut().enumerate() {
             let entry = |i: usize, k: usize| coupling[(2 * j + i, 2 * j + k)];
-            *wave = match wave.im > 0.0 {
-                true => c64(
+            *wave = if wave.im > 0.0 {
+                c64(
                     0.5 * (entry(0, 0) + entry(1, 1)),
                     0.5 * (entry(1, 0) - entry(0, 1)),
-                ),
-                false => entry(0, 0).into(),
+                )
+            } else {
+                entry(0, 0).into()
             };
         }
         let lambda = &found.waves;
-        let undo = |part: Complex64, distance: Complex64| match part.norm()
-            < TOO_CLOSE * distance.norm()
-        {
-            true => part / distance,
-            false => Complex64::ZERO,
+        let undo = |part: Complex64, distance: Complex64| {
+            if part.norm() < TOO_CLOSE * distance.norm() {
+                part / distance
+            } else {
+                Complex64::ZERO
+            }
         };
         // New coordinates in terms of old ones: the identity and small corrections.
         let mut change = Mat::<f64>::identity(all.len(), all.len());
@@ -157,11 +160,7 @@ pub fn refine(a: &Mat<f64>, found: &mut Eigen) {
             let real = found.waves[j].im == 0.0;
             *pair = [
                 column(2 * j),
-                if real {
-                    vec![0.0; size]
-                } else {
-                    column(2 * j + 1)
-                },
+                if real { vec![0.0; size] } else { column(2 * j + 1) },
             ];
         }
         for (k, vector) in found.slow.iter_mut().enumerate() {
@@ -329,11 +328,7 @@ mod tests {
         let mut alone = eigen(&turning, 1.0).unwrap();
         // Where waves are equal and do not couple there is nothing to undo.
         let twice = Mat::from_fn(4, 4, |i, j| {
-            if i / 2 == j / 2 {
-                turning[(i % 2, j % 2)]
-            } else {
-                0.0
-            }
+            if i / 2 == j / 2 { turning[(i % 2, j % 2)] } else { 0.0 }
         });
         let column = |one: usize| [0, 1, 2, 3].map(|i| f64::from(u8::from(i == one))).to_vec();
         let mut pair = Eigen {

@@ -236,11 +236,7 @@ pub fn hermite_root(a: &MarginAt, b: &MarginAt) -> f64 {
             high = x;
         }
         let next = x - value / slope;
-        x = if next >= low && next <= high {
-            next
-        } else {
-            0.5 * (low + high)
-        };
+        x = if next >= low && next <= high { next } else { 0.5 * (low + high) };
     }
     a.time + h * x
 }

@@ -86,9 +86,10 @@ pub fn fits(model: &Model) -> Result<(), DenseError> {
     if cycle.has_error() {
         return Err(TableError::FlankError.into());
     }
-    match cycle.segments.iter().all(|s| s.stiffness.is_constant()) {
-        true => Ok(()),
-        false => Err(TableError::VaryingStiffness.into()),
+    if cycle.segments.iter().all(|s| s.stiffness.is_constant()) {
+        Ok(())
+    } else {
+        Err(TableError::VaryingStiffness.into())
     }
 }
 

@@ -224,9 +224,10 @@ impl Method for HermiteTables {
         counters: &mut Counters,
     ) {
         let (table, _) = self.0.of(cell_model, stretch);
-        let (node, rest) = match stretch.whole && time == stretch.duration {
-            true => (NODES, 0.0),
-            false => table.split(time),
+        let (node, rest) = if stretch.whole && time == stretch.duration {
+            (NODES, 0.0)
+        } else {
+            table.split(time)
         };
         if node > 0 {
             table.nodes[node - 1].apply(x, &mut scratch.next);

@@ -81,12 +81,11 @@ impl<T> Stock<T> {
     /// The table of a stretch, and its place: whether it is of contact, and which.
     pub(super) fn of(&self, cell_model: &CellModel<'_>, stretch: &Stretch) -> (&T, (bool, usize)) {
         let class = cell_model.grid.cells[stretch.cell].class;
-        match stretch.contact.touching() {
-            true => (&self.contact[class], (true, class)),
-            false => {
-                let flight = cell_model.grid.classes[class].flight;
-                (&self.flight[flight], (false, flight))
-            }
+        if stretch.contact.touching() {
+            (&self.contact[class], (true, class))
+        } else {
+            let flight = cell_model.grid.classes[class].flight;
+            (&self.flight[flight], (false, flight))
         }
     }
 

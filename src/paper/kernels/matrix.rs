@@ -45,9 +45,8 @@ impl<'t> Operator<'t> {
     pub fn new(matrix: MatRef<'_, f64>) -> Self {
         let (rows, columns) = (matrix.nrows(), matrix.ncols());
         let groups = padded(rows) / LANES;
-        let entry = |row: usize, column: usize| match row < rows {
-            true => matrix[(row, column)],
-            false => 0.0,
+        let entry = |row: usize, column: usize| {
+            if row < rows { matrix[(row, column)] } else { 0.0 }
         };
         let mut data: Vec<f64> = Vec::with_capacity(groups * columns * LANES + LANES);
         let from = data.as_ptr().align_offset(LINE).min(LANES);
@@ -264,10 +263,8 @@ mod tests {
             let mut y = vec![f64::NAN; padded(rows)];
             operator.apply(&x, &mut y);
             for (i, y) in y.iter().enumerate() {
-                let exact: f64 = match i < rows {
-                    true => (0..columns).map(|j| entry(i, j) * x[j]).sum(),
-                    false => 0.0,
-                };
+                let exact: f64 =
+                    if i < rows { (0..columns).map(|j| entry(i, j) * x[j]).sum() } else { 0.0 };
                 assert_eq!(*y, exact, "{rows} × {columns}, row {i}");
             }
             assert!(operator.numbers().as_ptr().addr().is_multiple_of(LINE));

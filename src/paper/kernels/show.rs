@@ -153,9 +153,10 @@ pub(super) fn show<O: Observer>(
         let last = chunk + 1 == chunks as usize;
         let place = |x: &f64| 0.5 * (x + 1.0) * duration;
         let ahead = &transforms.nodes()[node..];
-        let within = match last {
-            true => ahead.len(),
-            false => ahead.partition_point(|x| place(x) <= from + step),
+        let within = if last {
+            ahead.len()
+        } else {
+            ahead.partition_point(|x| place(x) <= from + step)
         };
         // All nodes at once: one alone would wait for every sum before the next.
         let mut times = [0.0; 24];

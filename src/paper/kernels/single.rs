@@ -23,9 +23,8 @@ impl SingleOperator {
     pub fn new(matrix: MatRef<'_, f64>) -> Self {
         let (rows, columns) = (matrix.nrows(), matrix.ncols());
         let groups = rows.div_ceil(LANES);
-        let entry = |row: usize, column: usize| match row < rows {
-            true => matrix[(row, column)] as f32,
-            false => 0.0,
+        let entry = |row: usize, column: usize| {
+            if row < rows { matrix[(row, column)] as f32 } else { 0.0 }
         };
         let mut numbers = Vec::with_capacity(groups * columns);
         for panel in (0..groups).step_by(PANEL) {
@@ -89,11 +88,7 @@ fn rows<const G: usize, const FUSED: bool>(panel: &[[f32; LANES]], x: &[f64], y:
         for g in 0..G {
             for l in 0..LANES {
                 let (a, sum) = (column[g][l], &mut sums[g][l]);
-                *sum = if FUSED {
-                    a.mul_add(value, *sum)
-                } else {
-                    a * value + *sum
-                };
+                *sum = if FUSED { a.mul_add(value, *sum) } else { a * value + *sum };
             }
         }
     }

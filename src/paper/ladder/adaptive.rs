@@ -72,11 +72,7 @@ impl Control {
         let good = error <= 1.0;
         let next = h * if good { growth } else { growth.min(0.9) };
         // A step cut by a breakpoint says nothing against the one before it.
-        self.step = if good && cut {
-            self.step.max(next)
-        } else {
-            next
-        };
+        self.step = if good && cut { self.step.max(next) } else { next };
         good
     }
 }

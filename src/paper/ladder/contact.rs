@@ -171,9 +171,8 @@ pub fn work_precision() -> Value {
 
 /// The size of each component that has the energy of a displacement by half a gap.
 fn scale(norm: &EnergyNorm) -> Vec<f64> {
-    let scale = |weight: &f64| match *weight > 0.0 {
-        true => norm.unit() / weight,
-        false => 1e30,
+    let scale = |weight: &f64| {
+        if *weight > 0.0 { norm.unit() / weight } else { 1e30 }
     };
     norm.weights().iter().map(scale).collect()
 }

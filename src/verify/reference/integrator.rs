@@ -300,11 +300,7 @@ impl Integration<'_> {
     ) -> Result<f64, ReferenceError> {
         let steps = ((end - start) / self.reference.step).ceil().max(1.0);
         let at = |j: f64| {
-            if j == steps {
-                end
-            } else {
-                start + (end - start) * (j / steps)
-            }
+            if j == steps { end } else { start + (end - start) * (j / steps) }
         };
         let mut j = 0.0;
         while j < steps {

@@ -185,10 +185,7 @@ pub fn grazing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
                 let (mut never, mut always) = (0.9 * exact, 1.1 * exact);
                 while always - never > 1e-12 * exact {
                     let middle = 0.5 * (never + always);
-                    match case.touches(kernel, middle)? {
-                        true => always = middle,
-                        false => never = middle,
-                    }
+                    if case.touches(kernel, middle)? { always = middle } else { never = middle }
                 }
                 worst = worse(worst, (0.5 * (never + always) / exact - 1.0).abs());
             }
@@ -234,11 +231,7 @@ pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         let passage = kernel
             .on(&model)?
             .passage(&model.start(&InitialState::Rest), cycles)?;
-        let mut worst = if passage.events.len() < 2 * bounces {
-            f64::NAN
-        } else {
-            0.0
-        };
+        let mut worst = if passage.events.len() < 2 * bounces { f64::NAN } else { 0.0 };
         for (index, event) in passage.events.iter().take(2 * bounces).enumerate() {
             let time = event.cycle as f64 + event.time / model.period();
             worst = worse(worst, (time - exact(index) / model.period()).abs());

@@ -189,10 +189,11 @@ pub fn twin(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             "1/cycle",
         ));
     }
-    match lines.is_empty() {
-        true => Err(Trouble::Missing {
+    if lines.is_empty() {
+        Err(Trouble::Missing {
             what: "a drive in chaos",
-        }),
-        false => Ok(lines),
+        })
+    } else {
+        Ok(lines)
     }
 }

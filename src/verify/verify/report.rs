@@ -53,9 +53,10 @@ pub(super) fn worse(a: f64, b: f64) -> f64 {
 
 /// How many drives of those that a check is about a kernel was tested on.
 pub(super) fn drives_of(tested: usize, all: usize) -> String {
-    match tested == all {
-        true => format!("{all} drives"),
-        false => format!("{tested} of {all} drives"),
+    if tested == all {
+        format!("{all} drives")
+    } else {
+        format!("{tested} of {all} drives")
     }
 }
 

@@ -233,9 +233,5 @@ impl Gathered {
 
 /// Elements of a list.
 fn length_of(length: u32) -> usize {
-    if length == NO_LIST {
-        0
-    } else {
-        length as usize
-    }
+    if length == NO_LIST { 0 } else { length as usize }
 }

@@ -84,10 +84,7 @@ pub struct ResultsPage {
 /// # Errors
 /// There are no results in the folder, or they cannot be read, or are not what was written.
 pub fn results_page(folder: &Path, request: PageRequest) -> Result<ResultsPage, ReportError> {
-    let runs = match folder.is_dir() {
-        true => read_runs(folder)?,
-        false => Vec::new(),
-    };
+    let runs = if folder.is_dir() { read_runs(folder)? } else { Vec::new() };
     for run in &runs {
         verify(folder, run)?;
     }

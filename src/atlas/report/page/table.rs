@@ -72,11 +72,12 @@ impl Rows {
         ResultTable::scan(folder, kind, &names, |part| {
             let first = rows.all;
             rows.all += part.rows() as u64;
-            let keys: Vec<u64> = match of_points {
-                true => (part.u64("point_id")?.into_iter())
+            let keys: Vec<u64> = if of_points {
+                (part.u64("point_id")?.into_iter())
                     .map(Option::unwrap_or_default)
-                    .collect(),
-                false => (first..rows.all).collect(),
+                    .collect()
+            } else {
+                (first..rows.all).collect()
             };
             if of_points {
                 rows.points.extend(&keys);
@@ -123,9 +124,10 @@ impl Rows {
     /// What was left out of the rows, in words.
     fn left_out(&self, name: &str) -> Option<String> {
         let kept: BTreeSet<u64> = self.keys.iter().copied().collect();
-        let all = match self.points.is_empty() {
-            true => plural(self.all as usize, "row"),
-            false => plural(self.points.len(), "point"),
+        let all = if self.points.is_empty() {
+            plural(self.all as usize, "row")
+        } else {
+            plural(self.points.len(), "point")
         };
         (self.thinned > 0).then(|| format!("{name}: the page has rows of {} of {all}", kept.len()))
     }

@@ -156,11 +156,7 @@ impl Axis {
         let (low, high) = (self.low * self.factor, self.high * self.factor);
         let decades = (high / low).log10();
         let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
-        let mantissas: &[f64] = if decades < 2.2 {
-            &[1.0, 2.0, 5.0]
-        } else {
-            &[1.0]
-        };
+        let mantissas: &[f64] = if decades < 2.2 { &[1.0, 2.0, 5.0] } else { &[1.0] };
         let stride = (decades / wanted.max(1) as f64).ceil().max(1.0) as i32;
         let mut ticks = Vec::new();
         for exponent in (first..=last).filter(|exponent| exponent.rem_euclid(stride) == 0) {
@@ -261,9 +257,10 @@ pub(super) fn value_words(value: f64, unit: &str) -> String {
 pub(super) fn span_words([low, high]: [f64; 2], unit: &str) -> String {
     let (factor, shown) = scaled_unit(unit, low.abs().max(high.abs()));
     let [low, high] = [low, high].map(|value| minus(to_digits(value * factor, 3)));
-    match low == high {
-        true => format!("{low} {shown}"),
-        false => format!("{low} … {high} {shown}"),
+    if low == high {
+        format!("{low} {shown}")
+    } else {
+        format!("{low} … {high} {shown}")
     }
 }
 
@@ -315,9 +312,10 @@ fn positive(range: [f64; 2]) -> [f64; 2] {
     let high = if high > SMALLEST { high } else { 1.0 };
     // What lies six decades lower is not seen beside it on any axis that came to nothing.
     let low = if low > SMALLEST { low } else { 1e-6 * high };
-    match low < high * (1.0 - NARROWEST) {
-        true => [low, high],
-        false => [0.5 * high, 2.0 * high].map(|end| end.min(LARGEST)),
+    if low < high * (1.0 - NARROWEST) {
+        [low, high]
+    } else {
+        [0.5 * high, 2.0 * high].map(|end| end.min(LARGEST))
     }
 }
 
@@ -329,11 +327,7 @@ pub(super) fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
             [low.min(value), high.max(value)]
         });
-    if bounds[0] <= bounds[1] {
-        bounds
-    } else {
-        [0.0, 1.0]
-    }
+    if bounds[0] <= bounds[1] { bounds } else { [0.0, 1.0] }
 }
 
 /// A range with a margin (a fraction of its width) on both sides; never empty.
@@ -344,11 +338,7 @@ pub(super) fn padded([low, high]: [f64; 2], margin: f64) -> [f64; 2] {
         return [low - margin * width, high + margin * width];
     }
     // One value: as much room around it as it is large.
-    let room = if magnitude > SMALLEST {
-        0.5 * magnitude
-    } else {
-        1.0
-    };
+    let room = if magnitude > SMALLEST { 0.5 * magnitude } else { 1.0 };
     [low - room, high + room]
 }
 

@@ -75,11 +75,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
         draw_slice(&mut canvas, &axes, &cells, &own);
         key(&mut canvas, &cells, &own);
         canvas.height = TOP + SIDE + 66.0;
-        let name = if single {
-            "basins".to_owned()
-        } else {
-            format!("basins-point={point_id}")
-        };
+        let name = if single { "basins".to_owned() } else { format!("basins-point={point_id}") };
         drawn.pictures.push(Picture::new(name, canvas));
     }
     Ok(drawn)

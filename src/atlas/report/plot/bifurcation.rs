@@ -98,9 +98,10 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
         };
         let mut top = TOP;
         for (row, sweep) in sweeps.iter().enumerate() {
-            let label = match both {
-                true => format!("{}: {}", sweep.direction, samples.symbol),
-                false => samples.label.clone(),
+            let label = if both {
+                format!("{}: {}", sweep.direction, samples.symbol)
+            } else {
+                samples.label.clone()
             };
             let named = !with_lambda && row + 1 == sweeps.len();
             let panel = Panel {
@@ -119,10 +120,7 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
             top = panel.bottom + 22.0;
         }
         if with_lambda {
-            let area = match both {
-                true => [top, top + 176.0],
-                false => [370.0, 526.0],
-            };
+            let area = if both { [top, top + 176.0] } else { [370.0, 526.0] };
             lambda_curve::panel(&mut canvas, area, results, along, &slice.points);
             top = area[1];
         }
@@ -137,9 +135,12 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
             [MARGIN, TOP],
             room - 40.0,
             &found,
-            |canvas, at, motion| match with_lambda && !both {
-                true => marker_sample(canvas, at, motion),
-                false => cell_sample(canvas, at, &Look::plain(motion.colour(), "")),
+            |canvas, at, motion| {
+                if with_lambda && !both {
+                    marker_sample(canvas, at, motion)
+                } else {
+                    cell_sample(canvas, at, &Look::plain(motion.colour(), ""))
+                }
             },
         );
         if !results.summary.transitions.is_empty() {

@@ -127,9 +127,10 @@ fn picture(
         let ink = orbits.first().map_or(0, |orbit| place(orbit.period));
         for (stable, part) in parts(followed.over, orbits, &found.collect::<Vec<_>>()) {
             let part: Vec<Place> = part.iter().map(|[x, y]| panel.at(*x, *y)).collect();
-            match stable {
-                true => canvas.line(&part, colour(ink), STABLE),
-                false => canvas.dashed_line(&part, colour(ink), UNSTABLE),
+            if stable {
+                canvas.line(&part, colour(ink), STABLE)
+            } else {
+                canvas.dashed_line(&part, colour(ink), UNSTABLE)
             }
         }
     }

@@ -231,9 +231,10 @@ impl Campbell {
             let (from, to) = (panel.at(0.0, 0.0), panel.at(last, end));
             let beyond = ((from[1] - panel.top) / (from[1] - to[1])).min(1.0);
             let to = [0, 1].map(|axis| from[axis] + beyond * (to[axis] - from[axis]));
-            match ray.of_mesh {
-                true => canvas.line(&[from, to], RED, 1.3),
-                false => canvas.dashed_line(&[from, to], RED, 1.0),
+            if ray.of_mesh {
+                canvas.line(&[from, to], RED, 1.3)
+            } else {
+                canvas.dashed_line(&[from, to], RED, 1.0)
             }
             let baseline = to[1] + 0.35 * TICK_SIZE;
             if taken

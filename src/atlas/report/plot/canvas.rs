@@ -106,12 +106,11 @@ fn on_pixels(mut shape: Shape) -> (Shape, Option<u64>) {
 /// The ends of a rectangle on whole pixels: one that is hardly larger than a pixel, as cells of large maps are,
 /// takes the pixel of its middle.
 fn whole_ends([low, high]: [f64; 2]) -> [f64; 2] {
-    match high - low <= 1.4 {
-        true => {
-            let pixel = (0.5 * (low + high)).floor();
-            [pixel, pixel + 1.0]
-        }
-        false => [low.round(), high.round()],
+    if high - low <= 1.4 {
+        let pixel = (0.5 * (low + high)).floor();
+        [pixel, pixel + 1.0]
+    } else {
+        [low.round(), high.round()]
     }
 }
 
@@ -218,9 +217,10 @@ impl Canvas {
             return self.shapes.push(shape);
         }
         let (shape, key) = on_pixels(shape);
-        match key.is_none_or(|key| self.seen.insert(key)) {
-            true => self.shapes.push(shape),
-            false => self.left_out += 1,
+        if key.is_none_or(|key| self.seen.insert(key)) {
+            self.shapes.push(shape)
+        } else {
+            self.left_out += 1
         }
     }
 
@@ -416,9 +416,10 @@ fn text_box(shape: &Shape) -> Option<(&str, [f64; 4])> {
     };
     // Digits and capitals rise 0.73 em above the baseline; what hangs below it may touch.
     let rise = 0.73 * size;
-    let covered = match upwards {
-        false => [x + start, y - rise, x + start + width, *y],
-        true => [x - rise, y - start - width, *x, y - start],
+    let covered = if upwards {
+        [x - rise, y - start - width, *x, y - start]
+    } else {
+        [x + start, y - rise, x + start + width, *y]
     };
     (width > 0.0).then_some((text, covered))
 }

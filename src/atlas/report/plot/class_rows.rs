@@ -153,11 +153,7 @@ mod tests {
         ];
         assert_eq!(found, wanted);
         let class = |i: usize| {
-            if i == 500 {
-                "chaotic"
-            } else {
-                "quasi_periodic"
-            }
+            if i == 500 { "chaotic" } else { "quasi_periodic" }
         };
         let many: Vec<PointSummary> = (0..=1000)
             .map(|i| point(0.1 * i as f64, class(i)))

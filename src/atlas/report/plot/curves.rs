@@ -126,9 +126,10 @@ fn picture(
                 if map.is_some() {
                     canvas.line(&part, WHITE, width + EDGE);
                 }
-                match dashed {
-                    true => canvas.dashed_line(&part, colour(&curve.kind), width),
-                    false => canvas.line(&part, colour(&curve.kind), width),
+                if dashed {
+                    canvas.dashed_line(&part, colour(&curve.kind), width)
+                } else {
+                    canvas.line(&part, colour(&curve.kind), width)
                 }
             }
         }

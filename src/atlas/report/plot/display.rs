@@ -251,12 +251,11 @@ impl Scale {
     /// An axis for shown values from low to high.
     pub fn axis(&self, shown: [f64; 2]) -> Axis {
         let [low, high] = shown;
-        let room = match self.logarithmic {
-            true => {
-                let margin = (high / low).max(1.0).powf(0.05).max(1.02);
-                [low / margin, high * margin]
-            }
-            false => padded(shown, 0.05),
+        let room = if self.logarithmic {
+            let margin = (high / low).max(1.0).powf(0.05).max(1.02);
+            [low / margin, high * margin]
+        } else {
+            padded(shown, 0.05)
         };
         self.axis_over(room)
     }
@@ -264,9 +263,12 @@ impl Scale {
     /// The same without room around it.
     pub fn axis_over(&self, shown: [f64; 2]) -> Axis {
         let ends = [0, 1].map(|end| self.range[end].unwrap_or(shown[end]));
-        let axis = |unit: &str| match self.logarithmic {
-            true => Axis::logarithmic(&self.name, unit, ends),
-            false => Axis::linear(&self.name, unit, ends),
+        let axis = |unit: &str| {
+            if self.logarithmic {
+                Axis::logarithmic(&self.name, unit, ends)
+            } else {
+                Axis::linear(&self.name, unit, ends)
+            }
         };
         match (self.reference, &self.unit) {
             (Some(reference), _) => {

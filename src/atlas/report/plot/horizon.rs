@@ -46,11 +46,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     let found = Found::read(results, &table, point)?;
     let title = format!("{}: from trajectories to averages", results.job);
     let several = results.summary.chaotic.len() > 1;
-    let chosen = if request.point.is_none() && several {
-        "the most chaotic point"
-    } else {
-        ""
-    };
+    let chosen = if request.point.is_none() && several { "the most chaotic point" } else { "" };
     let words = results.point_words(point);
     let mut canvas = Canvas::titled(&title, &results.subtitle(&[&words, chosen]));
     separations(&mut canvas, &found);

@@ -105,9 +105,10 @@ fn parts(panel: &Panel, path: &[Place]) -> Vec<[Place; 2]> {
 fn within(panel: &Panel, [from, to]: [Place; 2]) -> Option<[Place; 2]> {
     let clipped = |[x, y]: Place, other: Place| {
         let edge = y.clamp(panel.top, panel.bottom);
-        match edge == y || y == other[1] {
-            true => [x, y],
-            false => [x + (other[0] - x) * (edge - y) / (other[1] - y), edge],
+        if edge == y || y == other[1] {
+            [x, y]
+        } else {
+            [x + (other[0] - x) * (edge - y) / (other[1] - y), edge]
         }
     };
     let outside = |edge: fn(f64, &Panel) -> bool| edge(from[1], panel) && edge(to[1], panel);

@@ -40,12 +40,13 @@ pub(super) fn shade(point: &PointSummary, largest: f64) -> Colour {
 
 /// A cell of the key: what is not on the ramp, and what hatching means.
 fn sample(motion: Motion) -> Look {
-    match motion.is_hatched() {
-        true => Look {
+    if motion.is_hatched() {
+        Look {
             hatched: true,
             ..Look::plain(viridis(0.5), "")
-        },
-        false => Look::plain(calm(motion), &motion.mark()),
+        }
+    } else {
+        Look::plain(calm(motion), &motion.mark())
     }
 }
 
@@ -64,9 +65,10 @@ pub(super) fn draw(results: &Results, cells: &Cells<'_>) -> Drawn {
         let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words, &errors]));
         let cells_drawn = cells.draw(&mut canvas, &slice, |point| {
             let motion = Motion::of(point);
-            let text = match motion.is_chaos() {
-                true => format!("{:.2}", point.lambda.unwrap_or(0.0)),
-                false => motion.mark(),
+            let text = if motion.is_chaos() {
+                format!("{:.2}", point.lambda.unwrap_or(0.0))
+            } else {
+                motion.mark()
             };
             Look {
                 hatched: motion.is_hatched(),

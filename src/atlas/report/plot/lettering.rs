@@ -27,11 +27,7 @@ pub(super) fn text_width(text: &str, size: f64) -> f64 {
         LARGE * LINE_PER_EM,
         FontStyle::Normal,
     );
-    let measured = if font_is_ready() {
-        font.box_size(text).ok()
-    } else {
-        None
-    };
+    let measured = if font_is_ready() { font.box_size(text).ok() } else { None };
     // Letters are 0.6 em wide on average, should there be no font.
     let width = measured.map_or_else(
         || 0.6 * LARGE * text.chars().count() as f64,

@@ -242,10 +242,7 @@ impl Source {
                     what,
                     path: path.to_path_buf(),
                     reason,
-                    available: match names.is_empty() {
-                        true => "none".into(),
-                        false => names.join(", "),
-                    },
+                    available: if names.is_empty() { "none".into() } else { names.join(", ") },
                 }
             }
             error => error,

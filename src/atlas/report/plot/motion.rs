@@ -191,11 +191,7 @@ pub(super) fn key(
 ) -> f64 {
     let room = ((bottom - top) / PITCH).max(1.0) as usize;
     // One line says how many are left out.
-    let most = if counts.len() > room {
-        room.saturating_sub(1).max(1)
-    } else {
-        room
-    };
+    let most = if counts.len() > room { room.saturating_sub(1).max(1) } else { room };
     let (named, left) = leading(counts, most);
     let left_out = (left > 0).then(|| format!("… and {left} more classes"));
     let lines = named
@@ -248,9 +244,10 @@ mod tests {
     fn seen(colour: Colour, sight: &[[f64; 3]; 3]) -> [f64; 3] {
         let linear = [colour.0, colour.1, colour.2].map(|value| {
             let value = f64::from(value) / 255.0;
-            match value <= 0.04045 {
-                true => value / 12.92,
-                false => ((value + 0.055) / 1.055).powf(2.4),
+            if value <= 0.04045 {
+                value / 12.92
+            } else {
+                ((value + 0.055) / 1.055).powf(2.4)
             }
         });
         let seen = times(sight, linear).map(|value| value.clamp(0.0, 1.0));
@@ -260,9 +257,12 @@ mod tests {
             [0.0193339, 0.1191920, 0.9503041],
         ];
         let [x, y, z] = times(&to_xyz, seen);
-        let f = |value: f64| match value > (6.0_f64 / 29.0).powi(3) {
-            true => value.cbrt(),
-            false => value / (3.0 * (6.0_f64 / 29.0).powi(2)) + 4.0 / 29.0,
+        let f = |value: f64| {
+            if value > (6.0_f64 / 29.0).powi(3) {
+                value.cbrt()
+            } else {
+                value / (3.0 * (6.0_f64 / 29.0).powi(2)) + 4.0 / 29.0
+            }
         };
         let [x, y, z] = [f(x / 0.95047), f(y), f(z / 1.08883)];
         [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]

@@ -69,9 +69,10 @@ impl Panel {
         );
         let lines = wrapped(&self.up.label, LABEL_SIZE, length);
         let two = lines.len() == 2 && x - LINE > LABEL_SIZE;
-        let lines: Vec<(String, f64)> = match two {
-            true => lines.into_iter().map(|line| (line, LABEL_SIZE)).collect(),
-            false => vec![fitted(&self.up.label, LABEL_SIZE, 8.0, length)],
+        let lines: Vec<(String, f64)> = if two {
+            lines.into_iter().map(|line| (line, LABEL_SIZE)).collect()
+        } else {
+            vec![fitted(&self.up.label, LABEL_SIZE, 8.0, length)]
         };
         for (above, (words, size)) in lines.iter().rev().enumerate() {
             let at = [x - LINE * above as f64, middle];

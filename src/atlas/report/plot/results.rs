@@ -136,13 +136,12 @@ impl Results {
                 .find(|index| axis(index).name == name)
                 .ok_or_else(|| PlotError::UnknownAxis {
                     name: name.to_owned(),
-                    known: match varied.is_empty() {
-                        true => "none".into(),
-                        false => {
-                            let names: Vec<&str> =
-                                varied.iter().map(|i| axis(i).name.as_str()).collect();
-                            names.join(", ")
-                        }
+                    known: if varied.is_empty() {
+                        "none".into()
+                    } else {
+                        let names: Vec<&str> =
+                            varied.iter().map(|i| axis(i).name.as_str()).collect();
+                        names.join(", ")
                     },
                 }),
             None => varied
@@ -245,13 +244,15 @@ impl Results {
                 Slice {
                     points,
                     held: held.iter().copied().zip(key.iter().copied()).collect(),
-                    words: match words.is_empty() {
-                        true => count_words,
-                        false => format!("{}  ·  {count_words}", words.join(", ")),
+                    words: if words.is_empty() {
+                        count_words
+                    } else {
+                        format!("{}  ·  {count_words}", words.join(", "))
                     },
-                    suffix: match parts.is_empty() {
-                        true => String::new(),
-                        false => format!("-{}", parts.join(",")),
+                    suffix: if parts.is_empty() {
+                        String::new()
+                    } else {
+                        format!("-{}", parts.join(","))
                     },
                 }
             });
@@ -354,13 +355,14 @@ impl Results {
             .chain(point.direction.as_ref().map(|word| format!("sweep {word}")))
             .collect();
         let motion = super::motion::Motion::of(point).name();
-        match values.is_empty() {
-            true => format!("point {}: {motion}", point.point_id),
-            false => format!(
+        if values.is_empty() {
+            format!("point {}: {motion}", point.point_id)
+        } else {
+            format!(
                 "point {}: {}  ·  {motion}",
                 point.point_id,
                 values.join(", ")
-            ),
+            )
         }
     }
 }
@@ -369,9 +371,5 @@ impl Results {
 pub(super) fn distinct(axis: &GridAxis, value: f64) -> String {
     let text = number(value);
     let same = axis.values.iter().filter(|other| number(**other) == text);
-    if same.count() > 1 {
-        format!("{value:e}")
-    } else {
-        text
-    }
+    if same.count() > 1 { format!("{value:e}") } else { text }
 }

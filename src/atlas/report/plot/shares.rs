@@ -171,9 +171,10 @@ fn described(line: &[(&PointSummary, &Attractor)], along: usize) -> (String, Str
         .filter_map(|(_, attractor)| attractor.deflection_rms)
         .collect();
     let points = plural(line.len(), "point");
-    let numbers = match rms.is_empty() {
-        true => points,
-        false => format!("{points}, RMS {}", span_words(range(rms.into_iter()), "m")),
+    let numbers = if rms.is_empty() {
+        points
+    } else {
+        format!("{points}, RMS {}", span_words(range(rms.into_iter()), "m"))
     };
     (words, numbers)
 }

@@ -66,11 +66,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     let units = table.units()?.remove("amplitude").unwrap_or_default();
     let title = format!("{}: spectra over mesh orders", results.job);
     let chosen = request.point.is_none() && results.summary.all.len() > 1;
-    let loudest = if chosen {
-        "the point with the largest deflection_rms"
-    } else {
-        ""
-    };
+    let loudest = if chosen { "the point with the largest deflection_rms" } else { "" };
     let words = results.point_words(point);
     let mut canvas = Canvas::titled(&title, &results.subtitle(&[&words, loudest]));
     let signals = [("deflection", [72.0, 288.0]), ("force", [310.0, 526.0])];
@@ -140,17 +136,14 @@ fn panel(
         .iter()
         .map(|[order, amplitude]| panel.at(*order, amplitude.max(low)))
         .collect();
-    let mut peaks: Vec<[f64; 2]> = match exact {
-        true => {
-            for [across, up] in &path {
-                canvas.line(&[[*across, bottom], [*across, *up]], BLUE, 1.2);
-            }
-            shown.into_iter().filter(|line| line[1] > low).collect()
+    let mut peaks: Vec<[f64; 2]> = if exact {
+        for [across, up] in &path {
+            canvas.line(&[[*across, bottom], [*across, *up]], BLUE, 1.2);
         }
-        false => {
-            canvas.line(&path, BLUE, 1.2);
-            tones(&shown).collect()
-        }
+        shown.into_iter().filter(|line| line[1] > low).collect()
+    } else {
+        canvas.line(&path, BLUE, 1.2);
+        tones(&shown).collect()
     };
     peaks.sort_by(|a, b| b[1].total_cmp(&a[1]));
     let mut named: Vec<f64> = Vec::new();

@@ -25,18 +25,10 @@ fn outcome(id: u64, section: SampleKind) -> PointOutcome {
         5 => Some(Class::TransientChaos),
         period => Some(Class::Periodic(period as u32 - 5)),
     };
-    let status = if class.is_none() {
-        Status::Diverged
-    } else {
-        Status::Ok
-    };
+    let status = if class.is_none() { Status::Diverged } else { Status::Ok };
     let wave = (0.37 * id as f64).sin();
     let lyapunov = class.as_ref().map(|class| LyapunovOutcome {
-        exponents: vec![if class.is_chaos() {
-            0.5 + 0.3 * wave
-        } else {
-            -0.5 + 0.4 * wave
-        }],
+        exponents: vec![if class.is_chaos() { 0.5 + 0.3 * wave } else { -0.5 + 0.4 * wave }],
         errors: vec![if class.is_chaos() { 0.02 } else { 0.0 }],
         dimension: None,
         twin: None,
@@ -251,9 +243,10 @@ fn a_thousand_kinds_of_motion_leave_their_colours_to_be_seen() {
     let (mut edges, mut inner) = (0.0, 0.0);
     for shape in &canvas.shapes {
         if let Shape::Rectangle { from, to, colour } = shape {
-            match *colour == canvas::SOFT {
-                true => edges += wide(*from, *to),
-                false => inner += wide(*from, *to),
+            if *colour == canvas::SOFT {
+                edges += wide(*from, *to)
+            } else {
+                inner += wide(*from, *to)
             }
         }
     }

@@ -144,11 +144,7 @@ fn triangle(canvas: &mut Canvas, at: Place, change: &Change) {
         [at[0] + SIZE, at[1] - tip],
         [at[0] - SIZE, at[1] - tip],
     ];
-    let fill = if change.entry {
-        RED
-    } else {
-        Colour(255, 255, 255)
-    };
+    let fill = if change.entry { RED } else { Colour(255, 255, 255) };
     canvas.polygon(&corners, fill);
     canvas.line(&[corners[0], corners[1], corners[2], corners[0]], RED, 1.0);
 }

@@ -40,9 +40,8 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
             reason: "spectra.parquet has the frequencies; add `nvh = { spectrum = {} }` to [analyses] of the manifest".into(),
         });
     }
-    let place = |line: &Line| match request.frequency {
-        true => line.frequency,
-        false => Some(line.order),
+    let place = |line: &Line| {
+        if request.frequency { line.frequency } else { Some(line.order) }
     };
     let scale = Scale::new(&found.name, &found.unit, &request.display)?.in_decades();
     let shown = || {
@@ -67,9 +66,10 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
             .is_some_and(|level| level >= low)
     };
     let highest = 1.02 * range(shown().filter(seen).filter_map(place))[1];
-    let up = match request.frequency {
-        true => Axis::linear("frequency", "Hz", [0.0, highest]),
-        false => Axis::linear("mesh order", "1", [0.0, highest.max(1.0)]),
+    let up = if request.frequency {
+        Axis::linear("frequency", "Hz", [0.0, highest])
+    } else {
+        Axis::linear("mesh order", "1", [0.0, highest.max(1.0)])
     };
     let along = results.along_any(request.over.as_deref(), None)?;
     let axis = &results.summary.axes[along];

@@ -325,9 +325,10 @@ fn read_points(
         Some(_) => table.text("direction")?,
         None => vec![None; table.rows()],
     };
-    let evidence = match with_evidence {
-        true => read_evidence(table)?,
-        false => vec![(None, None); table.rows()],
+    let evidence = if with_evidence {
+        read_evidence(table)?
+    } else {
+        vec![(None, None); table.rows()]
     };
     let incomplete = |column: &str| ReportError::Incomplete {
         folder: folder.to_path_buf(),

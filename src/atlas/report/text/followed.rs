@@ -63,8 +63,5 @@ fn counted_as(counts: &BTreeMap<String, usize>, between: &str, joint: &str) -> S
     let words = counts.iter();
     let words = words.map(|(word, count)| format!("{count}{between}{}", word.replace('_', " ")));
     let words: Vec<String> = words.collect();
-    match words.is_empty() {
-        true => "none".to_owned(),
-        false => words.join(joint),
-    }
+    if words.is_empty() { "none".to_owned() } else { words.join(joint) }
 }

@@ -179,10 +179,6 @@ fn meaning(cell: Cell) -> Option<&'static str> {
 
 /// Position of λ on a ramp from 0 to the largest.
 fn step(lambda: f64, largest: f64) -> usize {
-    let fraction = if largest > 0.0 {
-        (lambda / largest).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
+    let fraction = if largest > 0.0 { (lambda / largest).clamp(0.0, 1.0) } else { 0.0 };
     ((fraction * RAMP.len() as f64) as usize).min(RAMP.len() - 1)
 }

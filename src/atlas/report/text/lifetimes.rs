@@ -45,10 +45,7 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
 /// `6700 … 13300`, or one number where both are written alike.
 fn span(ends: [f64; 2]) -> String {
     let [least, most] = ends.map(|end| number(end.round()));
-    match least == most {
-        true => least,
-        false => format!("{least} … {most}"),
-    }
+    if least == most { least } else { format!("{least} … {most}") }
 }
 
 /// `life 2300 (95 %: 1100 … 5400); 3 of 8 trajectories ended on period 3 (2), quasi-periodic (1)`.

@@ -41,10 +41,7 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
     }
     for count in &found.periods {
         let [least, greatest] = count.modulus.map(number);
-        let modulus = match least == greatest {
-            true => least,
-            false => format!("{least} … {greatest}"),
-        };
+        let modulus = if least == greatest { least } else { format!("{least} … {greatest}") };
         let line = format!(
             "  {:>6}  {:<8}  {:>6}  {:>6}  {modulus:<18}  {:<14}  {:<16}  {}",
             count.period,
@@ -100,11 +97,7 @@ fn place(summary: &Summary, orbits: &[Orbit], count: &OrbitCount) -> String {
         let axis = &summary.axes[index];
         let values = || points.iter().map(|point| point.axis_values[index]);
         let [low, high] = [values().reduce(f64::min)?, values().reduce(f64::max)?].map(number);
-        let span = if low == high {
-            low
-        } else {
-            format!("{low} … {high}")
-        };
+        let span = if low == high { low } else { format!("{low} … {high}") };
         Some(match axis.unit.as_str() {
             "" | "1" => format!("{} {span}", axis.name),
             unit => format!("{} {span} {unit}", axis.name),
@@ -155,8 +148,9 @@ fn words(summary: &Summary, point: &PointSummary) -> String {
         .filter(|place| !place.is_empty())
         .chain(sweep);
     let parts: Vec<String> = parts.collect();
-    match parts.is_empty() {
-        true => point.point_id.to_string(),
-        false => format!("{}: {}", point.point_id, parts.join(", ")),
+    if parts.is_empty() {
+        point.point_id.to_string()
+    } else {
+        format!("{}: {}", point.point_id, parts.join(", "))
     }
 }

@@ -69,10 +69,8 @@ fn jump(found: &TransitionSummary) -> String {
         return String::new();
     };
     let change = |[before, behind]: [f64; 2]| (behind - before).abs();
-    let (name, [before, behind]) = match change(rms) >= change(mean) {
-        true => ("RMS", rms),
-        false => ("mean", mean),
-    };
+    let (name, [before, behind]) =
+        if change(rms) >= change(mean) { ("RMS", rms) } else { ("mean", mean) };
     format!(
         "  {name} of the deflection jumps, {} → {} µm",
         number(1e6 * before),

@@ -322,23 +322,20 @@ fn advance(
     let last = &arm.orbits[count - 1];
     let s = arm.lengths[count - 1] + step;
     let chord = &go.direction;
-    let ahead = match go.exact {
-        true => {
-            let factor = step / chord.length();
-            Vector {
-                u: (last.u.iter().zip(&chord.u))
-                    .map(|(u, t)| u + factor * t)
-                    .collect(),
-                p: last.at[span.axis] + factor * chord.p * span.scale(),
-                size: last.size(),
-            }
+    let ahead = if go.exact {
+        let factor = step / chord.length();
+        Vector {
+            u: (last.u.iter().zip(&chord.u))
+                .map(|(u, t)| u + factor * t)
+                .collect(),
+            p: last.at[span.axis] + factor * chord.p * span.scale(),
+            size: last.size(),
         }
-        false => {
-            let knots: Vec<(f64, &Orbit)> = (arm.lengths.iter().copied().zip(&arm.orbits))
-                .skip(count.saturating_sub(4))
-                .collect();
-            guess(span, &knots, s)
-        }
+    } else {
+        let knots: Vec<(f64, &Orbit)> = (arm.lengths.iter().copied().zip(&arm.orbits))
+            .skip(count.saturating_sub(4))
+            .collect();
+        guess(span, &knots, s)
     };
     let across = match go.refusals {
         0 => Across::Steep(chord),
@@ -479,11 +476,7 @@ fn closes(map: &mut impl CycleMap, span: &Span, arm: &Arm) -> bool {
 /// Coordinates between two orbits at a value of the parameter.
 pub fn interpolated(span: &Span, a: &Orbit, b: &Orbit, value: f64) -> Vec<f64> {
     let (from, to) = (a.at[span.axis], b.at[span.axis]);
-    let part = if from == to {
-        0.5
-    } else {
-        (value - from) / (to - from)
-    };
+    let part = if from == to { 0.5 } else { (value - from) / (to - from) };
     a.u.iter()
         .zip(&b.u)
         .map(|(a, b)| a + part * (b - a))

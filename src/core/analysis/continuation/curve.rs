@@ -143,11 +143,7 @@ fn one_way(
         let (taken, direction) = chord(plane, &points).unwrap_or((0.0, towards));
         let last = &points[points.len() - 1].orbit;
         let target: At = std::array::from_fn(|i| last.at[i] + step * direction[i] * plane.scale(i));
-        let held = if direction[1].abs() >= direction[0].abs() {
-            1
-        } else {
-            0
-        };
+        let held = if direction[1].abs() >= direction[0].abs() { 1 } else { 0 };
         let known: Vec<&Orbit> = points.iter().rev().take(3).map(|p| &p.orbit).collect();
         slopes[1 - held] = None;
         match point(map, plane, &kind, &known, target, held, &mut slopes[held]) {
@@ -174,10 +170,7 @@ fn one_way(
                     points.push(CurvePoint { orbit, note: None });
                     break "the interval ends";
                 }
-                let note = match cusp {
-                    true => Some("cusp"),
-                    false => codimension_two(&kind, last, &orbit),
-                };
+                let note = if cusp { Some("cusp") } else { codimension_two(&kind, last, &orbit) };
                 if let Kind::Graze { extreme } = &mut kind
                     && let Some(now) = orbit
                         .details
@@ -226,11 +219,12 @@ fn chord(plane: &Plane, points: &[CurvePoint]) -> Option<(f64, [f64; 2])> {
 fn turned(plane: &Plane, direction: [f64; 2], from: At, to: At) -> f64 {
     let next: [f64; 2] = std::array::from_fn(|i| (to[i] - from[i]) / plane.scale(i));
     let size = next[0].hypot(next[1]);
-    match size > 0.0 {
-        true => ((next[0] * direction[0] + next[1] * direction[1]) / size)
+    if size > 0.0 {
+        ((next[0] * direction[0] + next[1] * direction[1]) / size)
             .clamp(-1.0, 1.0)
-            .acos(),
-        false => 0.0,
+            .acos()
+    } else {
+        0.0
     }
 }
 
@@ -377,9 +371,10 @@ fn point(
     let mut bracket: [Option<f64>; 2] = [None; 2];
     let watched = matches!(sought, Sought::Depth(_));
     for trial in 0..MOST_TRIALS {
-        let located = match watched {
-            true => older.1.abs() < NO_DEPTH * size,
-            false => older.1 == 0.0 || change.abs() <= LOCATED,
+        let located = if watched {
+            older.1.abs() < NO_DEPTH * size
+        } else {
+            older.1 == 0.0 || change.abs() <= LOCATED
         };
         if located {
             let orbit = older.2.with_multipliers(period).map_err(|_| NO_ORBIT)?;

@@ -115,11 +115,7 @@ impl Test {
             Self::Pair => {
                 let pairs = (0..all.len()).flat_map(|i| (0..i).map(move |j| all[i] * all[j] - 1.0));
                 let real = |z: Complex64| {
-                    if z.im.abs() <= 1e-14 * z.norm() {
-                        Complex64::new(z.re, 0.0)
-                    } else {
-                        z
-                    }
+                    if z.im.abs() <= 1e-14 * z.norm() { Complex64::new(z.re, 0.0) } else { z }
                 };
                 product(pairs.map(real))
             }

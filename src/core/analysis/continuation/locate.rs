@@ -48,10 +48,7 @@ impl Located {
                     .unwrap_or(&extreme),
             },
             Kind::Fold if there.is_some_and(|m| off_circle(&kind, m) <= ON_CIRCLE) => {
-                match crosses(map, span, &self.orbit) {
-                    true => Kind::BranchPoint,
-                    false => Kind::Fold,
-                }
+                if crosses(map, span, &self.orbit) { Kind::BranchPoint } else { Kind::Fold }
             }
             // The determinant changes its sign without a zero where M is not continuous: so does dp/ds.
             Kind::Fold if self.turns(map, span, knots) => Kind::Fold,
@@ -72,9 +69,10 @@ impl Located {
             return false;
         };
         let chords = [(*a, &self.sides[0]), (&self.sides[1], *b)].map(|(from, to)| {
-            match distance(&from.u, &to.u) > 0.0 {
-                true => Vector::between(span, from, to),
-                false => Vector::between(span, a, b),
+            if distance(&from.u, &to.u) > 0.0 {
+                Vector::between(span, from, to)
+            } else {
+                Vector::between(span, a, b)
             }
         });
         let mut runs = (self.sides.iter().zip(&chords)).map(|(orbit, chord)| {
@@ -171,20 +169,14 @@ pub(super) fn locate(
         // Where a secant leaves more than half of the bracket the next step halves it; of orbits that have come
         // home nothing but that is known.
         let halves = matches!(test, Test::Offset(..)) || width > 0.5 * before;
-        let part = match halves {
-            true => 0.5,
-            false => (low.1 / (low.1 - high.1)).clamp(1e-3, 1.0 - 1e-3),
-        };
+        let part = if halves { 0.5 } else { (low.1 / (low.1 - high.1)).clamp(1e-3, 1.0 - 1e-3) };
         before = if halves { f64::INFINITY } else { width };
         let watched = matches!(test, Test::Depth(_) | Test::Offset(..));
         let ends = [&low, &high].map(|end| (end.0, &end.2));
         let mut parts = std::iter::once(part).chain(PARTS);
         let middle = parts.find_map(|part| {
             let (s, orbit) = inside(map, span, knots, ends, part, turns)?;
-            let orbit = match watched {
-                true => orbit.with_details(map).ok()?,
-                false => orbit,
-            };
+            let orbit = if watched { orbit.with_details(map).ok()? } else { orbit };
             Some((s, value(&orbit)?, orbit))
         });
         let Some(middle) = middle else { break };
@@ -205,11 +197,7 @@ pub(super) fn locate(
         }
     }
     let narrow = exact || high.0 - low.0 <= NARROW;
-    let nearer = if low.1.abs() < high.1.abs() {
-        &low
-    } else {
-        &high
-    };
+    let nearer = if low.1.abs() < high.1.abs() { &low } else { &high };
     let (length, _, orbit) = best.unwrap_or_else(|| nearer.clone());
     let mut bracket = [low.2.at[span.axis], high.2.at[span.axis]];
     bracket.sort_by(f64::total_cmp);
@@ -248,10 +236,7 @@ fn inside(
         .copied()
         .collect();
     let chord = Vector::between(span, low, high);
-    let across = match turns {
-        true => Across::Always(&chord),
-        false => Across::Steep(&chord),
-    };
+    let across = if turns { Across::Always(&chord) } else { Across::Steep(&chord) };
     // A polynomial through a corner leads astray, a chord does not.
     [guess(span, &chosen, s), guess(span, &ends, s)]
         .into_iter()

@@ -86,10 +86,7 @@ pub fn onset<F: Family>(
     let needed = |window: usize, x: f64| {
         let (first, second) = (evaluate(&a[window].2, x), evaluate(&b[window].2, x));
         let by_load = (second - first) * unit;
-        match by_load > 0.0 {
-            true => high[load] - first / by_load,
-            false => f64::NEG_INFINITY,
-        }
+        if by_load > 0.0 { high[load] - first / by_load } else { f64::NEG_INFINITY }
     };
     let place = |i: usize| 2.0 * i as f64 / PLACES as f64 - 1.0;
     let places = (0..a.len()).flat_map(|w| (0..=PLACES).map(move |i| (w, i)));
@@ -113,9 +110,10 @@ pub fn onset<F: Family>(
     let highest = stretches.into_iter().map(|(window, mut low, mut up)| {
         for _ in 0..NARROWINGS {
             let third = (up - low) / 3.0;
-            match needed(window, low + third) < needed(window, up - third) {
-                true => low += third,
-                false => up -= third,
+            if needed(window, low + third) < needed(window, up - third) {
+                low += third
+            } else {
+                up -= third
             }
         }
         (window, 0.5 * (low + up))

@@ -233,12 +233,11 @@ impl Observer for Watch<'_> {
         }
         let mut extreme_of = |series: &Series, x: f64, peak: bool| {
             let value = evaluate(series, x);
-            match peak {
-                true => self.bounds[2] = self.bounds[2].max(value.abs()),
-                false => {
-                    self.bounds[0] = self.bounds[0].min(value);
-                    self.bounds[1] = self.bounds[1].max(value);
-                }
+            if peak {
+                self.bounds[2] = self.bounds[2].max(value.abs())
+            } else {
+                self.bounds[0] = self.bounds[0].min(value);
+                self.bounds[1] = self.bounds[1].max(value);
             }
         };
         let force = padded(window.force);

@@ -133,11 +133,10 @@ pub fn covariant_vectors<K: Kernel>(
             &mut (),
             &mut counters,
         )?;
-        match cycle < question.align {
-            true => {
-                growth.cycle(&norm);
-            }
-            false => record.push(&mut growth, &norm),
+        if cycle < question.align {
+            growth.cycle(&norm);
+        } else {
+            record.push(&mut growth, &norm)
         }
     }
     let coefficients = Coefficients::random(vectors, &mut stream);

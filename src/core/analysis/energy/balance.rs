@@ -307,12 +307,11 @@ impl<'m> Balance<'m> {
                 *d -= lack;
             }
         }
-        let square = match tau < SHORT * self.model().period() {
-            true => tau * self.rate(window, closed.contact).powi(2),
-            false => {
-                let rate = derivative(&deflection).map(|d| 2.0 / tau * d);
-                integral(&rate, &rate, tau)
-            }
+        let square = if tau < SHORT * self.model().period() {
+            tau * self.rate(window, closed.contact).powi(2)
+        } else {
+            let rate = derivative(&deflection).map(|d| 2.0 / tau * d);
+            integral(&rate, &rate, tau)
         };
         work(Cause::Contact, -segment.damping * square);
         if !segment.stiffness.is_constant() {
@@ -358,10 +357,7 @@ fn steps(model: &Model, before: &Edge, after: &Edge, work: &mut impl FnMut(Cause
             // An event finds no energy where contact ends or begins at the gap.
             [held, holds] if turned || released => {
                 let gained = holds.map_or(0.0, energy) - held.map_or(0.0, energy);
-                let cause = match released {
-                    true => Cause::Contact,
-                    false => Cause::Error,
-                };
+                let cause = if released { Cause::Contact } else { Cause::Error };
                 work(cause, gained);
             }
             _ => {}

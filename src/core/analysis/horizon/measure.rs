@@ -90,9 +90,10 @@ impl Crossing {
             let values: Vec<f64> = (without.iter())
                 .map(|without| count * centre - (count - 1.0) * without)
                 .collect();
-            match values.len() >= FEWEST_VALUES {
-                true => standard_error(&values).max(independent),
-                false => independent,
+            if values.len() >= FEWEST_VALUES {
+                standard_error(&values).max(independent)
+            } else {
+                independent
             }
         });
         Self {

@@ -81,10 +81,7 @@ impl Fourier {
     /// Half turn \[rad\] over a window of the length `tau` \[s\] of the highest frequency that
     /// nodes may be asked for.
     pub(super) fn half_turn(&self, tau: f64) -> f64 {
-        match self.many() {
-            true => 0.0,
-            false => PI * self.harmonics as f64 * tau / self.period,
-        }
+        if self.many() { 0.0 } else { PI * self.harmonics as f64 * tau / self.period }
     }
 
     /// Whether orders are too many for nodes and tables.
@@ -105,13 +102,14 @@ impl Fourier {
         };
         let (many, turned) = (self.many(), self.half_turn(tau));
         let (set, frequencies) = (self.set, &self.frequencies);
-        let known = match many {
-            true => None,
-            false => self.known.find(tau, || {
+        let known = if many {
+            None
+        } else {
+            self.known.find(tau, || {
                 let mut own = vec![[Lanes::ZERO; TERMS]; frequencies.len()];
                 lanes::integrate(set, frequencies, &stretch, &mut own);
                 own.into()
-            }),
+            })
         };
         let sums = &mut self.sums;
         if let Some(known) = known {

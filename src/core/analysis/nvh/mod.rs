@@ -75,9 +75,12 @@ impl Nvh {
     pub fn new(model: &Model, harmonics: usize) -> Self {
         let set = InstructionSet::best();
         let places: Vec<(usize, f64)> = (model.contacts.iter().enumerate())
-            .map(|(contact, own)| match model.of_mesh(contact) {
-                true => (usize::from(own.side < 0.0), own.side),
-                false => (contact - model.flank_springs + FLANKS, own.side),
+            .map(|(contact, own)| {
+                if model.of_mesh(contact) {
+                    (usize::from(own.side < 0.0), own.side)
+                } else {
+                    (contact - model.flank_springs + FLANKS, own.side)
+                }
             })
             .collect();
         let told = model.contacts.len() - model.flank_springs + FLANKS;
@@ -248,9 +251,10 @@ impl Nvh {
                 suborders: suborder_errors,
                 deflection_peak_quantiles: deflection_peak_errors,
                 force_peak_quantiles: force_peak_errors,
-                impact_velocity_quantiles: match found.impact_velocity_quantiles.is_empty() {
-                    true => Vec::new(),
-                    false => speeds.map(error).to_vec(),
+                impact_velocity_quantiles: if found.impact_velocity_quantiles.is_empty() {
+                    Vec::new()
+                } else {
+                    speeds.map(error).to_vec()
                 },
                 flight_median: error(medians[0]),
                 contact_median: error(medians[1]),

@@ -273,11 +273,7 @@ impl Seen<'_> {
                 _ => None,
             })
         });
-        let end = if self.sizes.ends[0] == value {
-            -1.0
-        } else {
-            1.0
-        };
+        let end = if self.sizes.ends[0] == value { -1.0 } else { 1.0 };
         node.unwrap_or(end)
     }
 }

@@ -148,11 +148,7 @@ pub(super) fn statistics(sums: &Sums, origin: Origin) -> NvhOutcome {
 
 /// A quotient whose denominator may be zero (a motionless mesh): then 0.
 pub(super) fn ratio(numerator: f64, denominator: f64) -> f64 {
-    if denominator > 0.0 {
-        numerator / denominator
-    } else {
-        0.0
-    }
+    if denominator > 0.0 { numerator / denominator } else { 0.0 }
 }
 
 /// What the sums of a stretch add to statistics: the averages of all, and the derivatives that

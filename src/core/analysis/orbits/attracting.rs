@@ -155,10 +155,7 @@ impl<'a, K: Kernel> Watch<'a, K> {
         }
         // Over a watch that was cut short, distances across and along a flat torus may differ by more
         // than they decrease.
-        let distance = match self.cut {
-            true => before.min(predicted),
-            false => before,
-        };
+        let distance = if self.cut { before.min(predicted) } else { before };
         let missed = (&seen.after - &seen.predicted).norm_l2();
         missed <= PREDICTION_SLACK * self.decrease * distance && after < before
     }
@@ -240,9 +237,10 @@ pub fn comes<K: Kernel>(
     if watch.is_linear(&seen) {
         return Ok(Some(Approach::AsPredicted));
     }
-    match seen.same_events {
-        true => comes_along_a_line(model, &watch, trajectory, workspace, counters),
-        false => Ok(None),
+    if seen.same_events {
+        comes_along_a_line(model, &watch, trajectory, workspace, counters)
+    } else {
+        Ok(None)
     }
 }
 
@@ -398,12 +396,13 @@ pub fn attracting<K: Kernel>(
         return Ok(None);
     };
     let doubles = orbit.spectral_radius() >= 1.0;
-    let orbit = match doubles {
-        false => shortest(model, kernel, norm, orbit, unit, workspace)?,
-        true => match doubled(model, kernel, norm, &orbit, trajectory, workspace) {
+    let orbit = if doubles {
+        match doubled(model, kernel, norm, &orbit, trajectory, workspace) {
             Some(orbit) => orbit,
             None => return Ok(None),
-        },
+        }
+    } else {
+        shortest(model, kernel, norm, orbit, unit, workspace)?
     };
     let seen = comes(model, kernel, norm, &orbit, trajectory, workspace, counters)?;
     Ok(seen.map(|approach| Attracting {

@@ -133,9 +133,10 @@ pub fn survey<K: Kernel>(
         let possible = unit.is_some_and(|unit| period.is_multiple_of(unit));
         for (state, given) in (0..).zip(&question.states) {
             CalledOff::check(called_off)?;
-            let led = match possible {
-                true => search.from(&model.start(given), period, Some(state)),
-                false => Err("the excitation does not repeat after this period".to_owned()),
+            let led = if possible {
+                search.from(&model.start(given), period, Some(state))
+            } else {
+                Err("the excitation does not repeat after this period".to_owned())
             };
             missed.extend(led.err().map(|reason| MissedState {
                 state,
@@ -231,10 +232,7 @@ impl<K: Kernel> Search<'_, K> {
             deflection,
             velocity,
             lambda: orbit.spectral_radius().ln() / f64::from(orbit.period),
-            multipliers: match self.question.floquet {
-                true => orbit.multipliers.clone(),
-                false => Vec::new(),
-            },
+            multipliers: if self.question.floquet { orbit.multipliers.clone() } else { Vec::new() },
             character,
             kick: kick::follow(model, kernel, norm, orbit, self.question.returns, workspace),
         };

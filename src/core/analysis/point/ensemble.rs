@@ -247,9 +247,10 @@ impl<K: Kernel> PointRun<'_, K> {
             errors[0] = torus.error;
         }
         // On a torus exponents are 0 as well as their averages tell.
-        let zero = match class == Some(Class::QuasiPeriodic) {
-            true => 2.0 * errors[0] + 5.0 / all.measured as f64,
-            false => 0.0,
+        let zero = if class == Some(Class::QuasiPeriodic) {
+            2.0 * errors[0] + 5.0 / all.measured as f64
+        } else {
+            0.0
         };
         let dimension = kaplan_yorke(&series, &exponents, zero, self.growth_norm.dimension());
         let twin = all.twin.as_ref().map(Twin::excess);
@@ -308,9 +309,10 @@ fn share(members: &[Member], wanted: u64, budget: u64) -> u64 {
         let even = total.saturating_sub(fixed).div_ceil(lengths.len() as u64);
         if *longest <= even {
             // Rounded up at a look, never beyond the budget.
-            return match total + unit * members.len() as u64 <= budget {
-                true => even.next_multiple_of(unit),
-                false => total.saturating_sub(fixed) / lengths.len() as u64 / unit * unit,
+            return if total + unit * members.len() as u64 <= budget {
+                even.next_multiple_of(unit)
+            } else {
+                total.saturating_sub(fixed) / lengths.len() as u64 / unit * unit
             };
         }
         fixed += longest;

@@ -93,11 +93,7 @@ impl<K: Kernel> PointRun<'_, K> {
         });
         let mut look = Look {
             ess: ess(&chains),
-            rhat: if chains.len() > 1 {
-                rhat(&chains)
-            } else {
-                None
-            },
+            rhat: if chains.len() > 1 { rhat(&chains) } else { None },
             memory: growth.as_ref().map(Averaged::memory),
             ..Look::default()
         };
@@ -222,9 +218,10 @@ impl<K: Kernel> PointRun<'_, K> {
         }
         let needed = all.measured as f64 * ratio * ratio;
         let futile = needed.is_finite() && needed > self.questions.cycles as f64;
-        let how = match needed.is_finite() {
-            true => format!("; this would take about {} cycles", rounded(needed)),
-            false => String::new(),
+        let how = if needed.is_finite() {
+            format!("; this would take about {} cycles", rounded(needed))
+        } else {
+            String::new()
         };
         Aim {
             missed: Some(message() + &how),

@@ -58,10 +58,7 @@ impl Outlook {
         let wanted = seen.measured_cycles as f64 * ratio * ratio;
         // Beyond the budget the first look ends the point.
         let looks = (wanted / first).log2().ceil().max(0.0);
-        let enough = match wanted <= budget {
-            true => (first * looks.exp2()).min(budget),
-            false => first,
-        };
+        let enough = if wanted <= budget { (first * looks.exp2()).min(budget) } else { first };
         let skew = match questions.effort() {
             Effort::Verified => enough.max(SKEWED as f64).min(budget),
             Effort::Survey => (2.0 * enough).min(budget),

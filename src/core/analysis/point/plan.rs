@@ -43,10 +43,7 @@ impl Plan {
         let several = effort == Effort::Verified && budget >= first && averages;
         let gap = first / GAPS;
         Self {
-            trajectories: match several {
-                true => TRAJECTORIES,
-                false => 1,
-            },
+            trajectories: if several { TRAJECTORIES } else { 1 },
             first,
             gap,
             part: gap / PARTS,

@@ -168,9 +168,10 @@ impl<K: Kernel> PointRun<'_, K> {
             let record = &mut instruments.record;
             let watch = &mut record.watch;
             let twin = (record.twin.as_mut()).filter(|_| record.measured < TWIN_CYCLES);
-            let growth = match watch.watches() {
-                true => self.cycle(&mut record.growth, twin, watch)?,
-                false => self.cycle(&mut record.growth, twin, &mut ())?,
+            let growth = if watch.watches() {
+                self.cycle(&mut record.growth, twin, watch)?
+            } else {
+                self.cycle(&mut record.growth, twin, &mut ())?
             };
             let (strobe, _) = self.model.deflection(&self.trajectory.state, 0.0);
             record.measured += 1;

@@ -109,10 +109,7 @@ impl<K: Kernel> PointRun<'_, K> {
             doubled,
             approach,
         } = found;
-        let from = match doubled {
-            true => " from near the unstable orbit of half its period",
-            false => "",
-        };
+        let from = if doubled { " from near the unstable orbit of half its period" } else { "" };
         let watched = self.counters.cycles - before;
         let approached = match approach {
             Approach::AsPredicted => {
@@ -183,10 +180,8 @@ impl<K: Kernel> PointRun<'_, K> {
             Some(asked) => {
                 // Of multipliers in round-off it is none.
                 let told = round_off(first, leading.norm()) <= TOLD;
-                let direction = match asked.twin && told {
-                    true => eigenpair(first.as_ref(), leading),
-                    false => None,
-                };
+                let direction =
+                    if asked.twin && told { eigenpair(first.as_ref(), leading) } else { None };
                 let twin = match direction {
                     Some(pair) => twins::leading_exponent(
                         self.model,

@@ -135,18 +135,16 @@ impl Sums {
         let [square, square_p] = self.square.map(|s| s / self.time);
         let [force, force_p] = self.force.map(|s| s / self.time);
         let rms = (square - mean * mean).max(0.0).sqrt();
-        let rms_p = match rms > NO_SPREAD * mean.abs() {
-            true => (0.5 * square_p - mean * mean_p) / rms,
-            false => f64::NAN,
+        let rms_p = if rms > NO_SPREAD * mean.abs() {
+            (0.5 * square_p - mean * mean_p) / rms
+        } else {
+            f64::NAN
         };
         let least = NO_AMPLITUDE * square.sqrt();
         let amplitudes = self.harmonics.iter().map(|[c, c_p]| {
             let scale = 2.0 / self.time;
             let value = scale * c.norm();
-            let by = match value > least {
-                true => scale * (c.conj() * c_p).re / c.norm(),
-                false => f64::NAN,
-            };
+            let by = if value > least { scale * (c.conj() * c_p).re / c.norm() } else { f64::NAN };
             Derivative { value, by }
         });
         [[mean, mean_p], [rms, rms_p], [force, force_p], self.peak]

@@ -468,11 +468,7 @@ impl<W: Witness> Observer for ParameterTangent<'_, W> {
         );
         // The surface is reached later by −(δ_p − s b_p)/(δ' − s b').
         let jump = -sign * damping * event.rate;
-        let jump = if self.model.of_mesh(event.contact) {
-            jump
-        } else {
-            0.0
-        };
+        let jump = if self.model.of_mesh(event.contact) { jump } else { 0.0 };
         self.witness
             .jump(event.cycle, event.time, -moved / event.rate, jump);
     }

@@ -88,13 +88,7 @@ impl Record {
         let error = (OVERLAP * spread / (count - 1.0)).sqrt();
         let known = self.segments >= FEWEST_SEGMENTS;
         // Gauss: σ(A) = σ(A²)/2A.
-        let stderr = known.then(|| {
-            if mean > 0.0 {
-                0.5 * error / mean.sqrt()
-            } else {
-                0.0
-            }
-        });
+        let stderr = known.then(|| if mean > 0.0 { 0.5 * error / mean.sqrt() } else { 0.0 });
         (mean.sqrt(), stderr)
     }
 }
@@ -195,9 +189,10 @@ impl Welch {
                 let records = self.records.iter();
                 series.extend(records.map(|record| record.signal.series(window, outputs)));
             }
-            let x = match cycle == here {
-                true => (2.0 * (time - window.start) / window.duration - 1.0).clamp(-1.0, 1.0),
-                false => -1.0,
+            let x = if cycle == here {
+                (2.0 * (time - window.start) / window.duration - 1.0).clamp(-1.0, 1.0)
+            } else {
+                -1.0
             };
             for (record, series) in self.records.iter_mut().zip(&series) {
                 record.samples.push(evaluate(series, x));

@@ -23,11 +23,7 @@ pub(super) fn scales(part: &[usize], frequency: &[f64], coupling: &[Mat<f64>; 2]
     let scale = |i: usize| {
         let cross = part.iter().filter(|j| **j != i).map(|j| {
             let s = coupling[1][(i, *j)].abs().max(coupling[1][(*j, i)].abs());
-            if own(*j) > 0.0 {
-                s.sqrt().min(s / own(*j))
-            } else {
-                s.sqrt()
-            }
+            if own(*j) > 0.0 { s.sqrt().min(s / own(*j)) } else { s.sqrt() }
         });
         let scale = cross.fold(own(i), f64::max);
         if frequency[i] > 0.0 {
@@ -66,11 +62,8 @@ pub(super) fn decompose(
         (false, false) => 0.0 - coupling[0][(part[row - m], part[column - m])],
         (false, true) => {
             let (i, j) = (row - m, column);
-            let elastic = if i == j {
-                frequency[part[i]] * (frequency[part[i]] / scale[i])
-            } else {
-                0.0
-            };
+            let elastic =
+                if i == j { frequency[part[i]] * (frequency[part[i]] / scale[i]) } else { 0.0 };
             0.0 - (elastic + coupling[1][(part[i], part[j])] / scale[j])
         }
     });

@@ -31,11 +31,7 @@ pub(super) fn improve(a: &Mat<f64>, blocks: &mut [Block]) -> f64 {
         .collect();
     let measure = |r: &Mat<f64>| {
         let entry = |i: usize, c: usize| {
-            if weight[i] > 0.0 {
-                r[(i, c)] / weight[i]
-            } else {
-                r[(i, c)]
-            }
+            if weight[i] > 0.0 { r[(i, c)] / weight[i] } else { r[(i, c)] }
         };
         Mat::from_fn(size, size, entry).norm_l2()
     };
@@ -83,11 +79,7 @@ pub(super) fn improve(a: &Mat<f64>, blocks: &mut [Block]) -> f64 {
                 generator: [0, 1].map(|p| {
                     [0, 1].map(|q| {
                         block.generator[p][q]
-                            + if exact[2 * b + q] {
-                                0.0
-                            } else {
-                                e[(2 * b + p, 2 * b + q)]
-                            }
+                            + if exact[2 * b + q] { 0.0 } else { e[(2 * b + p, 2 * b + q)] }
                     })
                 }),
                 rotation: block.rotation,

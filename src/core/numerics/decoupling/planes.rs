@@ -147,11 +147,7 @@ pub(super) fn plane_bases(a: &Mat<f64>, kind: &[Direction]) -> Option<Vec<Block>
             .clone();
         for (k, j) in zero.iter().enumerate() {
             let x = u[k] - beta * r[k];
-            second[*j] = if x.abs() > ROUND_OFF * norm(&u) {
-                x / value
-            } else {
-                0.0
-            };
+            second[*j] = if x.abs() > ROUND_OFF * norm(&u) { x / value } else { 0.0 };
         }
         let length = norm(&second);
         second.iter_mut().for_each(|v| *v /= length);

@@ -36,11 +36,7 @@ fn system(w: &[f64], d: &[f64], s: &[f64]) -> Mat<f64> {
 fn block_matrix(blocks: &[[[f64; 2]; 2]]) -> Mat<f64> {
     let n = blocks.len();
     Mat::from_fn(2 * n, 2 * n, |i, j| {
-        if i % n == j % n {
-            blocks[i % n][i / n][j / n]
-        } else {
-            0.0
-        }
+        if i % n == j % n { blocks[i % n][i / n][j / n] } else { 0.0 }
     })
 }
 
@@ -333,13 +329,11 @@ fn a_large_component_with_rigid_modes() {
     let mut random = Random(3);
     let n = 60;
     let w: Vec<f64> = (0..n)
-        .map(|i| {
-            if i < 6 {
-                0.0
-            } else {
-                300.0 * f64::from(i as u32).powf(1.2)
-            }
-        })
+        .map(
+            |i| {
+                if i < 6 { 0.0 } else { 300.0 * f64::from(i as u32).powf(1.2) }
+            },
+        )
         .collect();
     let c = random.matrix(n, 1.0);
     let product = |b: usize, other: usize, k: usize| c[b * n + k / n] * c[other * n + k % n];
@@ -387,11 +381,7 @@ fn axisymmetric_structures_with_repeated_eigenvalues() {
         };
         let mut turn = Mat::<f64>::identity(n, n);
         for p in (0..2 * n).map(|k| k % n) {
-            let q = if w[p] == 0.0 {
-                (p + 1) % (2 * rigid)
-            } else {
-                p ^ 1
-            };
+            let q = if w[p] == 0.0 { (p + 1) % (2 * rigid) } else { p ^ 1 };
             let (sine, cosine) = (3.0 * random.next()).sin_cos();
             let places = Mat::from_fn(2, 2, |i, j| [[cosine, sine], [-sine, cosine]][i][j]);
             turn_columns(&mut turn, &[p, q], &places);

@@ -43,11 +43,7 @@ fn hessenberg(h: &mut [f64], n: usize) {
             *u = x / scale;
         }
         let mut size = dot(u, u);
-        let g = if u[0] > 0.0 {
-            -size.sqrt()
-        } else {
-            size.sqrt()
-        };
+        let g = if u[0] > 0.0 { -size.sqrt() } else { size.sqrt() };
         size -= u[0] * g;
         u[0] -= g;
         for column in h.chunks_exact_mut(n).skip(m) {
@@ -280,9 +276,10 @@ fn shifted_steps(h: &mut [f64], size: usize) -> Option<Vec<Complex64>> {
             (q, r) = (q / p, r / p);
             let own = Reflection { q, r, a, b, c };
             let (columns, rows) = (k..n + 1, l..n.min(k + 3) + 1);
-            match last {
-                true => own.of_two(h, size, k, columns, rows),
-                false => own.of_three(h, size, k, columns, rows),
+            if last {
+                own.of_two(h, size, k, columns, rows)
+            } else {
+                own.of_three(h, size, k, columns, rows)
             }
         }
     }

@@ -164,9 +164,10 @@ pub fn size(modes: usize, sets: &Sets) -> TableSize {
         Sets::FREE => 0,
         _ => 2 + between(sets, set).count(),
     };
-    let numbers = match sets.are_few() {
-        true => (0..sets.count()).map(maps).sum::<usize>() * padded(modes) + sets.count(),
-        false => 1,
+    let numbers = if sets.are_few() {
+        (0..sets.count()).map(maps).sum::<usize>() * padded(modes) + sets.count()
+    } else {
+        1
     };
     TableSize {
         systems: sets.count(),

@@ -240,12 +240,13 @@ impl Found {
             own.to_modes = square(&coupled.from_modes) * own.to_modes;
             own.from_modes = own.from_modes * square(&coupled.to_modes);
         }
-        match error <= LARGEST_ERROR {
-            true => Ok(own),
-            false => Err(TableError::Defective {
+        if error <= LARGEST_ERROR {
+            Ok(own)
+        } else {
+            Err(TableError::Defective {
                 error,
                 condition: found.condition,
-            }),
+            })
         }
     }
 
@@ -276,9 +277,8 @@ impl Found {
         let rate = rates.fold(1.0, f64::max);
         let (t, inverse) = (&self.to_modes, &self.from_modes);
         let product = t * inverse;
-        let unit = |i: usize| match i < n {
-            true => frequency[i].max(SLOW * rate),
-            false => 1.0,
+        let unit = |i: usize| {
+            if i < n { frequency[i].max(SLOW * rate) } else { 1.0 }
         };
         let mut worst = 0.0_f64;
         for i in 0..2 * n {
@@ -294,14 +294,15 @@ impl Found {
                 let size =
                     (0..2 * n).fold(0.0_f64, |most, i| most.max(column(i, part).abs() * unit(i)));
                 for i in 0..2 * n {
-                    let moved = match i < n {
-                        true => column(n + i, part),
-                        false => -(0..n)
+                    let moved = if i < n {
+                        column(n + i, part)
+                    } else {
+                        -(0..n)
                             .map(|j| {
                                 stiffness[(i - n) * n + j] * column(j, part)
                                     + damping[(i - n) * n + j] * column(n + j, part)
                             })
-                            .sum::<f64>(),
+                            .sum::<f64>()
                     };
                     let own = g[0][part] * column(i, 0) + g[1][part] * column(i, 1);
                     let off = (moved - own).abs() * unit(i) / (rate * size);

@@ -160,11 +160,7 @@ impl ClosedModes<'_> {
         let system = self.system(w.set);
         let pull = &system.pulls[class.direction];
         let sight = &system.sights[self.model.directions[class.direction].line];
-        let damping = if closes {
-            -class.damping
-        } else {
-            class.damping
-        };
+        let damping = if closes { -class.damping } else { class.damping };
         let length = w.length;
         for tangent in w.states.chunks_exact_mut(length).skip(1) {
             let seen: f64 = tangent.iter().zip(&sight.row).map(|(x, r)| x * r).sum();

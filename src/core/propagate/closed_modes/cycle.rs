@@ -94,9 +94,10 @@ impl ClosedModes<'_> {
         let whole = NODES as f64 * self.step;
         let fits = left >= whole - ROUNDING * period;
         counters.windows += 1;
-        let found = match left > 0.0 {
-            true => self.first_event(place, rates, left.min(whole), w, counters),
-            false => None,
+        let found = if left > 0.0 {
+            self.first_event(place, rates, left.min(whole), w, counters)
+        } else {
+            None
         };
         self.check_range(place, w)?;
         let Some(found) = found else {
@@ -252,9 +253,10 @@ impl ClosedModes<'_> {
     /// Stops a motion that has left every range.
     fn check_range(&self, place: &Place, w: &Workspace) -> Result<(), End> {
         let near = |&line: &usize| w.seen[line].start.abs() <= self.farthest[line];
-        match w.line_of.iter().all(near) {
-            true => Ok(()),
-            false => Err(End::Diverged { cycle: place.cycle }),
+        if w.line_of.iter().all(near) {
+            Ok(())
+        } else {
+            Err(End::Diverged { cycle: place.cycle })
         }
     }
 }

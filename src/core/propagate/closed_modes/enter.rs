@@ -64,9 +64,10 @@ impl<'m> ClosedModes<'m> {
     /// Counts bytes of what a motion meets. That depends on nothing else, so that every point has its limit at the same place.
     fn take_room(&self, bytes: usize) -> Result<(), TableError> {
         let taken = self.taken.fetch_add(bytes, Ordering::Relaxed) + bytes;
-        match taken <= MOST_BYTES {
-            true => Ok(()),
-            false => Err(TableError::TooLarge {
+        if taken <= MOST_BYTES {
+            Ok(())
+        } else {
+            Err(TableError::TooLarge {
                 size: TableSize {
                     systems: self
                         .slots
@@ -76,7 +77,7 @@ impl<'m> ClosedModes<'m> {
                     bytes: taken,
                 },
                 most: MOST_BYTES,
-            }),
+            })
         }
     }
 

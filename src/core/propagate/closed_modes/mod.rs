@@ -174,12 +174,13 @@ impl<'m> ClosedModes<'m> {
 fn suited(model: &Model) -> Result<(Sets, TableSize), TableError> {
     let sets = Sets::new(model)?;
     let size = bases::size(model.modes(), &sets);
-    match size.bytes <= MOST_BYTES {
-        true => Ok((sets, size)),
-        false => Err(TableError::TooLarge {
+    if size.bytes <= MOST_BYTES {
+        Ok((sets, size))
+    } else {
+        Err(TableError::TooLarge {
             size,
             most: MOST_BYTES,
-        }),
+        })
     }
 }
 

@@ -140,19 +140,17 @@ fn root<M: Margin>(margin: &mut M, known: Known, own: Interval, counters: &mut C
     for _ in 0..MOST_STEPS {
         let [value, rate] = margin.at(time);
         counters.newton_steps += 1;
-        match value > 0.0 {
-            true => low = time,
-            false => high = time,
+        if value > 0.0 {
+            low = time
+        } else {
+            high = time
         }
         let step = -value / rate;
         let next = time + step;
         if 0.5 * known.curvature * step * step <= fine * rate.abs() {
             return next.clamp(own.times[0], own.times[1]);
         }
-        time = match next > low && next < high {
-            true => next,
-            false => 0.5 * (low + high),
-        };
+        time = if next > low && next < high { next } else { 0.5 * (low + high) };
         if high - low <= fine {
             break;
         }

@@ -185,9 +185,10 @@ impl ClosedModes<'_> {
             line,
             margin,
         };
-        match crossed {
-            true => search::exit_behind(&mut at, seen.known, rates[contact], own, 0, counters),
-            false => search::exit(&mut at, seen.known, own, 0, counters),
+        if crossed {
+            search::exit_behind(&mut at, seen.known, rates[contact], own, 0, counters)
+        } else {
+            search::exit(&mut at, seen.known, own, 0, counters)
         }
     }
 

@@ -174,10 +174,8 @@ impl ClosedModes<'_> {
             deflection: &others[i].as_ref().unwrap_or(&mesh).0,
             force: &forces[i],
         });
-        let [first, second] = match observer.states() {
-            true => w.components(model.modes()),
-            false => [&[][..]; 2],
-        };
+        let [first, second] =
+            if observer.states() { w.components(model.modes()) } else { [&[][..]; 2] };
         let window = Window {
             cycle: place.cycle,
             start: place.time,

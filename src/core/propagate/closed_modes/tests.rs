@@ -139,13 +139,11 @@ fn coupled(structure: ModalStructure) -> ModalStructure {
             if i > j { skew * value } else { value }
         };
         let all = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
-        all.map(|(i, j)| {
-            if skew < 0.0 && i == j {
-                0.0
-            } else {
-                entry(i, j)
-            }
-        })
+        all.map(
+            |(i, j)| {
+                if skew < 0.0 && i == j { 0.0 } else { entry(i, j) }
+            },
+        )
         .collect()
     };
     let mut damping = entries(20.0, 1.0);

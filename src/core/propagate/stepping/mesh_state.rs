@@ -56,20 +56,14 @@ impl Change {
         let [level, goal] = [old, new].map(|mesh| side * mesh.gap[0]);
         // What was compressed closes by its push, and by it every contact lets go that never pulls.
         let on_surface = !by_force || (closes && side * (old.deflection - level) <= 0.0);
-        let (left, change) = match on_surface {
-            true => {
-                let change = (new.deflection - old.deflection) - (goal - level);
-                (level - old.deflection, change)
-            }
-            false => {
-                let [before, after] = [old, new].map(|mesh| mesh.push(side, law));
-                (-before, after - before)
-            }
+        let (left, change) = if on_surface {
+            let change = (new.deflection - old.deflection) - (goal - level);
+            (level - old.deflection, change)
+        } else {
+            let [before, after] = [old, new].map(|mesh| mesh.push(side, law));
+            (-before, after - before)
         };
-        let fraction = match change == 0.0 {
-            true => 1.0,
-            false => (left / change).clamp(0.0, 1.0),
-        };
+        let fraction = if change == 0.0 { 1.0 } else { (left / change).clamp(0.0, 1.0) };
         Some(Self {
             closes,
             fraction,

@@ -95,11 +95,7 @@ fn exact(block: &Block, t: f64) -> ([[f64; 2]; 2], [f64; 2]) {
         // One of two real eigenvalues is next to zero.
         let sigma = square_of_m.max(0.0).sqrt();
         let integral = |rate: f64| {
-            if rate == 0.0 {
-                t
-            } else {
-                (rate * t).exp_m1() / rate
-            }
+            if rate == 0.0 { t } else { (rate * t).exp_m1() / rate }
         };
         let [fast, slow] = [integral(mu + sigma), integral(mu - sigma)];
         (0.5 * (fast + slow), 0.5 * (fast - slow) / sigma)

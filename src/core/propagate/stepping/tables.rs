@@ -37,9 +37,10 @@ pub(super) struct Middle {
 impl Middle {
     /// Impulse per unit force \[s\] over a time \[s\].
     pub fn impulse(&self, time: f64) -> f64 {
-        match self.decay == 0.0 {
-            true => time,
-            false => -(-self.decay * time).exp_m1() / self.decay,
+        if self.decay == 0.0 {
+            time
+        } else {
+            -(-self.decay * time).exp_m1() / self.decay
         }
     }
 }

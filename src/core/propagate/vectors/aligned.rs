@@ -30,9 +30,10 @@ impl Aligned {
 
     /// As many numbers as asked for, of any value; room is made where there is too little.
     pub fn hold(&mut self, length: usize) {
-        match self.first + length <= self.room.len() {
-            true => self.length = length,
-            false => *self = Self::zeros(length),
+        if self.first + length <= self.room.len() {
+            self.length = length
+        } else {
+            *self = Self::zeros(length)
         }
     }
 }

@@ -91,11 +91,7 @@ pub trait Vector: Copy {
     /// `a b + c` of single numbers.
     #[inline(always)]
     fn fma(a: f64, b: f64, c: f64) -> f64 {
-        if Self::FUSED {
-            a.mul_add(b, c)
-        } else {
-            a * b + c
-        }
+        if Self::FUSED { a.mul_add(b, c) } else { a * b + c }
     }
 }
 
@@ -171,11 +167,7 @@ impl<const FUSED: bool> Vector for Packed<FUSED> {
     #[inline(always)]
     fn larger(mut self, other: Self) -> Self {
         for l in 0..LANES {
-            self.0[l] = if self.0[l] > other.0[l] {
-                self.0[l]
-            } else {
-                other.0[l]
-            };
+            self.0[l] = if self.0[l] > other.0[l] { self.0[l] } else { other.0[l] };
         }
         self
     }
@@ -183,11 +175,7 @@ impl<const FUSED: bool> Vector for Packed<FUSED> {
     #[inline(always)]
     fn smaller(mut self, other: Self) -> Self {
         for l in 0..LANES {
-            self.0[l] = if self.0[l] < other.0[l] {
-                self.0[l]
-            } else {
-                other.0[l]
-            };
+            self.0[l] = if self.0[l] < other.0[l] { self.0[l] } else { other.0[l] };
         }
         self
     }

@@ -25,9 +25,10 @@ impl Closure {
     pub fn new(model: &Model, segment: &Segment, time: f64, delta: f64) -> Self {
         let stiffness = segment.stiffness;
         let place = |time: f64| segment.place(time / model.period());
-        let span = match stiffness.is_constant() {
-            true => [-1.0, 1.0],
-            false => [place(time), place(time + delta)],
+        let span = if stiffness.is_constant() {
+            [-1.0, 1.0]
+        } else {
+            [place(time), place(time + delta)]
         };
         Self {
             stiffness,

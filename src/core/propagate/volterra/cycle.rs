@@ -90,9 +90,10 @@ impl Volterra<'_> {
         }
         let course = self.tables.course(self.course(active, position.cycle));
         let stretch = course.stretch(position.aligned, position.time);
-        let stop_cell = match active.touching() {
-            true => course.grid.stretch_end_cell[stretch],
-            false => course.grid.flight_end_cell[stretch],
+        let stop_cell = if active.touching() {
+            course.grid.stretch_end_cell[stretch]
+        } else {
+            course.grid.flight_end_cell[stretch]
         };
         let stop = course.grid.time[stop_cell];
         (Track::Course(course, stretch), stop, Some(stop_cell))
@@ -131,9 +132,10 @@ impl Volterra<'_> {
                 true => end < stop - ROUNDING * self.model.period(),
                 false => end <= stop,
             };
-        let limit = match fits {
-            true => 1.0,
-            false => (2.0 * (stop - position.time) / table.delta - 1.0).min(1.0),
+        let limit = if fits {
+            1.0
+        } else {
+            (2.0 * (stop - position.time) / table.delta - 1.0).min(1.0)
         };
         self.set_segments(position, track, *active, O::WINDOWS, workspace);
         self.set_inputs(position, track, &mut workspace.inputs);
@@ -462,11 +464,7 @@ impl Volterra<'_> {
     fn salt(&self, event: &Event, workspace: &mut Workspace) {
         let cycle = self.model.contacts[event.contact].cycle(event.cycle);
         let segment = cycle.segment_at(event.time + SAME_TIME * cycle.period);
-        let damping = if event.closes() {
-            segment.damping
-        } else {
-            -segment.damping
-        };
+        let damping = if event.closes() { segment.damping } else { -segment.damping };
         let blocks = &self.tables.blocks[segment.direction];
         lanes::salt(self.instructions, blocks, damping, workspace.tangents_mut());
     }

@@ -150,11 +150,7 @@ fn cells(model: &Model, tolerance: f64, ends: &[f64]) -> Vec<f64> {
     let lengths = (starts().zip(ends).zip(&fitted))
         .map(|((start, end), count)| period * (end - start) / count);
     let few = distinct(lengths).0.len() <= MOST_LENGTHS;
-    let most = if few {
-        WORTH_SHARING * total
-    } else {
-        f64::INFINITY
-    };
+    let most = if few { WORTH_SHARING * total } else { f64::INFINITY };
     let Some(parts) = equal_parts(ends, most.min(MOST_PARTS as f64) as usize) else {
         return fitted;
     };
@@ -167,10 +163,7 @@ fn cells(model: &Model, tolerance: f64, ends: &[f64]) -> Vec<f64> {
         .map(|(start, end)| (cells * (end - start)).round())
         .collect();
     // Breakpoints a little apart may lie on one boundary.
-    match shared.contains(&0.0) {
-        true => fitted,
-        false => shared,
-    }
+    if shared.contains(&0.0) { fitted } else { shared }
 }
 
 /// Lengths, each once, and which of them each one is.

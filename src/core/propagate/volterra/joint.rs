@@ -233,16 +233,15 @@ impl JointWindow<'_> {
     /// The stiffness of a contact over the window.
     fn spring(&self, contact: usize) -> Spring {
         let segment = &self.segments[contact];
-        match segment.stiffness.is_constant() {
-            true => Spring::Constant(segment.stiffness.mean()),
-            false => {
-                let period = self.model.period();
-                let start = segment.place(self.time / period);
-                let end = segment.place((self.time + self.delta) / period);
-                let place = |x: f64| 0.5 * ((end - start) * x + (start + end));
-                let at = |x: &f64| evaluate(segment.stiffness.coefficients(), place(*x));
-                Spring::AtNodes(std::array::from_fn(|j| at(&transforms24().nodes()[j])))
-            }
+        if segment.stiffness.is_constant() {
+            Spring::Constant(segment.stiffness.mean())
+        } else {
+            let period = self.model.period();
+            let start = segment.place(self.time / period);
+            let end = segment.place((self.time + self.delta) / period);
+            let place = |x: f64| 0.5 * ((end - start) * x + (start + end));
+            let at = |x: &f64| evaluate(segment.stiffness.coefficients(), place(*x));
+            Spring::AtNodes(std::array::from_fn(|j| at(&transforms24().nodes()[j])))
         }
     }
 

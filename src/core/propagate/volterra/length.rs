@@ -29,10 +29,8 @@ fn joint_rate(model: &Model, segments: &[&Segment]) -> f64 {
         for j in (0..count).filter(|&j| can_join(i, j)) {
             let [direction, other] =
                 [i, j].map(|contact| &model.directions[segments[contact].direction]);
-            let [direct, inertial] = match i == j {
-                true => direction.felt_at_most(),
-                false => direction.felt_from(other),
-            };
+            let [direct, inertial] =
+                if i == j { direction.felt_at_most() } else { direction.felt_from(other) };
             let (own, other) = (segments[i], segments[j]);
             square += (own.stiffness.bound() * other.stiffness.bound()).sqrt() * inertial;
             linear += (own.damping * other.damping).sqrt() * (inertial + direct);

@@ -55,16 +55,15 @@ impl Indentation {
         let transforms = transforms24();
         let part = transforms.restrict(&self.series, from, to);
         let rate = transforms.restrict(&self.rate, from, to);
-        let sprung: Series = match segment.stiffness.is_constant() {
-            true => part.map(|a| segment.stiffness.mean() * a),
-            false => {
-                let values = transforms.nodes().map(|x| {
-                    let place = 0.5 * ((to - from) * x + (to + from));
-                    let phase = (time + 0.5 * (place + 1.0) * self.delta) / period;
-                    segment.stiffness_at(phase) * legendre::evaluate(&part, x)
-                });
-                transforms.interpolate(&values)
-            }
+        let sprung: Series = if segment.stiffness.is_constant() {
+            part.map(|a| segment.stiffness.mean() * a)
+        } else {
+            let values = transforms.nodes().map(|x| {
+                let place = 0.5 * ((to - from) * x + (to + from));
+                let phase = (time + 0.5 * (place + 1.0) * self.delta) / period;
+                segment.stiffness_at(phase) * legendre::evaluate(&part, x)
+            });
+            transforms.interpolate(&values)
         };
         std::array::from_fn(|n| sprung[n] + segment.damping * rate[n])
     }
@@ -103,16 +102,17 @@ impl Volterra<'_> {
         for contact in pushed.iter() {
             let limit = first.map_or(limit, |(found, _)| found.x);
             let indentation = self.indentation(contact, position, track, workspace);
-            let found = match active.holds(contact) {
-                true => self.lets_go(
+            let found = if active.holds(contact) {
+                self.lets_go(
                     (contact, active),
                     &indentation,
                     position,
                     limit,
                     workspace,
                     counters,
-                ),
-                false => self.takes_hold(contact, &indentation, position, limit, counters),
+                )
+            } else {
+                self.takes_hold(contact, &indentation, position, limit, counters)
             };
             let earlier = |(x, _): &(f64, Place)| {
                 first.is_none_or(|(first, _)| {
@@ -208,14 +208,7 @@ impl Volterra<'_> {
         let known = position.forceless.holds(contact);
         let x = self.exit(force, own.side, noise, known, limit, counters)?;
         let vanished = x > -1.0 || legendre::at_start(force).abs() <= noise;
-        Some((
-            x,
-            if vanished {
-                Place::NoForce
-            } else {
-                Place::Elsewhere
-            },
-        ))
+        Some((x, if vanished { Place::NoForce } else { Place::Elsewhere }))
     }
 
     /// Where an unladen contact takes hold again.
@@ -251,11 +244,7 @@ impl Volterra<'_> {
             let known = position.forceless.holds(contact) && from == -1.0;
             if let Some(x) = self.exit(&push, -1.0, noise, known, 1.0, counters) {
                 let vanished = x > -1.0 || legendre::at_start(&push).abs() <= noise;
-                let place = if vanished {
-                    Place::NoForce
-                } else {
-                    Place::Elsewhere
-                };
+                let place = if vanished { Place::NoForce } else { Place::Elsewhere };
                 return Some((from + 0.5 * (to - from) * (x + 1.0), place));
             }
             from = to;

@@ -316,9 +316,10 @@ fn block_chunks(model: &Model, gains: &[MeshGain]) -> Vec<BlockChunk> {
                 for j in 0..2 {
                     chunk.deflection[j].0[l] = gain.deflection[j];
                     chunk.mesh_pull[j].0[l] = -gain.mesh_input[j];
-                    match chunk.drifts {
-                        true => chunk.static_input[j].0[l] = block.static_input[j],
-                        false => chunk.rest[j].0[l] = rest(block)[j],
+                    if chunk.drifts {
+                        chunk.static_input[j].0[l] = block.static_input[j]
+                    } else {
+                        chunk.rest[j].0[l] = rest(block)[j]
                     }
                 }
             }

@@ -205,10 +205,7 @@ impl Course {
     fn at(&self, s: f64) -> Mat<f64> {
         let [low, high] = self.range;
         let s = s.clamp(low, high);
-        let place = match high > low {
-            true => (2.0 * s - low - high) / (high - low),
-            false => 0.0,
-        };
+        let place = if high > low { (2.0 * s - low - high) / (high - low) } else { 0.0 };
         let mut polynomials = [0.0; TERMS];
         legendre::polynomials(place, &mut polynomials);
         Mat::from_fn(self.waves, self.waves, |i, j| {

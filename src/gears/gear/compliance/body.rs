@@ -211,11 +211,7 @@ pub(super) fn feet(
     // Modes that the plate joins are an even number of quarter turns apart.
     let stiffness = Mat::from_fn(modes, modes, |i, j| {
         let value = stiffness[(i, j)];
-        if (turns[i] + 4 - turns[j] % 4) % 4 == 2 {
-            -value
-        } else {
-            value
-        }
+        if (turns[i] + 4 - turns[j] % 4) % 4 == 2 { -value } else { value }
     });
     let mut sums = vec![vec![vec![0.0; modes]; modes]; neighbours + 1];
     for (order, compliance) in waves.iter().enumerate() {

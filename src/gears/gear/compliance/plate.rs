@@ -394,10 +394,7 @@ pub(super) fn interior(tooth: &Tooth, resolution: &Resolution) -> Vec<[f64; 3]> 
         });
         for (node, weight) in rule.nodes.iter().zip(&rule.weights) {
             let parameter = 0.5 * (from + to) + 0.5 * (to - from) * node;
-            let point = match fillet {
-                true => tooth.fillet(parameter),
-                false => tooth.flank(parameter),
-            };
+            let point = if fillet { tooth.fillet(parameter) } else { tooth.flank(parameter) };
             let radius = point.x.hypot(point.y);
             let angle = point.x.atan2(point.y);
             let rise = (point.x * point.dx + point.y * point.dy) / radius;

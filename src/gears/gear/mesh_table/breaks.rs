@@ -35,10 +35,7 @@ pub(in crate::gear) fn breaks(
     let (kinks, [first, last]) = (law.kinks(), law.reach());
     let inside = |s: &f64| *s > first && *s < last;
     let ahead = 0.5 * width * law.helix();
-    let ends = match ahead == 0.0 {
-        true => vec![0.0],
-        false => vec![-ahead, ahead],
-    };
+    let ends = if ahead == 0.0 { vec![0.0] } else { vec![-ahead, ahead] };
     let marks = [first, last]
         .into_iter()
         .chain([path.pitch_point].into_iter().chain(kinks).filter(inside));

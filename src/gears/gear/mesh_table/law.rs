@@ -27,9 +27,10 @@ enum Lines {
 
 impl Lines {
     fn new(flanks: &impl FlankLaw, phase: f64, face: Face) -> Result<Self, SharingError> {
-        match flanks.helix() == 0.0 {
-            true => pairs_at(flanks, phase, face).map(Self::Spur),
-            false => HelicalFace::new(flanks, phase, face).map(Self::Helical),
+        if flanks.helix() == 0.0 {
+            pairs_at(flanks, phase, face).map(Self::Spur)
+        } else {
+            HelicalFace::new(flanks, phase, face).map(Self::Helical)
         }
     }
 

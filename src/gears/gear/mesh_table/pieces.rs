@@ -232,9 +232,10 @@ fn kink<L: FlankLaw>(
         let part = crossings.map(|(a, b)| a / (a - b)).fold(1.0, f64::min);
         let at = between([low, high], part, (width, round));
         let found = of(&law.column(at, Some(*before))?);
-        match positive(&found) == own {
-            true => (low, at_low) = (at, found),
-            false => (high, at_high) = (at, found),
+        if positive(&found) == own {
+            (low, at_low) = (at, found)
+        } else {
+            (high, at_high) = (at, found)
         }
         round += 1;
     }
@@ -248,9 +249,10 @@ fn between([low, high]: [f64; 2], part: f64, (width, round): (f64, i32)) -> f64 
     let (own, middle) = (high - low, 0.5 * (low + high));
     let line = low + part * own;
     let aside = (0.2 * own * own / width).max(0.5 * ROUND_OFF);
-    let nearer = match aside < (middle - line).abs() {
-        true => line + aside.copysign(middle - line),
-        false => middle,
+    let nearer = if aside < (middle - line).abs() {
+        line + aside.copysign(middle - line)
+    } else {
+        middle
     };
     let room = (width * 0.5_f64.powi(round) - 0.5 * own).max(0.0);
     nearer.clamp(middle - room, middle + room)

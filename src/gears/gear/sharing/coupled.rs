@@ -183,10 +183,7 @@ impl Coupled {
         let scale = mean * self.contact.iter().copied().fold(0.0, f64::max);
         let pairs = self.contact.len();
         let known = near.0.len() == pairs && near.0.iter().any(|pair| !pair.is_empty());
-        let start = match known {
-            true => near.0.clone(),
-            false => vec![vec![Interval::WHOLE]; pairs],
-        };
+        let start = if known { near.0.clone() } else { vec![vec![Interval::WHOLE]; pairs] };
         let (mut point, _) = self.settle(&self.patch(start), mean);
         let mut patch = self.patch_at(&point);
         let mut last = false;
@@ -408,11 +405,7 @@ impl Coupled {
 
 /// Amplitude c_n of the wave n.
 fn amplitude(n: usize) -> f64 {
-    if n == 0 {
-        1.0
-    } else {
-        std::f64::consts::SQRT_2
-    }
+    if n == 0 { 1.0 } else { std::f64::consts::SQRT_2 }
 }
 
 /// Writes the block of two pairs: what an even load does, and what the waves do.

@@ -151,11 +151,7 @@ fn contact_may_be_in_two_places() {
     let gaps = vec![(0..=slices).map(hollow).collect()];
     let waves = 6;
     let falling = Mat::from_fn(waves, waves, |i, j| {
-        if i == j {
-            EVEN / (1.0 + (i * i) as f64)
-        } else {
-            0.0
-        }
+        if i == j { EVEN / (1.0 + (i * i) as f64) } else { 0.0 }
     });
     let coupled = Coupled::of(falling, waves, vec![CONTACT], gaps, face(slices), false).unwrap();
     let bearing = coupled.bear(500.0);

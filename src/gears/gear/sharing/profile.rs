@@ -280,11 +280,7 @@ impl Profile {
             if start.at >= interval.to {
                 break;
             }
-            let from = if start.at >= interval.from {
-                start
-            } else {
-                &ends[0]
-            };
+            let from = if start.at >= interval.from { start } else { &ends[0] };
             let to = if end.at <= interval.to { end } else { &ends[1] };
             if from.at < to.at {
                 part(slice, from, to);
@@ -317,10 +313,7 @@ fn root(ends: [f64; 2], at_low: f64, function: &dyn Fn(f64) -> [f64; 2]) -> f64 
             high = place;
         }
         let next = place - value / slope;
-        let next = match next > low && next < high {
-            true => next,
-            false => 0.5 * (low + high),
-        };
+        let next = if next > low && next < high { next } else { 0.5 * (low + high) };
         if (next - place).abs() <= f64::EPSILON {
             return next;
         }
@@ -339,10 +332,7 @@ mod tests {
         let profile = Profile::new(vec![vec![0.0, 0.4e-6, 0.1e-6]], 3);
         for (first, second) in [(0.3e-6, -0.2e-6), (-0.5e-6, 0.1e-6), (0.05e-6, 0.4e-6)] {
             let depth = |approach: f64, t: f64| {
-                let gap = match t < 0.5 {
-                    true => 0.8e-6 * t,
-                    false => 0.4e-6 - 0.6e-6 * (t - 0.5),
-                };
+                let gap = if t < 0.5 { 0.8e-6 * t } else { 0.4e-6 - 0.6e-6 * (t - 0.5) };
                 let waves = first * (PI * t).cos() + second * (2.0 * PI * t).cos();
                 approach - gap - SQRT_2 * waves
             };

@@ -100,11 +100,8 @@ pub(super) fn add_slice(
         let place = face.border(border);
         (misalignment * place + mean, place)
     });
-    let [(low, low_place), (high, high_place)] = if from.0 <= to.0 {
-        [from, to]
-    } else {
-        [to, from]
-    };
+    let [(low, low_place), (high, high_place)] =
+        if from.0 <= to.0 { [from, to] } else { [to, from] };
     let mean = pairs.iter().map(|p| p.mean_gap(slice)).sum::<f64>() / count;
     // Pairs that lack the same join at once, not in the order of what rounding leaves.
     let gaps = || pairs.iter().map(|pair| pair.mean_gap(slice).abs());
@@ -165,10 +162,8 @@ pub(super) fn add_span(
     }
     for (pair, stiffness) in stiffness.into_iter().enumerate().take(count) {
         let ends = [(knots[0][pair], from.place), (knots[2][pair], to.place)];
-        let [(low, low_place), (high, high_place)] = match ends[0].0 <= ends[1].0 {
-            true => ends,
-            false => [ends[1], ends[0]],
-        };
+        let [(low, low_place), (high, high_place)] =
+            if ends[0].0 <= ends[1].0 { ends } else { [ends[1], ends[0]] };
         ramps.push(Ramp {
             slice,
             pair,
@@ -265,9 +260,12 @@ impl<'a> Joining<'a> {
         let scale = self.compliance[0][0];
         // The others stand aside on a diagonal of their own.
         let among: [[f64; MOST_PAIRS]; MOST_PAIRS] = std::array::from_fn(|i| {
-            std::array::from_fn(|j| match self.joined[i] && self.joined[j] {
-                true => self.compliance[i][j] / scale,
-                false => f64::from(u8::from(i == j)),
+            std::array::from_fn(|j| {
+                if self.joined[i] && self.joined[j] {
+                    self.compliance[i][j] / scale
+                } else {
+                    f64::from(u8::from(i == j))
+                }
             })
         });
         let inverse = invert(&among);

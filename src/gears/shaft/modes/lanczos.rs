@@ -231,10 +231,7 @@ fn normalise(block: &mut Mat<f64>, mass: impl Fn(&Mat<f64>) -> Mat<f64>) -> Opti
 fn beside(left: &Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
     let before = left.ncols();
     Mat::from_fn(left.nrows(), before + right.ncols(), |i, j| {
-        match j < before {
-            true => left[(i, j)],
-            false => right[(i, j - before)],
-        }
+        if j < before { left[(i, j)] } else { right[(i, j - before)] }
     })
 }
 

@@ -46,12 +46,13 @@ impl Modes {
             None => Pencil::Dense(mass, stiffness),
         };
         let highest = self.squared_frequency[modes - 1];
-        let scale = match highest > 0.0 {
-            true => highest,
-            false => (0..size)
+        let scale = if highest > 0.0 {
+            highest
+        } else {
+            (0..size)
                 .map(|i| stiffness[(i, i)] / mass[(i, i)])
                 .filter(|&squared| squared > 0.0)
-                .fold(f64::INFINITY, f64::min),
+                .fold(f64::INFINITY, f64::min)
         };
         if !scale.is_finite() {
             return Ok(self.clone());
@@ -99,10 +100,7 @@ impl Modes {
         let mut squared_frequency = self.squared_frequency.clone();
         squared_frequency.resize(modes + columns.ncols(), 1.0);
         let shape = Mat::from_fn(self.shape.nrows(), squared_frequency.len(), |i, j| {
-            match j < modes {
-                true => self.shape[(i, j)],
-                false => columns[(i, j - modes)],
-            }
+            if j < modes { self.shape[(i, j)] } else { columns[(i, j - modes)] }
         });
         Self {
             squared_frequency,

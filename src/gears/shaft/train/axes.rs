@@ -129,11 +129,7 @@ impl PitchPoint {
             pitch_line: along,
             across,
             forward: along.cross(&across),
-            sense: if along.dot(&second.axis.along()) > 0.0 {
-                -1
-            } else {
-                1
-            },
+            sense: if along.dot(&second.axis.along()) > 0.0 { -1 } else { 1 },
             centre_distance: Some(distance),
         })
     }

@@ -45,21 +45,19 @@ impl TrainDrive {
         let mut supports = Vec::new();
         for (index, shaft) in self.shafts.iter().enumerate() {
             let places = self.places(index)?;
-            assembly.turn(if self.gyroscopic {
-                layout.speeds[index]
+            assembly.turn(if self.gyroscopic { layout.speeds[index] } else { 0.0 });
+            let nodes = if shaft.sections.is_empty() {
+                rigid(&mut assembly, shaft, &places)?
             } else {
-                0.0
-            });
-            let nodes = match shaft.sections.is_empty() {
-                true => rigid(&mut assembly, shaft, &places)?,
-                false => self.flexible(&mut assembly, shaft, &places)?,
+                self.flexible(&mut assembly, shaft, &places)?
             };
             nodes.fix(&mut assembly, shaft)?;
             for (at, disc) in &shaft.discs {
                 // An inertia about the axis alone stands behind a coupling that lets the shaft tilt.
-                match disc.mass == 0.0 && disc.transverse_inertia == 0.0 {
-                    true => assembly.add_polar_inertia(nodes.at(*at), disc.polar_inertia)?,
-                    false => assembly.add_disc(nodes.at(*at), *disc)?,
+                if disc.mass == 0.0 && disc.transverse_inertia == 0.0 {
+                    assembly.add_polar_inertia(nodes.at(*at), disc.polar_inertia)?
+                } else {
+                    assembly.add_disc(nodes.at(*at), *disc)?
                 }
             }
             for gear in shaft.gears.iter().filter(|gear| gear.loose.is_none()) {

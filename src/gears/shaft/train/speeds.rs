@@ -203,12 +203,13 @@ impl TrainDrive {
                 distance,
             });
         }
-        match coupling.stiffness[0] > 0.0 && gap.abs() > ONE_PLACE {
-            true => Err(TrainError::CouplingGap {
+        if coupling.stiffness[0] > 0.0 && gap.abs() > ONE_PLACE {
+            Err(TrainError::CouplingGap {
                 shafts: shafts(),
                 gap: gap.abs(),
-            }),
-            false => Ok(()),
+            })
+        } else {
+            Ok(())
         }
     }
 

@@ -315,9 +315,10 @@ impl TrainDrive {
                 torques.push(TorqueGain {
                     name: format!("{one} to {two}"),
                     gain: elastic(&times(stiffness)),
-                    rate_gain: match coupling.damping == 0.0 {
-                        true => Vec::new(),
-                        false => elastic(&times(coupling.damping)),
+                    rate_gain: if coupling.damping == 0.0 {
+                        Vec::new()
+                    } else {
+                        elastic(&times(coupling.damping))
                     },
                 });
             }
@@ -345,9 +346,8 @@ impl TrainDrive {
                     column.iter().map(|w| side * factor * w).collect()
                 };
                 let participation = sided(&feels.mesh, 1.0);
-                let rubs = |column: &[f64]| match mesh.friction == 0.0 {
-                    true => Vec::new(),
-                    false => sided(column, mesh.friction),
+                let rubs = |column: &[f64]| {
+                    if mesh.friction == 0.0 { Vec::new() } else { sided(column, mesh.friction) }
                 };
                 contacts.push(StructureContact {
                     name: format!("{} flank of {one} and {two}", ["drive", "coast"][index]),

@@ -32,11 +32,7 @@ pub(super) fn of_shafts(source: &StructureSource) -> Vec<(String, String)> {
     };
     (words.into_iter())
         .filter_map(|(key, value, range)| {
-            let what = if range == DIAMETERS {
-                "diameter"
-            } else {
-                "length"
-            };
+            let what = if range == DIAMETERS { "diameter" } else { "length" };
             Some((key, of_length(value, what, range)?))
         })
         .collect()

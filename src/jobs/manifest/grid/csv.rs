@@ -80,19 +80,20 @@ pub(super) fn read(source: usize, text: &str, issues: &mut Issues) -> Option<She
         let at = span(cell.start, cell.text.len());
         let twice = columns.iter().any(|column| column.name == name);
         if name.is_empty() || twice {
-            let (kind, message, label, remedy) = match twice {
-                true => (
+            let (kind, message, label, remedy) = if twice {
+                (
                     DiagnosticKind::DuplicateKey,
                     format!("the column `{name}` is given twice"),
                     "second time",
                     "keep one of the two",
-                ),
-                false => (
+                )
+            } else {
+                (
                     DiagnosticKind::UnknownAxis,
                     "a column has no name".to_owned(),
                     "here",
                     "name the column after an axis of the grid, or remove it",
-                ),
+                )
             };
             issues.push(fault(kind, at, message).label(label).remedy(remedy));
             return None;
@@ -140,15 +141,14 @@ pub(super) fn read(source: usize, text: &str, issues: &mut Issues) -> Option<She
                         "" => format!("`{}` has no value here", column.name),
                         text => format!("`{text}` of `{}` is not a number", column.name),
                     };
-                    let remedy = match cell.text.contains(',') {
-                        true => format!(
+                    let remedy = if cell.text.contains(',') {
+                        format!(
                             "write it with a decimal point: {}",
                             cell.text.replace(',', ".")
-                        ),
-                        false => {
-                            "give a number; the unit belongs in the header of the column, such as speed [rpm]"
+                        )
+                    } else {
+                        "give a number; the unit belongs in the header of the column, such as speed [rpm]"
                                 .to_owned()
-                        }
                     };
                     issues.push(
                         fault(DiagnosticKind::WrongType, at, message)

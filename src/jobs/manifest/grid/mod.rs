@@ -168,9 +168,10 @@ fn load_and_torque(axes: &[GridAxis], issues: &mut Issues) {
 
 /// The path of an axis in messages.
 fn path_of(name: &str) -> String {
-    match name.contains('.') {
-        true => format!("grid.\"{name}\""),
-        false => format!("grid.{name}"),
+    if name.contains('.') {
+        format!("grid.\"{name}\"")
+    } else {
+        format!("grid.{name}")
     }
 }
 
@@ -330,8 +331,7 @@ fn nearest_axis(name: &str) -> Option<String> {
                 .filter(|path| !path.contains(['*', '<'])),
         )
         .collect();
-    schema::nearest_path(name, &paths).map(|near| match near.contains('.') {
-        true => format!("\"{near}\""),
-        false => near.to_owned(),
+    schema::nearest_path(name, &paths).map(|near| {
+        if near.contains('.') { format!("\"{near}\"") } else { near.to_owned() }
     })
 }

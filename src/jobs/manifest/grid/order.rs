@@ -79,13 +79,14 @@ pub(super) fn read(
                     "name load, torque, speed, or a key of mesh or excitation that the grid varies: these do not change the modes",
                 )
                 .suggestion(near);
-            issues.push(match fitting.is_empty() {
-                true => diagnostic
-                    .remedy("give such an axis several values, or set order = \"independent\""),
-                false => diagnostic.remedy(format!(
+            issues.push(if fitting.is_empty() {
+                diagnostic
+                    .remedy("give such an axis several values, or set order = \"independent\"")
+            } else {
+                diagnostic.remedy(format!(
                     "axes of this grid that can be swept: {}",
                     fitting.join(", ")
-                )),
+                ))
             });
             None
         }
@@ -118,20 +119,20 @@ fn fault(
         (tied.axes.iter().map(|&axis| axes[axis].axis.name())).find(|name| !leaves_modes(name));
     if let Some(changing) = changing {
         let of_the_work = ["run.", "analyses.", "job."];
-        let (why, label) = match of_the_work.iter().any(|table| changing.starts_with(table)) {
-            true => (
+        let (why, label) = if of_the_work.iter().any(|table| changing.starts_with(table)) {
+            (
                 "changes the computation, not the drive",
                 "not a key of the drive",
-            ),
-            false => ("changes the modes of the structure", "changes the modes"),
+            )
+        } else {
+            ("changes the modes of the structure", "changes the modes")
         };
         return Some((
             DiagnosticKind::Inconsistent,
-            match changing == name {
-                true => format!("a state cannot be carried along `{name}`: this axis {why}"),
-                false => format!(
-                    "a state cannot be carried along `{name}`: `{changing}`, tied to it, {why}"
-                ),
+            if changing == name {
+                format!("a state cannot be carried along `{name}`: this axis {why}")
+            } else {
+                format!("a state cannot be carried along `{name}`: `{changing}`, tied to it, {why}")
             },
             label,
         ));

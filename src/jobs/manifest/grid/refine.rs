@@ -140,9 +140,10 @@ fn plane(span: Span, issues: &mut Issues, axes: &[GridAxis]) -> Option<[usize; 2
     };
     let Ok(varied) = <[usize; 2]>::try_from(varied.as_slice()) else {
         let names: Vec<&str> = varied.iter().map(|&axis| axes[axis].axis.name()).collect();
-        let found = match names.is_empty() {
-            true => "none has".to_owned(),
-            false => format!("{} of them: {}", names.len(), names.join(", ")),
+        let found = if names.is_empty() {
+            "none has".to_owned()
+        } else {
+            format!("{} of them: {}", names.len(), names.join(", "))
         };
         let message = format!(
             "`grid.refine` divides a plane, so exactly two axes of the grid must have several values ({found})"

@@ -146,13 +146,15 @@ fn of_key(schema: Schema, key: &Key, path: &str) -> String {
     if !key.why.is_empty() {
         range += &format!(" ({})", key.why);
     }
-    let axis = match key.can_be_axis() && !modal {
-        true => format!("\"{path}\" in [grid]"),
-        false => String::new(),
+    let axis = if key.can_be_axis() && !modal {
+        format!("\"{path}\" in [grid]")
+    } else {
+        String::new()
     };
-    let example = match list.is_some() || last.parse::<usize>().is_ok() {
-        true => key.example.to_owned(),
-        false => format!("{last} = {}", key.example),
+    let example = if list.is_some() || last.parse::<usize>().is_ok() {
+        key.example.to_owned()
+    } else {
+        format!("{last} = {}", key.example)
     };
     let facts = [
         ("takes", takes(key)),

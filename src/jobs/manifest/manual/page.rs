@@ -36,10 +36,7 @@ pub fn page() -> String {
         .replace("{units}", &units())
         .replace("{drive}", DRIVE.trim_end());
     for table in schema::all(MANIFEST).filter(|key| key.kind == Kind::Table && stands_alone(key)) {
-        let level = match table.path.contains('.') {
-            true => "###",
-            false => "##",
-        };
+        let level = if table.path.contains('.') { "###" } else { "##" };
         text += &format!("\n{level} `[{}]`\n\n{}\n", table.path, table.about);
         if let DefaultValue::Words(words) = table.default {
             text += &format!("\nWithout the table: {words}.\n");

@@ -103,10 +103,7 @@ fn help_finds_what_is_meant() {
 fn train(path: &str) -> String {
     let list = |of: &str, entries: &str| {
         let name = of.rsplit('.').next().unwrap();
-        match path == of {
-            true => String::new(),
-            false => format!("{name} = [{entries}]"),
-        }
+        if path == of { String::new() } else { format!("{name} = [{entries}]") }
     };
     let join = |parts: &[String]| {
         let parts = parts.iter().filter(|part| !part.is_empty());
@@ -115,16 +112,13 @@ fn train(path: &str) -> String {
     let gear = |name: &str, at: f64, teeth: u32| {
         format!("{{ name = \"{name}\", at = {at}, teeth = {teeth}, module = 3e-3, width = 0.02 }}")
     };
-    let own = match path.contains(".body") || path.contains(".loose") {
-        true => "body = { polar_inertia = 1e-3 }, loose = { x = 1e8 }, ",
-        false => "",
+    let own = if path.contains(".body") || path.contains(".loose") {
+        "body = { polar_inertia = 1e-3 }, loose = { x = 1e8 }, "
+    } else {
+        ""
     }
     .replace(
-        if path.ends_with("loose.x") {
-            "x = 1e8"
-        } else {
-            "no"
-        },
+        if path.ends_with("loose.x") { "x = 1e8" } else { "no" },
         "y = 1e8",
     );
     let spare = join(&[
@@ -148,18 +142,20 @@ fn train(path: &str) -> String {
     });
     let wave = "[{ harmonic = 1, amplitude = 1e-6 }]";
     let waves = ["stiffness_harmonics", "transmission_error"]
-        .map(
-            |name| match path.starts_with(&format!("train.mesh.*.{name}.")) {
-                true => format!("{name} = {wave}, "),
-                false => String::new(),
-            },
-        )
+        .map(|name| {
+            if path.starts_with(&format!("train.mesh.*.{name}.")) {
+                format!("{name} = {wave}, ")
+            } else {
+                String::new()
+            }
+        })
         .concat();
     let mesh =
         format!("{{ {waves}gears = [\"one b\", \"two b\"], half_gap = 1e-5, stiffness = 3e8 }}");
-    let stages = match path.starts_with("train.coupling.*.stages.") {
-        true => "stages = [{ gap = 0.1, stiffness = 100 }], ",
-        false => "",
+    let stages = if path.starts_with("train.coupling.*.stages.") {
+        "stages = [{ gap = 0.1, stiffness = 100 }], "
+    } else {
+        ""
     };
     let engine =
         "{ name = \"engine\", origin = [0, 0, -0.1], discs = [{ at = 0, polar_inertia = 1 }] }";

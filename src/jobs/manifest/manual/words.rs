@@ -71,9 +71,10 @@ pub(super) fn stands_alone(key: &Key) -> bool {
 /// of a list.
 pub(super) fn home(key: &Key) -> &'static str {
     let of_list = key.path.split(".*.").next().unwrap_or(key.path);
-    let parent = match of_list.len() < key.path.len() {
-        true => of_list.rsplit_once('.'),
-        false => key.path.rsplit_once('.'),
+    let parent = if of_list.len() < key.path.len() {
+        of_list.rsplit_once('.')
+    } else {
+        key.path.rsplit_once('.')
     };
     let home = parent.map_or("", |(parent, _)| parent);
     // A modal state is a table that stands for a word.

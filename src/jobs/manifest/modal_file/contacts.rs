@@ -46,9 +46,10 @@ fn contact(table: &Section, issues: &mut Issues, modes: Option<usize>) -> Option
     let force = optional(table, issues, "force", modes);
     let gap = table.quantity(issues, "gap");
     let law = contact_law::cyclic(table, issues, gap);
-    let cycles = match table.has("cycles") {
-        true => table.integers::<2>(issues, "cycles"),
-        false => Some([1, 1]),
+    let cycles = if table.has("cycles") {
+        table.integers::<2>(issues, "cycles")
+    } else {
+        Some([1, 1])
     };
     let participation = participation?;
     Some(StructureContact {

@@ -12,9 +12,10 @@ impl Section<'_> {
 
     /// A whole number, or its default.
     pub fn integer_or_default(&self, issues: &mut Issues, name: &str) -> Option<u64> {
-        match self.has(name) {
-            true => self.integer(issues, name),
-            false => Some(self.key(name).default_integer()),
+        if self.has(name) {
+            self.integer(issues, name)
+        } else {
+            Some(self.key(name).default_integer())
         }
     }
 
@@ -26,63 +27,66 @@ impl Section<'_> {
 
     /// `true` or `false`, or its default.
     pub fn boolean_or_default(&self, issues: &mut Issues, name: &str) -> Option<bool> {
-        match self.has(name) {
-            true => self.boolean(issues, name),
-            false => Some(self.key(name).default_boolean()),
+        if self.has(name) {
+            self.boolean(issues, name)
+        } else {
+            Some(self.key(name).default_boolean())
         }
     }
 
     /// A quantity in SI, or its default.
     pub fn quantity_or_default(&self, issues: &mut Issues, name: &str) -> Option<f64> {
-        match self.has(name) {
-            true => self.quantity(issues, name),
-            false => Some(self.key(name).default_quantity()),
+        if self.has(name) {
+            self.quantity(issues, name)
+        } else {
+            Some(self.key(name).default_quantity())
         }
     }
 
     /// One of the schema's words, or its default.
     pub fn choice_or_default(&self, issues: &mut Issues, name: &str) -> Option<&'static str> {
-        match self.has(name) {
-            true => self.choice(issues, name),
-            false => Some(self.key(name).default_word()),
+        if self.has(name) {
+            self.choice(issues, name)
+        } else {
+            Some(self.key(name).default_word())
         }
     }
 
     /// Two quantities in SI, or their default.
     pub fn pair_or_default(&self, issues: &mut Issues, name: &str) -> Option<[f64; 2]> {
-        match self.has(name) {
-            true => self.pair(issues, name),
-            false => self.default_list(name).try_into().ok(),
+        if self.has(name) {
+            self.pair(issues, name)
+        } else {
+            self.default_list(name).try_into().ok()
         }
     }
 
     /// Two quantities in SI, one for both, or the default of both.
     pub fn one_or_pair_or_default(&self, issues: &mut Issues, name: &str) -> Option<[f64; 2]> {
-        match self.has(name) {
-            true => self.one_or_pair(issues, name),
-            false => Some([self.key(name).default_quantity(); 2]),
+        if self.has(name) {
+            self.one_or_pair(issues, name)
+        } else {
+            Some([self.key(name).default_quantity(); 2])
         }
     }
 
     /// A list of whole numbers, or its default.
     pub fn whole_numbers_or_default(&self, issues: &mut Issues, name: &str) -> Option<Vec<u64>> {
-        match self.has(name) {
-            true => self.whole_numbers(issues, name),
-            false => {
-                let numbers = self.default_list(name).into_iter();
-                Some(numbers.map(|number| number as u64).collect())
-            }
+        if self.has(name) {
+            self.whole_numbers(issues, name)
+        } else {
+            let numbers = self.default_list(name).into_iter();
+            Some(numbers.map(|number| number as u64).collect())
         }
     }
 
     /// A list of the schema's words, or its default.
     pub fn choices_or_default(&self, issues: &mut Issues, name: &str) -> Option<Vec<&'static str>> {
-        match self.has(name) {
-            true => self.choices(issues, name),
-            false => {
-                let elements = self.key(&format!("{name}.*"));
-                Some(self.key(name).default_words(elements))
-            }
+        if self.has(name) {
+            self.choices(issues, name)
+        } else {
+            let elements = self.key(&format!("{name}.*"));
+            Some(self.key(name).default_words(elements))
         }
     }
 

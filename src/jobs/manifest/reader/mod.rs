@@ -192,11 +192,7 @@ impl<'t> Section<'t> {
 
     /// A whole number, or what other keys make of it.
     pub fn integer_or(&self, issues: &mut Issues, name: &str, default: u64) -> Option<u64> {
-        if self.has(name) {
-            self.integer(issues, name)
-        } else {
-            Some(default)
-        }
+        if self.has(name) { self.integer(issues, name) } else { Some(default) }
     }
 
     /// A whole number that counts things in memory and must be there.
@@ -392,10 +388,7 @@ impl<'t> Section<'t> {
 
     /// This table for keys that have an effect where `felt`; else as if nothing stood in it.
     pub fn felt(&self, felt: bool) -> Section<'t> {
-        match felt {
-            true => self.clone(),
-            false => self.bare(),
-        }
+        if felt { self.clone() } else { self.bare() }
     }
 
     /// Warns of keys that another choice makes meaningless, and says why. Whoever calls this must

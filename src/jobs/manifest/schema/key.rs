@@ -273,11 +273,7 @@ impl Key {
     /// What the key takes, in words, with its range and an example.
     pub fn accepted(&self) -> String {
         let words = self.bounds.words();
-        let range = if words.is_empty() {
-            String::new()
-        } else {
-            format!(", {words}")
-        };
+        let range = if words.is_empty() { String::new() } else { format!(", {words}") };
         let example = self.example;
         match self.kind {
             Kind::Quantity(Dimension::Ratio) => format!("a number{range}; for example {example}"),

@@ -200,9 +200,10 @@ fn lifetime(table: &Section, issues: &mut Issues, run: Option<&RunSpec>) -> Opti
 
 /// A stop rule, which there need not be.
 fn stop_at_stderr(table: &Section, issues: &mut Issues) -> Option<Option<f64>> {
-    match table.has("stop_at_stderr") {
-        true => table.quantity(issues, "stop_at_stderr").map(Some),
-        false => Some(None),
+    if table.has("stop_at_stderr") {
+        table.quantity(issues, "stop_at_stderr").map(Some)
+    } else {
+        Some(None)
     }
 }
 

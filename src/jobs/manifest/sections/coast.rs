@@ -15,9 +15,10 @@ pub(super) fn read(
     drive: Surroundings<'_>,
     laws: Option<(&StiffnessSpec, &FrictionSpec)>,
 ) -> Option<CoastSpec> {
-    let given = match section.has("coast_flank") {
-        true => Some(section.choice(issues, "coast_flank")?),
-        false => None,
+    let given = if section.has("coast_flank") {
+        Some(section.choice(issues, "coast_flank")?)
+    } else {
+        None
     };
     let unknown = matches!(
         drive.source,

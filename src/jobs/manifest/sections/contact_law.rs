@@ -71,22 +71,21 @@ fn stiffness(table: &Section, issues: &mut Issues) -> Option<Vec<Division>> {
             "give the stiffness over the cycle",
         );
         let levels = table.quantities(issues, "levels", None)?;
-        return match levels.is_empty() {
-            true => {
-                let path = table.path_of("levels");
-                issues.push(
-                    Diagnostic::new(
-                        DiagnosticKind::Empty,
-                        table.span_of("levels"),
-                        &path,
-                        format!("`{path}` is empty, so the contact has no stiffness"),
-                    )
-                    .label("empty")
-                    .accepted(table.spec(&path).accepted()),
-                );
-                None
-            }
-            false => Some(Division::levels(&levels, &[])),
+        return if levels.is_empty() {
+            let path = table.path_of("levels");
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Empty,
+                    table.span_of("levels"),
+                    &path,
+                    format!("`{path}` is empty, so the contact has no stiffness"),
+                )
+                .label("empty")
+                .accepted(table.spec(&path).accepted()),
+            );
+            None
+        } else {
+            Some(Division::levels(&levels, &[]))
         };
     }
     let (_, _, divisions) = fourier(table, issues, "stiffness")?;

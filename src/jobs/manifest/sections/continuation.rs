@@ -24,9 +24,10 @@ pub(in crate::manifest) fn read(
         Child::Present(section) => section,
     };
     let over = axis(&section, issues, "over", (axes, dimensions), faulty);
-    let second = match section.has("second") {
-        true => axis(&section, issues, "second", (axes, dimensions), faulty).map(Some),
-        false => Some(None),
+    let second = if section.has("second") {
+        axis(&section, issues, "second", (axes, dimensions), faulty).map(Some)
+    } else {
+        Some(None)
     };
     if let (Some(over), Some(Some(second))) = (over, second)
         && over == second
@@ -61,15 +62,16 @@ pub(in crate::manifest) fn read(
     let orbits = section.count_or_default(issues, "orbits");
     let branches = section.count_or_default(issues, "branches");
     let step = section.quantity_or_default(issues, "step");
-    let states = match section.has("states") {
-        true => section.tables(issues, "states").and_then(|tables| {
+    let states = if section.has("states") {
+        section.tables(issues, "states").and_then(|tables| {
             let read: Vec<_> = tables
                 .iter()
                 .map(|table| state(table, issues, retained))
                 .collect();
             read.into_iter().collect::<Option<Vec<_>>>()
-        }),
-        false => Some(Vec::new()),
+        })
+    } else {
+        Some(Vec::new())
     };
     Some(Some(ContinuationSpec {
         over: over?,
@@ -166,14 +168,13 @@ fn axis(
         "name load, torque, speed, or a continuous key that the grid varies between two different values",
     )
     .suggestion(near);
-    issues.push(match fitting.is_empty() {
-        true => {
-            diagnostic.remedy("give such an axis of [grid] two values: the ends of the interval")
-        }
-        false => diagnostic.remedy(format!(
+    issues.push(if fitting.is_empty() {
+        diagnostic.remedy("give such an axis of [grid] two values: the ends of the interval")
+    } else {
+        diagnostic.remedy(format!(
             "axes of this grid along which orbits can be followed: {}",
             fitting.join(", ")
-        )),
+        ))
     });
     None
 }

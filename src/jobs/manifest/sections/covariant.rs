@@ -79,10 +79,7 @@ pub(super) fn there_are(
         .label(format!("at most {most}"))
         .accepted(format!(
             "a whole number from 1 to {most}, twice the retained modes{}{beside}",
-            match neutral.is_empty() {
-                true => "",
-                false => " that are not neutral",
-            }
+            if neutral.is_empty() { "" } else { " that are not neutral" }
         )),
     );
     None

@@ -23,9 +23,10 @@ pub(super) fn read(
             "remove it, or set mesh.coast_flank = \"mirrored\"",
         );
     }
-    let of_coast = match section.has(OF_COAST) && !same_line {
-        true => harmonics(section, issues, OF_COAST).map(Some),
-        false => Some(None),
+    let of_coast = if section.has(OF_COAST) && !same_line {
+        harmonics(section, issues, OF_COAST).map(Some)
+    } else {
+        Some(None)
     };
     let of_gears = errors_of_gears(section, issues, source);
     let ripples = section.tables(issues, "torque_ripple").map(|tables| {

@@ -64,9 +64,10 @@ pub(super) fn sliding(
     );
     let by_law = levels && !section.has("values") && gears.helix_angle == 0.0;
     Some(Some(EvenSharing {
-        contact_ratio: match by_law {
-            true => section.quantity(issues, "contact_ratio")?,
-            false => drawn.contact_ratio,
+        contact_ratio: if by_law {
+            section.quantity(issues, "contact_ratio")?
+        } else {
+            drawn.contact_ratio
         },
         ..drawn
     }))
@@ -74,10 +75,7 @@ pub(super) fn sliding(
 
 /// Friction whose direction is not known.
 fn unknown(section: &Section, issues: &mut Issues, message: String, remedy: &'static str) {
-    let key = match section.has("friction") {
-        true => "friction",
-        false => "friction_law",
-    };
+    let key = if section.has("friction") { "friction" } else { "friction_law" };
     issues.push(
         Diagnostic::new(
             DiagnosticKind::Inconsistent,

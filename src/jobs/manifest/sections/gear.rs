@@ -63,25 +63,28 @@ fn form(
     let profile_shift = section.pair_or_default(issues, "profile_shift");
     let rack = rack(section, issues);
     let thinning = section.one_or_pair_or_default(issues, "thinning");
-    let centre_distance = match section.has("centre_distance") {
-        true => section.quantity(issues, "centre_distance").map(Some),
-        false => Some(None),
+    let centre_distance = if section.has("centre_distance") {
+        section.quantity(issues, "centre_distance").map(Some)
+    } else {
+        Some(None)
     };
-    let tip_diameter = match section.has("tip_diameter") {
-        true => section
+    let tip_diameter = if section.has("tip_diameter") {
+        section
             .pair(issues, "tip_diameter")
-            .map(|pair| pair.map(Some)),
-        false => Some(default.tip_diameter),
+            .map(|pair| pair.map(Some))
+    } else {
+        Some(default.tip_diameter)
     };
     let reliefs =
         ["tip_relief", "root_relief", "end_relief"].map(|name| relief(section, issues, name));
     let profile = modification(section, issues, ["profile_crowning", "profile_slope"]);
     let lead = modification(section, issues, ["lead_crowning", "lead_slope"]);
-    let bore = match section.has("bore") {
-        true => section
+    let bore = if section.has("bore") {
+        section
             .one_or_pair(issues, "bore")
-            .map(|pair| pair.map(Some)),
-        false => Some(default.bore),
+            .map(|pair| pair.map(Some))
+    } else {
+        Some(default.bore)
     };
     let body = bodies(section, issues, body_length);
     let young_modulus = section.one_or_pair_or_default(issues, "young_modulus");
@@ -164,10 +167,7 @@ fn plane(section: &Section, issues: &mut Issues, size: Option<(f64, f64)>) -> Op
         });
     }
     let (module, width) = size?;
-    Some(match width > WIDE * FRAC_PI_2 * module {
-        true => Plane::Strain,
-        false => Plane::Stress,
-    })
+    Some(if width > WIDE * FRAC_PI_2 * module { Plane::Strain } else { Plane::Stress })
 }
 
 /// Hubs and webs; none where a key has faults.
@@ -176,14 +176,18 @@ fn bodies(
     issues: &mut Issues,
     body_length: Option<[f64; 2]>,
 ) -> Option<[BodyShape; 2]> {
-    let optional = |issues: &mut Issues, key: &str| match section.has(key) {
-        true => section.one_or_pair(issues, key).map(Some),
-        false => Some(None),
+    let optional = |issues: &mut Issues, key: &str| {
+        if section.has(key) {
+            section.one_or_pair(issues, key).map(Some)
+        } else {
+            Some(None)
+        }
     };
     let diameter = optional(issues, "hub_diameter");
-    let length = match section.has("hub_diameter") {
-        true => optional(issues, "hub_length"),
-        false => Some(None),
+    let length = if section.has("hub_diameter") {
+        optional(issues, "hub_length")
+    } else {
+        Some(None)
     };
     let thickness = optional(issues, "web_thickness");
     let rim = optional(issues, "rim_diameter");

@@ -134,10 +134,7 @@ fn table(
     let resolution = section.choice_or_default(issues, "resolution")?;
     let pairs = pairs(section, issues, resolution, gears, misalignment);
     let own = &section.felt(!matches!(pairs, Some(Some(_))));
-    let segments = match continuous {
-        true => None,
-        false => own.integer_or_default(issues, "segments"),
-    };
+    let segments = if continuous { None } else { own.integer_or_default(issues, "segments") };
     let shaft_tilt = own.boolean_or_default(issues, "shaft_tilt");
     let face = face(own, issues, gears);
     let contact = match section.choice_or_default(issues, "contact")? {
@@ -196,11 +193,7 @@ fn table(
         shaft_tilt: shaft_tilt?,
         contact,
         // Springs of pairs are those of each slice for itself.
-        face: if pairs.is_some() {
-            FaceLaw::Independent
-        } else {
-            face?
-        },
+        face: if pairs.is_some() { FaceLaw::Independent } else { face? },
     })))
 }
 

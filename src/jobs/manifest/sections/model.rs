@@ -364,12 +364,13 @@ fn damping_overrides(
                         message,
                     )
                     .label("no mode to override")
-                    .accepted(match modes > rigid {
-                        true => format!(
+                    .accepted(if modes > rigid {
+                        format!(
                             "modes {} to {modes}, each once, counted from 1 in ascending frequency",
                             rigid + 1
-                        ),
-                        false => "none: all modes are rigid rotations".to_owned(),
+                        )
+                    } else {
+                        "none: all modes are rigid rotations".to_owned()
                     }),
                 );
                 complete = false;

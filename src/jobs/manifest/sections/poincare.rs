@@ -30,10 +30,7 @@ pub(super) fn read(
     Some(PoincareQuestion {
         samples: samples?,
         section: section?,
-        refine: match carried {
-            true => u32::try_from(refine?).ok()?,
-            false => 0,
-        },
+        refine: if carried { u32::try_from(refine?).ok()? } else { 0 },
     })
 }
 
@@ -84,9 +81,12 @@ fn section(
 
 /// Coefficients that are not given are 0, but one at least is not.
 fn surface(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Option<Surface> {
-    let mut coefficients = |name: &str| match table.has(name) {
-        true => modal_vector(table, issues, name, retained),
-        false => retained.map(|retained| vec![0.0; retained]),
+    let mut coefficients = |name: &str| {
+        if table.has(name) {
+            modal_vector(table, issues, name, retained)
+        } else {
+            retained.map(|retained| vec![0.0; retained])
+        }
     };
     let [displacement, velocity] = [coefficients("displacement"), coefficients("velocity")];
     let level = table.quantity_or_default(issues, "level");

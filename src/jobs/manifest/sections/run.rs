@@ -67,9 +67,10 @@ fn default_cycles(root: &Section) -> u64 {
         "analyses.lyapunov.stop_at_stderr",
         "analyses.nvh.stop_at_stderr",
     ];
-    match STOPPED.iter().any(|key| root.has_below(key)) {
-        true => 160_000,
-        false => Effort::Verified.first_look(),
+    if STOPPED.iter().any(|key| root.has_below(key)) {
+        160_000
+    } else {
+        Effort::Verified.first_look()
     }
 }
 

@@ -53,15 +53,15 @@ pub(super) fn read(
 /// one an incomplete set.
 fn elastic(section: &Section, issues: &mut Issues, kind: DriveKind) -> Option<Option<Elastic>> {
     let wanted = |key: &str| feels(kind, key) || section.has(key);
-    let mut modulus = |key: &str| match wanted(key) {
-        true => section.quantity(issues, key).map(Some),
-        false => Some(None),
+    let mut modulus = |key: &str| {
+        if wanted(key) { section.quantity(issues, key).map(Some) } else { Some(None) }
     };
     let (young, shear) = (modulus("young_modulus"), modulus("shear_modulus"));
     let shear_coefficient = section.quantity_or_default(issues, "shear_coefficient");
-    let elements = match wanted("elements") {
-        true => elements(section, issues).map(Some),
-        false => Some(None),
+    let elements = if wanted("elements") {
+        elements(section, issues).map(Some)
+    } else {
+        Some(None)
     };
     let moduli = young?.zip(shear?);
     if let Some((young, shear)) = moduli {
@@ -250,9 +250,8 @@ fn bearings(
         return Some([Bearing::default(); 2]);
     };
     let wanted = |key: &str| needed(key) || layers.of(key).has(key);
-    let mut read = |key: &str, wanted: bool| match wanted {
-        true => layers.both(issues, key),
-        false => Some([0.0; 2]),
+    let mut read = |key: &str, wanted: bool| {
+        if wanted { layers.both(issues, key) } else { Some([0.0; 2]) }
     };
     let mut optional = |key: &str| read(key, layers.of(key).has(key));
     let damping = ["damping_x", "damping_xy", "damping_yx", "damping_y"].map(&mut optional);
@@ -261,9 +260,10 @@ fn bearings(
     let x = both("x");
     let y = both("y");
     let tilt = both("tilt");
-    let axial = match wanted("axial") {
-        true => layers.value("axial", |section| section.pair(issues, "axial")),
-        false => Some([0.0; 2]),
+    let axial = if wanted("axial") {
+        layers.value("axial", |section| section.pair(issues, "axial"))
+    } else {
+        Some([0.0; 2])
     };
     if axial == Some([0.0; 2]) && needed("axial") {
         let section = layers.of("axial");

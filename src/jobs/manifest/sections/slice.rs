@@ -11,9 +11,10 @@ pub(super) fn read(
     issues: &mut Issues,
     retained: Option<usize>,
 ) -> Option<SliceQuestion> {
-    let modes = match table.has("mode") {
-        true => of_one_mode(table, issues, retained),
-        false => of_two_modes(table, issues, retained),
+    let modes = if table.has("mode") {
+        of_one_mode(table, issues, retained)
+    } else {
+        of_two_modes(table, issues, retained)
     };
     let extent = table.quantity(issues, "extent");
     let count = table.integer_or_default(issues, "count");
@@ -33,9 +34,10 @@ type Modes = ([u64; 2], SliceOf, Option<f64>);
 /// The phase plane of a mode.
 fn of_one_mode(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Option<Modes> {
     let mode = table.integer(issues, "mode");
-    let speed = match table.has("speed") {
-        true => table.quantity(issues, "speed").map(Some),
-        false => Some(None),
+    let speed = if table.has("speed") {
+        table.quantity(issues, "speed").map(Some)
+    } else {
+        Some(None)
     };
     table.given_twice(issues, &["modes", "of"], "mode", "name the plane");
     let mode = retained_mode(table, issues, "mode", [mode?; 2], retained)?;

@@ -43,9 +43,10 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<TrainDrive>
     let gears = parts.gears(section, issues, "gears");
     let couplings = joints::couplings(section, issues, &parts);
     let stops = joints::stops(section, issues, &parts);
-    let driver = match section.has("driver") {
-        true => parts.shaft(section, issues, "driver"),
-        false => gears.map(|[first, _]| first.shaft),
+    let driver = if section.has("driver") {
+        parts.shaft(section, issues, "driver")
+    } else {
+        gears.map(|[first, _]| first.shaft)
     };
     check_outputs(section, issues, &shafts)?;
     let gears = gears?;

@@ -124,9 +124,10 @@ impl Characteristics {
         // Its format before all else: another one lacks what this one has.
         let Format { format } =
             serde_json::from_str(&text).map_err(|error| foreign(error.to_string()))?;
-        match format == FORMAT {
-            true => serde_json::from_str(&text).map_err(|error| foreign(error.to_string())),
-            false => Err(foreign(format!("format `{format}`, not `{FORMAT}`"))),
+        if format == FORMAT {
+            serde_json::from_str(&text).map_err(|error| foreign(error.to_string()))
+        } else {
+            Err(foreign(format!("format `{format}`, not `{FORMAT}`")))
         }
     }
 

@@ -126,11 +126,7 @@ fn simulate(job: &Job, nodes: usize, workers: usize, near: bool) -> Simulated {
     loop {
         // The worker that is free first, of those the first.
         let earliest = |best: usize, worker: usize| {
-            if free[worker] < free[best] {
-                worker
-            } else {
-                best
-            }
+            if free[worker] < free[best] { worker } else { best }
         };
         let worker = (1..workers).fold(0, earliest);
         let node = worker * nodes / workers;

@@ -60,10 +60,7 @@ fn plane(refine: &Refine, known: &[u64], motion: impl Fn([usize; 2]) -> PointRow
 /// Chaotic in a disc, else periodic.
 fn disc([row, column]: [usize; 2]) -> Option<Class> {
     let (x, y) = (row as f64 - 61.3, column as f64 - 40.7);
-    Some(match x.hypot(y) < 27.2 {
-        true => Class::Chaotic,
-        false => Class::Periodic(1),
-    })
+    Some(if x.hypot(y) < 27.2 { Class::Chaotic } else { Class::Periodic(1) })
 }
 
 #[test]
@@ -102,9 +99,8 @@ fn neighbours_differ_by_no_more_than_one_halving() {
 /// A tongue that no corner of a coarse cell lies in is followed from where it leaves the disc.
 #[test]
 fn what_leaves_a_divided_cell_is_followed() {
-    let tongue = |[r, c]: [usize; 2]| match c > 40 && r.abs_diff(52) <= 1 {
-        true => Some(Class::Chaotic),
-        false => disc([r, c]),
+    let tongue = |[r, c]: [usize; 2]| {
+        if c > 40 && r.abs_diff(52) <= 1 { Some(Class::Chaotic) } else { disc([r, c]) }
     };
     let found = plane(&refine(&[Criterion::Class]), &[], |at| {
         row(0, tongue(at), 1.0)
@@ -133,9 +129,8 @@ fn motions_without_a_verdict_are_no_boundary_among_each_other() {
     let found = plane(&refine(&by), &[], |at| row(0, Some(locked(at)), 1.0));
     assert_eq!(found.points(), coarse);
     // What repeats is told from what has not settled.
-    let half = |[r, _]: [usize; 2]| match r < 40 {
-        true => Class::NotConverged,
-        false => Class::Periodic(2),
+    let half = |[r, _]: [usize; 2]| {
+        if r < 40 { Class::NotConverged } else { Class::Periodic(2) }
     };
     let found = plane(&refine(&by), &[], |at| row(0, Some(half(at)), 1.0));
     assert!(found.points() > coarse + 100);

@@ -194,10 +194,11 @@ fn any_case() -> impl Strategy<Value = Case> {
             |(modes, ratio, (load, speed), (gap, friction, damping), mesh, (te, harmonic))| {
                 // One rigid rotation at least, so that the load has something to push.
                 let frequency: Vec<f64> = (modes.iter().enumerate())
-                    .map(|(i, mode)| match mode.0 == 0.0 || i == 0 {
-                        true => 0.0,
-                        false => 10f64.powf(mode.0),
-                    })
+                    .map(
+                        |(i, mode)| {
+                            if mode.0 == 0.0 || i == 0 { 0.0 } else { 10f64.powf(mode.0) }
+                        },
+                    )
                     .collect();
                 let count = frequency.len();
                 let size = (count as f64).sqrt().recip();

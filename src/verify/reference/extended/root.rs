@@ -159,11 +159,7 @@ mod tests {
                 .copied()
                 .filter(|z| *z > 0.0)
                 .fold(f64::INFINITY, f64::min);
-            let sign = if zeros.iter().any(|z| *z < 0.0) {
-                -1.0
-            } else {
-                1.0
-            };
+            let sign = if zeros.iter().any(|z| *z < 0.0) { -1.0 } else { 1.0 };
             let power: Vec<_> = with_zeros(&zeros).iter().map(|&a| a * sign).collect();
             let found = first_zero(&power).unwrap().unwrap();
             let error = (found - DoubleDouble::exact(first)).abs().value();

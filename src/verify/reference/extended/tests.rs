@@ -60,11 +60,7 @@ fn bouncing_between_two_flanks_is_the_closed_form_to_thirty_digits() {
     // Energy: ½ v² + ½ k (δ − s b)²; 8 at the start.
     let (q, v) = (passage.state[0], passage.state[1]);
     let sign = DoubleDouble::exact(passage.contact.sign());
-    let compression = if passage.contact.touching() {
-        q * 2.0 - sign
-    } else {
-        DoubleDouble::ZERO
-    };
+    let compression = if passage.contact.touching() { q * 2.0 - sign } else { DoubleDouble::ZERO };
     let energy = v * v * 0.5 + compression * compression * 2.0;
     assert!((energy - DoubleDouble::exact(8.0)).abs().value() < 1e-28);
 }

@@ -135,9 +135,10 @@ pub(super) fn draw(
             0 => String::new(),
             count => format!("{} of round-off below the axis", plural(count, "value")),
         };
-        let errors = match plan.curves.values().any(|curve| curve.barred) {
-            true => plan.evidence.words(),
-            false => String::new(),
+        let errors = if plan.curves.values().any(|curve| curve.barred) {
+            plan.evidence.words()
+        } else {
+            String::new()
         };
         let mut canvas = Canvas::titled(
             &title,
@@ -166,10 +167,7 @@ fn common(names: &[&str]) -> String {
         names.iter().all(begins)
     });
     let shared: Vec<&str> = parts.collect();
-    match shared.is_empty() {
-        true => names.join(", "),
-        false => shared.join("_"),
-    }
+    if shared.is_empty() { names.join(", ") } else { shared.join("_") }
 }
 
 /// Which axes the curves go along and differ by.

@@ -98,15 +98,16 @@ impl Labelled<'_> {
                     continue;
                 }
                 let dashes = self.style(key).dashes;
-                let style = match part == lead {
-                    true => Style {
+                let style = if part == lead {
+                    Style {
                         dashes: 0,
                         ..self.style(key)
-                    },
-                    false => Style {
+                    }
+                } else {
+                    Style {
                         colour: INK,
                         ..Style::new([0, count], false, dashes)
-                    },
+                    }
                 };
                 met.push(key[part]);
                 entries.push(Entry {
@@ -166,12 +167,7 @@ impl Labelled<'_> {
             .map(|entry| text_width(&entry.label, TICK_SIZE));
         let alone = curves.len() < 2;
         let widest = widths.fold(0.0, f64::max) + 52.0;
-        let right = EDGE
-            - if alone {
-                40.0
-            } else {
-                widest.clamp(LEGEND[0], LEGEND[1])
-            };
+        let right = EDGE - if alone { 40.0 } else { widest.clamp(LEGEND[0], LEGEND[1]) };
         let panel = Panel {
             left: LEFT,
             right,
@@ -231,9 +227,10 @@ struct Entry {
 
 impl Entry {
     fn sample(&self, canvas: &mut Canvas, at: Place) {
-        match self.marked {
-            true => self.style.sample(canvas, at, self.lined),
-            false => (self.style).line(canvas, &[at, [at[0] + 26.0, at[1]]], 1.8),
+        if self.marked {
+            self.style.sample(canvas, at, self.lined)
+        } else {
+            (self.style).line(canvas, &[at, [at[0] + 26.0, at[1]]], 1.8)
         }
     }
 }
@@ -246,11 +243,7 @@ impl Curve {
         let wide = (panel.right - panel.left) / self.dots.len().max(1) as f64 > 3.0 * WHISKER;
         for dot in self.dots.iter().filter(|dot| dot.value.is_finite()) {
             let inside = |y: f64| y.clamp(panel.top, panel.bottom);
-            let low = if dot.low.is_nan() {
-                panel.bottom
-            } else {
-                inside(panel.y(dot.low))
-            };
+            let low = if dot.low.is_nan() { panel.bottom } else { inside(panel.y(dot.low)) };
             let (x, high) = (panel.x(dot.x), inside(panel.y(dot.high)));
             canvas.line(&[[x, low], [x, high]], style.tint(), 1.4);
             if wide && low - high > 2.0 * WHISKER {
@@ -276,11 +269,7 @@ impl Curve {
         }
         let known: Vec<usize> = (0..places.len()).filter(|&i| within(&places[i])).collect();
         let dense = known.len() > MOST_MARKERS;
-        let every = if dense {
-            known.len().div_ceil(FEW_MARKERS)
-        } else {
-            1
-        };
+        let every = if dense { known.len().div_ceil(FEW_MARKERS) } else { 1 };
         for (count, &i) in known.iter().enumerate() {
             let joined = |other: Option<usize>| {
                 other

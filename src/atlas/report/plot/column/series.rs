@@ -103,21 +103,19 @@ pub(super) fn read(results: &Results, column: &ColumnName) -> Result<Vec<Series>
         .flat_map(|head| head.elements);
     let names: Vec<String> = names.collect();
     let mut wanted = vec!["point_id"];
-    match modulus {
-        true => wanted.extend(MULTIPLIERS),
-        false => wanted.extend(
+    if modulus {
+        wanted.extend(MULTIPLIERS)
+    } else {
+        wanted.extend(
             [Some(column.name.as_str()), partner.as_deref()]
                 .into_iter()
                 .flatten(),
-        ),
+        )
     }
     let (mut placed, mut alike): (Vec<Vec<(usize, Sample)>>, _) = (Vec::new(), true);
     // Only these columns, some thousand rows at a time: a million points have a gigabyte of others.
     ResultTable::scan(&results.folder, column.table, &wanted, |part| {
-        let values = match modulus {
-            true => moduli(part)?,
-            false => part.numbers(&column.name)?,
-        };
+        let values = if modulus { moduli(part)? } else { part.numbers(&column.name)? };
         let errors = partner
             .as_ref()
             .map(|partner| part.numbers(partner))
@@ -164,12 +162,13 @@ pub(super) fn read(results: &Results, column: &ColumnName) -> Result<Vec<Series>
         let samples = Samples::new(placed.unwrap_or_default(), results.summary.all.len());
         Series {
             name: whole.to_string(),
-            part: match is_list {
-                true => match names.get(element) {
+            part: if is_list {
+                match names.get(element) {
                     Some(name) => name.clone(),
                     None => element_words(&column.name, element),
-                },
-                false => String::new(),
+                }
+            } else {
+                String::new()
             },
             unit: unit.to_owned(),
             scattered: column.table != TableKind::Points,

@@ -23,9 +23,10 @@ impl Style {
     pub fn new([place, count]: [usize; 2], ordered: bool, dashes: usize) -> Self {
         let ramp = ordered && count > MOST_COLOURS;
         Self {
-            colour: match ramp {
-                true => viridis(0.92 * place as f64 / (count - 1) as f64),
-                false => colour(place),
+            colour: if ramp {
+                viridis(0.92 * place as f64 / (count - 1) as f64)
+            } else {
+                colour(place)
             },
             marker: OTHERS[place % OTHERS.len()],
             dashes,
@@ -64,9 +65,10 @@ impl Style {
 
     /// A marker, or where it is `small` a dot.
     pub fn mark(&self, canvas: &mut Canvas, at: Place, small: bool) {
-        match small {
-            true => canvas.disc(at, 1.3, self.colour),
-            false => self.marker.filled(canvas, at, self.colour),
+        if small {
+            canvas.disc(at, 1.3, self.colour)
+        } else {
+            self.marker.filled(canvas, at, self.colour)
         }
     }
 }

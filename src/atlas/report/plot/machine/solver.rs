@@ -145,9 +145,10 @@ fn gain(canvas: &mut Canvas, name: &str, mut curves: Vec<Curve>) {
     let places = || curves.iter().flat_map(|curve| &curve.places);
     let most = range(places().map(|place| place[0]))[1];
     let highest = range(places().map(|place| place[1]))[1].max(most);
-    let up = match most > 8.0 {
-        true => Axis::logarithmic("gain over one thread", "1", [0.8, 1.15 * highest]),
-        false => Axis::linear("gain over one thread", "1", [0.0, 1.1 * highest]),
+    let up = if most > 8.0 {
+        Axis::logarithmic("gain over one thread", "1", [0.8, 1.15 * highest])
+    } else {
+        Axis::linear("gain over one thread", "1", [0.0, 1.1 * highest])
     };
     let panel = panel(LEFT[2], threads(most), up);
     panel.frame(canvas, true);

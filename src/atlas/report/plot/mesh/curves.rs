@@ -133,9 +133,10 @@ impl Family {
 
 /// A range at least so wide, about the same middle.
 fn widened([low, high]: [f64; 2], least: f64) -> [f64; 2] {
-    match high - low < least {
-        true => [0.5 * (low + high - least), 0.5 * (low + high + least)],
-        false => [low, high],
+    if high - low < least {
+        [0.5 * (low + high - least), 0.5 * (low + high + least)]
+    } else {
+        [low, high]
     }
 }
 

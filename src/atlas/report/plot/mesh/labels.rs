@@ -34,9 +34,10 @@ pub(super) fn draw(canvas: &mut Canvas, panel: &Panel, lines: &[Named], unit: &s
         let x = panel.right;
         let leader = [[x + 2.0, *end], [x + 14.0, place], [x + 22.0, place]];
         canvas.line(&leader, lines[last].colour, 1.8);
-        let name = match first == last {
-            true => format!("{} {unit}", lines[first].name),
-            false => format!("{} … {} {unit}", lines[first].name, lines[last].name),
+        let name = if first == last {
+            format!("{} {unit}", lines[first].name)
+        } else {
+            format!("{} … {} {unit}", lines[first].name, lines[last].name)
         };
         let at = [x + ASIDE, place + 0.35 * TICK_SIZE];
         canvas.text(at, name.trim_end(), TICK_SIZE, INK, Anchor::Start);

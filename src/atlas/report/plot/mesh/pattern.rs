@@ -76,10 +76,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
 
 /// The two ends of a range of places, or its only one.
 fn ends(first: usize, last: usize) -> Vec<usize> {
-    match first == last {
-        true => vec![first],
-        false => vec![first, last],
-    }
+    if first == last { vec![first] } else { vec![first, last] }
 }
 
 /// The place of the largest misalignment either way.

@@ -182,16 +182,7 @@ fn foot(part: &Part, tooth: &Tooth, axial: &Axial) -> (Mat<f64>, Vec<usize>) {
     let in_section = along_x + others;
     let rule = GaussLegendre::new(SECTION.across + FOOT + 4);
     let mut sections: Vec<Mat<f64>> = (modes.iter())
-        .map(|mode| {
-            Mat::zeros(
-                if mode.direction == 2 {
-                    others
-                } else {
-                    in_section
-                },
-                1,
-            )
-        })
+        .map(|mode| Mat::zeros(if mode.direction == 2 { others } else { in_section }, 1))
         .collect();
     for (place, weight) in rule.nodes.iter().zip(&rule.weights) {
         let (sin, cos) = (place * half_angle).sin_cos();

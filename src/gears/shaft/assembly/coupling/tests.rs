@@ -171,10 +171,7 @@ fn exact_whirl(shear: f64, speed: f64) -> f64 {
     let (mut low, mut high) = (0.0, k * (sliding / line).sqrt());
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
-        match equation(middle) > 0.0 {
-            true => low = middle,
-            false => high = middle,
-        }
+        if equation(middle) > 0.0 { low = middle } else { high = middle }
     }
     low
 }

@@ -49,27 +49,15 @@ fn number(kind: &str, bounds: Bounds) -> Value {
     form.insert("type".into(), json!(kind));
     let mut bound = |name: &str, value: f64| {
         let whole = value.fract() == 0.0 && value.abs() < 9e15;
-        let value = if whole {
-            json!(value as i64)
-        } else {
-            json!(value)
-        };
+        let value = if whole { json!(value as i64) } else { json!(value) };
         form.insert(name.into(), value);
     };
     if bounds.min.is_finite() {
-        let name = if bounds.min_open {
-            "exclusiveMinimum"
-        } else {
-            "minimum"
-        };
+        let name = if bounds.min_open { "exclusiveMinimum" } else { "minimum" };
         bound(name, bounds.min);
     }
     if bounds.max.is_finite() {
-        let name = if bounds.max_open {
-            "exclusiveMaximum"
-        } else {
-            "maximum"
-        };
+        let name = if bounds.max_open { "exclusiveMaximum" } else { "maximum" };
         bound(name, bounds.max);
     }
     Value::Object(form)

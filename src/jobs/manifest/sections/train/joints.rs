@@ -63,9 +63,10 @@ fn mesh(
     };
     let law = contact_law::cyclic(table, issues, gap);
     let (pair, parallel) = drawing?;
-    let pressure_angle = match parallel {
-        true => pair.operating_pressure_angle().ok()?,
-        false => pair.pressure_angle,
+    let pressure_angle = if parallel {
+        pair.operating_pressure_angle().ok()?
+    } else {
+        pair.pressure_angle
     };
     let (mut drive, mut divisions) = law?;
     let friction = friction?;
@@ -156,9 +157,10 @@ pub(super) fn couplings(
 ) -> Option<Vec<ShaftCoupling>> {
     all(section, issues, "coupling", |table, issues| {
         let shafts = parts.shafts(table, issues);
-        let at = match table.has("at") {
-            true => table.quantities(issues, "at", Some(2)),
-            false => shafts.map(|[first, _]| vec![parts.shafts[first].length(), 0.0]),
+        let at = if table.has("at") {
+            table.quantities(issues, "at", Some(2))
+        } else {
+            shafts.map(|[first, _]| vec![parts.shafts[first].length(), 0.0])
         };
         let stiffness =
             ["radial", "axial", "tilt", "twist"].map(|key| table.quantity_or_default(issues, key));
@@ -180,12 +182,11 @@ pub(super) fn stops(section: &Section, issues: &mut Issues, parts: &Parts) -> Op
     all(section, issues, "stop", |table, issues| {
         let shaft = parts.shaft(table, issues, "shaft");
         let at = table.quantity(issues, "at");
-        let direction = match table.has("direction") {
-            true => triple(table, issues, "direction", [0.0; 3]),
-            false => {
-                table.missing(issues, "direction");
-                None
-            }
+        let direction = if table.has("direction") {
+            triple(table, issues, "direction", [0.0; 3])
+        } else {
+            table.missing(issues, "direction");
+            None
         };
         let law = contact_law::constant(table, issues);
         let direction = direction?;

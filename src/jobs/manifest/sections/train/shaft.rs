@@ -43,9 +43,10 @@ fn shaft(
         None => None,
     };
     let sections = all(table, issues, "sections", section);
-    let element = match table.has("element") {
-        true => table.quantity(issues, "element").map(Some),
-        false => Some(None),
+    let element = if table.has("element") {
+        table.quantity(issues, "element").map(Some)
+    } else {
+        Some(None)
     };
     let torque_at = table.quantity_or_default(issues, "torque_at");
     let output = table.quantity_or_default(issues, "output");
@@ -130,9 +131,10 @@ pub(super) fn triple(
     key: &str,
     default: [f64; 3],
 ) -> Option<[f64; 3]> {
-    match table.has(key) {
-        true => table.quantities(issues, key, Some(3))?.try_into().ok(),
-        false => Some(default),
+    if table.has(key) {
+        table.quantities(issues, key, Some(3))?.try_into().ok()
+    } else {
+        Some(default)
     }
 }
 
