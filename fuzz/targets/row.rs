@@ -8,7 +8,7 @@
 //! | `kind` | steady contact has no event and touches; chaos and flights have events |
 
 use gearatlas::analysis::{
-    Class, Effort, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, Section, Signals,
+    Class, Effort, LyapunovConfig, NvhConfig, PointConfig, PointOutcome, Section, Signals,
 };
 use gearatlas::numerics::random::PointSeed;
 
@@ -22,8 +22,8 @@ fn lies_on_a_surface(row: &PointOutcome, half_gap: f64) -> bool {
 
 /// What a row is asked for, over so many mesh cycles behind so many that are passed over: all that
 /// [`broken`] and [`differs`] look at.
-pub fn questions(transient: u64, cycles: u64) -> Questions {
-    Questions {
+pub fn questions(transient: u64, cycles: u64) -> PointConfig {
+    PointConfig {
         point: PointSeed {
             seed: 1,
             point_id: 0,
@@ -32,15 +32,15 @@ pub fn questions(transient: u64, cycles: u64) -> Questions {
         cycles,
         settle: true,
         audit_cycles: 20,
-        lyapunov: Some(LyapunovQuestion {
+        lyapunov: Some(LyapunovConfig {
             align: 50,
             twin: false,
             effort: Effort::Survey,
-            ..LyapunovQuestion::default()
+            ..LyapunovConfig::default()
         }),
         poincare_samples: 0,
         section: Section::default(),
-        nvh: Some(NvhQuestion {
+        nvh: Some(NvhConfig {
             harmonics: 3,
             outputs: Signals::NONE,
             power: false,

@@ -9,7 +9,7 @@ use arrow_schema::{DataType, Schema};
 use gearatlas::model::{InitialState, Model};
 use gearatlas::propagate::Event;
 use gearatlas::store::TableStore;
-use gearatlas::sweep::{self, MapError, MapImage, MapQuestion, MapTangents, Parts, WORKER};
+use gearatlas::sweep::{self, MapConfig, MapError, MapImage, MapTangents, Parts, WORKER};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyReadonlyArray3, PyUntypedArrayMethods,
@@ -216,7 +216,7 @@ impl CycleMap {
         let work = (count as u64)
             .saturating_mul(cycles)
             .saturating_mul(columns);
-        let question = MapQuestion {
+        let question = MapConfig {
             states: states.as_slice()?,
             first_cycle,
             cycles,
@@ -288,7 +288,7 @@ impl CycleMap {
     fn work(
         &self,
         py: Python<'_>,
-        question: &MapQuestion<'_>,
+        question: &MapConfig<'_>,
         work: u64,
     ) -> PyResult<Result<MapImage, MapError>> {
         let on_threads = |called_off: &AtomicBool| match question.threads {

@@ -4,7 +4,7 @@ use crate::attended::attended;
 use crate::errors::{failed, refused};
 use crate::point::Point;
 use crate::table::Table;
-use gearatlas::analysis::{Signals, TraceQuestion, named_outputs};
+use gearatlas::analysis::{Signals, TraceConfig, named_outputs};
 use gearatlas::store::{TableStore, TraceTables};
 use gearatlas::sweep::{Parts, PointTrace, PointTraceError};
 use pyo3::prelude::*;
@@ -28,7 +28,7 @@ pub fn trace(
     if samples_per_cycle == 0 {
         return Err(refused(py, "samples_per_cycle must be at least 1"));
     }
-    let question = TraceQuestion {
+    let question = TraceConfig {
         skip: skip.unwrap_or(point.spec.run.transient),
         cycles,
         samples_per_cycle,

@@ -8,8 +8,8 @@
 use crate::common;
 use common::advance::{advance, advance_with, mean_equilibrium, volterra};
 use gearatlas::analysis::{
-    Class, EnergyNorm, MultistabilityOutcome, MultistabilityQuestion, Probes, SliceOf,
-    SliceQuestion, probe_basins,
+    Class, EnergyNorm, MultistabilityConfig, MultistabilityOutcome, Probes, SliceConfig, SliceOf,
+    probe_basins,
 };
 use gearatlas::model::{
     Drive, DriveShaft, MeshHarmonic, Model, OperatingPoint, TorqueRipple, TrajectoryState,
@@ -44,8 +44,8 @@ fn one_degree(load: f64, speed: f64) -> Model {
     drive(&[], load, speed, 2e-6)
 }
 
-fn question(initial_conditions: u32, decades: f64) -> MultistabilityQuestion {
-    MultistabilityQuestion {
+fn question(initial_conditions: u32, decades: f64) -> MultistabilityConfig {
+    MultistabilityConfig {
         initial_conditions,
         decades,
         transient: 300,
@@ -54,11 +54,11 @@ fn question(initial_conditions: u32, decades: f64) -> MultistabilityQuestion {
     }
 }
 
-fn probes(model: &Model, seed: u64, question: MultistabilityQuestion) -> Probes {
+fn probes(model: &Model, seed: u64, question: MultistabilityConfig) -> Probes {
     Probes::new(model, question, PointSeed { seed, point_id: 0 }, true).unwrap()
 }
 
-fn ask(model: &Model, seed: u64, question: MultistabilityQuestion) -> MultistabilityOutcome {
+fn ask(model: &Model, seed: u64, question: MultistabilityConfig) -> MultistabilityOutcome {
     let start = mean_equilibrium(model);
     let called_off = AtomicBool::new(false);
     let probes = probes(model, seed, question);
@@ -206,7 +206,7 @@ fn two_degrees_on_a_torus_are_quasi_periodic() {
     let (growth, nearest) = growth_and_return(&model, 100);
     assert!(growth < 10.0 && nearest > 1e-4, "{growth} {nearest}");
     // Long: the torus attracts slowly, and its exponent is an average that converges slowly.
-    let long = |question| MultistabilityQuestion {
+    let long = |question| MultistabilityConfig {
         transient: 1000,
         cycles: 3000,
         ..question
@@ -328,14 +328,14 @@ fn mirror_images_share_the_cells() {
     const COUNT: u32 = 16;
     let found = [0.0, PI].map(|phase| {
         let model = shaken(phase);
-        let slice = SliceQuestion {
+        let slice = SliceConfig {
             modes: [0, 1],
             of: SliceOf::Displacement,
             extent: 9e-6,
             speed: None,
             count: COUNT,
         };
-        let question = MultistabilityQuestion {
+        let question = MultistabilityConfig {
             slice: Some(slice),
             ..question(8, 4.0)
         };

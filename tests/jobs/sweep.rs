@@ -7,8 +7,8 @@
 use crate::{common, results};
 use common::advance::volterra;
 use gearatlas::analysis::{
-    ModalState, MultistabilityQuestion, PoincareSample, Probes, Questions, SampleKind, Section,
-    Signals, Surface, TraceQuestion, TraceSample, TraceSink, investigate, probe_basins, trace,
+    ModalState, MultistabilityConfig, PoincareSample, PointConfig, Probes, SampleKind, Section,
+    Signals, Surface, TraceConfig, TraceSample, TraceSink, investigate, probe_basins, trace,
 };
 use gearatlas::manifest::{self, Job};
 use gearatlas::model::{
@@ -266,7 +266,7 @@ fn up_and_down_differ_where_two_motions_coexist() {
 }
 
 fn probes(model: &Model) -> u32 {
-    let asked = MultistabilityQuestion {
+    let asked = MultistabilityConfig {
         initial_conditions: 24,
         decades: 5.0,
         transient: 200,
@@ -598,7 +598,7 @@ const MEASURED: u64 = 100;
 
 /// Samples of a section from cycle [`TRANSIENT`] on, for [`MEASURED`] cycles.
 fn samples(model: &Model, section: Section) -> Vec<PoincareSample> {
-    let questions = Questions {
+    let questions = PointConfig {
         point: PointSeed {
             seed: 1,
             point_id: 0,
@@ -640,7 +640,7 @@ impl TraceSink for Kept {
 
 /// The same cycles, traced.
 fn traced(model: &Model, samples_per_cycle: u32) -> Kept {
-    let question = TraceQuestion {
+    let question = TraceConfig {
         skip: TRANSIENT,
         cycles: MEASURED,
         samples_per_cycle,

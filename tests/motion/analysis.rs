@@ -7,8 +7,8 @@ use crate::common;
 use common::advance::{advance, advance_with, cut_short, settled, volterra};
 use common::{drives, relative_difference};
 use gearatlas::analysis::{
-    Class, Effort, EnergyAudit, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, PointOutcome,
-    Questions, Section, Signals, SpectrumQuestion, Status, investigate,
+    Class, Effort, EnergyAudit, LyapunovConfig, Nvh, NvhConfig, NvhOutcome, PointConfig,
+    PointOutcome, Section, Signals, SpectrumConfig, Status, investigate,
 };
 use gearatlas::model::{
     Division, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
@@ -286,8 +286,8 @@ fn energy_balance_closes_and_a_planted_error_opens_it() {
     }
 }
 
-fn questions(transient: u64, cycles: u64) -> Questions {
-    Questions {
+fn questions(transient: u64, cycles: u64) -> PointConfig {
+    PointConfig {
         point: PointSeed {
             seed: 11,
             point_id: 5,
@@ -296,18 +296,18 @@ fn questions(transient: u64, cycles: u64) -> Questions {
         cycles,
         settle: false,
         audit_cycles: 20,
-        lyapunov: Some(LyapunovQuestion {
+        lyapunov: Some(LyapunovConfig {
             exponents: 2,
             align: 50,
             twin: false,
             effort: Effort::Survey,
-            ..LyapunovQuestion::default()
+            ..LyapunovConfig::default()
         }),
         poincare_samples: 100,
         section: Section::default(),
-        nvh: Some(NvhQuestion {
+        nvh: Some(NvhConfig {
             harmonics: 4,
-            spectrum: Some(SpectrumQuestion {
+            spectrum: Some(SpectrumConfig {
                 signals: Signals {
                     deflection: true,
                     force: true,
@@ -324,7 +324,7 @@ fn questions(transient: u64, cycles: u64) -> Questions {
     }
 }
 
-fn ask(model: &Model, questions: &Questions) -> PointOutcome {
+fn ask(model: &Model, questions: &PointConfig) -> PointOutcome {
     investigate(
         model,
         &volterra(model),
@@ -459,7 +459,7 @@ fn shaken(load: f64, speed: f64, ripple: (f64, f64)) -> Model {
 fn a_period_may_be_a_multiple_of_the_ripples() {
     let model = shaken(0.3, 1430.0, (1.0, 1e-3));
     for settle in [true, false] {
-        let asked = Questions {
+        let asked = PointConfig {
             settle,
             ..questions(500, 2000)
         };

@@ -7,7 +7,7 @@
 use crate::common;
 use common::advance::volterra;
 use gearatlas::analysis::{
-    Class, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, Section, Signals, Status,
+    Class, LyapunovConfig, NvhConfig, PointConfig, PointOutcome, Section, Signals, Status,
     investigate,
 };
 use gearatlas::manifest;
@@ -36,20 +36,20 @@ struct Rule {
 }
 
 fn ask(model: &Model, seed: u64, rule: Rule) -> PointOutcome {
-    let questions = Questions {
+    let questions = PointConfig {
         point: PointSeed { seed, point_id: 0 },
         transient: 300,
         cycles: rule.budget,
         settle: true,
         audit_cycles: 0,
-        lyapunov: Some(LyapunovQuestion {
+        lyapunov: Some(LyapunovConfig {
             stop_at_stderr: rule.exponent,
             twin: false,
-            ..LyapunovQuestion::default()
+            ..LyapunovConfig::default()
         }),
         poincare_samples: 0,
         section: Section::default(),
-        nvh: Some(NvhQuestion {
+        nvh: Some(NvhConfig {
             harmonics: 1,
             outputs: Signals::NONE,
             power: false,

@@ -7,7 +7,7 @@ use gearatlas::manifest::{self, Job};
 use gearatlas::model::TrajectoryState;
 use gearatlas::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra, Window};
 use gearatlas::store::TableStore;
-use gearatlas::sweep::{CycleMap, MapImage, MapQuestion, MapTangents, Parts};
+use gearatlas::sweep::{CycleMap, MapConfig, MapImage, MapTangents, Parts};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -42,7 +42,7 @@ fn image(
     events: bool,
     cycles: u64,
 ) -> MapImage {
-    let question = MapQuestion {
+    let question = MapConfig {
         states,
         first_cycle: 0,
         cycles,
@@ -118,7 +118,7 @@ fn states_may_be_dealt_out() {
     let (map, states) = rattling(&job);
     let load = job.between.parameter(map.point(), "load").unwrap();
     let by = [map.derivative(&job, load, &[]).unwrap()];
-    let question = |threads| MapQuestion {
+    let question = |threads| MapConfig {
         states: &states,
         first_cycle: 0,
         cycles: CYCLES,
@@ -160,7 +160,7 @@ fn what_cannot_be_integrated_is_said_of_its_state_alone() {
 fn raising_the_flag_ends_it() {
     let job = job();
     let (map, states) = rattling(&job);
-    let question = MapQuestion {
+    let question = MapConfig {
         states: &states,
         first_cycle: 0,
         cycles: u64::MAX,

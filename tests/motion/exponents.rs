@@ -9,7 +9,7 @@ use common::advance::{advance, settled, volterra};
 use common::{drives, relative_difference};
 use gearatlas::analysis::orbits::floquet;
 use gearatlas::analysis::{
-    Class, Effort, EnergyNorm, LyapunovMethod, LyapunovQuestion, Nvh, Questions, Section,
+    Class, Effort, EnergyNorm, LyapunovConfig, LyapunovMethod, Nvh, PointConfig, Section,
     TangentGrowth, investigate, kaplan_yorke,
 };
 use gearatlas::model::{Division, DriveShaft, InitialState, Model, TorqueRipple, TrajectoryState};
@@ -21,8 +21,8 @@ use gearatlas::verify::constant_contact_exponents;
 use std::f64::consts::TAU;
 use std::sync::atomic::AtomicBool;
 
-fn questions(exponents: usize, transient: u64, cycles: u64) -> Questions {
-    Questions {
+fn questions(exponents: usize, transient: u64, cycles: u64) -> PointConfig {
+    PointConfig {
         point: PointSeed {
             seed: 1,
             point_id: 2,
@@ -31,11 +31,11 @@ fn questions(exponents: usize, transient: u64, cycles: u64) -> Questions {
         cycles,
         settle: false,
         audit_cycles: 0,
-        lyapunov: Some(LyapunovQuestion {
+        lyapunov: Some(LyapunovConfig {
             exponents,
             align: 50,
             effort: Effort::Survey,
-            ..LyapunovQuestion::default()
+            ..LyapunovConfig::default()
         }),
         poincare_samples: 0,
         section: Section::default(),
@@ -154,7 +154,7 @@ fn exponents_below_round_off_of_a_long_period_are_those_of_a_cycle() {
         rippled.1.mesh = Division::levels(&[3.4e8, 3.333e8], &[0.6]);
         rippled.2.load = 1.0;
         let model = common::model(&rippled);
-        let asked = Questions {
+        let asked = PointConfig {
             settle: true,
             ..questions(exact.len(), 400, 2000)
         };
@@ -201,7 +201,7 @@ fn multipliers_that_underflow_stop_no_point() {
         };
         let model = Model::new(&structure, &drive, point).unwrap();
         let exact = -(0.3 * 3000.0 + 0.5 * damping * w * w) * model.period();
-        let asked = Questions {
+        let asked = PointConfig {
             settle: true,
             ..questions(2, 100, 1000)
         };

@@ -7,7 +7,7 @@ use crate::common;
 use common::advance::{settled, volterra};
 use common::{model, one_degree, two_modes};
 use gearatlas::analysis::{
-    EnergyNorm, HorizonOutcome, HorizonQuantity, HorizonQuestion, TangentGrowth, predictability,
+    EnergyNorm, HorizonConfig, HorizonOutcome, HorizonQuantity, TangentGrowth, predictability,
 };
 use gearatlas::model::{Model, TrajectoryState};
 use gearatlas::numerics::random::{PointSeed, Stream};
@@ -20,7 +20,7 @@ const POINT: PointSeed = PointSeed {
     point_id: 4,
 };
 
-const QUESTION: HorizonQuestion = HorizonQuestion {
+const QUESTION: HorizonConfig = HorizonConfig {
     twins: 24,
     separation: 1e-8,
     cycles: 60,

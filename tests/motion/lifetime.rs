@@ -6,7 +6,7 @@
 use crate::{common, place, results};
 use common::advance::volterra;
 use gearatlas::analysis::{
-    Class, Effort, LyapunovMethod, LyapunovQuestion, PointOutcome, Questions, Section, Status,
+    Class, Effort, LyapunovConfig, LyapunovMethod, PointConfig, PointOutcome, Section, Status,
     investigate,
 };
 use gearatlas::manifest;
@@ -37,8 +37,8 @@ fn oscillator(amplitude: f64) -> Model {
     common::parts().model(&job.points.at(0)).unwrap()
 }
 
-fn questions(cycles: u64, lyapunov: LyapunovQuestion) -> Questions {
-    Questions {
+fn questions(cycles: u64, lyapunov: LyapunovConfig) -> PointConfig {
+    PointConfig {
         point: PointSeed {
             seed: 1,
             point_id: 0,
@@ -47,7 +47,7 @@ fn questions(cycles: u64, lyapunov: LyapunovQuestion) -> Questions {
         cycles,
         settle: true,
         audit_cycles: 0,
-        lyapunov: Some(LyapunovQuestion {
+        lyapunov: Some(LyapunovConfig {
             twin: false,
             ..lyapunov
         }),
@@ -58,19 +58,19 @@ fn questions(cycles: u64, lyapunov: LyapunovQuestion) -> Questions {
 }
 
 /// An exponent to 0.01.
-fn usual() -> LyapunovQuestion {
-    LyapunovQuestion {
+fn usual() -> LyapunovConfig {
+    LyapunovConfig {
         stop_at_stderr: Some(0.01),
-        ..LyapunovQuestion::default()
+        ..LyapunovConfig::default()
     }
 }
 
-fn ask_from(model: &Model, start: TrajectoryState, questions: &Questions) -> PointOutcome {
+fn ask_from(model: &Model, start: TrajectoryState, questions: &PointConfig) -> PointOutcome {
     let called_off = AtomicBool::new(false);
     investigate(model, &volterra(model), start, questions, &called_off).unwrap()
 }
 
-fn ask(model: &Model, questions: &Questions) -> PointOutcome {
+fn ask(model: &Model, questions: &PointConfig) -> PointOutcome {
     ask_from(model, model.start(&InitialState::Static), questions)
 }
 
@@ -121,7 +121,7 @@ fn chaos_that_lasts_has_a_lower_bound_of_its_life() {
 #[test]
 fn a_life_that_is_asked_for_is_shown_or_missed() {
     let model = oscillator(27.0);
-    let asked = LyapunovQuestion {
+    let asked = LyapunovConfig {
         lifetime: Some(25_000),
         ..usual()
     };
@@ -209,9 +209,9 @@ fn an_orbit_has_no_life_of_chaos() {
 
 #[test]
 fn an_error_out_of_reach_ends_the_point_with_the_cycles_that_it_takes() {
-    let asked = LyapunovQuestion {
+    let asked = LyapunovConfig {
         stop_at_stderr: Some(1e-4),
-        ..LyapunovQuestion::default()
+        ..LyapunovConfig::default()
     };
     let found = ask(&oscillator(27.0), &questions(160_000, asked));
     let ended = (found.status, found.class);
@@ -233,9 +233,9 @@ fn few_cycles_are_for_surveys() {
         (Effort::Verified, Status::NotConverged),
         (Effort::Survey, Status::Ok),
     ] {
-        let asked = LyapunovQuestion {
+        let asked = LyapunovConfig {
             effort,
-            ..LyapunovQuestion::default()
+            ..LyapunovConfig::default()
         };
         let found = ask(&model, &questions(FIRST_LOOK - 1, asked));
         let ended = (found.status, found.class);
@@ -255,10 +255,10 @@ fn few_cycles_are_for_surveys() {
         assert_eq!(told, status == Status::NotConverged, "{}", found.reason);
     }
     // A survey stops by itself at its own first look.
-    let asked = LyapunovQuestion {
+    let asked = LyapunovConfig {
         stop_at_stderr: Some(0.05),
         effort: Effort::Survey,
-        ..LyapunovQuestion::default()
+        ..LyapunovConfig::default()
     };
     let found = ask(&model, &questions(160_000, asked));
     assert_eq!(found.status, Status::Ok, "{}", found.reason);
@@ -267,7 +267,7 @@ fn few_cycles_are_for_surveys() {
 
 #[test]
 fn chains_are_the_averages_of_every_trajectory() {
-    let asked = LyapunovQuestion {
+    let asked = LyapunovConfig {
         chains: true,
         ..usual()
     };

@@ -5,7 +5,7 @@
 
 use crate::common;
 use common::advance::{advance, advance_with, volterra};
-use gearatlas::analysis::{Nvh, NvhOutcome, Questions, investigate};
+use gearatlas::analysis::{Nvh, NvhOutcome, PointConfig, investigate};
 use gearatlas::gear::{
     Flanks, GearPair, MeshTable, MeshTableInputs, ToothForm, friction_direction,
 };
@@ -182,7 +182,7 @@ fn answer(job: &Job, model: &Model) -> NvhOutcome {
         seed: 1,
         point_id: 0,
     };
-    let asked: Questions = questions(&point, seed);
+    let asked: PointConfig = questions(&point, seed);
     let start = model.start(&InitialState::Static);
     let never = AtomicBool::new(false);
     let found = investigate(model, &volterra(model), start, &asked, &never).unwrap();

@@ -6,8 +6,8 @@
 use crate::{common, program};
 use common::advance::volterra;
 use gearatlas::analysis::{
-    Class, MultistabilityOutcome, MultistabilityQuestion, ProbeOutcome, Probes, SliceOf,
-    SliceQuestion, Status, probe_basins,
+    Class, MultistabilityConfig, MultistabilityOutcome, ProbeOutcome, Probes, SliceConfig, SliceOf,
+    Status, probe_basins,
 };
 use gearatlas::model::{
     Drive, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
@@ -22,8 +22,8 @@ use std::sync::atomic::AtomicBool;
 const SEEDS: u64 = 20;
 const PROBES: u32 = 16;
 
-fn question() -> MultistabilityQuestion {
-    MultistabilityQuestion {
+fn question() -> MultistabilityConfig {
+    MultistabilityConfig {
         initial_conditions: PROBES,
         decades: 4.0,
         transient: 100,
@@ -32,11 +32,11 @@ fn question() -> MultistabilityQuestion {
     }
 }
 
-fn probes(model: &Model, seed: u64, question: MultistabilityQuestion) -> Probes {
+fn probes(model: &Model, seed: u64, question: MultistabilityConfig) -> Probes {
     Probes::new(model, question, PointSeed { seed, point_id: 0 }, true).unwrap()
 }
 
-fn probe(model: &Model, seed: u64, question: MultistabilityQuestion) -> MultistabilityOutcome {
+fn probe(model: &Model, seed: u64, question: MultistabilityConfig) -> MultistabilityOutcome {
     probe_with(&volterra(model), model, seed, question)
 }
 
@@ -44,7 +44,7 @@ fn probe_with(
     kernel: &Volterra<'_>,
     model: &Model,
     seed: u64,
-    question: MultistabilityQuestion,
+    question: MultistabilityConfig,
 ) -> MultistabilityOutcome {
     let start = model.start(&InitialState::Static);
     let called_off = AtomicBool::new(false);
@@ -239,8 +239,8 @@ fn one_attractor_is_not_split() {
     }
 }
 
-fn plane(extent: f64, count: u32) -> SliceQuestion {
-    SliceQuestion {
+fn plane(extent: f64, count: u32) -> SliceConfig {
+    SliceConfig {
         modes: [0, 1],
         of: SliceOf::Displacement,
         extent,
@@ -254,11 +254,11 @@ fn plane(extent: f64, count: u32) -> SliceQuestion {
 fn cells_are_decided_as_they_are_when_integrated_to_the_end() {
     let model = TWO_DEGREES.model(10e-6, 280.0);
     for (seed, extent) in [(0, 20e-6), (1, 200e-6)] {
-        let watched = MultistabilityQuestion {
+        let watched = MultistabilityConfig {
             slice: Some(plane(extent, 16)),
             ..question()
         };
-        let integrated = MultistabilityQuestion {
+        let integrated = MultistabilityConfig {
             transient: 0,
             ..watched
         };
@@ -300,7 +300,7 @@ fn a_slice_finds_what_no_probe_found() {
     let found = probe(
         &model,
         0,
-        MultistabilityQuestion {
+        MultistabilityConfig {
             initial_conditions: 1,
             slice: Some(plane(200e-6, 16)),
             ..question()
@@ -343,7 +343,7 @@ fn a_continuum_is_one() {
     };
     let model = Model::new(&structure, &drive, point).unwrap();
     for seed in 0..3 {
-        let question = MultistabilityQuestion {
+        let question = MultistabilityConfig {
             decades: 8.0,
             ..question()
         };
@@ -376,7 +376,7 @@ fn all_may_storm() {
             (&Status::EventStorm, 1.0)
         );
     }
-    let sliced = MultistabilityQuestion {
+    let sliced = MultistabilityConfig {
         slice: Some(plane(1e-6, 4)),
         ..question()
     };

@@ -6,8 +6,8 @@ use crate::common;
 use common::advance::{Events, advance_with, settled, volterra};
 use common::{forty_modes, model, model_at, one_degree, six_modes, two_modes};
 use gearatlas::analysis::{
-    Effort, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, OrderQuestion, OrderReference,
-    PointOutcome, Questions, Section, Signals, Spectrum, SpectrumQuestion, investigate,
+    Effort, LyapunovConfig, Nvh, NvhConfig, NvhOutcome, OrderConfig, OrderReference, PointConfig,
+    PointOutcome, Section, Signals, Spectrum, SpectrumConfig, investigate,
 };
 use gearatlas::model::{
     ActiveSet, Division, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, Quantity,
@@ -328,8 +328,8 @@ fn standard_errors_are_those_of_independent_draws() {
 }
 
 /// What is asked of a model, spectra among it.
-fn questions(harmonics: usize) -> Questions {
-    Questions {
+fn questions(harmonics: usize) -> PointConfig {
+    PointConfig {
         point: PointSeed {
             seed: 3,
             point_id: 0,
@@ -338,17 +338,17 @@ fn questions(harmonics: usize) -> Questions {
         cycles: 1000,
         settle: true,
         audit_cycles: 20,
-        lyapunov: Some(LyapunovQuestion {
+        lyapunov: Some(LyapunovConfig {
             align: 50,
             twin: false,
             effort: Effort::Survey,
-            ..LyapunovQuestion::default()
+            ..LyapunovConfig::default()
         }),
         poincare_samples: 0,
         section: Section::default(),
-        nvh: Some(NvhQuestion {
+        nvh: Some(NvhConfig {
             harmonics,
-            spectrum: Some(SpectrumQuestion {
+            spectrum: Some(SpectrumConfig {
                 signals: Signals {
                     deflection: true,
                     force: true,
@@ -500,7 +500,7 @@ fn a_thousand_harmonics_take_no_quadrature() {
 }
 
 /// All outputs of the structure at five mesh orders and three of each shaft.
-const ALL_ORDERS: OrderQuestion = OrderQuestion {
+const ALL_ORDERS: OrderConfig = OrderConfig {
     signals: Signals {
         deflection: true,
         force: true,

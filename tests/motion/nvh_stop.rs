@@ -6,8 +6,8 @@
 use crate::{common, place, results};
 use common::advance::volterra;
 use gearatlas::analysis::{
-    Class, Effort, LyapunovQuestion, NvhQuestion, OrderQuestion, PointOutcome, Questions, Section,
-    Signals, SpectrumQuestion, Status, investigate,
+    Class, Effort, LyapunovConfig, NvhConfig, OrderConfig, PointConfig, PointOutcome, Section,
+    Signals, SpectrumConfig, Status, investigate,
 };
 use gearatlas::model::{InitialState, Model};
 use gearatlas::numerics::random::PointSeed;
@@ -19,14 +19,14 @@ use std::sync::atomic::AtomicBool;
 /// Measured cycles of a survey at its first look.
 const FIRST_LOOK: u64 = 2000;
 
-fn questions(cycles: u64, stop_at_stderr: Option<f64>) -> Questions {
+fn questions(cycles: u64, stop_at_stderr: Option<f64>) -> PointConfig {
     let signals = Signals {
         deflection: true,
         force: true,
         bearings: true,
         ..Signals::NONE
     };
-    Questions {
+    PointConfig {
         point: PointSeed {
             seed: 3,
             point_id: 1,
@@ -35,24 +35,24 @@ fn questions(cycles: u64, stop_at_stderr: Option<f64>) -> Questions {
         cycles,
         settle: false,
         audit_cycles: 0,
-        lyapunov: Some(LyapunovQuestion {
+        lyapunov: Some(LyapunovConfig {
             align: 50,
             twin: false,
             effort: Effort::Survey,
-            ..LyapunovQuestion::default()
+            ..LyapunovConfig::default()
         }),
         poincare_samples: 100,
         section: Section::Extremum,
-        nvh: Some(NvhQuestion {
+        nvh: Some(NvhConfig {
             harmonics: 3,
             outputs: Signals::NONE,
             power: false,
-            spectrum: Some(SpectrumQuestion {
+            spectrum: Some(SpectrumConfig {
                 signals,
                 highest_order: 4,
                 resolution: 16,
             }),
-            orders: Some(OrderQuestion {
+            orders: Some(OrderConfig {
                 signals,
                 mesh: 3,
                 shafts: 2,
@@ -62,7 +62,7 @@ fn questions(cycles: u64, stop_at_stderr: Option<f64>) -> Questions {
     }
 }
 
-fn ask(model: &Model, questions: &Questions) -> PointOutcome {
+fn ask(model: &Model, questions: &PointConfig) -> PointOutcome {
     let start = model.start(&InitialState::Static);
     let kernel = volterra(model);
     investigate(model, &kernel, start, questions, &AtomicBool::new(false)).unwrap()

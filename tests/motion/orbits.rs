@@ -5,7 +5,7 @@
 use crate::common;
 use common::advance::{mean_equilibrium, volterra};
 use common::relative_difference;
-use gearatlas::analysis::{Bifurcation, EnergyNorm, OrbitQuestion, OrbitSurvey, survey_orbits};
+use gearatlas::analysis::{Bifurcation, EnergyNorm, OrbitConfig, OrbitSurvey, survey_orbits};
 use gearatlas::model::{InitialState, Model, TrajectoryState};
 use gearatlas::propagate::{Counters, Kernel};
 use gearatlas::reference::Reference;
@@ -30,7 +30,7 @@ fn survey(model: &Model, after: u32, periods: &[u32]) -> (OrbitSurvey, Trajector
             &mut Counters::default(),
         )
         .unwrap();
-    let question = OrbitQuestion {
+    let question = OrbitConfig {
         periods: periods.to_vec(),
         guesses: 24,
         cycles: 600,
@@ -175,7 +175,7 @@ fn given_states_are_searched_from() {
         velocity: vec![velocity],
     };
     let [displacement, velocity] = known.start.each_ref().map(|part| part[0]);
-    let question = OrbitQuestion {
+    let question = OrbitConfig {
         periods: vec![1, known.period],
         guesses: 1,
         cycles: 1,

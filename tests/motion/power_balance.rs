@@ -5,7 +5,7 @@
 use crate::common;
 use common::advance::{advance_with, settled, volterra};
 use gearatlas::analysis::{
-    Effort, EnergyNorm, LyapunovQuestion, NvhQuestion, Power, PowerOutcome, Questions, Section,
+    Effort, EnergyNorm, LyapunovConfig, NvhConfig, PointConfig, Power, PowerOutcome, Section,
     Signals, investigate,
 };
 use gearatlas::manifest;
@@ -70,8 +70,8 @@ fn mean(power: &Power) -> PowerOutcome {
     power.outcome().unwrap()[0]
 }
 
-fn questions(power: bool, cycles: u64) -> Questions {
-    Questions {
+fn questions(power: bool, cycles: u64) -> PointConfig {
+    PointConfig {
         point: PointSeed {
             seed: 3,
             point_id: 1,
@@ -80,15 +80,15 @@ fn questions(power: bool, cycles: u64) -> Questions {
         cycles,
         settle: true,
         audit_cycles: 20,
-        lyapunov: Some(LyapunovQuestion {
+        lyapunov: Some(LyapunovConfig {
             align: 20,
             twin: false,
             effort: Effort::Survey,
-            ..LyapunovQuestion::default()
+            ..LyapunovConfig::default()
         }),
         poincare_samples: 0,
         section: Section::default(),
-        nvh: Some(NvhQuestion {
+        nvh: Some(NvhConfig {
             harmonics: 0,
             outputs: Signals::NONE,
             power,

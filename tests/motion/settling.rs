@@ -9,7 +9,7 @@ use gearatlas::analysis::orbits::attracting::approaches;
 use gearatlas::analysis::orbits::shooting::{shoot, shortest};
 use gearatlas::analysis::orbits::twins::leading_exponent;
 use gearatlas::analysis::{
-    Class, Effort, EnergyNorm, LyapunovMethod, LyapunovQuestion, PointOutcome, Questions, Section,
+    Class, Effort, EnergyNorm, LyapunovConfig, LyapunovMethod, PointConfig, PointOutcome, Section,
     investigate,
 };
 use gearatlas::model::{
@@ -21,8 +21,8 @@ use gearatlas::propagate::{Counters, Kernel, Volterra};
 use gearatlas::reference::Reference;
 use std::sync::atomic::AtomicBool;
 
-fn questions(transient: u64) -> Questions {
-    Questions {
+fn questions(transient: u64) -> PointConfig {
+    PointConfig {
         point: PointSeed {
             seed: 3,
             point_id: 1,
@@ -31,12 +31,12 @@ fn questions(transient: u64) -> Questions {
         cycles: 12_000,
         settle: true,
         audit_cycles: 0,
-        lyapunov: Some(LyapunovQuestion {
+        lyapunov: Some(LyapunovConfig {
             stop_at_stderr: Some(0.02),
             align: 50,
             twin: false,
             effort: Effort::Survey,
-            ..LyapunovQuestion::default()
+            ..LyapunovConfig::default()
         }),
         poincare_samples: 0,
         section: Section::default(),
@@ -45,7 +45,7 @@ fn questions(transient: u64) -> Questions {
 }
 
 fn ask(model: &Model, settle: bool, transient: u64) -> PointOutcome {
-    let questions = Questions {
+    let questions = PointConfig {
         settle,
         ..questions(transient)
     };
@@ -364,11 +364,11 @@ fn twins_of_orbits_that_contract_strongly_raise_no_alarm() {
     for (model, told) in [(rippled, true), (heavy, false)] {
         let kernel = Volterra::new(&model, f64::EPSILON, 1000);
         let start = model.start(&InitialState::Static);
-        let asked = Questions {
-            lyapunov: Some(LyapunovQuestion {
+        let asked = PointConfig {
+            lyapunov: Some(LyapunovConfig {
                 align: 50,
                 effort: Effort::Survey,
-                ..LyapunovQuestion::default()
+                ..LyapunovConfig::default()
             }),
             ..questions(300)
         };

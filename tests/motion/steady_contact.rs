@@ -4,7 +4,7 @@
 
 use crate::common;
 use gearatlas::analysis::{
-    Class, Effort, EnergyNorm, LyapunovQuestion, PointOutcome, Questions, Section,
+    Class, Effort, EnergyNorm, LyapunovConfig, PointConfig, PointOutcome, Section,
     investigate_onward,
 };
 use gearatlas::model::{DriveShaft, InitialState, Model, TorqueRipple, TrajectoryState};
@@ -57,8 +57,8 @@ impl Kernel for Counted {
     }
 }
 
-fn questions(settle: bool) -> Questions {
-    Questions {
+fn questions(settle: bool) -> PointConfig {
+    PointConfig {
         point: PointSeed {
             seed: 3,
             point_id: 1,
@@ -67,11 +67,11 @@ fn questions(settle: bool) -> Questions {
         cycles: 12_000,
         settle,
         audit_cycles: 0,
-        lyapunov: Some(LyapunovQuestion {
+        lyapunov: Some(LyapunovConfig {
             stop_at_stderr: Some(0.02),
             align: 50,
             effort: Effort::Survey,
-            ..LyapunovQuestion::default()
+            ..LyapunovConfig::default()
         }),
         poincare_samples: 0,
         section: Section::default(),

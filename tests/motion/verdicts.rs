@@ -21,7 +21,7 @@ use crate::common;
 use common::advance::volterra;
 use common::motions::{Kind, Planted, contracts, planted};
 use gearatlas::analysis::{
-    Class, Effort, LyapunovQuestion, PointOutcome, Questions, Section, Status, investigate,
+    Class, Effort, LyapunovConfig, PointConfig, PointOutcome, Section, Status, investigate,
 };
 use gearatlas::model::{InitialState, MeshHarmonic, Model, TrajectoryState};
 use gearatlas::numerics::random::PointSeed;
@@ -36,15 +36,15 @@ const TRANSIENT: u64 = 200;
 const BUDGETS: [u64; 5] = [100, 150, 320, 800, 4000];
 
 fn ask(model: &Model, start: &TrajectoryState, seed: u64, cycles: u64) -> PointOutcome {
-    let questions = Questions {
+    let questions = PointConfig {
         point: PointSeed { seed, point_id: 0 },
         transient: TRANSIENT,
         cycles,
         settle: true,
         audit_cycles: 0,
-        lyapunov: Some(LyapunovQuestion {
+        lyapunov: Some(LyapunovConfig {
             effort: Effort::Survey,
-            ..LyapunovQuestion::default()
+            ..LyapunovConfig::default()
         }),
         poincare_samples: 0,
         section: Section::default(),

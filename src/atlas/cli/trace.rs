@@ -6,7 +6,7 @@ use super::process::{NOTHING_WRITTEN, Process, begin_writing};
 use super::table::TablesFolder;
 use super::threads::Threads;
 use super::{BAD_INPUT, FAILED_POINTS, INTERRUPTED, answer, fail, start_threads};
-use crate::analysis::{Signals, TraceOutcome, TraceQuestion, named_outputs};
+use crate::analysis::{Signals, TraceConfig, TraceOutcome, named_outputs};
 use crate::manifest::Job;
 use crate::model::Model;
 use crate::propagate::Stop;
@@ -88,7 +88,7 @@ pub fn run(args: &TraceArgs) -> ExitCode {
         job: &job,
         point: &point.spec,
         swept: point.direction.is_some(),
-        question: TraceQuestion {
+        question: TraceConfig {
             skip: args.skip.unwrap_or(point.spec.run.transient),
             cycles: args.cycles,
             samples_per_cycle: args.samples_per_cycle,
@@ -151,7 +151,7 @@ fn occupied(folder: &Path) -> Option<String> {
 }
 
 /// What the trace is of.
-fn label(job: &Job, point: &ChosenPoint, model: &Model, question: &TraceQuestion) -> TraceLabel {
+fn label(job: &Job, point: &ChosenPoint, model: &Model, question: &TraceConfig) -> TraceLabel {
     TraceLabel {
         job: job.name.clone(),
         manifest_hash: job.hash.clone(),
@@ -170,7 +170,7 @@ fn summary(
     job: &Job,
     point: &ChosenPoint,
     model: &Model,
-    question: &TraceQuestion,
+    question: &TraceConfig,
     outcome: &TraceOutcome,
     folder: &Path,
 ) -> String {

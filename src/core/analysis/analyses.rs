@@ -1,28 +1,28 @@
 //! All that a manifest may ask of an operating point.
 
-use super::covariant::CovariantQuestion;
-use super::horizon::HorizonQuestion;
-use super::multistability::MultistabilityQuestion;
-use super::orbits::survey::OrbitQuestion;
-use super::poincare::PoincareQuestion;
-use super::questions::{LyapunovQuestion, NvhQuestion};
+use super::covariant::CovariantConfig;
+use super::horizon::HorizonConfig;
+use super::multistability::MultistabilityConfig;
+use super::orbits::survey::OrbitConfig;
+use super::poincare::PoincareConfig;
+use super::questions::{LyapunovConfig, NvhConfig};
 use serde::Serialize;
 
 /// The analyses of an operating point, as manifests have them; what is absent is not computed.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Analyses {
     /// Lyapunov exponents.
-    pub lyapunov: Option<LyapunovQuestion>,
+    pub lyapunov: Option<LyapunovConfig>,
     /// Poincaré samples.
-    pub poincare: Option<PoincareQuestion>,
+    pub poincare: Option<PoincareConfig>,
     /// Noise, vibration and harshness statistics.
-    pub nvh: Option<NvhQuestion>,
+    pub nvh: Option<NvhConfig>,
     /// Coexisting attractors.
-    pub multistability: Option<MultistabilityQuestion>,
+    pub multistability: Option<MultistabilityConfig>,
     /// Periodic orbits, stable or not.
-    pub orbits: Option<OrbitQuestion>,
+    pub orbits: Option<OrbitConfig>,
     /// Predictability of chaotic motion.
-    pub horizon: Option<HorizonQuestion>,
+    pub horizon: Option<HorizonConfig>,
     /// Covariant Lyapunov vectors.
-    pub covariant: Option<CovariantQuestion>,
+    pub covariant: Option<CovariantConfig>,
 }

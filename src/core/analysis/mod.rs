@@ -11,11 +11,11 @@ mod coupled_modes;
 mod course;
 mod covariant;
 mod dimension;
+mod divergence;
 mod energy;
 mod evidence;
 mod frequencies;
 mod horizon;
-mod known;
 mod lasting_contact;
 mod lyapunov;
 mod modal_series;
@@ -31,10 +31,9 @@ mod poincare_sample;
 mod point;
 mod power;
 mod power_outcome;
+mod precision;
 mod questions;
 mod recurrence;
-mod recurring;
-mod runaway;
 pub mod sensitivity;
 mod signal;
 mod spectrum;
@@ -42,12 +41,13 @@ mod surface;
 mod torus;
 mod trace;
 mod twin;
+mod window_cache;
 
 pub use analyses::Analyses;
 pub use called_off::CalledOff;
 pub use contact_jumps::ContactJumps;
 pub use covariant::{
-    ANGLE_SHARES, AngleOutcome, CovariantError, CovariantOutcome, CovariantQuestion, MOST_MEMORY,
+    ANGLE_SHARES, AngleOutcome, CovariantConfig, CovariantError, CovariantOutcome, MOST_MEMORY,
     covariant_vectors,
 };
 pub use dimension::kaplan_yorke;
@@ -55,33 +55,33 @@ pub use energy::EnergyAudit;
 pub use evidence::{ChainRecord, ChaosOutcome, EvidenceOutcome, LeftChaos};
 pub use frequencies::{ClosedMode, Frequencies, NaturalMode};
 pub use horizon::{
-    HorizonError, HorizonMeasure, HorizonOutcome, HorizonQuantity, HorizonQuestion, predictability,
+    HorizonConfig, HorizonError, HorizonMeasure, HorizonOutcome, HorizonQuantity, predictability,
 };
 pub use lyapunov::{TangentGrowth, displaced};
 pub use multistability::{
-    AttractorOutcome, BasinShare, CellOutcome, MultistabilityOutcome, MultistabilityQuestion,
-    Plane, ProbeOutcome, Probes, SliceError, SliceOf, SliceQuestion, probe_basins,
+    AttractorOutcome, BasinShare, CellOutcome, MultistabilityConfig, MultistabilityOutcome, Plane,
+    ProbeOutcome, Probes, SliceConfig, SliceError, SliceOf, probe_basins,
 };
 pub use norm::EnergyNorm;
 pub use nvh::Nvh;
 pub use orbits::character::{Bifurcation, Character};
 pub use orbits::kick::Kick;
 pub use orbits::survey::{
-    MissedState, OrbitOutcome, OrbitQuestion, OrbitSurvey, survey as survey_orbits,
+    MissedState, OrbitConfig, OrbitOutcome, OrbitSurvey, survey as survey_orbits,
 };
 pub use outcome::*;
 pub use outputs::{OutputStatistics, Outputs, named as named_outputs};
-pub use poincare::{PoincareQuestion, Section};
+pub use poincare::{PoincareConfig, Section};
 pub use poincare_sample::{PoincareSample, SampleKind};
 pub use point::{Outlook, investigate, investigate_onward};
 pub use power::Power;
 pub use power_outcome::PowerOutcome;
 pub use questions::{
-    Effort, GrowthNorm, LyapunovQuestion, NvhQuestion, OrderQuestion, Questions, Signals,
-    SpectrumQuestion,
+    Effort, GrowthNorm, LyapunovConfig, NvhConfig, OrderConfig, PointConfig, Signals,
+    SpectrumConfig,
 };
 pub use recurrence::excitation_period;
 pub use spectrum::{Lines, Welch};
 pub use surface::Surface;
-pub use trace::{ModalState, TraceOutcome, TraceQuestion, TraceSample, TraceSink, trace};
+pub use trace::{ModalState, TraceConfig, TraceOutcome, TraceSample, TraceSink, trace};
 pub use twin::SEPARATION;

@@ -10,7 +10,7 @@
 //! from the universal convolution table. Nothing here is shared with the way a kernel moves
 //! its state on, so that the two check each other.
 
-use super::recurring::Recurring;
+use super::window_cache::Recurring;
 use crate::model::Model;
 use crate::numerics::convolution::convolution24;
 use crate::numerics::exponential::legendre_series;

@@ -8,7 +8,7 @@
 use super::modal_series::Series;
 use super::nvh::stretches::{Stretches, Summable};
 use super::outcome::{OrderLine, OrderReference, SignalOrders};
-use super::questions::{NvhQuestion, OrderQuestion};
+use super::questions::{NvhConfig, OrderConfig};
 use super::signal::Signal;
 use crate::model::Model;
 use crate::numerics::fourier::{Stretch, add_lines};
@@ -143,7 +143,7 @@ pub struct Orders {
 
 impl Orders {
     /// The orders asked for of a model, as a part of all that is asked.
-    pub fn new(model: &Model, asked: &OrderQuestion, all: &NvhQuestion) -> Self {
+    pub fn new(model: &Model, asked: &OrderConfig, all: &NvhConfig) -> Self {
         let signals = Signal::asked(model, asked.signals, all.computed());
         let mesh = Family::new(OrderReference::Mesh, 1, asked.mesh as usize, signals.len());
         let shafts = [OrderReference::Pinion, OrderReference::Wheel].into_iter();
@@ -311,7 +311,7 @@ mod tests {
             speed: TAU / 5.0,
         };
         let model = Model::new(&structure, &constant_mesh(1.0, 1.0), point).unwrap();
-        let asked = OrderQuestion {
+        let asked = OrderConfig {
             signals: Signals {
                 deflection: true,
                 ..Signals::NONE
@@ -319,7 +319,7 @@ mod tests {
             mesh: 2,
             shafts: 3,
         };
-        let all = NvhQuestion {
+        let all = NvhConfig {
             harmonics: 0,
             outputs: Signals::NONE,
             power: false,

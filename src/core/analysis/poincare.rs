@@ -23,7 +23,7 @@ use serde::Serialize;
 
 /// How Poincaré samples are asked for.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct PoincareQuestion {
+pub struct PoincareConfig {
     /// Samples kept: the last ones of the measured cycles.
     pub samples: usize,
     /// Where they are taken.

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 /// What is asked of one trajectory of a point.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Questions {
+pub struct PointConfig {
     /// The point, as its random streams know it.
     pub point: PointSeed,
     /// Mesh cycles discarded.
@@ -20,16 +20,16 @@ pub struct Questions {
     /// Mesh cycles over which the energy balance is audited; 0 for none.
     pub audit_cycles: u64,
     /// Lyapunov exponents, if asked for.
-    pub lyapunov: Option<LyapunovQuestion>,
+    pub lyapunov: Option<LyapunovConfig>,
     /// Poincaré samples kept.
     pub poincare_samples: usize,
     /// Where they are taken.
     pub section: Section,
     /// NVH statistics, if asked for.
-    pub nvh: Option<NvhQuestion>,
+    pub nvh: Option<NvhConfig>,
 }
 
-impl Questions {
+impl PointConfig {
     /// How much evidence error bars take; verified where no exponent is asked for.
     pub fn effort(&self) -> Effort {
         self.lyapunov.map_or(Effort::Verified, |asked| asked.effort)
@@ -38,7 +38,7 @@ impl Questions {
 
 /// How Lyapunov exponents are asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct LyapunovQuestion {
+pub struct LyapunovConfig {
     /// Number of exponents, at least 1; a model has twice as many as modes that are not
     /// neutral, and one more where drag damps the neutral rotation.
     pub exponents: usize,
@@ -62,7 +62,7 @@ pub struct LyapunovQuestion {
     pub chains: bool,
 }
 
-impl Default for LyapunovQuestion {
+impl Default for LyapunovConfig {
     fn default() -> Self {
         Self {
             exponents: 1,
@@ -112,7 +112,7 @@ pub enum GrowthNorm {
 
 /// How NVH statistics are asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct NvhQuestion {
+pub struct NvhConfig {
     /// Mesh harmonics of the deflection, 0 for none.
     pub harmonics: usize,
     /// Mean and RMS of outputs of the structure, which are rebuilt from the modes. That costs more
@@ -123,16 +123,16 @@ pub struct NvhQuestion {
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub power: bool,
     /// Spectra, if asked for.
-    pub spectrum: Option<SpectrumQuestion>,
+    pub spectrum: Option<SpectrumConfig>,
     /// Amplitude and phase at orders, if asked for.
-    pub orders: Option<OrderQuestion>,
+    pub orders: Option<OrderConfig>,
     /// Gather until every time average and line is known this well: its standard error relative to
     /// the scale that `analysis::known` takes. Left out of the hash of manifests that do not ask for it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop_at_stderr: Option<f64>,
 }
 
-impl NvhQuestion {
+impl NvhConfig {
     /// All outputs that are needed, by themselves or for spectra and orders.
     pub fn computed(&self) -> Signals {
         let spectrum = self.spectrum.map_or(Signals::NONE, |asked| asked.signals);
@@ -143,7 +143,7 @@ impl NvhQuestion {
 
 /// Which spectra are asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct SpectrumQuestion {
+pub struct SpectrumConfig {
     /// Of what.
     pub signals: Signals,
     /// Highest mesh order.
@@ -155,7 +155,7 @@ pub struct SpectrumQuestion {
 
 /// Which orders are asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct OrderQuestion {
+pub struct OrderConfig {
     /// Of what.
     pub signals: Signals,
     /// Multiples of the mesh frequency.

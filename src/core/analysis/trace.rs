@@ -21,7 +21,7 @@ use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Window};
 
 /// What is traced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct TraceQuestion {
+pub struct TraceConfig {
     /// Mesh cycles integrated before anything is recorded.
     pub skip: u64,
     /// Mesh cycles recorded.
@@ -111,7 +111,7 @@ pub fn trace<K: Kernel, S: TraceSink>(
     model: &Model,
     kernel: &K,
     start: TrajectoryState,
-    question: &TraceQuestion,
+    question: &TraceConfig,
     sink: &mut S,
 ) -> Result<TraceOutcome, S::Error> {
     let mut trajectory = start;
@@ -186,7 +186,7 @@ struct Recorder<'a, S: TraceSink> {
     model: &'a Model,
     motion: ModalMotion<'a>,
     outputs: Option<Outputs>,
-    question: &'a TraceQuestion,
+    question: &'a TraceConfig,
     sink: &'a mut S,
     /// The next instant of the present mesh cycle.
     next: u32,

@@ -1,7 +1,7 @@
 //! One-sided contacts, and which of them are closed.
 
 use super::{MeshCycle, Release, Segment};
-use crate::numerics::whole::least_multiple;
+use crate::numerics::integers::least_multiple;
 
 /// Place of the drive flank among the contacts of a gear pair.
 pub const DRIVE_FLANK: usize = 0;

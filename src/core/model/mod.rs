@@ -30,16 +30,16 @@ mod equilibrium;
 mod error;
 mod excitation;
 mod flank_error;
-mod further;
+mod flank_springs;
 mod initial;
 mod mesh;
 mod one_set;
 mod output;
-mod parallel;
 mod release;
 mod rest;
 mod rolling;
 mod stiffness;
+mod structure_contacts;
 mod system;
 
 pub use basis::{Basis, Coupled};

@@ -169,7 +169,7 @@ impl Model {
                 MeshCycle::new(period, mesh, &which, damping)
             };
         let of_drive_flank = structure.drive_flank();
-        let on_drive = parallel::of_flank(&drive.mesh, &drive.further, &of_drive_flank)?;
+        let on_drive = flank_springs::of_flank(&drive.mesh, &drive.further, &of_drive_flank)?;
         let on_coast = match &drive.coast {
             None => None,
             Some(coast) => {
@@ -177,7 +177,7 @@ impl Model {
                 Some((
                     coast,
                     own,
-                    parallel::of_flank(&coast.mesh, &coast.further, own)?,
+                    flank_springs::of_flank(&coast.mesh, &coast.further, own)?,
                 ))
             }
         };
@@ -210,7 +210,7 @@ impl Model {
                     share.contacts.get(number).copied().unwrap_or_default()
                 });
                 let to = (&basis, &blocks[..]);
-                further::contact(own, release, period, &mut directions, &on_bearings, to)
+                structure_contacts::contact(own, release, period, &mut directions, &on_bearings, to)
             })
             .collect::<Result<Vec<_>, _>>()?;
         let mut contacts: Vec<Contact> = flanks.into_iter().chain(further).collect();

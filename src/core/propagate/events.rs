@@ -141,7 +141,7 @@ pub struct Guard<'a, const P: usize> {
     /// Whether it opened or closed where the window starts.
     pub crossed: bool,
     /// What its gap has on top, as a series \[m\]; none where there is nothing.
-    pub widening: Option<&'a [f64; P]>,
+    pub gap_error: Option<&'a [f64; P]>,
 }
 
 /// The first event on `[−1, limit]` of a window, of contacts that see the same deflection.
@@ -165,11 +165,11 @@ pub fn first_crossing<const P: usize, A: Arithmetic<P>>(
     let margin = |guard: &Guard<'_, P>| {
         let Margin { scale, shift, .. } = guard.margin;
         let mut margin = A::scaled(series, scale, shift);
-        if let Some(widening) = guard.widening {
+        if let Some(gap_error) = guard.gap_error {
             // An open contact's margin grows with its gap.
             let inside = if guard.margin.closed { 1.0 } else { -1.0 };
             for n in 0..P {
-                margin[n] -= inside * widening[n];
+                margin[n] -= inside * gap_error[n];
             }
         }
         margin
@@ -207,7 +207,7 @@ fn ahead<'g, 'a, const P: usize, A: Arithmetic<P>>(
     guards: &'g [Guard<'a, P>],
 ) -> Option<&'g Guard<'a, P>> {
     let [one, other] = guards else { return None };
-    let open = |guard: &Guard<'_, P>| !guard.margin.closed && guard.widening.is_none();
+    let open = |guard: &Guard<'_, P>| !guard.margin.closed && guard.gap_error.is_none();
     if !(open(one) && open(other) && one.margin.scale == -other.margin.scale) {
         return None;
     }
@@ -249,7 +249,7 @@ mod tests {
             .map(|margin| Guard {
                 margin,
                 crossed: crossed == Some(margin.contact),
-                widening: None,
+                gap_error: None,
             })
             .collect();
         let found = first_crossing::<_, Portable>(t, &series, 1e-14, &guards, 1.0, &mut counters);

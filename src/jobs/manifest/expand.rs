@@ -258,7 +258,7 @@ fn sift(
 /// The text of a job, kept to resolve combinations that were not judged, and points that the
 /// grid does not have.
 #[derive(Debug, Clone)]
-pub struct Between(Arc<Kept>);
+pub struct PointResolver(Arc<Kept>);
 
 #[derive(Debug)]
 struct Kept {
@@ -271,7 +271,7 @@ struct Kept {
     modal_files: HashMap<PathBuf, Option<Arc<ModalStructure>>>,
 }
 
-impl Between {
+impl PointResolver {
     /// `axes` has the model keys first, as [`expand`] wants them.
     pub(super) fn new(
         mut tree: Node,
@@ -378,14 +378,14 @@ impl Between {
 #[derive(Debug, Clone)]
 pub(super) struct Expansion {
     judged: Arc<Judged>,
-    between: Between,
+    between: PointResolver,
     /// Of the others, those made lately, by their number.
     made: Arc<Mutex<HashMap<usize, Variant>>>,
 }
 
 impl Expansion {
     /// At least one combination was judged, and none has a fault.
-    pub fn new(judged: Judged, between: Between) -> Self {
+    pub fn new(judged: Judged, between: PointResolver) -> Self {
         Self {
             judged: Arc::new(judged),
             between,

@@ -1,7 +1,7 @@
 //! A whole job: what its name, grid and points are.
 
 use super::axis::{AxisKey, AxisValues};
-use super::expand::Between;
+use super::expand::PointResolver;
 use super::grid_dimension::GridDimension;
 use super::points::Points;
 use super::spec::{Axis, Carried, ContinuationSpec, PointSpec, Refine};
@@ -36,7 +36,7 @@ pub struct Job {
     /// The grid's points, in `point_id` order.
     pub points: Points,
     /// Resolves points between those of the grid, where they are asked for.
-    pub between: Between,
+    pub between: PointResolver,
     /// What orbits are followed over, where that is asked for.
     pub continuation: Option<ContinuationSpec>,
 }

@@ -41,7 +41,7 @@ pub use advice::{Advice, AdviceKind, Place, advice};
 pub use axis::{AxisKey, AxisValues};
 pub use diagnostic::{Diagnostic, DiagnosticKind, Source, Span};
 pub use errors::{ManifestErrors, Warnings};
-pub use expand::Between;
+pub use expand::PointResolver;
 pub use grid_dimension::GridDimension;
 pub use job::Job;
 pub use manifest_text::ManifestText;
@@ -227,7 +227,7 @@ fn judge(
         Some(head) if issues.count() == 0 => {
             let warnings = Warnings::of(&mut issues);
             let plain: Vec<Axis> = axes.valid.iter().map(|axis| axis.axis.clone()).collect();
-            let between = Between::new(tree, axes.valid, &axes.dimensions, context);
+            let between = PointResolver::new(tree, axes.valid, &axes.dimensions, context);
             let variants = Expansion::new(judged, between.clone());
             let nested = axes.refine.as_ref().map(|refine| refine.nested);
             let points = Points::new(

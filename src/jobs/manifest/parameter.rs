@@ -3,7 +3,7 @@
 
 use super::axis::AxisKey;
 use super::diagnostic::{Issues, Span};
-use super::expand::Between;
+use super::expand::PointResolver;
 use super::reader;
 use super::schema::{self, Kind, MANIFEST};
 use super::spec::{PointSpec, Variant};
@@ -122,7 +122,7 @@ fn nearest(name: &str) -> Option<String> {
     schema::nearest_path(name, &paths).map(str::to_owned)
 }
 
-impl Between {
+impl PointResolver {
     /// A parameter of the job, with its unit there.
     ///
     /// # Errors

@@ -7,8 +7,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::seal::{TableRecord, sealed};
-use super::whole::write_whole;
+use super::atomic_file::write_whole;
+use super::checksum::{TableRecord, sealed};
 use super::{ProgramRecord, StoreError};
 
 /// What a command wrote beside a run, or alone.

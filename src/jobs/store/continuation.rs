@@ -3,9 +3,9 @@
 
 use super::StoreError;
 use super::beside::{TablesRecord, remove};
+use super::checksum::TableRecord;
 use super::file::{Row, TableFile, create_folder, remove_stale, table_path};
 use super::point_row::AxisColumn;
-use super::seal::TableRecord;
 use super::table::{Column, Table, columns};
 use super::table_kind::{FOLLOW_RECORD, TableKind};
 use crate::analysis::continuation::bifurcation::Bifurcation;
@@ -27,12 +27,12 @@ pub struct BranchRow {
     /// Length of branch up to there.
     pub length: f64,
     /// What is told of the orbit.
-    pub told: Told,
+    pub told: OrbitColumns,
 }
 
 /// What is told of an orbit.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Told {
+pub struct OrbitColumns {
     period: u32,
     unstable: u32,
     leading: [f64; 2],
@@ -48,7 +48,7 @@ pub struct Told {
     steps: u32,
 }
 
-impl Told {
+impl OrbitColumns {
     /// Of an orbit.
     pub fn of(orbit: &Orbit) -> Self {
         let leading = orbit.multipliers.first().copied().unwrap_or_default();
@@ -89,7 +89,7 @@ pub struct BifurcationRow {
     /// What else there is to say.
     pub detail: String,
     /// What is told of the orbit.
-    pub told: Told,
+    pub told: OrbitColumns,
 }
 
 /// A point of a curve.
@@ -106,7 +106,7 @@ pub struct CurveRow {
     /// What of codimension two lies before it, or why the curve ends there.
     pub note: Option<String>,
     /// What is told of the orbit; of an onset in closed form nothing.
-    pub told: Option<Told>,
+    pub told: Option<OrbitColumns>,
 }
 
 impl Row for BranchRow {}
@@ -126,7 +126,7 @@ pub fn branch_rows<'a>(
             branch: number,
             index: index as u32,
             length,
-            told: Told::of(orbit),
+            told: OrbitColumns::of(orbit),
         }
     })
 }
@@ -147,7 +147,7 @@ pub fn bifurcation_rows(
         bracket: [orbit.at[0]; 2],
         critical: None,
         detail: format!("{}{detail}", branch.ends[which]),
-        told: Told::of(orbit),
+        told: OrbitColumns::of(orbit),
     };
     let last = branch.orbits.len() - 1;
     let mut rows = vec![end(0, &branch.orbits[0], 0, format!("; from {origin}"))];
@@ -159,7 +159,7 @@ pub fn bifurcation_rows(
         bracket: own.bracket,
         critical: own.critical().map(|m| [m.re, m.im]),
         detail: detail(own),
-        told: Told::of(&own.orbit),
+        told: OrbitColumns::of(&own.orbit),
     }));
     rows.push(end(1, &branch.orbits[last], last, String::new()));
     rows
@@ -206,7 +206,7 @@ pub fn curve_rows(
                 index: index as u32,
                 kind: curve.kind.name().to_owned(),
                 note: point.note.or(end).map(str::to_owned),
-                told: Some(Told::of(&point.orbit)),
+                told: Some(OrbitColumns::of(&point.orbit)),
             }
         })
         .collect()
@@ -233,7 +233,7 @@ fn axis_columns<R: 'static>(
     axes.iter().enumerate().flat_map(of).collect()
 }
 
-fn told_columns<R: 'static>(told: fn(&R) -> Option<&Told>) -> Vec<Column<R>> {
+fn told_columns<R: 'static>(told: fn(&R) -> Option<&OrbitColumns>) -> Vec<Column<R>> {
     columns![row: R;
         u32 "period", "mesh cycles", told(row)?.period, "Period of the orbit";
         bool "stable", "", told(row)?.unstable == 0, "Whether all multipliers lie inside the unit circle";
@@ -389,8 +389,8 @@ mod tests {
     use crate::store::ResultTable;
     use std::collections::BTreeMap;
 
-    fn told() -> Told {
-        Told {
+    fn told() -> OrbitColumns {
+        OrbitColumns {
             period: 2,
             unstable: 1,
             leading: [-1.5, 0.25],

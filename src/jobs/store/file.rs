@@ -20,8 +20,8 @@ use serde::{Deserialize, Serialize};
 use tempfile::{NamedTempFile, TempPath};
 
 use super::StoreError;
+use super::checksum::{Hashed, TableRecord};
 use super::durable;
-use super::seal::{Hashed, TableRecord};
 use super::table::Table;
 use super::table_kind::TableKind;
 
@@ -295,7 +295,7 @@ impl ClosedTable {
         if let Some(parent) = self.path.parent() {
             create_folder(parent)?;
         }
-        durable::rename(self.temporary, &self.path)
+        fsync::rename(self.temporary, &self.path)
             .map_err(|source| StoreError::io(&self.path, "write", source))?;
         Ok(self.record)
     }
@@ -306,7 +306,7 @@ impl ClosedTable {
 /// # Errors
 /// The system refuses.
 pub fn create_folder(folder: &Path) -> Result<(), StoreError> {
-    durable::create_folder(folder).map_err(|source| StoreError::io(folder, "create", source))
+    fsync::create_folder(folder).map_err(|source| StoreError::io(folder, "create", source))
 }
 
 /// A hidden file in `folder`, removed when dropped and locked while it is written.
@@ -352,7 +352,7 @@ pub fn remove_stale(folder: &Path) -> Result<(), StoreError> {
 
 /// Makes a whole file durable and visible under its final name.
 pub(super) fn publish(file: &File, temporary: TempPath, path: &Path) -> Result<(), StoreError> {
-    durable::publish(file, temporary, path).map_err(|source| StoreError::io(path, "write", source))
+    fsync::publish(file, temporary, path).map_err(|source| StoreError::io(path, "write", source))
 }
 
 fn sync(file: &File, path: &Path) -> Result<(), StoreError> {

@@ -17,12 +17,12 @@ use parquet::arrow::ArrowWriter;
 use tempfile::TempPath;
 
 use super::StoreError;
+use super::checksum::{Hashed, Seals, TableRecord};
 use super::file::{
     GROUP_BYTES, GROUP_ROWS, Shard, create_folder, publish, start_writer, table_path,
     temporary_file,
 };
 use super::open::TableReader;
-use super::seal::{Hashed, Seals, TableRecord};
 use super::table_kind::TableKind;
 
 /// A file to take rows from.

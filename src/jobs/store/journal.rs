@@ -165,7 +165,7 @@ impl Journal {
 
     /// Makes the file's name durable.
     fn sync_name(&self) -> Result<(), StoreError> {
-        durable::sync_folder_of(&self.path)
+        fsync::sync_folder_of(&self.path)
             .map_err(|source| StoreError::io(&self.path, "write", source))
     }
 

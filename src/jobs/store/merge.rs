@@ -9,10 +9,10 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use super::checksum::Seals;
 use super::file::{create_folder, remove_stale, table_path};
 use super::interleave::{Finished, Interleaved, Source, interleave};
 use super::run::{KernelRecord, RunRecord, RunState, ShardRecord, Totals, mixed};
-use super::seal::Seals;
 use super::table_kind::TableKind;
 use super::{StoreError, read_runs, write_run};
 

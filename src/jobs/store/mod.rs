@@ -15,6 +15,7 @@
 //!
 //! Tables that take long to compute are kept between runs in a [`TableStore`].
 
+mod atomic_file;
 mod attractors;
 mod basins;
 mod batches;
@@ -22,14 +23,15 @@ mod beside;
 mod chain_part;
 mod chains;
 mod characteristics;
+mod checksum;
 mod clock;
 mod columns;
 mod contents;
 mod continuation;
 mod covariant;
-mod durable;
 mod error;
 mod file;
+mod fsync;
 mod horizon;
 mod interleave;
 mod io_fault;
@@ -51,14 +53,13 @@ mod refined;
 mod reorder;
 mod replace;
 mod run;
-mod seal;
 mod table;
 mod table_cache;
 mod table_kind;
 mod trace;
-mod whole;
 mod writer;
 
+pub use atomic_file::{WholeFile, write_whole};
 pub use attractors::{AttractorRow, attractors_table};
 pub use basins::{CellRow, basins_table};
 pub use chain_part::{ChainEnd, ChainPart, Level, Transition};
@@ -67,12 +68,14 @@ pub use characteristics::{
     ArithmeticKey, BandwidthKey, Characteristics, Description, Figure, HugePages, LatencyKey,
     Measurement, MountainKey, NodeRecord, Noise, RoofRow, SolverKey,
 };
+pub use checksum::TableRecord;
 pub use clock::{Stopwatch, timestamp};
 pub use columns::{PoincareRow, SpectrumRow, poincare_table, points_table, spectra_table};
 pub use contents::Contents;
 pub use continuation::{
-    BifurcationRow, BranchRow, CurveRow, FollowedRows, Told, bifurcation_rows, bifurcations_table,
-    branch_rows, branches_table, curve_rows, curves_table, with, write_followed,
+    BifurcationRow, BranchRow, CurveRow, FollowedRows, OrbitColumns, bifurcation_rows,
+    bifurcations_table, branch_rows, branches_table, curve_rows, curves_table, with,
+    write_followed,
 };
 pub use error::{Damage, StoreError};
 pub use file::{GROUP_BYTES, Shard, create_folder, remove_stale, table_path};
@@ -98,7 +101,6 @@ pub use run::{
     KernelRecord, MachineRecord, PlacementRecord, ProgramRecord, RetryRecord, RunRecord, RunState,
     ShardRecord, Totals, mixed, run_path, write_run,
 };
-pub use seal::TableRecord;
 pub use table::{Column, Table};
 pub use table_cache::{
     CacheContent, CacheFault, CacheHeader, CacheKind, CacheWarning, Fetched, Origin, TableFile,
@@ -106,5 +108,4 @@ pub use table_cache::{
 };
 pub use table_kind::TableKind;
 pub use trace::{TraceLabel, TraceTables, TraceWriter, events_table, trace_table};
-pub use whole::{WholeFile, write_whole};
 pub use writer::{ResultWriter, Written};

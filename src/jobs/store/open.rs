@@ -13,9 +13,9 @@ use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 
 use super::StoreError;
+use super::checksum::Seals;
 use super::error::Damage;
 use super::file::FORMAT;
-use super::seal::Seals;
 use crate::input;
 
 /// Rows of a batch where columns are chosen.

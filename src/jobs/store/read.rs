@@ -13,9 +13,9 @@ use serde::de::DeserializeOwned;
 use strum::VariantArray;
 
 use super::beside::TablesRecord;
+use super::checksum::{Seals, TableRecord, is_sealed};
 use super::error::Damage;
 use super::open::TableReader;
-use super::seal::{Seals, TableRecord, is_sealed};
 use super::table::ELEMENTS;
 use super::table_kind::TableKind;
 use super::{RunRecord, StoreError};

@@ -12,10 +12,10 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::UInt64Type;
 
 use super::StoreError;
+use super::checksum::{Seals, TableRecord};
 use super::file::{Shard, table_path};
 use super::interleave::{Finished, Interleaved, Source, interleave};
 use super::open::TableReader;
-use super::seal::{Seals, TableRecord};
 use super::table_kind::TableKind;
 
 /// How the points of finished results (of a shard) with these tables ended: the points of each

@@ -7,9 +7,9 @@ use std::sync::OnceLock;
 use serde::{Deserialize, Serialize};
 
 use super::StoreError;
+use super::atomic_file::write_whole;
+use super::checksum::{TableRecord, sealed};
 use super::file::{Shard, create_folder};
-use super::seal::{TableRecord, sealed};
-use super::whole::write_whole;
 use crate::propagate::instructions;
 use crate::topology::{Machine, Topology};
 

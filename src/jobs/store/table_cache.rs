@@ -389,7 +389,7 @@ impl TableStore {
     fn keep<T: CacheContent>(&self, path: &Path, inputs: &str, table: &T) -> Result<(), IoFault> {
         let folder = &*self.folder;
         let fault = |path: &Path, action, error| IoFault::new(path, action, Purpose::Tables, error);
-        durable::create_folder(folder).map_err(|error| fault(folder, "create", error))?;
+        fsync::create_folder(folder).map_err(|error| fault(folder, "create", error))?;
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let temporary = partial_file(folder, &format!(".{name}."))
             .map_err(|error| fault(folder, "write", error))?;
@@ -397,7 +397,7 @@ impl TableStore {
         let bytes = encode(inputs, table).map_err(io::Error::other);
         (bytes.and_then(|bytes| file.write_all(&bytes)))
             .and_then(|()| protect(&file))
-            .and_then(|()| durable::publish(&file, temporary, path))
+            .and_then(|()| fsync::publish(&file, temporary, path))
             .map_err(|error| fault(path, "write", error))
     }
 }

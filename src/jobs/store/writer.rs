@@ -8,12 +8,12 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::checksum::TableRecord;
 use super::covariant::list_length;
 use super::file::{ClosedTable, Row, Shard, TableFile, create_folder, remove_stale, table_path};
 use super::layout::ResultLayout;
 use super::reorder::Reorder;
 use super::run::run_path;
-use super::seal::TableRecord;
 use super::table::Table;
 use super::table_kind::TableKind;
 use super::{

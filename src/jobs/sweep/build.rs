@@ -2,7 +2,7 @@
 
 use super::loaded_mesh::mean_stiffness;
 use super::mesh_tables::{MeshError, MeshTables};
-use crate::analysis::{Questions, SliceError};
+use crate::analysis::{PointConfig, SliceError};
 use crate::gear::GearError;
 use crate::manifest::{
     CoastSpec, DampingSpec, ModelSpec, PointSpec, StiffnessSpec, StructureSource,
@@ -298,9 +298,9 @@ fn lacking_on_coast(drive: MeshHarmonic, symmetry: f64) -> MeshHarmonic {
 }
 
 /// What is asked of a point's own trajectory.
-pub fn questions(point: &PointSpec, seed: PointSeed) -> Questions {
+pub fn questions(point: &PointSpec, seed: PointSeed) -> PointConfig {
     let (run, analyses) = (&point.run, &point.analyses);
-    Questions {
+    PointConfig {
         point: seed,
         transient: run.transient,
         cycles: run.cycles,

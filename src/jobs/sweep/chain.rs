@@ -19,7 +19,7 @@ use super::carried::CarriedState;
 use super::parts::Parts;
 use super::point::{Answer, Worker, attempt, row};
 use crate::analysis::{
-    CalledOff, Class, LyapunovQuestion, NvhErrors, NvhQuestion, PointOutcome, Signals, Status,
+    CalledOff, Class, LyapunovConfig, NvhConfig, NvhErrors, PointOutcome, Signals, Status,
 };
 use crate::manifest::{AxisKey, Direction, Job, PointSpec, RunSpec};
 use crate::model::{Model, TrajectoryState};
@@ -50,7 +50,7 @@ const SMALLEST_RMS: f64 = 1e-3;
 
 /// What the next point of a chain has to know of those before it.
 #[derive(Debug, Clone, Default)]
-pub struct Link {
+pub struct ChainState {
     /// Points passed.
     passed: usize,
     /// The state that the last one left.
@@ -58,12 +58,12 @@ pub struct Link {
     /// How the work on the last one ended, where it left no state.
     trouble: Option<Status>,
     /// The last point with a verdict.
-    near: Option<Near>,
+    near: Option<LastVerdict>,
 }
 
 /// One side of a change of motion.
 #[derive(Debug, Clone)]
-struct Near {
+struct LastVerdict {
     /// Value on the swept axis.
     value: f64,
     class: Class,
@@ -75,7 +75,7 @@ struct Near {
     alike: bool,
 }
 
-impl Link {
+impl ChainState {
     /// Points of the chain passed so far.
     pub fn passed(&self) -> usize {
         self.passed
@@ -101,7 +101,7 @@ impl Link {
             let level = row.chain.as_ref().and_then(|chain| chain.level);
             let before = self.near.as_ref();
             let half_gap = job.points.at(row.point_id as usize).mesh.half_gap;
-            self.near = Some(Near {
+            self.near = Some(LastVerdict {
                 value: row.axis_values[carried.axis],
                 class,
                 end: end.clone(),
@@ -132,8 +132,8 @@ pub fn lead_up(
     point: &PointSpec,
     parts: &Parts,
     called_off: &AtomicBool,
-) -> Result<Link, CalledOff> {
-    let mut link = Link::default();
+) -> Result<ChainState, CalledOff> {
+    let mut link = ChainState::default();
     let (Some(carried), Some(direction)) = (&job.carried, point.direction) else {
         return Ok(link);
     };
@@ -212,7 +212,7 @@ pub(super) fn asked(point: &PointSpec) -> Cow<'_, PointSpec> {
 fn with_level(point: &PointSpec) -> PointSpec {
     let mut asked = point.clone();
     let analyses = Arc::make_mut(&mut asked.analyses);
-    analyses.nvh.get_or_insert(NvhQuestion {
+    analyses.nvh.get_or_insert(NvhConfig {
         harmonics: 0,
         outputs: Signals::NONE,
         power: false,
@@ -230,7 +230,7 @@ fn with_level(point: &PointSpec) -> PointSpec {
 pub fn compute(
     job: &Job,
     point: &PointSpec,
-    link: &Link,
+    link: &ChainState,
     parts: &Parts,
     worker: Worker<'_>,
     called_off: &AtomicBool,
@@ -295,7 +295,7 @@ impl Search<'_> {
     /// The change, if there is one, as narrow as asked for. The work is added to the point's.
     fn narrow(
         &self,
-        link: &Link,
+        link: &ChainState,
         answer: &mut Answer,
         level: Option<Level>,
     ) -> Result<Option<Transition>, CalledOff> {
@@ -307,7 +307,8 @@ impl Search<'_> {
             return Ok(None);
         };
         let half_gap = self.point.mesh.half_gap;
-        let change = |near: &Near, far: Option<Level>| Some(apart([near.level?, far?], half_gap));
+        let change =
+            |near: &LastVerdict, far: Option<Level>| Some(apart([near.level?, far?], half_gap));
         let at_first = change(near, level).filter(|change| {
             // What is not known to stand out among its like is left to halving to tell.
             let step = near.step.filter(|_| near.alike || halvings == 0);
@@ -326,8 +327,9 @@ impl Search<'_> {
             jump: None,
         };
         // What is left of a change at constant class, and whether that is enough for a jump.
-        let left = |near: &Near, far| change(near, far).unwrap_or(0.0);
-        let jumps = |near: &Near, far| left(near, far) >= JUMPS * at_first.unwrap_or(f64::INFINITY);
+        let left = |near: &LastVerdict, far| change(near, far).unwrap_or(0.0);
+        let jumps =
+            |near: &LastVerdict, far| left(near, far) >= JUMPS * at_first.unwrap_or(f64::INFINITY);
         let asked = self.trial(near.class == to);
         let mut halved = 0;
         let fewest = if near.class == to && halvings > 0 { FEWEST_HALVINGS } else { 0 };
@@ -344,7 +346,7 @@ impl Search<'_> {
             let (Some(class), Some(end)) = (verdict(&tried.outcome), tried.end) else {
                 break;
             };
-            let trial = Near {
+            let trial = LastVerdict {
                 value,
                 class,
                 end,
@@ -381,7 +383,7 @@ impl Search<'_> {
     fn trial(&self, levelled: bool) -> PointSpec {
         let mut trial = self.point.clone();
         let analyses = Arc::make_mut(&mut trial.analyses);
-        analyses.lyapunov = analyses.lyapunov.map(|asked| LyapunovQuestion {
+        analyses.lyapunov = analyses.lyapunov.map(|asked| LyapunovConfig {
             twin: false,
             ..asked
         });

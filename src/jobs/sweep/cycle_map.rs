@@ -78,7 +78,7 @@ impl MapTangents<'_> {
 
 /// What is asked of a map.
 #[derive(Debug, Clone, Copy)]
-pub struct MapQuestion<'a> {
+pub struct MapConfig<'a> {
     /// n states, one after the other, each of length 2N as [`TrajectoryState::state`].
     pub states: &'a [f64],
     /// Mesh cycle at whose start they are; it matters where the base period is longer than one cycle.
@@ -198,7 +198,7 @@ impl CycleMap {
     /// [`MapError::Build`] where the tables of a kernel cannot be had.
     pub fn image(
         &self,
-        question: &MapQuestion<'_>,
+        question: &MapConfig<'_>,
         called_off: &AtomicBool,
     ) -> Result<MapImage, MapError> {
         let work = Mapping {
@@ -219,7 +219,7 @@ impl CycleMap {
 /// A question on its way to a kernel.
 struct Mapping<'a> {
     model: &'a Model,
-    question: &'a MapQuestion<'a>,
+    question: &'a MapConfig<'a>,
     called_off: &'a AtomicBool,
 }
 

@@ -4,7 +4,7 @@
 use super::parts::Parts;
 use crate::analysis::continuation::drive::Family;
 use crate::analysis::continuation::map::At;
-use crate::manifest::{Between, Parameter, PointSpec};
+use crate::manifest::{Parameter, PointResolver, PointSpec};
 use crate::model::{Model, ShapeChange};
 
 /// Steps of difference quotients of models, relative to the parameter's size, in the order in which
@@ -30,7 +30,7 @@ pub struct PointFamily<'a> {
     pub parameters: Vec<Parameter>,
     /// Keys that have other values than the manifest gives them.
     held: Vec<(Parameter, f64)>,
-    between: &'a Between,
+    between: &'a PointResolver,
     parts: &'a Parts,
 }
 
@@ -39,7 +39,7 @@ impl<'a> PointFamily<'a> {
     pub fn new(
         point: PointSpec,
         parameters: Vec<Parameter>,
-        between: &'a Between,
+        between: &'a PointResolver,
         parts: &'a Parts,
     ) -> Self {
         Self {

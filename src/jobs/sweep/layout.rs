@@ -2,7 +2,7 @@
 
 use super::build;
 use super::parts::structures;
-use crate::analysis::{Analyses, SliceOf, SliceQuestion};
+use crate::analysis::{Analyses, SliceConfig, SliceOf};
 use crate::manifest::{Axis, Job, Refine, Variant};
 use crate::model::{InitialState, Quantity};
 use crate::store::{AxisColumn, RefinedColumns, ResultLayout, Shard};
@@ -113,7 +113,7 @@ fn refined(job: &Job, refine: &Refine) -> RefinedColumns {
 }
 
 /// What a slice varies along its axes; modes are counted from 0.
-fn slice_axes(slice: SliceQuestion) -> [AxisColumn; 2] {
+fn slice_axes(slice: SliceConfig) -> [AxisColumn; 2] {
     let axis = |name: &str, mode: usize, unit: &str| AxisColumn {
         name: format!("{name} {}", mode + 1),
         unit: unit.to_owned(),

@@ -6,8 +6,8 @@ use super::parts::Parts;
 use super::point_kernel::PointKernel;
 use crate::analysis::{
     Analyses, CalledOff, Class, CovariantError, CovariantOutcome, HorizonError, HorizonOutcome,
-    MultistabilityOutcome, OrbitSurvey, PointOutcome, Probes, Questions, Status, covariant_vectors,
-    investigate_onward, predictability, probe_basins, survey_orbits,
+    MultistabilityOutcome, OrbitSurvey, PointConfig, PointOutcome, Probes, Status,
+    covariant_vectors, investigate_onward, predictability, probe_basins, survey_orbits,
 };
 use crate::manifest::PointSpec;
 use crate::model::{Model, TrajectoryState};
@@ -202,7 +202,7 @@ struct Ask<'a> {
     start: TrajectoryState,
     /// The start that `run.initial` gives, about which probes start.
     own: TrajectoryState,
-    questions: Questions,
+    questions: PointConfig,
     probes: Option<Probes>,
     analyses: &'a Analyses,
     seed: PointSeed,

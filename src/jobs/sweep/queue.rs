@@ -14,7 +14,7 @@
 //! Only a window of chains is in memory, however many there are.
 
 use super::parts::table_number;
-use super::turns::{Share, TakenOver, Turn};
+use super::turns::{ChainTask, Share, TakenOver};
 use crate::manifest::{Job, Variant};
 use crate::topology::{Nearness, Shelves};
 use std::cmp::Reverse;
@@ -116,7 +116,7 @@ impl Mean {
 #[derive(Debug)]
 enum Next {
     /// Compute this chain, or what is left of it; its work is that in cycles times modes.
-    Chain { turn: Turn, work: f64 },
+    Chain { turn: ChainTask, work: f64 },
     /// Ask again shortly: too much waits for older points.
     Wait,
     /// Nothing is left.
@@ -248,7 +248,7 @@ impl<'a> Queue<'a> {
         pause: impl Fn(),
         node: Option<usize>,
         called_off: &AtomicBool,
-        mut compute: impl FnMut(Turn) -> Option<()>,
+        mut compute: impl FnMut(ChainTask) -> Option<()>,
     ) {
         while !called_off.load(Ordering::Relaxed) {
             match self.next(written(), node) {

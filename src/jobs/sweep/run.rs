@@ -1,15 +1,15 @@
 //! The pool and the channel between workers and writer.
 
 use super::chain::compute;
-use super::hush::WORKER;
 use super::layout::layout;
+use super::panic_hook::WORKER;
 use super::parts::Parts;
 use super::point::Worker;
 use super::point_kernel::KernelTally;
 use super::queue::Queue;
 use super::recorder::{Begun, Progress, Recorder, Watcher};
 use super::refine::{Refinement, lock};
-use super::turns::{Share, TakenOver, Turn};
+use super::turns::{ChainTask, Share, TakenOver};
 use crate::manifest::Job;
 use crate::store::{Journal, PointRow, ResultWriter, Shard, StoreError, Written};
 use crate::topology::{Copies, Pinning, Plan, Topology, copies, default_workers, plan};
@@ -291,7 +291,7 @@ impl Round<'_> {
         let written = || self.written.load(Ordering::Relaxed);
         let pause = || std::thread::sleep(Duration::from_millis(1));
         self.queue.serve(written, pause, copy, called_off, |turn| {
-            let Turn {
+            let ChainTask {
                 first, mut link, ..
             } = turn;
             while link.passed() < job.chain_length() {

@@ -4,7 +4,7 @@ use super::build::BuildError;
 use super::chain::lead_up;
 use super::parts::Parts;
 use super::point_kernel::PointKernel;
-use crate::analysis::{CalledOff, TraceOutcome, TraceQuestion, TraceSink, trace};
+use crate::analysis::{CalledOff, TraceConfig, TraceOutcome, TraceSink, trace};
 use crate::manifest::{Job, PointSpec};
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Interruptible, Kernel, KernelUse};
@@ -21,7 +21,7 @@ pub struct PointTrace<'a> {
     /// `run.initial`.
     pub swept: bool,
     /// The trajectory and its samples.
-    pub question: TraceQuestion,
+    pub question: TraceConfig,
     /// Structures and tables at hand.
     pub parts: &'a Parts,
 }
@@ -87,7 +87,7 @@ impl PointTrace<'_> {
 struct Recording<'a, F> {
     model: &'a Model,
     start: TrajectoryState,
-    question: &'a TraceQuestion,
+    question: &'a TraceConfig,
     called_off: &'a AtomicBool,
     open: F,
 }

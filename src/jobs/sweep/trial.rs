@@ -12,8 +12,8 @@ use super::estimate::Sampled;
 use super::parts::Parts;
 use super::point::{Answer, Step, Worker, attempt, row};
 use super::queue::work;
-use crate::analysis::{Analyses, CalledOff, Class, LyapunovQuestion, MultistabilityOutcome};
-use crate::analysis::{MultistabilityQuestion, Outlook};
+use crate::analysis::{Analyses, CalledOff, Class, LyapunovConfig, MultistabilityOutcome};
+use crate::analysis::{MultistabilityConfig, Outlook};
 use crate::manifest::{Direction, Job, PointSpec};
 use crate::numerics::random::PointSeed;
 use crate::store::{ChainEnd, ChainPart, PointRow};
@@ -177,7 +177,7 @@ fn integrated_only(mut point: PointSpec) -> PointSpec {
     Arc::make_mut(&mut point.run).audit_cycles = 0;
     let asked = &point.analyses;
     point.analyses = Arc::new(Analyses {
-        lyapunov: asked.lyapunov.map(|asked| LyapunovQuestion {
+        lyapunov: asked.lyapunov.map(|asked| LyapunovConfig {
             twin: false,
             ..asked
         }),
@@ -248,7 +248,7 @@ fn beside(asked: &Analyses, short: &Analyses, answer: &Answer) -> f64 {
 }
 
 /// Cycles of all probes and cells that are asked for, by those of some.
-fn probed(found: &MultistabilityOutcome, asked: &MultistabilityQuestion) -> f64 {
+fn probed(found: &MultistabilityOutcome, asked: &MultistabilityConfig) -> f64 {
     let all = |cycles: Vec<u64>, count: f64| {
         cycles.iter().sum::<u64>() as f64 * count / cycles.len().max(1) as f64
     };
@@ -259,7 +259,7 @@ fn probed(found: &MultistabilityOutcome, asked: &MultistabilityQuestion) -> f64 
 }
 
 /// Repeats probes and cells until there are as many as are asked for: rows of that size.
-fn enlarge(found: &mut MultistabilityOutcome, asked: &MultistabilityQuestion) {
+fn enlarge(found: &mut MultistabilityOutcome, asked: &MultistabilityConfig) {
     fn repeat<T: Clone>(list: &mut Vec<T>, count: usize) {
         *list = list.iter().cloned().cycle().take(count).collect();
     }

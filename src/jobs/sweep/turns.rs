@@ -1,6 +1,6 @@
 //! Which chains belong to a run, and which of them are still to be computed.
 
-use super::chain::Link;
+use super::chain::ChainState;
 use crate::manifest::Job;
 use crate::store::{Journal, PointRow, Shard, StoreError};
 use std::collections::{BTreeSet, HashMap};
@@ -100,13 +100,13 @@ impl Share {
 
 /// A chain that is to be computed, or the rest of one.
 #[derive(Debug)]
-pub(super) struct Turn {
+pub(super) struct ChainTask {
     /// Where it stands among the chains of this run.
     pub place: usize,
     /// Its first point.
     pub first: usize,
     /// What is known of it from an earlier run.
-    pub link: Link,
+    pub link: ChainState,
 }
 
 /// Which chains an earlier run has finished, wholly or in part.
@@ -114,7 +114,7 @@ pub(super) struct Turn {
 pub(super) struct TakenOver {
     /// By chain; those beyond the end are not finished.
     done: Vec<bool>,
-    links: HashMap<usize, Link>,
+    links: HashMap<usize, ChainState>,
 }
 
 impl TakenOver {
@@ -177,14 +177,17 @@ impl TakenOver {
 
     /// Points that a chain has left.
     pub(super) fn left(&self, share: &Share, place: usize) -> usize {
-        let passed = self.links.get(&share.chain(place)).map_or(0, Link::passed);
+        let passed = self
+            .links
+            .get(&share.chain(place))
+            .map_or(0, ChainState::passed);
         share.length - passed
     }
 
     /// The chain at a place, to be computed; to be asked for once.
-    pub(super) fn turn(&mut self, share: &Share, place: usize) -> Turn {
+    pub(super) fn turn(&mut self, share: &Share, place: usize) -> ChainTask {
         let chain = share.chain(place);
-        Turn {
+        ChainTask {
             place,
             first: chain * share.length,
             link: self.links.remove(&chain).unwrap_or_default(),

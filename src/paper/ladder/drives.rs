@@ -1,7 +1,7 @@
 //! Cases of the paper that are manifests: a misalignment that drifts (Table 5), contact with friction (3.1).
 
 use super::rattle::{CELLS, LIMIT};
-use gearatlas_core::analysis::{Nvh, Questions, investigate};
+use gearatlas_core::analysis::{Nvh, PointConfig, investigate};
 use gearatlas_core::model::{InitialState, Model, TrajectoryState};
 use gearatlas_core::numerics::random::PointSeed;
 use gearatlas_core::propagate::{Counters, Kernel, Stepping};
@@ -122,7 +122,7 @@ pub fn friction() -> Value {
         kernel: &K,
         model: &Model,
         start: &TrajectoryState,
-        asked: &Questions,
+        asked: &PointConfig,
     ) -> f64 {
         let never = AtomicBool::new(false);
         let found = investigate(model, kernel, start.clone(), asked, &never);

@@ -5,7 +5,7 @@ use super::drives::default_gears;
 use super::gears::differing;
 use super::report::drives_of;
 use super::{Line, Subjects, Trouble};
-use crate::analysis::{MultistabilityQuestion, Probes};
+use crate::analysis::{MultistabilityConfig, Probes};
 use crate::gear::{Flanks, MeshTable, MeshTableInputs};
 use crate::numerics::random::PointSeed;
 
@@ -61,7 +61,7 @@ fn on_threads<T: Send>(
 pub fn threads(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let kernel = subjects.kernel()?;
     let model = subjects.default_drive()?.model()?;
-    let asked = MultistabilityQuestion {
+    let asked = MultistabilityConfig {
         initial_conditions: subjects.extent.pick(12, 200),
         decades: 2.0,
         transient: 200,

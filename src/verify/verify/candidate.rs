@@ -6,8 +6,8 @@
 use super::Trouble;
 use crate::analysis::orbits::floquet;
 use crate::analysis::{
-    Effort, EnergyAudit, EnergyNorm, LyapunovOutcome, LyapunovQuestion, MultistabilityOutcome, Nvh,
-    NvhOutcome, Probes, Questions, Section, TangentGrowth, investigate, probe_basins,
+    Effort, EnergyAudit, EnergyNorm, LyapunovConfig, LyapunovOutcome, MultistabilityOutcome, Nvh,
+    NvhOutcome, PointConfig, Probes, Section, TangentGrowth, investigate, probe_basins,
 };
 use crate::model::{InitialState, Model, TrajectoryState};
 use crate::numerics::random::{PointSeed, Stream};
@@ -322,7 +322,7 @@ impl<K: Kernel + Sync> Propagator for K {
         start: &TrajectoryState,
         cycles: u64,
     ) -> Result<Option<LyapunovOutcome>, Trouble> {
-        let questions = Questions {
+        let questions = PointConfig {
             point: PointSeed {
                 seed: 1,
                 point_id: 2,
@@ -331,10 +331,10 @@ impl<K: Kernel + Sync> Propagator for K {
             cycles,
             settle: false,
             audit_cycles: 0,
-            lyapunov: Some(LyapunovQuestion {
+            lyapunov: Some(LyapunovConfig {
                 align: 50,
                 effort: Effort::Survey,
-                ..LyapunovQuestion::default()
+                ..LyapunovConfig::default()
             }),
             poincare_samples: 0,
             section: Section::default(),

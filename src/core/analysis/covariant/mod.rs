@@ -36,7 +36,7 @@ pub const MOST_MEMORY: u64 = 1 << 30;
 
 /// How covariant vectors are asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct CovariantQuestion {
+pub struct CovariantConfig {
     /// Vectors, at least 1; a model has twice as many as modes that are not neutral.
     pub vectors: usize,
     /// Mesh cycles that are measured.
@@ -46,7 +46,7 @@ pub struct CovariantQuestion {
     pub align: u64,
 }
 
-impl CovariantQuestion {
+impl CovariantConfig {
     /// Memory that the factors of a record take \[bytes\]: `v(v + 1)/2` numbers a cycle.
     pub fn memory(&self) -> u64 {
         let numbers = entries(self.vectors) as u64;
@@ -111,7 +111,7 @@ pub fn covariant_vectors<K: Kernel>(
     model: &Model,
     kernel: &K,
     start: &TrajectoryState,
-    question: &CovariantQuestion,
+    question: &CovariantConfig,
     point: PointSeed,
     called_off: &AtomicBool,
 ) -> Result<CovariantOutcome, CovariantError> {

@@ -194,7 +194,7 @@ fn a_direction_that_vanishes_is_told() {
 
 #[test]
 fn memory_is_a_triangle_a_cycle() {
-    let question = CovariantQuestion {
+    let question = CovariantConfig {
         vectors: 4,
         cycles: 1000,
         align: 200,

@@ -43,7 +43,7 @@ const MOST_STATES: u64 = 256;
 
 /// How predictability is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct HorizonQuestion {
+pub struct HorizonConfig {
     /// Twins, at least 2.
     pub twins: u32,
     /// Distance at which they start, in half gaps.
@@ -134,7 +134,7 @@ pub fn predictability<K: Kernel>(
     model: &Model,
     kernel: &K,
     start: &TrajectoryState,
-    question: &HorizonQuestion,
+    question: &HorizonConfig,
     point: PointSeed,
     called_off: &AtomicBool,
 ) -> Result<HorizonOutcome, HorizonError> {
@@ -172,7 +172,7 @@ fn outcome<K: Kernel>(
     record: &Record<'_, K>,
     separations: &[Vec<f64>],
     saturation: f64,
-    question: &HorizonQuestion,
+    question: &HorizonConfig,
 ) -> HorizonOutcome {
     let mut measures: Vec<HorizonMeasure> = (0..=question.cycles)
         .map(|n| {
@@ -225,7 +225,7 @@ fn outcome<K: Kernel>(
 struct Record<'a, K: Kernel> {
     model: &'a Model,
     kernel: &'a K,
-    question: &'a HorizonQuestion,
+    question: &'a HorizonConfig,
     point: PointSeed,
     called_off: &'a AtomicBool,
     norm: EnergyNorm,
@@ -244,7 +244,7 @@ impl<'a, K: Kernel> Record<'a, K> {
         model: &'a Model,
         kernel: &'a K,
         start: &TrajectoryState,
-        (question, point): (&'a HorizonQuestion, PointSeed),
+        (question, point): (&'a HorizonConfig, PointSeed),
         called_off: &'a AtomicBool,
     ) -> Self {
         let norm = EnergyNorm::new(model);

@@ -8,7 +8,7 @@ use super::field::{Field, Integrated};
 use crate::analysis::called_off::CalledOff;
 use crate::analysis::orbits::attracting::approaches;
 use crate::analysis::orbits::shooting::PeriodicOrbit;
-use crate::analysis::questions::Questions;
+use crate::analysis::questions::PointConfig;
 use crate::model::TrajectoryState;
 use crate::propagate::{Counters, Kernel, Stop};
 
@@ -61,7 +61,7 @@ impl KnownOrbits {
         field: &Field<'_, K>,
         mut trajectory: TrajectoryState,
         cycles: u64,
-        questions: &Questions,
+        questions: &PointConfig,
     ) -> Result<(Watched, u64), CalledOff> {
         let mut counters = Counters::default();
         let ending = self.approach(field, &mut trajectory, cycles, &mut counters)?;

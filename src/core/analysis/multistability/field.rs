@@ -5,7 +5,7 @@ use crate::analysis::called_off::CalledOff;
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::outcome::PointOutcome;
 use crate::analysis::point::investigate_onward;
-use crate::analysis::questions::Questions;
+use crate::analysis::questions::PointConfig;
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::Kernel;
 use std::sync::atomic::AtomicBool;
@@ -34,7 +34,7 @@ impl<K: Kernel> Field<'_, K> {
     pub fn investigate(
         &self,
         mut trajectory: TrajectoryState,
-        questions: &Questions,
+        questions: &PointConfig,
     ) -> Result<Integrated, CalledOff> {
         let mut found = investigate_onward(
             self.model,

@@ -32,7 +32,7 @@ use super::lyapunov::displaced;
 use super::norm::EnergyNorm;
 use super::outcome::{PointOutcome, Status};
 use super::poincare::Section;
-use super::questions::{Effort, LyapunovQuestion, NvhQuestion, Questions, Signals};
+use super::questions::{Effort, LyapunovConfig, NvhConfig, PointConfig, Signals};
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::propagate::Kernel;
@@ -44,7 +44,7 @@ use serde::Serialize;
 use std::sync::atomic::AtomicBool;
 
 pub use outcome::{AttractorOutcome, BasinShare, CellOutcome, MultistabilityOutcome, ProbeOutcome};
-pub use plane::{Plane, SliceError, SliceOf, SliceQuestion};
+pub use plane::{Plane, SliceConfig, SliceError, SliceOf};
 
 /// Streams of a point below this number belong to its own tangents and twin.
 const FIRST_STREAM: u64 = 1 << 32;
@@ -65,7 +65,7 @@ const FEWEST_ROUNDS: usize = 16;
 
 /// How coexisting attractors are probed for.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct MultistabilityQuestion {
+pub struct MultistabilityConfig {
     /// Probes, the point's own initial state included; ≥ 1.
     pub initial_conditions: u32,
     /// Decades of energy that the others are spread over, about the energy that closes the half
@@ -76,7 +76,7 @@ pub struct MultistabilityQuestion {
     /// Most mesh cycles of each probe measured.
     pub cycles: u64,
     /// A slice of initial states, if asked for.
-    pub slice: Option<SliceQuestion>,
+    pub slice: Option<SliceConfig>,
 }
 
 /// The probes of a point.
@@ -87,7 +87,7 @@ pub struct Probes {
     /// Whether periodic orbits are sought by Newton's method instead of waited for.
     pub settle: bool,
     /// How they are asked for.
-    pub asked: MultistabilityQuestion,
+    pub asked: MultistabilityConfig,
     /// The slice that is asked for.
     plane: Option<Plane>,
 }
@@ -99,7 +99,7 @@ impl Probes {
     /// The model has no such slice as is asked for.
     pub fn new(
         model: &Model,
-        asked: MultistabilityQuestion,
+        asked: MultistabilityConfig,
         point: PointSeed,
         settle: bool,
     ) -> Result<Self, SliceError> {
@@ -113,22 +113,22 @@ impl Probes {
     }
 
     /// What is asked of one probe.
-    fn questions(&self) -> Questions {
-        Questions {
+    fn questions(&self) -> PointConfig {
+        PointConfig {
             point: self.point,
             transient: self.asked.transient,
             cycles: self.asked.cycles,
             settle: self.settle,
             audit_cycles: 0,
-            lyapunov: Some(LyapunovQuestion {
+            lyapunov: Some(LyapunovConfig {
                 align: ALIGN,
                 twin: false,
                 effort: Effort::Survey,
-                ..LyapunovQuestion::default()
+                ..LyapunovConfig::default()
             }),
             poincare_samples: self.asked.cycles.min(MOST_SAMPLES) as usize,
             section: Section::default(),
-            nvh: Some(NvhQuestion {
+            nvh: Some(NvhConfig {
                 harmonics: 0,
                 outputs: Signals::NONE,
                 power: false,
@@ -208,7 +208,7 @@ fn slice<K: Kernel + Sync>(
     plane: &Plane,
     attractors: &mut Attractors,
 ) -> Result<Vec<CellOutcome>, CalledOff> {
-    let questions = Questions {
+    let questions = PointConfig {
         transient: 0,
         ..probes.questions()
     };

@@ -45,7 +45,7 @@ impl SliceOf {
 
 /// How a slice of initial states is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct SliceQuestion {
+pub struct SliceConfig {
     /// Two different modes, counted from 0; of a phase plane twice the same.
     pub modes: [usize; 2],
     /// What is varied.
@@ -108,7 +108,7 @@ impl Plane {
     ///
     /// # Errors
     /// The modes are equal, or one is not there or not felt by the mesh.
-    pub fn new(model: &Model, question: &SliceQuestion) -> Result<Self, SliceError> {
+    pub fn new(model: &Model, question: &SliceConfig) -> Result<Self, SliceError> {
         let n = model.modes();
         if let Some(mode) = question.modes.into_iter().find(|&mode| mode >= n) {
             return Err(SliceError::NoSuchMode {
@@ -230,8 +230,8 @@ mod tests {
     use crate::analysis::norm::tests::dragged;
     use crate::model::InitialState;
 
-    fn question(modes: [usize; 2], of: SliceOf) -> SliceQuestion {
-        SliceQuestion {
+    fn question(modes: [usize; 2], of: SliceOf) -> SliceConfig {
+        SliceConfig {
             modes,
             of,
             extent: 3.0,
@@ -284,7 +284,7 @@ mod tests {
     fn a_phase_plane_is_deflection_and_rate_of_one_mode() {
         let model = model();
         let start = model.start(&InitialState::Static);
-        let asked = SliceQuestion {
+        let asked = SliceConfig {
             speed: Some(0.2),
             ..question([2, 2], SliceOf::PhasePlane)
         };

@@ -8,7 +8,7 @@ use crate::model::{InitialState, OperatingPoint};
 use crate::structure::ModalStructure;
 
 fn probes(seed: u64, initial_conditions: u32, decades: f64) -> Probes {
-    let asked = MultistabilityQuestion {
+    let asked = MultistabilityConfig {
         initial_conditions,
         decades,
         transient: 0,

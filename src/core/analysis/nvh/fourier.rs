@@ -9,7 +9,7 @@ use super::lanes::{self, Complex, Eight, Integrals, Stretch};
 use super::rule::Seen;
 use super::stretches::{Stretches, Summable};
 use crate::analysis::modal_series::TERMS;
-use crate::analysis::recurring::Recurring;
+use crate::analysis::window_cache::Recurring;
 use crate::propagate::vectors::{LANES, Lanes};
 use crate::propagate::{InstructionSet, Window};
 use num_complex::{Complex64, c64};

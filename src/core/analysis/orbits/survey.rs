@@ -27,7 +27,7 @@ const SAME_ORBIT: f64 = 1e-6;
 
 /// What is asked of periodic orbits.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct OrbitQuestion {
+pub struct OrbitConfig {
     /// Periods in mesh cycles, each in 1 …= [`LONGEST_PERIOD`].
     pub periods: Vec<u32>,
     /// Newton searches for each period.
@@ -98,7 +98,7 @@ pub fn survey<K: Kernel>(
     model: &Model,
     kernel: &K,
     trajectory: &mut TrajectoryState,
-    question: &OrbitQuestion,
+    question: &OrbitConfig,
     called_off: &AtomicBool,
 ) -> Result<OrbitSurvey, CalledOff> {
     let norm = EnergyNorm::new(model);
@@ -168,7 +168,7 @@ struct Search<'a, K: Kernel> {
     model: &'a Model,
     kernel: &'a K,
     norm: &'a EnergyNorm,
-    question: &'a OrbitQuestion,
+    question: &'a OrbitConfig,
     /// Cycles after which the excitation repeats.
     unit: u32,
     workspace: K::Workspace,

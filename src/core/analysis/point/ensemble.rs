@@ -4,7 +4,7 @@ use super::instruments::{Instruments, Record};
 use super::looks::Look;
 use super::members::{Ending, Member, is_chaotic};
 use super::plan::Plan;
-use super::run::{Halt, PointRun};
+use super::run::{Interruption, PointRun};
 use super::settle::{Searches, cycles};
 use crate::analysis::classify::{Evidence, Verdict, classify};
 use crate::analysis::course::course;
@@ -28,7 +28,10 @@ const ON_TORUS: u64 = 2_000;
 
 impl<K: Kernel> PointRun<'_, K> {
     /// Measures a motion that has not settled, until enough is known of it or it does settle.
-    pub(super) fn unsettled(&mut self, searches: Option<Searches>) -> Result<PointOutcome, Halt> {
+    pub(super) fn unsettled(
+        &mut self,
+        searches: Option<Searches>,
+    ) -> Result<PointOutcome, Interruption> {
         let plan = Plan::of(self.questions);
         let instruments = self.align()?;
         let pilot = Member::pilot(self.trajectory.clone(), instruments, searches, &plan);
@@ -65,7 +68,11 @@ impl<K: Kernel> PointRun<'_, K> {
 
     /// Measures the pilot alone until its neighbours are seen to part exponentially, and lets the
     /// others branch off.
-    fn pilot_and_branches(&mut self, members: &mut Vec<Member>, plan: &Plan) -> Result<(), Halt> {
+    fn pilot_and_branches(
+        &mut self,
+        members: &mut Vec<Member>,
+        plan: &Plan,
+    ) -> Result<(), Interruption> {
         let pilot = &mut members[0];
         let mut until = plan.branching();
         loop {
@@ -99,7 +106,11 @@ impl<K: Kernel> PointRun<'_, K> {
     }
 
     /// The row of the point.
-    fn conclude(&mut self, mut members: Vec<Member>, look: &Look) -> Result<PointOutcome, Halt> {
+    fn conclude(
+        &mut self,
+        mut members: Vec<Member>,
+        look: &Look,
+    ) -> Result<PointOutcome, Interruption> {
         let parts: Vec<&Record> = members.iter().map(Member::unsettled).collect();
         let mut all = joined(&parts);
         let chaotic = (all.averages())

@@ -1,10 +1,10 @@
 //! What is measured beside a trajectory.
 
-use super::watch::Watch;
+use super::watch::Recorders;
 use crate::analysis::averages::CycleAverages;
 use crate::analysis::lyapunov::TangentGrowth;
 use crate::analysis::norm::EnergyNorm;
-use crate::analysis::questions::Questions;
+use crate::analysis::questions::PointConfig;
 use crate::analysis::recurrence::Recurrence;
 use crate::analysis::twin::Twin;
 use crate::model::{Model, TrajectoryState};
@@ -17,7 +17,7 @@ const MOST_CYCLES: usize = 1 << 16;
 pub(super) struct Record {
     pub(super) growth: Option<TangentGrowth>,
     pub(super) twin: Option<Twin>,
-    pub(super) watch: Watch,
+    pub(super) watch: Recorders,
     /// Averages of the squared strobe deflection \[m²\]: a statistic of motion that every point has.
     pub(super) strobe: CycleAverages,
     /// Measured cycles.
@@ -94,7 +94,7 @@ impl Instruments {
     pub(super) fn new(
         model: &Model,
         norm: &EnergyNorm,
-        questions: &Questions,
+        questions: &PointConfig,
         trajectory: &TrajectoryState,
     ) -> Self {
         let growth = questions.lyapunov.map(|l| {
@@ -106,7 +106,7 @@ impl Instruments {
         let twin = (growth.as_ref().zip(wanted)).map(|(growth, asked)| {
             Twin::new(model, norm, trajectory, growth.leading(), asked.separation)
         });
-        Self::of(model, growth, twin, Watch::asked(model, questions))
+        Self::of(model, growth, twin, Recorders::asked(model, questions))
     }
 
     /// Instruments of a trajectory that branched off another, with the tangents that it had there.
@@ -114,7 +114,7 @@ impl Instruments {
         model: &Model,
         growth: Option<TangentGrowth>,
         twin: Option<Twin>,
-        watch: Watch,
+        watch: Recorders,
     ) -> Self {
         Self {
             record: Record {

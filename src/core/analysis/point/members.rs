@@ -6,9 +6,9 @@
 
 use super::instruments::{Instruments, Record};
 use super::plan::{DISPLACEMENT, Plan};
-use super::run::{Halt, PointRun};
+use super::run::{Interruption, PointRun};
 use super::settle::{Repeating, Searches, WORTH_A_SEARCH};
-use super::watch::Watch;
+use super::watch::Recorders;
 use crate::analysis::classify::parts_exponentially;
 use crate::analysis::lyapunov::{TangentGrowth, displaced};
 use crate::analysis::outcome::PointOutcome;
@@ -213,7 +213,7 @@ impl<K: Kernel> PointRun<'_, K> {
         member: &mut Member,
         until: u64,
         plan: &Plan,
-    ) -> Result<(), Halt> {
+    ) -> Result<(), Interruption> {
         while member.ending.is_none() && member.measured() < until {
             let block = BLOCK.min(until - member.measured());
             std::mem::swap(&mut self.trajectory, &mut member.trajectory);
@@ -222,7 +222,7 @@ impl<K: Kernel> PointRun<'_, K> {
             measured?;
             let states = member.instruments.recurrence.states();
             if let Some(runaway) = self.bounds.left_by(self.model, states) {
-                return Err(Halt::Runaway(runaway));
+                return Err(Interruption::Runaway(runaway));
             }
             member.note_growth();
             member.note_branch(plan.gap);
@@ -232,7 +232,7 @@ impl<K: Kernel> PointRun<'_, K> {
     }
 
     /// Looks whether a trajectory left the motion.
-    fn leaves(&mut self, member: &mut Member) -> Result<(), Halt> {
+    fn leaves(&mut self, member: &mut Member) -> Result<(), Interruption> {
         if let Some(period) = member.instruments.recurrence.period(&self.norm) {
             let found = Repeating {
                 period,
@@ -264,8 +264,8 @@ impl<K: Kernel> PointRun<'_, K> {
     fn settles(
         &mut self,
         member: &mut Member,
-        find: impl FnOnce(&mut Self) -> Result<Option<Repeating>, Halt>,
-    ) -> Result<(), Halt> {
+        find: impl FnOnce(&mut Self) -> Result<Option<Repeating>, Interruption>,
+    ) -> Result<(), Interruption> {
         self.trajectory = member.trajectory.clone();
         if let Some(found) = find(self)?
             && let Some(outcome) = self.settle(found)?
@@ -277,7 +277,11 @@ impl<K: Kernel> PointRun<'_, K> {
     }
 
     /// Lets other trajectories branch off the pilot where it was on the motion, and part from it.
-    pub(super) fn branch_off(&mut self, pilot: &Member, plan: &Plan) -> Result<Vec<Member>, Halt> {
+    pub(super) fn branch_off(
+        &mut self,
+        pilot: &Member,
+        plan: &Plan,
+    ) -> Result<Vec<Member>, Interruption> {
         let places: Vec<&Branch> = (pilot.branches.iter())
             .filter(|branch| branch.cycle <= pilot.unsettled_cycles())
             .collect();
@@ -296,8 +300,8 @@ impl<K: Kernel> PointRun<'_, K> {
                 &mut stream,
             );
             let watch = match pilot.instruments.record.watch.nvh.as_ref() {
-                Some(nvh) => Watch::beside(self.model, self.questions, nvh),
-                None => Watch::of_nothing(self.model),
+                Some(nvh) => Recorders::beside(self.model, self.questions, nvh),
+                None => Recorders::of_nothing(self.model),
             };
             let growth = place.growth.clone();
             let mut instruments = Instruments::of(self.model, growth, None, watch);

@@ -29,14 +29,14 @@ mod watch;
 pub use outlook::Outlook;
 
 use super::called_off::CalledOff;
+use super::divergence::Bounds;
 use super::norm::EnergyNorm;
 use super::outcome::{PointOutcome, Status};
-use super::questions::{GrowthNorm, Questions};
+use super::questions::{GrowthNorm, PointConfig};
 use super::recurrence::Recurrence;
-use super::runaway::Bounds;
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Kernel};
-use run::{Halt, PointRun};
+use run::{Interruption, PointRun};
 use settle::{Repeating, Searches, WORTH_A_SEARCH};
 use std::sync::atomic::AtomicBool;
 use steady::Steady;
@@ -49,7 +49,7 @@ pub fn investigate<K: Kernel>(
     model: &Model,
     kernel: &K,
     start: TrajectoryState,
-    questions: &Questions,
+    questions: &PointConfig,
     called_off: &AtomicBool,
 ) -> Result<PointOutcome, CalledOff> {
     let mut trajectory = start;
@@ -65,7 +65,7 @@ pub fn investigate_onward<K: Kernel>(
     model: &Model,
     kernel: &K,
     trajectory: &mut TrajectoryState,
-    questions: &Questions,
+    questions: &PointConfig,
     called_off: &AtomicBool,
 ) -> Result<PointOutcome, CalledOff> {
     let mut run = PointRun {
@@ -86,16 +86,18 @@ pub fn investigate_onward<K: Kernel>(
     };
     let outcome = match run.run() {
         Ok(outcome) => Ok(outcome),
-        Err(Halt::CalledOff) => Err(CalledOff),
-        Err(Halt::Stop(stop)) => run.stopped(stop),
-        Err(Halt::Runaway(runaway)) => Ok(run.unanswered(Status::Diverged, runaway.to_string())),
+        Err(Interruption::CalledOff) => Err(CalledOff),
+        Err(Interruption::Stop(stop)) => run.stopped(stop),
+        Err(Interruption::Runaway(runaway)) => {
+            Ok(run.unanswered(Status::Diverged, runaway.to_string()))
+        }
     };
     *trajectory = run.trajectory;
     outcome
 }
 
 impl<K: Kernel> PointRun<'_, K> {
-    fn run(&mut self) -> Result<PointOutcome, Halt> {
+    fn run(&mut self) -> Result<PointOutcome, Interruption> {
         self.kernel.accepts(self.model, &self.trajectory)?;
         let mut searches = Searches::new(self.questions.settle);
         if let Some(found) = self.transient(&mut searches)?
@@ -108,7 +110,10 @@ impl<K: Kernel> PointRun<'_, K> {
     }
 
     /// Advances the transient; ends early on an attracting orbit.
-    fn transient(&mut self, searches: &mut Option<Searches>) -> Result<Option<Repeating>, Halt> {
+    fn transient(
+        &mut self,
+        searches: &mut Option<Searches>,
+    ) -> Result<Option<Repeating>, Interruption> {
         if searches.is_none() {
             self.pass_transient()?;
             return Ok(None);

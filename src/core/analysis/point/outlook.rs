@@ -7,7 +7,7 @@
 use super::looks::{SIGMAS, SKEWED};
 use super::plan::Plan;
 use crate::analysis::outcome::PointOutcome;
-use crate::analysis::questions::{Effort, Questions};
+use crate::analysis::questions::{Effort, PointConfig};
 
 /// Cycles of a motion whose neighbours do not part over the first cycles, as a part of those at the first
 /// look, and their standard deviation: between an orbit that is found soon and chaos that shows late. Chosen
@@ -28,7 +28,7 @@ pub struct Outlook {
 
 impl Outlook {
     /// For questions to a motion that was `seen` over some cycles without settling.
-    pub fn of(questions: &Questions, seen: &PointOutcome) -> Self {
+    pub fn of(questions: &PointConfig, seen: &PointOutcome) -> Self {
         let plan = Plan::of(questions);
         let (first, budget) = (plan.first as f64, plan.budget as f64);
         let lyapunov = questions.lyapunov;
@@ -75,12 +75,12 @@ mod tests {
     use super::*;
     use crate::analysis::outcome::{LyapunovMethod, LyapunovOutcome, Status};
     use crate::analysis::poincare::Section;
-    use crate::analysis::questions::LyapunovQuestion;
+    use crate::analysis::questions::LyapunovConfig;
     use crate::numerics::random::PointSeed;
 
     /// For an exponent with a stop rule or without, after 400 cycles that gave λ = 0.2 with an error.
     fn outlook(effort: Effort, target: Option<f64>, error: f64, cycles: u64) -> [f64; 2] {
-        let questions = Questions {
+        let questions = PointConfig {
             point: PointSeed {
                 seed: 1,
                 point_id: 0,
@@ -89,10 +89,10 @@ mod tests {
             cycles,
             settle: true,
             audit_cycles: 0,
-            lyapunov: Some(LyapunovQuestion {
+            lyapunov: Some(LyapunovConfig {
                 stop_at_stderr: target,
                 effort,
-                ..LyapunovQuestion::default()
+                ..LyapunovConfig::default()
             }),
             poincare_samples: 0,
             section: Section::default(),

@@ -4,7 +4,7 @@
 //! look after many cycles, and few looks, matter more than any condition on the record itself:
 //! conditions that a record meets by chance select records without bursts.
 
-use crate::analysis::questions::{Effort, Questions};
+use crate::analysis::questions::{Effort, PointConfig};
 
 /// Trajectories that a verified error bar takes.
 const TRAJECTORIES: usize = 8;
@@ -36,7 +36,7 @@ pub(super) struct Plan {
 impl Plan {
     /// For the questions asked. Several trajectories only where the first look is within the budget, and
     /// something is averaged.
-    pub(super) fn of(questions: &Questions) -> Self {
+    pub(super) fn of(questions: &PointConfig) -> Self {
         let effort = questions.effort();
         let (first, budget) = (effort.first_look(), questions.cycles);
         let averages = questions.lyapunov.is_some() || questions.nvh.is_some();

@@ -5,13 +5,13 @@ use super::instruments::{Instruments, Record};
 use crate::analysis::averages::CYCLES_PER_AVERAGE;
 use crate::analysis::called_off::CalledOff;
 use crate::analysis::contact_jumps::ContactJumps;
+use crate::analysis::divergence::{Bounds, Runaway};
 use crate::analysis::energy::{EnergyAudit, objection};
 use crate::analysis::lyapunov::TangentGrowth;
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::orders::Orders;
 use crate::analysis::outcome::{Class, LyapunovOutcome, PointOutcome, Status};
-use crate::analysis::questions::Questions;
-use crate::analysis::runaway::{Bounds, Runaway};
+use crate::analysis::questions::PointConfig;
 use crate::analysis::spectrum::Spectra;
 use crate::analysis::twin::Twin;
 use crate::model::{Model, TrajectoryState};
@@ -24,19 +24,19 @@ use std::sync::atomic::AtomicBool;
 const TWIN_CYCLES: u64 = FEWEST_VALUES as u64 * CYCLES_PER_AVERAGE as u64;
 
 /// Why an integration ended early.
-pub(super) enum Halt {
+pub(super) enum Interruption {
     CalledOff,
     Stop(Stop),
     Runaway(Runaway),
 }
 
-impl From<Stop> for Halt {
+impl From<Stop> for Interruption {
     fn from(stop: Stop) -> Self {
         Self::Stop(stop)
     }
 }
 
-impl From<CalledOff> for Halt {
+impl From<CalledOff> for Interruption {
     fn from(_: CalledOff) -> Self {
         Self::CalledOff
     }
@@ -46,7 +46,7 @@ impl From<CalledOff> for Halt {
 pub(super) struct PointRun<'a, K: Kernel> {
     pub(super) model: &'a Model,
     pub(super) kernel: &'a K,
-    pub(super) questions: &'a Questions,
+    pub(super) questions: &'a PointConfig,
     pub(super) called_off: &'a AtomicBool,
     pub(super) norm: EnergyNorm,
     /// The norm in which tangents and twin are measured.
@@ -60,7 +60,7 @@ pub(super) struct PointRun<'a, K: Kernel> {
 
 impl<K: Kernel> PointRun<'_, K> {
     /// Instruments at the trajectory's present place, tangents and twin aligned.
-    pub(super) fn align(&mut self) -> Result<Instruments, Halt> {
+    pub(super) fn align(&mut self) -> Result<Instruments, Interruption> {
         let mut instruments = Instruments::new(
             self.model,
             &self.growth_norm,
@@ -81,7 +81,10 @@ impl<K: Kernel> PointRun<'_, K> {
     }
 
     /// One cycle of the trajectory alone.
-    pub(super) fn plain_cycle<O: Observer>(&mut self, observer: &mut O) -> Result<(), Halt> {
+    pub(super) fn plain_cycle<O: Observer>(
+        &mut self,
+        observer: &mut O,
+    ) -> Result<(), Interruption> {
         CalledOff::check(self.called_off)?;
         self.kernel.advance(
             1,
@@ -94,7 +97,7 @@ impl<K: Kernel> PointRun<'_, K> {
     }
 
     /// Advances the transient, at once where contact is certain to last.
-    pub(super) fn pass_transient(&mut self) -> Result<(), Halt> {
+    pub(super) fn pass_transient(&mut self) -> Result<(), Interruption> {
         let mut jumps = ContactJumps::new(self.model);
         while self.counters.cycles < self.questions.transient {
             let left = self.questions.transient - self.counters.cycles;
@@ -109,7 +112,7 @@ impl<K: Kernel> PointRun<'_, K> {
     }
 
     /// Audits the energy balance over some cycles, where it is to be audited at all.
-    pub(super) fn audit(&mut self, cycles: u64) -> Result<(), Halt> {
+    pub(super) fn audit(&mut self, cycles: u64) -> Result<(), Interruption> {
         let mut audit = EnergyAudit::new(self.model);
         for _ in 0..cycles.min(self.questions.audit_cycles) {
             self.plain_cycle(&mut audit)?;
@@ -124,7 +127,7 @@ impl<K: Kernel> PointRun<'_, K> {
         growth: &mut Option<TangentGrowth>,
         twin: Option<&mut Twin>,
         observer: &mut O,
-    ) -> Result<f64, Halt> {
+    ) -> Result<f64, Interruption> {
         CalledOff::check(self.called_off)?;
         let mut none = Tangents::none();
         let tangents = match growth {
@@ -162,7 +165,7 @@ impl<K: Kernel> PointRun<'_, K> {
         &mut self,
         instruments: &mut Instruments,
         cycles: u64,
-    ) -> Result<(), Halt> {
+    ) -> Result<(), Interruption> {
         for _ in 0..cycles {
             let events = self.counters.events;
             let record = &mut instruments.record;

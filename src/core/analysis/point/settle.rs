@@ -1,7 +1,7 @@
 //! Motions that repeat: found early by Newton's method, or by waiting until they do.
 
 use super::instruments::Instruments;
-use super::run::{Halt, PointRun};
+use super::run::{Interruption, PointRun};
 use crate::analysis::called_off::CalledOff;
 use crate::analysis::orbits::attracting::{Approach, Attracting, attracting};
 use crate::analysis::orbits::floquet::{exponents, monodromy};
@@ -10,7 +10,7 @@ use crate::analysis::orbits::twins;
 use crate::analysis::outcome::{
     Class, KaplanYorke, LyapunovMethod, LyapunovOutcome, PointOutcome, Status,
 };
-use crate::analysis::questions::Questions;
+use crate::analysis::questions::PointConfig;
 use crate::analysis::recurrence::excitation_period;
 use crate::analysis::spectrum::{Lines, Spectra};
 use crate::model::TrajectoryState;
@@ -62,12 +62,12 @@ pub(super) struct Repeating {
     /// How it was found.
     pub(super) how: String,
     /// The map of a period from the trajectory's place, where the search has left it.
-    pub(super) turn: Option<Turn>,
+    pub(super) turn: Option<PeriodMap>,
 }
 
 /// The linearised map of a period.
 #[derive(Debug)]
-pub(super) struct Turn {
+pub(super) struct PeriodMap {
     monodromy: Mat<f64>,
     multipliers: Vec<Complex64>,
     /// Events in the period.
@@ -81,7 +81,10 @@ const TOLD: f64 = 1e-9;
 impl<K: Kernel> PointRun<'_, K> {
     /// Seeks an attracting orbit next to the trajectory. Where one is found and the
     /// trajectory is seen to approach it, the trajectory is put on it.
-    pub(super) fn seek_orbit(&mut self, candidates: &[u32]) -> Result<Option<Repeating>, Halt> {
+    pub(super) fn seek_orbit(
+        &mut self,
+        candidates: &[u32],
+    ) -> Result<Option<Repeating>, Interruption> {
         let unit = excitation_period(self.model).unwrap_or(1) as u32;
         for &period in candidates {
             CalledOff::check(self.called_off)?;
@@ -139,7 +142,7 @@ impl<K: Kernel> PointRun<'_, K> {
         Repeating {
             period,
             how,
-            turn: Some(Turn {
+            turn: Some(PeriodMap {
                 monodromy,
                 multipliers,
                 events,
@@ -150,7 +153,10 @@ impl<K: Kernel> PointRun<'_, K> {
     /// Confirms a motion that repeats by its multipliers and measures one period, which is all
     /// there is to know of it. None where a multiplier lies outside the unit circle (a long
     /// stay near an unstable orbit); one on it is a motion that nothing damps.
-    pub(super) fn settle(&mut self, found: Repeating) -> Result<Option<PointOutcome>, Halt> {
+    pub(super) fn settle(
+        &mut self,
+        found: Repeating,
+    ) -> Result<Option<PointOutcome>, Interruption> {
         let Repeating { period, how, turn } = found;
         let start = self.trajectory.clone();
         let mut end = start.clone();
@@ -218,7 +224,7 @@ impl<K: Kernel> PointRun<'_, K> {
             self.audit(u64::from(period))?;
         }
         // Tangents and twin have told what they can.
-        let asked = Questions {
+        let asked = PointConfig {
             lyapunov: None,
             ..self.questions.clone()
         };
@@ -281,10 +287,10 @@ impl<K: Kernel> PointRun<'_, K> {
     /// iteration fails. `at` is on the orbit at the start of a period, and is advanced by whole ones.
     fn exponents(
         &mut self,
-        turn: &Turn,
+        turn: &PeriodMap,
         at: &mut TrajectoryState,
         period: u32,
-    ) -> Result<Option<Vec<Logarithm>>, Halt> {
+    ) -> Result<Option<Vec<Logarithm>>, Interruption> {
         let (monodromy, multipliers) = (&turn.monodromy, &turn.multipliers);
         let asked = self.questions.lyapunov.map_or(1, |l| l.exponents.max(1));
         // A second, independent turn around the orbit shows how well the first is known, but not
@@ -340,14 +346,20 @@ impl<K: Kernel> PointRun<'_, K> {
 
     /// The linearised map of a period from `start`, which is advanced by it; none where its
     /// multipliers cannot be had.
-    fn turn(&mut self, start: &mut TrajectoryState, period: u32) -> Result<Option<Turn>, Halt> {
+    fn turn(
+        &mut self,
+        start: &mut TrajectoryState,
+        period: u32,
+    ) -> Result<Option<PeriodMap>, Interruption> {
         let mut counters = Counters::default();
         let monodromy = self.monodromy(start, period, &mut counters)?;
-        Ok(eigenvalues(monodromy.as_ref()).map(|multipliers| Turn {
-            monodromy,
-            multipliers,
-            events: counters.events,
-        }))
+        Ok(
+            eigenvalues(monodromy.as_ref()).map(|multipliers| PeriodMap {
+                monodromy,
+                multipliers,
+                events: counters.events,
+            }),
+        )
     }
 
     /// The monodromy matrix of a period from `start`, which is advanced by it.
@@ -356,7 +368,7 @@ impl<K: Kernel> PointRun<'_, K> {
         start: &mut TrajectoryState,
         period: u32,
         counters: &mut Counters,
-    ) -> Result<Mat<f64>, Halt> {
+    ) -> Result<Mat<f64>, Interruption> {
         Ok(monodromy(
             self.model,
             self.kernel,
@@ -369,7 +381,7 @@ impl<K: Kernel> PointRun<'_, K> {
     }
 
     /// Advances a state by a period, uncounted.
-    fn go_round(&mut self, state: &mut TrajectoryState, period: u32) -> Result<(), Halt> {
+    fn go_round(&mut self, state: &mut TrajectoryState, period: u32) -> Result<(), Interruption> {
         self.kernel.advance(
             u64::from(period),
             state,

@@ -4,7 +4,7 @@
 //! fixed point, where contact lasts on it, is the only steady motion of the point. It is solved for once,
 //! when a trajectory first stays in contact for a period; later trajectories in contact are held against it.
 
-use super::run::{Halt, PointRun};
+use super::run::{Interruption, PointRun};
 use super::settle::Repeating;
 use crate::analysis::called_off::CalledOff;
 use crate::analysis::orbits::attracting::{Attracting, comes};
@@ -83,7 +83,10 @@ impl<K: Kernel> PointRun<'_, K> {
 
     /// The motion in steady contact, if the trajectory, in contact over the period ahead, is seen to come to it;
     /// it is put there. Otherwise the trajectory is where it was seen not to, within the transient.
-    pub(super) fn seek_steady(&mut self, steady: &mut Steady) -> Result<Option<Repeating>, Halt> {
+    pub(super) fn seek_steady(
+        &mut self,
+        steady: &mut Steady,
+    ) -> Result<Option<Repeating>, Interruption> {
         CalledOff::check(self.called_off)?;
         let orbit = steady.orbit.get_or_insert_with(|| {
             // An iterate that diverges is no motion in contact.

@@ -1,20 +1,20 @@
 //! What observes the windows and events of a trajectory.
 
-use crate::analysis::known::{Loosest, Size, loosest};
 use crate::analysis::nvh::Nvh;
 use crate::analysis::orders::Orders;
 use crate::analysis::outcome::NvhOutcome;
 use crate::analysis::outputs::Outputs;
 use crate::analysis::poincare::{Poincare, Section};
 use crate::analysis::power::Power;
-use crate::analysis::questions::Questions;
+use crate::analysis::precision::{Loosest, Size, loosest};
+use crate::analysis::questions::PointConfig;
 use crate::analysis::spectrum::{Spectra, Welch};
 use crate::model::{Model, Quantity, TrajectoryState};
 use crate::propagate::{Event, Observer, Window};
 
 /// The observers of measured cycles.
 #[derive(Clone)]
-pub(super) struct Watch {
+pub(super) struct Recorders {
     pub(super) nvh: Option<Nvh>,
     pub(super) spectra: Option<Spectra>,
     pub(super) poincare: Poincare,
@@ -25,7 +25,7 @@ pub(super) struct Watch {
     pub(super) enough: bool,
 }
 
-impl Watch {
+impl Recorders {
     /// Nothing is watched.
     pub(super) fn of_nothing(model: &Model) -> Self {
         Self {
@@ -40,7 +40,7 @@ impl Watch {
     }
 
     /// The observers of what is asked.
-    pub(super) fn asked(model: &Model, questions: &Questions) -> Self {
+    pub(super) fn asked(model: &Model, questions: &PointConfig) -> Self {
         let q = questions;
         Self {
             nvh: q.nvh.map(|n| Nvh::new(model, n.harmonics)),
@@ -58,7 +58,7 @@ impl Watch {
 
     /// The observers of a trajectory that branched off another, whose statistics are `nvh`; without
     /// Poincaré samples.
-    pub(super) fn beside(model: &Model, questions: &Questions, nvh: &Nvh) -> Self {
+    pub(super) fn beside(model: &Model, questions: &PointConfig, nvh: &Nvh) -> Self {
         Self {
             nvh: Some(nvh.beside()),
             poincare: Poincare::new(model, Section::default(), 0),
@@ -176,7 +176,7 @@ impl Watch {
     }
 }
 
-impl Observer for Watch {
+impl Observer for Recorders {
     const WINDOWS: bool = true;
 
     fn states(&self) -> bool {

@@ -6,7 +6,7 @@
 
 use crate::analysis::modal_series::Series;
 use crate::analysis::outcome::{Spectrum, SpectrumLine, SpectrumMethod};
-use crate::analysis::questions::{Signals, SpectrumQuestion};
+use crate::analysis::questions::{Signals, SpectrumConfig};
 use crate::analysis::signal::Signal;
 use crate::model::Model;
 use crate::numerics::fourier::{Stretch, add_lines};
@@ -36,7 +36,7 @@ pub struct Lines {
 impl Lines {
     /// The lines asked for of a model whose outputs of the `computed` are at hand and whose motion
     /// repeats after so many mesh cycles.
-    pub fn new(model: &Model, asked: &SpectrumQuestion, computed: Signals, repeats: u32) -> Self {
+    pub fn new(model: &Model, asked: &SpectrumConfig, computed: Signals, repeats: u32) -> Self {
         let signals = Signal::asked(model, asked.signals, computed);
         let count = (asked.highest_order as usize * repeats as usize).min(MOST_LINES);
         Self {
@@ -109,8 +109,8 @@ mod tests {
     use crate::model::fixtures::{constant_mesh, one_mode};
     use crate::structure::{BearingGain, ModalStructure, StaticShare};
 
-    fn asked() -> SpectrumQuestion {
-        SpectrumQuestion {
+    fn asked() -> SpectrumConfig {
+        SpectrumConfig {
             signals: Signals {
                 deflection: true,
                 force: true,

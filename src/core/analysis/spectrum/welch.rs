@@ -13,7 +13,7 @@
 
 use crate::analysis::modal_series::Series;
 use crate::analysis::outcome::{Spectrum, SpectrumLine, SpectrumMethod};
-use crate::analysis::questions::{Signals, SpectrumQuestion};
+use crate::analysis::questions::{Signals, SpectrumConfig};
 use crate::analysis::recurrence::excitation_period;
 use crate::analysis::signal::Signal;
 use crate::model::Model;
@@ -115,7 +115,7 @@ fn segment(model: &Model, asked: usize) -> usize {
 
 impl Welch {
     /// The spectra asked for of a model whose outputs of the `computed` are at hand.
-    pub fn new(model: &Model, asked: &SpectrumQuestion, computed: Signals) -> Self {
+    pub fn new(model: &Model, asked: &SpectrumConfig, computed: Signals) -> Self {
         let cycles = segment(model, asked.resolution as usize);
         let highest_order = asked.highest_order as usize;
         let samples = (SAMPLES_PER_TURN * highest_order * cycles).next_power_of_two();
@@ -268,8 +268,8 @@ mod tests {
     use crate::numerics::random::Stream;
     use crate::structure::ModalStructure;
 
-    fn asked(resolution: u32) -> SpectrumQuestion {
-        SpectrumQuestion {
+    fn asked(resolution: u32) -> SpectrumConfig {
+        SpectrumConfig {
             signals: Signals {
                 deflection: true,
                 force: true,

@@ -108,9 +108,9 @@ impl ClosedModes<'_> {
         let state = &w.states[..w.length];
         for (contact, &line) in w.line_of.iter().enumerate() {
             if !w.line_of[..contact].contains(&line) {
-                let sight = &system.sights[line];
+                let view = &system.views[line];
                 let seen = &mut w.seen[line];
-                [seen.start, seen.rate] = now(self.instructions, sight, state, &w.inputs);
+                [seen.start, seen.rate] = now(self.instructions, view, state, &w.inputs);
             }
         }
     }
@@ -155,15 +155,21 @@ impl ClosedModes<'_> {
     }
 
     /// Applies the saltation matrix of an event to all tangents, before the coordinates change.
-    pub(super) fn salt(&self, contact: usize, state: usize, closes: bool, w: &mut Workspace) {
+    pub(super) fn apply_saltation(
+        &self,
+        contact: usize,
+        state: usize,
+        closes: bool,
+        w: &mut Workspace,
+    ) {
         let class = self.sets.class(contact, state);
         let system = self.system(w.set);
         let pull = &system.pulls[class.direction];
-        let sight = &system.sights[self.model.directions[class.direction].line];
+        let view = &system.views[self.model.directions[class.direction].line];
         let damping = if closes { -class.damping } else { class.damping };
         let length = w.length;
         for tangent in w.states.chunks_exact_mut(length).skip(1) {
-            let seen: f64 = tangent.iter().zip(&sight.row).map(|(x, r)| x * r).sum();
+            let seen: f64 = tangent.iter().zip(&view.row).map(|(x, r)| x * r).sum();
             for (x, g) in tangent.iter_mut().zip(pull) {
                 *x += damping * seen * g;
             }

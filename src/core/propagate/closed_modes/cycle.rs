@@ -172,7 +172,7 @@ impl ClosedModes<'_> {
             .sets
             .closed_state(self.model, contact, place.cycle, place.time);
         if found.on_surface && w.states.len() > w.length {
-            self.salt(contact, state, event.closes(), w);
+            self.apply_saltation(contact, state, event.closes(), w);
         }
         (self.change(contact, if event.closes() { state } else { 0 }, w))
             .map_err(|error| place.refused(error))?;

@@ -5,7 +5,7 @@ use super::excitation::Drift;
 use super::grid::NODES;
 use super::lanes::{self, Move};
 use super::search::{self, Interval, Known};
-use super::system::{Sight, System};
+use super::system::{LineView, System};
 use super::workspace::{Place, Seen, Workspace};
 use crate::model::{ActiveSet, MOST_CONTACTS};
 use crate::propagate::Counters;
@@ -115,19 +115,19 @@ impl ClosedModes<'_> {
     fn see(&self, line: usize, system: &System, w: &mut Workspace) {
         let set = self.instructions;
         let length = w.length;
-        let sight = &system.sights[line];
+        let view = &system.views[line];
         let state = &w.states[..length];
         let mut nodes = Lanes::ZERO;
         let [size, curved] = lanes::see(
             set,
-            &sight.nodes,
-            [&sight.size, &sight.curvature],
+            &view.nodes,
+            [&view.size, &view.curvature],
             state,
             &w.inputs,
             &w.amplitudes,
             &mut nodes,
         );
-        let others: f64 = (sight.others.iter())
+        let others: f64 = (view.others.iter())
             .map(|(strayed, drift)| {
                 let rates = drift.rates([state[drift.lane], state[length / 2 + drift.lane]]);
                 strayed[0] * rates[0].abs() + strayed[1] * rates[1].abs()
@@ -137,7 +137,7 @@ impl ClosedModes<'_> {
         seen.nodes = nodes;
         seen.fresh = true;
         seen.known = Known {
-            curvature: curved + others + sight.drive_curvature,
+            curvature: curved + others + view.drive_curvature,
             noise: ROUND_OFF * (size + self.model.half_gap),
         };
     }
@@ -208,17 +208,17 @@ impl ClosedModes<'_> {
 
 /// Deflection and rate along a line, of a state under inputs.
 #[inline]
-pub(super) fn now(set: InstructionSet, sight: &Sight, state: &[f64], inputs: &[f64]) -> [f64; 2] {
-    let [deflection, rate] = lanes::two_products(set, state, &sight.row, &sight.rate);
-    let [driven, driven_rate] = driven(sight, inputs);
+pub(super) fn now(set: InstructionSet, view: &LineView, state: &[f64], inputs: &[f64]) -> [f64; 2] {
+    let [deflection, rate] = lanes::two_products(set, state, &view.row, &view.rate);
+    let [driven, driven_rate] = driven(view, inputs);
     [deflection + driven, rate + driven_rate]
 }
 
 /// What inputs add to deflection and rate.
 #[inline]
-fn driven(sight: &Sight, inputs: &[f64]) -> [f64; 2] {
+fn driven(view: &LineView, inputs: &[f64]) -> [f64; 2] {
     let mut sums = [0.0; 2];
-    for ((input, drive), drive_rate) in inputs.iter().zip(&sight.drive).zip(&sight.drive_rate) {
+    for ((input, drive), drive_rate) in inputs.iter().zip(&view.drive).zip(&view.drive_rate) {
         sums[0] += input * drive;
         sums[1] += input * drive_rate;
     }
@@ -277,15 +277,15 @@ impl search::Margin for At<'_, '_> {
         let (kernel, w) = (self.kernel, &mut *self.w);
         let set = kernel.instructions;
         let system = kernel.system(w.set);
-        let sight = &system.sights[self.line];
+        let view = &system.views[self.line];
         let seen = match kernel.beside_tried(time, w) {
             None => {
                 kernel.try_at(time, self.place, w);
-                now(set, sight, &w.spare[..w.length], &w.trial)
+                now(set, view, &w.spare[..w.length], &w.trial)
             }
             Some(rest) => {
                 let (state, half) = (&w.spare[..w.length], w.length / 2);
-                let rows = [&sight.row[..], &sight.rate];
+                let rows = [&view.row[..], &view.rate];
                 let mut seen = lanes::products_near(set, &system.chunks, rest, state, rows);
                 for drift in &system.steady.drifts {
                     let [x, y] = drift.push(rest);
@@ -295,7 +295,7 @@ impl search::Margin for At<'_, '_> {
                 }
                 let driven = (kernel.frequencies).driven_beside(
                     rest,
-                    [&sight.drive, &sight.drive_rate],
+                    [&view.drive, &view.drive_rate],
                     &w.trial,
                 );
                 [seen[0] + driven[0], seen[1] + driven[1]]

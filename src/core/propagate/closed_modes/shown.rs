@@ -32,14 +32,14 @@ impl ClosedModes<'_> {
         let padded = padded(n);
         // One more, as the workspace has them.
         let inputs = self.frequencies.inputs() + 1;
-        let sight = &system.sights[line];
+        let view = &system.views[line];
         let mut rows = vec![Row::ZERO; 2 * padded + inputs];
         let mut terms = [Complex64::ZERO; TERMS];
         for i in 0..n {
             let block = basis.block(i);
             let m = block.traceless();
             block.exponential(block_length, &mut terms);
-            let w = [sight.row[i], sight.row[padded + i]];
+            let w = [view.row[i], view.row[padded + i]];
             for (k, term) in terms.iter().enumerate() {
                 let (even, odd) = (term.re, term.im);
                 let turned = [0, 1].map(|j| w[0] * m[0][j] + w[1] * m[1][j]);
@@ -48,10 +48,10 @@ impl ClosedModes<'_> {
             }
         }
         let constant = &mut rows[2 * padded].0;
-        constant[0] = sight.drive[0];
+        constant[0] = view.drive[0];
         let rule = transforms24();
         for (drift, pushes) in system.steady.drifts.iter().zip(&system.pushes) {
-            let w = [sight.row[drift.lane], sight.row[padded + drift.lane]];
+            let w = [view.row[drift.lane], view.row[padded + drift.lane]];
             let values = rule.nodes().map(|x| {
                 let time = 0.5 * (x + 1.0) * block_length;
                 let node = (time / self.step).floor() as usize;
@@ -65,7 +65,7 @@ impl ClosedModes<'_> {
         }
         for (h, &[omega, _]) in self.frequencies.all.iter().enumerate() {
             legendre_series(c64(0.0, omega), block_length, &mut terms);
-            let amplitude = c64(sight.drive[1 + 2 * h], -sight.drive[2 + 2 * h]);
+            let amplitude = c64(view.drive[1 + 2 * h], -view.drive[2 + 2 * h]);
             for (k, term) in terms.iter().enumerate() {
                 let value = amplitude * term;
                 rows[2 * padded + 1 + 2 * h].0[k] = value.re;

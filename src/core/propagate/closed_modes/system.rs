@@ -24,14 +24,14 @@ pub struct System {
     /// What each drift is pushed up to each node.
     pub pushes: Vec<[[f64; 2]; NODES]>,
     /// What is seen along each line of the model.
-    pub sights: Vec<Sight>,
+    pub views: Vec<LineView>,
     /// Force inputs g of each direction of the model, padded states.
     pub pulls: Vec<Vec<f64>>,
 }
 
 /// A line as a system sees it: `δ = row·y + drive·inputs`.
 #[derive(Debug)]
-pub struct Sight {
+pub struct LineView {
     /// Of the deflection.
     pub row: Vec<f64>,
     /// Of its rate.
@@ -154,7 +154,7 @@ impl System {
             moves,
             steady,
             pushes,
-            sights: Vec::new(),
+            views: Vec::new(),
             pulls: Vec::new(),
         };
         own.pulls = (model.directions.iter())
@@ -164,14 +164,14 @@ impl System {
             })
             .collect();
         for line in 0..model.lines.len() {
-            let sight = own.sight(model, basis, &blocks, line, frequencies, step);
-            own.sights.push(sight);
+            let view = own.view(model, basis, &blocks, line, frequencies, step);
+            own.views.push(view);
         }
         own
     }
 
     /// What it sees along a line.
-    fn sight(
+    fn view(
         &self,
         model: &Model,
         basis: &Basis<'_>,
@@ -179,7 +179,7 @@ impl System {
         line: usize,
         frequencies: &Frequencies,
         step: f64,
-    ) -> Sight {
+    ) -> LineView {
         let n = blocks.len();
         let padded = padded(n);
         let inputs = frequencies.inputs();
@@ -189,7 +189,7 @@ impl System {
         });
         let row = basis.row(&felt);
         let pair = |state: &[f64], i: usize| [state[i], state[padded + i]];
-        let mut sight = Sight {
+        let mut view = LineView {
             rate: vec![0.0; 2 * padded],
             drive: vec![0.0; inputs],
             drive_rate: vec![0.0; inputs],
@@ -201,42 +201,42 @@ impl System {
             row,
         };
         for (i, block) in blocks.iter().enumerate() {
-            let w = pair(&sight.row, i);
+            let w = pair(&view.row, i);
             let rate = times(&block.generator, w);
-            (sight.rate[i], sight.rate[padded + i]) = (rate[0], rate[1]);
+            (view.rate[i], view.rate[padded + i]) = (rate[0], rate[1]);
             let [to, _] = balance(block, step);
             let balanced = times(&to, w);
             let size = balanced[0].hypot(balanced[1]);
-            sight.size[i] = size;
+            view.size[i] = size;
             let grown = (block.growth().max(0.0) * NODES as f64 * step).exp();
             if is_wave(block) {
-                sight.curvature[i] = grown * size * block.natural_frequency().powi(2);
+                view.curvature[i] = grown * size * block.natural_frequency().powi(2);
             } else {
                 let input = (self.steady.drifts.iter())
                     .find(|drift| drift.lane == i)
                     .map_or([0.0; 2], |drift| drift.input);
                 let drift = Drift::new(i, block.generator, input);
-                sight.others.push((strayed(block, rate, step), drift));
+                view.others.push((strayed(block, rate, step), drift));
             }
             for node in 0..NODES {
                 let e = &self.moves[node][i / LANES];
                 let e = |k: usize| e[k].0[i % LANES];
-                sight.nodes[i].0[node] = w[0] * e(0) + w[1] * e(2);
-                sight.nodes[padded + i].0[node] = w[0] * e(1) + w[1] * e(3);
+                view.nodes[i].0[node] = w[0] * e(0) + w[1] * e(2);
+                view.nodes[padded + i].0[node] = w[0] * e(1) + w[1] * e(3);
             }
         }
         let response = |input: usize| -> f64 {
             let state = &self.steady.responses[2 * padded * input..][..2 * padded];
-            sight.row.iter().zip(state).map(|(w, x)| w * x).sum()
+            view.row.iter().zip(state).map(|(w, x)| w * x).sum()
         };
         let seen: Vec<f64> = (0..inputs).map(response).collect();
-        sight.drive[0] = seen[0];
+        view.drive[0] = seen[0];
         let nodes = 2 * padded;
-        sight.nodes[nodes].0 = [seen[0]; LANES];
+        view.nodes[nodes].0 = [seen[0]; LANES];
         for (drift, pushes) in self.steady.drifts.iter().zip(&self.pushes) {
-            let w = pair(&sight.row, drift.lane);
-            sight.drive_rate[0] += w[0] * drift.input[0] + w[1] * drift.input[1];
-            for (value, push) in sight.nodes[nodes].0.iter_mut().zip(pushes) {
+            let w = pair(&view.row, drift.lane);
+            view.drive_rate[0] += w[0] * drift.input[0] + w[1] * drift.input[1];
+            for (value, push) in view.nodes[nodes].0.iter_mut().zip(pushes) {
                 *value += w[0] * push[0] + w[1] * push[1];
             }
         }
@@ -247,16 +247,16 @@ impl System {
             let put = |out: &mut [f64], value: Complex64| {
                 (out[1 + 2 * h], out[2 + 2 * h]) = (value.re, -value.im);
             };
-            put(&mut sight.drive, amplitude);
-            put(&mut sight.drive_rate, c64(0.0, omega) * amplitude);
-            sight.drive_curvature += omega * omega * amplitude.norm();
+            put(&mut view.drive, amplitude);
+            put(&mut view.drive_rate, c64(0.0, omega) * amplitude);
+            view.drive_curvature += omega * omega * amplitude.norm();
             for node in 0..NODES {
                 let there = amplitude * Complex64::cis(omega * (node + 1) as f64 * step);
-                sight.nodes[nodes + 1 + 2 * h].0[node] = there.re;
-                sight.nodes[nodes + 2 + 2 * h].0[node] = -there.im;
+                view.nodes[nodes + 1 + 2 * h].0[node] = there.re;
+                view.nodes[nodes + 2 + 2 * h].0[node] = -there.im;
             }
         }
-        sight
+        view
     }
 }
 

@@ -186,7 +186,7 @@ impl Stepping {
         let mut known: Option<(usize, usize)> = None;
         for contact in 0..self.contacts.len() {
             let direction = self.direction(contact, cycle, j);
-            let [lack, slope] = self.segment(contact, cycle, j).error_at(phase);
+            let [gap_error, slope] = self.segment(contact, cycle, j).error_at(phase);
             let half_gap = self.contacts[contact].contact.half_gap;
             // Contacts on one line see one deflection.
             let [deflection, rate] = match known.filter(|(line, _)| *line == direction.line) {
@@ -204,7 +204,7 @@ impl Stepping {
                 time: 0.5 * self.step * index as f64,
                 deflection,
                 rate,
-                gap: [half_gap + lack, slope / self.period],
+                gap: [half_gap + gap_error, slope / self.period],
             };
         }
         out

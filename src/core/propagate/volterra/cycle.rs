@@ -8,8 +8,7 @@
 //! several contacts closed no grid is kept ([`super::joint`]).
 
 use super::Volterra;
-use super::closure::Closure;
-use super::feedback::Closed;
+use super::feedback::ContactSolve;
 use super::grid::ROUNDING;
 use super::joint::JointWindow;
 use super::joint_stretch::JointStretch;
@@ -18,8 +17,9 @@ use super::position::{Position, SAME_TIME, Track, align};
 use super::release::Place;
 use super::search::View;
 use super::shapes::Row;
-use super::tables::{Course, lack, phases};
+use super::tables::{Course, gap_error, phases};
 use super::varying::{Factors, Nodal};
+use super::window_stiffness::WindowStiffness;
 use super::window_table::WindowTable;
 use super::workspace::Workspace;
 use crate::model::{ActiveSet, DRIVE_FLANK, TrajectoryState};
@@ -122,7 +122,7 @@ impl Volterra<'_> {
             align(position, track, stop, stop_cell);
             return Ok(());
         }
-        let table = &self.tables.windows[track.sights()[0].window];
+        let table = &self.tables.windows[track.views()[0].window];
         let aligned = position.aligned.is_some() && !track.is_joint();
         let end = position.time + table.delta;
         let fits = aligned
@@ -149,7 +149,7 @@ impl Volterra<'_> {
                     workspace,
                     counters,
                 );
-                if track.sights().len() > 1 {
+                if track.views().len() > 1 {
                     self.see_other_lines(position, track, table, *active, O::WINDOWS, workspace);
                 }
             }
@@ -207,7 +207,7 @@ impl Volterra<'_> {
         // A step of δ at a prescribed time leaves tangents as they are, and so does a force that
         // vanishes as it is let go.
         if workspace.tangents() > 0 && on_surface {
-            self.salt(&event, workspace);
+            self.apply_saltation(&event, workspace);
         }
         let joint = to.count() > 1 || active.count() > 1;
         if joint || self.course(to, event.cycle) != self.course(*active, event.cycle) {
@@ -247,14 +247,14 @@ impl Volterra<'_> {
             _ => None,
         };
         if let Some(nodal) = system {
-            let closure = Closure::new(&self.model, &segment, position.time, table.delta);
+            let closure = WindowStiffness::new(&self.model, &segment, position.time, table.delta);
             closure.factorise(set, nodal, &mut workspace.factors);
             counters.factorised += 1;
         }
         // It is found with the force, on the side that touches.
-        let lack = (self.tables.lacks[contact])
-            .then(|| lack(&self.model, &segment, position.time, table.delta))
-            .map(|lack| lack.map(|a| own.side * a));
+        let gap_error = (self.tables.gap_errors[contact])
+            .then(|| gap_error(&self.model, &segment, position.time, table.delta))
+            .map(|gap_error| gap_error.map(|a| own.side * a));
         let (inputs, columns, factors, forces, solution) = workspace.solving();
         let closed = closed((course, stretch), table, position.aligned, system, factors);
         lanes::solve(
@@ -262,11 +262,11 @@ impl Volterra<'_> {
             &table.rows,
             inputs,
             columns,
-            Some((closed, own.side * own.half_gap, lack.as_ref())),
+            Some((closed, own.side * own.half_gap, gap_error.as_ref())),
             forces,
             solution,
         );
-        solution.restore(lack.as_ref());
+        solution.restore(gap_error.as_ref());
     }
 
     /// Solves a window with several contacts closed.
@@ -305,18 +305,19 @@ impl Volterra<'_> {
         workspace: &mut Workspace,
     ) {
         let set = self.instructions;
-        for (index, sight) in track.sights().iter().enumerate().skip(1) {
-            let own = &self.tables.windows[sight.window];
-            let felt = table.felt_on(sight.line).filter(|_| active.touching());
+        for (index, view) in track.views().iter().enumerate().skip(1) {
+            let own = &self.tables.windows[view.window];
+            let felt = table.felt_on(view.line).filter(|_| active.touching());
             let (inputs, trajectory, force, solutions) = workspace.trajectory();
-            let shown = watched && sight.contacts.contains(&DRIVE_FLANK);
-            let known =
-                |contact: &usize| !position.crossed.holds(*contact) && !self.tables.lacks[*contact];
-            if !shown && sight.contacts.iter().all(known) {
+            let shown = watched && view.contacts.contains(&DRIVE_FLANK);
+            let known = |contact: &usize| {
+                !position.crossed.holds(*contact) && !self.tables.gap_errors[*contact]
+            };
+            if !shown && view.contacts.iter().all(known) {
                 let felt = felt.map(|felt| (&felt.deflection, &felt.tails, force));
                 let (rows, tails, seen) = (&own.rows, &own.tails, &mut solutions[index]);
                 lanes::truncated(set, rows, tails, inputs, trajectory, felt, seen);
-                let mut contacts = sight.contacts.iter();
+                let mut contacts = view.contacts.iter();
                 if contacts.all(|&contact| self.stays(contact, false, seen)) {
                     continue;
                 }
@@ -332,7 +333,7 @@ impl Volterra<'_> {
     }
 
     /// Writes the segment of every contact on a window: exact for those whose segment it may not
-    /// leave. Those of open contacts whose flanks lack nothing are for observers only (`watched`).
+    /// leave. Those of open contacts whose flanks have no gap error are for observers only (`watched`).
     fn set_segments(
         &self,
         position: &Position,
@@ -350,7 +351,7 @@ impl Volterra<'_> {
                     cycle.segments[course.grid.segment_of_stretch[stretch]]
                 }
                 // A time on a boundary is known to rounding.
-                Track::Course(..) if watched || self.tables.lacks[index] => {
+                Track::Course(..) if watched || self.tables.gap_errors[index] => {
                     *cycle.segment_at(position.time + SAME_TIME * cycle.period)
                 }
                 Track::Course(..) => continue,
@@ -390,7 +391,7 @@ impl Volterra<'_> {
         observer: &mut O,
         counters: &mut Counters,
     ) {
-        let table = &self.tables.windows[track.sights()[0].window];
+        let table = &self.tables.windows[track.views()[0].window];
         if O::WINDOWS {
             let view = View {
                 position,
@@ -425,7 +426,7 @@ impl Volterra<'_> {
         (observer, counters): (&mut O, &mut Counters),
     ) {
         let first = match track {
-            Track::Course(..) => track.sights()[0].window,
+            Track::Course(..) => track.views()[0].window,
             Track::Joint(stretch) => stretch.windows[active.iter().next().unwrap_or(0)],
         };
         let table = &self.tables.windows[first];
@@ -461,12 +462,12 @@ impl Volterra<'_> {
     }
 
     /// Applies the saltation matrix of an event to all tangents.
-    fn salt(&self, event: &Event, workspace: &mut Workspace) {
+    fn apply_saltation(&self, event: &Event, workspace: &mut Workspace) {
         let cycle = self.model.contacts[event.contact].cycle(event.cycle);
         let segment = cycle.segment_at(event.time + SAME_TIME * cycle.period);
         let damping = if event.closes() { segment.damping } else { -segment.damping };
         let blocks = &self.tables.blocks[segment.direction];
-        lanes::salt(self.instructions, blocks, damping, workspace.tangents_mut());
+        lanes::apply_saltation(self.instructions, blocks, damping, workspace.tangents_mut());
     }
 }
 
@@ -477,11 +478,11 @@ fn closed<'a>(
     aligned: Option<usize>,
     system: Option<&'a Nodal>,
     factors: &'a Factors,
-) -> Closed<'a> {
+) -> ContactSolve<'a> {
     if let Some(nodal) = system {
-        return Closed::Factors(nodal, factors);
+        return ContactSolve::Factors(nodal, factors);
     }
     // Off the grid the stiffness is constant, and every cell of the stretch has its operator.
     let cell = aligned.unwrap_or(course.grid.stretch_end_cell[stretch] - 1);
-    Closed::Table(&table.feedback[course.feedback_of_cell[cell]])
+    ContactSolve::Table(&table.feedback[course.feedback_of_cell[cell]])
 }

@@ -6,7 +6,7 @@ use crate::numerics::linalg::invert;
 
 /// What closes the mesh on a window in contact.
 #[derive(Debug, Clone, Copy)]
-pub enum Closed<'a> {
+pub enum ContactSolve<'a> {
     /// A table's operator.
     Table(&'a Feedback),
     /// The factors of this window's own system.

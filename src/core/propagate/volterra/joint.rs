@@ -20,13 +20,13 @@
 //! is eliminated. A stiffness that varies multiplies values at the Gauss nodes: between series it is
 //! a matrix.
 
-use super::closure::Closure;
-use super::feedback::Closed;
+use super::feedback::ContactSolve;
 use super::joint_stretch::JointStretch;
 use super::lanes::{self, Solution};
-use super::shapes::{Lack, Row, Series, TERMS};
-use super::tables::{VolterraTables, lack};
+use super::shapes::{GapError, Row, Series, TERMS};
+use super::tables::{VolterraTables, gap_error};
 use super::varying::Factors;
+use super::window_stiffness::WindowStiffness;
 use super::window_table::{Response, WindowTable};
 use crate::model::{ActiveSet, MOST_CONTACTS, Model, Segment};
 use crate::numerics::legendre::{self, evaluate, transforms24};
@@ -42,7 +42,7 @@ const MOST_ROUNDS: usize = 40;
 pub struct Joint {
     /// The system, row by row, with its right sides behind.
     system: Vec<f64>,
-    /// Free deflections of all columns less what the flanks lack, contact after contact.
+    /// Free deflections of all columns less the gap errors of the flanks, contact after contact.
     free: Vec<Row>,
     /// As `free`, under the forces of the other contacts.
     seen: Vec<Row>,
@@ -90,22 +90,22 @@ impl JointWindow<'_> {
         if !self.gauss_seidel(count, joint) {
             self.eliminate(count, joint);
         }
-        for (sight, solution) in self.stretch.sights.iter().zip(solutions) {
+        for (view, solution) in self.stretch.views.iter().zip(solutions) {
             let mut deflection = [Row::ZERO];
             let mut own = self.active.iter().enumerate();
-            match own.find(|(_, contact)| sight.contacts.contains(contact)) {
+            match own.find(|(_, contact)| view.contacts.contains(contact)) {
                 Some((i, contact)) => {
                     deflection[0] = joint.free[i * count];
                     self.add_lack(contact, 1.0, &mut deflection[0]);
                 }
                 None => {
-                    let rows = &self.tables.windows[sight.window].rows;
+                    let rows = &self.tables.windows[view.window].rows;
                     lanes::free(self.set, rows, inputs, columns, &mut deflection);
                 }
             }
             let size = lanes::size(&deflection[0].0);
             for (i, contact) in self.active.iter().enumerate() {
-                if let Some(felt) = self.table(contact).felt_on(sight.line) {
+                if let Some(felt) = self.table(contact).felt_on(view.line) {
                     let force = &joint.forces[i * count..][..1];
                     lanes::yielded(self.set, &felt.deflection, force, &mut deflection);
                 }
@@ -157,18 +157,18 @@ impl JointWindow<'_> {
         for (contact, factors) in self.active.iter().zip(factors) {
             if let (true, Some(nodal)) = (varies(contact), &self.table(contact).nodal) {
                 let segment = &self.segments[contact];
-                let closure = Closure::new(self.model, segment, self.time, self.delta);
+                let closure = WindowStiffness::new(self.model, segment, self.time, self.delta);
                 closure.factorise(self.set, nodal, factors);
             }
         }
     }
 
     /// What closes the contact, the i-th of those that are closed.
-    fn closed<'f>(&'f self, i: usize, contact: usize, factors: &'f [Factors]) -> Closed<'f> {
+    fn closed<'f>(&'f self, i: usize, contact: usize, factors: &'f [Factors]) -> ContactSolve<'f> {
         let table = self.table(contact);
         match (self.stretch.feedback[contact], &table.nodal) {
-            (None, Some(nodal)) => Closed::Factors(nodal, &factors[i]),
-            (kept, _) => Closed::Table(&table.feedback[kept.unwrap_or(0)]),
+            (None, Some(nodal)) => ContactSolve::Factors(nodal, &factors[i]),
+            (kept, _) => ContactSolve::Table(&table.feedback[kept.unwrap_or(0)]),
         }
     }
 
@@ -245,13 +245,13 @@ impl JointWindow<'_> {
         }
     }
 
-    /// Adds so many times what the flanks of a contact lack over the window \[m\], on its side.
+    /// Adds a multiple of the gap error of a contact over the window \[m\], on its side.
     fn add_lack(&self, contact: usize, times: f64, deflection: &mut Row) {
-        if self.tables.lacks[contact] {
+        if self.tables.gap_errors[contact] {
             let segment = &self.segments[contact];
-            let lack: Lack = lack(self.model, segment, self.time, self.delta);
+            let gap_error: GapError = gap_error(self.model, segment, self.time, self.delta);
             let factor = times * self.model.contacts[contact].side;
-            for (term, a) in deflection.0.iter_mut().zip(lack) {
+            for (term, a) in deflection.0.iter_mut().zip(gap_error) {
                 *term += factor * a;
             }
         }

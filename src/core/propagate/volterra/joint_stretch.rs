@@ -1,9 +1,9 @@
 //! What are windows with several contacts closed laid on?
 
-use super::closure::Closure;
 use super::grid::{FEWEST, ROUNDING};
 use super::length::{fewest_windows, longest_joint};
-use super::needs::{Needs, Sight, place};
+use super::table_requests::{LineView, TableRequests, place};
+use super::window_stiffness::WindowStiffness;
 use crate::model::{Contact, Model, Segment};
 
 /// How much longer, relative, than a segment a window may be that fits it: both come from ends that are rounded apart.
@@ -25,7 +25,7 @@ pub struct JointStretch {
     /// stiffness varies.
     pub feedback: Vec<Option<usize>>,
     /// The lines of all contacts.
-    pub sights: Vec<Sight>,
+    pub views: Vec<LineView>,
 }
 
 /// Whether some two contacts of a model can be closed at once: not those on opposite sides of one
@@ -126,7 +126,7 @@ pub fn joint_stretches(
     cycle: u64,
     lengths: &[f64],
     tolerance: f64,
-    needs: &mut Needs,
+    needs: &mut TableRequests,
 ) -> Vec<JointStretch> {
     parts(model, cycle)
         .map(|([start, end], segments)| {
@@ -134,19 +134,22 @@ pub fn joint_stretches(
             let own = segments_of(model, cycle, &segments);
             let directions: Vec<usize> = own.iter().map(|segment| segment.direction).collect();
             let length = joint_length(model, &own, lengths, tolerance);
-            let sights = needs.sights(model, length, &directions, 0);
+            let views = needs.views(model, length, &directions, 0);
             let windows: Vec<usize> = (directions.iter())
                 .map(|&direction| needs.window(length, direction))
                 .collect();
             for &window in &windows {
-                for sight in &sights {
-                    needs.feel(window, sight.line);
+                for view in &views {
+                    needs.feel(window, view.line);
                 }
             }
             let feedback = (own.iter().zip(&windows))
                 .map(|(segment, &window)| {
                     let time = model.period() * inside;
-                    needs.close(window, Closure::new(model, segment, time, lengths[length]))
+                    needs.close(
+                        window,
+                        WindowStiffness::new(model, segment, time, lengths[length]),
+                    )
                 })
                 .collect();
             JointStretch {
@@ -154,7 +157,7 @@ pub fn joint_stretches(
                 segments,
                 windows,
                 feedback,
-                sights,
+                views,
             }
         })
         .collect()
@@ -174,7 +177,13 @@ mod tests {
         let point = fixtures::strong_rattle();
         let model = Model::new(&structure, &fixtures::two_level_mesh(1e-5), point).unwrap();
         let lengths = [0.05 * model.period()];
-        let found = joint_stretches(&model, 0, &lengths, f64::EPSILON, &mut Needs::default());
+        let found = joint_stretches(
+            &model,
+            0,
+            &lengths,
+            f64::EPSILON,
+            &mut TableRequests::default(),
+        );
         let ends: Vec<f64> = found.iter().map(|own| own.end / model.period()).collect();
         assert_eq!(ends, [0.6, 1.0]);
         assert_eq!(found[0].segments, [0, 0]);

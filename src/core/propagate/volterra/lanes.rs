@@ -18,8 +18,8 @@ pub use cut::{Basis, ExponentialChunk};
 pub use truncated::tail;
 pub use window::{Solution, Windows, size};
 
-use super::feedback::Closed;
-use super::shapes::{BlockChunk, Lack, Lanes, Row, Series, TERMS};
+use super::feedback::ContactSolve;
+use super::shapes::{BlockChunk, GapError, Lanes, Row, Series, TERMS};
 use super::varying::{Factors, Nodal};
 use crate::model::STIFFNESS_TERMS;
 use crate::propagate::Counters;
@@ -29,14 +29,14 @@ use crate::propagate::vectors::{InstructionSet, for_each_set};
 for_each_set! {
     /// Deflection of a full window, and in contact the force of every column. The columns are
     /// the trajectory and its tangents, one after the other; `inputs` drive the trajectory, and
-    /// the side's gap s b [m] comes with the contact, and with it what the flanks lack on that side,
+    /// the side's gap s b [m] comes with the contact, and with it the gap error on that side,
     /// s e [m], if anything: the deflection is then found without it, δ − s e. `rows` are those of
     /// the blocks and inputs.
     fn solve(
         rows: &[Row],
         inputs: &[f64],
         columns: &[f64],
-        contact: Option<(Closed<'_>, f64, Option<&Lack>)>,
+        contact: Option<(ContactSolve<'_>, f64, Option<&GapError>)>,
         forces: &mut [Row],
         out: &mut Solution,
     ) = solve_body
@@ -71,7 +71,7 @@ for_each_set! {
     /// a deflection has moved from where it was `seen`, relative to the sizes of `free` and `next`,
     /// and leaves `next` there.
     fn close(
-        closed: Closed<'_>,
+        closed: ContactSolve<'_>,
         gap: f64,
         free: &[Row],
         next: &[Row],
@@ -113,7 +113,7 @@ for_each_set! {
 for_each_set! {
     /// The saltation of an event for every column: `x += damping δ(x) (−g)`, damping the
     /// contact's on entry, its opposite on release.
-    fn salt(blocks: &[BlockChunk], damping: f64, columns: &mut [f64]) = salt_body
+    fn apply_saltation(blocks: &[BlockChunk], damping: f64, columns: &mut [f64]) = salt_body
 }
 
 for_each_set! {

@@ -49,7 +49,6 @@
 //! instruction set is chosen once a window's solution, once a move: each is
 //! one call ([`lanes`]).
 
-mod closure;
 mod cycle;
 mod feedback;
 mod grid;
@@ -57,15 +56,16 @@ mod joint;
 mod joint_stretch;
 pub(super) mod lanes;
 mod length;
-mod needs;
 mod partial;
 mod position;
 mod range;
 mod release;
 mod search;
 mod shapes;
+mod table_requests;
 mod tables;
 mod varying;
+mod window_stiffness;
 mod window_table;
 mod workspace;
 

@@ -1,7 +1,7 @@
 //! Where does a window start, and what is it laid on?
 
 use super::joint_stretch::JointStretch;
-use super::needs::Sight;
+use super::table_requests::LineView;
 use super::tables::Course;
 use crate::model::ActiveSet;
 
@@ -35,17 +35,17 @@ pub(super) enum Track<'t> {
 impl<'t> Track<'t> {
     /// The lines of all contacts.
     #[inline]
-    pub fn sights(self) -> &'t [Sight] {
+    pub fn views(self) -> &'t [LineView] {
         match self {
             Self::Course(course, stretch) => &course.sights_of_stretch[stretch],
-            Self::Joint(stretch) => &stretch.sights,
+            Self::Joint(stretch) => &stretch.views,
         }
     }
 
     /// Place of a contact's line.
     pub fn place_of(self, contact: usize) -> usize {
-        let sees = |sight: &Sight| sight.contacts.contains(&contact);
-        self.sights().iter().position(sees).unwrap_or(0)
+        let sees = |view: &LineView| view.contacts.contains(&contact);
+        self.views().iter().position(sees).unwrap_or(0)
     }
 
     /// Whether several contacts are closed.

@@ -14,8 +14,8 @@ impl Volterra<'_> {
         track: Track<'_>,
         workspace: &Workspace,
     ) -> Result<(), Stop> {
-        for (sight, solution) in track.sights().iter().zip(&workspace.solutions) {
-            let farthest = self.farthest[sight.line];
+        for (view, solution) in track.views().iter().zip(&workspace.solutions) {
+            let farthest = self.farthest[view.line];
             let bound = solution.deflection[0].abs() + solution.variation;
             // The series may run far beyond an event that ends the window long before; where the
             // window starts is where the trajectory is.

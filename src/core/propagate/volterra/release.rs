@@ -1,6 +1,6 @@
 //! When does a contact that never pulls let go, and when does it take hold again?
 //!
-//! Its push is `s F = k (s δ − b) + c (s δ' − b')`. Closed, it lets go where that falls to zero, still
+//! Its push is `s F = k (s δ − b) + c (s δ' − b')`. While closed, it lets go where that falls to zero, still
 //! compressed; δ cannot fall back to the gap before, since there only the damper acts, and pulls.
 //! Open and compressed (*unladen*), it takes hold where the push it would have rises to zero. From
 //! where it comes free, δ back at the gap, it is as any other: it closes where δ rises to the gap.
@@ -143,9 +143,9 @@ impl Volterra<'_> {
                     let solution = &workspace.solutions[track.place_of(contact)];
                     let own = &self.model.contacts[contact];
                     let start = legendre::at_start(&solution.deflection);
-                    let [widening, ..] = self.widenings(position, &[contact], track, workspace);
-                    let widening = widening.map_or(0.0, |series| legendre::at_start(&series));
-                    own.side * start - own.half_gap - widening > 0.0
+                    let [gap_error, ..] = self.gap_errors(position, &[contact], track, workspace);
+                    let gap_error = gap_error.map_or(0.0, |series| legendre::at_start(&series));
+                    own.side * start - own.half_gap - gap_error > 0.0
                 }
             };
             if active.holds(contact) || unladen() {
@@ -167,11 +167,11 @@ impl Volterra<'_> {
         let own = &self.model.contacts[contact];
         let mut series = solution.deflection.map(|a| own.side * a);
         series[0] -= own.half_gap;
-        let [widening, ..] = self.widenings(position, &[contact], track, workspace);
-        for (term, a) in series.iter_mut().zip(widening.iter().flatten()) {
+        let [gap_error, ..] = self.gap_errors(position, &[contact], track, workspace);
+        for (term, a) in series.iter_mut().zip(gap_error.iter().flatten()) {
             *term -= a;
         }
-        let delta = self.tables.windows[track.sights()[0].window].delta;
+        let delta = self.tables.windows[track.views()[0].window].delta;
         Indentation {
             rate: legendre::derivative(&series).map(|a| 2.0 / delta * a),
             series,
@@ -274,7 +274,7 @@ impl Volterra<'_> {
                 shift: 0.0,
             },
             crossed: known,
-            widening: None,
+            gap_error: None,
         };
         let set = self.instructions;
         lanes::first_crossing(set, series, noise, &[guard], limit, counters).map(|found| found.x)

@@ -4,8 +4,8 @@ use super::Volterra;
 use super::lanes::{self, Solution};
 use super::partial::Cut;
 use super::position::{Position, Track};
-use super::shapes::{Lack, Series, TERMS};
-use super::tables::lack;
+use super::shapes::{GapError, Series, TERMS};
+use super::tables::gap_error;
 use super::workspace::Workspace;
 use crate::model::{ActiveSet, DRIVE_FLANK, MOST_CONTACTS};
 use crate::numerics::legendre;
@@ -66,22 +66,23 @@ impl Volterra<'_> {
         counters: &mut Counters,
     ) -> Option<Crossing> {
         let mut first: Option<Crossing> = None;
-        for (sight, solution) in track.sights().iter().zip(&workspace.solutions) {
+        for (view, solution) in track.views().iter().zip(&workspace.solutions) {
             let noise = ROUND_OFF * (solution.size + self.model.half_gap);
-            for group in sight.contacts.chunks(MOST_GUARDS) {
-                let lacking = group.iter().any(|&contact| self.tables.lacks[contact]);
-                let widenings = lacking.then(|| self.widenings(position, group, track, workspace));
+            for group in view.contacts.chunks(MOST_GUARDS) {
+                let with_errors = group.iter().any(|&contact| self.tables.gap_errors[contact]);
+                let gap_errors =
+                    with_errors.then(|| self.gap_errors(position, group, track, workspace));
                 let blank = Guard {
                     margin: Margin::new(&self.model.contacts[group[0]], group[0], false),
                     crossed: false,
-                    widening: None,
+                    gap_error: None,
                 };
                 let mut guards = [blank; MOST_GUARDS];
                 let mut count = 0;
                 let mut settled = true;
                 for (place, &contact) in group.iter().enumerate() {
-                    let widening = widenings.as_ref().and_then(|all| all[place].as_ref());
-                    if aside.holds(contact) || self.is_behind(contact, &sight.contacts, active) {
+                    let gap_error = gap_errors.as_ref().and_then(|all| all[place].as_ref());
+                    if aside.holds(contact) || self.is_behind(contact, &view.contacts, active) {
                         continue;
                     }
                     let closed = active.holds(contact);
@@ -89,15 +90,15 @@ impl Volterra<'_> {
                     let crossed = position.crossed.holds(contact);
                     let mut middle = margin.scale * solution.deflection[0] + margin.shift;
                     let mut bound = solution.variation + noise;
-                    if let Some(widening) = widening {
-                        middle += if closed { -widening[0] } else { widening[0] };
-                        bound += legendre::variation(widening);
+                    if let Some(gap_error) = gap_error {
+                        middle += if closed { -gap_error[0] } else { gap_error[0] };
+                        bound += legendre::variation(gap_error);
                     }
                     settled &= !crossed && middle > bound;
                     guards[count] = Guard {
                         margin,
                         crossed,
-                        widening,
+                        gap_error,
                     };
                     count += 1;
                 }
@@ -124,7 +125,7 @@ impl Volterra<'_> {
         first
     }
 
-    /// Whether a contact that lacks nothing and starts off its surface stays what it is on a window,
+    /// Whether a contact that gap_errors nothing and starts off its surface stays what it is on a window,
     /// by the bounds of the deflection.
     pub(super) fn stays(&self, contact: usize, closed: bool, solution: &Solution) -> bool {
         let noise = ROUND_OFF * (solution.size + self.model.half_gap);
@@ -141,8 +142,8 @@ impl Volterra<'_> {
         !active.holds(contact) && others.iter().any(opposite)
     }
 
-    /// What the flanks of contacts lack on a window, where they lack anything anywhere.
-    pub(super) fn widenings(
+    /// Gap errors of contacts over a window; `None` for contacts that never have one.
+    pub(super) fn gap_errors(
         &self,
         position: &Position,
         contacts: &[usize],
@@ -151,10 +152,15 @@ impl Volterra<'_> {
     ) -> [Option<Series>; MOST_GUARDS] {
         let mut out = [None; MOST_GUARDS];
         for (out, &contact) in out.iter_mut().zip(contacts) {
-            if self.tables.lacks[contact] {
-                let delta = self.tables.windows[track.sights()[0].window].delta;
+            if self.tables.gap_errors[contact] {
+                let delta = self.tables.windows[track.views()[0].window].delta;
                 let segment = &workspace.segments[contact];
-                *out = Some(padded(&lack(&self.model, segment, position.time, delta)));
+                *out = Some(padded(&gap_error(
+                    &self.model,
+                    segment,
+                    position.time,
+                    delta,
+                )));
             }
         }
         out
@@ -173,9 +179,9 @@ impl Volterra<'_> {
         let solution = &workspace.solutions[track.place_of(found.contact)];
         // Against the surface, which moves where the gap does.
         let mut series = solution.deflection;
-        if self.tables.lacks[found.contact] {
-            let [widening, ..] = self.widenings(position, &[found.contact], track, workspace);
-            for (term, a) in series.iter_mut().zip(widening.iter().flatten()) {
+        if self.tables.gap_errors[found.contact] {
+            let [gap_error, ..] = self.gap_errors(position, &[found.contact], track, workspace);
+            for (term, a) in series.iter_mut().zip(gap_error.iter().flatten()) {
                 *term -= contact.side * a;
             }
         }
@@ -184,7 +190,7 @@ impl Volterra<'_> {
         let closed = active.holds(found.contact);
         let beyond = contact.margin(closed, deflection, contact.half_gap);
         let noise = ROUND_OFF * (solution.size + self.model.half_gap);
-        let delta = self.tables.windows[track.sights()[0].window].delta;
+        let delta = self.tables.windows[track.views()[0].window].delta;
         Met {
             rate: 2.0 / delta * slope,
             on_surface: found.x > -1.0 || beyond.abs() <= noise,
@@ -292,9 +298,9 @@ impl Volterra<'_> {
 }
 
 /// A short series as one of a window.
-fn padded(lack: &Lack) -> Series {
+fn padded(gap_error: &GapError) -> Series {
     let mut out = [0.0; TERMS];
-    out[..lack.len()].copy_from_slice(lack);
+    out[..gap_error.len()].copy_from_slice(gap_error);
     out
 }
 

@@ -20,9 +20,9 @@ pub struct BlockChunk {
     pub drifts: bool,
 }
 
-/// What loaded flanks lack over a window \[m\]: the first terms of its series, all others being
+/// Gap error of loaded flanks over a window \[m\]: the first terms of its series, all others being
 /// zero.
-pub type Lack = [f64; STIFFNESS_TERMS];
+pub type GapError = [f64; STIFFNESS_TERMS];
 
 /// Sizes that all tables of a model share.
 #[derive(Debug, Clone, Copy)]

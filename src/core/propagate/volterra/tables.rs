@@ -1,10 +1,10 @@
 //! Everything a kernel computes once for an operating point.
 
-use super::closure::Closure;
 use super::grid::{Grid, distinct};
 use super::joint_stretch::{JointStretch, can_join, joint_stretches, missing_lengths};
-use super::needs::{Needs, Sight, place};
-use super::shapes::{BlockChunk, LANES, Lack, Lanes, Layout};
+use super::shapes::{BlockChunk, GapError, LANES, Lanes, Layout};
+use super::table_requests::{LineView, TableRequests, place};
+use super::window_stiffness::WindowStiffness;
 use super::window_table::{BlockExponential, WindowTable};
 use crate::model::{Block, MeshGain, Model, Segment, turned};
 use crate::numerics::legendre::transforms8;
@@ -35,8 +35,8 @@ pub struct VolterraTables {
     pub pulls: Vec<Vec<[Lanes; 2]>>,
     /// Input of every chunk of blocks, one a torque ripple.
     pub ripple: Vec<Vec<[Lanes; 2]>>,
-    /// Whether the flanks of a contact lack anything.
-    pub lacks: Vec<bool>,
+    /// Whether a contact has gap errors.
+    pub gap_errors: Vec<bool>,
     /// Windows of a mesh cycle that no event cuts, at most.
     most_windows: usize,
 }
@@ -48,16 +48,16 @@ pub struct Course {
     pub grid: Grid,
     /// The lines of all contacts on every stretch, that of the contact first: its window table is
     /// that of the stretch.
-    pub sights_of_stretch: Vec<Vec<Sight>>,
+    pub sights_of_stretch: Vec<Vec<LineView>>,
     /// Solution operator of every cell, among those of its window table.
     pub feedback_of_cell: Vec<usize>,
     /// (cos, sin) of the transmission errors' frequencies at the start of every cell of the first base period.
     pub cell_phases: Vec<f64>,
 }
 
-/// What loaded flanks lack over a window of length `delta` \[s\] that starts at `time` \[s\] in a
+/// Gap error of loaded flanks over a window of length `delta` \[s\] that starts at `time` \[s\] in a
 /// segment.
-pub fn lack(model: &Model, segment: &Segment, time: f64, delta: f64) -> Lack {
+pub fn gap_error(model: &Model, segment: &Segment, time: f64, delta: f64) -> GapError {
     let place = |time: f64| segment.place(time / model.period());
     let series = segment.error.coefficients();
     transforms8().restrict(series, place(time), place(time + delta))
@@ -90,7 +90,7 @@ impl VolterraTables {
         }
         let (mut lengths, which) = distinct(grids.iter().flat_map(|g| g.2.lengths.iter().copied()));
         let mut which = which.into_iter();
-        let mut needs = Needs::default();
+        let mut needs = TableRequests::default();
         let courses: Vec<Course> = (grids.into_iter())
             .map(|(contact, cycle, grid)| {
                 let lengths_of_stretch = which.by_ref().take(grid.lengths.len());
@@ -151,7 +151,7 @@ impl VolterraTables {
             ripple: (model.ripple.iter())
                 .map(|ripple| in_chunks(&ripple.input))
                 .collect(),
-            lacks: (model.contacts.iter())
+            gap_errors: (model.contacts.iter())
                 .map(|contact| contact.cycles.iter().any(|cycle| cycle.has_error()))
                 .collect(),
             errors_recur: (frequencies.iter())
@@ -212,7 +212,7 @@ impl Course {
         lengths: &[f64],
         which: &[usize],
         frequencies: &[[f64; 2]],
-        needs: &mut Needs,
+        needs: &mut TableRequests,
     ) -> Self {
         let mut sights_of_stretch = Vec::new();
         let mut feedback_of_cell = Vec::new();
@@ -226,17 +226,17 @@ impl Course {
                 .map(|segment| segment.direction)
                 .collect();
             directions[contact] = own.direction;
-            let sights = needs.sights(model, length, &directions, contact);
-            let window = sights[0].window;
-            for sight in &sights[1..] {
-                needs.feel(window, sight.line);
+            let views = needs.views(model, length, &directions, contact);
+            let window = views[0].window;
+            for view in &views[1..] {
+                needs.feel(window, view.line);
             }
             for cell in cells {
-                let closure = Closure::new(model, own, grid.time[cell], lengths[length]);
+                let closure = WindowStiffness::new(model, own, grid.time[cell], lengths[length]);
                 feedback_of_cell.push(place(&mut needs.closures[window], closure));
             }
             first = grid.stretch_end_cell[stretch];
-            sights_of_stretch.push(sights);
+            sights_of_stretch.push(views);
         }
         let mut cell_phases = Vec::new();
         for &time in &grid.time {

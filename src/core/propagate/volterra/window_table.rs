@@ -1,10 +1,10 @@
 //! Everything that depends on the length of a window and on the direction of the mesh force.
 
-use super::closure::Closure;
 use super::feedback::Feedback;
 use super::lanes::{self, ExponentialChunk, Windows};
 use super::shapes::{LANES, Layout, Row, TERMS};
 use super::varying::{Factors, Nodal};
+use super::window_stiffness::WindowStiffness;
 use crate::model::{Block, MeshGain, Model};
 use crate::numerics::convolution::convolution24;
 use crate::numerics::exponential::legendre_series;
@@ -67,7 +67,7 @@ impl WindowTable {
         layout: Layout,
         (delta, direction): (f64, usize),
         exponentials: &[BlockExponential],
-        closures: (&[Closure], bool),
+        closures: (&[WindowStiffness], bool),
         (felt, frequencies): (&[usize], &[[f64; 2]]),
         set: InstructionSet,
     ) -> Self {
@@ -173,7 +173,7 @@ impl WindowTable {
         &mut self,
         model: &Model,
         layout: Layout,
-        (closures, varying): (&[Closure], bool),
+        (closures, varying): (&[WindowStiffness], bool),
         exponentials: &[BlockExponential],
         set: InstructionSet,
     ) {

@@ -3,7 +3,7 @@
 
 use super::axes::{Axis, PitchPoint, PlacedGear};
 use super::{ContactLaw, GearPlace, ShaftCoupling, TrainDrive, TrainError, TrainShaft};
-use crate::numerics::whole::{greatest_divisor, least_multiple};
+use crate::numerics::integers::{greatest_divisor, least_multiple};
 use crate::structure::{MOST_BASE_CYCLES, MOST_CYCLES};
 
 /// Difference of unit vectors along axes that point the same way.

@@ -3,8 +3,8 @@
 use super::optional::optional;
 use super::{covariant, orbits, poincare, slice};
 use crate::analysis::{
-    Analyses, Effort, GrowthNorm, HorizonQuestion, LyapunovQuestion, MultistabilityQuestion,
-    NvhQuestion, OrderQuestion, Signals, SpectrumQuestion,
+    Analyses, Effort, GrowthNorm, HorizonConfig, LyapunovConfig, MultistabilityConfig, NvhConfig,
+    OrderConfig, Signals, SpectrumConfig,
 };
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
@@ -34,7 +34,7 @@ pub(super) fn read(
         let [bearings, torques, accelerations, power] =
             ["bearings", "torques", "accelerations", "power"]
                 .map(|name| table.boolean_or_default(issues, name));
-        Some(NvhQuestion {
+        Some(NvhConfig {
             harmonics: harmonics?,
             outputs: Signals {
                 bearings: bearings?,
@@ -91,22 +91,22 @@ pub(super) fn read(
     })
 }
 
-fn spectrum(table: &Section, issues: &mut Issues) -> Option<SpectrumQuestion> {
+fn spectrum(table: &Section, issues: &mut Issues) -> Option<SpectrumConfig> {
     let signals = signals(table, issues);
     let highest_order = table.integer_or_default(issues, "highest_order");
     let resolution = table.integer_or_default(issues, "resolution");
-    Some(SpectrumQuestion {
+    Some(SpectrumConfig {
         signals: signals?,
         highest_order: u32::try_from(highest_order?).ok()?,
         resolution: u32::try_from(resolution?).ok()?,
     })
 }
 
-fn orders(table: &Section, issues: &mut Issues) -> Option<OrderQuestion> {
+fn orders(table: &Section, issues: &mut Issues) -> Option<OrderConfig> {
     let signals = signals(table, issues);
     let mesh = table.integer_or_default(issues, "mesh");
     let shafts = table.integer_or_default(issues, "shafts");
-    Some(OrderQuestion {
+    Some(OrderConfig {
         signals: signals?,
         mesh: u32::try_from(mesh?).ok()?,
         shafts: u32::try_from(shafts?).ok()?,
@@ -130,7 +130,7 @@ fn lyapunov(
     issues: &mut Issues,
     model: Option<&ModelSpec>,
     run: Option<&RunSpec>,
-) -> Option<LyapunovQuestion> {
+) -> Option<LyapunovConfig> {
     let exponents = table.count_or_default(issues, "exponents");
     let stop_at_stderr = stop_at_stderr(table, issues);
     let align = table.integer_or_default(issues, "align");
@@ -151,7 +151,7 @@ fn lyapunov(
     }
     let exponents = exponents?;
     covariant::there_are(table, issues, "exponents", exponents, model)?;
-    Some(LyapunovQuestion {
+    Some(LyapunovConfig {
         exponents,
         stop_at_stderr: stop_at_stderr?,
         align: align?,
@@ -207,12 +207,12 @@ fn stop_at_stderr(table: &Section, issues: &mut Issues) -> Option<Option<f64>> {
     }
 }
 
-fn horizon(table: &Section, issues: &mut Issues) -> Option<HorizonQuestion> {
+fn horizon(table: &Section, issues: &mut Issues) -> Option<HorizonConfig> {
     let twins = table.integer_or_default(issues, "twins");
     let separation = table.quantity_or_default(issues, "separation");
     let cycles = table.integer_or_default(issues, "cycles");
     let averages = table.integer_or_default(issues, "averages");
-    Some(HorizonQuestion {
+    Some(HorizonConfig {
         twins: u32::try_from(twins?).ok()?,
         separation: separation?,
         cycles: cycles?,
@@ -229,7 +229,7 @@ fn multistability(
     issues: &mut Issues,
     retained: Option<usize>,
     run: Option<&RunSpec>,
-) -> Option<MultistabilityQuestion> {
+) -> Option<MultistabilityConfig> {
     let initial_conditions = table.integer_or_default(issues, "initial_conditions");
     let decades = table.quantity_or_default(issues, "decades");
     let as_long_as_run = run.map_or((0, 0), |run| (run.transient, run.cycles));
@@ -242,7 +242,7 @@ fn multistability(
     let slice = optional(table, issues, "slice", |table, issues| {
         slice::read(table, issues, retained)
     });
-    Some(MultistabilityQuestion {
+    Some(MultistabilityConfig {
         initial_conditions: u32::try_from(initial_conditions?).ok()?,
         decades: decades?,
         transient: transient?,

@@ -1,6 +1,6 @@
 //! `[analyses.covariant]`, and how many exponents a model has.
 
-use crate::analysis::{CovariantQuestion, MOST_MEMORY};
+use crate::analysis::{CovariantConfig, MOST_MEMORY};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::spec::ModelSpec;
@@ -9,11 +9,11 @@ pub(super) fn read(
     table: &Section,
     issues: &mut Issues,
     model: Option<&ModelSpec>,
-) -> Option<CovariantQuestion> {
+) -> Option<CovariantConfig> {
     let vectors = table.count_or_default(issues, "vectors");
     let cycles = table.integer_or_default(issues, "cycles");
     let align = table.integer_or_default(issues, "align");
-    let question = CovariantQuestion {
+    let question = CovariantConfig {
         vectors: vectors?,
         cycles: cycles?,
         align: align?,

@@ -1,7 +1,7 @@
 //! `[analyses.orbits]`: which periodic orbits are sought.
 
 use super::modal_state;
-use crate::analysis::OrbitQuestion;
+use crate::analysis::OrbitConfig;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 
@@ -9,7 +9,7 @@ pub(super) fn read(
     table: &Section,
     issues: &mut Issues,
     retained: Option<usize>,
-) -> Option<OrbitQuestion> {
+) -> Option<OrbitConfig> {
     let periods = periods(table, issues);
     let guesses = table.integer_or_default(issues, "guesses");
     let cycles = table.integer_or_default(issues, "cycles");
@@ -23,7 +23,7 @@ pub(super) fn read(
             .collect();
         read.into_iter().collect::<Option<Vec<_>>>()
     });
-    Some(OrbitQuestion {
+    Some(OrbitConfig {
         periods: periods?,
         guesses: u32::try_from(guesses?).ok()?,
         cycles: u32::try_from(cycles?).ok()?,

@@ -2,7 +2,7 @@
 
 use super::modal_state::modal_vector;
 use super::optional::optional;
-use crate::analysis::{PoincareQuestion, Section as PoincareSection, Surface};
+use crate::analysis::{PoincareConfig, Section as PoincareSection, Surface};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 
@@ -15,7 +15,7 @@ pub(super) fn read(
     cycles: Option<u64>,
     carried: bool,
     retained: Option<usize>,
-) -> Option<PoincareQuestion> {
+) -> Option<PoincareConfig> {
     let section = section(table, issues, retained);
     let samples = samples(table, issues, cycles, section.as_ref());
     let refine = table.integer_or_default(issues, "refine");
@@ -27,7 +27,7 @@ pub(super) fn read(
             "set grid.order = \"sweep-up\", \"sweep-down\" or \"both\", or remove refine",
         );
     }
-    Some(PoincareQuestion {
+    Some(PoincareConfig {
         samples: samples?,
         section: section?,
         refine: if carried { u32::try_from(refine?).ok()? } else { 0 },

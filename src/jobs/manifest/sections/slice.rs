@@ -1,7 +1,7 @@
 //! `[analyses.multistability.slice]`: a plane of initial states, along two modes or the phase plane of
 //! one.
 
-use crate::analysis::{SliceOf, SliceQuestion};
+use crate::analysis::{SliceConfig, SliceOf};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 
@@ -10,7 +10,7 @@ pub(super) fn read(
     table: &Section,
     issues: &mut Issues,
     retained: Option<usize>,
-) -> Option<SliceQuestion> {
+) -> Option<SliceConfig> {
     let modes = if table.has("mode") {
         of_one_mode(table, issues, retained)
     } else {
@@ -19,7 +19,7 @@ pub(super) fn read(
     let extent = table.quantity(issues, "extent");
     let count = table.integer_or_default(issues, "count");
     let (modes, of, speed) = modes?;
-    Some(SliceQuestion {
+    Some(SliceConfig {
         modes: modes.map(|mode| mode as usize - 1),
         of,
         extent: extent?,

@@ -164,7 +164,7 @@ fn a_window_in_contact_feeds_the_mesh_back() {
             let mut found = Solution::ZERO;
             found.deflection = [f64::NAN; TERMS];
             let mut forces = vec![Row([f64::NAN; TERMS]); count];
-            let contact = Some((Closed::Table(&mesh), gap, None));
+            let contact = Some((ContactSolve::Table(&mesh), gap, None));
             let columns = &all[..count * length];
             solve(
                 set,
@@ -498,7 +498,7 @@ fn an_event_salts_every_column() {
             let from: Vec<_> = (0..3).flat_map(|_| state(modes, &mut stream)).collect();
             for (entering, damping) in [(true, 0.4), (false, -0.4)] {
                 let (mut found, mut exact) = (from.clone(), from.clone());
-                salt(set, &blocks, damping, &mut found);
+                apply_saltation(set, &blocks, damping, &mut found);
                 for x in exact.chunks_mut(2 * padded) {
                     let (first, second) = x.split_at_mut(padded);
                     saltation::apply(&gains, 0.4, entering, first, second);
@@ -543,7 +543,7 @@ fn factors_solve_a_window_whose_stiffness_varies() {
         factorise(set, &nodal, &stiffness, &places, damping, &mut factors);
         for count in COLUMNS {
             let (mut found, mut forces) = (Solution::ZERO, vec![Row::ZERO; count]);
-            let contact = Some((Closed::Factors(&nodal, &factors), gap, None));
+            let contact = Some((ContactSolve::Factors(&nodal, &factors), gap, None));
             let columns = &columns[..count * length];
             solve(
                 set,
@@ -593,7 +593,7 @@ fn every_set_finds_the_same_crossing() {
         .map(|margin| Guard {
             margin,
             crossed: false,
-            widening: None,
+            gap_error: None,
         })
         .collect();
     for set in InstructionSet::available() {

@@ -3,8 +3,8 @@
 use super::columns::{GROUPS, add_terms, combine, in_batches, load, series, store};
 use super::varying::{deflection_columns, force_columns};
 use crate::propagate::vectors::Vector;
-use crate::propagate::volterra::feedback::{Closed, Feedback};
-use crate::propagate::volterra::shapes::{LANES, Lack, Lanes, Row, Series, TERMS};
+use crate::propagate::volterra::feedback::{ContactSolve, Feedback};
+use crate::propagate::volterra::shapes::{GapError, LANES, Lanes, Row, Series, TERMS};
 
 /// Deflection on a window.
 #[derive(Debug, Clone)]
@@ -35,10 +35,13 @@ impl Solution {
         }
     }
 
-    /// Puts back what the flanks lack on the side that touches: from δ − s e to δ.
-    pub fn restore(&mut self, lack: Option<&Lack>) {
-        for (n, (term, a)) in
-            (self.deflection.iter_mut().zip(lack.into_iter().flatten())).enumerate()
+    /// Adds the gap error of the side in contact: from δ − s e to δ.
+    pub fn restore(&mut self, gap_error: Option<&GapError>) {
+        for (n, (term, a)) in (self
+            .deflection
+            .iter_mut()
+            .zip(gap_error.into_iter().flatten()))
+        .enumerate()
         {
             *term += a;
             self.variation += if n > 0 { a.abs() } else { 0.0 };
@@ -142,16 +145,16 @@ pub(super) fn solve_body<V: Vector>(
     rows: &[Row],
     inputs: &[f64],
     columns: &[f64],
-    contact: Option<(Closed<'_>, f64, Option<&Lack>)>,
+    contact: Option<(ContactSolve<'_>, f64, Option<&GapError>)>,
     forces: &mut [Row],
     out: &mut Solution,
 ) {
     let (rows, of_inputs) = rows.split_at(rows.len() - inputs.len());
     let [mut driven] = combine::<V, 1>(of_inputs, &[inputs]);
-    if let Some((closed, gap, lack)) = contact {
-        if let Some(lack) = lack {
-            for n in 0..lack.len() {
-                driven.0[n] -= lack[n];
+    if let Some((closed, gap, gap_error)) = contact {
+        if let Some(gap_error) = gap_error {
+            for n in 0..gap_error.len() {
+                driven.0[n] -= gap_error[n];
             }
         }
         in_batches!(V, forces.len(), |first| solve_batch(
@@ -219,7 +222,7 @@ fn yielded_batch<V: Vector, const COLUMNS: usize>(
 
 #[inline(always)]
 pub(super) fn close_body<V: Vector>(
-    closed: Closed<'_>,
+    closed: ContactSolve<'_>,
     gap: f64,
     free: &[Row],
     next: &[Row],
@@ -256,7 +259,7 @@ pub(super) fn close_body<V: Vector>(
 
 #[inline(always)]
 fn close_batch<V: Vector, const COLUMNS: usize>(
-    closed: Closed<'_>,
+    closed: ContactSolve<'_>,
     gap: f64,
     next: &[Row],
     forces: &mut [Row],
@@ -273,7 +276,7 @@ fn close_batch<V: Vector, const COLUMNS: usize>(
 fn solve_batch<V: Vector, const COLUMNS: usize>(
     rows: &[Row],
     columns: &[f64],
-    closed: Closed<'_>,
+    closed: ContactSolve<'_>,
     trajectory: Option<(&Row, f64)>,
     forces: &mut [Row],
     out: &mut Solution,
@@ -292,12 +295,14 @@ fn solve_batch<V: Vector, const COLUMNS: usize>(
     let force = in_contact::<V, COLUMNS>(closed, &free, gap);
     if trajectory.is_some() {
         out.deflection = match closed {
-            Closed::Table(feedback) => {
+            ContactSolve::Table(feedback) => {
                 let [mut deflection] = combine::<V, 1>(&feedback.deflection, &[&free[0].0]);
                 add_row::<V>(&mut deflection.0, &feedback.gap[1], gap);
                 deflection.0
             }
-            Closed::Factors(nodal, _) => deflection_columns::<V>(nodal, &free[0], &force[0]).0,
+            ContactSolve::Factors(nodal, _) => {
+                deflection_columns::<V>(nodal, &free[0], &force[0]).0
+            }
         };
         out.variation = size(&out.deflection) - out.deflection[0].abs();
     }
@@ -307,13 +312,15 @@ fn solve_batch<V: Vector, const COLUMNS: usize>(
 /// Forces from free deflections; `gap` is that of the first column.
 #[inline(always)]
 fn in_contact<V: Vector, const COLUMNS: usize>(
-    closed: Closed<'_>,
+    closed: ContactSolve<'_>,
     free: &[Row; COLUMNS],
     gap: f64,
 ) -> [Row; COLUMNS] {
     match closed {
-        Closed::Table(feedback) => feed_back::<V, COLUMNS>(feedback, free, gap),
-        Closed::Factors(nodal, factors) => force_columns::<V, COLUMNS>(nodal, factors, free, gap),
+        ContactSolve::Table(feedback) => feed_back::<V, COLUMNS>(feedback, free, gap),
+        ContactSolve::Factors(nodal, factors) => {
+            force_columns::<V, COLUMNS>(nodal, factors, free, gap)
+        }
     }
 }
 

@@ -10,7 +10,7 @@ use crate::propagate::vectors::InstructionSet;
 
 /// What closes the mesh on a window: its stiffness and where the window lies in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Closure {
+pub struct WindowStiffness {
     /// Stiffness of the segment.
     pub stiffness: Stiffness,
     /// Contact damping c \[N s/m\].
@@ -20,7 +20,7 @@ pub struct Closure {
     span: [f64; 2],
 }
 
-impl Closure {
+impl WindowStiffness {
     /// That of a window of length `delta` \[s\] which starts at `time` \[s\] in a segment.
     pub fn new(model: &Model, segment: &Segment, time: f64, delta: f64) -> Self {
         let stiffness = segment.stiffness;

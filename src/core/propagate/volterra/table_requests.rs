@@ -1,11 +1,11 @@
 //! Which tables of windows are needed: one a length and direction, found while the cycle is laid out.
 
-use super::closure::Closure;
+use super::closure::WindowStiffness;
 use crate::model::Model;
 
 /// The contacts that see the same deflection.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sight {
+pub struct LineView {
     /// Their line.
     pub line: usize,
     /// Window table whose rows are those of the line.
@@ -17,15 +17,15 @@ pub struct Sight {
 /// Window tables while it is found out which are needed: one a length and direction, with the
 /// lines on which its force is felt besides.
 #[derive(Default)]
-pub struct Needs {
+pub struct TableRequests {
     pub kinds: Vec<(usize, usize)>,
-    pub closures: Vec<Vec<Closure>>,
+    pub closures: Vec<Vec<WindowStiffness>>,
     /// Whether the stiffness varies on some window that no table has.
     pub varying: Vec<bool>,
     pub felt: Vec<Vec<usize>>,
 }
 
-impl Needs {
+impl TableRequests {
     /// The window table of a length and direction.
     pub fn window(&mut self, length: usize, direction: usize) -> usize {
         let window = place(&mut self.kinds, (length, direction));
@@ -37,20 +37,20 @@ impl Needs {
 
     /// The lines of contacts in their directions, for windows of a length.
     /// That of the contact `first` comes first.
-    pub fn sights(
+    pub fn views(
         &mut self,
         model: &Model,
         length: usize,
         directions: &[usize],
         first: usize,
-    ) -> Vec<Sight> {
-        let mut sights: Vec<Sight> = Vec::new();
+    ) -> Vec<LineView> {
+        let mut views: Vec<LineView> = Vec::new();
         let others = (0..directions.len()).filter(|&contact| contact != first);
         for contact in std::iter::once(first).chain(others) {
             let direction = directions[contact];
             let line = model.directions[direction].line;
-            match sights.iter_mut().find(|sight| sight.line == line) {
-                Some(sight) => sight.contacts.push(contact),
+            match views.iter_mut().find(|view| view.line == line) {
+                Some(view) => view.contacts.push(contact),
                 None => {
                     // Beside the own direction only the line matters: one table serves it.
                     let known = (self.kinds.iter())
@@ -59,7 +59,7 @@ impl Needs {
                         Some(known) => known,
                         None => self.window(length, direction),
                     };
-                    sights.push(Sight {
+                    views.push(LineView {
                         line,
                         window,
                         contacts: vec![contact],
@@ -67,14 +67,14 @@ impl Needs {
                 }
             }
         }
-        for sight in &mut sights {
-            sight.contacts.sort_unstable();
+        for view in &mut views {
+            view.contacts.sort_unstable();
         }
-        sights
+        views
     }
 
     /// What closes a contact on windows that start anywhere in its segment.
-    pub fn close(&mut self, window: usize, closure: Closure) -> Option<usize> {
+    pub fn close(&mut self, window: usize, closure: WindowStiffness) -> Option<usize> {
         if closure.varies() {
             self.varying[window] = true;
             return None;
