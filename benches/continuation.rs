@@ -21,7 +21,7 @@ use gearatlas::analysis::continuation::search::{Search, orbits};
 use gearatlas::manifest;
 use gearatlas::model::InitialState;
 use gearatlas::store::TableStore;
-use gearatlas::sweep::{Parts, PointFamily};
+use gearatlas::sweep::{PointFamily, Prepared};
 use std::path::Path;
 use stopped::{PUBLISHED, Stopped};
 
@@ -87,7 +87,7 @@ fn all(c: &mut Criterion) {
     let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/flex80.toml");
     let job = manifest::load(&manifest).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let parts = Parts::new(TableStore::open(folder.path()));
+    let parts = Prepared::new(TableStore::open(folder.path()));
     let point = job.points.at(35);
     let speed = job.between.parameter(&point, "speed").unwrap();
     let family = PointFamily::new(point, vec![speed], &job.between, &parts);

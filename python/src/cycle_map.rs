@@ -9,7 +9,7 @@ use arrow_schema::{DataType, Schema};
 use gearatlas::model::{InitialState, Model};
 use gearatlas::propagate::Event;
 use gearatlas::store::TableStore;
-use gearatlas::sweep::{self, MapConfig, MapError, MapImage, MapTangents, Parts, WORKER};
+use gearatlas::sweep::{self, MapConfig, MapError, MapImage, MapTangents, Prepared, WORKER};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyReadonlyArray3, PyUntypedArrayMethods,
@@ -60,7 +60,7 @@ impl CycleMap {
             .map_err(|error| refused(py, &format!("cannot start worker threads: {error}")))?;
         let spec = point.get().spec.clone();
         let work = |_: &AtomicBool| {
-            let parts = Arc::new(Parts::new(TableStore::open(tables)));
+            let parts = Arc::new(Prepared::new(TableStore::open(tables)));
             pool.install(|| sweep::CycleMap::new(spec, parts))
         };
         let map = attended(py, work, |_| Ok(()))?.map_err(|error| failed(py, &error))?;

@@ -4,7 +4,7 @@ use crate::attended::attended;
 use crate::errors::{failed, refused};
 use crate::manifest::Manifest;
 use gearatlas::store::TableStore;
-use gearatlas::sweep::{Parts, WORKER, follow_job, write_branches};
+use gearatlas::sweep::{Prepared, WORKER, follow_job, write_branches};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
@@ -30,7 +30,7 @@ pub fn follow(
     let passed = Mutex::new(Vec::new());
     let lines = || passed.lock().unwrap_or_else(PoisonError::into_inner);
     let work = |called_off: &_| {
-        let parts = Parts::new(TableStore::open(tables));
+        let parts = Prepared::new(TableStore::open(tables));
         let tell = |text: &str| lines().push(text.to_owned());
         pool.install(|| follow_job(job, &parts, called_off, &tell))
     };

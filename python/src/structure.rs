@@ -10,7 +10,7 @@ use gearatlas::analysis::Frequencies;
 use gearatlas::model::Model;
 use gearatlas::store::TableStore;
 use gearatlas::structure::ModalStructure;
-use gearatlas::sweep::Parts;
+use gearatlas::sweep::Prepared;
 use gearatlas::sweep::build::{self, BuildError};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -31,7 +31,7 @@ pub fn structure(
 ) -> PyResult<[Table; 3]> {
     let spec = &point.spec;
     let work = |_: &_| {
-        let parts = Parts::new(TableStore::open(tables));
+        let parts = Prepared::new(TableStore::open(tables));
         let structure = parts.structure(&spec.model)?;
         let frequencies = Frequencies::of(&build::mean_model(&structure, spec)?);
         Ok::<_, BuildError>((structure, frequencies, parts.model(spec)?))

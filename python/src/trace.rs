@@ -6,7 +6,7 @@ use crate::point::Point;
 use crate::table::Table;
 use gearatlas::analysis::{Signals, TraceConfig, named_outputs};
 use gearatlas::store::{TableStore, TraceTables};
-use gearatlas::sweep::{Parts, PointTrace, PointTraceError};
+use gearatlas::sweep::{PointTrace, PointTraceError, Prepared};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
@@ -41,7 +41,7 @@ pub fn trace(
             ..Signals::NONE
         },
     };
-    let parts = Parts::new(TableStore::open(tables));
+    let parts = Prepared::new(TableStore::open(tables));
     let trace = PointTrace {
         job: &point.job,
         point: &point.spec,

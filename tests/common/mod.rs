@@ -22,7 +22,7 @@ use gearatlas::model::{
 };
 use gearatlas::store::TableStore;
 use gearatlas::structure::{FlankParticipation, ModalStructure};
-use gearatlas::sweep::Parts;
+use gearatlas::sweep::Prepared;
 use std::path::Path;
 
 /// A drive at an operating point.
@@ -167,9 +167,9 @@ fn default_drive() -> ModalStructure {
 
 /// Structures and tables for building models from manifests; tables are kept where cargo keeps
 /// what tests leave.
-pub fn parts() -> Parts {
+pub fn parts() -> Prepared {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/tmp/tables");
-    Parts::new(TableStore::open(folder))
+    Prepared::new(TableStore::open(folder))
 }
 
 /// Largest difference of two states (length 2N), first and second components each

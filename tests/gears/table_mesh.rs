@@ -9,7 +9,7 @@ use common::relative_difference;
 use gearatlas::manifest::{self, Job};
 use gearatlas::model::{InitialState, Model};
 use gearatlas::propagate::{Counters, Kernel, Volterra};
-use gearatlas::sweep::Parts;
+use gearatlas::sweep::Prepared;
 use std::path::Path;
 
 /// The manifest of the default drive with its mesh from a table, edited.
@@ -31,7 +31,7 @@ const COURSE: [(&str, &str); 2] = [
 const FRICTIONLESS: (&str, &str) = ("friction = 0.05", "friction = 0.0");
 const RUBBING: (&str, &str) = ("friction = 0.05", "friction = 0.05");
 
-fn model(parts: &Parts, job: &Job, load: f64, speed: f64) -> Model {
+fn model(parts: &Prepared, job: &Job, load: f64, speed: f64) -> Model {
     let mut point = job.points.at(0);
     (point.load, point.speed) = (load, speed);
     parts.model(&point).unwrap()

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use gearatlas::manifest;
 use gearatlas::store::TableStore;
-use gearatlas::sweep::Parts;
+use gearatlas::sweep::Prepared;
 
 const QUICKSTART: &str = include_str!("../../manifests/quickstart.toml");
 
@@ -453,7 +453,7 @@ fn a_combination_without_a_drive_is_a_failed_point() {
     );
     let text = with(LOAD, &grid).replacen("cycles = 160000", "audit_cycles = 20", 1);
     let job = manifest::parse(&text, "m.toml", Path::new("")).unwrap();
-    let parts = Parts::new(TableStore::open(tempfile::tempdir().unwrap().path()));
+    let parts = Prepared::new(TableStore::open(tempfile::tempdir().unwrap().path()));
     for (combination, valid) in [(ODD - 1, true), (ODD, false), (ODD + 1, true)] {
         let point = job.points.at(4 * combination);
         let built = parts.model(&point);

@@ -7,7 +7,7 @@ use gearatlas::manifest::{self, Job};
 use gearatlas::model::TrajectoryState;
 use gearatlas::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra, Window};
 use gearatlas::store::TableStore;
-use gearatlas::sweep::{CycleMap, MapConfig, MapImage, MapTangents, Parts};
+use gearatlas::sweep::{CycleMap, MapConfig, MapImage, MapTangents, Prepared};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -24,7 +24,7 @@ fn job() -> Job {
 /// The map of a point that rattles, and states along its trajectory.
 fn rattling(job: &Job) -> (CycleMap, Vec<f64>) {
     let folder = tempfile::tempdir().unwrap();
-    let parts = Arc::new(Parts::new(TableStore::open(folder.path())));
+    let parts = Arc::new(Prepared::new(TableStore::open(folder.path())));
     let map = CycleMap::new(job.points.at(0), parts).unwrap();
     let mut states = Vec::new();
     let mut state = map.start();

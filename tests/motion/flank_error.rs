@@ -13,7 +13,7 @@ use gearatlas::model::{ActiveSet, InitialState, Model, TrajectoryState};
 use gearatlas::numerics::legendre::evaluate;
 use gearatlas::propagate::{ClosedModes, Event, InstructionSet, Observer, Window};
 use gearatlas::reference::{Extended, Reference};
-use gearatlas::sweep::Parts;
+use gearatlas::sweep::Prepared;
 use std::path::Path;
 use std::process::Command;
 
@@ -47,7 +47,7 @@ const MISALIGNED: (&str, &str) = (
     "friction = 0.05\nmisalignment = \"0.3 mrad\"",
 );
 
-fn model(parts: &Parts, job: &Job, load: f64, speed: f64) -> Model {
+fn model(parts: &Prepared, job: &Job, load: f64, speed: f64) -> Model {
     let mut point = job.points.at(0);
     (point.load, point.speed) = (load, speed);
     parts.model(&point).unwrap()

@@ -9,7 +9,7 @@ use common::advance::{Events, advance_with, settled};
 use gearatlas::model::{Model, Stiffness, TrajectoryState};
 use gearatlas::propagate::{ClosedModes, InstructionSet, KeptTables, Kernel, TableError};
 use gearatlas::store::{Origin, TableStore};
-use gearatlas::sweep::{KernelTables, Parts};
+use gearatlas::sweep::{KernelTables, Prepared};
 use gearatlas::topology::Room;
 use place::{OSCILLATOR, Place, status, stderr, stdout};
 use serde_json::Value;
@@ -279,7 +279,7 @@ fn speeds_of_a_grid_share_one_file() {
     let text = include_str!("../../manifests/flex80.toml");
     let job = gearatlas::manifest::parse(text, "m.toml", std::path::Path::new("")).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let parts = Parts::new(TableStore::open(folder.path()));
+    let parts = Prepared::new(TableStore::open(folder.path()));
     let mut periods = std::collections::BTreeSet::new();
     for id in 0..80 {
         let model = parts.model(&job.points.at(id)).unwrap();

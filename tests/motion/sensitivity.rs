@@ -10,7 +10,7 @@ use gearatlas::model::{InitialState, Model, TrajectoryState};
 use gearatlas::propagate::{Counters, Kernel, Volterra};
 use gearatlas::reference::Extended;
 use gearatlas::store::TableStore;
-use gearatlas::sweep::{Parts, PointFamily};
+use gearatlas::sweep::{PointFamily, Prepared};
 use std::path::Path;
 
 fn text(name: &str) -> String {
@@ -118,7 +118,7 @@ fn differences(
 fn every_key(text: &str, keys: &[&str], tolerance: f64) {
     let job = job(text);
     let folder = tempfile::tempdir().unwrap();
-    let parts = Parts::new(TableStore::open(folder.path()));
+    let parts = Prepared::new(TableStore::open(folder.path()));
     let point = job.points.at(0);
     let cycles = 2;
     for key in keys {
@@ -186,7 +186,7 @@ fn derivatives_through_tables_of_teeth_are_those_of_thirty_digits() {
 fn differences_of_tables_are_of_the_second_order() {
     let job = job(&toothed());
     let folder = tempfile::tempdir().unwrap();
-    let parts = Parts::new(TableStore::open(folder.path()));
+    let parts = Prepared::new(TableStore::open(folder.path()));
     let point = job.points.at(0);
     let parameter = job.between.parameter(&point, "mesh.misalignment").unwrap();
     let family = PointFamily::new(point.clone(), vec![parameter], &job.between, &parts);

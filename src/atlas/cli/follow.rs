@@ -10,7 +10,7 @@ use crate::analysis::continuation::branch::End;
 use crate::input::printable;
 use crate::manifest::Job;
 use crate::store::{TableKind, table_path};
-use crate::sweep::{FollowError, Followed, Parts, WORKER, follow_job, write_branches};
+use crate::sweep::{FollowError, Followed, Prepared, WORKER, follow_job, write_branches};
 use clap::Args;
 use serde_json::json;
 use std::collections::BTreeMap;
@@ -65,7 +65,7 @@ pub fn run(args: &FollowArgs) -> ExitCode {
         .out
         .clone()
         .unwrap_or_else(|| Path::new("results").join(&job.name));
-    let parts = Parts::new(args.tables.store());
+    let parts = Prepared::new(args.tables.store());
     let clock = Instant::now();
     let talks = !args.quiet && !args.json && std::io::stderr().is_terminal();
     let passed = |text: &str| {

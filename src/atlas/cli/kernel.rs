@@ -3,7 +3,7 @@
 use crate::manifest::{Job, PointSpec};
 use crate::propagate::{ClosedModes, KernelChoice, KernelSetting, Why};
 use crate::store::TableStore;
-use crate::sweep::{Parts, PointKernel};
+use crate::sweep::{PointKernel, Prepared};
 
 /// The kernel of a grid's first point.
 pub struct FirstKernel {
@@ -20,7 +20,7 @@ impl FirstKernel {
     /// That of a job's first point. Tables that decide are computed and not kept.
     pub fn of(job: &Job, first: &PointSpec) -> Self {
         let asked = first.run.kernel;
-        let parts = Parts::new(TableStore::in_memory());
+        let parts = Prepared::new(TableStore::in_memory());
         let found = match asked {
             KernelSetting::Auto => parts.model(first).and_then(|model| {
                 let own = PointKernel::of(first, &model, &parts)?;

@@ -11,7 +11,7 @@ use crate::characterize::compare::{MachineRate, machine_rate};
 use crate::manifest::Job;
 use crate::report::size_text;
 use crate::store::{Characteristics, Shard, StoreError};
-use crate::sweep::Parts;
+use crate::sweep::Prepared;
 use crate::sweep::{self, Forecast, Interval, Options};
 use crate::topology::Source;
 use clap::Args;
@@ -73,7 +73,7 @@ pub fn run(args: &PlanArgs) -> ExitCode {
         shard: args.shard,
         ..Options::default()
     };
-    let parts = Parts::new(args.tables.store());
+    let parts = Prepared::new(args.tables.store());
     let found = sweep::forecast(
         &job,
         options,

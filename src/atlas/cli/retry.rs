@@ -16,7 +16,7 @@ use crate::store::{
     Exchange, IoFault, Journal, ProgramRecord, Purpose, Refusal, RetryRecord, RunRecord, Stopwatch,
     StoreError, TableRecord, Totals, mixed, remove_stale, replace, statuses, write_run,
 };
-use crate::sweep::Parts;
+use crate::sweep::Prepared;
 use crate::sweep::{self, Options, Share, SweepError, Watcher};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -77,7 +77,7 @@ fn retry(
             Err(error) => return Ok(fail(1, &format!("cannot watch for signals: {error}"))),
         };
         let mut journal = journal(&anew, job, &points)?;
-        let parts = Parts::new(args.tables.store());
+        let parts = Prepared::new(args.tables.store());
         let options = Options {
             threads: args.threads.count(),
             pinning: args.pinning(),

@@ -8,7 +8,7 @@ use super::threads::Threads;
 use super::{BAD_INPUT, INTERRUPTED, answer, fail, start_threads, with_causes};
 use crate::analysis::sensitivity::ensemble::Ensemble;
 use crate::manifest::Parameter;
-use crate::sweep::{Parts, Sensitivities, Sensitivity, SensitivityError, sensitivities};
+use crate::sweep::{Prepared, Sensitivities, Sensitivity, SensitivityError, sensitivities};
 use clap::Args;
 use serde_json::json;
 use std::process::ExitCode;
@@ -76,7 +76,7 @@ pub fn run(args: &SensitivityArgs) -> ExitCode {
         transient: 200,
         cycles: args.cycles,
     };
-    let parts = Parts::new(args.tables.store());
+    let parts = Prepared::new(args.tables.store());
     match sensitivities(
         &job,
         &point,

@@ -12,7 +12,7 @@ use crate::model::Model;
 use crate::propagate::Stop;
 use crate::report::Unit;
 use crate::store::{TableKind, TraceLabel, TraceWriter, table_path};
-use crate::sweep::{Parts, PointTrace, PointTraceError};
+use crate::sweep::{PointTrace, PointTraceError, Prepared};
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -83,7 +83,7 @@ pub fn run(args: &TraceArgs) -> ExitCode {
     if let Err(message) = start_threads(&args.threads) {
         return fail(1, &message);
     }
-    let parts = Parts::new(args.tables.store());
+    let parts = Prepared::new(args.tables.store());
     let trace = PointTrace {
         job: &job,
         point: &point.spec,

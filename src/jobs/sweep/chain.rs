@@ -16,7 +16,7 @@
 //! and one of the deflection only where the change before it is known.
 
 use super::carried::CarriedState;
-use super::parts::Parts;
+use super::parts::Prepared;
 use super::point::{Answer, Worker, attempt, row};
 use crate::analysis::{
     CalledOff, Class, LyapunovConfig, NvhConfig, NvhErrors, PointOutcome, Signals, Status,
@@ -130,7 +130,7 @@ fn taken_over<'a>(job: &Job, end: Option<&'a ChainEnd>) -> Option<CarriedState<'
 pub fn lead_up(
     job: &Job,
     point: &PointSpec,
-    parts: &Parts,
+    parts: &Prepared,
     called_off: &AtomicBool,
 ) -> Result<ChainState, CalledOff> {
     let mut link = ChainState::default();
@@ -231,7 +231,7 @@ pub fn compute(
     job: &Job,
     point: &PointSpec,
     link: &ChainState,
-    parts: &Parts,
+    parts: &Prepared,
     worker: Worker<'_>,
     called_off: &AtomicBool,
 ) -> Result<PointRow, CalledOff> {
@@ -287,7 +287,7 @@ fn halvings(point: &PointSpec) -> u32 {
 struct Search<'a> {
     job: &'a Job,
     point: &'a PointSpec,
-    parts: &'a Parts,
+    parts: &'a Prepared,
     called_off: &'a AtomicBool,
 }
 

@@ -2,7 +2,7 @@
 //! of the axes that orbits are not followed over.
 
 use super::family::PointFamily;
-use super::parts::Parts;
+use super::parts::Prepared;
 use crate::analysis::CalledOff;
 use crate::analysis::continuation::bifurcation::Bifurcation;
 use crate::analysis::continuation::branch::Steps;
@@ -96,7 +96,7 @@ pub struct Followed {
 /// [`FollowError`].
 pub fn follow_job(
     job: &Job,
-    parts: &Parts,
+    parts: &Prepared,
     called_off: &AtomicBool,
     passed: &(dyn Fn(&str) + Sync),
 ) -> Result<Followed, FollowError> {
@@ -167,7 +167,7 @@ fn family<'a>(
     job: &'a Job,
     base: &PointSpec,
     axes: &[usize],
-    parts: &'a Parts,
+    parts: &'a Prepared,
 ) -> Result<PointFamily<'a>, ParameterError> {
     let parameters: Vec<Parameter> = (axes.iter())
         .map(|&axis| job.between.parameter(base, job.axes[axis].name()))
@@ -184,7 +184,7 @@ fn line(
     job: &Job,
     asked: &ContinuationSpec,
     base: &PointSpec,
-    parts: &Parts,
+    parts: &Prepared,
     called_off: &AtomicBool,
 ) -> Result<Line, FollowError> {
     states_fit(asked, base.model.retained)?;
@@ -261,7 +261,7 @@ fn plane(
     asked: &ContinuationSpec,
     (second, base): (usize, &PointSpec),
     lines: &[&Line],
-    parts: &Parts,
+    parts: &Prepared,
     called_off: &AtomicBool,
     passed: &(dyn Fn(&str) + Sync),
 ) -> Result<Curves, FollowError> {

@@ -6,7 +6,7 @@
 
 use super::build::BuildError;
 use super::family::PointFamily;
-use super::parts::Parts;
+use super::parts::Prepared;
 use super::point_kernel::PointKernel;
 use crate::analysis::continuation::drive::Family;
 use crate::analysis::sensitivity::tangent::ParameterTangent;
@@ -29,7 +29,7 @@ const PIECES: usize = 4;
 pub struct CycleMap {
     point: PointSpec,
     kernel: MapKernel,
-    parts: Arc<Parts>,
+    parts: Arc<Prepared>,
 }
 
 /// The structured kernel is kept from call to call; others, which borrow their model, are built anew.
@@ -116,7 +116,7 @@ impl CycleMap {
     ///
     /// # Errors
     /// [`MapError::Build`] where there is no drive, or none that the kernel gets through.
-    pub fn new(mut point: PointSpec, parts: Arc<Parts>) -> Result<Self, MapError> {
+    pub fn new(mut point: PointSpec, parts: Arc<Prepared>) -> Result<Self, MapError> {
         let model = parts.model(&point)?;
         let own = PointKernel::of(&point, &model, &parts)?;
         Arc::make_mut(&mut point.run).kernel = KernelSetting::Named(own.taken);

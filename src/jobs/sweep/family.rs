@@ -1,7 +1,7 @@
 //! The drives of a job as they depend on parameters: models between the points of a grid, and their
 //! derivatives.
 
-use super::parts::Parts;
+use super::parts::Prepared;
 use crate::analysis::continuation::drive::Family;
 use crate::analysis::continuation::map::At;
 use crate::manifest::{Parameter, PointResolver, PointSpec};
@@ -31,7 +31,7 @@ pub struct PointFamily<'a> {
     /// Keys that have other values than the manifest gives them.
     held: Vec<(Parameter, f64)>,
     between: &'a PointResolver,
-    parts: &'a Parts,
+    parts: &'a Prepared,
 }
 
 impl<'a> PointFamily<'a> {
@@ -40,7 +40,7 @@ impl<'a> PointFamily<'a> {
         point: PointSpec,
         parameters: Vec<Parameter>,
         between: &'a PointResolver,
-        parts: &'a Parts,
+        parts: &'a Prepared,
     ) -> Self {
         Self {
             point,

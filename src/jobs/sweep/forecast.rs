@@ -9,7 +9,7 @@
 
 use super::estimate::{Interval, Load, Sampled, drawn};
 use super::layout::layout;
-use super::parts::{Parts, tables_wanted};
+use super::parts::{Prepared, tables_wanted};
 use super::point::Worker;
 use super::queue::work;
 use super::run::{Options, SweepError, pieces, start_workers};
@@ -102,7 +102,7 @@ pub struct Forecast {
 pub fn forecast(
     job: &Job,
     options: Options<'_>,
-    parts: &Parts,
+    parts: &Prepared,
     topology: Option<&Topology>,
     budget: Duration,
     called_off: &AtomicBool,
@@ -216,7 +216,7 @@ pub fn forecast(
 /// Points that are tried out.
 struct Calibration<'a> {
     job: &'a Job,
-    parts: &'a Parts,
+    parts: &'a Prepared,
     load: Load,
     /// Fewest points that the time is known from.
     least: usize,

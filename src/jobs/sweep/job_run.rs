@@ -1,7 +1,7 @@
 //! A job from its journal to its record: what is left of it is computed, its tables are written, and
 //! `run.json` says how it went.
 
-use super::Parts;
+use super::Prepared;
 use super::recorder::Watcher;
 use super::run::{Finished, Options, SweepError, run};
 use crate::manifest::Job;
@@ -88,7 +88,7 @@ impl JobRun<'_> {
         let mut journal = Journal::open(folder, &job.hash, options.shard, self.fresh)?;
         let instructions = journal.instructions();
         warnings.extend(mixed(&instructions));
-        let parts = Parts::new(self.tables);
+        let parts = Prepared::new(self.tables);
         for warning in &warnings {
             watcher.warning(warning);
         }

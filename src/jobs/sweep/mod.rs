@@ -53,7 +53,7 @@ pub use kernel_tables::KernelTables;
 pub use loaded_mesh::{LoadedMesh, loaded_mesh};
 pub use mesh_tables::{MeshError, MeshTables, TabledMesh};
 pub use panic_hook::{WORKER, hush_workers};
-pub use parts::{Parts, structures};
+pub use parts::{Prepared, structures};
 pub use point::Worker;
 pub use point_kernel::{KernelTally, PointKernel};
 pub use recorder::{Begun, Progress, Watcher};

@@ -116,14 +116,14 @@ pub(super) fn table_number(point: &PointSpec) -> Option<u64> {
 
 /// Structures and mesh tables at hand.
 #[derive(Debug)]
-pub struct Parts {
+pub struct Prepared {
     structures: Arc<Mutex<Structures>>,
     near: Option<Near<Place, ModalStructure>>,
     meshes: MeshTables,
     kernels: KernelTables,
 }
 
-impl Parts {
+impl Prepared {
     /// Nothing at hand yet; tables of meshes and kernels are kept in `tables`.
     pub fn new(tables: TableStore) -> Self {
         Self {
@@ -248,13 +248,13 @@ mod tests {
         let text = include_str!("../../../manifests/quickstart.toml");
         let job = manifest::parse(text, "m.toml", Path::new("")).unwrap();
         let spec = &job.points.variants()[0].model;
-        let parts = Parts::new(TableStore::open(tempfile::tempdir().unwrap().path()));
+        let parts = Prepared::new(TableStore::open(tempfile::tempdir().unwrap().path()));
         let room = Room {
             free: None,
             own_cache: 0,
         };
         let nodes = [parts.on_node(room), parts.on_node(room)];
-        let of = |parts: &Parts| parts.structure(spec).unwrap();
+        let of = |parts: &Prepared| parts.structure(spec).unwrap();
         let (common, [first, second]) = (of(&parts), nodes.each_ref().map(of));
         assert!(*common == *first && *first == *second);
         assert!(!Arc::ptr_eq(&common, &first) && !Arc::ptr_eq(&first, &second));

@@ -2,7 +2,7 @@
 
 use super::build::{BuildError, questions};
 use super::carried::CarriedState;
-use super::parts::Parts;
+use super::parts::Prepared;
 use super::point_kernel::PointKernel;
 use crate::analysis::{
     Analyses, CalledOff, Class, CovariantError, CovariantOutcome, HorizonError, HorizonOutcome,
@@ -108,7 +108,7 @@ impl Answer {
 pub(super) fn attempt(
     point: &PointSpec,
     start: Option<CarriedState<'_>>,
-    parts: &Parts,
+    parts: &Prepared,
     called_off: &AtomicBool,
 ) -> Result<Answer, CalledOff> {
     let attempt = catch_unwind(AssertUnwindSafe(|| answer(point, start, parts, called_off)));
@@ -156,7 +156,7 @@ pub(super) fn row(
 fn answer(
     point: &PointSpec,
     start: Option<CarriedState<'_>>,
-    parts: &Parts,
+    parts: &Prepared,
     called_off: &AtomicBool,
 ) -> Result<Result<Answer, CalledOff>, BuildError> {
     let (model, mesh) = parts.model_and_mesh(point)?;

@@ -1,7 +1,7 @@
 //! Which kernel integrates a point, with which tables, and which kernels a run has taken.
 
 use super::build::{BuildError, affordable};
-use super::parts::Parts;
+use super::parts::Prepared;
 use crate::manifest::{Job, PointSpec};
 use crate::model::Model;
 use crate::propagate::{ClosedModes, KernelChoice, KernelSetting};
@@ -29,7 +29,7 @@ impl PointKernel {
     ///
     /// # Errors
     /// The kernel does not get through a mesh cycle of the model, or kept tables cannot be used.
-    pub fn of(point: &PointSpec, model: &Model, parts: &Parts) -> Result<Self, BuildError> {
+    pub fn of(point: &PointSpec, model: &Model, parts: &Prepared) -> Result<Self, BuildError> {
         let run = &point.run;
         let (taken, why, systems) = match run.kernel {
             KernelSetting::Named(kernel) => (kernel, None, None),
@@ -72,7 +72,7 @@ impl PointKernel {
     pub fn apply<U: KernelUse>(
         &self,
         model: &Model,
-        parts: &Parts,
+        parts: &Prepared,
         user: U,
     ) -> Result<U::Output, BuildError> {
         let kept = || match &self.systems {
@@ -88,7 +88,7 @@ impl PointKernel {
 fn systems(
     model: &Model,
     portable: bool,
-    parts: &Parts,
+    parts: &Prepared,
 ) -> Result<(Why, Option<Arc<KernelArrays>>), BuildError> {
     let why = Why::of(model, portable);
     if !matches!(why, Why::Small { .. } | Why::Met { .. }) {
@@ -128,7 +128,7 @@ impl KernelTally {
     }
 
     /// What a record says of them; nothing of a kernel that the manifest names.
-    pub(super) fn records(&self, job: &Job, parts: &Parts) -> Vec<KernelRecord> {
+    pub(super) fn records(&self, job: &Job, parts: &Prepared) -> Vec<KernelRecord> {
         let record = |(kernel, &(points, first)): (&String, &(u64, u64))| {
             let point = job.points.at(first as usize);
             let own = PointKernel::of(&point, &parts.model(&point).ok()?, parts).ok()?;

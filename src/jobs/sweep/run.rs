@@ -3,7 +3,7 @@
 use super::chain::compute;
 use super::layout::layout;
 use super::panic_hook::WORKER;
-use super::parts::Parts;
+use super::parts::Prepared;
 use super::point::Worker;
 use super::point_kernel::KernelTally;
 use super::queue::Queue;
@@ -107,7 +107,7 @@ pub fn run(
     job: &Job,
     folder: &Path,
     options: Options<'_>,
-    parts: &Parts,
+    parts: &Prepared,
     journal: &mut Journal,
     topology: Option<&Topology>,
     called_off: &AtomicBool,
@@ -174,7 +174,7 @@ pub fn run(
 
     let copies = copies(&crew.places);
     let rooms = topology.map_or_else(Vec::new, |topology| topology.rooms(&copies));
-    let of_nodes: Vec<Parts> = rooms.into_iter().map(|room| parts.on_node(room)).collect();
+    let of_nodes: Vec<Prepared> = rooms.into_iter().map(|room| parts.on_node(room)).collect();
     let nodes = of_nodes.len();
     let written = AtomicU64::new(match &refinement {
         // Its points do not wait in memory for others.
@@ -269,8 +269,8 @@ pub fn run(
 struct Round<'a> {
     job: &'a Job,
     queue: &'a Queue<'a>,
-    parts: &'a Parts,
-    of_nodes: &'a [Parts],
+    parts: &'a Prepared,
+    of_nodes: &'a [Prepared],
     copies: &'a Copies,
     written: &'a AtomicU64,
     refinement: Option<&'a Mutex<Refinement>>,
@@ -380,11 +380,11 @@ fn take_places(pool: &rayon::ThreadPool, places: &Plan, topology: Option<&Topolo
 }
 
 /// Where the copies of nodes lie, in words.
-fn copies_obtained(of_nodes: &[Parts], copies: &Copies, topology: Option<&Topology>) -> String {
+fn copies_obtained(of_nodes: &[Prepared], copies: &Copies, topology: Option<&Topology>) -> String {
     if of_nodes.is_empty() {
         return copies.to_string();
     }
-    let lies = |parts: &Parts| topology.map_or_else(BTreeSet::new, |t| parts.nodes(t));
+    let lies = |parts: &Prepared| topology.map_or_else(BTreeSet::new, |t| parts.nodes(t));
     let found: Vec<BTreeSet<u32>> = of_nodes.iter().map(lies).collect();
     if found.iter().all(BTreeSet::is_empty) {
         return format!(

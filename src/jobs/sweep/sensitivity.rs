@@ -2,7 +2,7 @@
 
 use super::build::{BuildError, questions};
 use super::family::PointFamily;
-use super::parts::Parts;
+use super::parts::Prepared;
 use super::point_kernel::PointKernel;
 use crate::analysis::continuation::drive::Family;
 use crate::analysis::orbits::shooting::shoot;
@@ -117,7 +117,7 @@ pub fn sensitivities(
     keys: &[Parameter],
     asked: &Ensemble,
     step: f64,
-    parts: &Parts,
+    parts: &Prepared,
     called_off: &AtomicBool,
 ) -> Result<Sensitivities, SensitivityError> {
     let model = parts.model(point)?;
@@ -165,7 +165,7 @@ pub fn sensitivities(
 fn with_kernel<U: KernelUse>(
     point: &PointSpec,
     model: &Model,
-    parts: &Parts,
+    parts: &Prepared,
     user: U,
 ) -> Result<U::Output, BuildError> {
     PointKernel::of(point, model, parts)?.apply(model, parts, user)
@@ -234,7 +234,7 @@ fn of_orbit(
     model: &Model,
     start: &TrajectoryState,
     period: u32,
-    parts: &Parts,
+    parts: &Prepared,
 ) -> Result<Vec<Sensitivity>, SensitivityError> {
     let key = &family.parameters[0];
     let at = family.values();
@@ -363,7 +363,7 @@ fn of_ensemble(
     state: &TrajectoryState,
     asked: &Ensemble,
     step: f64,
-    parts: &Parts,
+    parts: &Prepared,
     called_off: &AtomicBool,
 ) -> Result<Vec<Sensitivity>, SensitivityError> {
     let key = &family.parameters[0];

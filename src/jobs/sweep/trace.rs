@@ -2,7 +2,7 @@
 
 use super::build::BuildError;
 use super::chain::lead_up;
-use super::parts::Parts;
+use super::parts::Prepared;
 use super::point_kernel::PointKernel;
 use crate::analysis::{CalledOff, TraceConfig, TraceOutcome, TraceSink, trace};
 use crate::manifest::{Job, PointSpec};
@@ -23,7 +23,7 @@ pub struct PointTrace<'a> {
     /// The trajectory and its samples.
     pub question: TraceConfig,
     /// Structures and tables at hand.
-    pub parts: &'a Parts,
+    pub parts: &'a Prepared,
 }
 
 /// Why nothing was recorded.

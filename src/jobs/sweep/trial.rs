@@ -9,7 +9,7 @@ use super::build::questions;
 use super::carried::CarriedState;
 use super::chain::{asked, verdict};
 use super::estimate::Sampled;
-use super::parts::Parts;
+use super::parts::Prepared;
 use super::point::{Answer, Step, Worker, attempt, row};
 use super::queue::work;
 use crate::analysis::{Analyses, CalledOff, Class, LyapunovConfig, MultistabilityOutcome};
@@ -59,7 +59,7 @@ pub(super) struct Tried {
 pub(super) fn try_out(
     job: &Job,
     id: usize,
-    parts: &Parts,
+    parts: &Prepared,
     worker: Worker<'_>,
     clock: ProcessorClock,
     over: &AtomicBool,
@@ -150,7 +150,7 @@ pub(super) fn try_out(
 fn cycle_time(
     point: &PointSpec,
     end: Option<&ChainEnd>,
-    parts: &Parts,
+    parts: &Prepared,
     over: &AtomicBool,
 ) -> Result<f64, CalledOff> {
     let Some(end) = end else {
@@ -285,7 +285,7 @@ mod tests {
         let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data");
         let job = manifest::parse(&text, "m.toml", &data).unwrap();
         let folder = tempfile::tempdir().unwrap();
-        let parts = Parts::new(TableStore::open(folder.path()));
+        let parts = Prepared::new(TableStore::open(folder.path()));
         let worker = Worker {
             index: 0,
             topology: None,
@@ -326,7 +326,7 @@ mod tests {
         let asked = short.analyses.horizon.unwrap();
         assert_eq!((asked.twins, asked.averages), (2, 10));
         let folder = tempfile::tempdir().unwrap();
-        let parts = Parts::new(TableStore::open(folder.path()));
+        let parts = Prepared::new(TableStore::open(folder.path()));
         let over = AtomicBool::new(false);
         let mut answer = attempt(&short, None, &parts, &over).unwrap();
         answer.times[Step::Horizon as usize] = 0.5;

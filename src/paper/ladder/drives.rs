@@ -7,7 +7,7 @@ use gearatlas_core::numerics::random::PointSeed;
 use gearatlas_core::propagate::{Counters, Kernel, Stepping};
 use gearatlas_jobs::manifest::{Job, ManifestText};
 use gearatlas_jobs::store::TableStore;
-use gearatlas_jobs::sweep::Parts;
+use gearatlas_jobs::sweep::Prepared;
 use gearatlas_jobs::sweep::build::questions;
 use gearatlas_paper::kernels::{Fused, Spectral};
 use serde_json::{Value, json};
@@ -59,7 +59,7 @@ fn speed(changes: &[&str]) -> f64 {
         include_str!("../../../manifests/misalignment-drift.toml"),
         changes,
     );
-    let parts = Parts::new(TableStore::in_memory());
+    let parts = Prepared::new(TableStore::in_memory());
     let points = job.points.iter().map(|point| {
         let model = parts.model(&point).expect("a model");
         (point, Spectral::arrays(&model).expect("tables"))
@@ -106,7 +106,7 @@ pub fn friction() -> Value {
     ];
     let job = job(include_str!("../../../manifests/flex80.toml"), &changes);
     let point = job.points.at(0);
-    let model = Parts::new(TableStore::in_memory())
+    let model = Prepared::new(TableStore::in_memory())
         .model(&point)
         .expect("a model");
     let seed = PointSeed {

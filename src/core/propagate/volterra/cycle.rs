@@ -1,6 +1,6 @@
 //! One mesh cycle: windows, events, breakpoints.
 //!
-//! Windows lie on a course: in contact on that of the closed contact, in free flight on that of the
+//! Windows lie on a schedule: in contact on that of the closed contact, in free flight on that of the
 //! first one. A window starts on a cell boundary (`aligned`) or at an event. In contact it may not
 //! pass the end of its segment, in free flight only the end of the cycle, and none passes a place
 //! where a line turns. Off the cell grid, windows of full length follow one another until one would
@@ -17,7 +17,7 @@ use super::position::{Position, SAME_TIME, Track, align};
 use super::release::Place;
 use super::search::View;
 use super::shapes::Row;
-use super::tables::{Course, gap_error, phases};
+use super::tables::{Schedule, gap_error, phases};
 use super::varying::{Factors, Nodal};
 use super::window_stiffness::WindowStiffness;
 use super::window_table::WindowTable;
@@ -76,8 +76,8 @@ impl Kernel for Volterra<'_> {
 }
 
 impl Volterra<'_> {
-    /// The course that windows lie on while at most one contact is closed.
-    fn course(&self, active: ActiveSet, cycle: u64) -> usize {
+    /// The schedule that windows lie on while at most one contact is closed.
+    fn schedule(&self, active: ActiveSet, cycle: u64) -> usize {
         self.tables.course_of(active.only().unwrap_or(0), cycle)
     }
 
@@ -88,15 +88,15 @@ impl Volterra<'_> {
             let stretch = self.joint_stretch(position);
             return (Track::Joint(stretch), stretch.end, None);
         }
-        let course = self.tables.course(self.course(active, position.cycle));
-        let stretch = course.stretch(position.aligned, position.time);
+        let schedule = self.tables.schedule(self.schedule(active, position.cycle));
+        let stretch = schedule.stretch(position.aligned, position.time);
         let stop_cell = if active.touching() {
-            course.grid.stretch_end_cell[stretch]
+            schedule.grid.stretch_end_cell[stretch]
         } else {
-            course.grid.flight_end_cell[stretch]
+            schedule.grid.flight_end_cell[stretch]
         };
-        let stop = course.grid.time[stop_cell];
-        (Track::Course(course, stretch), stop, Some(stop_cell))
+        let stop = schedule.grid.time[stop_cell];
+        (Track::Schedule(schedule, stretch), stop, Some(stop_cell))
     }
 
     /// Joint stretch in force there.
@@ -140,10 +140,10 @@ impl Volterra<'_> {
         self.set_segments(position, track, *active, O::WINDOWS, workspace);
         self.set_inputs(position, track, &mut workspace.inputs);
         match track {
-            Track::Course(course, stretch) => {
+            Track::Schedule(schedule, stretch) => {
                 self.solve(
                     position,
-                    (course, stretch),
+                    (schedule, stretch),
                     table,
                     *active,
                     workspace,
@@ -210,7 +210,7 @@ impl Volterra<'_> {
             self.apply_saltation(&event, workspace);
         }
         let joint = to.count() > 1 || active.count() > 1;
-        if joint || self.course(to, event.cycle) != self.course(*active, event.cycle) {
+        if joint || self.schedule(to, event.cycle) != self.schedule(*active, event.cycle) {
             position.aligned = None;
         }
         *active = to;
@@ -227,7 +227,7 @@ impl Volterra<'_> {
     fn solve(
         &self,
         position: &Position,
-        (course, stretch): (&Course, usize),
+        (schedule, stretch): (&Schedule, usize),
         table: &WindowTable,
         active: ActiveSet,
         workspace: &mut Workspace,
@@ -256,7 +256,13 @@ impl Volterra<'_> {
             .then(|| gap_error(&self.model, &segment, position.time, table.delta))
             .map(|gap_error| gap_error.map(|a| own.side * a));
         let (inputs, columns, factors, forces, solution) = workspace.solving();
-        let closed = closed((course, stretch), table, position.aligned, system, factors);
+        let closed = closed(
+            (schedule, stretch),
+            table,
+            position.aligned,
+            system,
+            factors,
+        );
         lanes::solve(
             set,
             &table.rows,
@@ -347,14 +353,14 @@ impl Volterra<'_> {
             let cycle = contact.cycle(position.cycle);
             *own = match track {
                 Track::Joint(stretch) => cycle.segments[stretch.segments[index]],
-                Track::Course(course, stretch) if active.holds(index) => {
-                    cycle.segments[course.grid.segment_of_stretch[stretch]]
+                Track::Schedule(schedule, stretch) if active.holds(index) => {
+                    cycle.segments[schedule.grid.segment_of_stretch[stretch]]
                 }
                 // A time on a boundary is known to rounding.
-                Track::Course(..) if watched || self.tables.gap_errors[index] => {
+                Track::Schedule(..) if watched || self.tables.gap_errors[index] => {
                     *cycle.segment_at(position.time + SAME_TIME * cycle.period)
                 }
-                Track::Course(..) => continue,
+                Track::Schedule(..) => continue,
             };
         }
     }
@@ -370,10 +376,10 @@ impl Volterra<'_> {
             let (sin, cos) = r.phase_at(position.cycle, position.time).sin_cos();
             pair.copy_from_slice(&[cos, sin]);
         }
-        if let (Track::Course(course, _), Some(cell)) = (track, position.aligned)
+        if let (Track::Schedule(schedule, _), Some(cell)) = (track, position.aligned)
             && t.errors_recur
         {
-            errors.copy_from_slice(&course.cell_phases[cell * errors.len()..][..errors.len()]);
+            errors.copy_from_slice(&schedule.cell_phases[cell * errors.len()..][..errors.len()]);
             return;
         }
         for (pair, &frequency) in errors.chunks_exact_mut(2).zip(&t.frequencies) {
@@ -407,9 +413,9 @@ impl Volterra<'_> {
         let inputs = &inputs[..self.tables.layout.acting];
         lanes::advance(self.instructions, &table.moves, forces, inputs, columns);
         match (&mut position.aligned, track) {
-            (Some(cell), Track::Course(course, _)) => {
+            (Some(cell), Track::Schedule(schedule, _)) => {
                 *cell += 1;
-                position.time = course.grid.time[*cell];
+                position.time = schedule.grid.time[*cell];
             }
             _ => position.time += table.delta,
         }
@@ -426,7 +432,7 @@ impl Volterra<'_> {
         (observer, counters): (&mut O, &mut Counters),
     ) {
         let first = match track {
-            Track::Course(..) => track.views()[0].window,
+            Track::Schedule(..) => track.views()[0].window,
             Track::Joint(stretch) => stretch.windows[active.iter().next().unwrap_or(0)],
         };
         let table = &self.tables.windows[first];
@@ -446,7 +452,7 @@ impl Volterra<'_> {
         counters.tangent_windows += workspace.tangents() as u64;
         let (columns, forces, inputs, cut, joint) = workspace.cutting(active.touching());
         match track {
-            Track::Course(..) => self.cut(table, cut, forces, inputs, columns),
+            Track::Schedule(..) => self.cut(table, cut, forces, inputs, columns),
             Track::Joint(stretch) => {
                 let count = forces.len();
                 forces.copy_from_slice(&joint.forces[..count]);
@@ -473,7 +479,7 @@ impl Volterra<'_> {
 
 /// What closes the contact on the window that starts there.
 fn closed<'a>(
-    (course, stretch): (&Course, usize),
+    (schedule, stretch): (&Schedule, usize),
     table: &'a WindowTable,
     aligned: Option<usize>,
     system: Option<&'a Nodal>,
@@ -483,6 +489,6 @@ fn closed<'a>(
         return ContactSolve::Factors(nodal, factors);
     }
     // Off the grid the stiffness is constant, and every cell of the stretch has its operator.
-    let cell = aligned.unwrap_or(course.grid.stretch_end_cell[stretch] - 1);
-    ContactSolve::Table(&table.feedback[course.feedback_of_cell[cell]])
+    let cell = aligned.unwrap_or(schedule.grid.stretch_end_cell[stretch] - 1);
+    ContactSolve::Table(&table.feedback[schedule.feedback_of_cell[cell]])
 }

@@ -49,7 +49,7 @@ pub fn can_join(model: &Model) -> bool {
 }
 
 /// The longest windows \[s\] that may start in some segments, each of a contact. They are solved as a whole, and run on
-/// behind a segment, by less than it is long where its course bends.
+/// behind a segment, by less than it is long where its schedule bends.
 fn longest(model: &Model, segments: &[&Segment], tolerance: f64) -> f64 {
     let constant = |segment: &Segment| {
         let [_, bends @ ..] = segment.error.coefficients();

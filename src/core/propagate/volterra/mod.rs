@@ -180,6 +180,6 @@ impl<'m> Volterra<'m> {
 
     /// Windows a mesh cycle without events.
     pub fn windows_per_cycle(&self) -> usize {
-        self.tables.first_course().grid.cells()
+        self.tables.first_schedule().grid.cells()
     }
 }

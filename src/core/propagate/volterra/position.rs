@@ -2,7 +2,7 @@
 
 use super::joint_stretch::JointStretch;
 use super::table_requests::LineView;
-use super::tables::Course;
+use super::tables::Schedule;
 use crate::model::ActiveSet;
 
 /// Times closer than this part of a mesh period are one; breakpoints are farther apart.
@@ -15,7 +15,7 @@ pub(super) struct Position {
     pub cycle: u64,
     /// Time within it \[s\].
     pub time: f64,
-    /// The cell that starts here, when on the cell grid of the course.
+    /// The cell that starts here, when on the cell grid of the schedule.
     pub aligned: Option<usize>,
     /// Contacts that opened or closed here at their surface.
     pub crossed: ActiveSet,
@@ -26,8 +26,8 @@ pub(super) struct Position {
 /// What a window is laid on.
 #[derive(Clone, Copy)]
 pub(super) enum Track<'t> {
-    /// A stretch of a course: at most one contact is closed.
-    Course(&'t Course, usize),
+    /// A stretch of a schedule: at most one contact is closed.
+    Schedule(&'t Schedule, usize),
     /// Several contacts are closed.
     Joint(&'t JointStretch),
 }
@@ -37,7 +37,7 @@ impl<'t> Track<'t> {
     #[inline]
     pub fn views(self) -> &'t [LineView] {
         match self {
-            Self::Course(course, stretch) => &course.sights_of_stretch[stretch],
+            Self::Schedule(schedule, stretch) => &schedule.sights_of_stretch[stretch],
             Self::Joint(stretch) => &stretch.views,
         }
     }
@@ -62,9 +62,9 @@ pub(super) fn align(position: &mut Position, track: Track<'_>, stop: f64, cell: 
     // Stiffness steps there, and the force with it.
     position.forceless = ActiveSet::FREE;
     let turned = match track {
-        Track::Course(course, _) => {
-            let next = cell.and_then(|cell| course.grid.stretch_from(cell));
-            course.grid.turned[next.unwrap_or(0)]
+        Track::Schedule(schedule, _) => {
+            let next = cell.and_then(|cell| schedule.grid.stretch_from(cell));
+            schedule.grid.turned[next.unwrap_or(0)]
         }
         // Whatever stands on a surface is found there again.
         Track::Joint(_) => false,

@@ -125,7 +125,7 @@ impl Volterra<'_> {
         first
     }
 
-    /// Whether a contact that gap_errors nothing and starts off its surface stays what it is on a window,
+    /// Whether a contact that has no gap errors and starts off its surface stays what it is on a window,
     /// by the bounds of the deflection.
     pub(super) fn stays(&self, contact: usize, closed: bool, solution: &Solution) -> bool {
         let noise = ROUND_OFF * (solution.size + self.model.half_gap);
@@ -230,7 +230,7 @@ impl Volterra<'_> {
         let whole = &workspace.solutions[place].deflection;
         let force = match (contact, view.track) {
             (None, _) => &[0.0; TERMS],
-            (_, Track::Course(..)) => &workspace.forces[0].0,
+            (_, Track::Schedule(..)) => &workspace.forces[0].0,
             (_, Track::Joint(_)) => &workspace.joint.forces[0].0,
         };
         let parts = match (view.cut, contact) {
@@ -282,7 +282,7 @@ impl Volterra<'_> {
         let columns = workspace.tangents() + 1;
         for (index, contact) in active.iter().enumerate() {
             let force = match track {
-                Track::Course(..) => &workspace.forces[0].0,
+                Track::Schedule(..) => &workspace.forces[0].0,
                 Track::Joint(_) => &workspace.joint.forces[index * columns].0,
             };
             contacts[index] = contact;

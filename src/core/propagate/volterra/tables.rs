@@ -20,10 +20,10 @@ pub struct VolterraTables {
     /// Whether they are all as they were after a base period; orders of a shaft are not.
     pub errors_recur: bool,
     /// Mesh cycles as contacts have them.
-    courses: Vec<Course>,
-    /// The courses of every contact in the mesh cycles of a base period; contacts that are alike
+    schedules: Vec<Schedule>,
+    /// The schedules of every contact in the mesh cycles of a base period; contacts that are alike
     /// share them.
-    courses_of_contact: Vec<Vec<usize>>,
+    schedules_of_contact: Vec<Vec<usize>>,
     /// Stretches of every mesh cycle of a base period on which no contact changes its segment; none
     /// where no two contacts can be closed at once.
     pub joint: Vec<Vec<JointStretch>>,
@@ -43,7 +43,7 @@ pub struct VolterraTables {
 
 /// A mesh cycle as a contact has it.
 #[derive(Debug)]
-pub struct Course {
+pub struct Schedule {
     /// Where windows start.
     pub grid: Grid,
     /// The lines of all contacts on every stretch, that of the contact first: its window table is
@@ -73,30 +73,30 @@ impl VolterraTables {
         let layout = Layout::new(model, frequencies.len());
         let base = model.base_cycles() as u64;
         let mut grids: Vec<(usize, u64, Grid)> = Vec::new();
-        let mut courses_of_contact: Vec<Vec<usize>> = Vec::new();
+        let mut schedules_of_contact: Vec<Vec<usize>> = Vec::new();
         for (index, contact) in model.contacts.iter().enumerate() {
             let alike = model.contacts[..index]
                 .iter()
                 .position(|c| c.cycles == contact.cycles);
             if let Some(alike) = alike {
-                courses_of_contact.push(courses_of_contact[alike].clone());
+                schedules_of_contact.push(schedules_of_contact[alike].clone());
                 continue;
             }
             let first = grids.len();
             grids.extend(
                 (0..base).map(|cycle| (index, cycle, Grid::new(model, tolerance, index, cycle))),
             );
-            courses_of_contact.push((first..grids.len()).collect());
+            schedules_of_contact.push((first..grids.len()).collect());
         }
         let (mut lengths, which) = distinct(grids.iter().flat_map(|g| g.2.lengths.iter().copied()));
         let mut which = which.into_iter();
         let mut needs = TableRequests::default();
-        let courses: Vec<Course> = (grids.into_iter())
+        let schedules: Vec<Schedule> = (grids.into_iter())
             .map(|(contact, cycle, grid)| {
                 let lengths_of_stretch = which.by_ref().take(grid.lengths.len());
                 let which: Vec<usize> = lengths_of_stretch.collect();
                 let own = (contact, cycle, grid);
-                Course::new(model, own, &lengths, &which, &frequencies, &mut needs)
+                Schedule::new(model, own, &lengths, &which, &frequencies, &mut needs)
             })
             .collect();
         let mut joint = Vec::new();
@@ -136,11 +136,11 @@ impl VolterraTables {
         let blocks: Vec<Vec<BlockChunk>> = (model.directions.iter())
             .map(|direction| block_chunks(model, &direction.gains))
             .collect();
-        let most_windows = most_windows(&courses, &joint, &windows);
+        let most_windows = most_windows(&schedules, &joint, &windows);
         Self {
             layout,
-            courses,
-            courses_of_contact,
+            schedules,
+            schedules_of_contact,
             joint,
             windows,
             most_windows,
@@ -160,12 +160,12 @@ impl VolterraTables {
         }
     }
 
-    /// The course of a contact in a mesh cycle, by its number.
+    /// The schedule of a contact in a mesh cycle, by its number.
     pub fn course_of(&self, contact: usize, cycle: u64) -> usize {
-        let courses = &self.courses_of_contact[contact];
-        match courses.len() {
-            1 => courses[0],
-            count => courses[(cycle % count as u64) as usize],
+        let schedules = &self.schedules_of_contact[contact];
+        match schedules.len() {
+            1 => schedules[0],
+            count => schedules[(cycle % count as u64) as usize],
         }
     }
 
@@ -174,22 +174,26 @@ impl VolterraTables {
         self.most_windows
     }
 
-    /// A course.
-    pub fn course(&self, number: usize) -> &Course {
-        &self.courses[number]
+    /// A schedule.
+    pub fn schedule(&self, number: usize) -> &Schedule {
+        &self.schedules[number]
     }
 
-    /// The first course of the first contact.
-    pub fn first_course(&self) -> &Course {
-        &self.courses[0]
+    /// The first schedule of the first contact.
+    pub fn first_schedule(&self) -> &Schedule {
+        &self.schedules[0]
     }
 }
 
-/// Windows of a mesh cycle that no event cuts, on whichever courses and stretches it passes: at most.
-fn most_windows(courses: &[Course], joint: &[Vec<JointStretch>], windows: &[WindowTable]) -> usize {
-    let cells = courses
+/// Windows of a mesh cycle that no event cuts, on whichever schedules and stretches it passes: at most.
+fn most_windows(
+    schedules: &[Schedule],
+    joint: &[Vec<JointStretch>],
+    windows: &[WindowTable],
+) -> usize {
+    let cells = schedules
         .iter()
-        .map(|course| course.grid.cells())
+        .map(|schedule| schedule.grid.cells())
         .sum::<usize>();
     let of_cycle = |stretches: &Vec<JointStretch>| -> usize {
         let starts = std::iter::once(0.0).chain(stretches.iter().map(|stretch| stretch.end));
@@ -203,8 +207,8 @@ fn most_windows(courses: &[Course], joint: &[Vec<JointStretch>], windows: &[Wind
     cells + joint.iter().map(of_cycle).max().unwrap_or(0)
 }
 
-impl Course {
-    /// A contact's course of a mesh cycle; `which` of the `lengths` of windows each stretch of its
+impl Schedule {
+    /// A contact's schedule of a mesh cycle; `which` of the `lengths` of windows each stretch of its
     /// grid has.
     fn new(
         model: &Model,
@@ -341,7 +345,7 @@ mod tests {
         drive.mesh = Division::levels(&[4e8, 3e8, 2e8], &[0.25, 0.6]);
         let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
         let tables = VolterraTables::new(&model, f64::EPSILON, InstructionSet::best());
-        let course = tables.first_course();
+        let schedule = tables.first_schedule();
         for (phase, stretch) in [
             (0.0, 0),
             (0.2, 0),
@@ -352,7 +356,7 @@ mod tests {
             (1.0 + f64::EPSILON, 2),
         ] {
             assert_eq!(
-                course.stretch(None, phase * model.period()),
+                schedule.stretch(None, phase * model.period()),
                 stretch,
                 "{phase}"
             );
