@@ -94,7 +94,7 @@ fn threads_and_shards_change_nothing() {
         assert_same(&one, &place.path(&out));
     }
 
-    // Prepared of another split, or the whole, cannot join them.
+    // Parts of another split, or the whole, cannot join them.
     for arguments in [
         &["--shard", "1/3"][..],
         &[],
