@@ -122,10 +122,11 @@ pub fn solve(matrix: MatRef<'_, f64>, rhs: &[f64]) -> Vec<f64> {
 /// A power of two near the largest entry of a matrix, where products of its entries could underflow or
 /// overflow; 1 elsewhere.
 fn unit(largest: f64) -> f64 {
-    match largest == 0.0 || (1e-100..1e100).contains(&largest) {
-        true => 1.0,
+    if largest == 0.0 || (1e-100..1e100).contains(&largest) {
+        1.0
+    } else {
         // One over the smallest numbers would be infinite.
-        false => largest.log2().floor().clamp(-1022.0, 1022.0).exp2(),
+        largest.log2().floor().clamp(-1022.0, 1022.0).exp2()
     }
 }
 

@@ -20,10 +20,11 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     }
     let mut out = String::with_capacity(text.len() + 16);
     for c in text.chars() {
-        match shows(c) {
-            true => out.push(c),
+        if shows(c) {
+            out.push(c)
+        } else {
             // None of them lies beyond four digits.
-            false => _ = write!(out, "\\u{:04x}", u32::from(c)),
+            _ = write!(out, "\\u{:04x}", u32::from(c))
         }
     }
     Cow::Owned(out)

@@ -64,11 +64,12 @@ impl PointTrace<'_> {
         open: impl FnOnce() -> Result<S, S::Error>,
     ) -> Result<(TraceOutcome, S), PointTraceError<S::Error>> {
         let run = &self.point.run;
-        let swept = match self.swept {
-            true => lead_up(self.job, self.point, self.parts, called_off)?
-                .start(self.job, self.point, model),
+        let swept = if self.swept {
+            lead_up(self.job, self.point, self.parts, called_off)?
+                .start(self.job, self.point, model)
+        } else {
             // Nothing to go through before.
-            false => None,
+            None
         };
         let recording = Recording {
             model,

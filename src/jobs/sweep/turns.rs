@@ -129,10 +129,13 @@ impl TakenOver {
         mut take: impl FnMut(PointRow) -> Result<(), StoreError>,
     ) -> Result<Self, StoreError> {
         let mut taken = Self::default();
-        journal.replay(|row| match taken.pass(job, &row)? {
-            true => take(row),
-            // Twice the same point, twice the same numbers.
-            false => Ok(()),
+        journal.replay(|row| {
+            if taken.pass(job, &row)? {
+                take(row)
+            } else {
+                // Twice the same point, twice the same numbers.
+                Ok(())
+            }
         })?;
         Ok(taken)
     }

@@ -126,11 +126,12 @@ impl Volterra<'_> {
         let aligned = position.aligned.is_some() && !track.is_joint();
         let end = position.time + table.delta;
         let fits = aligned
-            || match track.is_joint() {
+            || if track.is_joint() {
                 // Where it reaches the breakpoint to rounding it ends there: no window is left between
                 // them, whose slopes would be the round-off of its values.
-                true => end < stop - ROUNDING * self.model.period(),
-                false => end <= stop,
+                end < stop - ROUNDING * self.model.period()
+            } else {
+                end <= stop
             };
         let limit = if fits {
             1.0

@@ -140,10 +140,11 @@ impl<'m> Volterra<'m> {
             event_limit,
             instructions,
             never_pull,
-            on_breakpoint: match never_pull.touching() {
+            on_breakpoint: if never_pull.touching() {
                 // Where the stiffness steps a contact may take hold inside a window of free flight.
-                true => ON_BREAKPOINT * model.period(),
-                false => 0.0,
+                ON_BREAKPOINT * model.period()
+            } else {
+                0.0
             },
             model,
         }

@@ -50,12 +50,13 @@ pub(super) fn read(
     if let Some((why, remedy)) = idle {
         section.without_effect(issues, &["table_harmonics"], why, remedy);
     }
-    let table_harmonics = match section.has("table_harmonics") && idle.is_none() {
+    let table_harmonics = if section.has("table_harmonics") && idle.is_none() {
         // The schema bounds it far below the range of u32.
-        true => u32::try_from(section.integer(issues, "table_harmonics")?)
+        u32::try_from(section.integer(issues, "table_harmonics")?)
             .ok()
-            .map(Some),
-        false => Some(None),
+            .map(Some)
+    } else {
+        Some(None)
     };
     Some(ExcitationSpec {
         table_harmonics: table_harmonics?,

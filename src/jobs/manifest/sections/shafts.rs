@@ -129,10 +129,11 @@ fn shaft(
     };
     let (span, overhang) = (either("span"), either("overhang"));
     let place = "gear_position";
-    let gear_position = match feels(kind, place) || own.has(place) || shared.has(place) {
-        true => either(place),
+    let gear_position = if feels(kind, place) || own.has(place) || shared.has(place) {
+        either(place)
+    } else {
         // Nothing feels where it stands.
-        false => Some(0.5),
+        Some(0.5)
     };
     let bearings = bearings(shared, &own, issues, kind);
     let pedestals = pedestals(shared, &own, issues, kind);

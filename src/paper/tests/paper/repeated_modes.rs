@@ -85,16 +85,17 @@ fn departure<K: Kernel>(
 
 /// Both kernels follow the structured one.
 fn agree(name: &str, structure: &ModalStructure, model: &Model) {
-    let bearings: Vec<Vec<f64>> = match structure.bearings.is_empty() {
+    let bearings: Vec<Vec<f64>> = if structure.bearings.is_empty() {
         // One a mode, as of a bearing that feels it alone.
-        true => (0..model.modes())
+        (0..model.modes())
             .map(|i| {
                 (0..model.modes())
                     .map(|j| 2e7 * f64::from(u8::from(i == j)))
                     .collect()
             })
-            .collect(),
-        false => structure.bearings.iter().map(|b| b.gain.clone()).collect(),
+            .collect()
+    } else {
+        structure.bearings.iter().map(|b| b.gain.clone()).collect()
     };
     let spectral = Spectral::new(model, CELLS, 1000, None).unwrap();
     let fused = Fused::new(model, CELLS, 1000).unwrap();
