@@ -91,9 +91,10 @@ impl ClosedModes<'_> {
         state.copy_from_slice(&w.states[..w.length]);
         inputs.copy_from_slice(&w.inputs);
         // Room for many is not made where it is not needed.
-        match place.active.count() <= 1 {
-            true => self.show_few::<O, 1>(place, duration, w, observer),
-            false => self.show_few::<O, MOST_CONTACTS>(place, duration, w, observer),
+        if place.active.count() <= 1 {
+            self.show_few::<O, 1>(place, duration, w, observer);
+        } else {
+            self.show_few::<O, MOST_CONTACTS>(place, duration, w, observer);
         }
     }
 
