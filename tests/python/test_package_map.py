@@ -127,7 +127,7 @@ def test_what_cannot_be_integrated_says_so(rattling, states):
     bad = states[:3].copy()
     bad[1] = 1e9
     image = rattling.image(bad, 1)
-    assert list(image.stops) == [1] and "half gaps away" in image.stops[1]
+    assert list(image.stops) == [1] and "half gaps, but more than" in image.stops[1]
     assert np.isnan(image.states[1]).all() and np.isfinite(image.states[[0, 2]]).all()
     with pytest.raises(ValueError, match=rf"shape \(n, {rattling.dimension}\)"):
         rattling(np.zeros((2, 3)))
