@@ -10,7 +10,7 @@ use gearatlas::manifest::{ManifestText, PointSpec, StiffnessSpec};
 use gearatlas::model::{Model, TrajectoryState};
 use gearatlas::propagate::{ClosedModes, InstructionSet, Kernel, Volterra};
 use gearatlas::store::TableStore;
-use gearatlas::sweep::Parts;
+use gearatlas::sweep::Prepared;
 use std::sync::atomic::AtomicBool;
 
 /// Manifests whose keys are changed: every kind of model, of stiffness, of contact.
@@ -65,7 +65,7 @@ pub fn drive(data: &[u8]) {
 }
 
 fn computed(point: &PointSpec) {
-    let parts = Parts::new(TableStore::open(folder().join("tables")));
+    let parts = Prepared::new(TableStore::open(folder().join("tables")));
     let Ok(model) = parts.model(point) else {
         return;
     };

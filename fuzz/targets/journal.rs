@@ -4,7 +4,7 @@ use super::right;
 use super::scratch::{OSCILLATOR, empty, folder};
 use gearatlas::manifest::{Job, parse};
 use gearatlas::store::{Journal, PointRow, TableStore, journal_path};
-use gearatlas::sweep::{Link, Parts, Worker, compute};
+use gearatlas::sweep::{ChainState, Prepared, Worker, compute};
 use std::fs;
 use std::sync::LazyLock;
 use std::sync::atomic::AtomicBool;
@@ -21,7 +21,7 @@ struct Truth {
 static TRUTH: LazyLock<Truth> = LazyLock::new(|| {
     let folder = folder();
     let job = parse(OSCILLATOR, "m.toml", &folder).expect("a manifest");
-    let parts = Parts::new(TableStore::open(folder.join("tables")));
+    let parts = Prepared::new(TableStore::open(folder.join("tables")));
     let worker = Worker {
         index: 0,
         topology: None,
@@ -30,7 +30,7 @@ static TRUTH: LazyLock<Truth> = LazyLock::new(|| {
         .map(|id| {
             let point = job.points.at(id);
             let go_on = AtomicBool::new(false);
-            let mut row = compute(&job, &point, &Link::default(), &parts, worker, &go_on)
+            let mut row = compute(&job, &point, &ChainState::default(), &parts, worker, &go_on)
                 .expect("nobody calls it off");
             // Short records.
             row.outcome.poincare.clear();

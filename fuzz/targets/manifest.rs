@@ -6,7 +6,7 @@ use gearatlas::input::printable;
 use gearatlas::manifest::{Job, ManifestErrors, ManifestText, advice};
 use gearatlas::propagate::{Counters, Kernel, Volterra};
 use gearatlas::store::TableStore;
-use gearatlas::sweep::Parts;
+use gearatlas::sweep::Prepared;
 use std::path::Path;
 
 /// Most bytes said of a manifest that is no larger than fuzzers draw.
@@ -121,7 +121,7 @@ fn shows(words: &str) {
 /// The model of the first point starts from finite numbers, and a cycle of it ends at such or stops.
 fn a_cycle(job: &Job, folder: &Path) {
     let point = job.points.at(0);
-    let parts = Parts::new(TableStore::open(folder.join("tables")));
+    let parts = Prepared::new(TableStore::open(folder.join("tables")));
     let Ok(model) = parts.model(&point) else {
         return;
     };

@@ -9,7 +9,7 @@ use gearatlas::store::{
     ColumnKind, Journal, PointRow, ResultTable, RunRecord, StoreError, TableKind, TableStore,
     read_runs, verify,
 };
-use gearatlas::sweep::{Begun, Options, Parts, Progress, Watcher, run};
+use gearatlas::sweep::{Begun, Options, Prepared, Progress, Watcher, run};
 use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;
@@ -30,7 +30,7 @@ static POINTS: LazyLock<Vec<u8>> = LazyLock::new(|| {
     let here = empty("results-of-truth");
     let job = parse(OSCILLATOR, "m.toml", &folder()).expect("a manifest");
     let mut journal = Journal::open(&here, &job.hash, None, true).expect("a journal");
-    let parts = Parts::new(TableStore::open(here.join("tables")));
+    let parts = Prepared::new(TableStore::open(here.join("tables")));
     let options = Options {
         threads: Some(1),
         ..Options::default()

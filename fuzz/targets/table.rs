@@ -6,7 +6,7 @@ use gearatlas::manifest::parse;
 use gearatlas::model::Model;
 use gearatlas::report::{TableSummary, drawable};
 use gearatlas::store::{KernelArrays, TableStore};
-use gearatlas::sweep::Parts;
+use gearatlas::sweep::Prepared;
 use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;
@@ -26,7 +26,7 @@ static TRUTH: LazyLock<Truth> = LazyLock::new(|| {
     let job = parse(OSCILLATOR, "m.toml", &folder()).expect("a manifest");
     let here = empty("tables-of-truth");
     let store = TableStore::open(&here);
-    let model = (Parts::new(TableStore::open(&here)).model(&job.points.at(0))).expect("a model");
+    let model = (Prepared::new(TableStore::open(&here)).model(&job.points.at(0))).expect("a model");
     let fetched = store.systems(&model).expect("tables");
     Truth {
         bytes: fs::read(&fetched.file).expect("its file"),

@@ -9,7 +9,7 @@ use super::{
     MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Output, Release, Ripple, Rolling, Segment,
     TransmissionErrorHarmonic,
 };
-use super::{bearing, clearance, drive as laws, further, one_set, parallel};
+use super::{bearing, clearance, drive as laws, flank_springs, one_set, structure_contacts};
 use crate::structure::{FlankParticipation, MOST_BASE_CYCLES, ModalStructure};
 use std::f64::consts::TAU;
 

@@ -21,7 +21,7 @@ use tempfile::{NamedTempFile, TempPath};
 
 use super::StoreError;
 use super::checksum::{Hashed, TableRecord};
-use super::durable;
+use super::fsync;
 use super::table::Table;
 use super::table_kind::TableKind;
 

@@ -21,8 +21,8 @@ use rustix::fs::OFlags;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::durable;
 use super::file::{Shard, create_folder};
+use super::fsync;
 use super::{PointRow, ProgramRecord, StoreError};
 use crate::propagate::instructions;
 

@@ -27,7 +27,7 @@ use thiserror::Error;
 
 use super::file::partial_file;
 use super::io_fault::{IoFault, Purpose};
-use super::{ProgramRecord, durable};
+use super::{ProgramRecord, fsync};
 use crate::input;
 
 /// Says what the file is.

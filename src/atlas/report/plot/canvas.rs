@@ -416,7 +416,7 @@ fn text_box(shape: &Shape) -> Option<(&str, [f64; 4])> {
     };
     // Digits and capitals rise 0.73 em above the baseline; what hangs below it may touch.
     let rise = 0.73 * size;
-    let covered = if upwards {
+    let covered = if *upwards {
         [x - rise, y - start - width, *x, y - start]
     } else {
         [x + start, y - rise, x + start + width, *y]

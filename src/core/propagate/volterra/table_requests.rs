@@ -1,6 +1,6 @@
 //! Which tables of windows are needed: one a length and direction, found while the cycle is laid out.
 
-use super::closure::WindowStiffness;
+use super::window_stiffness::WindowStiffness;
 use crate::model::Model;
 
 /// The contacts that see the same deflection.
