@@ -67,11 +67,7 @@ impl Cvode {
                 *a = tolerance * s;
             }
             let solver = c::CVodeCreate(
-                if method == Method::Adams {
-                    c::ADAMS
-                } else {
-                    c::BDF
-                },
+                if method == Method::Adams { c::ADAMS } else { c::BDF },
                 context,
             );
             assert!(!solver.is_null(), "no solver");
@@ -143,11 +139,7 @@ impl SmoothSolver for Cvode {
                     let mut found = [0; 2];
                     let info = c::CVodeGetRootInfo(self.solver, found.as_mut_ptr());
                     check("root", info);
-                    let crossed = if found[0] != 0 {
-                        DRIVE_FLANK
-                    } else {
-                        COAST_FLANK
-                    };
+                    let crossed = if found[0] != 0 { DRIVE_FLANK } else { COAST_FLANK };
                     Ok(Some((time, crossed)))
                 }
                 _ => Err(Failure(format!("CVODE ends with {flag}"))),

@@ -47,11 +47,7 @@ pub fn advance(
         }
         let segment = &cycle.segments[place % segments];
         field.switch(contact, segment.stiffness.mean(), segment.damping);
-        let end = if contact.touching() {
-            end_of(place)
-        } else {
-            stop
-        };
+        let end = if contact.touching() { end_of(place) } else { stop };
         match solver.piece(&field, time, end, &mut state)? {
             Some((reached, crossed)) => {
                 time = reached;

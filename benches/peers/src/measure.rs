@@ -114,11 +114,7 @@ impl Problem {
     /// unit of the absolute tolerances. What the norm leaves out is not controlled.
     pub fn scale(&self) -> Vec<f64> {
         let scale = |weight: &f64| {
-            if *weight > 0.0 {
-                self.norm.unit() / weight
-            } else {
-                1e30
-            }
+            if *weight > 0.0 { self.norm.unit() / weight } else { 1e30 }
         };
         self.norm.weights().iter().map(scale).collect()
     }
@@ -195,11 +191,8 @@ impl Problem {
         let evaluations = self.evaluations.get() as f64 / cycles;
         let begin = clock::now();
         // What takes so long needs no warming up.
-        let mut times = if integrating > PATIENCE {
-            vec![integrating / cycles]
-        } else {
-            Vec::new()
-        };
+        let mut times =
+            if integrating > PATIENCE { vec![integrating / cycles] } else { Vec::new() };
         while times.is_empty()
             || (integrating <= PATIENCE && clock::now() - begin < PATIENCE && times.len() < MOST)
         {

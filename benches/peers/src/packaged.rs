@@ -53,11 +53,7 @@ impl Packaged {
                 break;
             }
             let next = tau - margin / rate;
-            tau = if next > 0.0 && next <= h {
-                next
-            } else {
-                0.5 * tau
-            };
+            tau = if next > 0.0 && next <= h { next } else { 0.5 * tau };
         }
         Ok(tau)
     }

@@ -124,11 +124,7 @@ impl RungeKutta {
             Estimate::Pair(_) => h * (squares[0] / n).sqrt(),
             Estimate::Combined(..) => {
                 let sum = squares[0] + 0.01 * squares[1];
-                if sum == 0.0 {
-                    0.0
-                } else {
-                    h * squares[0] / (sum * n).sqrt()
-                }
+                if sum == 0.0 { 0.0 } else { h * squares[0] / (sum * n).sqrt() }
             }
         }
     }
@@ -153,11 +149,7 @@ impl RungeKutta {
                 break;
             }
             let next = tau - margin / rate;
-            tau = if next > 0.0 && next <= h {
-                next
-            } else {
-                0.5 * tau
-            };
+            tau = if next > 0.0 && next <= h { next } else { 0.5 * tau };
         }
         tau
     }
@@ -203,11 +195,7 @@ impl SmoothSolver for RungeKutta {
             let growth = if rejected { growth.min(1.0) } else { growth };
             rejected = false;
             // A step cut by a breakpoint says nothing against the one before it.
-            self.step = if cut {
-                self.step.max(h * growth)
-            } else {
-                h * growth
-            };
+            self.step = if cut { self.step.max(h * growth) } else { h * growth };
             state.copy_from_slice(&self.next);
             time = reached;
             before = after;
