@@ -13,7 +13,7 @@ const LAYERS: [&[&str]; 12] = [
     &["model"],
     &["propagate", "reference"],
     // The kernels of the paper.
-    &["analysis", "kernels"],
+    &["analysis", "attachment", "kernels"],
     &["gear"],
     // A shaft carries gears.
     &["shaft"],

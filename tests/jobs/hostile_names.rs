@@ -75,7 +75,7 @@ fn warnings_about_folders_are_only_shown() {
     // The record keeps what the cache of tables met, and its summary tells.
     let text = said(&place.atlas(&["show", "r"]));
     assert!(
-        text.contains("not kept") && text.contains(r"\u001b]0;owned\u0007"),
+        text.contains("cannot be kept") && text.contains(r"\u001b]0;owned\u0007"),
         "{text}"
     );
 }

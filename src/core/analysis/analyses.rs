@@ -1,11 +1,11 @@
 //! All that a manifest may ask of an operating point.
 
+use super::config::{LyapunovConfig, NvhConfig};
 use super::covariant::CovariantConfig;
 use super::horizon::HorizonConfig;
 use super::multistability::MultistabilityConfig;
 use super::orbits::survey::OrbitConfig;
 use super::poincare::PoincareConfig;
-use super::questions::{LyapunovConfig, NvhConfig};
 use serde::Serialize;
 
 /// The analyses of an operating point, as manifests have them; what is absent is not computed.

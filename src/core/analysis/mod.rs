@@ -5,6 +5,7 @@ mod analyses;
 mod averages;
 mod called_off;
 mod classify;
+mod config;
 mod contact_jumps;
 pub mod continuation;
 mod coupled_modes;
@@ -32,7 +33,6 @@ mod point;
 mod power;
 mod power_outcome;
 mod precision;
-mod questions;
 mod recurrence;
 pub mod sensitivity;
 mod signal;
@@ -45,6 +45,10 @@ mod window_cache;
 
 pub use analyses::Analyses;
 pub use called_off::CalledOff;
+pub use config::{
+    Effort, GrowthNorm, LyapunovConfig, NvhConfig, OrderConfig, PointConfig, Signals,
+    SpectrumConfig,
+};
 pub use contact_jumps::ContactJumps;
 pub use covariant::{
     ANGLE_SHARES, AngleOutcome, CovariantConfig, CovariantError, CovariantOutcome, MOST_MEMORY,
@@ -76,10 +80,6 @@ pub use poincare_sample::{PoincareSample, SampleKind};
 pub use point::{Outlook, investigate, investigate_onward};
 pub use power::Power;
 pub use power_outcome::PowerOutcome;
-pub use questions::{
-    Effort, GrowthNorm, LyapunovConfig, NvhConfig, OrderConfig, PointConfig, Signals,
-    SpectrumConfig,
-};
 pub use recurrence::excitation_period;
 pub use spectrum::{Lines, Welch};
 pub use surface::Surface;

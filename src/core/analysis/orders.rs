@@ -5,10 +5,10 @@
 //! that neither the mean nor mesh orders leak into them. Standard errors are those of the parts of
 //! c over successive stretches, along c and across it.
 
+use super::config::{NvhConfig, OrderConfig};
 use super::modal_series::Series;
 use super::nvh::stretches::{Stretches, Summable};
 use super::outcome::{OrderLine, OrderReference, SignalOrders};
-use super::questions::{NvhConfig, OrderConfig};
 use super::signal::Signal;
 use crate::model::Model;
 use crate::numerics::fourier::{Stretch, add_lines};
@@ -269,8 +269,8 @@ impl Orders {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::config::Signals;
     use crate::analysis::modal_series::cosine_series;
-    use crate::analysis::questions::Signals;
     use crate::model::OperatingPoint;
     use crate::model::fixtures::{constant_mesh, one_mode};
     use crate::numerics::random::Stream;

@@ -12,10 +12,10 @@
 //! Mean and mean square are exact integrals, `∫ f² dt = Δ Σ a_n²/(2n+1)`, taken about the first
 //! window's mean.
 
+use super::config::Signals;
 use super::modal_series::{ModalMotion, Series, TERMS, padded};
 use super::nvh::stretches::Stretches;
 use super::precision::Size;
-use super::questions::Signals;
 use crate::model::{BearingOutput, Model, Output, Quantity};
 use crate::numerics::statistics::standard_error;
 use crate::propagate::Window;

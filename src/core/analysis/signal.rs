@@ -1,8 +1,8 @@
 //! What spectra and orders are taken of, and where it stands on a window.
 
+use super::config::Signals;
 use super::modal_series::{Series, padded};
 use super::outputs::named;
-use super::questions::Signals;
 use crate::model::Model;
 use crate::propagate::Window;
 

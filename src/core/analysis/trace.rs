@@ -10,10 +10,10 @@
 //! so that sampling has no influence on the motion. An instant that falls on the joint of
 //! two windows is read off the later one: stiffness steps and entries show their new force.
 
+use super::config::Signals;
 use super::contact_jumps::ContactJumps;
 use super::modal_series::{ModalMotion, padded};
 use super::outputs::Outputs;
-use super::questions::Signals;
 use super::{Nvh, NvhOutcome};
 use crate::model::{ActiveSet, Model, TrajectoryState};
 use crate::numerics::legendre::{derivative, evaluate};

@@ -77,12 +77,10 @@ pub struct ResultTable {
 }
 
 impl ResultTable {
-    /// Reads a table of a results folder. Where the folder has records of runs, every file is what
-    /// they say; without any nothing is known of it.
+    /// Reads a table of a results folder, and checks its files against the records of runs, if there are any.
     ///
     /// # Errors
-    /// The folder or the table does not exist, cannot be read, is not of this program, or is not
-    /// what was written.
+    /// The folder or the table does not exist, cannot be read, is of another program, or was changed.
     pub fn read(folder: &Path, kind: TableKind) -> Result<Self, StoreError> {
         let mut table = Self::at(folder, kind);
         table.walk(folder, kind, None, |table, mut reader| {
@@ -93,8 +91,7 @@ impl ResultTable {
         })?;
         let rows = table.batches.iter().map(RecordBatch::num_rows).sum();
         table.order = (0..rows).collect();
-        // A traced trajectory is of one point and stays in order of time, orbits in that of their
-        // branch.
+        // Traced samples stay in order of time, orbits in the order of their branch.
         if kind.record_beside().is_none() {
             let ids = table.u64("point_id")?;
             table.order.sort_by_key(|&row| ids[row]);

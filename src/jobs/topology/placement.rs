@@ -253,7 +253,7 @@ mod tests {
     fn an_unknown_machine_has_no_places() {
         let plan = plan(&[], 3, Pinning::Always);
         assert!(plan.places.is_empty() && !plan.pinned);
-        assert!(plan.to_string().contains("not known"));
+        assert!(plan.to_string().contains("unknown"));
     }
 
     #[test]

@@ -181,7 +181,7 @@ mod tests {
         assert!(!noise.quiet);
         assert_eq!((noise.others, noise.stolen), (Some(0.4), Some(0.03)));
         let said = noise.remarks.join("; ");
-        for words in ["40 %", "3 %", "20 % behind"] {
+        for words in ["40 %", "3 %", "20 % slower"] {
             assert!(said.contains(words), "{said}");
         }
         let alone = Accounts {

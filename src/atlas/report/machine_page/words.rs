@@ -127,7 +127,7 @@ mod tests {
                 ..Description::default()
             })
         };
-        assert!(words(Some(1)).contains("NUMA balancing on"));
+        assert!(words(Some(1)).contains("NUMA balancing is on"));
         assert!(words(Some(2)).contains("between kinds of memory"));
         assert_eq!(words(Some(0)), words(None));
     }

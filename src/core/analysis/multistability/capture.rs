@@ -6,9 +6,9 @@
 
 use super::field::{Field, Integrated};
 use crate::analysis::called_off::CalledOff;
+use crate::analysis::config::PointConfig;
 use crate::analysis::orbits::attracting::approaches;
 use crate::analysis::orbits::shooting::PeriodicOrbit;
-use crate::analysis::questions::PointConfig;
 use crate::model::TrajectoryState;
 use crate::propagate::{Counters, Kernel, Stop};
 

@@ -2,10 +2,10 @@
 
 use super::same::Attractor;
 use crate::analysis::called_off::CalledOff;
+use crate::analysis::config::PointConfig;
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::outcome::PointOutcome;
 use crate::analysis::point::investigate_onward;
-use crate::analysis::questions::PointConfig;
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::Kernel;
 use std::sync::atomic::AtomicBool;

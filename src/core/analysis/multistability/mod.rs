@@ -27,12 +27,12 @@ mod same;
 mod tests;
 
 use super::called_off::CalledOff;
+use super::config::{Effort, LyapunovConfig, NvhConfig, PointConfig, Signals};
 use super::evidence::ChaosOutcome;
 use super::lyapunov::displaced;
 use super::norm::EnergyNorm;
 use super::outcome::{PointOutcome, Status};
 use super::poincare::Section;
-use super::questions::{Effort, LyapunovConfig, NvhConfig, PointConfig, Signals};
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::propagate::Kernel;

@@ -7,13 +7,13 @@ use super::plan::Plan;
 use super::run::{Interruption, PointRun};
 use super::settle::{Searches, cycles};
 use crate::analysis::classify::{Evidence, Verdict, classify};
+use crate::analysis::config::Effort;
 use crate::analysis::course::course;
 use crate::analysis::dimension::kaplan_yorke;
 use crate::analysis::evidence::{ChainRecord, ChaosOutcome, EvidenceOutcome, LeftChaos};
 use crate::analysis::outcome::{
     Class, LyapunovMethod, LyapunovOutcome, NvhErrors, NvhOutcome, PointOutcome, Status,
 };
-use crate::analysis::questions::Effort;
 use crate::analysis::torus::{self, Torus};
 use crate::analysis::twin::Twin;
 use crate::numerics::statistics::{mean, standard_error};

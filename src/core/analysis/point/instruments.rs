@@ -2,9 +2,9 @@
 
 use super::watch::Recorders;
 use crate::analysis::averages::CycleAverages;
+use crate::analysis::config::PointConfig;
 use crate::analysis::lyapunov::TangentGrowth;
 use crate::analysis::norm::EnergyNorm;
-use crate::analysis::questions::PointConfig;
 use crate::analysis::recurrence::Recurrence;
 use crate::analysis::twin::Twin;
 use crate::model::{Model, TrajectoryState};

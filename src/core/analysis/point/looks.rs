@@ -8,7 +8,7 @@
 use super::instruments::Record;
 use super::run::PointRun;
 use crate::analysis::classify::{APART, parts_exponentially};
-use crate::analysis::questions::Effort;
+use crate::analysis::config::Effort;
 use crate::numerics::chains::{ess, rhat};
 use crate::numerics::statistics::{correlation_time, mean, skewness, standard_error};
 use crate::propagate::Kernel;

@@ -29,10 +29,10 @@ mod watch;
 pub use outlook::Outlook;
 
 use super::called_off::CalledOff;
+use super::config::{GrowthNorm, PointConfig};
 use super::divergence::Bounds;
 use super::norm::EnergyNorm;
 use super::outcome::{PointOutcome, Status};
-use super::questions::{GrowthNorm, PointConfig};
 use super::recurrence::Recurrence;
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Kernel};

@@ -6,8 +6,8 @@
 
 use super::looks::{SIGMAS, SKEWED};
 use super::plan::Plan;
+use crate::analysis::config::{Effort, PointConfig};
 use crate::analysis::outcome::PointOutcome;
-use crate::analysis::questions::{Effort, PointConfig};
 
 /// Cycles of a motion whose neighbours do not part over the first cycles, as a part of those at the first
 /// look, and their standard deviation: between an orbit that is found soon and chaos that shows late. Chosen
@@ -73,9 +73,9 @@ impl Outlook {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::config::LyapunovConfig;
     use crate::analysis::outcome::{LyapunovMethod, LyapunovOutcome, Status};
     use crate::analysis::poincare::Section;
-    use crate::analysis::questions::LyapunovConfig;
     use crate::numerics::random::PointSeed;
 
     /// For an exponent with a stop rule or without, after 400 cycles that gave λ = 0.2 with an error.

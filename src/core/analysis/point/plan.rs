@@ -4,7 +4,7 @@
 //! look after many cycles, and few looks, matter more than any condition on the record itself:
 //! conditions that a record meets by chance select records without bursts.
 
-use crate::analysis::questions::{Effort, PointConfig};
+use crate::analysis::config::{Effort, PointConfig};
 
 /// Trajectories that a verified error bar takes.
 const TRAJECTORIES: usize = 8;

@@ -4,6 +4,7 @@
 use super::instruments::{Instruments, Record};
 use crate::analysis::averages::CYCLES_PER_AVERAGE;
 use crate::analysis::called_off::CalledOff;
+use crate::analysis::config::PointConfig;
 use crate::analysis::contact_jumps::ContactJumps;
 use crate::analysis::divergence::{Bounds, Runaway};
 use crate::analysis::energy::{EnergyAudit, objection};
@@ -11,7 +12,6 @@ use crate::analysis::lyapunov::TangentGrowth;
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::orders::Orders;
 use crate::analysis::outcome::{Class, LyapunovOutcome, PointOutcome, Status};
-use crate::analysis::questions::PointConfig;
 use crate::analysis::spectrum::Spectra;
 use crate::analysis::twin::Twin;
 use crate::model::{Model, TrajectoryState};

@@ -3,6 +3,7 @@
 use super::instruments::Instruments;
 use super::run::{Interruption, PointRun};
 use crate::analysis::called_off::CalledOff;
+use crate::analysis::config::PointConfig;
 use crate::analysis::orbits::attracting::{Approach, Attracting, attracting};
 use crate::analysis::orbits::floquet::{exponents, monodromy};
 use crate::analysis::orbits::shooting::PeriodicOrbit;
@@ -10,7 +11,6 @@ use crate::analysis::orbits::twins;
 use crate::analysis::outcome::{
     Class, KaplanYorke, LyapunovMethod, LyapunovOutcome, PointOutcome, Status,
 };
-use crate::analysis::questions::PointConfig;
 use crate::analysis::recurrence::excitation_period;
 use crate::analysis::spectrum::{Lines, Spectra};
 use crate::model::TrajectoryState;

@@ -1,5 +1,6 @@
 //! What observes the windows and events of a trajectory.
 
+use crate::analysis::config::PointConfig;
 use crate::analysis::nvh::Nvh;
 use crate::analysis::orders::Orders;
 use crate::analysis::outcome::NvhOutcome;
@@ -7,7 +8,6 @@ use crate::analysis::outputs::Outputs;
 use crate::analysis::poincare::{Poincare, Section};
 use crate::analysis::power::Power;
 use crate::analysis::precision::{Loosest, Size, loosest};
-use crate::analysis::questions::PointConfig;
 use crate::analysis::spectrum::{Spectra, Welch};
 use crate::model::{Model, Quantity, TrajectoryState};
 use crate::propagate::{Event, Observer, Window};

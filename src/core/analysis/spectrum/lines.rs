@@ -4,9 +4,9 @@
 //! Each line is the exact integral `2/T |∫ f e^{−iωt} dt|` of the windows' series over whole
 //! periods; nothing is sampled, and nothing leaks from one line into another.
 
+use crate::analysis::config::{Signals, SpectrumConfig};
 use crate::analysis::modal_series::Series;
 use crate::analysis::outcome::{Spectrum, SpectrumLine, SpectrumMethod};
-use crate::analysis::questions::{Signals, SpectrumConfig};
 use crate::analysis::signal::Signal;
 use crate::model::Model;
 use crate::numerics::fourier::{Stretch, add_lines};

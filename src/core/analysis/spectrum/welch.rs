@@ -11,9 +11,9 @@
 //! the one-sided power density S gives lines of amplitude `√(2 B S)`, B the noise bandwidth, 1.5
 //! lines (Harris 1978).
 
+use crate::analysis::config::{Signals, SpectrumConfig};
 use crate::analysis::modal_series::Series;
 use crate::analysis::outcome::{Spectrum, SpectrumLine, SpectrumMethod};
-use crate::analysis::questions::{Signals, SpectrumConfig};
 use crate::analysis::recurrence::excitation_period;
 use crate::analysis::signal::Signal;
 use crate::model::Model;

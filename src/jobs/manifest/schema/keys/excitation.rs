@@ -45,7 +45,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Phase of the cosine at time 0."),
     table("excitation.pitch_deviation").otherwise("none")
         .about("Cumulative pitch deviations of the gears: the delay of each tooth, as a distance along the line of \
-                action. PointResolver teeth the error is the trigonometric polynomial through these values, without their \
+                action. Between teeth the error is the trigonometric polynomial through these values, without their \
                 mean."),
     key("excitation.pitch_deviation.pinion", Kind::List("lengths, one per tooth"), ANY, r#"["0 um", "2 um", "-1 um"]"#)
         .otherwise("none")
