@@ -279,7 +279,7 @@ def ceiling_picture(record: dict, file: Path) -> None:
         axes.plot(at - 0.15, paper, "s", color="#888888", label="the paper" if at == 0 else None)
         above = {"xytext": (0, 6), "textcoords": "offset points", "ha": "center", "va": "bottom"}
         axes.annotate(significant(paper, 2), (at - 0.15, paper), color="#666666", **above)
-        for (kernel, speed), beside in zip(here.items(), ("top", "bottom")):
+        for (kernel, speed), beside in zip(sorted(here.items(), key=lambda own: own[1]), ("top", "bottom")):
             axes.plot(at + 0.05, speed, "o", color=COLOURS[kernel])
             text = f"{kernel} {significant(speed, 2)}"
             axes.text(at + 0.12, speed, text, ha="left", va="center" if len(here) == 1 else beside, color=COLOURS[kernel])
