@@ -99,7 +99,7 @@ class CycleMap:
 
     @property
     def kernel(self) -> str:
-        """The kernel, `run.kernel` of the manifest. `volterra` is kept between calls; others are built in each call."""
+        """The kernel, `run.kernel` of the manifest. The map keeps the tables of `volterra`. It builds other tables in each call."""
         return self._inner.kernel
 
     @property

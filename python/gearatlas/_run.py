@@ -38,7 +38,7 @@ class Progress:
 
 
 class _Bar:
-    """A bar of tqdm, where it is installed."""
+    """A progress bar of tqdm, if tqdm is installed."""
 
     def __init__(self, name: str) -> None:
         from tqdm.auto import tqdm

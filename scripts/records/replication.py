@@ -185,7 +185,7 @@ def kernels() -> list[str]:
     path = record["single_precision"]["path"]["40 modes"]
     gain = path["spectral"]["ns"] / path["spectral, single precision"]["ns"]
     rows.add(
-        "Table 5", "event path in single precision, 40 modes: gain of a cycle", "×", 1.0, gain,
+        "Table 5", "event path in single precision, 40 modes: speed-up of a cycle", "×", 1.0, gain,
         above=f"Products are most of a cycle here. The state after one cycle is off by {path['state_error']:.0e} half gaps.",
     )  # fmt: skip
     return [
@@ -321,7 +321,7 @@ def motion() -> list[str]:
         slow = "" if kept else "The time includes the mesh of every slice from the gears, with its flanks' error."
         rows.add("Table 5", f"`misalignment-drift.toml`, `{kernel}`: five slices of drift", "× real time", 1.37, found["drifting"], slow)
         rows.add("Table 5", f"the same over five slices that are one, `{kernel}`: drift over none", "×", 1.0, found["drifting"] / found["still"])
-    rows.add("3.1", "constant contact, μ = 0.1: RMS by fused cycles over that by small steps, less one", "1", 6.25 / 5.89 - 1, friction["difference"], "Both solve the same equations. The step's error remains.")
+    rows.add("3.1", "constant contact, μ = 0.1: relative difference of the RMS, fused cycles against small steps", "1", 6.25 / 5.89 - 1, friction["difference"], "Both solve the same equations. The step's error remains.")
     rows.add("5", "c_res k, 40 to 20 modes", "1", 1.9e-3, record["residual"])
     folder = f"../benches/runs/{the('replication').name}"
     return [

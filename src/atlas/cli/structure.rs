@@ -106,7 +106,7 @@ impl Structure {
             (
                 "modes".to_owned(),
                 format!(
-                    "at {}{which}: contacts open, and {} closed by the mean stiffness",
+                    "at {}{which}: with all contacts open, and with {} closed at the mean stiffness",
                     unit.amount(number, self.speed),
                     self.closed_contacts()
                 ),

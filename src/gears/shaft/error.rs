@@ -86,7 +86,7 @@ pub enum ShaftError {
     },
     /// A freedom was tied to one that is not free, or to itself.
     #[error(
-        "a degree of freedom of node {node} is tied to a degree of freedom of node {master} that is itself tied; tie it to a free one"
+        "node {node} has a degree of freedom tied to node {master}, where that degree of freedom is itself tied; tie it to a free one"
     )]
     TiedToBound {
         /// Node of the tied freedom.
@@ -159,8 +159,8 @@ pub enum ShaftError {
     },
     /// A hub reaches beyond the bearings of its shaft.
     #[error(
-        "shaft {shaft}: the hub is {length} m long, but between gear and bearing there is room for {room} \
-         m; shorten gear.hub_length (or gear.body_length, its default)"
+        "shaft {shaft}: the hub is {length} m long, but the space from gear to bearing is {room} m; \
+         shorten gear.hub_length (or gear.body_length, its default)"
     )]
     HubBeyondBearings {
         /// 1 = pinion, 2 = wheel.

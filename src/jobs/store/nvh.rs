@@ -110,7 +110,7 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
             &format!("Mean force that presses each contact together, {CONTACTS}. The mean torque on a gear \
                       is the difference of the forces on its two flanks, multiplied by the base radius"), error.contact_force;
         f64 "power_loss", "W", found.power_loss,
-            "Mean power lost in friction on the flanks of the mesh: friction coefficient times |force| \
+            "Mean power lost in friction on the flanks of the mesh. It is the friction coefficient times |force| \
              times the sliding speed of the mean rotation; null for modal files and bevel gears", error.power_loss;
         f64 "power_transmitted", "W", found.power_transmitted,
             "Mean power through the mesh from the pinion to the wheel: force times speed of the base \

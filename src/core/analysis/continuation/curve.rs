@@ -138,7 +138,7 @@ fn one_way(
     let mut slopes: [Option<f64>; 2] = [None; 2];
     let end = loop {
         if points.len() > plane.most {
-            break "the limit on points is reached";
+            break "the limit of continuation.orbits is reached";
         }
         let (taken, direction) = chord(plane, &points).unwrap_or((0.0, towards));
         let last = &points[points.len() - 1].orbit;

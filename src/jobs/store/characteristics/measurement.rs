@@ -67,7 +67,7 @@ impl<K: Key> Measurement<K> {
             f64 &named("best"), unit, row.figure.best, &of("Best repetition");
             f64 &named("median"), unit, row.figure.median, &of("Median repetition");
             f64 &named("spread"), "1", row.figure.spread,
-                "Half width of the interval that contains the value of another run with 95 %, as a fraction of this value";
+                "Half width of the 95 % prediction interval for the value of another run, as a fraction of this value";
             u64 "rounds", "1", row.figure.rounds, "Rounds";
             u64 "repetitions", "1", row.figure.repetitions, "Number of repetitions in all rounds";
         ]);

@@ -24,7 +24,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("The operating points: every combination of the values of the axes. Load (or torque) and speed are \
                 always axes. A quoted numeric key of model, gear, shafts, train, mesh, excitation, run or analyses \
                 can be another axis. An axis is one value, `{ values = [...] }`, or `{ from, to, count }`. A range is \
-                evenly spaced; with spacing = \"log\" its ratios are equal and both ends must be above 0. Axes in \
+                evenly spaced. With spacing = \"log\" its ratios are equal. Both ends must then be above 0. Axes in \
                 `tied` and columns of `points` advance together."),
     key("grid.load", Kind::Axis(Ratio), ANY, "{ from = 0.05, to = 0.30, count = 8 }").otherwise("none; required unless `torque` or a column of `points` gives it")
         .about("Mean load as a fraction of the rated torque. Below 0 the drive coasts: the wheel drives the pinion on \

@@ -64,11 +64,11 @@ pub(super) const KEYS: &[Key] = &[
                 pitch point, which the drawing of the gears gives. Pairs in contact share the load evenly, or as \
                 computed from [gear]. With a modal file, friction needs [gear]. Bevel gears have no friction."),
     choice("mesh.friction_law", &["constant", "schlenk"], r#""schlenk""#).or(r#""constant""#)
-        .about("Source of the friction coefficient. `constant`: `friction`. `schlenk`: the mean coefficient of ISO/TR \
-                14179-2, 0.048 (w/(v rho))^0.2 eta^-0.05 Ra^0.25 X_L. It is taken at the mean load and speed of each \
-                point and is constant over the mesh cycle. It needs the drawing of a pair on parallel axes. Line \
-                loads below 150 N/mm count as 150 N/mm, speeds above 50 m/s as 50 m/s. The column \
-                friction_coefficient gives the value."),
+        .about("Source of the friction coefficient. `constant`: the value of `friction`. `schlenk`: the mean \
+                coefficient of ISO/TR 14179-2, 0.048 (w/(v rho))^0.2 eta^-0.05 Ra^0.25 X_L. The mean load and speed of \
+                each point set this coefficient. It is constant over the mesh cycle. `schlenk` needs the drawing of a \
+                pair on parallel axes. Line loads below 150 N/mm count as 150 N/mm. Speeds above 50 m/s count as 50 \
+                m/s. The column friction_coefficient gives the value."),
     quantity("mesh.roughness", Length, bounds(1e-8, false, 2e-5, false), r#""0.5 um""#)
         .otherwise("none; required with friction_law = \"schlenk\"")
         .about("Arithmetic mean roughness Ra, averaged over both flanks. Only with friction_law = \"schlenk\"."),

@@ -149,9 +149,10 @@ fn section(table: &Section, issues: &mut Issues) -> Option<ShaftSection> {
                 DiagnosticKind::Inconsistent,
                 table.span_of("inner"),
                 &table.path_of("inner"),
-                format!("an inner diameter of {inner} m leaves no wall in a section of {outer} m"),
+                format!("an inner diameter of {inner} m leaves no wall in an outer diameter of {outer} m"),
             )
-            .label("not less than the outer diameter"),
+            .label("not less than the outer diameter")
+            .remedy("make the inner diameter smaller than the outer diameter"),
         );
         return None;
     }
