@@ -1,6 +1,6 @@
 """Result files as their users read them: pandas, polars, duckdb, with units.
 
-`sample/` and `sharded/` are written by `cargo test --test store_sample`, whose `row` says
+`sample/` and `sharded/` are written by `cargo test --test jobs store_sample`, whose `row` says
 what every point holds. ATLAS_SAMPLE_RESULTS names a folder that `atlas run` wrote;
 `scripts/test` provides both.
 """
@@ -89,7 +89,7 @@ def by_id(frame: pd.DataFrame) -> pd.DataFrame:
 
 @pytest.fixture(params=[SAMPLE, SHARDED], ids=["whole", "shards"])
 def results(request) -> Path:
-    assert request.param.is_dir(), "run `cargo test --release --test store_sample` first"
+    assert request.param.is_dir(), "run `cargo test --release --test jobs store_sample` first"
     return request.param
 
 
@@ -219,7 +219,7 @@ def test_probes(results):
 
 def test_followed_orbits():
     folder = WRITTEN / "followed"
-    assert folder.is_dir(), "run `cargo test --release --test followed` first"
+    assert folder.is_dir(), "run `cargo test --release --test motion followed` first"
     names = ("branches", "bifurcations", "curves")
     branches, bifurcations, curves = (pd.read_parquet(folder / f"{n}.parquet") for n in names)
     for name, frame in zip(names, (branches, bifurcations, curves)):

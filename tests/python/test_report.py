@@ -1,6 +1,6 @@
 """The pages of `atlas report` in a browser: Chromium without a window, driven through Playwright.
 
-`cargo test --test report` leaves the folders in target/tmp/reported, `--test store_sample` one with every table of a run
+`cargo test --test pictures` leaves the folders in target/tmp/reported, `--test jobs` one with every table of a run
 in target/tmp/sample. `scripts/setup --browser` installs Chromium; without it these tests are skipped."""
 
 import json
@@ -40,7 +40,7 @@ def browser():
 
 def report(folder: Path, out: Path) -> Path:
     program = REPORTED / "atlas"
-    assert program.is_file(), "run `cargo test --release --test report --test store_sample` first"
+    assert program.is_file(), "run `cargo test --release --test pictures --test jobs` first"
     subprocess.run([program.read_text(), "report", folder, "--quiet", "--overwrite", "--out", out], check=True)
     return out
 
@@ -563,7 +563,7 @@ def test_a_hundred_thousand_points_open_in_a_second(browser, tmp_path):
     medians of nine, and none is asserted but that the page comes up at all and answers a click."""
     folder = REPORTED / "large"
     if not (folder / "points.parquet").is_file():
-        pytest.skip("no folder of 100 000 points here (cargo test --release --test report -- --ignored)")
+        pytest.skip("no folder of 100 000 points here (cargo test --release --test pictures large_folder -- --ignored)")
     page = report(folder, tmp_path / "large.html")
     size = page.stat().st_size / 1e6
     measured = []
