@@ -62,23 +62,24 @@ pub struct Bases<'t> {
 impl<'t> Bases<'t> {
     /// Computes them.
     pub fn new(model: &Model) -> Result<Self, DenseError> {
-        let rates = Rates::new(model);
-        Self::made(model, |segment, touching| {
-            let own = &model.first_cycle().segments[segment];
-            let generator = Generator::new(model, own, touching);
-            Basis::new(&generator, &rates, segment, touching)
-        })
+        Self::computed(model, |basis| basis)
     }
 
     /// Computes them, with products in single precision.
     pub fn in_single_precision(model: &Model) -> Result<Self, DenseError> {
-        let rates = Rates::new(model);
         let states = 2 * Layout::new(model).modes;
+        Self::computed(model, |basis| basis.in_single_precision(states))
+    }
+
+    fn computed(
+        model: &Model,
+        finish: impl Fn(Basis<'t>) -> Basis<'t>,
+    ) -> Result<Self, DenseError> {
+        let rates = Rates::new(model);
         Self::made(model, |segment, touching| {
             let own = &model.first_cycle().segments[segment];
             let generator = Generator::new(model, own, touching);
-            let basis = Basis::new(&generator, &rates, segment, touching)?;
-            Ok(basis.in_single_precision(states))
+            Ok(finish(Basis::new(&generator, &rates, segment, touching)?))
         })
     }
 
