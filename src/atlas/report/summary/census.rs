@@ -217,7 +217,7 @@ impl Census {
             if point.twin_agrees == Some(false) {
                 self.twin_disagrees.add(point, by_id);
             }
-            if &*point.status != "ok" {
+            if point.status != "ok" {
                 self.troubled.add(point, by_id);
             }
             if extra.attractors > 1 {
@@ -229,13 +229,11 @@ impl Census {
         }
         if let Some(all) = &mut self.all {
             // Only the few points listed above keep their reasons and lives: those of all take more memory than all else.
-            all.extend(points.into_iter().map(|point| PointSummary {
-                verdict: self.verdicts.shared(Verdict {
-                    reason: String::new(),
-                    ..(*point.verdict).clone()
-                }),
-                chaos: None,
-                ..point
+            all.extend(points.into_iter().map(|mut point| {
+                Arc::make_mut(&mut point.verdict).reason = String::new();
+                point.verdict = self.verdicts.shared(point.verdict);
+                point.chaos = None;
+                point
             }));
         }
     }
@@ -265,13 +263,12 @@ impl Census {
 struct Verdicts(HashSet<Arc<Verdict>>);
 
 impl Verdicts {
-    fn shared(&mut self, verdict: Verdict) -> Arc<Verdict> {
+    fn shared(&mut self, verdict: Arc<Verdict>) -> Arc<Verdict> {
         if let Some(known) = self.0.get(&verdict) {
             return known.clone();
         }
-        let new = Arc::new(verdict);
-        self.0.insert(new.clone());
-        new
+        self.0.insert(verdict.clone());
+        verdict
     }
 }
 
@@ -316,12 +313,12 @@ fn read_points(
         .into_iter()
         .map(|name| table.f64(&name).map(|values| (name, values)))
         .collect::<Result<_, _>>()?;
-    let (ids, statuses) = (table.u64("point_id")?, table.text("status")?);
-    let (reasons, classes) = (table.text("reason")?, table.text("class")?);
+    let (ids, mut statuses) = (table.u64("point_id")?, table.text("status")?);
+    let (mut reasons, mut classes) = (table.text("reason")?, table.text("class")?);
     let (periods, agrees) = (table.u64("period")?, table.bool("twin_agrees")?);
     let (lambda, stderr) = (table.f64("lambda_max")?, table.f64("lambda_stderr")?);
     let twin = table.f64("lambda_twin")?;
-    let directions = match table.metadata("carried_along") {
+    let mut directions = match table.metadata("carried_along") {
         Some(_) => table.text("direction")?,
         None => vec![None; table.rows()],
     };
@@ -346,10 +343,10 @@ fn read_points(
                 point_id: ids[row].ok_or_else(|| incomplete("point_id"))?,
                 axis_values,
                 verdict: Arc::new(Verdict {
-                    direction: directions[row].clone(),
-                    status: (statuses[row].clone()).ok_or_else(|| incomplete("status"))?,
-                    reason: reasons[row].clone().unwrap_or_default(),
-                    class: classes[row].clone(),
+                    direction: directions[row].take(),
+                    status: statuses[row].take().ok_or_else(|| incomplete("status"))?,
+                    reason: reasons[row].take().unwrap_or_default(),
+                    class: classes[row].take(),
                     period: periods[row],
                     twin_agrees: agrees[row],
                     errors_verified,
