@@ -81,7 +81,7 @@ pub fn settled(model: &Model, cycles: u64) -> TrajectoryState {
     advance(&volterra(model), &mean_equilibrium(model), cycles)
 }
 
-/// Asserts that a kernel follows the structured one to what its own growth of round-off allows, over ten cycles.
+/// Asserts over ten cycles that a kernel agrees with `volterra`, up to the growth of round-off.
 pub fn follows_volterra<K: Kernel>(name: &str, model: &Model, kernel: &K) {
     let exact = Volterra::new(model, ROUND_OFF, 1000);
     let mut start = settled(model, 20);
@@ -108,7 +108,7 @@ pub fn follows_volterra<K: Kernel>(name: &str, model: &Model, kernel: &K) {
     assert!(compared > 3, "{name}: {compared}");
 }
 
-/// Windows shown before the flag that the third raises ends the integration, and of a whole cycle.
+/// Counts the windows of a cycle that a flag interrupts at the third window, and the windows of a whole cycle.
 pub fn cut_short<K: Kernel>(model: &Model, kernel: &K) -> [u64; 2] {
     struct Raising<'a>(u64, &'a AtomicBool);
     impl Observer for Raising<'_> {

@@ -19,7 +19,8 @@ fn bases_serve_every_speed_and_excitation() {
             assert_eq!(ClosedModes::arrays(&model).unwrap(), arrays, "{name}");
             let set = InstructionSet::best();
             let kernel = ClosedModes::of_kept(&model, 1000, &arrays, set).unwrap();
-            follows_volterra(name, &model, &kernel);
+            let name = format!("{name} {}", other.2.speed);
+            follows_volterra(&name, &model, &kernel);
         }
     }
 }

@@ -69,7 +69,8 @@ fn bases_serve_every_speed_and_excitation() {
             let model = common::model(&other);
             assert_eq!(Spectral::arrays(&model).unwrap(), arrays, "{name}");
             let kernel = Spectral::of_kept(&model, CELLS, 1000, None, &arrays).unwrap();
-            follows_volterra(name, &model, &kernel);
+            let name = format!("{name} {}", other.2.speed);
+            follows_volterra(&name, &model, &kernel);
         }
     }
 }
