@@ -147,7 +147,7 @@ def kernels() -> list[str]:
     rows.add("Table 4", "dyadic tables, 40 modes", "MB", 190, 1e-6 * hard["dyadic_bytes"], basis)
     plain = load("replication", "record.json")["conditioning"]
     scaled = "Each mode's frequency scales its velocity. The eigenvectors exclude rigid rotations."
-    ours_plain = "These coordinates mix the highest frequency with one."
+    ours_plain = "In these coordinates a velocity is a displacement times a frequency."
     for name, theirs, at in [("free flight", 8.1e5, 1), ("contact", 1e3, 0)]:
         key = name.split()[0]
         rows.add("Table 4", f"condition, {name}, displacements and velocities as they are", "1", theirs, plain[key], ours_plain, ours_plain)

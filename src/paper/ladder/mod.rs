@@ -1,5 +1,5 @@
 //! The paper's kernels on the paper's cases, and the structured kernel beside them in the same
-//! run: Tables 1 to 5, Figures 3 to 6, and operators in single precision.
+//! run: Tables 1 to 5, Figures 3 to 6, and the event path in single precision.
 //!
 //! What is compared is timed in turn, in rounds, by the thread's processor time; figures are
 //! medians.
