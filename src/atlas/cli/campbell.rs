@@ -65,11 +65,11 @@ pub fn of(job: &Job, orders: &[f64]) -> Result<Campbell, String> {
         let closed = &at.closed[mode];
         [closed.mode.frequency, closed.mesh_share]
     });
-    let teeth = f64::from(structure.teeth);
+    let cycles = structure.cycles_per_turn();
     let orders = if orders.is_empty() { &USUAL_ORDERS[..] } else { orders };
     let mesh = orders.iter().map(|order| Ray {
         name: format!("{} × mesh", to_digits(*order, 4)),
-        order: order * teeth,
+        order: order * cycles,
         of_mesh: true,
     });
     let shafts = [
@@ -77,7 +77,7 @@ pub fn of(job: &Job, orders: &[f64]) -> Result<Campbell, String> {
         (
             "wheel",
             DriveShaft::Wheel,
-            structure.wheel_teeth.map(|wheel| teeth / f64::from(wheel)),
+            structure.wheel_teeth.map(|wheel| cycles / f64::from(wheel)),
         ),
     ];
     let shafts = shafts.iter().flat_map(|(name, shaft, turns)| {

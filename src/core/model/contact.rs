@@ -10,7 +10,7 @@ pub const DRIVE_FLANK: usize = 0;
 pub const COAST_FLANK: usize = 1;
 
 /// Most contacts of a model.
-pub const MOST_CONTACTS: usize = 16;
+pub const MOST_CONTACTS: usize = 32;
 
 /// The closed ones of a model's contacts, by their places in [`super::Model::contacts`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

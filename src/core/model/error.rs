@@ -26,6 +26,16 @@ pub enum ModelError {
         /// Residual flexibility \[m/N\].
         flexibility: f64,
     },
+    /// A contact that is to copy a flank of the first mesh, which has what no other contact can have.
+    #[error(
+        "`{contact}` cannot have the law of the first mesh: errors of loaded flanks, pairs as springs, a load off \
+         mid-face and errors of single gears are only possible in the first mesh; give the stiffness of the mesh \
+         (mesh.stiffness = \"piecewise\"), without excitation.gear_error"
+    )]
+    NoCopy {
+        /// Its name.
+        contact: String,
+    },
     /// Contacts that face each other on one line overlap: flanks that are thicker than the backlash, or stops.
     #[error(
         "contacts that face each other (the flanks of a tooth, or stops) overlap by up to {lack:.3e} m, so \

@@ -64,14 +64,22 @@ impl Ripple {
         period: f64,
         basis: &Basis,
     ) -> Result<Self, ModelError> {
-        let (name, participation, teeth) = match torque.shaft {
-            DriveShaft::Pinion => ("pinion", &structure.pinion_torque, Some(structure.teeth)),
-            DriveShaft::Wheel => ("wheel", &structure.wheel_torque, structure.wheel_teeth),
+        let (name, participation, cycles_per_turn) = match torque.shaft {
+            DriveShaft::Pinion => (
+                "pinion",
+                &structure.pinion_torque,
+                Some(structure.cycles_per_turn()),
+            ),
+            DriveShaft::Wheel => (
+                "wheel",
+                &structure.wheel_torque,
+                structure.wheel_teeth.map(f64::from),
+            ),
         };
-        let (Some(participation), Some(teeth)) = (participation, teeth) else {
+        let (Some(participation), Some(cycles_per_turn)) = (participation, cycles_per_turn) else {
             return Err(ModelError::UnknownShaft { shaft: name });
         };
-        let turns_per_cycle = torque.order / f64::from(teeth);
+        let turns_per_cycle = torque.order / cycles_per_turn;
         let scaled = |p: &f64| p * torque.amplitude;
         let force: Vec<f64> = basis.turn(participation).iter().map(scaled).collect();
         Ok(Self {

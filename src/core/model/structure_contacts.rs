@@ -4,11 +4,60 @@ use super::basis::Basis;
 use super::direction::Directions;
 use super::error::{ModelError, positive};
 use super::{
-    Block, Contact, Division, FlankError, MeshCycle, Release, SAME_PHASE, Stiffness,
-    TransmissionErrorHarmonic,
+    Block, COAST_FLANK, Contact, Division, Drive, FlankError, MeshCycle, MeshHarmonic, Release,
+    SAME_PHASE, Stiffness, TransmissionErrorHarmonic,
 };
-use crate::structure::{MOST_CYCLES, StructureContact};
-use std::f64::consts::TAU;
+use crate::structure::{ContactLaw, MOST_CYCLES, StructureContact};
+use std::borrow::Cow;
+use std::f64::consts::{PI, TAU};
+
+/// A contact with a law of its own: that of the flank that it copies, where it copies one.
+///
+/// # Errors
+/// [`ModelError::NoCopy`] where that flank has what no other contact can have.
+pub(super) fn with_own_law<'c>(
+    own: &'c StructureContact,
+    drive: &Drive,
+) -> Result<Cow<'c, StructureContact>, ModelError> {
+    let Some(flank) = own.copies else {
+        return Ok(Cow::Borrowed(own));
+    };
+    let of_coast = drive.coast.as_ref().filter(|_| flank == COAST_FLANK);
+    let (mesh, errors, further) = match of_coast {
+        Some(coast) => (&coast.mesh, &coast.transmission_error, &coast.further),
+        None => (&drive.mesh, &drive.transmission_error, &drive.further),
+    };
+    let plain = |division: &Division| division.error.is_none() && division.load_centre == 0.0;
+    let of_mesh = |error: &MeshHarmonic| error.cycles == 1;
+    if !further.is_empty() || !mesh.iter().all(plain) || !errors.iter().all(of_mesh) {
+        return Err(ModelError::NoCopy {
+            contact: own.name.clone(),
+        });
+    }
+    // Counted as its own deflection, which of coast flanks grows as that of the drive flanks falls.
+    let turned = if flank == COAST_FLANK { PI } else { 0.0 };
+    let friction = |division: &Division| division.friction.map(|part| drive.friction * part);
+    let law = ContactLaw {
+        gap: drive.half_gap,
+        stiffness: (mesh.iter())
+            .map(|division| (division.end, *division.stiffness.coefficients()))
+            .collect(),
+        friction: if drive.friction == 0.0 {
+            Vec::new()
+        } else {
+            mesh.iter().map(friction).collect()
+        },
+        damping: drive.damping,
+        phase: own.law.phase,
+        error: (errors.iter())
+            .map(|error| (error.harmonic, error.amplitude, error.phase + turned))
+            .collect(),
+    };
+    Ok(Cow::Owned(StructureContact {
+        law,
+        ..own.clone()
+    }))
+}
 
 /// A contact of a structure as the model has it: one with a gap b of its own, seen along its own
 /// direction, on the positive side. `on_bearings` are the shares of each bearing in a unit of its force
@@ -214,6 +263,7 @@ mod tests {
                 rubbing: Default::default(),
                 cycles,
                 law,
+                copies: None,
             }];
             Model::new(&structure, &drive, fixtures::strong_rattle())
         };

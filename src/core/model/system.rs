@@ -134,7 +134,7 @@ impl Model {
                 static_input,
             })
             .collect();
-        let period = TAU / (f64::from(structure.teeth) * point.speed);
+        let period = TAU / (structure.cycles_per_turn() * point.speed);
         let apart = (basis.rigid().split_last()).map_or(&[][..], |(_, apart)| apart);
         let flank = |own: &FlankParticipation| FlankParticipation {
             mesh: unfelt(rotate(&own.mesh), apart),
@@ -205,6 +205,7 @@ impl Model {
         let flank_springs = flanks.len();
         let further = (structure.contacts.iter().enumerate())
             .map(|(number, own)| {
+                let own = &structure_contacts::with_own_law(own, drive)?;
                 let release = release(drive.release, own.law.damping);
                 let on_bearings = bearing::on_each(structure, |share| {
                     share.contacts.get(number).copied().unwrap_or_default()
@@ -221,7 +222,7 @@ impl Model {
             "number of contacts",
             count,
             count <= most,
-            "at most 16, both flanks included",
+            "at most 32, both flanks included",
         )?;
         let (base, name) = (base_cycles(&contacts), "base period of all contacts");
         let fits = base <= MOST_BASE_CYCLES;

@@ -38,6 +38,9 @@ pub struct ModalStructure {
     pub teeth: u32,
     /// Teeth of the wheel, where known (needed for ripple on the wheel's shaft).
     pub wheel_teeth: Option<u32>,
+    /// Speed of the carrier on whose pins the wheel runs, in units of the pinion's; 0 where the axes of the meshes
+    /// stand still.
+    pub carrier_speed: f64,
     /// Mesh force at load = 1 \[N\].
     pub rated_force: f64,
     /// Undamped natural frequency ω \[rad/s\]; 0 for a rigid rotation.
@@ -147,6 +150,10 @@ pub struct StructureContact {
     pub cycles: [u32; 2],
     /// What it bears.
     pub law: ContactLaw,
+    /// The flank of the first mesh that it is another copy of, 0 the drive flank and 1 the coast flank. Of `law`
+    /// counts the phase alone then; `rubbing` is for a unit of friction.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub copies: Option<usize>,
 }
 
 #[cfg(test)]
@@ -169,6 +176,7 @@ impl StructureContact {
                 phase: 0.0,
                 error: Vec::new(),
             },
+            copies: None,
         }
     }
 }
@@ -197,6 +205,18 @@ pub struct ContactLaw {
 }
 
 impl ContactLaw {
+    /// Of a contact that copies a flank of the first mesh, so many cycles ahead of it.
+    pub fn copied(phase: f64) -> Self {
+        Self {
+            gap: 0.0,
+            stiffness: Vec::new(),
+            friction: Vec::new(),
+            damping: 0.0,
+            phase,
+            error: Vec::new(),
+        }
+    }
+
     /// Whether its stiffness is the same over its whole cycle.
     pub fn is_constant(&self) -> bool {
         let level = |series: &[f64; 8]| series[1..].iter().all(|term| *term == 0.0);
@@ -347,6 +367,7 @@ impl ModalStructure {
         Self {
             teeth: 1,
             wheel_teeth: None,
+            carrier_speed: 0.0,
             rated_force: 1.0,
             frequency: frequency.to_vec(),
             damping: frequency.iter().map(damping).collect(),
@@ -379,6 +400,11 @@ impl ModalStructure {
             lever: self.friction_lever.clone(),
             residual_flexibility: self.residual_flexibility,
         }
+    }
+
+    /// Mesh cycles in a turn of the pinion, `z |1 − Ω_carrier/Ω|`.
+    pub fn cycles_per_turn(&self) -> f64 {
+        f64::from(self.teeth) * (1.0 - self.carrier_speed).abs()
     }
 
     /// Number of modes N.
@@ -467,6 +493,7 @@ impl ModalStructure {
         Ok(Self {
             teeth: self.teeth,
             wheel_teeth: self.wheel_teeth,
+            carrier_speed: self.carrier_speed,
             rated_force: self.rated_force,
             frequency: keep(&self.frequency),
             damping: keep(&self.damping),
@@ -553,6 +580,7 @@ mod tests {
         ModalStructure {
             teeth: 20,
             wheel_teeth: None,
+            carrier_speed: 0.0,
             rated_force: 1.0,
             frequency: vec![0.0, 2.0, 4.0, 8.0],
             damping: column(0.01),

@@ -55,11 +55,10 @@ enum Bond {
         master: usize,
         ratio: f64,
     },
-    /// `u = u_same + arm · u_tilt`, freedoms of the body's node; displacements across the
-    /// shaft alone have an arm.
+    /// `u = u_same + Σ arm · u_turn`, freedoms of the body's node; displacements alone have arms.
     Carried {
         same: usize,
-        tilt: Option<(usize, f64)>,
+        turns: [Option<(usize, f64)>; 2],
     },
 }
 
@@ -269,16 +268,35 @@ impl Assembly {
     /// [`ShaftError::NoSuchNode`], [`ShaftError::NotFinite`]; [`ShaftError::TiedToBound`] from
     /// [`Assembly::matrices`] if `body` is itself tied or carried.
     pub fn add_carried_node(&mut self, body: usize, offset: f64) -> Result<usize, ShaftError> {
+        self.add_node_beside(body, [0.0, 0.0, offset])
+    }
+
+    /// The same at a distance `offset` \[m\] in any direction.
+    ///
+    /// # Errors
+    /// As [`Self::add_carried_node`].
+    pub fn add_node_beside(
+        &mut self,
+        body: usize,
+        offset: [f64; 3],
+    ) -> Result<usize, ShaftError> {
         let first = self.freedom(body, Freedom::X)?;
-        finite("offset on a rigid body [m]", offset)?;
+        for part in offset {
+            finite("offset on a rigid body [m]", part)?;
+        }
         let node = self.add_node();
+        let [x, y, z] = offset;
+        let turn = |freedom: Freedom, arm: f64| (arm != 0.0).then_some((first + freedom as usize, arm));
+        let (about_x, about_y, about_z) =
+            (Freedom::RotationX, Freedom::RotationY, Freedom::RotationZ);
         for same in first..first + NODE_FREEDOMS {
-            let tilt = match same - first {
-                0 => Some((first + Freedom::RotationY as usize, offset)),
-                1 => Some((first + Freedom::RotationX as usize, -offset)),
-                _ => None,
+            let turns = match same - first {
+                0 => [turn(about_y, z), turn(about_z, -y)],
+                1 => [turn(about_x, -z), turn(about_z, x)],
+                2 => [turn(about_x, y), turn(about_y, -x)],
+                _ => [None; 2],
             };
-            self.bonds[NODE_FREEDOMS * node + same - first] = Bond::Carried { same, tilt };
+            self.bonds[NODE_FREEDOMS * node + same - first] = Bond::Carried { same, turns };
         }
         Ok(node)
     }
@@ -338,8 +356,9 @@ impl Assembly {
             Bond::Tied { master, ratio } => {
                 terms.push((free[master].ok_or(bound(master))?, ratio));
             }
-            Bond::Carried { same, tilt } => {
-                for (master, factor) in std::iter::once((same, 1.0)).chain(tilt) {
+            Bond::Carried { same, turns } => {
+                let turns = turns.into_iter().flatten();
+                for (master, factor) in std::iter::once((same, 1.0)).chain(turns) {
                     match self.bonds[master] {
                         Bond::Free => terms.extend(free[master].map(|column| (column, factor))),
                         Bond::Fixed => {}

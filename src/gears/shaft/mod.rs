@@ -22,6 +22,6 @@ pub use error::ShaftError;
 pub use modes::Modes;
 pub use rigid::{RigidDrive, Tier};
 pub use train::{
-    GearPlace, LooseGear, Motion, ShaftCoupling, ShaftSection, Stop, TrainDrive, TrainError,
-    TrainGear, TrainMesh, TrainShaft,
+    GearPlace, LooseGear, MeshLaw, Motion, Planet, PlanetarySet, ShaftCoupling, ShaftSection, Stop,
+    TrainDrive, TrainError, TrainGear, TrainMesh, TrainShaft, phase_of_planet,
 };

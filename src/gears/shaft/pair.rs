@@ -268,6 +268,7 @@ impl PairedShafts<'_> {
         let with_shapes = ModalStructure {
             teeth: self.gears.teeth[0],
             wheel_teeth: Some(self.gears.teeth[1]),
+            carrier_speed: 0.0,
             rated_force: self.gears.rated_force(),
             frequency: solution.frequencies(),
             damping,

@@ -10,6 +10,7 @@ mod axes;
 mod contacts;
 mod error;
 mod nodes;
+mod planetary;
 mod size;
 mod speeds;
 mod structure;
@@ -17,6 +18,7 @@ mod structure;
 mod tests;
 
 pub use error::TrainError;
+pub use planetary::{Planet, PlanetarySet, phase_of_planet};
 
 use super::disc::Disc;
 use super::drive::{Bearing, Drag};
@@ -40,6 +42,8 @@ pub struct TrainDrive {
     pub couplings: Vec<ShaftCoupling>,
     /// What shafts may strike.
     pub stops: Vec<Stop>,
+    /// Planets on pins of a carrier.
+    pub planetary: Option<PlanetarySet>,
     /// The shaft that the motor drives.
     pub driver: usize,
     /// Young's modulus \[Pa\].
@@ -132,6 +136,8 @@ pub struct TrainGear {
     pub at: f64,
     /// Number of teeth.
     pub teeth: u32,
+    /// Whether they point towards the axis: those of a ring.
+    pub internal: bool,
     /// Module \[m\].
     pub module: f64,
     /// Pressure angle \[rad\].
@@ -169,10 +175,25 @@ pub struct TrainMesh {
     pub gears: [GearPlace; 2],
     /// Operating pressure angle \[rad\].
     pub pressure_angle: f64,
-    /// Coulomb friction coefficient μ.
-    pub friction: f64,
-    /// What the drive flanks and the coast flanks bear.
-    pub flanks: [ContactLaw; 2],
+    /// What its flanks bear.
+    pub law: MeshLaw,
+}
+
+/// What the flanks of a further mesh bear.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub enum MeshLaw {
+    /// What the first mesh bears, so many cycles ahead of it.
+    OfFirst {
+        /// Phase against the first mesh, in cycles.
+        phase: f64,
+    },
+    /// A law of its own.
+    Own {
+        /// Coulomb friction coefficient μ.
+        friction: f64,
+        /// That of the drive flanks and that of the coast flanks.
+        flanks: Box<[ContactLaw; 2]>,
+    },
 }
 
 /// Springs and dampers between places of two shafts on one axis.
@@ -257,7 +278,7 @@ impl TrainDrive {
 
     /// Number of rotations that no contact feels.
     pub fn neutral_rotations(&self) -> usize {
-        self.free(&self.connected()).len()
+        self.free_of_contacts(&self.connected()).len()
     }
 
     /// How many of them drag damps, against the ground or between a loose gear and its shaft.
@@ -280,7 +301,7 @@ impl TrainDrive {
                 dragged.push(group[body]);
             }
         }
-        let free = self.free(&group);
+        let free = self.free_of_contacts(&group);
         Ok(free.iter().filter(|own| dragged.contains(own)).count())
     }
 
@@ -290,7 +311,8 @@ impl TrainDrive {
         let meshing = self
             .pairs()
             .map(|gears| gears.map(|gear| self.body_of(gear)));
-        self.groups(joined.chain(meshing))
+        let pins = self.planetary.iter().flat_map(PlanetarySet::pins);
+        self.groups(joined.chain(meshing).chain(pins))
     }
 
     /// The group of every body, those together that joints connect.
@@ -304,6 +326,14 @@ impl TrainDrive {
             }
         }
         group
+    }
+
+    /// The groups that may turn without a contact that feels it. Planets roll on what is held.
+    fn free_of_contacts(&self, group: &[usize]) -> Vec<usize> {
+        let mut free = self.free(group);
+        let rolling = self.planetary.as_ref().map(|set| group[set.carrier]);
+        free.extend(rolling.filter(|own| !free.contains(own)));
+        free
     }
 
     /// The groups that nothing holds.

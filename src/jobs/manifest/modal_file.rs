@@ -102,6 +102,7 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
             Some(teeth) => Some(u32::try_from(teeth).ok()?),
             None => None,
         },
+        carrier_speed: 0.0,
         rated_force: rated_force?,
         frequency,
         damping: damping?,

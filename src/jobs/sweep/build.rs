@@ -249,18 +249,19 @@ fn with_mesh(
         speed: point.speed,
     };
     let mut model = Model::new(structure, &drive, operating)?;
-    model.rolling = rolling(point, friction);
+    model.rolling = rolling(point, friction, 1.0 - structure.carrier_speed);
     Ok(model)
 }
 
-/// How the gears of a drawing roll on each other.
-fn rolling(point: &PointSpec, friction: f64) -> Option<Rolling> {
+/// How the gears of a drawing roll on each other, at a part of the first one's speed where a carrier turns.
+fn rolling(point: &PointSpec, friction: f64, beside_carrier: f64) -> Option<Rolling> {
     let gears = point.model.source.gears()?;
     let [pinion, wheel] = gears.teeth.map(f64::from);
+    let speed = point.speed * beside_carrier;
     Some(Rolling {
-        base_speed: gears.base_radii()[0] * point.speed,
+        base_speed: gears.base_radii()[0] * speed,
         friction,
-        sliding: point.speed * (1.0 + pinion / wheel),
+        sliding: speed * (1.0 + pinion / wheel),
     })
 }
 

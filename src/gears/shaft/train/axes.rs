@@ -5,7 +5,8 @@
 //! With m the unit normal of that line in the plane of the axes, from the first gear to the
 //! second, and t across that plane, the way the first gear moves at P, drive flanks touch along
 //! `n = cos α t + sin α m` and coast flanks along `cos α t − sin α m`, mirrored about the plane of
-//! the axes and counted as the drive flanks' deflection.
+//! the axes and counted as the drive flanks' deflection. In a ring P lies beyond the axis of the gear inside,
+//! and m points out of the ring.
 
 use super::TrainError;
 use nalgebra::{Rotation3, Vector3};
@@ -47,6 +48,11 @@ impl Axis {
         self.origin + self.along() * place
     }
 
+    /// The point at a place of the axis and some way along x and y.
+    pub fn beside(&self, place: f64, [x, y]: [f64; 2]) -> Vector3<f64> {
+        self.at(place) + self.frame[0] * x + self.frame[1] * y
+    }
+
     /// Components of a vector in the shaft's frame.
     pub fn local(&self, vector: Vector3<f64>) -> [f64; 3] {
         self.frame.map(|unit| unit.dot(&vector))
@@ -61,6 +67,8 @@ pub(super) struct PlacedGear {
     /// Place of its middle on the axis \[m\].
     pub at: f64,
     pub teeth: u32,
+    /// Whether its teeth point towards its axis.
+    pub internal: bool,
     /// Pitch radius \[m\].
     pub radius: f64,
     pub module: f64,
@@ -70,6 +78,11 @@ pub(super) struct PlacedGear {
 impl PlacedGear {
     fn centre(&self) -> Vector3<f64> {
         self.axis.at(self.at)
+    }
+
+    /// Number of teeth, negative of internal ones.
+    fn signed_teeth(&self) -> f64 {
+        if self.internal { -f64::from(self.teeth) } else { f64::from(self.teeth) }
     }
 }
 
@@ -94,11 +107,16 @@ impl PitchPoint {
     /// The pitch point of two gears.
     pub fn of(gears: [&PlacedGear; 2]) -> Result<Self, TrainError> {
         let [one, two] = gears.map(|gear| gear.axis.along());
-        if one.cross(&two).norm() < PARALLEL {
-            Self::spur(gears)
-        } else {
-            Self::bevel(gears)
+        let internal = gears.iter().filter(|gear| gear.internal).count();
+        let parallel = one.cross(&two).norm() < PARALLEL;
+        let [few, many] = if gears[1].internal { gears } else { [gears[1], gears[0]] };
+        let fits = internal == 0 || (internal == 1 && parallel && many.teeth > few.teeth);
+        if !fits {
+            return Err(TrainError::NotInside {
+                gears: gears.map(|gear| gear.name.clone()),
+            });
         }
+        if parallel { Self::spur(gears) } else { Self::bevel(gears) }
     }
 
     fn spur(gears: [&PlacedGear; 2]) -> Result<Self, TrainError> {
@@ -121,15 +139,17 @@ impl PitchPoint {
         }
         let lower = (-0.5 * first.width).max(axial - 0.5 * second.width);
         let upper = (0.5 * first.width).min(axial + 0.5 * second.width);
-        let across = radial / distance;
-        let [z1, z2] = gears.map(|gear| f64::from(gear.teeth));
-        let place = across * (distance * z1 / (z1 + z2)) + along * (0.5 * (lower + upper));
+        let apart = radial / distance;
+        let [z1, z2] = gears.map(PlacedGear::signed_teeth);
+        let reach = distance * z1 / (z1 + z2);
+        let inside = first.internal || second.internal;
+        let alike = along.dot(&second.axis.along()) > 0.0;
         Ok(Self {
-            point: first.centre() + place,
+            point: first.centre() + apart * reach + along * (0.5 * (lower + upper)),
             pitch_line: along,
-            across,
-            forward: along.cross(&across),
-            sense: if along.dot(&second.axis.along()) > 0.0 { -1 } else { 1 },
+            across: if inside { -apart } else { apart },
+            forward: along.cross(&(apart * reach.signum())),
+            sense: if alike == inside { 1 } else { -1 },
             centre_distance: Some(distance),
         })
     }
@@ -194,6 +214,7 @@ mod tests {
             axis: Axis::new(origin, direction),
             at: 0.0,
             teeth,
+            internal: false,
             radius: 0.5 * 2e-3 * f64::from(teeth),
             module: 2e-3,
             width: 10e-3,
@@ -213,6 +234,35 @@ mod tests {
         assert_eq!(met.sense, -1);
         let turned = gear([0.0, 0.05, 0.002], [0.0, 0.0, -1.0], 30);
         assert_eq!(PitchPoint::of([&a, &turned]).unwrap().sense, 1);
+    }
+
+    /// A planet of 20 teeth inside a ring of 60: it touches beyond its axis, turns the same way, and pushes outwards.
+    #[test]
+    fn gears_roll_in_a_ring() {
+        let along = [0.0, 0.0, 1.0];
+        let planet = gear([0.04, 0.0, 0.0], along, 20);
+        let ring = PlacedGear {
+            internal: true,
+            ..gear([0.0; 3], along, 60)
+        };
+        let met = PitchPoint::of([&planet, &ring]).unwrap();
+        assert!((met.point - Vector3::new(0.06, 0.0, 0.0)).norm() < 1e-15);
+        assert!((met.across - Vector3::x()).norm() < 1e-15);
+        assert!((met.forward - Vector3::y()).norm() < 1e-15);
+        assert_eq!(met.sense, 1);
+        // The ring drives: the same place, and it pushes the planet inwards.
+        let met = PitchPoint::of([&ring, &planet]).unwrap();
+        assert!((met.point - Vector3::new(0.06, 0.0, 0.0)).norm() < 1e-15);
+        assert!((met.across + Vector3::x()).norm() < 1e-15);
+        assert!((met.forward - Vector3::y()).norm() < 1e-15);
+        let small = PlacedGear {
+            internal: true,
+            ..gear([0.0; 3], along, 20)
+        };
+        for gears in [[&planet, &small], [&ring, &ring]] {
+            let told = PitchPoint::of(gears).unwrap_err();
+            assert!(matches!(told, TrainError::NotInside { .. }));
+        }
     }
 
     #[test]

@@ -89,7 +89,7 @@ impl TrainDrive {
             }
         });
         // The flanks that drive are those towards which the first gear turns.
-        let sense = match layout.speeds[self.body_of(gears[0])] {
+        let sense = match layout.rolling[self.body_of(gears[0])] {
             speed if speed < 0.0 => -1.0,
             _ => 1.0,
         };

@@ -21,6 +21,83 @@ pub enum TrainError {
         /// The gears.
         gears: [String; 2],
     },
+    /// Internal teeth that no gear can mesh with.
+    #[error(
+        "gears `{}` and `{}` cannot mesh: one of the two may be internal, on a parallel axis and with more teeth than \
+         the other",
+        gears[0], gears[1]
+    )]
+    NotInside {
+        /// The gears.
+        gears: [String; 2],
+    },
+    /// Planets that cannot be assembled.
+    #[error(
+        "planet {planet} does not fit between the teeth at {angle:.6} degrees from planet 1: with {} and {} teeth of \
+         the central gears, planets fit at whole multiples of 360/{} degrees; move it to {nearest:.6} degrees, or \
+         change a number of teeth",
+        teeth[0], teeth[1], teeth[0] + teeth[1]
+    )]
+    Assembly {
+        /// Which planet, from 1.
+        planet: usize,
+        /// Its angle \[degrees\].
+        angle: f64,
+        /// Teeth of the external and of the internal central gear.
+        teeth: [u32; 2],
+        /// The nearest angle that is possible \[degrees\].
+        nearest: f64,
+    },
+    /// Planets that touch each other.
+    #[error(
+        "planets {} and {} touch: their axes are {apart:.6e} m apart, but their tip diameter is {tip:.6e} m; use \
+         fewer planets, or change the numbers of teeth",
+        planets[0], planets[1]
+    )]
+    PlanetsTouch {
+        /// The planets, from 1.
+        planets: [usize; 2],
+        /// Distance of their axes \[m\].
+        apart: f64,
+        /// Their tip diameter \[m\].
+        tip: f64,
+    },
+    /// Something beside the axis of a planetary set.
+    #[error(
+        "`{what}` is not on the axis of the carrier `{carrier}`: in a train with planets all shafts have this axis and \
+         direction, and every mesh is one of a planet"
+    )]
+    OffCentre {
+        /// What stands elsewhere.
+        what: String,
+        /// The shaft of the pins.
+        carrier: String,
+    },
+    /// A bearing that the turning carrier would feel turn.
+    #[error(
+        "bearing {bearing} of shaft `{shaft}` is not the same in all directions, but the model turns with the \
+         carrier `{carrier}`; give it equal x and y, equal damping_x and damping_y, and opposite cross-coupled values"
+    )]
+    UnequalBearing {
+        /// The shaft.
+        shaft: String,
+        /// Which of its bearings, from 1.
+        bearing: usize,
+        /// The shaft of the pins.
+        carrier: String,
+    },
+    /// A planetary set of which nothing is held.
+    #[error(
+        "the planetary set can turn in two ways; hold the ring, the sun or the carrier: give its shaft \
+         motion = \"lateral\" or \"none\", or couple it to a shaft that is held"
+    )]
+    NothingHeld,
+    /// More than one held member, which locks the set.
+    #[error("`{}` and `{}` are both held, so the planetary set cannot turn; release one of them", held[0], held[1])]
+    AllHeld {
+        /// The members.
+        held: [String; 2],
+    },
     /// Bevel gears whose pitch circles do not touch.
     #[error(
         "gears `{}` and `{}` cannot mesh: their pitch circles are at least {apart:.3e} m apart; move one \

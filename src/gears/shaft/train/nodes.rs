@@ -1,7 +1,7 @@
 //! From the description of a train to an assembly, and which node is what.
 
 use super::speeds::Layout;
-use super::{GearPlace, Motion, TrainDrive, TrainError, TrainShaft};
+use super::{GearPlace, Motion, Planet, TrainDrive, TrainError, TrainShaft};
 use crate::shaft::assembly::{Assembly, Freedom};
 use crate::shaft::beam::{Material, Section};
 use crate::shaft::error::ShaftError;
@@ -14,6 +14,8 @@ pub(super) struct Assembled {
     shafts: Vec<ShaftNodes>,
     /// Node of each loose gear.
     pub loose: Vec<usize>,
+    /// Node of the carrier where each planet's pin stands.
+    pub pins: Vec<usize>,
     /// Bearings by their names.
     pub supports: Vec<(String, Support)>,
 }
@@ -33,7 +35,7 @@ const STANDING: [&str; 5] = [
     "a disc",
     "a bearing",
     "the torque",
-    "a coupling or stop",
+    "a coupling, a stop or a planet",
 ];
 
 impl TrainDrive {
@@ -92,10 +94,17 @@ impl TrainDrive {
             assembly.add_spring_between(ends[0], ends[1], springs)?;
             assembly.add_drag(ends[0], Some(ends[1]), coupling.damping)?;
         }
+        let mut pins = Vec::new();
+        for planet in self.planetary.iter().flat_map(|set| &set.planets) {
+            let (pin, support) = self.pin(&mut assembly, planet, layout, &shafts)?;
+            supports.push((self.shafts[planet.shaft].name.clone(), support));
+            pins.push(pin);
+        }
         Ok(Assembled {
             assembly,
             shafts,
             loose,
+            pins,
             supports,
         })
     }
@@ -106,6 +115,7 @@ impl TrainDrive {
         let ends = (self.couplings.iter())
             .flat_map(|coupling| coupling.shafts.into_iter().zip(coupling.at))
             .chain(self.stops.iter().map(|stop| (stop.shaft, stop.at)))
+            .chain(self.planetary.iter().map(|set| (set.carrier, set.at)))
             .filter(|&(of, _)| of == index);
         let standing: [Vec<f64>; 5] = [
             shaft.gears.iter().map(|gear| gear.at).collect(),
@@ -207,6 +217,36 @@ impl TrainDrive {
             places: nodes,
             own: own..last + 1,
         })
+    }
+
+    /// The node of a planet's pin on the carrier, and the planet's bearing on it.
+    fn pin(
+        &self,
+        assembly: &mut Assembly,
+        planet: &Planet,
+        layout: &Layout,
+        shafts: &[ShaftNodes],
+    ) -> Result<(usize, Support), ShaftError> {
+        let Some(set) = &self.planetary else {
+            return Err(ShaftError::NoElement { stretch: "a pin" });
+        };
+        let carrier = layout.axes[set.carrier];
+        let [x, y, _] = carrier.local(layout.axes[planet.shaft].at(0.0) - carrier.at(0.0));
+        let nodes = &shafts[set.carrier];
+        let (body, along) = match self.shafts[set.carrier].sections.is_empty() {
+            true => (nodes.own.start, set.at),
+            false => (nodes.at(set.at), 0.0),
+        };
+        let pin = assembly.add_node_beside(body, [x, y, along])?;
+        let node = shafts[planet.shaft].at(0.0);
+        assembly.add_spring_between(node, pin, set.bearing.stiffness())?;
+        set.bearing.couple(assembly, node, Some(pin))?;
+        let support = Support {
+            node,
+            base: Some(pin),
+            stiffness: set.bearing,
+        };
+        Ok((pin, support))
     }
 
     /// A gear that runs loose at a node of its shaft, and its bearing.

@@ -2,7 +2,9 @@
 //! mesh?
 
 use super::axes::{Axis, PitchPoint, PlacedGear};
-use super::{ContactLaw, GearPlace, ShaftCoupling, TrainDrive, TrainError, TrainShaft};
+use super::{
+    ContactLaw, GearPlace, MeshLaw, ShaftCoupling, TrainDrive, TrainError, TrainShaft,
+};
 use crate::numerics::integers::{greatest_divisor, least_multiple};
 use crate::structure::{MOST_BASE_CYCLES, MOST_CYCLES};
 
@@ -33,6 +35,11 @@ impl Ratio {
         Self::new(self.over * over, self.under * under)
     }
 
+    fn minus(self, other: Self) -> Self {
+        let over = self.over * other.under - other.over * self.under;
+        Self::new(over, self.under * other.under)
+    }
+
     fn value(self) -> f64 {
         self.over as f64 / self.under as f64
     }
@@ -51,6 +58,10 @@ pub(super) struct Layout {
     /// Speed of each body about its axis, right-handed, in units of the first gear's; 0 of one that
     /// stands still: first the shafts, then the loose gears.
     pub speeds: Vec<f64>,
+    /// The same as the meshes see them: beside the speed of the carrier, in units of the first gear's own.
+    pub rolling: Vec<f64>,
+    /// Speed of the carrier of planets; 0 where the axes of all meshes stand still.
+    pub carrier: f64,
     /// Where the first mesh and each further one meet.
     pub meshes: Vec<PitchPoint>,
     /// Cycles of each mesh, `[p, q]`: p in q of the first mesh.
@@ -103,6 +114,7 @@ impl TrainDrive {
                 axis: axes[place.shaft],
                 at: gear.at,
                 teeth: gear.teeth,
+                internal: gear.internal,
                 radius: 0.5 * gear.module * f64::from(gear.teeth),
                 module: gear.module,
                 width: gear.width,
@@ -134,7 +146,11 @@ impl TrainDrive {
         let meshes = (self.pairs())
             .map(|gears| self.met(gears, &axes))
             .collect::<Result<Vec<_>, _>>()?;
-        let speeds = self.speeds(&meshes)?;
+        let rolling = self.rolling(&meshes)?;
+        let (speeds, carrier) = self.speeds(&rolling)?;
+        if let Some(set) = &self.planetary {
+            self.check_planets(set, &axes)?;
+        }
         let idle =
             |(shaft, speed): &(&TrainShaft, &Option<_>)| shaft.output != 0.0 && speed.is_none();
         if let Some((shaft, _)) = self.shafts.iter().zip(&speeds).find(idle) {
@@ -147,7 +163,7 @@ impl TrainDrive {
         for mesh in &self.meshes {
             let gear = self.gear(mesh.gears[0]);
             let body = self.body_of(mesh.gears[0]);
-            let speed = speeds[body].ok_or_else(|| TrainError::Apart {
+            let speed = rolling[body].ok_or_else(|| TrainError::Apart {
                 body: self.body_name(body),
             })?;
             let ratio = speed.times(i128::from(gear.teeth), i128::from(first));
@@ -166,7 +182,10 @@ impl TrainDrive {
             }
         }
         let varying = (self.meshes.iter().zip(&cycles[1..]))
-            .filter(|(mesh, _)| !mesh.flanks.iter().all(ContactLaw::is_constant))
+            .filter(|(mesh, _)| match &mesh.law {
+                MeshLaw::OfFirst { .. } => false,
+                MeshLaw::Own { flanks, .. } => !flanks.iter().all(ContactLaw::is_constant),
+            })
             .map(|(_, &[_, q])| q as usize);
         let together = varying.fold(1, least_multiple);
         if together > MOST_BASE_CYCLES {
@@ -177,11 +196,15 @@ impl TrainDrive {
                 driver: self.shafts[self.driver].name.clone(),
             });
         }
+        let values = |speeds: Vec<Option<Ratio>>| {
+            let values = speeds.into_iter();
+            values.map(|speed| speed.map_or(0.0, Ratio::value)).collect()
+        };
         Ok(Layout {
             axes,
-            speeds: (speeds.into_iter())
-                .map(|speed| speed.map_or(0.0, Ratio::value))
-                .collect(),
+            speeds: values(speeds),
+            rolling: values(rolling),
+            carrier: carrier.value(),
             meshes,
             cycles,
         })
@@ -213,8 +236,8 @@ impl TrainDrive {
         }
     }
 
-    /// Speeds of the bodies, of those that anything connects with the first gear.
-    fn speeds(&self, meshes: &[PitchPoint]) -> Result<Vec<Option<Ratio>>, TrainError> {
+    /// Speeds of the bodies beside that of the carrier, of those that anything connects with the first gear.
+    fn rolling(&self, meshes: &[PitchPoint]) -> Result<Vec<Option<Ratio>>, TrainError> {
         // How the second body follows the first.
         let mut edges: Vec<([usize; 2], [i128; 2])> = (self.pairs().zip(meshes))
             .map(|(gears, met)| {
@@ -227,6 +250,9 @@ impl TrainDrive {
         let bodies = self.shafts.len() + self.loose_gears().count();
         let mut speeds = vec![None; bodies];
         speeds[self.body_of(self.gears[0])] = Some(Ratio::new(1, 1));
+        if let Some(set) = &self.planetary {
+            speeds[set.carrier] = Some(Ratio::new(0, 1));
+        }
         // Each round reaches what is one edge further away.
         for _ in 0..bodies {
             for &([one, two], [over, under]) in &edges {
@@ -248,13 +274,39 @@ impl TrainDrive {
                 }
             }
         }
-        let held = (self.shafts.iter().zip(&speeds))
-            .find(|(shaft, speed)| !shaft.motion.turns() && speed.is_some());
-        match held {
-            Some((shaft, _)) => Err(TrainError::Held {
-                body: shaft.name.clone(),
-            }),
-            None => Ok(speeds),
+        Ok(speeds)
+    }
+
+    /// Speeds of the bodies, and that of the carrier of planets, from those beside the carrier: what is held stands still.
+    fn speeds(
+        &self,
+        rolling: &[Option<Ratio>],
+    ) -> Result<(Vec<Option<Ratio>>, Ratio), TrainError> {
+        let zero = Ratio::new(0, 1);
+        let mut held = (self.shafts.iter().zip(rolling))
+            .filter(|(shaft, _)| !shaft.motion.turns())
+            .filter_map(|(shaft, rolling)| Some((&shaft.name, (*rolling)?)));
+        if self.planetary.is_none() {
+            return match held.next() {
+                Some((body, _)) => Err(TrainError::Held { body: body.clone() }),
+                None => Ok((rolling.to_vec(), zero)),
+            };
         }
+        let (first, still) = held.next().ok_or(TrainError::NothingHeld)?;
+        if let Some((other, _)) = held.find(|(_, rolling)| *rolling != still) {
+            return Err(TrainError::AllHeld {
+                held: [first, other].map(String::clone),
+            });
+        }
+        let one = Ratio::new(1, 1).minus(still);
+        if one == zero {
+            return Err(TrainError::Held {
+                body: first.clone(),
+            });
+        }
+        // In units of the first gear's speed, Ω_i = (ρ_i − ρ_held)/(1 − ρ_held).
+        let absolute = |rolling: Ratio| rolling.minus(still).times(one.under, one.over);
+        let speeds = rolling.iter().map(|rolling| rolling.map(absolute));
+        Ok((speeds.collect(), absolute(zero)))
     }
 }

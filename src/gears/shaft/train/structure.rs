@@ -3,7 +3,7 @@
 use super::contacts::{FlankTerms, Terms};
 use super::nodes::Assembled;
 use super::speeds::{Layout, sense};
-use super::{GearPlace, TrainDrive, TrainError};
+use super::{GearPlace, MeshLaw, TrainDrive, TrainError};
 use crate::shaft::assembly::{AssembledMatrices, Freedom};
 use crate::shaft::error::{ShaftError, positive};
 use crate::shaft::modes::{Modes, orientation};
@@ -171,10 +171,10 @@ impl TrainDrive {
             assembled.own(shaft).map(move |node| (node, speed))
         });
         let loose = assembled.loose.iter().copied();
-        let turning: Terms = shafts
+        let turning = shafts
             .chain(loose.zip(layout.speeds[self.shafts.len()..].iter().copied()))
-            .map(|(node, speed)| (node, Freedom::RotationZ, speed))
-            .collect();
+            .map(|(node, speed)| (node, Freedom::RotationZ, speed));
+        let turning: Terms = turning.chain(self.orbits(layout, assembled)).collect();
         let motion = matrices.functional(&turning);
         let momentum: Vec<f64> = (0..motion.len())
             .map(|row| {
@@ -203,7 +203,8 @@ impl TrainDrive {
         };
         let driving = torque_on(self.driver, 1.0);
         // A torque on the shaft of a loose gear has neither the speed nor the sense of the gear.
-        let wheel = Some(self.gears[1]).filter(|&place| self.gear(place).loose.is_none());
+        let fixed = |place: &GearPlace| self.gear(*place).loose.is_none();
+        let wheel = Some(self.gears[1]).filter(|place| fixed(place) && self.planetary.is_none());
         let wheel = wheel.map(|place| torque_on(place.shaft, layout.speeds[place.shaft].signum()));
 
         // Torques per newton of rated force, whose neutral parts cancel but for round-off.
@@ -229,6 +230,7 @@ impl TrainDrive {
         Ok(ModalStructure {
             teeth: self.pair.teeth[0],
             wheel_teeth: Some(self.pair.teeth[1]),
+            carrier_speed: layout.carrier,
             rated_force: self.pair.rated_force(),
             frequency: solved.modes.frequencies(),
             damping,
@@ -336,9 +338,13 @@ impl TrainDrive {
         let mut contacts = Vec::new();
         let met = layout.meshes[1..].iter().zip(&layout.cycles[1..]);
         for (mesh, (met, &cycles)) in self.meshes.iter().zip(met) {
-            let flanks = self.flanks(mesh.gears, (met, mesh.pressure_angle), layout, assembled);
+            let terms = self.flanks(mesh.gears, (met, mesh.pressure_angle), layout, assembled);
             let [one, two] = mesh.gears.map(|place| &self.gear(place).name);
-            for (index, flank) in flanks.iter().enumerate() {
+            let friction = match mesh.law {
+                MeshLaw::OfFirst { .. } => 1.0,
+                MeshLaw::Own { friction, .. } => friction,
+            };
+            for (index, flank) in terms.iter().enumerate() {
                 let feels = solved.flank(flank);
                 // The coast flanks push where their deflection, counted as the drive flanks', falls.
                 let side = [1.0, -1.0][index];
@@ -347,7 +353,7 @@ impl TrainDrive {
                 };
                 let participation = sided(&feels.mesh, 1.0);
                 let rubs = |column: &[f64]| {
-                    if mesh.friction == 0.0 { Vec::new() } else { sided(column, mesh.friction) }
+                    if friction == 0.0 { Vec::new() } else { sided(column, friction) }
                 };
                 contacts.push(StructureContact {
                     name: format!("{} flank of {one} and {two}", ["drive", "coast"][index]),
@@ -355,7 +361,11 @@ impl TrainDrive {
                     rubbing: [rubs(&feels.friction), rubs(&feels.lever)],
                     participation,
                     cycles,
-                    law: mesh.flanks[index].clone(),
+                    law: match &mesh.law {
+                        MeshLaw::OfFirst { phase } => ContactLaw::copied(*phase),
+                        MeshLaw::Own { flanks, .. } => flanks[index].clone(),
+                    },
+                    copies: matches!(mesh.law, MeshLaw::OfFirst { .. }).then_some(index),
                 });
             }
         }
@@ -367,6 +377,7 @@ impl TrainDrive {
                 participation: felt,
                 cycles: [1, 1],
                 law: law.clone(),
+                copies: None,
             });
         };
         for (number, coupling) in self.couplings.iter().enumerate() {
@@ -389,8 +400,8 @@ impl TrainDrive {
         contacts
     }
 
-    /// Modal forces of the mean drag, constant and by the first gear's speed. The motor keeps the
-    /// speed: its torque is what all brakes take of power.
+    /// Modal forces of the mean drag, constant and by the first gear's speed, and of pins out of place. The motor keeps
+    /// the speed: its torque is what all brakes take of power.
     fn mean_drag(
         &self,
         solved: &Solved,
@@ -423,6 +434,9 @@ impl TrainDrive {
                 add(load, -torque, &felt);
                 add(load, torque * speed, driving);
             }
+        }
+        for (node, freedom, force) in self.pin_forces(layout, assembled) {
+            add(&mut loads[0], force, &solved.participation(&[(node, freedom, 1.0)]));
         }
         for load in &mut loads {
             load[0] = 0.0;

@@ -84,6 +84,7 @@ fn train(of: &FlexibleDrive) -> TrainDrive {
         meshes: Vec::new(),
         couplings: Vec::new(),
         stops: Vec::new(),
+        planetary: None,
         driver: 0,
         young_modulus: of.young_modulus,
         shear_modulus: of.shear_modulus,

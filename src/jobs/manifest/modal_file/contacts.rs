@@ -60,5 +60,6 @@ fn contact(table: &Section, issues: &mut Issues, modes: Option<usize>) -> Option
         // The schema bounds them far below the range of u32.
         cycles: cycles?.map(|count| count as u32),
         law: law?.0,
+        copies: None,
     })
 }

@@ -142,6 +142,22 @@ fn table(
         _ => Contact::Linear,
     };
     let pairs = pairs?;
+    if let Some(StructureSource::Train(train)) = drive.source
+        && train.planetary.is_some()
+    {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Unavailable,
+                section.span_of("stiffness"),
+                &section.path_of("stiffness"),
+                "all planets share the law of the first mesh, which a mesh table cannot give them"
+                    .to_owned(),
+            )
+            .label("not available with planets")
+            .accepted("stiffness = \"constant\", \"piecewise\" or \"fourier\""),
+        );
+        return None;
+    }
     let Some(gears) = gears else {
         // Of others a drawing that is missing or faulty has been reported.
         if let Some(StructureSource::Train(_)) = drive.source {

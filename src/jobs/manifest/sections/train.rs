@@ -1,14 +1,16 @@
 //! `[train]`: the names in it looked up, everything else read by one file a part.
 
 mod joints;
+mod planetary;
 mod shaft;
 
-use crate::gear::{Flanks, GearError, GearPair, ToothForm};
+use crate::gear::{Flanks, GearError, GearPair, InternalPair, ToothForm};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::slip;
 use crate::manifest::tree::Value;
 use crate::shaft::{GearPlace, TrainDrive, TrainError, TrainShaft};
+use planetary::Planets;
 use shaft::Drawn;
 
 /// Parts of the motor's power add up to 1 within this.
@@ -22,6 +24,8 @@ pub(super) struct Parts<'a> {
     pub shafts: &'a [TrainShaft],
     /// What the drawing says of each gear beside, shaft by shaft.
     pub drawn: &'a [Vec<Drawn>],
+    /// Planets among the shafts.
+    planets: Option<&'a Planets>,
 }
 
 /// Reads the table; `[model]` says how the modes are damped.
@@ -35,10 +39,12 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<TrainDrive>
         section.missing(issues, "shaft");
     }
     let tables = section.tables(issues, "shaft")?;
-    let (shafts, drawn) = shaft::read_all(&tables, issues, density?)?;
+    let (mut shafts, mut drawn) = shaft::read_all(&tables, issues, density?)?;
+    let planets = planetary::read(section, issues, density?, (&mut shafts, &mut drawn))?;
     let parts = Parts {
         shafts: &shafts,
         drawn: &drawn,
+        planets: planets.as_ref(),
     };
     let gears = parts.gears(section, issues, "gears");
     let couplings = joints::couplings(section, issues, &parts);
@@ -56,6 +62,7 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<TrainDrive>
         meshes: Vec::new(),
         couplings: couplings?,
         stops: stops?,
+        planetary: planets.as_ref().map(|planets| planets.set.clone()),
         driver: driver?,
         young_modulus: young_modulus?,
         shear_modulus: shear_modulus?,
@@ -66,6 +73,19 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<TrainDrive>
         gyroscopic: false,
         shafts: shafts.clone(),
     };
+    if gears.iter().any(|&gear| train.gear(gear).internal) {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                section.span_of("gears"),
+                &section.path_of("gears"),
+                "the first mesh has an internal gear".to_owned(),
+            )
+            .label("both gears must be external")
+            .remedy("name the mesh of the sun and a planet here, and the mesh of the ring in [[train.mesh]]"),
+        );
+        return None;
+    }
     train.pair = parts.drawing(section, issues, &train, gears, "gears")?.0;
     train.meshes = joints::meshes(section, issues, &parts, &train)?;
     // What the parts are together shows in the layout; it costs nothing.
@@ -183,9 +203,12 @@ impl Parts<'_> {
             })
         };
         let found = both.map(|name| {
-            let place = all().find(|(own, _)| *own == name);
+            let planets = self.planets.filter(|planets| planets.name == name);
+            let place = (all().find(|(own, _)| *own == name))
+                .or_else(|| Some((name, planets?.first()?)));
             if place.is_none() {
-                let known: Vec<&str> = all().map(|(name, _)| name).collect();
+                let common = self.planets.map(|planets| planets.name.as_str());
+                let known: Vec<&str> = all().map(|(name, _)| name).chain(common).collect();
                 unknown_name(section, issues, key, ("gear", name), &known);
             }
             place.map(|(_, place)| place)
@@ -242,6 +265,49 @@ impl Parts<'_> {
                 ..ToothForm::default()
             },
         }
+    }
+
+    /// A gear and the ring around it on their axes, the gear being the first of both or the second.
+    pub fn ring(
+        &self,
+        section: &Section,
+        issues: &mut Issues,
+        train: &TrainDrive,
+        gears: [GearPlace; 2],
+    ) -> Option<InternalPair> {
+        let inside_out = if train.gear(gears[0]).internal { [gears[1], gears[0]] } else { gears };
+        let [own, ring] = inside_out.map(|place| train.gear(place));
+        let drawn = inside_out.map(|place| self.drawn[place.shaft][place.gear]);
+        let fault = match train.centre_distance(gears) {
+            Ok(distance) => {
+                let pair = InternalPair {
+                    teeth: [own.teeth, ring.teeth],
+                    module: own.module,
+                    pressure_angle: own.pressure_angle,
+                    profile_shift: drawn.map(|gear| gear.profile_shift),
+                    thinning: drawn.map(|gear| gear.thinning),
+                    centre_distance: distance.unwrap_or_default(),
+                };
+                match pair.check() {
+                    Ok(()) => return Some(pair),
+                    Err(error) => format!(
+                        "gear `{}` cannot run in `{}`: {error}",
+                        own.name, ring.name
+                    ),
+                }
+            }
+            Err(error) => error.to_string(),
+        };
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                section.span_of("gears"),
+                &section.path_of("gears"),
+                fault,
+            )
+            .label("these gears at the positions of their shafts"),
+        );
+        None
     }
 
     /// The drawing of two gears on their axes, and whether those are parallel: of others the

@@ -127,10 +127,14 @@ pub(super) const KEYS: &[Key] = &[
         .about("Module. For a bevel gear, the module in the middle of its face."),
     quantity("train.shaft.*.gears.*.width", Length, POSITIVE, r#""20 mm""#)
         .about("Face width, which is also the length of the body."),
+    key("train.shaft.*.gears.*.internal", Kind::Boolean, ANY, "true").or("false")
+        .about("Whether the teeth point inwards: the gear is a ring. A ring runs with planets."),
+    quantity("train.shaft.*.gears.*.outer", Length, POSITIVE, r#""300 mm""#).otherwise("the pitch diameter plus 8 modules")
+        .about("Outer diameter of a ring's body."),
     quantity("train.shaft.*.gears.*.pressure_angle", Angle, bounds(0.0, true, std::f64::consts::FRAC_PI_4, true), r#""25 deg""#).or(r#""20 deg""#)
         .about("Pressure angle of the basic rack."),
     quantity("train.shaft.*.gears.*.profile_shift", Ratio, bounds(-1.0, false, 2.0, false), "0.3").or("0")
-        .about("Profile shift coefficient."),
+        .about("Profile shift coefficient. For a ring it is positive if it makes the ring's teeth thicker (ISO 21771)."),
     quantity("train.shaft.*.gears.*.thinning", Length, NON_NEGATIVE, r#""40 um""#).or("0")
         .about("Reduction of tooth thickness along the reference circle, relative to the thickness that the profile shift gives."),
     key("train.shaft.*.gears.*.body", Kind::Table, ANY, r#"{ polar_inertia = "1e-3 kg*m^2" }"#)
@@ -158,6 +162,63 @@ pub(super) const KEYS: &[Key] = &[
         .about("Viscous drag of the gear against its shaft."),
     quantity("train.shaft.*.gears.*.loose.drag_torque", Torque, NON_NEGATIVE, r#""0.05 N*m""#).or("0")
         .about("Constant torque of the shaft against the gear's rotation on it."),
+
+    key("train.planetary", Kind::Table, ANY, r#"{ carrier = "carrier", count = 3, teeth = 35, module = "2 mm", width = "20 mm", bearing = { radial = "1e8 N/m" } }"#)
+        .otherwise("no planets")
+        .about("Planets on pins of a carrier. All shafts then lie on the axis of the carrier, and every mesh is that of \
+                a planet. `train.gears` and `train.mesh.*.gears` name the planets by their common name, and one table \
+                describes the meshes of all of them: planets differ by their phase, which follows from their angles. \
+                The model turns with the carrier, so bearings must be equal in all directions. One shaft of the sun, \
+                the ring and the carrier must be held: motion = \"lateral\" or \"none\", or a coupling to such a shaft."),
+    key("train.planetary.carrier", Kind::Text, ANY, r#""carrier""#)
+        .about("The shaft that has the pins."),
+    quantity("train.planetary.at", Length, ANY, r#""40 mm""#).or("0")
+        .about("Position of the middle of the planets on the carrier."),
+    quantity("train.planetary.radius", Length, POSITIVE, r#""90 mm""#).otherwise("the distance at which sun and planet have no backlash but that of thinning")
+        .about("Distance of the pins from the axis."),
+    integer("train.planetary.count", 1.0, 16.0, "3").otherwise("none; required without `angles`")
+        .about("Number of planets, equally spaced."),
+    key("train.planetary.angles", Kind::List("angles, one per planet"), ANY, r#"[0, "120 deg", "240 deg"]"#).otherwise("equal angles")
+        .about("Angle of each planet about the axis, from the first planet. Planets fit where the angle times the sum \
+                of the teeth of sun and ring is a whole number of turns."),
+    quantity("train.planetary.angles.*", Angle, ANY, r#""120 deg""#),
+    key("train.planetary.name", Kind::Text, ANY, r#""planet""#).or(r#""planet""#)
+        .about("Common name of the planets. Their bodies and gears have this name and their number."),
+    integer("train.planetary.teeth", 4.0, 1000.0, "35")
+        .about("Number of teeth of a planet."),
+    quantity("train.planetary.module", Length, POSITIVE, r#""2 mm""#)
+        .about("Module, equal to that of sun and ring."),
+    quantity("train.planetary.width", Length, POSITIVE, r#""20 mm""#)
+        .about("Face width of a planet, which is also the length of its body."),
+    quantity("train.planetary.pressure_angle", Angle, bounds(0.0, true, std::f64::consts::FRAC_PI_4, true), r#""25 deg""#).or(r#""20 deg""#)
+        .about("Pressure angle of the basic rack."),
+    quantity("train.planetary.profile_shift", Ratio, bounds(-1.0, false, 2.0, false), "0.3").or("0")
+        .about("Profile shift coefficient of a planet."),
+    quantity("train.planetary.thinning", Length, NON_NEGATIVE, r#""40 um""#).or("0")
+        .about("Reduction of tooth thickness of a planet along the reference circle."),
+    quantity("train.planetary.bore", Length, NON_NEGATIVE, r#""30 mm""#).or("0")
+        .about("Bore of a planet."),
+    key("train.planetary.body", Kind::Table, ANY, r#"{ polar_inertia = "1e-3 kg*m^2", mass = "0.6 kg" }"#)
+        .otherwise("a homogeneous annulus between the bore and the pitch circle")
+        .about("Inertia of a planet, if it is known."),
+    quantity("train.planetary.body.polar_inertia", Inertia, POSITIVE, r#""1e-3 kg*m^2""#)
+        .about("Moment of inertia about the axis."),
+    quantity("train.planetary.body.transverse_inertia", Inertia, NON_NEGATIVE, r#""6e-4 kg*m^2""#).or("0")
+        .about("Moment of inertia about a diameter."),
+    quantity("train.planetary.body.mass", Mass, NON_NEGATIVE, r#""0.6 kg""#).or("0")
+        .about("Mass."),
+    table("train.planetary.bearing")
+        .about("Bearing of a planet on its pin."),
+    quantity("train.planetary.bearing.radial", Stiffness, POSITIVE, r#""1e8 N/m""#)
+        .about("Radial stiffness."),
+    quantity("train.planetary.bearing.axial", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#).otherwise("the radial stiffness")
+        .about("Stiffness along the axis."),
+    quantity("train.planetary.bearing.tilt", TiltStiffness, NON_NEGATIVE, r#""2e4 N*m/rad""#).otherwise("the radial stiffness times the square of the width / 12")
+        .about("Stiffness against tilting."),
+    key("train.planetary.pin_errors", Kind::List("lengths, one per planet"), ANY, r#"["30 um", 0, 0]"#).otherwise("0 for every planet")
+        .about("Distance of each pin from its nominal position along the circle, positive in the direction in which \
+                the carrier turns."),
+    quantity("train.planetary.pin_errors.*", Length, ANY, r#""30 um""#),
 
     key("train.mesh", Kind::List("tables"), ANY, r#"[{ gears = ["z18", "z27"], half_gap = "40 um", stiffness = "3e8 N/m" }]"#).or("[]")
         .about("Further meshes, one table `[[train.mesh]]` each; the first mesh is [mesh]. Each is two contacts: \

@@ -1,28 +1,44 @@
 //! The tables `[[train.mesh]]`, `[[train.coupling]]` and `[[train.stop]]`.
 
-use super::Parts;
+use super::{Parts, TIGHT};
 use super::shaft::{all, triple};
-use crate::gear::{EvenSharing, GearPair};
+use crate::gear::{EvenSharing, GearPair, InternalPair};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::sections::contact_law;
 use crate::model::{Division, MOST_CONTACTS};
-use crate::shaft::{ShaftCoupling, Stop, TrainDrive, TrainMesh};
+use crate::shaft::{MeshLaw, ShaftCoupling, Stop, TrainDrive, TrainMesh};
 use crate::structure::ContactLaw;
 
 /// Contacts that may stand beside the flanks of the first mesh.
 const MOST: usize = MOST_CONTACTS - 2;
 
-/// Further meshes of a train that is complete but for them.
+/// Further meshes of a train that is complete but for them; those of all planets, where the manifest has one for all.
 pub(super) fn meshes(
     section: &Section,
     issues: &mut Issues,
     parts: &Parts,
     train: &TrainDrive,
 ) -> Option<Vec<TrainMesh>> {
-    let meshes = all(section, issues, "mesh", |table, issues| {
+    let read = all(section, issues, "mesh", |table, issues| {
         mesh(table, issues, parts, train)
     })?;
+    let others = |mesh: &TrainMesh| {
+        parts
+            .planets
+            .map_or_else(Vec::new, |planets| planets.others(train, mesh))
+    };
+    let first = TrainMesh {
+        gears: train.gears,
+        pressure_angle: train.pair.operating_pressure_angle().ok()?,
+        law: MeshLaw::OfFirst { phase: 0.0 },
+    };
+    let mut meshes = others(&first);
+    for mesh in read {
+        let of_others = others(&mesh);
+        meshes.push(mesh);
+        meshes.extend(of_others);
+    }
     let stages: usize = train.couplings.iter().map(|c| 2 * c.stages.len()).sum();
     let count = 2 * meshes.len() + stages + train.stops.len();
     if count > MOST {
@@ -43,6 +59,42 @@ pub(super) fn meshes(
     Some(meshes)
 }
 
+/// What is known of the teeth of a mesh.
+enum Drawing {
+    /// External gears, and whether their axes are parallel.
+    Pair(GearPair, bool),
+    /// A gear in a ring, and whether it drives.
+    Ring(InternalPair, bool),
+}
+
+impl Drawing {
+    /// The half gap that it leaves; none where it leaves none, or does not say.
+    fn half_gap(&self) -> Option<f64> {
+        match self {
+            Self::Pair(_, false) => None,
+            Self::Pair(pair, true) => pair.drawn_half_gap().ok().flatten(),
+            Self::Ring(pair, _) => pair.half_gap().ok().filter(|gap| *gap > TIGHT * pair.module),
+        }
+    }
+
+    fn pressure_angle(&self) -> Option<f64> {
+        match self {
+            Self::Pair(pair, false) => Some(pair.pressure_angle),
+            Self::Pair(pair, true) => pair.operating_pressure_angle().ok(),
+            Self::Ring(pair, _) => pair.operating_pressure_angle().ok(),
+        }
+    }
+
+    /// The phase about which its coast flanks mirror its drive flanks.
+    fn symmetry(&self) -> Option<f64> {
+        match self {
+            Self::Pair(pair, true) => pair.symmetry().ok(),
+            Self::Ring(pair, true) => pair.symmetry().ok(),
+            Self::Pair(_, false) | Self::Ring(_, false) => None,
+        }
+    }
+}
+
 fn mesh(
     table: &Section,
     issues: &mut Issues,
@@ -51,34 +103,45 @@ fn mesh(
 ) -> Option<TrainMesh> {
     let gears = parts.gears(table, issues, "gears");
     let friction = table.quantity_or_default(issues, "friction");
-    let drawing = gears.and_then(|gears| parts.drawing(table, issues, train, gears, "gears"));
-    let gap = match (table.has("half_gap"), &drawing) {
-        (true, _) => table.quantity(issues, "half_gap"),
-        (false, Some((pair, true))) => half_gap(table, issues, pair),
-        (false, Some((_, false))) => {
-            table.missing(issues, "half_gap");
-            None
+    let drawing = gears.and_then(|gears| {
+        if gears.iter().any(|&gear| train.gear(gear).internal) {
+            let drives = !train.gear(gears[0]).internal;
+            let ring = parts.ring(table, issues, train, gears)?;
+            return Some(Drawing::Ring(ring, drives));
         }
-        (false, None) => None,
+        let (pair, parallel) = parts.drawing(table, issues, train, gears, "gears")?;
+        Some(Drawing::Pair(pair, parallel))
+    });
+    let gap = if table.has("half_gap") {
+        table.quantity(issues, "half_gap")
+    } else if let Some(drawing) = &drawing {
+        let drawn = drawing.half_gap();
+        if drawn.is_none() {
+            table.missing(issues, "half_gap");
+        }
+        drawn
+    } else {
+        None
     };
     let law = contact_law::cyclic(table, issues, gap);
-    let (pair, parallel) = drawing?;
-    let pressure_angle = if parallel {
-        pair.operating_pressure_angle().ok()?
-    } else {
-        pair.pressure_angle
-    };
+    let drawing = drawing?;
     let (mut drive, mut divisions) = law?;
     let friction = friction?;
     if friction > 0.0 {
-        divisions = sliding(table, issues, &pair, parallel)?.cut(&divisions);
+        divisions = sliding(table, issues, &drawing)?.cut(&divisions);
         contact_law::take(&mut drive, &divisions, true);
     }
     let symmetry = match (table.has("coast_symmetry"), divisions.len()) {
         (true, _) => table.quantity(issues, "coast_symmetry")?,
         // Nothing depends on it.
         (false, 1) => 0.0,
-        (false, _) => drawn_symmetry(table, issues, &pair, parallel)?,
+        (false, _) => {
+            let drawn = drawing.symmetry();
+            if drawn.is_none() {
+                table.missing(issues, "coast_symmetry");
+            }
+            drawn?
+        }
     };
     let mut coast = ContactLaw {
         // Counted as the coast flanks' own deflection, which grows as that of the drive flanks
@@ -94,34 +157,27 @@ fn mesh(
     contact_law::take(&mut coast, &mirrored, friction > 0.0);
     Some(TrainMesh {
         gears: gears?,
-        pressure_angle,
-        friction,
-        flanks: [drive, coast],
+        pressure_angle: drawing.pressure_angle()?,
+        law: MeshLaw::Own {
+            friction,
+            flanks: Box::new([drive, coast]),
+        },
     })
 }
 
-/// The half gap that the drawing leaves.
-fn half_gap(table: &Section, issues: &mut Issues, pair: &GearPair) -> Option<f64> {
-    let drawn = pair.drawn_half_gap().ok().flatten();
-    if drawn.is_none() {
-        table.missing(issues, "half_gap");
-    }
-    drawn
-}
-
-/// Where pairs slide over the mesh cycle: the drawing says it of axes that are parallel.
-fn sliding(
-    table: &Section,
-    issues: &mut Issues,
-    pair: &GearPair,
-    parallel: bool,
-) -> Option<EvenSharing> {
-    let fault = match EvenSharing::new(pair) {
-        Ok(pairs) if parallel => return Some(pairs),
-        Ok(_) => {
+/// Where pairs slide over the mesh cycle: the drawing says it of external gears on axes that are parallel.
+fn sliding(table: &Section, issues: &mut Issues, drawing: &Drawing) -> Option<EvenSharing> {
+    let fault = match drawing {
+        Drawing::Ring(..) => "the sliding of internal teeth is not modelled".to_owned(),
+        Drawing::Pair(_, false) => {
             "friction reverses at the pitch point, which is unknown for bevel gears".to_owned()
         }
-        Err(fault) => format!("the drawing does not determine the direction of sliding: {fault}"),
+        Drawing::Pair(pair, true) => match EvenSharing::new(pair) {
+            Ok(pairs) => return Some(pairs),
+            Err(fault) => {
+                format!("the drawing does not determine the direction of sliding: {fault}")
+            }
+        },
     };
     issues.push(
         Diagnostic::new(
@@ -133,19 +189,6 @@ fn sliding(
         .label("unknown direction")
         .remedy("set friction = 0"),
     );
-    None
-}
-
-fn drawn_symmetry(
-    table: &Section,
-    issues: &mut Issues,
-    pair: &GearPair,
-    parallel: bool,
-) -> Option<f64> {
-    if let Some(symmetry) = pair.symmetry().ok().filter(|_| parallel) {
-        return Some(symmetry);
-    }
-    table.missing(issues, "coast_symmetry");
     None
 }
 

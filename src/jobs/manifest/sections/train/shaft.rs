@@ -5,6 +5,9 @@ use crate::manifest::reader::{Child, Section};
 use crate::shaft::{Bearing, Disc, Drag, LooseGear, Motion, ShaftSection, TrainGear, TrainShaft};
 use std::collections::BTreeSet;
 
+/// Diameter of a ring's body beyond its pitch circle, in modules.
+const RIM: f64 = 8.0;
+
 /// What the drawing of a gear says of its teeth.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::manifest) struct Drawn {
@@ -208,6 +211,59 @@ fn gear(
 ) -> Option<(TrainGear, Drawn)> {
     let name = own_name(table, issues, names);
     let at = table.quantity(issues, "at");
+    let internal = table.boolean_or_default(issues, "internal");
+    let outer = if table.has("outer") {
+        table.quantity(issues, "outer").map(Some)
+    } else {
+        Some(None)
+    };
+    let loose = match table.child(issues, "loose") {
+        Child::Absent => Some(None),
+        Child::Invalid => None,
+        Child::Present(own) => loose(&own, issues).map(Some),
+    };
+    let bore = at.and_then(|at| ShaftSection::at(sections, at));
+    let bore = bore.map_or(0.0, |section| section.outer);
+    let (internal, outer) = (internal?, outer?);
+    if outer.is_some() && !internal {
+        let remedy = "remove it, or set internal = true";
+        table.without_effect(issues, &["outer"], "with external teeth", remedy);
+    }
+    let rim = internal.then_some(outer);
+    let (gear, drawn) = toothed(table, issues, density, (bore, rim))?;
+    let gear = TrainGear {
+        name: name?,
+        at: at?,
+        internal,
+        loose: loose?,
+        ..gear
+    };
+    Some((gear, drawn))
+}
+
+/// A planet of `[train.planetary]`, and what the drawing says of it.
+pub(super) fn planet(
+    table: &Section,
+    issues: &mut Issues,
+    density: f64,
+) -> Option<(TrainGear, Drawn)> {
+    let name = if table.has("name") { table.text(issues, "name") } else { Some("planet") };
+    let bore = table.quantity_or_default(issues, "bore");
+    let (gear, drawn) = toothed(table, issues, density, (bore?, None))?;
+    let gear = TrainGear {
+        name: name?.to_owned(),
+        ..gear
+    };
+    Some((gear, drawn))
+}
+
+/// Teeth and body of a gear around a bore \[m\]; `rim` says of internal teeth how far the body reaches outwards.
+fn toothed(
+    table: &Section,
+    issues: &mut Issues,
+    density: f64,
+    (bore, rim): (f64, Option<Option<f64>>),
+) -> Option<(TrainGear, Drawn)> {
     let teeth = table.integer(issues, "teeth");
     let module = table.quantity(issues, "module");
     let width = table.quantity(issues, "width");
@@ -219,20 +275,18 @@ fn gear(
         Child::Invalid => None,
         Child::Present(own) => body(&own, issues).map(Some),
     };
-    let loose = match table.child(issues, "loose") {
-        Child::Absent => Some(None),
-        Child::Invalid => None,
-        Child::Present(own) => loose(&own, issues).map(Some),
-    };
     // The schema bounds the teeth far below the range of u32.
     let teeth = u32::try_from(teeth?).ok()?;
-    let (at, module, width) = (at?, module?, width?);
+    let (module, width) = (module?, width?);
     let body = match given? {
         Some(body) => body,
         None => {
-            let bore = ShaftSection::at(sections, at).map_or(0.0, |section| section.outer);
             let pitch = module * f64::from(teeth);
-            match Disc::annulus(pitch, bore, width, density) {
+            let [outer, inner] = match rim {
+                None => [pitch, bore],
+                Some(outer) => [outer.unwrap_or(pitch + RIM * module), pitch],
+            };
+            match Disc::annulus(outer, inner, width, density) {
                 Ok(body) => body,
                 Err(error) => {
                     issues.push(
@@ -240,10 +294,10 @@ fn gear(
                             DiagnosticKind::Inconsistent,
                             table.span_of("teeth"),
                             &table.path_of("teeth"),
-                            format!("a gear body between a shaft of {bore} m and the pitch circle of {pitch} m: {error}"),
+                            format!("a gear body from a diameter of {inner} m to one of {outer} m, with a pitch circle of {pitch} m: {error}"),
                         )
-                        .label("does not fit on its shaft")
-                        .remedy("check the module and the shaft's diameter, or give the body of the gear"),
+                        .label("does not fit")
+                        .remedy("check the module and the diameters, or give the body of the gear"),
                     );
                     return None;
                 }
@@ -251,14 +305,15 @@ fn gear(
         }
     };
     let gear = TrainGear {
-        name: name?,
-        at,
+        name: String::new(),
+        at: 0.0,
         teeth,
+        internal: false,
         module,
         pressure_angle: pressure_angle?,
         width,
         body,
-        loose: loose?,
+        loose: None,
     };
     let drawn = Drawn {
         profile_shift: profile_shift?,

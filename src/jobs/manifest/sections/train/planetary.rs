@@ -1,0 +1,261 @@
+//! The table `[train.planetary]`: planets as rigid bodies, one shaft each, and the meshes that each has like the first.
+
+use super::Parts;
+use super::shaft::{self, Drawn};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::{Child, Section};
+use crate::shaft::{
+    Bearing, Drag, GearPlace, MeshLaw, Motion, Planet, PlanetarySet, TrainDrive, TrainMesh,
+    TrainShaft, phase_of_planet,
+};
+use std::f64::consts::TAU;
+
+/// Part of a tooth by which an angle of a planet may be rounded.
+const ROUNDED: f64 = 1e-3;
+
+/// Planets of a train, and where they stand.
+pub(super) struct Planets {
+    pub set: PlanetarySet,
+    /// What the manifest calls all of them.
+    pub name: String,
+    /// From the first one \[rad\].
+    pub angles: Vec<f64>,
+}
+
+/// Adds the planets to the shafts; `Some(None)` without any.
+pub(super) fn read(
+    section: &Section,
+    issues: &mut Issues,
+    density: f64,
+    (shafts, drawn): (&mut Vec<TrainShaft>, &mut Vec<Vec<Drawn>>),
+) -> Option<Option<Planets>> {
+    let table = match section.child(issues, "planetary") {
+        Child::Absent => return Some(None),
+        Child::Invalid => return None,
+        Child::Present(table) => table,
+    };
+    let parts = Parts {
+        shafts: &*shafts,
+        drawn: &*drawn,
+        planets: None,
+    };
+    let carrier = parts.shaft(&table, issues, "carrier");
+    let at = table.quantity_or_default(issues, "at");
+    let angles = angles(&table, issues);
+    let gear = shaft::planet(&table, issues, density);
+    let bearing = bearing(&table, issues);
+    let errors = if table.has("pin_errors") {
+        table.quantities(issues, "pin_errors", None)
+    } else {
+        Some(Vec::new())
+    };
+    let radius = if table.has("radius") {
+        table.quantity(issues, "radius").map(Some)
+    } else {
+        Some(None)
+    };
+    let (carrier, at, angles, errors) = (carrier?, at?, angles?, errors?);
+    let (gear, drawing) = gear?;
+    if !errors.is_empty() && errors.len() != angles.len() {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                table.span_of("pin_errors"),
+                &table.path_of("pin_errors"),
+                format!("{} pin errors for {} planets", errors.len(), angles.len()),
+            )
+            .label("give one length per planet"),
+        );
+        return None;
+    }
+    let name = gear.name.clone();
+    let width = gear.width;
+    let tip_diameter = gear.module * (f64::from(gear.teeth) + 2.0 + 2.0 * drawing.profile_shift);
+    let first = shafts.len();
+    for number in 1..=angles.len() {
+        let name = format!("{name} {number}");
+        shafts.push(TrainShaft {
+            name: name.clone(),
+            origin: [0.0; 3],
+            direction: shafts[carrier].direction,
+            sections: Vec::new(),
+            element: None,
+            motion: Motion::All,
+            discs: Vec::new(),
+            gears: vec![crate::shaft::TrainGear {
+                name,
+                ..gear.clone()
+            }],
+            bearings: Vec::new(),
+            torque_at: 0.0,
+            output: 0.0,
+            drag: Drag::default(),
+        });
+        drawn.push(vec![drawing]);
+    }
+    let planets = (0..angles.len()).map(|number| Planet {
+        shaft: first + number,
+        pin_error: errors.get(number).copied().unwrap_or(0.0),
+    });
+    let (radial, [axial, tilt]) = bearing?;
+    let set = PlanetarySet {
+        carrier,
+        at,
+        planets: planets.collect(),
+        bearing: Bearing {
+            x: radial,
+            y: radial,
+            axial: axial.unwrap_or(radial),
+            // As of a bearing that is as wide as the planet.
+            tilt: tilt.unwrap_or(radial * width * width / 12.0),
+            ..Bearing::default()
+        },
+        tip_diameter,
+    };
+    let mut planets = Planets { set, name, angles };
+    planets.place(section, issues, (shafts, drawn), radius?)?;
+    Some(Some(planets))
+}
+
+/// Angles of the planets from the first one \[rad\].
+fn angles(table: &Section, issues: &mut Issues) -> Option<Vec<f64>> {
+    if table.has("angles") {
+        table.given_twice(issues, &["count"], "angles", "give the number of planets");
+        return table.quantities(issues, "angles", None);
+    }
+    let count = table.integer(issues, "count")?;
+    Some((0..count).map(|i| TAU * i as f64 / count as f64).collect())
+}
+
+/// Stiffness of a planet's bearing: radial, and along and against tilting where they are given.
+fn bearing(table: &Section, issues: &mut Issues) -> Option<(f64, [Option<f64>; 2])> {
+    let Some(own) = table.required_child(issues, "bearing") else {
+        return None;
+    };
+    let radial = own.quantity(issues, "radial");
+    let mut optional = |key: &str| {
+        if own.has(key) { own.quantity(issues, key).map(Some) } else { Some(None) }
+    };
+    let [axial, tilt] = ["axial", "tilt"].map(&mut optional);
+    Some((radial?, [axial?, tilt?]))
+}
+
+impl Planets {
+    /// Puts the planets between the teeth, at a distance from the axis \[m\] that is given or leaves no backlash.
+    fn place(
+        &mut self,
+        section: &Section,
+        issues: &mut Issues,
+        (shafts, drawn): (&mut [TrainShaft], &[Vec<Drawn>]),
+        radius: Option<f64>,
+    ) -> Option<()> {
+        let parts = Parts {
+            shafts: &*shafts,
+            drawn,
+            planets: Some(self),
+        };
+        let gears = parts.gears(section, issues, "gears")?;
+        let radius = match radius {
+            Some(radius) => radius,
+            None => match parts.pair(gears, 1.0).tight_centre_distance() {
+                Ok(radius) => radius,
+                Err(error) => {
+                    issues.push(
+                        Diagnostic::new(
+                            DiagnosticKind::Inconsistent,
+                            section.span_of("gears"),
+                            &section.path_of("gears"),
+                            format!("the distance of the planets from the axis is unknown: {error}"),
+                        )
+                        .label("these gears")
+                        .remedy("give train.planetary.radius"),
+                    );
+                    return None;
+                }
+            },
+        };
+        let at = self.set.at;
+        for (planet, &angle) in self.set.planets.iter().zip(&self.angles) {
+            shafts[planet.shaft].origin = shafts[self.set.carrier].beside(at, radius, angle);
+        }
+        Some(())
+    }
+
+    /// The place of the first planet's gear.
+    pub fn first(&self) -> Option<GearPlace> {
+        let shaft = self.set.planets.first()?.shaft;
+        Some(GearPlace { shaft, gear: 0 })
+    }
+
+    /// The meshes of the other planets that a mesh of the first one stands for; `first` is the first gear of the train.
+    pub fn others(
+        &self,
+        train: &TrainDrive,
+        mesh: &TrainMesh,
+    ) -> Vec<TrainMesh> {
+        let of_planet = |place: &GearPlace| Some(*place) == self.first();
+        let Some(central) = mesh.gears.iter().find(|place| !of_planet(place)) else {
+            return Vec::new();
+        };
+        if !mesh.gears.iter().any(of_planet) {
+            return Vec::new();
+        }
+        let others = self.set.planets[1..].iter().zip(&self.angles[1..]);
+        let gear = train.gear(*central);
+        others
+            .map(|(planet, &angle)| {
+                let place = GearPlace {
+                    shaft: planet.shaft,
+                    gear: 0,
+                };
+                let sense = self.sense(train, *central);
+                let ahead = phase_of_planet(gear.teeth, sense, self.exact(train, angle));
+                TrainMesh {
+                    gears: mesh.gears.map(|own| if of_planet(&own) { place } else { own }),
+                    law: match &mesh.law {
+                        MeshLaw::OfFirst { phase } => MeshLaw::OfFirst {
+                            phase: phase + ahead,
+                        },
+                        MeshLaw::Own { friction, flanks } => MeshLaw::Own {
+                            friction: *friction,
+                            flanks: Box::new(flanks.each_ref().map(|law| crate::structure::ContactLaw {
+                                phase: law.phase + ahead,
+                                ..law.clone()
+                            })),
+                        },
+                    },
+                    pressure_angle: mesh.pressure_angle,
+                }
+            })
+            .collect()
+    }
+
+    /// The sense in which a central gear rolls on the planets, where the first gear of the train rolls forwards.
+    fn sense(&self, train: &TrainDrive, central: GearPlace) -> f64 {
+        let forwards = |internal: bool| if internal { 1.0 } else { -1.0 };
+        let first = train.gears[0];
+        let planets = match Some(first) == self.first() {
+            true => 1.0,
+            false => forwards(train.gear(first).internal),
+        };
+        planets * forwards(train.gear(central).internal)
+    }
+
+    /// An angle without its rounding, where it is that of a place between the teeth.
+    fn exact(&self, train: &TrainDrive, angle: f64) -> f64 {
+        let central = train.shafts.iter().flat_map(|shaft| &shaft.gears);
+        let is_planet = |name: &str| {
+            let mut planets = self.set.planets.iter();
+            planets.any(|planet| train.shafts[planet.shaft].gears[0].name == name)
+        };
+        let teeth: Vec<&crate::shaft::TrainGear> =
+            central.filter(|gear| !is_planet(&gear.name)).collect();
+        let of = |internal: bool| teeth.iter().find(|gear| gear.internal == internal);
+        let (Some(external), Some(internal)) = (of(false), of(true)) else {
+            return angle;
+        };
+        let together = f64::from(external.teeth + internal.teeth);
+        let place = angle / TAU * together;
+        if (place - place.round()).abs() > ROUNDED { angle } else { TAU * place.round() / together }
+    }
+}
