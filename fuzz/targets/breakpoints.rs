@@ -254,6 +254,7 @@ pub fn model(case: Case) -> Model {
                     phase: 0.0,
                     error: Vec::new(),
                 },
+                copies: None,
             }];
         }
     }

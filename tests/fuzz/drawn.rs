@@ -158,6 +158,7 @@ impl Drawn {
                 coast: None,
                 teeth: 20,
                 wheel_teeth: None,
+                frame: Default::default(),
                 rated_force: 1330.0,
                 frequency,
                 damping,

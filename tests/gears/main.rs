@@ -24,6 +24,7 @@ mod mesh_resolution;
 mod mesh_structure;
 mod mesh_table;
 mod mesh_teeth;
+mod planetary;
 mod sharing;
 mod structure_published;
 mod structure_reference;

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use common::advance::{Events, advance, advance_with, volterra};
+use common::advance::{Events, advance, advance_with, disturbed, volterra};
 use gearatlas::analysis::{EnergyAudit, EnergyNorm, Nvh};
 use gearatlas::manifest::{self, Job};
 use gearatlas::model::{InitialState, Model, TrajectoryState};
@@ -34,19 +34,6 @@ fn shipped() -> Vec<(&'static str, Model, usize)> {
         ("idle-rattle", model(&idle, last), 1),
         ("clutch", model(&job(&text("clutch")), 8), 1),
     ]
-}
-
-/// A state from which contacts open and close, a few half gaps from the static one.
-fn disturbed(model: &Model) -> TrajectoryState {
-    let start = model.start(&InitialState::Static);
-    let norm = EnergyNorm::new(model);
-    let mut state = start.state.clone();
-    let felt = norm.felt();
-    let part = 4.0 * norm.unit() / (felt.len() as f64).sqrt();
-    for (k, i) in felt.into_iter().enumerate() {
-        state[i] += part * (1.7 * k as f64).cos() / norm.weights()[i];
-    }
-    TrajectoryState::new(model, state, 0)
 }
 
 #[test]

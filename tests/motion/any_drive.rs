@@ -65,6 +65,7 @@ fn contact(name: &str, participation: Vec<f64>, gap: f64, levels: &[f64]) -> Str
             phase: 0.0,
             error: Vec::new(),
         },
+        copies: None,
     }
 }
 

@@ -61,6 +61,7 @@ fn contact(side: &Side) -> StructureContact {
             phase: 0.0,
             error: Vec::new(),
         },
+        copies: None,
     }
 }
 

@@ -73,6 +73,9 @@ impl Basis {
             .map(|(c, g)| c + speed * g)
             .collect();
         let mut stiffness = coupling.stiffness.clone();
+        for (own, frame) in stiffness.iter_mut().zip(&structure.frame.stiffness) {
+            *own += speed * speed * frame;
+        }
         for matrix in [&mut damping, &mut stiffness] {
             basis.turn_matrix(matrix);
         }

@@ -49,7 +49,8 @@ impl BearingOutput {
             gain,
             constant: share.torque * structure.rated_force * point.load
                 + share.constant_load
-                + share.load_by_speed * point.speed,
+                + share.load_by_speed * point.speed
+                + share.frame_load * point.speed * point.speed,
             by_ripple: by_torque
                 .chain(share.harmonic_loads.iter().copied())
                 .collect(),

@@ -10,11 +10,14 @@ pub const DRIVE_FLANK: usize = 0;
 pub const COAST_FLANK: usize = 1;
 
 /// Most contacts of a model.
-pub const MOST_CONTACTS: usize = 32;
+pub const MOST_CONTACTS: usize = 64;
+
+/// Contacts that are commonly closed at once at most: room for all is not made where these have it.
+pub const SEVERAL_CONTACTS: usize = 16;
 
 /// The closed ones of a model's contacts, by their places in [`super::Model::contacts`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct ActiveSet(u32);
+pub struct ActiveSet(u64);
 
 impl ActiveSet {
     /// No contact is closed: free flight.
@@ -84,7 +87,7 @@ impl ActiveSet {
     }
 
     /// The set as the sum of `2^place`.
-    pub fn bits(self) -> u32 {
+    pub fn bits(self) -> u64 {
         self.0
     }
 }

@@ -45,7 +45,9 @@ mod system;
 pub use basis::{Basis, Coupled};
 pub use bearing::BearingOutput;
 pub use block::{Block, MeshGain};
-pub use contact::{ActiveSet, COAST_FLANK, Contact, DRIVE_FLANK, Flanks, MOST_CONTACTS};
+pub use contact::{
+    ActiveSet, COAST_FLANK, Contact, DRIVE_FLANK, Flanks, MOST_CONTACTS, SEVERAL_CONTACTS,
+};
 pub use derivative::ShapeChange;
 pub use direction::{Direction, Line};
 pub use drive::{

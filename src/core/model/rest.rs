@@ -16,7 +16,7 @@
 //! so that Newton steps with exact line searches end after finitely many of them (J. Sun, On piecewise quadratic Newton
 //! and trust region problems, Math. Program. 76, 1997). Friction, and springs that are not symmetric, come in by parts:
 //! on each part what they add is a load, renewed until the closed contacts stay the same. Where that way ends, because
-//! contacts lock, every combination of closed contacts is tried: where none is in balance, there is no equilibrium.
+//! contacts lock, every combination of at most sixteen contacts is tried: where none is in balance, there is no equilibrium.
 
 use super::ActiveSet;
 use crate::numerics::linalg;
@@ -31,6 +31,9 @@ const SAME_MOTION: f64 = 1e-9;
 
 /// Newton steps until an energy has no minimum: sixteen contacts need some twenty.
 const MOST_STEPS: usize = 300;
+
+/// Most contacts of which every combination is tried.
+const MOST_TRIED: usize = 16;
 
 /// Renewals of the load by friction until a part of it is too much at once.
 const MOST_RENEWALS: usize = 20;
@@ -330,6 +333,9 @@ impl Contacts {
     /// Any state of rest, each combination of closed contacts taken near a place.
     fn any_at(&self, place: &[f64]) -> Option<Rest> {
         let count = self.bearers.len();
+        if count > MOST_TRIED {
+            return None;
+        }
         let combination = |bits: u32| {
             (0..count)
                 .filter(|contact| bits >> contact & 1 == 1)

@@ -53,10 +53,7 @@ pub(super) fn with_own_law<'c>(
             .map(|error| (error.harmonic, error.amplitude, error.phase + turned))
             .collect(),
     };
-    Ok(Cow::Owned(StructureContact {
-        law,
-        ..own.clone()
-    }))
+    Ok(Cow::Owned(StructureContact { law, ..own.clone() }))
 }
 
 /// A contact of a structure as the model has it: one with a gap b of its own, seen along its own

@@ -119,13 +119,15 @@ impl Model {
             .collect();
         let mut load: Vec<f64> = rated.iter().map(|t| t * point.load).collect();
         // The mean drag comes on top of what is in proportion to the load.
-        let [constant, by_speed] = [&structure.constant_load, &structure.load_by_speed]
-            .map(|column| rotate_any(&basis, column));
-        for (load, drag) in load.iter_mut().zip(constant) {
-            *load += drag;
-        }
-        for (load, drag) in load.iter_mut().zip(by_speed) {
-            *load += point.speed * drag;
+        let speed = point.speed;
+        for (factor, column) in [
+            (1.0, &structure.constant_load),
+            (speed, &structure.load_by_speed),
+            (speed * speed, &structure.frame.load),
+        ] {
+            for (load, own) in load.iter_mut().zip(rotate_any(&basis, column)) {
+                *load += factor * own;
+            }
         }
         let rated_input = basis.input(&rated);
         let blocks: Vec<Block> = (generators.into_iter().zip(basis.input(&load)))
@@ -222,7 +224,7 @@ impl Model {
             "number of contacts",
             count,
             count <= most,
-            "at most 32, both flanks included",
+            "at most 64, both flanks included",
         )?;
         let (base, name) = (base_cycles(&contacts), "base period of all contacts");
         let fits = base <= MOST_BASE_CYCLES;

@@ -6,5 +6,6 @@ mod static_share;
 pub use modal::{
     BearingGain, ContactLaw, Coupling, FlankParticipation, HarmonicLoad, MOST_BASE_CYCLES,
     MOST_CYCLES, ModalStructure, ModeCount, MotionKind, PlaceMotion, StructureContact, TorqueGain,
+    TurningFrame,
 };
 pub use static_share::StaticShare;

@@ -38,9 +38,8 @@ pub struct ModalStructure {
     pub teeth: u32,
     /// Teeth of the wheel, where known (needed for ripple on the wheel's shaft).
     pub wheel_teeth: Option<u32>,
-    /// Speed of the carrier on whose pins the wheel runs, in units of the pinion's; 0 where the axes of the meshes
-    /// stand still.
-    pub carrier_speed: f64,
+    /// The frame in which the axes of the meshes stand still.
+    pub frame: TurningFrame,
     /// Mesh force at load = 1 \[N\].
     pub rated_force: f64,
     /// Undamped natural frequency ω \[rad/s\]; 0 for a rigid rotation.
@@ -117,16 +116,41 @@ pub struct Coupling {
 }
 
 impl Coupling {
-    /// The coupling of the `retained` first of `modes` modes: leading parts of the matrices.
+    /// The coupling of the `retained` first of `modes` modes.
     fn leading(&self, modes: usize, retained: usize) -> Self {
-        let keep = |matrix: &[f64]| {
-            let rows = matrix.chunks_exact(modes).take(retained);
-            rows.flat_map(|row| &row[..retained]).copied().collect()
-        };
+        let keep = |matrix: &[f64]| leading_part(matrix, modes, retained);
         Self {
             damping: keep(&self.damping),
             gyroscopic: keep(&self.gyroscopic),
             stiffness: keep(&self.stiffness),
+        }
+    }
+}
+
+/// Rows and columns of the `retained` first of `modes` modes in a matrix; nothing of an empty one.
+fn leading_part(matrix: &[f64], modes: usize, retained: usize) -> Vec<f64> {
+    let rows = matrix.chunks_exact(modes).take(retained);
+    rows.flat_map(|row| &row[..retained]).copied().collect()
+}
+
+/// A frame that turns with the carrier of planets, and what it adds to the equations of motion of its structure:
+/// `Ω² (K_f q − f)` on the left, Ω the pinion's speed. Coriolis terms are among the gyroscopic ones of [`Coupling`].
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
+pub struct TurningFrame {
+    /// Speed of the carrier, in units of the pinion's; 0 where the frame stands still.
+    pub speed: f64,
+    /// K_f, N × N row by row \[1\]; empty for none.
+    pub stiffness: Vec<f64>,
+    /// f, one entry a mode \[m √kg\]: centrifugal forces on planets; empty for none.
+    pub load: Vec<f64>,
+}
+
+impl TurningFrame {
+    fn leading(&self, modes: usize, retained: usize) -> Self {
+        Self {
+            speed: self.speed,
+            stiffness: leading_part(&self.stiffness, modes, retained),
+            load: self.load.iter().take(retained).copied().collect(),
         }
     }
 }
@@ -348,6 +372,7 @@ impl BearingGain {
             ],
             constant_load: share(known.constant_load, &structure.constant_load),
             load_by_speed: share(known.load_by_speed, &structure.load_by_speed),
+            frame_load: share(known.frame_load, &structure.frame.load),
             harmonic_loads: each(
                 &known.harmonic_loads,
                 (structure.harmonic_loads.iter())
@@ -367,7 +392,7 @@ impl ModalStructure {
         Self {
             teeth: 1,
             wheel_teeth: None,
-            carrier_speed: 0.0,
+            frame: TurningFrame::default(),
             rated_force: 1.0,
             frequency: frequency.to_vec(),
             damping: frequency.iter().map(damping).collect(),
@@ -404,7 +429,7 @@ impl ModalStructure {
 
     /// Mesh cycles in a turn of the pinion, `z |1 − Ω_carrier/Ω|`.
     pub fn cycles_per_turn(&self) -> f64 {
-        f64::from(self.teeth) * (1.0 - self.carrier_speed).abs()
+        f64::from(self.teeth) * (1.0 - self.frame.speed).abs()
     }
 
     /// Number of modes N.
@@ -493,7 +518,7 @@ impl ModalStructure {
         Ok(Self {
             teeth: self.teeth,
             wheel_teeth: self.wheel_teeth,
-            carrier_speed: self.carrier_speed,
+            frame: self.frame.leading(self.modes(), retained),
             rated_force: self.rated_force,
             frequency: keep(&self.frequency),
             damping: keep(&self.damping),
@@ -580,7 +605,7 @@ mod tests {
         ModalStructure {
             teeth: 20,
             wheel_teeth: None,
-            carrier_speed: 0.0,
+            frame: TurningFrame::default(),
             rated_force: 1.0,
             frequency: vec![0.0, 2.0, 4.0, 8.0],
             damping: column(0.01),

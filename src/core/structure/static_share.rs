@@ -19,6 +19,8 @@ pub struct StaticShare {
     pub constant_load: f64,
     /// Of [`ModalStructure::load_by_speed`](super::ModalStructure::load_by_speed) \[N s/rad\].
     pub load_by_speed: f64,
+    /// Of the load of [`TurningFrame`](super::TurningFrame) \[N s²/rad²\].
+    pub frame_load: f64,
     /// Of every harmonic load \[N\].
     pub harmonic_loads: Vec<f64>,
 }

@@ -37,7 +37,9 @@ pub struct InternalPair {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum InternalError {
     /// The ring has too few teeth.
-    #[error("a ring of {ring} teeth has no room for a gear of {gear} teeth; it needs more teeth than the gear")]
+    #[error(
+        "a ring of {ring} teeth has no room for a gear of {gear} teeth; it needs more teeth than the gear"
+    )]
     TooFewTeeth {
         /// Teeth of the gear.
         gear: u32,
@@ -45,7 +47,9 @@ pub enum InternalError {
         ring: u32,
     },
     /// The base circles touch or cross.
-    #[error("the axes are {distance:.6e} m apart, but the base circles need more than {least:.6e} m")]
+    #[error(
+        "the axes are {distance:.6e} m apart, but the base circles need more than {least:.6e} m"
+    )]
     TooNear {
         /// Distance of the axes \[m\].
         distance: f64,
@@ -62,7 +66,9 @@ pub enum InternalError {
         overlap: f64,
     },
     /// Fewer than one pair of teeth in contact.
-    #[error("the contact ratio is {ratio:.3}, but must be at least 1; change the profile shifts or the distance of the axes")]
+    #[error(
+        "the contact ratio is {ratio:.3}, but must be at least 1; change the profile shifts or the distance of the axes"
+    )]
     ContactRatio {
         /// Contact ratio.
         ratio: f64,
@@ -97,7 +103,8 @@ impl InternalPair {
 
     /// Base radii \[m\].
     fn base_radii(&self) -> [f64; 2] {
-        self.reference_radii().map(|r| r * self.pressure_angle.cos())
+        self.reference_radii()
+            .map(|r| r * self.pressure_angle.cos())
     }
 
     /// Tip radii \[m\]; that of the ring is its inner radius.
@@ -159,11 +166,20 @@ impl InternalPair {
     }
 
     /// Mesh phase in \[0, ½) at which a tooth of the gear, or the middle of a space, stands on the line of centres, where
-    /// the gear drives: as [`GearPair::symmetry`](super::GearPair::symmetry), from the ring's tip on.
+    /// the gear drives: as [`GearPair::symmetry`](super::GearPair::symmetry).
     ///
     /// # Errors
     /// As [`Self::operating_pressure_angle`].
     pub fn symmetry(&self) -> Result<f64, InternalError> {
+        Ok(self.tooth_phase()?.rem_euclid(0.5))
+    }
+
+    /// Mesh phase in \[0, 1) at which a tooth of the gear stands on the line of centres, where it drives: the path of
+    /// contact starts at the ring's tip.
+    ///
+    /// # Errors
+    /// As [`Self::operating_pressure_angle`].
+    pub fn tooth_phase(&self) -> Result<f64, InternalError> {
         let working = self.operating_pressure_angle()?;
         let [base, ring_base] = self.base_radii();
         let tip = self.tip_radii()[1];
@@ -176,7 +192,7 @@ impl InternalPair {
             - involute(working);
         let pitch = PI * self.module * self.pressure_angle.cos();
         // Half the tooth follows its flank: on the base circle, as long as on the line of action.
-        Ok(((approach + base * half_angle) / pitch).rem_euclid(0.5))
+        Ok(((approach + base * half_angle) / pitch).rem_euclid(1.0))
     }
 
     /// That the gear runs inside the ring: without overlap of teeth, without interference of tips, one pair always in
@@ -293,16 +309,26 @@ mod tests {
         let good = pair([37, 91], 5e-3, [0.0; 2], 0.135);
         assert_eq!(good.check(), Ok(()));
         let small = pair([37, 37], 5e-3, [0.0; 2], 0.135);
-        assert!(matches!(small.check(), Err(InternalError::TooFewTeeth { .. })));
+        assert!(matches!(
+            small.check(),
+            Err(InternalError::TooFewTeeth { .. })
+        ));
         let near = pair([37, 91], 5e-3, [0.0; 2], 0.12);
         assert!(matches!(near.check(), Err(InternalError::TooNear { .. })));
         let jammed = pair([37, 91], 5e-3, [0.2, 0.0], 0.135);
         assert!(matches!(jammed.check(), Err(InternalError::Jammed { .. })));
         // 30 and 34 teeth of 20°: the tips foul, as every handbook of internal gears warns.
         let tips = pair([60, 64], 5e-3, [0.0; 2], 0.01);
-        assert!(matches!(tips.check(), Err(InternalError::Tips { .. })), "{:?}", tips.check());
+        assert!(
+            matches!(tips.check(), Err(InternalError::Tips { .. })),
+            "{:?}",
+            tips.check()
+        );
         // The ring of 30 teeth has tips inside the base circle of its involute.
         let involute = pair([14, 30], 5e-3, [0.0; 2], 0.04);
-        assert!(matches!(involute.check(), Err(InternalError::Involute { .. })));
+        assert!(matches!(
+            involute.check(),
+            Err(InternalError::Involute { .. })
+        ));
     }
 }

@@ -63,12 +63,24 @@ impl GearPair {
         Ok(length.min(mate * tangent))
     }
 
-    /// Mesh phase in \[0, ½) at which a tooth of the pinion, or the middle of a space, stands on
-    /// the line of centres: `(g_f + s_w cos α_w/2)/p_b`.
+    /// Mesh phase in \[0, 1) at which a tooth of the pinion stands on the line of centres:
+    /// `(g_f + s_w cos α_w/2)/p_b`.
     ///
     /// At mesh phase 0 a pair takes hold at the start of the path, of helical gears at mid-face. Its pinion flank passes the pitch point
-    /// the path before it later, and half the tooth follows, `s_w/2` on the pitch circle. Half a
-    /// cycle on a space stands there. At these phases the pinion is its own mirror image, and what
+    /// the path before it later, and half the tooth follows, `s_w/2` on the pitch circle.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::approach`].
+    pub fn tooth_phase(&self) -> Result<f64, GearError> {
+        let cos = self.operating_pressure_angle()?.cos();
+        let base_pitch = PI * self.transverse_module() * self.transverse_pressure_angle().cos();
+        let along = self.approach()? + 0.5 * self.operating_thickness(0)? * cos;
+        Ok((along / base_pitch).rem_euclid(1.0))
+    }
+
+    /// Mesh phase in \[0, ½) at which a tooth of the pinion ([`Self::tooth_phase`]), or the middle of a space half a
+    /// cycle on, stands on the line of centres. At these phases the pinion is its own mirror image, and what
     /// touches its coast flanks is the image of what touches its drive flanks:
     /// `k_coast(symmetry + φ) = k_drive(symmetry − φ)`. Of helical gears the image of a place of the
     /// face is the one as far from mid-face on the other side.
@@ -77,10 +89,7 @@ impl GearPair {
     ///
     /// As [`Self::approach`].
     pub fn symmetry(&self) -> Result<f64, GearError> {
-        let cos = self.operating_pressure_angle()?.cos();
-        let base_pitch = PI * self.transverse_module() * self.transverse_pressure_angle().cos();
-        let along = self.approach()? + 0.5 * self.operating_thickness(0)? * cos;
-        Ok((along / base_pitch).rem_euclid(0.5))
+        Ok(self.tooth_phase()?.rem_euclid(0.5))
     }
 }
 

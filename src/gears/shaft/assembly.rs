@@ -275,18 +275,15 @@ impl Assembly {
     ///
     /// # Errors
     /// As [`Self::add_carried_node`].
-    pub fn add_node_beside(
-        &mut self,
-        body: usize,
-        offset: [f64; 3],
-    ) -> Result<usize, ShaftError> {
+    pub fn add_node_beside(&mut self, body: usize, offset: [f64; 3]) -> Result<usize, ShaftError> {
         let first = self.freedom(body, Freedom::X)?;
         for part in offset {
             finite("offset on a rigid body [m]", part)?;
         }
         let node = self.add_node();
         let [x, y, z] = offset;
-        let turn = |freedom: Freedom, arm: f64| (arm != 0.0).then_some((first + freedom as usize, arm));
+        let turn =
+            |freedom: Freedom, arm: f64| (arm != 0.0).then_some((first + freedom as usize, arm));
         let (about_x, about_y, about_z) =
             (Freedom::RotationX, Freedom::RotationY, Freedom::RotationZ);
         for same in first..first + NODE_FREEDOMS {

@@ -43,7 +43,8 @@ use super::projection;
 use crate::gear::GearPair;
 use crate::structure::StaticShare;
 use crate::structure::{
-    BearingGain, FlankParticipation, ModalStructure, ModeCount, MotionKind, PlaceMotion, TorqueGain,
+    BearingGain, FlankParticipation, ModalStructure, ModeCount, MotionKind, PlaceMotion,
+    TorqueGain, TurningFrame,
 };
 
 /// The neutral and the relative rotation.
@@ -268,7 +269,7 @@ impl PairedShafts<'_> {
         let with_shapes = ModalStructure {
             teeth: self.gears.teeth[0],
             wheel_teeth: Some(self.gears.teeth[1]),
-            carrier_speed: 0.0,
+            frame: TurningFrame::default(),
             rated_force: self.gears.rated_force(),
             frequency: solution.frequencies(),
             damping,

@@ -27,6 +27,7 @@ pub(super) fn coupling(
         damping,
         gyroscopic,
         cross_stiffness,
+        ..
     } = matrices.coupling.as_ref()?;
     let shape = settled_shape(&matrices.mass, solution, settle);
     let project = |matrix: &Mat<f64>| {
@@ -49,6 +50,26 @@ pub(super) fn coupling(
         .flatten()
         .any(|&entry| entry != 0.0);
     felt.then_some(coupling)
+}
+
+/// What a turning frame adds to the stiffness of the modes; empty without one.
+pub(super) fn frame_stiffness(
+    matrices: &AssembledMatrices,
+    solution: &Modes,
+    settle: impl Fn(&mut [f64]),
+) -> Vec<f64> {
+    let Some(of_frame) = matrices.coupling.as_ref().map(|all| &all.frame_stiffness) else {
+        return Vec::new();
+    };
+    if of_frame.norm_max() == 0.0 {
+        return Vec::new();
+    }
+    let shape = settled_shape(&matrices.mass, solution, settle);
+    let image = product(of_frame.as_ref(), shape.as_ref());
+    let felt = product(shape.transpose(), image.as_ref());
+    let modes = felt.nrows();
+    let even = |i: usize, j: usize| 0.5 * (felt[(i, j)] + felt[(j, i)]);
+    rows(&Mat::from_fn(modes, modes, even))
 }
 
 /// The shapes of the structure's modes, freedoms × modes, without round-off of zeros.

@@ -14,7 +14,7 @@ use super::text::NoText;
 use super::tree::entries;
 use super::tree::{self, Value};
 use super::{text, unknown};
-use crate::structure::{BearingGain, ModalStructure, StaticShare};
+use crate::structure::{BearingGain, ModalStructure, StaticShare, TurningFrame};
 use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -102,7 +102,7 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
             Some(teeth) => Some(u32::try_from(teeth).ok()?),
             None => None,
         },
-        carrier_speed: 0.0,
+        frame: TurningFrame::default(),
         rated_force: rated_force?,
         frequency,
         damping: damping?,

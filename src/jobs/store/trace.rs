@@ -67,7 +67,7 @@ pub fn trace_table(modal: bool, outputs: &[[String; 2]]) -> Table<TraceSample> {
         f64 "velocity", "m/s", row.velocity, "Rate of the mesh deflection";
         f64 "force", "N", row.force, "Mesh force";
         text "contact", "", row.contact.name(), "Flanks in contact: drive, coast, both or free";
-        u64 "closed", "", u64::from(row.contact.bits()),
+        u64 "closed", "", row.contact.bits(),
             "All closed contacts as a sum: 1 for the drive flank, 2 for the coast flank, 4, 8, ... for further contacts";
     ];
     let names = column_names(outputs);

@@ -249,7 +249,7 @@ fn with_mesh(
         speed: point.speed,
     };
     let mut model = Model::new(structure, &drive, operating)?;
-    model.rolling = rolling(point, friction, 1.0 - structure.carrier_speed);
+    model.rolling = rolling(point, friction, 1.0 - structure.frame.speed);
     Ok(model)
 }
 

@@ -10,7 +10,7 @@ use super::sets::SAME_TIME;
 use super::slot::Slot;
 use super::system::System;
 use super::workspace::{Place, Workspace};
-use crate::model::{DRIVE_FLANK, MOST_CONTACTS};
+use crate::model::{DRIVE_FLANK, MOST_CONTACTS, SEVERAL_CONTACTS};
 use crate::numerics::exponential::legendre_series;
 use crate::numerics::legendre::{self, transforms24};
 use crate::propagate::vectors::{Row, TERMS, interpolation};
@@ -91,10 +91,12 @@ impl ClosedModes<'_> {
         state.copy_from_slice(&w.states[..w.length]);
         inputs.copy_from_slice(&w.inputs);
         // Room for many is not made where it is not needed.
-        if place.active.count() <= 1 {
-            self.show_few::<O, 1>(place, duration, w, observer);
-        } else {
-            self.show_few::<O, MOST_CONTACTS>(place, duration, w, observer);
+        match place.active.count() {
+            0 | 1 => self.show_few::<O, 1>(place, duration, w, observer),
+            2..=SEVERAL_CONTACTS => {
+                self.show_few::<O, SEVERAL_CONTACTS>(place, duration, w, observer);
+            }
+            _ => self.show_few::<O, MOST_CONTACTS>(place, duration, w, observer),
         }
     }
 

@@ -7,7 +7,7 @@ use super::position::{Position, Track};
 use super::shapes::{GapError, Series, TERMS};
 use super::tables::gap_error;
 use super::workspace::Workspace;
-use crate::model::{ActiveSet, DRIVE_FLANK, MOST_CONTACTS};
+use crate::model::{ActiveSet, DRIVE_FLANK, MOST_CONTACTS, SEVERAL_CONTACTS};
 use crate::numerics::legendre;
 use crate::propagate::events::{Crossing, Guard, Margin, ROUND_OFF};
 use crate::propagate::{ClosedContact, Counters, Observer, Window};
@@ -214,6 +214,9 @@ impl Volterra<'_> {
                 self.show_one(view, place, contact, workspace, observer);
             }
             1 | 2 => self.show_few::<O, 2>(view, workspace, observer),
+            3..=SEVERAL_CONTACTS => {
+                self.show_few::<O, SEVERAL_CONTACTS>(view, workspace, observer);
+            }
             _ => self.show_few::<O, MOST_CONTACTS>(view, workspace, observer),
         }
     }

@@ -10,7 +10,7 @@
 
 use super::super::beam::BeamElement;
 use super::super::error::{ShaftError, finite, non_negative};
-use super::{Assembly, Freedom, scatter};
+use super::{Assembly, Freedom, NODE_FREEDOMS, scatter};
 use faer::Mat;
 
 /// `(row, column, value)` over all freedoms.
@@ -22,6 +22,7 @@ pub(super) struct Entries {
     damping: Vec<Entry>,
     gyroscopic: Vec<Entry>,
     cross_stiffness: Vec<Entry>,
+    frame_stiffness: Vec<Entry>,
     /// Speed of what is added now, in units of Ω.
     turning: f64,
 }
@@ -35,6 +36,8 @@ pub struct CouplingMatrices {
     pub gyroscopic: Mat<f64>,
     /// Stiffness K_c of cross-coupled springs \[N/m\].
     pub cross_stiffness: Mat<f64>,
+    /// What a turning frame adds, `Ω² K_f` \[kg\], symmetric.
+    pub frame_stiffness: Mat<f64>,
 }
 
 impl Entries {
@@ -61,20 +64,90 @@ impl Entries {
 
     /// The matrices, by what sums entries over the free freedoms; none without any entry.
     pub fn matrices(&self, collect: impl Fn(&[Entry]) -> Mat<f64>) -> Option<CouplingMatrices> {
-        let all = [&self.damping, &self.gyroscopic, &self.cross_stiffness];
+        let all = [
+            &self.damping,
+            &self.gyroscopic,
+            &self.cross_stiffness,
+            &self.frame_stiffness,
+        ];
         if all.iter().all(|entries| entries.is_empty()) {
             return None;
         }
-        let [damping, gyroscopic, cross_stiffness] = all.map(|entries| collect(entries));
+        let [damping, gyroscopic, cross_stiffness, frame_stiffness] =
+            all.map(|entries| collect(entries));
         Some(CouplingMatrices {
             damping,
             gyroscopic,
             cross_stiffness,
+            frame_stiffness,
         })
     }
 }
 
+/// Where `S u` takes a freedom from, `S (x, y) = (−y, x)` of displacements and rotations alike, and its sign: the column of
+/// a matrix M moves there in M S. None of what a turn about the axis does not change.
+fn turned(column: usize) -> Option<(usize, f64)> {
+    match column % NODE_FREEDOMS {
+        0 | 3 => Some((column + 1, -1.0)),
+        1 | 4 => Some((column - 1, 1.0)),
+        _ => None,
+    }
+}
+
 impl Assembly {
+    /// Writes all inertia that has been added in a frame that turns about the axis, right-handed, at `ratio` times the
+    /// speed Ω of the pinion. Displacements of the frame are `S u`-wise those of the ground, so that
+    ///
+    /// ```text
+    /// M (u'' + 2 Ω_f S u' − Ω_f² u) + Ω G (u' + Ω_f S u)
+    /// ```
+    ///
+    /// stands for `M u'' + Ω G u'` (Cooley & Parker, J. Vib. Acoust. 134, 061014, 2012). All that stands in the ground has
+    /// to be the same in all directions.
+    pub fn in_turning_frame(&mut self, ratio: f64) {
+        let moments = self.coupling.gyroscopic.clone();
+        for &(row, column, value) in &self.mass {
+            if let Some((to, sign)) = turned(column) {
+                self.coupling
+                    .gyroscopic
+                    .push((row, to, 2.0 * ratio * sign * value));
+                (self.coupling.frame_stiffness).push((row, column, -ratio * ratio * value));
+            }
+        }
+        for (row, column, value) in moments {
+            if let Some((to, sign)) = turned(column) {
+                self.coupling
+                    .frame_stiffness
+                    .push((row, to, ratio * sign * value));
+            }
+        }
+    }
+
+    /// Lets the centrifugal force of a mass \[kg\] on the pin of a carrier, at a distance `arm` \[m\] from its axis in x and y,
+    /// turn with the carrier. The frame gives `−m Ω_f² |u|²/2`; what counts is the way from where the carrier has
+    /// taken the pin, `|u − S r θ|`: a carrier that has turned is as it was.
+    ///
+    /// # Errors
+    /// [`ShaftError::NoSuchNode`].
+    pub fn add_mass_on_pin(
+        &mut self,
+        [node, pin]: [usize; 2],
+        mass: f64,
+        [x, y]: [f64; 2],
+        ratio: f64,
+    ) -> Result<(), ShaftError> {
+        let moved = self.freedom(node, Freedom::X)?;
+        let turn = self.freedom(pin, Freedom::RotationZ)?;
+        let square = mass * ratio * ratio;
+        let entries = &mut self.coupling.frame_stiffness;
+        for (freedom, along) in [(moved, -y), (moved + 1, x)] {
+            entries.push((freedom, turn, square * along));
+            entries.push((turn, freedom, square * along));
+            entries.push((turn, turn, -square * along * along));
+        }
+        Ok(())
+    }
+
     /// Beams and discs that are added from here on turn about their axis, right-handed, at
     /// `ratio` times the speed Ω of the pinion and have gyroscopic moments; with 0, as at
     /// first, they have none.

@@ -75,8 +75,8 @@ pub enum TrainError {
     },
     /// A bearing that the turning carrier would feel turn.
     #[error(
-        "bearing {bearing} of shaft `{shaft}` is not the same in all directions, but the model turns with the \
-         carrier `{carrier}`; give it equal x and y, equal damping_x and damping_y, and opposite cross-coupled values"
+        "bearing {bearing} of shaft `{shaft}` is not the same in all directions, or has dampers or cross-coupled \
+         springs, but the model turns with the carrier `{carrier}`; give it equal x and y alone"
     )]
     UnequalBearing {
         /// The shaft.

@@ -100,13 +100,15 @@ impl TrainDrive {
             supports.push((self.shafts[planet.shaft].name.clone(), support));
             pins.push(pin);
         }
-        Ok(Assembled {
+        let mut assembled = Assembled {
             assembly,
             shafts,
             loose,
             pins,
             supports,
-        })
+        };
+        self.turn_with_carrier(&mut assembled, layout)?;
+        Ok(assembled)
     }
 
     /// Everything that stands on a shaft needs a node: the places, ascending.

@@ -16,6 +16,7 @@ use super::speeds::{Layout, sense};
 use super::{GearPlace, TrainDrive, TrainError, TrainShaft};
 use crate::shaft::assembly::Freedom;
 use crate::shaft::drive::Bearing;
+use crate::shaft::error::ShaftError;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -55,7 +56,9 @@ pub struct Planet {
 impl PlanetarySet {
     /// Each planet and the carrier.
     pub(super) fn pins(&self) -> impl Iterator<Item = [usize; 2]> {
-        self.planets.iter().map(|planet| [planet.shaft, self.carrier])
+        self.planets
+            .iter()
+            .map(|planet| [planet.shaft, self.carrier])
     }
 }
 
@@ -78,7 +81,11 @@ pub fn phase_of_planet(teeth: u32, sense: f64, angle: f64) -> f64 {
 
 impl TrainDrive {
     /// That everything is central and the planets fit.
-    pub(super) fn check_planets(&self, set: &PlanetarySet, axes: &[Axis]) -> Result<(), TrainError> {
+    pub(super) fn check_planets(
+        &self,
+        set: &PlanetarySet,
+        axes: &[Axis],
+    ) -> Result<(), TrainError> {
         self.all_is_central(set, axes)?;
         self.bearings_are_round(set)?;
         self.planets_fit(set, axes)?;
@@ -101,8 +108,7 @@ impl TrainDrive {
                 return Err(refuse(&own.name));
             }
         }
-        let planet_less =
-            |gears: &[GearPlace; 2]| !gears.iter().any(|gear| is_planet(gear.shaft));
+        let planet_less = |gears: &[GearPlace; 2]| !gears.iter().any(|gear| is_planet(gear.shaft));
         match self.pairs().find(planet_less) {
             Some([one, _]) => Err(refuse(&self.gear(one).name)),
             None => Ok(()),
@@ -113,9 +119,8 @@ impl TrainDrive {
     fn bearings_are_round(&self, set: &PlanetarySet) -> Result<(), TrainError> {
         for shaft in &self.shafts {
             for (number, (_, own)) in (1..).zip(&shaft.bearings) {
-                let [[xx, xy], [yx, yy]] = own.damping;
-                let round = own.x == own.y && xx == yy && xy == -yx;
-                if !(round && own.cross[0] == -own.cross[1]) {
+                let plain = own.damping == [[0.0; 2]; 2] && own.cross == [0.0; 2];
+                if own.x != own.y || !plain {
                     return Err(TrainError::UnequalBearing {
                         shaft: shaft.name.clone(),
                         bearing: number,
@@ -160,7 +165,10 @@ impl TrainDrive {
             return Ok(());
         };
         let together = f64::from(external + internal);
-        let first = set.planets.first().map_or(0.0, |own| arm(axes, set, own.shaft).0);
+        let first = set
+            .planets
+            .first()
+            .map_or(0.0, |own| arm(axes, set, own.shaft).0);
         for (number, planet) in (1..).zip(&set.planets) {
             let turns = (arm(axes, set, planet.shaft).0 - first).rem_euclid(TAU) / TAU;
             let place = turns * together;
@@ -189,6 +197,55 @@ impl TrainDrive {
                     (node, Freedom::X, -layout.carrier * y),
                     (node, Freedom::Y, layout.carrier * x),
                 ]
+            })
+            .collect()
+    }
+
+    /// Mass of a planet \[kg\].
+    fn planet_mass(&self, planet: &Planet) -> f64 {
+        let gears = self.shafts[planet.shaft].gears.iter();
+        gears.map(|gear| gear.body.mass).sum()
+    }
+
+    /// Writes an assembly in the frame of the carrier, where anything is to feel that it turns.
+    pub(super) fn turn_with_carrier(
+        &self,
+        assembled: &mut Assembled,
+        layout: &Layout,
+    ) -> Result<(), ShaftError> {
+        let Some(set) = self
+            .planetary
+            .as_ref()
+            .filter(|_| self.feels_the_frame(layout))
+        else {
+            return Ok(());
+        };
+        assembled.assembly.in_turning_frame(layout.carrier);
+        for (number, planet) in set.planets.iter().enumerate() {
+            let nodes = [assembled.at(planet.shaft, 0.0), assembled.pins[number]];
+            let arm = arm_vector(&layout.axes, set, planet.shaft);
+            let mass = self.planet_mass(planet);
+            let assembly = &mut assembled.assembly;
+            assembly.add_mass_on_pin(nodes, mass, arm, layout.carrier)?;
+        }
+        Ok(())
+    }
+
+    fn feels_the_frame(&self, layout: &Layout) -> bool {
+        self.gyroscopic && layout.carrier != 0.0
+    }
+
+    /// Centrifugal forces on the planets, per square of the pinion's speed.
+    pub(super) fn centrifugal_forces(&self, layout: &Layout, assembled: &Assembled) -> Terms {
+        let turns = self.feels_the_frame(layout);
+        let sets = self.planetary.iter().filter(|_| turns);
+        let planets = sets.flat_map(|set| set.planets.iter().map(move |planet| (set, planet)));
+        planets
+            .flat_map(|(set, planet)| {
+                let [x, y] = arm_vector(&layout.axes, set, planet.shaft);
+                let pull = self.planet_mass(planet) * layout.carrier.powi(2);
+                let node = assembled.at(planet.shaft, 0.0);
+                [(node, Freedom::X, pull * x), (node, Freedom::Y, pull * y)]
             })
             .collect()
     }

@@ -2,9 +2,7 @@
 //! mesh?
 
 use super::axes::{Axis, PitchPoint, PlacedGear};
-use super::{
-    ContactLaw, GearPlace, MeshLaw, ShaftCoupling, TrainDrive, TrainError, TrainShaft,
-};
+use super::{ContactLaw, GearPlace, MeshLaw, ShaftCoupling, TrainDrive, TrainError, TrainShaft};
 use crate::numerics::integers::{greatest_divisor, least_multiple};
 use crate::structure::{MOST_BASE_CYCLES, MOST_CYCLES};
 
@@ -198,7 +196,9 @@ impl TrainDrive {
         }
         let values = |speeds: Vec<Option<Ratio>>| {
             let values = speeds.into_iter();
-            values.map(|speed| speed.map_or(0.0, Ratio::value)).collect()
+            values
+                .map(|speed| speed.map_or(0.0, Ratio::value))
+                .collect()
         };
         Ok(Layout {
             axes,
@@ -278,10 +278,7 @@ impl TrainDrive {
     }
 
     /// Speeds of the bodies, and that of the carrier of planets, from those beside the carrier: what is held stands still.
-    fn speeds(
-        &self,
-        rolling: &[Option<Ratio>],
-    ) -> Result<(Vec<Option<Ratio>>, Ratio), TrainError> {
+    fn speeds(&self, rolling: &[Option<Ratio>]) -> Result<(Vec<Option<Ratio>>, Ratio), TrainError> {
         let zero = Ratio::new(0, 1);
         let mut held = (self.shafts.iter().zip(rolling))
             .filter(|(shaft, _)| !shaft.motion.turns())

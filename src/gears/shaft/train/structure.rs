@@ -11,7 +11,7 @@ use crate::shaft::pair::{BearingTerms, modal_damping, place_motions};
 use crate::shaft::projection;
 use crate::structure::{
     BearingGain, ContactLaw, FlankParticipation, ModalStructure, ModeCount, MotionKind,
-    StructureContact, TorqueGain,
+    StructureContact, TorqueGain, TurningFrame,
 };
 
 /// The motions that bearings must hold, and by which of their stiffnesses.
@@ -92,10 +92,12 @@ impl TrainDrive {
         );
         let with_shapes = self.structure(&solved, &layout, &assembled, (flanks, damping, gains))?;
         let settle = |column: &mut [f64]| solved.settle(column);
-        let structure = ModalStructure {
+        let mut structure = ModalStructure {
             coupling: projection::coupling(&matrices, &solution, settle),
             ..with_shapes.truncated(modes, false)?
         };
+        structure.frame.stiffness = projection::frame_stiffness(&matrices, &solution, settle);
+        release_neutral(&mut structure);
         Ok(structure.truncated(retained, mta)?)
     }
 
@@ -230,7 +232,11 @@ impl TrainDrive {
         Ok(ModalStructure {
             teeth: self.pair.teeth[0],
             wheel_teeth: Some(self.pair.teeth[1]),
-            carrier_speed: layout.carrier,
+            frame: TurningFrame {
+                speed: layout.carrier,
+                stiffness: Vec::new(),
+                load: self.centrifugal_load(solved, layout, assembled),
+            },
             rated_force: self.pair.rated_force(),
             frequency: solved.modes.frequencies(),
             damping,
@@ -400,6 +406,22 @@ impl TrainDrive {
         contacts
     }
 
+    /// Modal forces of what flies outwards with the carrier, per square of the pinion's speed; empty for none.
+    fn centrifugal_load(
+        &self,
+        solved: &Solved,
+        layout: &Layout,
+        assembled: &Assembled,
+    ) -> Vec<f64> {
+        let forces = self.centrifugal_forces(layout, assembled);
+        if forces.is_empty() {
+            return Vec::new();
+        }
+        let mut load = solved.participation(&forces);
+        load[0] = 0.0;
+        load
+    }
+
     /// Modal forces of the mean drag, constant and by the first gear's speed, and of pins out of place. The motor keeps
     /// the speed: its torque is what all brakes take of power.
     fn mean_drag(
@@ -436,7 +458,11 @@ impl TrainDrive {
             }
         }
         for (node, freedom, force) in self.pin_forces(layout, assembled) {
-            add(&mut loads[0], force, &solved.participation(&[(node, freedom, 1.0)]));
+            add(
+                &mut loads[0],
+                force,
+                &solved.participation(&[(node, freedom, 1.0)]),
+            );
         }
         for load in &mut loads {
             load[0] = 0.0;
@@ -445,6 +471,24 @@ impl TrainDrive {
             }
         }
         loads
+    }
+}
+
+/// Takes the neutral rotation out of the terms of a turning frame. It would raise centrifugal forces where the set runs
+/// ahead, by a part of them as small as its speed varies. But nothing would hold the mean speed, which no contact feels:
+/// at rest and from any start the set would run at another one than the mesh cycle has.
+fn release_neutral(structure: &mut ModalStructure) {
+    if structure.frame.stiffness.is_empty() {
+        return;
+    }
+    let modes = structure.modes();
+    let gyroscopic = structure.coupling.iter_mut().map(|own| &mut own.gyroscopic);
+    for matrix in gyroscopic.chain([&mut structure.frame.stiffness]) {
+        for (place, entry) in matrix.iter_mut().enumerate() {
+            if place / modes == 0 || place % modes == 0 {
+                *entry = 0.0;
+            }
+        }
     }
 }
 

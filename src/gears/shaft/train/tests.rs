@@ -62,6 +62,7 @@ fn train(of: &FlexibleDrive) -> TrainDrive {
                 name: ["one", "two"][index].to_owned(),
                 at: gear_at,
                 teeth: of.gears.teeth[index],
+                internal: false,
                 module: of.gears.module,
                 pressure_angle: of.gears.pressure_angle,
                 width: of.gears.face_width,
@@ -268,8 +269,10 @@ fn row(teeth: [u32; 4]) -> TrainDrive {
             GearPlace { shaft: 2, gear: 0 },
         ],
         pressure_angle: 20f64.to_radians(),
-        friction: 0.0,
-        flanks: [law(), law()],
+        law: MeshLaw::Own {
+            friction: 0.0,
+            flanks: Box::new([law(), law()]),
+        },
     }];
     train.gyroscopic = false;
     train

@@ -29,7 +29,7 @@ pub(in crate::manifest) fn cyclic(
 ) -> Option<(ContactLaw, Vec<Division>)> {
     let stiffness = stiffness(table, issues);
     let damping = table.quantity_or_default(issues, "damping");
-    let phase = table.quantity_or_default(issues, "phase");
+    let phase = if table.has("phase") { table.quantity(issues, "phase") } else { Some(0.0) };
     let error = harmonics(table, issues, "transmission_error");
     let divisions = stiffness?;
     let law = ContactLaw {

@@ -11,7 +11,7 @@ use crate::manifest::spec::{
     CycleDivision, DampingSpec, MeshSpec, MeshTableSpec, StiffnessSpec, StructureSource, TwoLevels,
 };
 use crate::manifest::tree::Value;
-use crate::model::{MOST_CONTACTS, Release};
+use crate::model::{Release, SEVERAL_CONTACTS};
 use crate::units::{self, Dimension};
 use std::sync::Arc;
 
@@ -297,7 +297,7 @@ fn check_springs(
 ) -> Option<()> {
     let [first, last] = flanks.reach();
     let pairs = ((last - first) / flanks.path().base_pitch) as usize + 1;
-    let room = MOST_CONTACTS / (2 * pairs);
+    let room = SEVERAL_CONTACTS / (2 * pairs);
     if slices <= room {
         return Some(());
     }
@@ -308,7 +308,7 @@ fn check_springs(
             &section.path_of("slices"),
             format!(
                 "{slices} slices of both flanks of {pairs} pairs in contact, tip edges included, need {} \
-                 springs, more than {MOST_CONTACTS}",
+                 springs, more than {SEVERAL_CONTACTS}",
                 2 * pairs * slices
             ),
         )

@@ -204,8 +204,8 @@ impl Parts<'_> {
         };
         let found = both.map(|name| {
             let planets = self.planets.filter(|planets| planets.name == name);
-            let place = (all().find(|(own, _)| *own == name))
-                .or_else(|| Some((name, planets?.first()?)));
+            let place =
+                (all().find(|(own, _)| *own == name)).or_else(|| Some((name, planets?.first()?)));
             if place.is_none() {
                 let common = self.planets.map(|planets| planets.name.as_str());
                 let known: Vec<&str> = all().map(|(name, _)| name).chain(common).collect();
@@ -290,10 +290,9 @@ impl Parts<'_> {
                 };
                 match pair.check() {
                     Ok(()) => return Some(pair),
-                    Err(error) => format!(
-                        "gear `{}` cannot run in `{}`: {error}",
-                        own.name, ring.name
-                    ),
+                    Err(error) => {
+                        format!("gear `{}` cannot run in `{}`: {error}", own.name, ring.name)
+                    }
                 }
             }
             Err(error) => error.to_string(),

@@ -254,8 +254,8 @@ pub(super) const KEYS: &[Key] = &[
     quantity("train.mesh.*.friction", Ratio, NON_NEGATIVE, "0.05").or("0")
         .about("Coulomb friction coefficient. The friction force reverses at the pitch point, which the drawing of \
                 the gears gives. Pairs in contact share the load evenly. Bevel gears have no friction."),
-    quantity("train.mesh.*.phase", Ratio, ANY, "0.25").or("0")
-        .about("Phase of the mesh's cycle at time 0, in cycles of this mesh."),
+    quantity("train.mesh.*.phase", Ratio, ANY, "0.25").otherwise("0; for planets that drive a ring, from the drawing")
+        .about("Phase of the mesh's cycle at time 0, in cycles of this mesh. For planets, that of the first planet."),
     key("train.mesh.*.transmission_error", Kind::List("tables"), ANY, r#"[{ harmonic = 1, amplitude = "3 um" }]"#).or("[]")
         .about("Transmission error of this mesh, the same on both flanks."),
     table("train.mesh.*.transmission_error.*"),

@@ -1,7 +1,8 @@
 //! The tables `[[train.mesh]]`, `[[train.coupling]]` and `[[train.stop]]`.
 
-use super::{Parts, TIGHT};
+use super::planetary::Planets;
 use super::shaft::{all, triple};
+use super::{Parts, TIGHT};
 use crate::gear::{EvenSharing, GearPair, InternalPair};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
@@ -9,6 +10,7 @@ use crate::manifest::sections::contact_law;
 use crate::model::{Division, MOST_CONTACTS};
 use crate::shaft::{MeshLaw, ShaftCoupling, Stop, TrainDrive, TrainMesh};
 use crate::structure::ContactLaw;
+use std::f64::consts::PI;
 
 /// Contacts that may stand beside the flanks of the first mesh.
 const MOST: usize = MOST_CONTACTS - 2;
@@ -73,7 +75,10 @@ impl Drawing {
         match self {
             Self::Pair(_, false) => None,
             Self::Pair(pair, true) => pair.drawn_half_gap().ok().flatten(),
-            Self::Ring(pair, _) => pair.half_gap().ok().filter(|gap| *gap > TIGHT * pair.module),
+            Self::Ring(pair, _) => pair
+                .half_gap()
+                .ok()
+                .filter(|gap| *gap > TIGHT * pair.module),
         }
     }
 
@@ -126,6 +131,11 @@ fn mesh(
     let law = contact_law::cyclic(table, issues, gap);
     let drawing = drawing?;
     let (mut drive, mut divisions) = law?;
+    let planet = parts.planets.and_then(Planets::first);
+    let sun_drives = planet.is_some_and(|planet| train.gears[1] == planet);
+    if let (Drawing::Ring(ring, true), true, false) = (&drawing, sun_drives, table.has("phase")) {
+        drive.phase = phase_of_ring(&train.pair, ring).unwrap_or(0.0);
+    }
     let friction = friction?;
     if friction > 0.0 {
         divisions = sliding(table, issues, &drawing)?.cut(&divisions);
@@ -147,9 +157,7 @@ fn mesh(
         // Counted as the coast flanks' own deflection, which grows as that of the drive flanks
         // falls.
         error: (drive.error.iter())
-            .map(|&(harmonic, amplitude, phase)| {
-                (harmonic, amplitude, phase + std::f64::consts::PI)
-            })
+            .map(|&(harmonic, amplitude, phase)| (harmonic, amplitude, phase + PI))
             .collect(),
         ..drive.clone()
     };
@@ -163,6 +171,17 @@ fn mesh(
             flanks: Box::new([drive, coast]),
         },
     })
+}
+
+/// Phase of the ring's mesh with the first planet against the sun's, the first mesh, where a sun of a drawing drives.
+///
+/// The planet's space stands on the line of centres half the backlash after the sun's tooth, whose flank has come first. Half
+/// the planet's teeth farther, on its other side, there is a space again if they are even in number, else a tooth.
+fn phase_of_ring(sun: &GearPair, ring: &InternalPair) -> Option<f64> {
+    let base_pitch = PI * sun.module * sun.pressure_angle.cos();
+    let space = sun.tooth_phase().ok()? + 0.5 * sun.action_backlash().ok()? / base_pitch;
+    let tooth = if sun.teeth[1].is_multiple_of(2) { space + 0.5 } else { space };
+    Some((ring.tooth_phase().ok()? - tooth).rem_euclid(1.0))
 }
 
 /// Where pairs slide over the mesh cycle: the drawing says it of external gears on axes that are parallel.

@@ -165,7 +165,9 @@ impl Planets {
                             DiagnosticKind::Inconsistent,
                             section.span_of("gears"),
                             &section.path_of("gears"),
-                            format!("the distance of the planets from the axis is unknown: {error}"),
+                            format!(
+                                "the distance of the planets from the axis is unknown: {error}"
+                            ),
                         )
                         .label("these gears")
                         .remedy("give train.planetary.radius"),
@@ -188,11 +190,7 @@ impl Planets {
     }
 
     /// The meshes of the other planets that a mesh of the first one stands for; `first` is the first gear of the train.
-    pub fn others(
-        &self,
-        train: &TrainDrive,
-        mesh: &TrainMesh,
-    ) -> Vec<TrainMesh> {
+    pub fn others(&self, train: &TrainDrive, mesh: &TrainMesh) -> Vec<TrainMesh> {
         let of_planet = |place: &GearPlace| Some(*place) == self.first();
         let Some(central) = mesh.gears.iter().find(|place| !of_planet(place)) else {
             return Vec::new();
@@ -211,16 +209,20 @@ impl Planets {
                 let sense = self.sense(train, *central);
                 let ahead = phase_of_planet(gear.teeth, sense, self.exact(train, angle));
                 TrainMesh {
-                    gears: mesh.gears.map(|own| if of_planet(&own) { place } else { own }),
+                    gears: mesh
+                        .gears
+                        .map(|own| if of_planet(&own) { place } else { own }),
                     law: match &mesh.law {
                         MeshLaw::OfFirst { phase } => MeshLaw::OfFirst {
                             phase: phase + ahead,
                         },
                         MeshLaw::Own { friction, flanks } => MeshLaw::Own {
                             friction: *friction,
-                            flanks: Box::new(flanks.each_ref().map(|law| crate::structure::ContactLaw {
-                                phase: law.phase + ahead,
-                                ..law.clone()
+                            flanks: Box::new(flanks.each_ref().map(|law| {
+                                crate::structure::ContactLaw {
+                                    phase: law.phase + ahead,
+                                    ..law.clone()
+                                }
                             })),
                         },
                     },
@@ -256,6 +258,10 @@ impl Planets {
         };
         let together = f64::from(external.teeth + internal.teeth);
         let place = angle / TAU * together;
-        if (place - place.round()).abs() > ROUNDED { angle } else { TAU * place.round() / together }
+        if (place - place.round()).abs() > ROUNDED {
+            angle
+        } else {
+            TAU * place.round() / together
+        }
     }
 }

@@ -1,0 +1,787 @@
+//! Planetary sets: published frequencies, an assembly of its own, phases, load sharing, balance of torques, what is refused.
+
+use crate::common;
+use common::advance::{Events, advance, advance_with, disturbed, follows_volterra, volterra};
+use gearatlas::analysis::{EnergyAudit, EnergyNorm, Frequencies, Nvh};
+use gearatlas::gear::involute;
+use gearatlas::manifest::{self, Job};
+use gearatlas::model::{InitialState, Model};
+use gearatlas::propagate::{ClosedModes, InstructionSet};
+use gearatlas::reference::Extended;
+use gearatlas::sweep::build;
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+use std::path::Path;
+
+/// A member: mass \[kg\], inertia over the square of its radius \[kg\], radial support \[N/m\].
+#[derive(Clone, Copy)]
+struct Member([f64; 3]);
+
+/// A planetary set of rigid bodies whose ring is held by a spring.
+#[derive(Clone)]
+struct Set {
+    planets: usize,
+    /// Of sun, planet and ring.
+    teeth: [u32; 3],
+    /// Distance of the pins from the axis \[m\].
+    radius: f64,
+    /// Operating pressure angle \[degrees\].
+    pressure_angle: f64,
+    sun: Member,
+    ring: Member,
+    carrier: Member,
+    planet: Member,
+    /// Torsional support of the ring at its base radius \[N/m\].
+    twist: f64,
+    /// Of all meshes \[N/m\].
+    stiffness: f64,
+    gyroscopic: bool,
+    /// Speed of the sun \[rad/s\].
+    speed: f64,
+    /// Stiffness of the sun's meshes and the ring's over their cycle, in place of the constant one.
+    levels: bool,
+    /// Further keys of the planets.
+    more: String,
+}
+
+impl Set {
+    fn lin_parker(planets: usize) -> Self {
+        Self {
+            planets,
+            // Five planets touch unless they are small.
+            teeth: if planets == 5 { [40, 25, 90] } else { [24, 36, 96] },
+            radius: 88.4e-3,
+            pressure_angle: 24.6,
+            sun: Member([0.4, 0.39, 1e8]),
+            ring: Member([2.35, 3.0, 1e8]),
+            carrier: Member([5.43, 6.29, 1e8]),
+            planet: Member([0.66, 0.61, 1e8]),
+            twist: 1e9,
+            stiffness: 5e8,
+            gyroscopic: false,
+            speed: 100.0,
+            levels: false,
+            more: String::new(),
+        }
+    }
+
+    fn cooley_parker(planets: usize) -> Self {
+        Self {
+            radius: 0.1,
+            pressure_angle: 20.0,
+            sun: Member([3.0, 1.75, 20e6]),
+            ring: Member([7.64, 8.09, 100e6]),
+            carrier: Member([12.0, 6.8, 50e6]),
+            planet: Member([1.86, 1.25, 10e6]),
+            twist: 1e8,
+            stiffness: 1e8,
+            ..Self::lin_parker(planets)
+        }
+    }
+
+    /// Pressure angle of the rack, module and profile shifts of sun, planet and ring, without backlash.
+    fn rack(&self) -> (f64, f64, [f64; 3]) {
+        let working = self.pressure_angle.to_radians();
+        let rack = self.pressure_angle.min(22.5).to_radians();
+        let [sun, planet, ring] = self.teeth.map(f64::from);
+        let module = 2.0 * self.radius * working.cos() / rack.cos() / (sun + planet);
+        let bent = (involute(working) - involute(rack)) / (2.0 * rack.tan());
+        let shift = 0.5 * (sun + planet) * bent;
+        // A hair less, so that round-off jams nothing.
+        let hair = 1e-9;
+        let of_ring = -(ring - planet) * bent - shift;
+        (rack, module, [shift - hair, shift, of_ring - hair])
+    }
+
+    /// Base radii of sun, planet and ring \[m\].
+    fn base_radii(&self) -> [f64; 3] {
+        let (rack, module, _) = self.rack();
+        self.teeth.map(|z| 0.5 * module * f64::from(z) * rack.cos())
+    }
+
+    fn text(&self) -> String {
+        let (rack, module, [of_sun, of_planet, of_ring]) = self.rack();
+        let [sun, planet, ring] = self.base_radii();
+        let [zs, zp, zr] = self.teeth;
+        let degrees = rack.to_degrees();
+        let body = |member: Member, radius: f64| {
+            let Member([mass, inertia, _]) = member;
+            let polar = inertia * radius * radius;
+            format!(
+                "polar_inertia = {polar:e}, transverse_inertia = {:e}, mass = {mass:e}",
+                0.6 * polar
+            )
+        };
+        let held = |member: Member| {
+            let stiffness = member.0[2];
+            format!(
+                "bearings = [{{ at = 0, x = {stiffness:e}, y = {stiffness:e}, axial = 1e7, tilt = 1e4 }}]"
+            )
+        };
+        let law = |key: &str| {
+            let k = self.stiffness;
+            match (self.levels, key) {
+                (false, "mean_stiffness") => {
+                    format!("stiffness = \"constant\"\nmean_stiffness = {k:e}")
+                }
+                (false, _) => format!("stiffness = {k:e}"),
+                (true, "mean_stiffness") => format!(
+                    "stiffness = \"fourier\"\nmean_stiffness = {k:e}\nstiffness_harmonics = [{}]",
+                    harmonics(k)
+                ),
+                (true, _) => format!(
+                    "stiffness = {k:e}\nstiffness_harmonics = [{}]\ncoast_symmetry = 0.3",
+                    harmonics(k)
+                ),
+            }
+        };
+        format!(
+            "[job]\nname = \"set\"\n[model]\nkind = \"train\"\nmodes = {}\ndamping = 0.01\ngyroscopic = {}\n\
+             [train]\ngears = [\"sun\", \"planet\"]\nrated_torque = \"100 N*m\"\n\
+             [[train.shaft]]\nname = \"input\"\ngears = [{{ name = \"sun\", at = 0, teeth = {zs}, module = {module:e}, \
+             width = \"30 mm\", pressure_angle = \"{degrees} deg\", profile_shift = {of_sun:e}, body = {{ {} }} }}]\n{}\n\
+             [[train.shaft]]\nname = \"carrier\"\ndiscs = [{{ at = 0, {} }}]\n{}\noutput = 1\n\
+             [[train.shaft]]\nname = \"annulus\"\ngears = [{{ name = \"ring\", internal = true, at = 0, teeth = {zr}, \
+             module = {module:e}, width = \"30 mm\", pressure_angle = \"{degrees} deg\", profile_shift = {of_ring:e}, \
+             body = {{ {} }} }}]\n{}\n\
+             [[train.shaft]]\nname = \"housing\"\nmotion = \"none\"\n\
+             [[train.coupling]]\nshafts = [\"annulus\", \"housing\"]\nat = [0, 0]\ntwist = {:e}\n\
+             [train.planetary]\ncarrier = \"carrier\"\ncount = {}\nteeth = {zp}\nmodule = {module:e}\nwidth = \"30 mm\"\n\
+             radius = {:e}\npressure_angle = \"{degrees} deg\"\nprofile_shift = {of_planet:e}\nbody = {{ {} }}\n\
+             bearing = {{ radial = {:e}, axial = 1e7, tilt = 1e4 }}\n{}\n\
+             [[train.mesh]]\ngears = [\"planet\", \"ring\"]\nhalf_gap = \"20 um\"\n{}\ndamping = 300\n\
+             [mesh]\nhalf_gap = \"20 um\"\n{}\ncontact_damping = \"300 N*s/m\"\n\
+             [grid]\nload = 1\nspeed = {:e}\n[analyses]\nnvh = {{}}\n",
+            6 * (3 + self.planets),
+            self.gyroscopic,
+            body(self.sun, sun),
+            held(self.sun),
+            body(self.carrier, self.radius),
+            held(self.carrier),
+            body(self.ring, ring),
+            held(self.ring),
+            self.twist * ring * ring,
+            self.planets,
+            self.radius,
+            body(self.planet, planet),
+            self.planet.0[2],
+            self.more,
+            law("stiffness"),
+            law("mean_stiffness"),
+            self.speed,
+        )
+    }
+
+    fn model(&self) -> Model {
+        model(&job(&self.text()))
+    }
+}
+
+fn harmonics(mean: f64) -> String {
+    let one = |harmonic: u32, part: f64| {
+        format!(
+            "{{ harmonic = {harmonic}, amplitude = {:e}, phase = 0.4 }}",
+            part * mean
+        )
+    };
+    [one(1, 0.2), one(2, 0.1), one(3, 0.05)].join(", ")
+}
+
+fn job(text: &str) -> Job {
+    manifest::parse(text, "test.toml", Path::new("")).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+fn model(job: &Job) -> Model {
+    common::parts().model(&job.points.at(0)).unwrap()
+}
+
+fn refusal(text: &str) -> String {
+    manifest::parse(text, "test.toml", Path::new(""))
+        .unwrap_err()
+        .to_string()
+}
+
+/// Frequencies in contact \[Hz\], ascending.
+fn in_contact(model: &Model) -> Vec<f64> {
+    let found = Frequencies::of(model).closed;
+    found.iter().map(|own| own.mode.frequency / TAU).collect()
+}
+
+#[derive(serde::Deserialize)]
+struct Published {
+    planets: usize,
+    #[serde(default)]
+    simple: Vec<f64>,
+    double: Vec<f64>,
+    planet: Vec<f64>,
+}
+
+#[derive(serde::Deserialize)]
+struct AllPublished {
+    lin_parker: Vec<Published>,
+    cooley_parker: Vec<Published>,
+}
+
+/// Each published frequency is there as often as its family says: once, twice, N − 3 times. The planets' own, and those
+/// beside the plane of the set, come on top.
+#[test]
+fn families_of_modes_are_the_published_ones() {
+    let data = include_str!("../data/planetary-modes.toml");
+    let all: AllPublished = toml::from_str(data).unwrap();
+    let sets = [
+        (
+            all.lin_parker,
+            Set::lin_parker as fn(usize) -> Set,
+            1.0,
+            5e-4,
+        ),
+        // Printed with four digits.
+        (
+            all.cooley_parker,
+            Set::cooley_parker,
+            f64::sqrt(1e7 / 1.86) / TAU,
+            6e-4,
+        ),
+    ];
+    for (published, set, unit, tolerance) in sets {
+        for own in published {
+            let found = in_contact(&set(own.planets).model());
+            let times = [
+                (&own.simple, 1),
+                (&own.double, 2),
+                (&own.planet, own.planets - 3),
+            ];
+            for (frequencies, times) in times {
+                for frequency in frequencies.iter().map(|frequency| frequency * unit) {
+                    let near = |other: &&f64| (**other / frequency - 1.0).abs() < tolerance;
+                    let count = found.iter().filter(near).count();
+                    // Coincidences with motions beside the plane only add to it.
+                    assert!(
+                        count >= times,
+                        "{} planets: {frequency} {count}",
+                        own.planets
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// The set in its plane, written down by hand: x, y and rotation of sun, carrier and ring, then of each planet, in the frame
+/// of the carrier; complex frequencies from the companion matrix, every mesh closed.
+fn by_hand(set: &Set) -> Vec<(f64, f64)> {
+    let n = 3 * (3 + set.planets);
+    let [rs, rp, rr] = set.base_radii();
+    let [mut mass, mut stiffness, mut turning] = [0, 1, 2].map(|_| DMatrix::zeros(n, n));
+    let mut spring = |k: f64, terms: &[(usize, f64)]| {
+        for &(i, a) in terms {
+            for &(j, b) in terms {
+                stiffness[(i, j)] += k * a * b;
+            }
+        }
+    };
+    let [zs, _, zr] = set.teeth.map(f64::from);
+    let frame = if set.gyroscopic { set.speed * zs / (zs + zr) } else { 0.0 };
+    let members = [(set.sun, rs), (set.carrier, set.radius), (set.ring, rr)];
+    let planets = std::iter::repeat_n((set.planet, rp), set.planets);
+    for (body, (member, radius)) in members.into_iter().chain(planets).enumerate() {
+        let Member([m, inertia, support]) = member;
+        let at = 3 * body;
+        mass[(at, at)] = m;
+        mass[(at + 1, at + 1)] = m;
+        mass[(at + 2, at + 2)] = inertia * radius * radius;
+        turning[(at, at + 1)] = -2.0 * m * frame;
+        turning[(at + 1, at)] = 2.0 * m * frame;
+        if body < 3 {
+            spring(support, &[(at, 1.0)]);
+            spring(support, &[(at + 1, 1.0)]);
+            spring(-m * frame * frame, &[(at, 1.0)]);
+            spring(-m * frame * frame, &[(at + 1, 1.0)]);
+        }
+    }
+    spring(set.twist * rr * rr, &[(8, 1.0)]);
+    let (sin, cos) = set.pressure_angle.to_radians().sin_cos();
+    for planet in 0..set.planets {
+        let own = 9 + 3 * planet;
+        let angle = TAU * planet as f64 / set.planets as f64;
+        let [e, t] = [[angle.cos(), angle.sin()], [-angle.sin(), angle.cos()]];
+        for axis in 0..2 {
+            // The pin: u_planet − u_carrier − r θ t.
+            let pin = [
+                (own + axis, 1.0),
+                (3 + axis, -1.0),
+                (5, -set.radius * t[axis]),
+            ];
+            spring(set.planet.0[2], &pin);
+            let way = [(own + axis, 1.0), (5, -set.radius * t[axis])];
+            spring(-set.planet.0[0] * frame * frame, &way);
+        }
+        // Along the lines of action: the sun turns forwards and pushes the planet's flank.
+        for (body, radius, lean, ring) in [(0, rs, 1.0, false), (6, rr, -1.0, true)] {
+            let line = [0, 1].map(|axis| cos * t[axis] + lean * sin * e[axis]);
+            let mut terms: Vec<(usize, f64)> = Vec::new();
+            let sign = if ring { -1.0 } else { 1.0 };
+            for axis in 0..2 {
+                terms.push((body + axis, sign * line[axis]));
+                terms.push((own + axis, -sign * line[axis]));
+            }
+            terms.push((body + 2, sign * radius));
+            // Rolling in the carrier's frame, a planet turns against the sun and with the ring.
+            terms.push((own + 2, rp));
+            spring(set.stiffness, &terms);
+        }
+    }
+    // The rotation that no contact feels takes no part in Coriolis terms: only its momentum would hold the mean speed.
+    let mut neutral = DVector::zeros(n);
+    let ratio = zs / (zs + zr);
+    (neutral[2], neutral[5]) = (1.0, ratio);
+    for planet in 0..set.planets {
+        let own = 9 + 3 * planet;
+        let angle = TAU * planet as f64 / set.planets as f64;
+        neutral[own] = -ratio * set.radius * angle.sin();
+        neutral[own + 1] = ratio * set.radius * angle.cos();
+        neutral[own + 2] = ratio - (1.0 - ratio) * rs / rp;
+    }
+    let momentum = &mass * &neutral;
+    let beside = DMatrix::identity(n, n) - &neutral * momentum.transpose() / neutral.dot(&momentum);
+    let turning = beside.transpose() * turning * &beside;
+    let inverse = mass.try_inverse().unwrap();
+    frequencies(&(&inverse * stiffness), &(&inverse * turning))
+}
+
+/// Frequencies \[Hz\], ascending, and growths \[1/s\] of `q'' + D q' + K q = 0` that are not zero.
+fn frequencies(stiffness: &DMatrix<f64>, damping: &DMatrix<f64>) -> Vec<(f64, f64)> {
+    // In a unit of time that makes the parts of the companion matrix alike.
+    let (n, unit) = (stiffness.nrows(), 1e4);
+    let parts = [-stiffness / (unit * unit), -damping / unit];
+    let mut companion = DMatrix::zeros(2 * n, 2 * n);
+    companion.view_mut((0, n), (n, n)).fill_with_identity();
+    for (column, part) in parts.iter().enumerate() {
+        companion.view_mut((n, column * n), (n, n)).copy_from(part);
+    }
+    let values = companion.complex_eigenvalues();
+    let mut found: Vec<(f64, f64)> = (values.iter())
+        .filter(|value| value.im > 1e-4)
+        .map(|value| (unit * value.im / TAU, unit * value.re))
+        .collect();
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found
+}
+
+/// The same of the modes of a train, all drive flanks closed.
+fn of_train(set: &Set, text: &str) -> Vec<(f64, f64)> {
+    let structure = build::structure(&job(text).points.at(0).model).unwrap();
+    let n = structure.modes();
+    let diagonal = structure.frequency.iter().map(|omega| omega * omega);
+    let mut stiffness = DMatrix::from_diagonal(&DVector::from_iterator(n, diagonal));
+    let mut turning = DMatrix::zeros(n, n);
+    if let Some(coupling) = &structure.coupling {
+        turning = set.speed * DMatrix::from_row_slice(n, n, &coupling.gyroscopic);
+        stiffness += set.speed.powi(2) * DMatrix::from_row_slice(n, n, &structure.frame.stiffness);
+    }
+    let further = structure
+        .contacts
+        .iter()
+        .filter(|own| own.name.starts_with("drive"));
+    let flanks = std::iter::once(&structure.mesh).chain(further.map(|own| &own.participation));
+    for flank in flanks {
+        let along = DVector::from_column_slice(flank);
+        stiffness += set.stiffness * &along * along.transpose();
+    }
+    frequencies(&stiffness, &turning)
+}
+
+/// The train is the set written down by hand, at rest and in the turning frame, where Coriolis terms split the pairs.
+#[test]
+fn a_set_is_that_of_an_assembly_by_hand() {
+    for (planets, gyroscopic, speed) in [(3, false, 100.0), (4, true, 800.0), (5, true, 3000.0)] {
+        let set = Set {
+            gyroscopic,
+            speed,
+            ..Set::lin_parker(planets)
+        };
+        let found = of_train(&set, &set.text());
+        let exact = by_hand(&set);
+        let mut worst = 0.0_f64;
+        for (frequency, growth) in &exact {
+            assert!(growth.abs() < 1e-8 * frequency, "{frequency}: {growth}");
+            let near = found.iter().map(|own| (own.0 / frequency - 1.0).abs());
+            let near = near.fold(f64::INFINITY, f64::min);
+            println!("{frequency} {near:e}");
+            worst = worst.max(near);
+        }
+        println!(
+            "{planets} planets, {speed} rad/s: {} modes in the plane, {worst:.1e}",
+            exact.len()
+        );
+        assert_eq!(exact.len(), 3 * (3 + planets) - 1);
+        assert!(worst < 1e-9, "{planets} planets: {worst:e}");
+    }
+}
+
+/// Of a rattling set the events, states and energy are those of extended precision; both kernels agree.
+#[test]
+fn sets_rattle_exactly() {
+    for (planets, gyroscopic) in [(3, false), (4, true)] {
+        let set = Set {
+            gyroscopic,
+            speed: 800.0,
+            levels: true,
+            more: format!(
+                "pin_errors = [{}]",
+                ["8e-6", "0", "3e-6", "0"][..planets].join(", ")
+            ),
+            ..Set::lin_parker(planets)
+        };
+        let model = set.model();
+        let start = disturbed(&model);
+        let exact = Extended::new(&model).advance(&start, 3).unwrap();
+        let mut seen = Events::default();
+        let (end, _) = advance_with(&volterra(&model), &start, 3, &mut seen);
+        let norm = EnergyNorm::new(&model);
+        let exact_end = exact.end().state;
+        let worst = norm.distance(&end.state, &exact_end) / norm.length(&exact_end);
+        println!(
+            "{planets} planets: states {worst:.1e}, {} events",
+            seen.0.len()
+        );
+        assert_eq!(seen.0.len(), exact.crossings.len());
+        assert!(seen.0.len() > 6, "{} events", seen.0.len());
+        assert!(worst < 1e-11, "{worst:e}");
+        let mut audit = EnergyAudit::new(&model);
+        let (end, _) = advance_with(&volterra(&model), &start, 20, &mut audit);
+        let residual = audit.residual(&end).unwrap();
+        assert!(residual < 1e-11, "{residual:e}");
+    }
+    let set = Set {
+        speed: 2000.0,
+        more: "pin_errors = [8e-6, 0, 3e-6]".to_owned(),
+        ..Set::lin_parker(3)
+    };
+    let model = set.model();
+    let kernel = ClosedModes::new(&model, 1000, InstructionSet::best()).unwrap();
+    follows_volterra("three planets", &model, &kernel);
+}
+
+/// On average sun and ring bear what torque asks for, all planets together, and the carrier the sum.
+#[test]
+fn torques_balance() {
+    let set = Set {
+        levels: true,
+        ..Set::lin_parker(3)
+    };
+    let model = set.model();
+    let kernel = volterra(&model);
+    let start = advance(&kernel, &model.start(&InitialState::Static), 3000);
+    let mut nvh = Nvh::new(&model, 0);
+    advance_with(&kernel, &start, 300, &mut nvh);
+    let forces = nvh.outcome().unwrap().contact_force;
+    let mesh = |mesh: usize| forces[2 * mesh] - forces[2 * mesh + 1];
+    let [sun, _, ring] = set.base_radii();
+    let of_sun: f64 = (0..3).map(mesh).sum();
+    let of_ring: f64 = (3..6).map(mesh).sum();
+    println!(
+        "{:e} {:e}",
+        of_sun * sun / 100.0 - 1.0,
+        of_ring * ring / 400.0 - 1.0
+    );
+    assert!((of_sun * sun / 100.0 - 1.0).abs() < 1e-6);
+    // z_r/z_s = 4.
+    assert!((of_ring * ring / 400.0 - 1.0).abs() < 1e-6);
+    assert!((0..6).all(|own| (mesh(own) / mesh(0) - 1.0).abs() < 1e-6));
+}
+
+/// Forces of the sun's meshes at rest \[N\].
+fn at_rest(model: &Model, planets: usize) -> Vec<f64> {
+    let start = model.start(&InitialState::Static);
+    (0..planets)
+        .map(|planet| {
+            let contact = &model.contacts[2 * planet];
+            let segment = contact.cycles[0].segment_at(0.0);
+            let (deflection, _) = model.deflection_on(segment, 0, &start.state, 0.0);
+            segment.stiffness_at(0.0) * (deflection - contact.half_gap).max(0.0)
+        })
+        .collect()
+}
+
+/// A pin ahead of its place: the planets share the load as the closed form says (Bodas & Kahraman 2004, Singh 2010): a floating
+/// sun shares equally between three planets, and between four it sets one pair against the other.
+#[test]
+fn planets_share_the_load() {
+    let error = 5e-6;
+    for (planets, fixed, shares) in [
+        (3, true, &[2.0 / 3.0, -1.0 / 3.0, -1.0 / 3.0][..]),
+        (3, false, &[0.0; 3]),
+        (4, true, &[0.75, -0.25, -0.25, -0.25]),
+        (4, false, &[0.25, -0.25, 0.25, -0.25]),
+        (
+            5,
+            false,
+            &[0.4, -0.323_606_8, 0.123_606_8, 0.123_606_8, -0.323_606_8],
+        ),
+    ] {
+        let mut set = Set::lin_parker(planets);
+        set.sun.0[2] = 1e2;
+        set.more = format!("pin_errors = [{error:e}{}]", ", 0".repeat(planets - 1));
+        let mut text = set.text();
+        let mut moves = |name: &str, motion: &str| {
+            let name = format!("name = \"{name}\"");
+            text = text.replacen(&name, &format!("{name}\nmotion = \"{motion}\""), 1);
+        };
+        moves("annulus", "none");
+        moves("carrier", "rotation");
+        if fixed {
+            moves("input", "rotation");
+        }
+        let modes = format!("modes = {}", 6 * (3 + planets));
+        let model = model(&job(&text.replace(&modes, "")));
+        let [radius, _, _] = set.base_radii();
+        let cos = set.pressure_angle.to_radians().cos();
+        let path = 2.0 * cos / (2.0 / set.stiffness + 4.0 * cos * cos / set.planet.0[2]);
+        for (planet, (force, share)) in at_rest(&model, planets).iter().zip(shares).enumerate() {
+            // The carrier is driven: a planet whose pin is ahead gives way.
+            let expected = 100.0 / (planets as f64 * radius) - path * error * share;
+            let unit = path * error;
+            assert!(
+                (force - expected).abs() < 2e-3 * unit,
+                "{planets} {fixed} {planet}: {force} {expected}"
+            );
+        }
+    }
+}
+
+/// What the stiffness of the sun's meshes does to the sun at a harmonic, as net force and net torque per unit of one mesh.
+fn excitation(model: &Model, planets: usize, harmonic: usize) -> [f64; 2] {
+    const SAMPLES: usize = 240;
+    let mut sums = [[0.0; 2]; 3];
+    let mut unit = 0.0_f64;
+    for planet in 0..planets {
+        let cycle = &model.contacts[2 * planet].cycles[0];
+        let (mut re, mut im) = (0.0, 0.0);
+        for sample in 0..SAMPLES {
+            let phase = (sample as f64 + 0.5) / SAMPLES as f64;
+            let segment = cycle.segments.iter().find(|own| phase < own.end).unwrap();
+            let (sin, cos) = (TAU * harmonic as f64 * phase).sin_cos();
+            let k = segment.stiffness_at(phase) / SAMPLES as f64;
+            (re, im) = (re + k * cos, im - k * sin);
+        }
+        let (sin, cos) = (TAU * planet as f64 / planets as f64).sin_cos();
+        for (sum, weight) in sums.iter_mut().zip([1.0, cos, sin]) {
+            *sum = [sum[0] + weight * re, sum[1] + weight * im];
+        }
+        unit = unit.max(re.hypot(im));
+    }
+    let size = |sum: [f64; 2]| sum[0].hypot(sum[1]) / unit;
+    [size(sums[1]).hypot(size(sums[2])), size(sums[0])]
+}
+
+/// Which harmonics push the sun aside and which turn it follows from `l z_s mod N` alone (Parker 2000, Kahraman & Blankenship
+/// 1994); the others cancel.
+#[test]
+fn phases_of_planets_cancel_harmonics() {
+    for (planets, teeth) in [
+        (3, [19, 20, 59]),
+        (3, [24, 36, 96]),
+        (4, [24, 36, 96]),
+        (4, [25, 35, 95]),
+        (4, [26, 34, 94]),
+        (5, [41, 24, 89]),
+    ] {
+        let set = Set {
+            teeth,
+            levels: true,
+            pressure_angle: 22.0,
+            ..Set::lin_parker(planets)
+        };
+        let model = set.model();
+        for harmonic in 1..=3 {
+            let [force, torque] = excitation(&model, planets, harmonic);
+            let kind = harmonic * teeth[0] as usize % planets;
+            let (pushes, turns) = (kind == 1 || kind == planets - 1, kind == 0);
+            let says = |acts: bool, size: f64| if acts { size > 1.0 } else { size < 1e-10 };
+            assert!(
+                says(pushes, force) && says(turns, torque),
+                "{planets} {teeth:?} {harmonic}: {force:e} {torque:e}"
+            );
+        }
+    }
+}
+
+/// In phase, nothing pushes the sun aside: it stays on its axis while the set runs.
+#[test]
+fn planets_in_phase_keep_the_sun_in_place() {
+    let set = Set {
+        levels: true,
+        ..Set::lin_parker(3)
+    };
+    let source = &job(&set.text()).points.at(0).model;
+    let structure = build::structure(source).unwrap();
+    let model = set.model();
+    let end = advance(&volterra(&model), &model.start(&InitialState::Static), 50);
+    let [displacement, _] = model.basis.modes(&end.state);
+    let moved = |name: &str| -> f64 {
+        let own = structure
+            .motions
+            .iter()
+            .find(|motion| motion.name == name)
+            .unwrap();
+        own.gain
+            .iter()
+            .zip(&displacement)
+            .map(|(gain, q)| gain * q)
+            .sum()
+    };
+    let planet = DVector::from_vec(vec![moved("planet 1 x"), moved("planet 1 y")]).norm();
+    for direction in ["x", "y"] {
+        let sun = moved(&format!("input 1 {direction}"));
+        assert!(sun.abs() < 1e-9 * planet, "{sun:e} {planet:e}");
+    }
+    assert!(planet > 1e-7);
+}
+
+/// What cannot be assembled is told with numbers and a remedy, before anything runs.
+#[test]
+fn sets_that_do_not_fit_are_refused() {
+    let good = Set::lin_parker(3).text();
+    for (from, to, told) in [
+        (
+            "count = 3",
+            "angles = [0, \"120 deg\", \"241 deg\"]",
+            "planet 3 does not fit between the teeth at 241",
+        ),
+        ("count = 3", "count = 6", "planets 1 and 2 touch"),
+        (
+            "count = 3",
+            "count = 3\npin_errors = [0, 0]",
+            "2 pin errors for 3 planets",
+        ),
+        (
+            "motion = \"none\"",
+            "motion = \"all\"\ndiscs = [{ at = 0, polar_inertia = 1 }]",
+            "can turn in two ways",
+        ),
+        (
+            "output = 1\n",
+            "output = 1\nmotion = \"lateral\"\n",
+            "are both held",
+        ),
+        (
+            "x = 1e8, y = 1e8",
+            "x = 1e8, y = 2e8",
+            "not the same in all directions",
+        ),
+        (
+            "stiffness = \"constant\"\nmean_stiffness = 5e8",
+            "stiffness = \"table\"",
+            "all planets share the law",
+        ),
+        ("internal = true, ", "", "cannot mesh"),
+        (
+            "carrier = \"carrier\"",
+            "carrier = \"arm\"",
+            "there is no shaft `arm`",
+        ),
+        (
+            "name = \"annulus\"",
+            "name = \"annulus\"\norigin = [\"10 um\", 0, 0]",
+            "not on the axis of the carrier",
+        ),
+    ] {
+        assert!(good.contains(from), "{from}");
+        let said = refusal(&good.replacen(from, to, 1));
+        assert!(said.contains(told), "{told}: {said}");
+    }
+}
+
+/// A mesh cycle of the set is one of the carrier's frame: the sun's speed less the carrier's.
+#[test]
+fn the_mesh_period_is_that_of_the_carriers_frame() {
+    let model = Set::lin_parker(3).model();
+    let frequency = 24.0 * 96.0 / 120.0 * 100.0 / TAU;
+    assert!((model.period() * frequency - 1.0).abs() < 1e-12);
+}
+
+/// Planets fly outwards: their bearings hold `m Ω_c² r` at rest, and nothing else feels it.
+#[test]
+fn bearings_hold_what_flies_outwards() {
+    let set = Set {
+        gyroscopic: true,
+        // At 1500 rad/s the planets would be pressed into the ring until both flanks of their teeth touch.
+        speed: 1000.0,
+        ..Set::lin_parker(3)
+    };
+    let (spinning, still) = (
+        set.text(),
+        set.text()
+            .replace("gyroscopic = true", "gyroscopic = false"),
+    );
+    let radial = |text: &str| -> Vec<f64> {
+        let model = model(&job(text));
+        let state = model.start(&InitialState::Static).state;
+        let modes = model.modes();
+        ["planet 1 x", "planet 1 y", "planet 2 x", "input 1 x"]
+            .map(|name| {
+                let own = model.bearings.iter().find(|own| own.name == name).unwrap();
+                let gains = own.gain.iter().enumerate();
+                gains
+                    .map(|(i, g)| g[0] * state[i] + g[1] * state[modes + i])
+                    .sum()
+            })
+            .to_vec()
+    };
+    let pull = 0.66 * 200.0_f64.powi(2) * set.radius;
+    let (spinning, still) = (radial(&spinning), radial(&still));
+    // A planet that has moved outwards on its bearing flies a little harder.
+    let more = 1.0 / (1.0 - 0.66 * 200.0_f64.powi(2) / 1e8);
+    for (place, part) in [1.0, 0.0, -0.5, 0.0].into_iter().enumerate() {
+        let found = spinning[place] - still[place];
+        println!("{place}: {found} {}", part * pull * more);
+        assert!(
+            (found.abs() - (part * pull * more).abs()).abs() < 1e-3 * pull,
+            "{place}: {found}"
+        );
+    }
+}
+
+/// With its phase left to the drawing, a planet's tooth touches sun and ring as it does when both flanks are drawn: the ring's
+/// flank passes its pitch point when the planet has turned from the sun's by the angle between both flanks of its tooth.
+#[test]
+fn the_ring_follows_the_sun_by_the_teeth_of_the_planet() {
+    for teeth in [[24, 36, 96], [23, 37, 97], [40, 25, 90]] {
+        let set = Set {
+            teeth,
+            pressure_angle: 21.0,
+            ..Set::lin_parker(2)
+        };
+        let text = set
+            .text()
+            .replace("count = 2", "count = 1")
+            .replace("modes = 30", "modes = 24");
+        let train = match &job(&text).points.at(0).model.source {
+            manifest::StructureSource::Train(train) => train.clone(),
+            _ => unreachable!(),
+        };
+        let gearatlas::shaft::MeshLaw::Own { flanks, .. } = &train.meshes[0].law else {
+            panic!("the mesh of the ring");
+        };
+        // Along both lines of action, in base pitches: what the planet turns is what its base circle rolls off.
+        let [_, base, ring] = set.base_radii();
+        let (rack, module, shifts) = set.rack();
+        let pitch = std::f64::consts::PI * module * rack.cos();
+        let working = set.pressure_angle.to_radians();
+        let sun_path = train.pair.approach().unwrap() / pitch;
+        let tip = 0.5 * module * f64::from(teeth[2]) - module * (1.0 + shifts[2]);
+        let start = (tip * tip - ring * ring).sqrt() - set.radius * working.sin();
+        let ring_path = (base * working.tan() - start) / pitch;
+        // From the flank at the sun's pitch point to the other flank at the ring's: half a turn less a tooth, in pitches.
+        let tooth = train.pair.operating_thickness(1).unwrap() * working.cos() / pitch;
+        let turns = 0.5 * f64::from(teeth[1]) - tooth;
+        let expected = (ring_path - (sun_path + turns)).rem_euclid(1.0);
+        let apart = (flanks[0].phase - expected).rem_euclid(1.0);
+        assert!(
+            apart.min(1.0 - apart) < 1e-7,
+            "{teeth:?}: {} {expected}",
+            flanks[0].phase
+        );
+    }
+}
