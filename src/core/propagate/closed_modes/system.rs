@@ -55,6 +55,9 @@ pub struct LineView {
 /// Part of a wave's decay that its frequency has to exceed.
 const TURNS: f64 = 0.05;
 
+/// Radians that are hardly a turn.
+const LITTLE: f64 = 1e-3;
+
 /// `e^{Gt}` of a block.
 fn exponential(block: &Block, time: f64) -> [[f64; 2]; 2] {
     let (mu, m) = (block.growth(), block.traceless());
@@ -87,12 +90,12 @@ fn exponential(block: &Block, time: f64) -> [[f64; 2]; 2] {
 fn balance(block: &Block, step: f64) -> [[[f64; 2]; 2]; 2] {
     let m = block.traceless();
     match block.damped_frequency() {
-        Some(nu) if nu > TURNS * block.growth().abs() && m[1][0] != 0.0 => {
+        Some(nu) if is_wave(block, step) => {
             // The first along e₁, the second along M e₁ / ν.
             let (p, q) = (m[0][0] / nu, m[1][0] / nu);
             [[[1.0, p], [0.0, q]], [[1.0, -p / q], [0.0, 1.0 / q]]]
         }
-        _ if block.generator[0] == [0.0, 1.0] => {
+        _ if is_displacement(block, step) => {
             let time = NODES as f64 * step;
             [[[1.0, 0.0], [0.0, 1.0 / time]], [[1.0, 0.0], [0.0, time]]]
         }
@@ -100,10 +103,20 @@ fn balance(block: &Block, step: f64) -> [[[f64; 2]; 2]; 2] {
     }
 }
 
-/// Whether a block turns and shrinks in its balanced coordinates.
-fn is_wave(block: &Block) -> bool {
-    (block.damped_frequency()).is_some_and(|nu| nu > TURNS * block.growth().abs())
-        && block.generator[1][0] != 0.0
+/// Whether the coordinates of a block are a displacement and its rate.
+fn is_displacement(block: &Block, step: f64) -> bool {
+    let [own, by_rate] = block.generator[0];
+    by_rate == 1.0 && own.abs() * NODES as f64 * step < LITTLE
+}
+
+/// Whether a block turns and shrinks in its balanced coordinates. A rotation that no closed contact holds has a
+/// frequency of round-off, and a rate is no amplitude of so slow a wave.
+fn is_wave(block: &Block, step: f64) -> bool {
+    let turned = |nu: f64| nu * NODES as f64 * step;
+    (block.damped_frequency()).is_some_and(|nu| {
+        let slow = is_displacement(block, step) && turned(nu) < LITTLE;
+        nu > TURNS * block.growth().abs() && !slow
+    }) && block.generator[1][0] != 0.0
 }
 
 fn times(g: &[[f64; 2]; 2], w: [f64; 2]) -> [f64; 2] {
@@ -209,7 +222,7 @@ impl System {
             let size = balanced[0].hypot(balanced[1]);
             view.size[i] = size;
             let grown = (block.growth().max(0.0) * NODES as f64 * step).exp();
-            if is_wave(block) {
+            if is_wave(block, step) {
                 view.curvature[i] = grown * size * block.natural_frequency().powi(2);
             } else {
                 let input = (self.steady.drifts.iter())
