@@ -5,7 +5,14 @@ use std::fs;
 
 #[test]
 fn every_template_is_a_job_of_its_own() {
-    for template in ["pair", "drawing", "train", "idle-rattle", "clutch"] {
+    for template in [
+        "pair",
+        "drawing",
+        "train",
+        "planetary",
+        "idle-rattle",
+        "clutch",
+    ] {
         let folder = tempfile::tempdir().unwrap();
         let said = printed(&folder, &["new", "my-drive", "--from", template]);
         assert_eq!(

@@ -47,6 +47,8 @@ impl Observer for Rubbed<'_> {
 /// What was met over so many mesh cycles \[N\].
 struct Balance {
     applied: f64,
+    /// Of the first mesh; of a sun with planets, of all its meshes.
+    mesh: f64,
     friction: f64,
     modulus: f64,
     nvh: NvhOutcome,
@@ -58,7 +60,7 @@ impl Balance {
     fn residual(&self) -> [f64; 2] {
         let error = self.nvh.stderr.as_ref().map_or(0.0, |e| e.force_mean);
         let scale = self.applied.abs() + self.modulus;
-        let residual = self.nvh.force_mean + self.friction - self.applied;
+        let residual = self.mesh + self.friction - self.applied;
         [residual.abs(), 4.0 * error + 1e-4 * scale]
     }
 }
@@ -112,8 +114,18 @@ fn balance(point: &PointSpec, [lead, cycles]: [u64; 2]) -> Balance {
         "{force} {} of {modulus}",
         nvh.force_mean
     );
+    let planets = match &point.model.source {
+        StructureSource::Train(train) => train.planetary.as_ref().map(|set| set.planets.len()),
+        _ => None,
+    };
+    // All planets together bear the torque of the sun.
+    let of_sun = |planets: usize| -> f64 {
+        let flanks = nvh.contact_force[..2 * planets].chunks_exact(2);
+        flanks.map(|flanks| flanks[0] - flanks[1]).sum()
+    };
     Balance {
-        applied: if two_shafts {
+        mesh: planets.map_or(nvh.force_mean, of_sun),
+        applied: if two_shafts || planets.is_some() {
             asked_for(point)
         } else {
             assert!(!point.mesh.friction.acts());

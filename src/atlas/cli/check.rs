@@ -10,9 +10,9 @@ use super::{BAD_INPUT, answer, grid, words};
 use crate::input::{clipped, printable};
 use crate::manifest::{
     CoastSpec, CycleDivision, DampingSpec, Diagnostic, Job, ManifestErrors, MeshTableSpec,
-    PointSpec, Source, StiffnessSpec, advice,
+    PointSpec, Source, StiffnessSpec, StructureSource, advice,
 };
-use crate::report::Unit;
+use crate::report::{Unit, to_digits};
 use clap::Args;
 use serde_json::{Value, json};
 use std::process::ExitCode;
@@ -104,6 +104,7 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
             if first.model.mta { ", the others as residual flexibility" } else { "" }
         ),
     ));
+    lines.extend(speeds(first));
     lines.push(("mesh".to_owned(), mesh(job)));
     lines.push(("coast flank".to_owned(), coast(job)));
     let gear_mesh = GearMesh::of(first);
@@ -131,6 +132,19 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
     }
     lines.extend(words::lines(&advice(job)));
     lines
+}
+
+/// How fast the bodies of a train turn.
+fn speeds(first: &PointSpec) -> Option<(String, String)> {
+    let StructureSource::Train(train) = &first.model.source else {
+        return None;
+    };
+    let bodies = train.body_speeds().ok()?;
+    let bodies: Vec<String> = (bodies.iter())
+        .map(|(name, speed)| format!("{name} {}", to_digits(*speed, 4)))
+        .collect();
+    let text = format!("{} x the speed of the first gear", bodies.join(", "));
+    Some(("speeds".to_owned(), text))
 }
 
 fn mesh(job: &Job) -> String {

@@ -30,6 +30,8 @@ pub enum Template {
     Drawing,
     /// A two-stage reducer on three shafts.
     Train,
+    /// A planetary set whose ring is held.
+    Planetary,
     /// An idling gearbox with loose gears.
     IdleRattle,
     /// A two-stage clutch damper and the gearbox behind it.
@@ -48,6 +50,7 @@ impl Template {
             Self::Pair => shipped!("manifests/quickstart.toml"),
             Self::Drawing => shipped!("manifests/flex80-table.toml"),
             Self::Train => shipped!("manifests/trains/two-stage.toml"),
+            Self::Planetary => shipped!("manifests/trains/planetary.toml"),
             Self::IdleRattle => shipped!("manifests/trains/idle-rattle.toml"),
             Self::Clutch => shipped!("manifests/trains/clutch.toml"),
         }

@@ -9,9 +9,11 @@
 mod axes;
 mod contacts;
 mod error;
+mod loads;
 mod nodes;
 mod planetary;
 mod size;
+mod solved;
 mod speeds;
 mod structure;
 #[cfg(test)]

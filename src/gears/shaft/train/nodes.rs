@@ -235,9 +235,10 @@ impl TrainDrive {
         let carrier = layout.axes[set.carrier];
         let [x, y, _] = carrier.local(layout.axes[planet.shaft].at(0.0) - carrier.at(0.0));
         let nodes = &shafts[set.carrier];
-        let (body, along) = match self.shafts[set.carrier].sections.is_empty() {
-            true => (nodes.own.start, set.at),
-            false => (nodes.at(set.at), 0.0),
+        let (body, along) = if self.shafts[set.carrier].sections.is_empty() {
+            (nodes.own.start, set.at)
+        } else {
+            (nodes.at(set.at), 0.0)
         };
         let pin = assembly.add_node_beside(body, [x, y, along])?;
         let node = shafts[planet.shaft].at(0.0);

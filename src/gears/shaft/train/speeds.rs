@@ -135,6 +135,20 @@ impl TrainDrive {
             .collect()
     }
 
+    /// Name and speed of every body about its axis, right-handed, in units of the first gear's speed; of planets the first.
+    ///
+    /// # Errors
+    /// [`TrainError`].
+    pub fn body_speeds(&self) -> Result<Vec<(String, f64)>, TrainError> {
+        let planets = self.planetary.iter().flat_map(|set| &set.planets);
+        let alike: Vec<usize> = planets.skip(1).map(|planet| planet.shaft).collect();
+        let speeds = self.layout()?.speeds.into_iter().enumerate();
+        let told = speeds.filter(|(body, _)| !alike.contains(body));
+        Ok(told
+            .map(|(body, speed)| (self.body_name(body), speed))
+            .collect())
+    }
+
     /// The train in space.
     pub(super) fn layout(&self) -> Result<Layout, TrainError> {
         let axes = self.axes();

@@ -1,7 +1,9 @@
 //! From a train to its modes and what its contacts, torques and bearings feel of them.
 
 use super::contacts::{FlankTerms, Terms};
+use super::loads::add;
 use super::nodes::Assembled;
+use super::solved::Solved;
 use super::speeds::{Layout, sense};
 use super::{GearPlace, MeshLaw, TrainDrive, TrainError};
 use crate::shaft::assembly::{AssembledMatrices, Freedom};
@@ -10,8 +12,8 @@ use crate::shaft::modes::{Modes, orientation};
 use crate::shaft::pair::{BearingTerms, modal_damping, place_motions};
 use crate::shaft::projection;
 use crate::structure::{
-    BearingGain, ContactLaw, FlankParticipation, ModalStructure, ModeCount, MotionKind,
-    StructureContact, TorqueGain, TurningFrame,
+    BearingGain, ContactLaw, ModalStructure, ModeCount, MotionKind, StructureContact, TorqueGain,
+    TurningFrame,
 };
 
 /// The motions that bearings must hold, and by which of their stiffnesses.
@@ -30,16 +32,6 @@ const HELD: [(Freedom, &str, &str); 5] = [
         "tilt",
     ),
 ];
-
-/// Modes of a train before anything is asked of them.
-struct Solved<'a> {
-    matrices: &'a AssembledMatrices,
-    modes: &'a Modes,
-    /// Sign of each elastic mode.
-    signs: Vec<f64>,
-    /// The neutral rotation in the rigid modes, a unit vector.
-    neutral: Vec<f64>,
-}
 
 impl TrainDrive {
     /// The `retained` lowest of the `modes` lowest modes; as
@@ -405,73 +397,6 @@ impl TrainDrive {
         }
         contacts
     }
-
-    /// Modal forces of what flies outwards with the carrier, per square of the pinion's speed; empty for none.
-    fn centrifugal_load(
-        &self,
-        solved: &Solved,
-        layout: &Layout,
-        assembled: &Assembled,
-    ) -> Vec<f64> {
-        let forces = self.centrifugal_forces(layout, assembled);
-        if forces.is_empty() {
-            return Vec::new();
-        }
-        let mut load = solved.participation(&forces);
-        load[0] = 0.0;
-        load
-    }
-
-    /// Modal forces of the mean drag, constant and by the first gear's speed, and of pins out of place. The motor keeps
-    /// the speed: its torque is what all brakes take of power.
-    fn mean_drag(
-        &self,
-        solved: &Solved,
-        layout: &Layout,
-        assembled: &Assembled,
-        driving: &[f64],
-    ) -> [Vec<f64>; 2] {
-        let modes = driving.len();
-        let mut loads = [vec![0.0; modes], vec![0.0; modes]];
-        let turning = |node: usize| solved.participation(&[(node, Freedom::RotationZ, 1.0)]);
-        let shafts = self.shafts.iter().enumerate().map(|(index, shaft)| {
-            let node = assembled.at(index, shaft.torque_at);
-            (turning(node), layout.speeds[index], shaft.drag)
-        });
-        let loose = self.loose_gears().zip(&assembled.loose).enumerate();
-        let loose = loose.filter_map(|(number, (place, &node))| {
-            let drag = self.gear(place).loose?.drag;
-            let on = assembled.at(place.shaft, self.gear(place).at);
-            let [own, below] = [node, on].map(turning);
-            let relative = own.iter().zip(below).map(|(a, b)| a - b);
-            let speeds = [
-                layout.speeds[self.shafts.len() + number],
-                layout.speeds[place.shaft],
-            ];
-            Some((relative.collect(), speeds[0] - speeds[1], drag))
-        });
-        for (felt, speed, drag) in shafts.chain(loose) {
-            let torques = [drag.constant * sign(speed), drag.viscous * speed];
-            for (load, torque) in loads.iter_mut().zip(torques) {
-                add(load, -torque, &felt);
-                add(load, torque * speed, driving);
-            }
-        }
-        for (node, freedom, force) in self.pin_forces(layout, assembled) {
-            add(
-                &mut loads[0],
-                force,
-                &solved.participation(&[(node, freedom, 1.0)]),
-            );
-        }
-        for load in &mut loads {
-            load[0] = 0.0;
-            if load.iter().all(|&force| force == 0.0) {
-                load.clear();
-            }
-        }
-        loads
-    }
 }
 
 /// Takes the neutral rotation out of the terms of a turning frame. It would raise centrifugal forces where the set runs
@@ -488,62 +413,6 @@ fn release_neutral(structure: &mut ModalStructure) {
             if place / modes == 0 || place % modes == 0 {
                 *entry = 0.0;
             }
-        }
-    }
-}
-
-/// −1, 0 or 1.
-fn sign(value: f64) -> f64 {
-    if value == 0.0 { 0.0 } else { value.signum() }
-}
-
-fn add(sum: &mut [f64], factor: f64, column: &[f64]) {
-    for (sum, value) in sum.iter_mut().zip(column) {
-        *sum += factor * value;
-    }
-}
-
-impl Solved<'_> {
-    /// Values of a sum of freedoms in the structure's modes.
-    fn participation(&self, terms: &[(usize, Freedom, f64)]) -> Vec<f64> {
-        let mut column = self.modes.participation(&self.matrices.functional(terms));
-        self.settle(&mut column);
-        column
-    }
-
-    /// Of a contact, which does not feel the neutral rotation.
-    fn contact(&self, terms: &[(usize, Freedom, f64)]) -> Vec<f64> {
-        let mut column = self.participation(terms);
-        column[0] = 0.0;
-        column
-    }
-
-    fn flank(&self, terms: &FlankTerms) -> FlankParticipation {
-        FlankParticipation {
-            mesh: self.contact(&terms.mesh),
-            tilt: self.participation(&terms.tilt),
-            friction: self.participation(&terms.friction),
-            lever: self.participation(&terms.lever),
-            residual_flexibility: 0.0,
-        }
-    }
-
-    /// Turns the rigid modes so that the first is the neutral rotation, by a Householder
-    /// reflection, and gives elastic modes their signs.
-    fn settle(&self, column: &mut [f64]) {
-        let rigid = self.neutral.len();
-        let side = if self.neutral[0] > 0.0 { -1.0 } else { 1.0 };
-        let mut normal = self.neutral.clone();
-        normal[0] -= side;
-        let square: f64 = normal.iter().map(|v| v * v).sum();
-        let along: f64 = normal.iter().zip(column.iter()).map(|(v, x)| v * x).sum();
-        for (x, v) in column.iter_mut().zip(&normal) {
-            *x -= 2.0 * along * v / square;
-        }
-        // The reflection sends the neutral rotation to `side` times the first axis.
-        column[0] *= side;
-        for (value, sign) in column[rigid..].iter_mut().zip(&self.signs) {
-            *value *= sign;
         }
     }
 }

@@ -183,8 +183,24 @@ fn train(path: &str) -> String {
     )
 }
 
+/// A manifest with planets, in which a key of theirs is absent.
+fn planetary(path: &str) -> String {
+    let text = include_str!("../../../../manifests/trains/planetary.toml");
+    let (before, own) = text.split_once("[train.planetary]").unwrap();
+    let bodies = if path.contains(".body.") { "body = { polar_inertia = 1e-3 }" } else { "" };
+    let own = own.replacen("thinning = \"40 um\"\n", "", 1).replacen(
+        "bore = \"24 mm\"\n",
+        &format!("{bodies}\n"),
+        1,
+    );
+    format!("{before}[train.planetary]{own}")
+}
+
 /// A manifest in which a key has an effect where it stands.
 fn surroundings(path: &str) -> String {
+    if path.starts_with("train.planetary.") {
+        return planetary(path);
+    }
     if path.starts_with("train.") {
         return analyses(&train(path), "");
     }

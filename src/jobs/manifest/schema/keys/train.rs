@@ -182,7 +182,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Angle of each planet about the axis, from the first planet. Planets fit where the angle times the sum \
                 of the teeth of sun and ring is a whole number of turns."),
     quantity("train.planetary.angles.*", Angle, ANY, r#""120 deg""#),
-    key("train.planetary.name", Kind::Text, ANY, r#""planet""#).or(r#""planet""#)
+    key("train.planetary.name", Kind::Text, ANY, r#""idler""#).or(r#""planet""#)
         .about("Common name of the planets. Their bodies and gears have this name and their number."),
     integer("train.planetary.teeth", 4.0, 1000.0, "35")
         .about("Number of teeth of a planet."),

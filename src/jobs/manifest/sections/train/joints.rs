@@ -1,8 +1,7 @@
 //! The tables `[[train.mesh]]`, `[[train.coupling]]` and `[[train.stop]]`.
 
-use super::planetary::Planets;
+use super::parts::{Parts, Planets, TIGHT};
 use super::shaft::{all, triple};
-use super::{Parts, TIGHT};
 use crate::gear::{EvenSharing, GearPair, InternalPair};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
@@ -64,7 +63,7 @@ pub(super) fn meshes(
 /// What is known of the teeth of a mesh.
 enum Drawing {
     /// External gears, and whether their axes are parallel.
-    Pair(GearPair, bool),
+    Pair(Box<GearPair>, bool),
     /// A gear in a ring, and whether it drives.
     Ring(InternalPair, bool),
 }
@@ -115,7 +114,7 @@ fn mesh(
             return Some(Drawing::Ring(ring, drives));
         }
         let (pair, parallel) = parts.drawing(table, issues, train, gears, "gears")?;
-        Some(Drawing::Pair(pair, parallel))
+        Some(Drawing::Pair(Box::new(pair), parallel))
     });
     let gap = if table.has("half_gap") {
         table.quantity(issues, "half_gap")

@@ -1,6 +1,6 @@
 //! The table `[train.planetary]`: planets as rigid bodies, one shaft each, and the meshes that each has like the first.
 
-use super::Parts;
+use super::parts::{Parts, Planets};
 use super::shaft::{self, Drawn};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
@@ -12,15 +12,6 @@ use std::f64::consts::TAU;
 
 /// Part of a tooth by which an angle of a planet may be rounded.
 const ROUNDED: f64 = 1e-3;
-
-/// Planets of a train, and where they stand.
-pub(super) struct Planets {
-    pub set: PlanetarySet,
-    /// What the manifest calls all of them.
-    pub name: String,
-    /// From the first one \[rad\].
-    pub angles: Vec<f64>,
-}
 
 /// Adds the planets to the shafts; `Some(None)` without any.
 pub(super) fn read(
@@ -129,9 +120,7 @@ fn angles(table: &Section, issues: &mut Issues) -> Option<Vec<f64>> {
 
 /// Stiffness of a planet's bearing: radial, and along and against tilting where they are given.
 fn bearing(table: &Section, issues: &mut Issues) -> Option<(f64, [Option<f64>; 2])> {
-    let Some(own) = table.required_child(issues, "bearing") else {
-        return None;
-    };
+    let own = table.required_child(issues, "bearing")?;
     let radial = own.quantity(issues, "radial");
     let mut optional = |key: &str| {
         if own.has(key) { own.quantity(issues, key).map(Some) } else { Some(None) }
@@ -183,12 +172,6 @@ impl Planets {
         Some(())
     }
 
-    /// The place of the first planet's gear.
-    pub fn first(&self) -> Option<GearPlace> {
-        let shaft = self.set.planets.first()?.shaft;
-        Some(GearPlace { shaft, gear: 0 })
-    }
-
     /// The meshes of the other planets that a mesh of the first one stands for; `first` is the first gear of the train.
     pub fn others(&self, train: &TrainDrive, mesh: &TrainMesh) -> Vec<TrainMesh> {
         let of_planet = |place: &GearPlace| Some(*place) == self.first();
@@ -236,9 +219,10 @@ impl Planets {
     fn sense(&self, train: &TrainDrive, central: GearPlace) -> f64 {
         let forwards = |internal: bool| if internal { 1.0 } else { -1.0 };
         let first = train.gears[0];
-        let planets = match Some(first) == self.first() {
-            true => 1.0,
-            false => forwards(train.gear(first).internal),
+        let planets = if Some(first) == self.first() {
+            1.0
+        } else {
+            forwards(train.gear(first).internal)
         };
         planets * forwards(train.gear(central).internal)
     }

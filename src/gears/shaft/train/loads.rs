@@ -1,0 +1,87 @@
+//! Which constant forces act on the modes of a train beside its load: drag, pins out of place, what flies outwards.
+
+use super::TrainDrive;
+use super::nodes::Assembled;
+use super::solved::Solved;
+use super::speeds::Layout;
+use crate::shaft::assembly::Freedom;
+
+impl TrainDrive {
+    /// Modal forces of what flies outwards with the carrier, per square of the pinion's speed; empty for none.
+    pub(super) fn centrifugal_load(
+        &self,
+        solved: &Solved,
+        layout: &Layout,
+        assembled: &Assembled,
+    ) -> Vec<f64> {
+        let forces = self.centrifugal_forces(layout, assembled);
+        if forces.is_empty() {
+            return Vec::new();
+        }
+        let mut load = solved.participation(&forces);
+        load[0] = 0.0;
+        load
+    }
+
+    /// Modal forces of the mean drag, constant and by the first gear's speed, and of pins out of place. The motor keeps
+    /// the speed: its torque is what all brakes take of power.
+    pub(super) fn mean_drag(
+        &self,
+        solved: &Solved,
+        layout: &Layout,
+        assembled: &Assembled,
+        driving: &[f64],
+    ) -> [Vec<f64>; 2] {
+        let modes = driving.len();
+        let mut loads = [vec![0.0; modes], vec![0.0; modes]];
+        let turning = |node: usize| solved.participation(&[(node, Freedom::RotationZ, 1.0)]);
+        let shafts = self.shafts.iter().enumerate().map(|(index, shaft)| {
+            let node = assembled.at(index, shaft.torque_at);
+            (turning(node), layout.speeds[index], shaft.drag)
+        });
+        let loose = self.loose_gears().zip(&assembled.loose).enumerate();
+        let loose = loose.filter_map(|(number, (place, &node))| {
+            let drag = self.gear(place).loose?.drag;
+            let on = assembled.at(place.shaft, self.gear(place).at);
+            let [own, below] = [node, on].map(turning);
+            let relative = own.iter().zip(below).map(|(a, b)| a - b);
+            let speeds = [
+                layout.speeds[self.shafts.len() + number],
+                layout.speeds[place.shaft],
+            ];
+            Some((relative.collect(), speeds[0] - speeds[1], drag))
+        });
+        for (felt, speed, drag) in shafts.chain(loose) {
+            let torques = [drag.constant * sign(speed), drag.viscous * speed];
+            for (load, torque) in loads.iter_mut().zip(torques) {
+                add(load, -torque, &felt);
+                add(load, torque * speed, driving);
+            }
+        }
+        for (node, freedom, force) in self.pin_forces(layout, assembled) {
+            add(
+                &mut loads[0],
+                force,
+                &solved.participation(&[(node, freedom, 1.0)]),
+            );
+        }
+        for load in &mut loads {
+            load[0] = 0.0;
+            if load.iter().all(|&force| force == 0.0) {
+                load.clear();
+            }
+        }
+        loads
+    }
+}
+
+/// −1, 0 or 1.
+fn sign(value: f64) -> f64 {
+    if value == 0.0 { 0.0 } else { value.signum() }
+}
+
+pub(super) fn add(sum: &mut [f64], factor: f64, column: &[f64]) {
+    for (sum, value) in sum.iter_mut().zip(column) {
+        *sum += factor * value;
+    }
+}

@@ -1,0 +1,61 @@
+//! The modes of a train, and what sums of freedoms are in them.
+
+use super::contacts::FlankTerms;
+use crate::shaft::assembly::{AssembledMatrices, Freedom};
+use crate::shaft::modes::Modes;
+use crate::structure::FlankParticipation;
+
+/// Modes of a train before anything is asked of them.
+pub(super) struct Solved<'a> {
+    pub matrices: &'a AssembledMatrices,
+    pub modes: &'a Modes,
+    /// Sign of each elastic mode.
+    pub signs: Vec<f64>,
+    /// The neutral rotation in the rigid modes, a unit vector.
+    pub neutral: Vec<f64>,
+}
+
+impl Solved<'_> {
+    /// Values of a sum of freedoms in the structure's modes.
+    pub fn participation(&self, terms: &[(usize, Freedom, f64)]) -> Vec<f64> {
+        let mut column = self.modes.participation(&self.matrices.functional(terms));
+        self.settle(&mut column);
+        column
+    }
+
+    /// Of a contact, which does not feel the neutral rotation.
+    pub fn contact(&self, terms: &[(usize, Freedom, f64)]) -> Vec<f64> {
+        let mut column = self.participation(terms);
+        column[0] = 0.0;
+        column
+    }
+
+    pub fn flank(&self, terms: &FlankTerms) -> FlankParticipation {
+        FlankParticipation {
+            mesh: self.contact(&terms.mesh),
+            tilt: self.participation(&terms.tilt),
+            friction: self.participation(&terms.friction),
+            lever: self.participation(&terms.lever),
+            residual_flexibility: 0.0,
+        }
+    }
+
+    /// Turns the rigid modes so that the first is the neutral rotation, by a Householder
+    /// reflection, and gives elastic modes their signs.
+    pub fn settle(&self, column: &mut [f64]) {
+        let rigid = self.neutral.len();
+        let side = if self.neutral[0] > 0.0 { -1.0 } else { 1.0 };
+        let mut normal = self.neutral.clone();
+        normal[0] -= side;
+        let square: f64 = normal.iter().map(|v| v * v).sum();
+        let along: f64 = normal.iter().zip(column.iter()).map(|(v, x)| v * x).sum();
+        for (x, v) in column.iter_mut().zip(&normal) {
+            *x -= 2.0 * along * v / square;
+        }
+        // The reflection sends the neutral rotation to `side` times the first axis.
+        column[0] *= side;
+        for (value, sign) in column[rigid..].iter_mut().zip(&self.signs) {
+            *value *= sign;
+        }
+    }
+}

@@ -1,0 +1,278 @@
+//! What is known of a train when its joints are read: shafts and gears by their names, and pairs of gears.
+
+use super::shaft::Drawn;
+use crate::gear::{Flanks, GearError, GearPair, InternalPair, ToothForm};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::Section;
+use crate::manifest::tree::Value;
+use crate::shaft::{GearPlace, PlanetarySet, TrainDrive, TrainShaft};
+
+/// A centre distance this near to the one without backlash, as a part of it, is that one.
+pub(super) const TIGHT: f64 = 1e-9;
+
+/// What is known when joints are read.
+pub(super) struct Parts<'a> {
+    pub shafts: &'a [TrainShaft],
+    /// What the drawing says of each gear beside, shaft by shaft.
+    pub drawn: &'a [Vec<Drawn>],
+    /// Planets among the shafts.
+    pub planets: Option<&'a Planets>,
+}
+
+/// Planets of a train, and where they stand.
+pub(super) struct Planets {
+    pub set: PlanetarySet,
+    /// What the manifest calls all of them.
+    pub name: String,
+    /// From the first one \[rad\].
+    pub angles: Vec<f64>,
+}
+
+impl Planets {
+    /// The place of the first planet's gear.
+    pub fn first(&self) -> Option<GearPlace> {
+        let shaft = self.set.planets.first()?.shaft;
+        Some(GearPlace { shaft, gear: 0 })
+    }
+}
+
+impl Parts<'_> {
+    /// A shaft by the name that stands as a value.
+    pub fn shaft(&self, section: &Section, issues: &mut Issues, key: &str) -> Option<usize> {
+        let name = section.text(issues, key)?;
+        self.shaft_named(section, issues, key, name)
+    }
+
+    fn shaft_named(
+        &self,
+        section: &Section,
+        issues: &mut Issues,
+        key: &str,
+        name: &str,
+    ) -> Option<usize> {
+        let found = self.shafts.iter().position(|shaft| shaft.name == name);
+        if found.is_none() {
+            let known: Vec<&str> = self.shafts.iter().map(|s| s.name.as_str()).collect();
+            unknown_name(section, issues, key, ("shaft", name), &known);
+        }
+        found
+    }
+
+    /// Two shafts by their names.
+    pub fn shafts(&self, section: &Section, issues: &mut Issues) -> Option<[usize; 2]> {
+        let [one, two] = names(section, issues, "shafts")?;
+        let one = self.shaft_named(section, issues, "shafts", one);
+        let two = self.shaft_named(section, issues, "shafts", two);
+        Some([one?, two?])
+    }
+
+    /// Two gears by their names.
+    pub fn gears(
+        &self,
+        section: &Section,
+        issues: &mut Issues,
+        key: &str,
+    ) -> Option<[GearPlace; 2]> {
+        let both = names(section, issues, key)?;
+        let all = || {
+            let shafts = self.shafts.iter().enumerate();
+            shafts.flat_map(|(shaft, on)| {
+                let gears = on.gears.iter().enumerate();
+                gears.map(move |(gear, own)| (own.name.as_str(), GearPlace { shaft, gear }))
+            })
+        };
+        let found = both.map(|name| {
+            let planets = self.planets.filter(|planets| planets.name == name);
+            let place =
+                (all().find(|(own, _)| *own == name)).or_else(|| Some((name, planets?.first()?)));
+            if place.is_none() {
+                let common = self.planets.map(|planets| planets.name.as_str());
+                let known: Vec<&str> = all().map(|(name, _)| name).chain(common).collect();
+                unknown_name(section, issues, key, ("gear", name), &known);
+            }
+            place.map(|(_, place)| place)
+        });
+        let [one, two] = [found[0]?, found[1]?];
+        let (a, b) = (
+            &self.shafts[one.shaft].gears[one.gear],
+            &self.shafts[two.shaft].gears[two.gear],
+        );
+        let unlike = if one == two {
+            Some("it is the same gear twice".to_owned())
+        } else if a.module != b.module {
+            Some(format!(
+                "their modules are {} m and {} m",
+                a.module, b.module
+            ))
+        } else if a.pressure_angle != b.pressure_angle {
+            Some("their pressure angles differ".to_owned())
+        } else {
+            None
+        };
+        if let Some(why) = unlike {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Inconsistent,
+                    section.span_of(key),
+                    &section.path_of(key),
+                    format!("gears `{}` and `{}` cannot mesh: {why}", a.name, b.name),
+                )
+                .label("not a pair that meshes")
+                .remedy("give both gears the same module and pressure angle; a bare number is in m: write the unit, \
+                         such as module = \"3 mm\""),
+            );
+            return None;
+        }
+        Some([one, two])
+    }
+
+    /// Two gears as a pair at their reference centre distance.
+    pub fn pair(&self, places: [GearPlace; 2], rated_torque: f64) -> GearPair {
+        let gears = places.map(|place| &self.shafts[place.shaft].gears[place.gear]);
+        let drawn = places.map(|place| self.drawn[place.shaft][place.gear]);
+        GearPair {
+            teeth: gears.map(|gear| gear.teeth),
+            module: gears[0].module,
+            pressure_angle: gears[0].pressure_angle,
+            helix_angle: 0.0,
+            face_width: gears[0].width.min(gears[1].width),
+            body_length: gears.map(|gear| gear.width),
+            rated_torque,
+            form: ToothForm {
+                profile_shift: drawn.map(|gear| gear.profile_shift),
+                thinning: drawn.map(|gear| gear.thinning),
+                ..ToothForm::default()
+            },
+        }
+    }
+
+    /// A gear and the ring around it on their axes, the gear being the first of both or the second.
+    pub fn ring(
+        &self,
+        section: &Section,
+        issues: &mut Issues,
+        train: &TrainDrive,
+        gears: [GearPlace; 2],
+    ) -> Option<InternalPair> {
+        let inside_out = if train.gear(gears[0]).internal { [gears[1], gears[0]] } else { gears };
+        let [own, ring] = inside_out.map(|place| train.gear(place));
+        let drawn = inside_out.map(|place| self.drawn[place.shaft][place.gear]);
+        let fault = match train.centre_distance(gears) {
+            Ok(distance) => {
+                let pair = InternalPair {
+                    teeth: [own.teeth, ring.teeth],
+                    module: own.module,
+                    pressure_angle: own.pressure_angle,
+                    profile_shift: drawn.map(|gear| gear.profile_shift),
+                    thinning: drawn.map(|gear| gear.thinning),
+                    centre_distance: distance.unwrap_or_default(),
+                };
+                match pair.check() {
+                    Ok(()) => return Some(pair),
+                    Err(error) => {
+                        format!("gear `{}` cannot run in `{}`: {error}", own.name, ring.name)
+                    }
+                }
+            }
+            Err(error) => error.to_string(),
+        };
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                section.span_of("gears"),
+                &section.path_of("gears"),
+                fault,
+            )
+            .label("these gears at the positions of their shafts"),
+        );
+        None
+    }
+
+    /// The drawing of two gears on their axes, and whether those are parallel: of others the
+    /// geometry of spur gears does not hold.
+    pub fn drawing(
+        &self,
+        section: &Section,
+        issues: &mut Issues,
+        train: &TrainDrive,
+        gears: [GearPlace; 2],
+        key: &str,
+    ) -> Option<(GearPair, bool)> {
+        let mut pair = self.pair(gears, train.pair.rated_torque);
+        let mut refuse = |message: String| {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Inconsistent,
+                    section.span_of(key),
+                    &section.path_of(key),
+                    message,
+                )
+                .label("these gears at the positions of their shafts"),
+            );
+        };
+        let names = gears.map(|place| &train.gear(place).name);
+        let distance = match train.centre_distance(gears) {
+            Ok(Some(distance)) => distance,
+            Ok(None) => return Some((pair, false)),
+            Err(error) => {
+                refuse(error.to_string());
+                return None;
+            }
+        };
+        let tight = pair.tight_centre_distance().ok();
+        if tight.is_none_or(|tight| (distance / tight - 1.0).abs() > TIGHT) {
+            pair.form.centre_distance = Some(distance);
+        }
+        match Flanks::new(&train.on_shafts(&pair, gears)) {
+            Ok(_) | Err(GearError::NoBore { .. } | GearError::BodyRatio { .. }) => {
+                Some((pair, true))
+            }
+            Err(error) => {
+                let [one, two] = names;
+                let millimetres = 1e3 * distance;
+                refuse(format!(
+                    "gears `{one}` and `{two}` cannot mesh with their axes {millimetres:.6} mm apart: {error}"
+                ));
+                None
+            }
+        }
+    }
+}
+
+fn unknown_name(
+    section: &Section,
+    issues: &mut Issues,
+    key: &str,
+    (what, name): (&str, &str),
+    known: &[&str],
+) {
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::OutOfRange,
+            section.span_of(key),
+            &section.path_of(key),
+            format!("there is no {what} `{name}`"),
+        )
+        .label(format!("not a {what} of [train]"))
+        .accepted(crate::manifest::schema::quoted(known))
+        .suggestion(
+            crate::manifest::schema::nearest(name, known).map(|near| format!("\"{near}\"")),
+        ),
+    );
+}
+
+/// Two names.
+fn names<'t>(section: &Section<'t>, issues: &mut Issues, key: &str) -> Option<[&'t str; 2]> {
+    let items = section.list(issues, key, Some(2))?;
+    let texts: Vec<_> = (items.iter().enumerate())
+        .map(|(i, item)| match &item.value {
+            Value::Text(text) => Some(text.as_str()),
+            _ => {
+                let path = section.path_of(&format!("{key}.{i}"));
+                crate::manifest::reader::wrong_type(issues, item, &path, section.spec(&path));
+                None
+            }
+        })
+        .collect();
+    Some([texts[0]?, texts[1]?])
+}
