@@ -683,6 +683,11 @@ fn sets_that_do_not_fit_are_refused() {
         ),
         (
             "name = \"annulus\"",
+            "name = \"planet 2\"",
+            "has the name `planet 2`",
+        ),
+        (
+            "name = \"annulus\"",
             "name = \"annulus\"\norigin = [\"10 um\", 0, 0]",
             "not on the axis of the carrier",
         ),
@@ -811,4 +816,34 @@ fn closed_modes_see_loose_planets_come() {
         start = end;
     }
     assert!(events > 100, "{events}");
+}
+
+/// Where the first planet stands is of no account: phases count from it.
+#[test]
+fn phases_count_from_the_first_planet() {
+    let set = Set {
+        levels: true,
+        teeth: [19, 20, 59],
+        pressure_angle: 22.0,
+        ..Set::lin_parker(3)
+    };
+    let turned = set.text().replace(
+        "count = 3",
+        "angles = [\"10 deg\", \"130 deg\", \"250 deg\"]",
+    );
+    let (one, other) = (set.model(), model(&job(&turned)));
+    for (a, b) in one.contacts.iter().zip(&other.contacts) {
+        let starts = |contact: &gearatlas::model::Contact| -> Vec<f64> {
+            let segments = contact.cycles[0].segments.iter();
+            segments
+                .map(|segment| segment.stiffness_at(segment.start))
+                .collect()
+        };
+        for (a, b) in starts(a).iter().zip(starts(b)) {
+            assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+        }
+    }
+    for (a, b) in in_contact(&one).iter().zip(in_contact(&other)) {
+        assert!((a - b).abs() < 1e-6 * (1.0 + b), "{a} {b}");
+    }
 }

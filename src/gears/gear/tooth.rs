@@ -205,7 +205,7 @@ impl Tooth {
     /// # Errors
     ///
     /// Those of [`GearPair::tight_centre_distance`].
-    pub(super) fn tip_radius_of(pair: &GearPair, index: usize) -> Result<f64, GearError> {
+    pub fn tip_radius_of(pair: &GearPair, index: usize) -> Result<f64, GearError> {
         if let Some(diameter) = pair.form.tip_diameter[index] {
             return Ok(0.5 * diameter);
         }

@@ -1,7 +1,7 @@
 //! What is known of a train when its joints are read: shafts and gears by their names, and pairs of gears.
 
 use super::shaft::Drawn;
-use crate::gear::{Flanks, GearError, GearPair, InternalPair, ToothForm};
+use crate::gear::{Flanks, GearError, GearPair, InternalPair, Tooth, ToothForm};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::tree::Value;
@@ -157,6 +157,11 @@ impl Parts<'_> {
         let inside_out = if train.gear(gears[0]).internal { [gears[1], gears[0]] } else { gears };
         let [own, ring] = inside_out.map(|place| train.gear(place));
         let drawn = inside_out.map(|place| self.drawn[place.shaft][place.gear]);
+        // The mesh with the sun has cut the tips of planets.
+        let tip = (train.gears[1] == inside_out[0])
+            .then(|| Tooth::tip_radius_of(&train.pair, 1).ok())
+            .flatten();
+        let plain = 0.5 * f64::from(own.teeth) + 1.0 + drawn[0].profile_shift;
         let fault = match train.centre_distance(gears) {
             Ok(distance) => {
                 let pair = InternalPair {
@@ -164,6 +169,7 @@ impl Parts<'_> {
                     module: own.module,
                     pressure_angle: own.pressure_angle,
                     profile_shift: drawn.map(|gear| gear.profile_shift),
+                    tip_alteration: tip.map_or(0.0, |tip| tip / own.module - plain),
                     thinning: drawn.map(|gear| gear.thinning),
                     centre_distance: distance.unwrap_or_default(),
                 };

@@ -60,6 +60,27 @@ pub(super) fn read(
         return None;
     }
     let name = gear.name.clone();
+    let taken = |own: &String| {
+        let number = own.strip_prefix(&name).map(str::trim);
+        number.is_some_and(|number| number.is_empty() || number.parse::<u32>().is_ok())
+    };
+    let names = |shaft: &TrainShaft| {
+        let gears = shaft.gears.iter().map(|gear| gear.name.clone());
+        gears.chain([shaft.name.clone()]).collect::<Vec<_>>()
+    };
+    if let Some(own) = shafts.iter().flat_map(names).find(taken) {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                table.span,
+                "train.planetary",
+                format!("a shaft or gear has the name `{own}`, which is that of a planet"),
+            )
+            .label("names must differ")
+            .remedy("give the planets another name, such as name = \"idler\""),
+        );
+        return None;
+    }
     let width = gear.width;
     let tip_diameter = gear.module * (f64::from(gear.teeth) + 2.0 + 2.0 * drawing.profile_shift);
     let first = shafts.len();
@@ -172,7 +193,7 @@ impl Planets {
         Some(())
     }
 
-    /// The meshes of the other planets that a mesh of the first one stands for; `first` is the first gear of the train.
+    /// The meshes of the other planets that a mesh of the first one stands for.
     pub fn others(&self, train: &TrainDrive, mesh: &TrainMesh) -> Vec<TrainMesh> {
         let of_planet = |place: &GearPlace| Some(*place) == self.first();
         let Some(central) = mesh.gears.iter().find(|place| !of_planet(place)) else {
@@ -181,6 +202,7 @@ impl Planets {
         if !mesh.gears.iter().any(of_planet) {
             return Vec::new();
         }
+        let from = self.angles[0];
         let others = self.set.planets[1..].iter().zip(&self.angles[1..]);
         let gear = train.gear(*central);
         others
@@ -190,7 +212,7 @@ impl Planets {
                     gear: 0,
                 };
                 let sense = self.sense(train, *central);
-                let ahead = phase_of_planet(gear.teeth, sense, self.exact(train, angle));
+                let ahead = phase_of_planet(gear.teeth, sense, self.exact(train, angle - from));
                 TrainMesh {
                     gears: mesh
                         .gears
