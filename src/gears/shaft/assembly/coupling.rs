@@ -96,7 +96,7 @@ fn turned(column: usize) -> Option<(usize, f64)> {
 
 impl Assembly {
     /// Writes all inertia that has been added in a frame that turns about the axis, right-handed, at `ratio` times the
-    /// speed Ω of the pinion. Displacements of the frame are `S u`-wise those of the ground, so that
+    /// speed Ω of the pinion. A displacement u that is constant in the frame has the velocity `Ω_f S u`, so that
     ///
     /// ```text
     /// M (u'' + 2 Ω_f S u' − Ω_f² u) + Ω G (u' + Ω_f S u)
