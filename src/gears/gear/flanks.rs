@@ -86,6 +86,8 @@ pub struct Flanks {
     /// Bores of the gear bodies \[m\].
     pub bores: [f64; 2],
     path: PathOfContact,
+    /// tan α_w.
+    tangent: f64,
     reach: [f64; 2],
     pub(super) bodies: GearBodies,
     /// Of helical gears the spur pair of their normal section, whose teeth yield as theirs do; of
@@ -179,6 +181,7 @@ impl Flanks {
             face_width: pair.face_width,
             bores,
             path,
+            tangent,
             reach,
             bodies: GearBodies::default(),
             normal_section: None,
@@ -241,6 +244,7 @@ impl Flanks {
                 end: (self.path.end / cos).min(teeth[0].base_radius * (last_roll[0] - tangent)),
                 pitch_point: self.path.pitch_point / cos,
             },
+            tangent: pressure_angle.tan(),
             reach: self.reach.map(|end| end / cos),
             bodies: GearBodies::default(),
             normal_section: None,
@@ -294,7 +298,7 @@ impl Flanks {
     /// Roll angles of pinion and wheel at position s, held on the path of contact.
     pub fn roll(&self, s: f64) -> [f64; 2] {
         let s = s.clamp(self.path.start, self.path.end);
-        let tangent = self.pressure_angle.tan();
+        let tangent = self.tangent;
         [
             tangent + s / self.teeth[0].base_radius,
             tangent - s / self.teeth[1].base_radius,
@@ -303,20 +307,24 @@ impl Flanks {
 
     /// Roll length of a gear at position s \[m\], its base radius times its roll angle.
     pub fn roll_length(&self, gear: usize, s: f64) -> f64 {
-        let pitch = self.teeth[gear].base_radius * self.pressure_angle.tan();
+        let pitch = self.teeth[gear].base_radius * self.tangent;
         if gear == 0 { pitch + s } else { pitch - s }
     }
 
     /// The position at which a gear has a roll length \[m\].
     pub fn at_roll_length(&self, gear: usize, length: f64) -> f64 {
-        let pitch = self.teeth[gear].base_radius * self.pressure_angle.tan();
+        let pitch = self.teeth[gear].base_radius * self.tangent;
         if gear == 0 { length - pitch } else { pitch - length }
     }
 
     /// Radius of relative curvature of the flanks at position s \[m\]:
     /// `1/R = 1/(r_b1 t₁) + 1/(r_b2 t₂)`.
     pub fn relative_radius(&self, s: f64) -> f64 {
-        let [one, two] = self.roll(s);
+        self.relative_radius_at(self.roll(s))
+    }
+
+    /// The same at the roll angles of both flanks.
+    pub(super) fn relative_radius_at(&self, [one, two]: [f64; 2]) -> f64 {
         let (one, two) = (
             one * self.teeth[0].base_radius,
             two * self.teeth[1].base_radius,

@@ -32,6 +32,9 @@ const RESOLUTION: Resolution = Resolution {
 /// as fast a wave as the highest of them. Without it a mesh table takes fewer pieces.
 const TERMS: usize = 12;
 
+/// Most terms of a series.
+const MOST_TERMS: usize = 16;
+
 /// Roll angles by which the series are found: enough for the products of the plate's
 /// polynomials not to be taken for slower ones.
 const NODES: usize = 48;
@@ -62,11 +65,9 @@ pub(in crate::gear) struct GearBody {
     tooth: Vec<f64>,
     /// Legendre series of the body below it.
     foundation: Vec<f64>,
-    /// Legendre series of the forces on the foot, mode by mode.
-    forces: Vec<Vec<f64>>,
-    /// Displacements of a foot by tractions on one that is 1, 2 … teeth behind it, in the sense
-    /// of growing x of the loaded tooth.
-    neighbours: Vec<Vec<Vec<f64>>>,
+    /// What a load moves the tooth 1, 2 … further on, in the sense of growing x of the loaded tooth: coefficients of the
+    /// products of both Legendre polynomials, row by row over those of the roll angle ahead.
+    neighbours: Vec<Vec<f64>>,
 }
 
 impl GearBody {
@@ -124,14 +125,22 @@ impl GearBody {
             |values: &dyn Fn(usize) -> f64, scale: f64| series(&nodes, terms, values, scale);
         let compliance = 1.0 / plane_stress.young_modulus;
         let foundation = |index: usize| work(&feet[0], &plate.places[index], &plate.forces[index]);
+        // Forces on the foot, mode by mode.
+        let forces: Vec<Vec<f64>> = (0..2 * foot)
+            .map(|mode| series(&|index| plate.forces[index][mode], compliance.sqrt()))
+            .collect();
+        let neighbours = feet.iter().skip(1).map(|feet| {
+            let term = |n: usize| -> Vec<f64> { forces.iter().map(|series| series[n]).collect() };
+            let products = (0..terms).flat_map(|ahead| (0..terms).map(move |own| [ahead, own]));
+            products
+                .map(|[ahead, own]| work(feet, &term(ahead), &term(own)))
+                .collect()
+        });
         Some(Self {
             range,
             tooth: series(&|index| plate.clamped[index], compliance),
             foundation: series(&foundation, compliance),
-            forces: (0..2 * foot)
-                .map(|mode| series(&|index| plate.forces[index][mode], compliance.sqrt()))
-                .collect(),
-            neighbours: feet.into_iter().skip(1).collect(),
+            neighbours: neighbours.collect(),
         })
     }
 
@@ -154,18 +163,17 @@ impl GearBody {
     /// growing x of the loaded tooth, at another roll angle, and the other way round; none beyond
     /// the neighbours known.
     pub fn coupling(&self, roll: f64, ahead: usize, roll_ahead: f64) -> Option<f64> {
-        let feet = self.neighbours.get(ahead.checked_sub(1)?)?;
-        let forces = |roll: f64| self.forces_at(roll);
-        Some(work(feet, &forces(roll_ahead), &forces(roll)))
-    }
-
-    fn forces_at(&self, roll: f64) -> Vec<f64> {
-        let place = self.place(roll);
-        let mut polynomials = vec![0.0; self.tooth.len()];
-        legendre::polynomials(place, &mut polynomials);
-        (self.forces.iter())
-            .map(|series| series.iter().zip(&polynomials).map(|(a, p)| a * p).sum())
-            .collect()
+        let products = self.neighbours.get(ahead.checked_sub(1)?)?;
+        let terms = self.tooth.len();
+        let mut room = [[0.0; MOST_TERMS]; 2];
+        let [far, near] = &mut room;
+        legendre::polynomials(self.place(roll_ahead), &mut far[..terms]);
+        legendre::polynomials(self.place(roll), &mut near[..terms]);
+        let rows = far.iter().zip(products.chunks_exact(terms));
+        Some(
+            rows.map(|(p, row)| p * row.iter().zip(&*near).map(|(a, q)| a * q).sum::<f64>())
+                .sum(),
+        )
     }
 }
 

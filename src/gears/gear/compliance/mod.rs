@@ -58,11 +58,19 @@ impl Flanks {
     /// Compliance of the pair in contact at position s (held on the path of contact), the
     /// contact linear: `1/k_h = 2/π Σ (1 − ν²)/E` whatever the load.
     pub fn compliance(&self, s: f64) -> PairCompliance {
-        let materials = &self.pair.form.material;
+        let rolls = self.roll(s);
+        let bodies = self.gear_bodies();
+        let each = |of: fn(&GearBody, f64) -> f64| {
+            [0, 1].map(|gear| {
+                bodies[gear]
+                    .as_ref()
+                    .map_or(f64::NAN, |body| of(body, rolls[gear]))
+            })
+        };
         PairCompliance {
-            tooth: [0, 1].map(|gear| self.tooth_compliance(gear, s)),
-            hertz: hertz::linear(materials),
-            foundation: [0, 1].map(|gear| self.foundation_compliance(gear, s)),
+            tooth: each(GearBody::tooth),
+            hertz: hertz::linear(&self.pair.form.material),
+            foundation: each(GearBody::foundation),
         }
     }
 
@@ -81,11 +89,12 @@ impl Flanks {
         let rolls = self.roll(s);
         let depths = [0, 1].map(|gear| {
             let tooth = &self.teeth[gear];
-            tooth.flank(rolls[gear]).x / tooth.force_angle(rolls[gear]).cos()
+            // Of the flank's x over the cosine of the force's angle.
+            tooth.base_radius * (rolls[gear] - tooth.force_angle(rolls[gear]).tan())
         });
         hertz::approach(
             &self.pair.form.material,
-            self.relative_radius(s),
+            self.relative_radius_at(rolls),
             depths,
             line_load,
         )
@@ -96,12 +105,6 @@ impl Flanks {
     pub fn tooth_compliance(&self, gear: usize, s: f64) -> f64 {
         let roll = self.roll(s)[gear];
         (self.gear_bodies()[gear].as_ref()).map_or(f64::NAN, |body| body.tooth(roll))
-    }
-
-    /// The body of a gear (0 = pinion) below a tooth loaded at position s, per unit width \[m²/N\].
-    pub fn foundation_compliance(&self, gear: usize, s: f64) -> f64 {
-        let roll = self.roll(s)[gear];
-        (self.gear_bodies()[gear].as_ref()).map_or(f64::NAN, |body| body.foundation(roll))
     }
 
     /// What the bodies of pinion and wheel give at the pair at position s under a unit line load

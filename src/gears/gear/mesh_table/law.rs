@@ -198,7 +198,6 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
             width: inputs.face_width,
             slices: inputs.slices,
         };
-        let lines = Lines::new(flanks, phase, face)?;
         let pitch_point = flanks.path().pitch_point;
         // What the force along the line of action falls short of that on the flanks, by which
         // friction goes.
@@ -207,15 +206,18 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
         for &misalignment in &inputs.misalignment {
             for &torque in &inputs.torque {
                 let force = torque / inputs.base_radius;
-                let sharing = match inputs.contact {
-                    Contact::Linear => lines.sharing(face, misalignment)?,
+                let lines = match inputs.contact {
                     Contact::Secant => {
                         let law = SecantContact {
                             law: flanks,
                             line_load: force / face.width,
                         };
-                        Lines::new(&law, phase, face)?.sharing(face, misalignment)?
+                        Lines::new(&law, phase, face)?
                     }
+                    Contact::Linear | Contact::LoadDependent => Lines::new(flanks, phase, face)?,
+                };
+                let sharing = match inputs.contact {
+                    Contact::Linear | Contact::Secant => lines.sharing(face, misalignment)?,
                     Contact::LoadDependent => {
                         LoadSharing::under(flanks, phase, face, misalignment, force)?
                     }
