@@ -17,8 +17,9 @@ use gearatlas::analysis::{
 use gearatlas::model::Quantity;
 use gearatlas::report::{Style, Summary, render};
 use gearatlas::store::{
-    AxisColumn, MachineRecord, Placement, PlacementRecord, PointRow, ProgramRecord, ResultLayout,
-    ResultWriter, RunRecord, RunState, Shard, TableKind, Totals, timestamp, write_run,
+    AxisColumn, Listed, MachineRecord, Placement, PlacementRecord, PointRow, ProgramRecord,
+    ResultLayout, ResultWriter, RunRecord, RunState, Shard, TableKind, Totals, timestamp,
+    write_run,
 };
 use gearatlas::topology::Topology;
 
@@ -275,7 +276,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         horizon: false,
         refined: None,
         elements: vec![(
-            Quantity::BearingForce,
+            Listed::Output(Quantity::BearingForce),
             ["pinion 1 x", "pinion 1 y"].map(str::to_owned).to_vec(),
         )],
         shard,

@@ -12,6 +12,7 @@ mod orbits;
 mod page;
 mod plot;
 mod point;
+mod rattle;
 mod refined;
 mod summary;
 mod table_summary;
@@ -35,6 +36,7 @@ pub use plot::{
     What, drawable, machine_pictures, plot,
 };
 pub use point::{Axis, ChaosLife, ClassCount, PointSummary, Verdict};
+pub use rattle::Rattle;
 pub use summary::Summary;
 pub use table_summary::{QuantitySummary, TableSummary};
 pub use text::{Style, render, render_branches};

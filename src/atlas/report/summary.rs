@@ -19,6 +19,7 @@ use super::heat::Map;
 use super::lifetimes::Lifetimes;
 use super::orbits::{self, Orbits};
 use super::point::{Axis, ClassCount, PointSummary};
+use super::rattle::{self, Rattle};
 use super::refined::{Plane, complete};
 use super::tied::Tied;
 use super::transitions::{self, TransitionSummary};
@@ -87,6 +88,8 @@ pub struct Summary {
     pub chaotic: Vec<PointSummary>,
     /// How long chaos lasts.
     pub lifetimes: Lifetimes,
+    /// Meshes of a train, the one that rattles most first; empty where there is but one.
+    pub rattle: Vec<Rattle>,
     /// Points whose motion does not settle, so that they have averages with standard errors.
     pub with_evidence: usize,
     /// Points among them whose standard errors are not verified.
@@ -263,6 +266,7 @@ impl Summary {
             chaotic_points,
             chaotic,
             lifetimes,
+            rattle: rattle::ranked(folder, &head)?,
             with_evidence,
             unverified_points: unverified,
             with_twin,

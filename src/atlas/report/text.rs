@@ -7,6 +7,7 @@ mod heat;
 mod lifetimes;
 mod manifest_units;
 mod orbits;
+mod rattle;
 mod style;
 mod table;
 mod transitions;
@@ -42,6 +43,7 @@ pub fn render(summary: &Summary, style: Style) -> String {
     }
     push_chaotic(&mut text, summary);
     lifetimes::push(&mut text, summary);
+    rattle::push(&mut text, summary);
     push_twins(&mut text, summary);
     transitions::push(&mut text, summary);
     followed::push(&mut text, summary);

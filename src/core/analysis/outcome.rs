@@ -243,6 +243,12 @@ pub struct NvhOutcome {
     /// Mean force that presses each contact together \[N\]: drive and coast flank of the first mesh, then further contacts in
     /// the order of the model.
     pub contact_force: Vec<f64>,
+    /// Fraction of time while each contact is closed.
+    pub contact_fraction: Vec<f64>,
+    /// Impacts a second of each contact \[1/s\].
+    pub contact_impact_rate: Vec<f64>,
+    /// `Σ |δ'|/t` of each contact \[m/s²\].
+    pub contact_rattle_index: Vec<f64>,
     /// Mean force of the shafts on every bearing and direction \[N\]; empty where not asked for.
     pub bearing_mean: Vec<f64>,
     /// Root mean square about the mean \[N\].
@@ -302,6 +308,9 @@ pub struct NvhErrors {
     pub contact_mean: f64,
     pub contact_median: f64,
     pub contact_force: Vec<f64>,
+    pub contact_fraction: Vec<f64>,
+    pub contact_impact_rate: Vec<f64>,
+    pub contact_rattle_index: Vec<f64>,
     pub bearing_mean: Vec<f64>,
     pub bearing_rms: Vec<f64>,
     pub torque_mean: Vec<f64>,

@@ -114,6 +114,12 @@ impl Flanks {
         self as usize
     }
 
+    /// Whether the drive flank and whether the coast flank touches.
+    pub fn closed(self) -> [bool; 2] {
+        let both = self == Self::Both;
+        [both || self == Self::Drive, both || self == Self::Coast]
+    }
+
     /// The word stored in result files.
     pub fn name(self) -> &'static str {
         match self {

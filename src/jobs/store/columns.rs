@@ -7,7 +7,7 @@ use super::covariant::covariant_columns;
 use super::horizon::horizon_columns;
 use super::layout::ResultLayout;
 use super::mesh_columns::mesh_columns;
-use super::nvh::{nvh_columns, quantity};
+use super::nvh::{listed, nvh_columns};
 use super::orders::{AMPLITUDE_UNITS, SIGNALS};
 use super::point_row::PointRow;
 use super::refined::level_columns;
@@ -81,7 +81,7 @@ pub fn points_table(layout: &ResultLayout) -> Result<Table<PointRow>, StoreError
     columns.extend(mesh_columns());
     columns.extend(work_columns());
     for column in &mut columns {
-        let own = quantity(&column.name);
+        let own = listed(&column.name);
         let named = elements.iter().find(|(told, _)| Some(*told) == own);
         column.elements = named.map(|(_, names)| names.clone()).unwrap_or_default();
     }

@@ -1,9 +1,9 @@
 //! Which tables does a job write, and with which columns?
 
 use super::file::Shard;
+use super::nvh::Listed;
 use super::point_row::AxisColumn;
 use super::refined::RefinedColumns;
-use crate::model::Quantity;
 
 /// What a job writes.
 #[derive(Debug, Clone, Default)]
@@ -30,9 +30,8 @@ pub struct ResultLayout {
     pub horizon: bool,
     /// How the grid is refined, where it is.
     pub refined: Option<RefinedColumns>,
-    /// Names of the elements of lists that tell an output of the structure, in their order; of outputs that all structures
-    /// of the job name alike.
-    pub elements: Vec<(Quantity, Vec<String>)>,
+    /// Names of the elements of lists, in their order; of lists that all structures of the job name alike.
+    pub elements: Vec<(Listed, Vec<String>)>,
     /// Which part of a split job this is.
     pub shard: Option<Shard>,
 }

@@ -60,16 +60,34 @@ macro_rules! statistics {
     (@error $type:ident $error:expr) => { Some($error).filter(|error| !error.is_infinite()) };
 }
 
-/// The output of the structure that a column tells, if any; its standard errors among them.
-pub(super) fn quantity(column: &str) -> Option<Quantity> {
-    match column.trim_end_matches("_stderr") {
-        "bearing_mean" | "bearing_rms" => Some(Quantity::BearingForce),
-        "torque_mean" | "torque_rms" => Some(Quantity::Torque),
-        "acceleration_rms" => Some(Quantity::Acceleration),
-        "angular_acceleration_rms" => Some(Quantity::AngularAcceleration),
-        _ => None,
-    }
+/// What the elements of a list are one of each.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Listed {
+    /// An output of the structure.
+    Output(Quantity),
+    /// Contacts.
+    Contacts,
 }
+
+/// What a column lists, if it is known by names; its standard errors among them.
+pub(super) fn listed(column: &str) -> Option<Listed> {
+    Some(match column.trim_end_matches("_stderr") {
+        "bearing_mean" | "bearing_rms" => Listed::Output(Quantity::BearingForce),
+        "torque_mean" | "torque_rms" => Listed::Output(Quantity::Torque),
+        "acceleration_rms" => Listed::Output(Quantity::Acceleration),
+        "angular_acceleration_rms" => Listed::Output(Quantity::AngularAcceleration),
+        name if CONTACT_LISTS.contains(&name) => Listed::Contacts,
+        _ => return None,
+    })
+}
+
+/// The columns that list contacts.
+pub const CONTACT_LISTS: [&str; 4] = [
+    "contact_force",
+    "contact_fraction",
+    "contact_impact_rate",
+    "contact_rattle_index",
+];
 
 /// The columns, in file order.
 pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
@@ -109,6 +127,12 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         list "contact_force", "N", found.contact_force,
             &format!("Mean force that presses each contact together, {CONTACTS}. The mean torque on a gear \
                       is the difference of the forces on its two flanks, multiplied by the base radius"), error.contact_force;
+        list "contact_fraction", "1", found.contact_fraction,
+            &format!("Fraction of time while each contact is closed, {CONTACTS}"), error.contact_fraction;
+        list "contact_impact_rate", "1/s", found.contact_impact_rate,
+            &format!("Number of entries into each contact per second, {CONTACTS}"), error.contact_impact_rate;
+        list "contact_rattle_index", "m/s^2", found.contact_rattle_index,
+            &format!("rattle_index of each contact, {CONTACTS}; in rad/s^2 for stages of couplings"), error.contact_rattle_index;
         f64 "power_loss", "W", found.power_loss,
             "Mean power lost in friction on the flanks of the mesh. It is the friction coefficient times |force| \
              times the sliding speed of the mean rotation; null for modal files and bevel gears", error.power_loss;

@@ -3,9 +3,9 @@
 use super::build;
 use super::parts::structures;
 use crate::analysis::{Analyses, SliceConfig, SliceOf};
-use crate::manifest::{Axis, Job, Refine, Variant};
+use crate::manifest::{Axis, Job, Refine, StructureSource, Variant};
 use crate::model::{InitialState, Quantity};
-use crate::store::{AxisColumn, RefinedColumns, ResultLayout, Shard};
+use crate::store::{AxisColumn, Listed, RefinedColumns, ResultLayout, Shard};
 use crate::structure::MotionKind;
 
 /// The tables of a job (of a shard of it).
@@ -47,52 +47,66 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
     }
 }
 
-/// Names of what is told of the structure, where its first and its last variant, which have the ends of every axis, agree.
-fn elements(job: &Job) -> Vec<(Quantity, Vec<String>)> {
+/// Names of what lists tell, where the first and the last variant, which have the ends of every axis, agree.
+fn elements(job: &Job) -> Vec<(Listed, Vec<String>)> {
     let variants = job.points.variants();
-    let told = |variant: &Variant| variant.analyses.nvh.is_some_and(|nvh| nvh.outputs.any());
     let (Some(first), Some(last)) = (variants.first(), variants.last()) else {
         return Vec::new();
     };
-    if !variants.iter().any(told) {
+    if !variants
+        .iter()
+        .any(|variant| variant.analyses.nvh.is_some())
+    {
         return Vec::new();
     }
-    let names = |variant: &Variant| -> Vec<(Quantity, Vec<String>)> {
-        let Ok(structure) = build::structure(&variant.model) else {
-            return Vec::new();
-        };
-        let moving = |kind: MotionKind| {
-            let motions = structure.motions.iter();
-            let of_kind = motions.filter(move |motion| motion.kind == kind);
-            of_kind.map(|motion| motion.name.clone()).collect()
-        };
-        vec![
-            (
-                Quantity::BearingForce,
-                structure
-                    .bearings
-                    .iter()
-                    .map(|own| own.name.clone())
-                    .collect(),
-            ),
-            (
-                Quantity::Torque,
-                structure
-                    .torques
-                    .iter()
-                    .map(|own| own.name.clone())
-                    .collect(),
-            ),
-            (Quantity::Acceleration, moving(MotionKind::Place)),
-            (Quantity::AngularAcceleration, moving(MotionKind::Body)),
-        ]
-    };
     let mut found = names(first);
     if structures(job) > 1 {
         let last = names(last);
         found.retain(|own| last.contains(own));
     }
     found
+}
+
+fn names(variant: &Variant) -> Vec<(Listed, Vec<String>)> {
+    let flanks = ["drive flank", "coast flank"].map(str::to_owned);
+    let contacts = match &variant.model.source {
+        StructureSource::Train(train) => train.contact_names(),
+        StructureSource::Modal(structure) => {
+            let further = structure.contacts.iter().map(|own| own.name.clone());
+            flanks.into_iter().chain(further).collect()
+        }
+        StructureSource::Rigid(_) | StructureSource::Flexible(_) => flanks.to_vec(),
+    };
+    let mut all = vec![(Listed::Contacts, contacts)];
+    if variant.analyses.nvh.is_some_and(|nvh| nvh.outputs.any()) {
+        all.extend(names_of_outputs(variant));
+    }
+    all
+}
+
+fn names_of_outputs(variant: &Variant) -> Vec<(Listed, Vec<String>)> {
+    let Ok(structure) = build::structure(&variant.model) else {
+        return Vec::new();
+    };
+    let moving = |kind: MotionKind| {
+        let motions = structure.motions.iter();
+        let of_kind = motions.filter(move |motion| motion.kind == kind);
+        of_kind.map(|motion| motion.name.clone()).collect()
+    };
+    let bearings = structure.bearings.iter().map(|own| own.name.clone());
+    let torques = structure.torques.iter().map(|own| own.name.clone());
+    vec![
+        (Listed::Output(Quantity::BearingForce), bearings.collect()),
+        (Listed::Output(Quantity::Torque), torques.collect()),
+        (
+            Listed::Output(Quantity::Acceleration),
+            moving(MotionKind::Place),
+        ),
+        (
+            Listed::Output(Quantity::AngularAcceleration),
+            moving(MotionKind::Body),
+        ),
+    ]
 }
 
 /// How the grid is refined.

@@ -1,8 +1,9 @@
 //! How hard do flanks meet, and how long do they touch and fly?
 
+use super::FLANKS;
 use super::sample::Sample;
 use super::sums::Sums;
-use crate::model::{COAST_FLANK, Flanks, Model, Release};
+use crate::model::{Flanks, Model, Release};
 use crate::numerics::statistics::quantile;
 use crate::propagate::Event;
 
@@ -13,8 +14,9 @@ type Instant = (u64, f64);
 #[derive(Debug, Clone)]
 pub(super) struct Contacts {
     period: f64,
-    /// Side and release of both flanks.
-    flanks: Vec<(f64, Release)>,
+    /// Side and release of every contact, and its place among those that are told; none for the springs of flanks behind
+    /// the first.
+    all: Vec<(f64, Release, Option<usize>)>,
     first: Option<Instant>,
     last: Option<(Instant, bool)>,
     speeds: Sample<f64>,
@@ -25,10 +27,18 @@ pub(super) struct Contacts {
 
 impl Contacts {
     pub(super) fn new(model: &Model) -> Self {
-        let flanks = model.contacts.iter().take(COAST_FLANK + 1);
+        let behind = model.flank_springs - FLANKS;
+        let place = |contact: usize| match contact {
+            first if first < FLANKS => Some(first),
+            spring if model.of_mesh(spring) => None,
+            further => Some(further - behind),
+        };
+        let all = model.contacts.iter().enumerate();
         Self {
             period: model.period(),
-            flanks: flanks.map(|flank| (flank.side, flank.release)).collect(),
+            all: all
+                .map(|(contact, own)| (own.side, own.release, place(contact)))
+                .collect(),
             first: None,
             last: None,
             speeds: Sample::new(),
@@ -69,12 +79,16 @@ impl Contacts {
             self.first.get_or_insert(now);
             self.last = Some((now, touching));
         }
-        let flank = self.flanks.get(event.contact);
-        let struck = flank.is_some_and(|(side, release)| release.is_struck(side * event.rate));
-        if event.closes() && struck {
-            let speed = event.rate.abs();
-            sums.impacts[usize::from(event.contact == COAST_FLANK)] += 1.0;
-            sums.impact_speed += speed;
+        let (side, release, place) = self.all[event.contact];
+        let Some(place) = place.filter(|_| event.closes() && release.is_struck(side * event.rate))
+        else {
+            return;
+        };
+        let speed = event.rate.abs();
+        let own = &mut sums.contacts[place];
+        own.impacts += 1.0;
+        own.speed += speed;
+        if place < FLANKS {
             sums.impact_square += speed * speed;
             self.fastest = self.fastest.max(speed);
             self.speeds.push(speed);

@@ -334,7 +334,11 @@ impl Observer for Nvh {
 
         let sums = self.stretches.open();
         sums.time += tau;
-        sums.times[window.contact.flanks().index()] += tau;
+        let flanks = window.contact.flanks();
+        sums.times[flanks.index()] += tau;
+        for (own, closed) in sums.contacts.iter_mut().zip(flanks.closed()) {
+            own.closed += if closed { tau } else { 0.0 };
+        }
         let first = (deflection[0] - centre[0]) / half_gap;
         let second = first * first + seen.square() / (half_gap * half_gap);
         let [third, fourth] = seen.powers(set, centre[0], half_gap);
@@ -352,7 +356,12 @@ impl Observer for Nvh {
         }
         for closed in window.closed {
             let (place, side) = self.places[closed.contact];
-            sums.pressing[place] += tau * side * closed.force[0];
+            let own = &mut sums.contacts[place];
+            own.force += tau * side * closed.force[0];
+            // Of a flank several springs may be closed at once.
+            if place >= FLANKS {
+                own.closed += tau;
+            }
         }
         if let Some(fourier) = &mut self.fourier {
             fourier.add(window, &seen);

@@ -24,11 +24,7 @@ pub(super) struct Sums {
     pub loss: f64,
     /// Time in drive contact, free flight, coast contact and contact on both flanks \[s\].
     pub times: [f64; Flanks::COUNT],
-    /// Entries into contact on the drive and on the coast flank.
-    pub impacts: [f64; 2],
-    /// Sum of |δ'| at entries \[m/s\].
-    pub impact_speed: f64,
-    /// Sum of δ'² at entries \[m²/s²\].
+    /// Sum of δ'² at entries into contact on both flanks \[m²/s²\].
     pub impact_square: f64,
     /// Number and total length \[s\] of flights that ended.
     pub flights: [f64; 2],
@@ -36,8 +32,21 @@ pub(super) struct Sums {
     pub touches: [f64; 2],
     /// ∫ δ e^{−ihωt} dt, h = 1, 2, ….
     pub harmonics: Vec<Complex64>,
-    /// ∫ s F dt of each contact, both flanks of the first mesh before the others \[N s\].
-    pub pressing: Vec<f64>,
+    /// Those of each contact, both flanks of the first mesh before the others.
+    pub contacts: Vec<OfContact>,
+}
+
+/// Sums of one contact over a stretch.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct OfContact {
+    /// ∫ s F dt \[N s\].
+    pub force: f64,
+    /// Time while it is closed \[s\].
+    pub closed: f64,
+    /// Entries into contact.
+    pub impacts: f64,
+    /// Sum of |δ'| at entries \[m/s\].
+    pub speed: f64,
 }
 
 impl Sums {
@@ -45,7 +54,7 @@ impl Sums {
     pub(super) fn empty(harmonics: usize, contacts: usize) -> Self {
         Self {
             harmonics: vec![Complex64::ZERO; harmonics],
-            pressing: vec![0.0; contacts],
+            contacts: vec![OfContact::default(); contacts],
             ..Self::default()
         }
     }
@@ -74,27 +83,28 @@ impl Summable for Sums {
         self.force.add(&other.force);
         self.loss += other.loss;
         self.times.add(&other.times);
-        self.impacts.add(&other.impacts);
-        self.impact_speed += other.impact_speed;
         self.impact_square += other.impact_square;
         self.flights.add(&other.flights);
         self.touches.add(&other.touches);
         for (sum, value) in self.harmonics.iter_mut().zip(&other.harmonics) {
             *sum += value;
         }
-        for (sum, value) in self.pressing.iter_mut().zip(&other.pressing) {
-            *sum += value;
+        for (sum, other) in self.contacts.iter_mut().zip(&other.contacts) {
+            sum.force += other.force;
+            sum.closed += other.closed;
+            sum.impacts += other.impacts;
+            sum.speed += other.speed;
         }
     }
 
     fn clear(&mut self) {
         let mut harmonics = std::mem::take(&mut self.harmonics);
-        let mut pressing = std::mem::take(&mut self.pressing);
+        let mut contacts = std::mem::take(&mut self.contacts);
         harmonics.fill(Complex64::ZERO);
-        pressing.fill(0.0);
+        contacts.fill(OfContact::default());
         *self = Self {
             harmonics,
-            pressing,
+            contacts,
             ..Self::default()
         };
     }
@@ -125,7 +135,10 @@ pub(super) fn statistics(sums: &Sums, origin: Origin) -> NvhOutcome {
     let moments = sums.moments.map(|m| m / sums.time);
     let [variance, fourth] = central(moments);
     let [force_first, force_square] = sums.force.map(|f| f / sums.time);
-    let impacts = sums.impacts[0] + sums.impacts[1];
+    let [impact_speed, impacts] = impact_speed(sums);
+    let each = |of: fn(&OfContact) -> f64| -> Vec<f64> {
+        (sums.contacts.iter().map(|own| of(own) / sums.time)).collect()
+    };
     NvhOutcome {
         deflection_mean: origin.centre[0] + origin.half_gap * moments[0],
         deflection_rms: origin.half_gap * variance.sqrt(),
@@ -135,13 +148,16 @@ pub(super) fn statistics(sums: &Sums, origin: Origin) -> NvhOutcome {
             .collect(),
         force_mean: origin.centre[1] + force_first,
         force_std: (force_square - force_first * force_first).max(0.0).sqrt(),
-        impacts: sums.impacts.map(|count| count as u64),
+        impacts: [0, 1].map(|flank| sums.contacts[flank].impacts as u64),
         impact_rate: impacts / sums.time,
-        impact_velocity: ratio(sums.impact_speed, impacts),
+        impact_velocity: ratio(impact_speed, impacts),
         impact_power: 0.5 * origin.effective_mass * sums.impact_square / sums.time,
-        rattle_index: sums.impact_speed / sums.time,
+        rattle_index: impact_speed / sums.time,
         fractions: sums.times.map(|t| t / sums.time),
-        contact_force: sums.pressing.iter().map(|sum| sum / sums.time).collect(),
+        contact_force: each(|own| own.force),
+        contact_fraction: each(|own| own.closed),
+        contact_impact_rate: each(|own| own.impacts),
+        contact_rattle_index: each(|own| own.speed),
         ..NvhOutcome::default()
     }
 }
@@ -218,9 +234,10 @@ fn series(stretches: &[Sums], influence: &dyn Fn(&Sums) -> f64) -> Vec<f64> {
     stretches.iter().map(|s| influence(s) / s.time).collect()
 }
 
-/// Sum of the speeds of impacts and their number.
+/// Sum of the speeds of impacts on both flanks of the first mesh and their number.
 fn impact_speed(s: &Sums) -> [f64; 2] {
-    [s.impact_speed, s.impacts[0] + s.impacts[1]]
+    let [drive, coast] = [&s.contacts[0], &s.contacts[1]];
+    [drive.speed + coast.speed, drive.impacts + coast.impacts]
 }
 
 /// Series in time, one value per stretch, whose means have the errors of some statistics, by
@@ -270,6 +287,12 @@ pub(super) fn errors(
         let by_first = -4.0 * m3 + 12.0 * m1 * m2 - 12.0 * m1.powi(3);
         a4 - 4.0 * m1 * a3 + 6.0 * m1 * m1 * a2 + by_first * a1
     };
+    let each = |of: fn(&OfContact) -> f64| -> Vec<f64> {
+        let contacts = 0..total.contacts.len();
+        contacts
+            .map(|contact| error(&|s| of(&s.contacts[contact])))
+            .collect()
+    };
     let harmonics = (0..total.harmonics.len()).map(|h| error(&|s| all.harmonic(s, h)));
     let mut found = NvhErrors {
         deflection_mean: half_gap * error(&|s| s.moments[0]),
@@ -279,15 +302,16 @@ pub(super) fn errors(
             ratio(change, variance * variance)
         }),
         harmonics: harmonics.collect(),
-        contact_force: (0..total.pressing.len())
-            .map(|contact| error(&|s| s.pressing[contact]))
-            .collect(),
+        contact_force: each(|own| own.force),
+        contact_fraction: each(|own| own.closed),
+        contact_impact_rate: each(|own| own.impacts),
+        contact_rattle_index: each(|own| own.speed),
         force_mean: error(&|s| s.force[0]),
         force_std: error(&|s| all.force_std(s)),
-        impact_rate: error(&|s| s.impacts[0] + s.impacts[1]),
+        impact_rate: error(&|s| impact_speed(s)[1]),
         impact_velocity: of_quotient(&impact_speed),
         impact_power: 0.5 * origin.effective_mass * error(&|s| s.impact_square),
-        rattle_index: error(&|s| s.impact_speed),
+        rattle_index: error(&|s| impact_speed(s)[0]),
         flight_mean: of_quotient(&|s| [s.flights[1], s.flights[0]]),
         contact_mean: of_quotient(&|s| [s.touches[1], s.touches[0]]),
         fractions: [0, 1, 2, 3].map(|i| error(&|s| s.times[i])),

@@ -20,7 +20,7 @@ use crate::model::{ActiveSet, COAST_FLANK};
 use crate::numerics::nested_grid::NestedGrid;
 use crate::propagate::Event;
 use crate::store::{
-    AxisColumn, ChainPart, Level, MeshUnderLoad, Placement, RefinedColumns, ResultTable,
+    AxisColumn, ChainPart, Level, Listed, MeshUnderLoad, Placement, RefinedColumns, ResultTable,
     TraceLabel, TraceWriter, Transition, bifurcations_table, branches_table, curves_table,
     events_table, trace_table,
 };
@@ -51,7 +51,7 @@ fn layout() -> ResultLayout {
         horizon: true,
         refined: None,
         elements: vec![(
-            Quantity::BearingForce,
+            Listed::Output(Quantity::BearingForce),
             ["pinion 1 x", "pinion 1 y"].map(str::to_owned).to_vec(),
         )],
         shard: None,
@@ -127,6 +127,9 @@ fn full(point_id: u64) -> PointRow {
                 impact_velocity_quantiles: vec![0.1, 0.2, 0.3],
                 impact_velocity_max: Some(0.4),
                 contact_force: vec![11.0, 3.0, 14.0],
+                contact_fraction: vec![0.5, 0.2, 0.6],
+                contact_impact_rate: vec![15.0, 16.0, 17.0],
+                contact_rattle_index: vec![18.0, 19.0, 20.0],
                 bearing_mean: vec![-30.0, 31.0],
                 bearing_rms: vec![32.0, 33.0],
                 torque_mean: vec![34.0],
@@ -177,6 +180,9 @@ fn full(point_id: u64) -> PointRow {
                     contact_mean: 9e-8,
                     contact_median: 1e-7,
                     contact_force: vec![1e-6, 2e-6, 3e-6],
+                    contact_fraction: vec![4e-6, 5e-6, 6e-6],
+                    contact_impact_rate: vec![7e-6, 8e-6, 9e-6],
+                    contact_rattle_index: vec![1e-5, 2e-5, 3e-5],
                     bearing_mean: vec![7e-9, 8e-9],
                     bearing_rms: vec![9e-9, 1e-8],
                     torque_mean: vec![1.1e-8],
@@ -814,6 +820,12 @@ fn every_column_comes_back() {
         ("impact_velocity_quantiles_stderr", some([4e-9, 5e-9, 6e-9])),
         ("contact_force", some([11.0, 3.0, 14.0])),
         ("contact_force_stderr", some([1e-6, 2e-6, 3e-6])),
+        ("contact_fraction", some([0.5, 0.2, 0.6])),
+        ("contact_fraction_stderr", some([4e-6, 5e-6, 6e-6])),
+        ("contact_impact_rate", some([15.0, 16.0, 17.0])),
+        ("contact_impact_rate_stderr", some([7e-6, 8e-6, 9e-6])),
+        ("contact_rattle_index", some([18.0, 19.0, 20.0])),
+        ("contact_rattle_index_stderr", some([1e-5, 2e-5, 3e-5])),
         ("bearing_mean", some([-30.0, 31.0])),
         ("bearing_mean_stderr", some([7e-9, 8e-9])),
         ("bearing_rms", some([32.0, 33.0])),

@@ -1,0 +1,107 @@
+//! Which mesh of a train rattles most?
+
+use super::error::ReportError;
+use crate::store::{ResultTable, TableKind};
+use serde::Serialize;
+use std::path::Path;
+
+/// The column with Σ |δ'|/t of every contact.
+const COLUMN: &str = "contact_rattle_index";
+
+/// How much a mesh, or another pair of contacts, rattles over the points of a results folder.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Rattle {
+    /// What its contacts have in common: the names of its gears, or `stage 1 of engine and input`.
+    pub name: String,
+    /// Mean over the points of the rattle indices of its contacts together \[m/s², of stages rad/s²\].
+    pub mean: f64,
+    /// The largest.
+    pub largest: f64,
+    /// The point that has it.
+    pub point_id: u64,
+}
+
+/// All meshes, the one with the largest mean first; empty where the contacts have no names or there is but one mesh.
+///
+/// # Errors
+/// Tables that cannot be read.
+pub(super) fn ranked(folder: &Path, head: &ResultTable) -> Result<Vec<Rattle>, ReportError> {
+    let columns = head.columns()?;
+    let Some(column) = columns.iter().find(|column| column.name == COLUMN) else {
+        return Ok(Vec::new());
+    };
+    let mut found: Vec<Rattle> = Vec::new();
+    // Of every contact its place among these.
+    let places: Vec<usize> = (column.elements.iter())
+        .map(|contact| {
+            let name = common(contact);
+            let known = found.iter().position(|own| own.name == name);
+            known.unwrap_or_else(|| {
+                found.push(Rattle {
+                    name: name.to_owned(),
+                    mean: 0.0,
+                    largest: 0.0,
+                    point_id: 0,
+                });
+                found.len() - 1
+            })
+        })
+        .collect();
+    if found.len() < 2 {
+        return Ok(Vec::new());
+    }
+    let mut points = 0_usize;
+    ResultTable::scan(folder, TableKind::Points, &["point_id", COLUMN], |part| {
+        let rows = part.u64("point_id")?.into_iter().zip(part.lists(COLUMN)?);
+        for (point_id, indices) in rows {
+            let Some(indices) = indices else { continue };
+            points += 1;
+            let mut together = vec![0.0; found.len()];
+            for (&place, index) in places.iter().zip(indices) {
+                together[place] += index.unwrap_or(0.0);
+            }
+            for (own, index) in found.iter_mut().zip(together) {
+                own.mean += index;
+                if index > own.largest {
+                    own.largest = index;
+                    own.point_id = point_id.unwrap_or_default();
+                }
+            }
+        }
+        Ok::<_, ReportError>(())
+    })?;
+    found
+        .iter_mut()
+        .for_each(|own| own.mean /= points.max(1) as f64);
+    found.sort_by(|a, b| b.mean.total_cmp(&a.mean));
+    Ok(found)
+}
+
+/// What both contacts of a mesh or of a stage are called.
+fn common(contact: &str) -> &str {
+    let flank = ["drive flank of ", "coast flank of "];
+    let mesh = flank.iter().find_map(|side| contact.strip_prefix(side));
+    let way = [", forward", ", backward"];
+    let stage = || way.iter().find_map(|way| contact.strip_suffix(way));
+    mesh.or_else(stage).unwrap_or(contact)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::common;
+
+    #[test]
+    fn contacts_of_a_mesh_and_of_a_stage_have_one_name() {
+        for (contact, name) in [
+            ("drive flank of z20 and z50", "z20 and z50"),
+            ("coast flank of z20 and z50", "z20 and z50"),
+            (
+                "stage 1 of engine and input, backward",
+                "stage 1 of engine and input",
+            ),
+            ("stop of output", "stop of output"),
+        ] {
+            assert_eq!(common(contact), name);
+        }
+    }
+}

@@ -1,0 +1,31 @@
+//! Which mesh rattles most, as text.
+
+use crate::report::numbers::number;
+use crate::report::summary::Summary;
+use std::fmt::Write;
+
+/// Meshes that are listed; the others are counted.
+const MOST: usize = 12;
+
+/// A line a mesh, the one that rattles most first.
+pub(super) fn push(text: &mut String, summary: &Summary) {
+    let all = &summary.rattle;
+    if all.iter().all(|own| own.largest == 0.0) {
+        return;
+    }
+    text.push_str("\nrattle by mesh (speeds of impacts per second, m/s²)\n");
+    let shown = &all[..all.len().min(MOST)];
+    let width = shown.iter().map(|own| own.name.chars().count()).max();
+    let width = width.unwrap_or(0);
+    for own in shown {
+        let [mean, largest] = [own.mean, own.largest].map(number);
+        _ = write!(text, "  {:<width$}  mean {mean:>8}", own.name);
+        if own.largest > 0.0 {
+            _ = write!(text, "  largest {largest:>8} at point {}", own.point_id);
+        }
+        text.push('\n');
+    }
+    if all.len() > MOST {
+        _ = writeln!(text, "  and {} more that rattle less", all.len() - MOST);
+    }
+}
