@@ -33,6 +33,7 @@ mod table_mesh;
 mod tier_manifests;
 mod tiers;
 mod tooth_errors;
+mod train_meshes;
 mod trains;
 
 use common::default_drive;

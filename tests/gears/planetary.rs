@@ -758,7 +758,7 @@ fn the_ring_follows_the_sun_by_the_teeth_of_the_planet() {
             manifest::StructureSource::Train(train) => train.clone(),
             _ => unreachable!(),
         };
-        let gearatlas::shaft::MeshLaw::Own { flanks, .. } = &train.meshes[0].law else {
+        let gearatlas::shaft::MeshLaw::Own(flanks) = &train.meshes[0].law else {
             panic!("the mesh of the ring");
         };
         // Along both lines of action, in base pitches: what the planet turns is what its base circle rolls off.

@@ -328,7 +328,7 @@ fn bevel_gears_have_no_mesh_table() {
             .replacen("mean_stiffness", "# mean_stiffness", 1);
         let told = refusal(&text);
         assert!(
-            told.contains("the gears of this train are bevel gears"),
+            told.contains("the gears of the first mesh are bevel gears"),
             "{told}"
         );
     }

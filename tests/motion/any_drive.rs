@@ -52,18 +52,14 @@ fn contact(name: &str, participation: Vec<f64>, gap: f64, levels: &[f64]) -> Str
     StructureContact {
         name: name.to_owned(),
         force: participation.clone(),
+        tilt: Vec::new(),
         rubbing: Default::default(),
         participation,
         cycles: [1, 1],
         law: ContactLaw {
             gap,
-            stiffness: (Division::levels(levels, &[]).iter())
-                .map(|division| (division.end, *division.stiffness.coefficients()))
-                .collect(),
-            friction: Vec::new(),
             damping: 200.0,
-            phase: 0.0,
-            error: Vec::new(),
+            ..Division::law(&Division::levels(levels, &[]), 0.0)
         },
         copies: None,
     }

@@ -5,10 +5,11 @@
 
 use crate::common;
 use common::advance::{advance, advance_with, volterra};
+use gearatlas::gear::MeshTableSpec;
 use gearatlas::gear::{
     Face, Flanks, LoadSharing, MeshTable, MeshTableCycle, MeshTableInputs, SecantContact, pairs_at,
 };
-use gearatlas::manifest::{self, MeshTableSpec, StiffnessSpec};
+use gearatlas::manifest::{self, StiffnessSpec};
 use gearatlas::model::{InitialState, Model};
 use gearatlas::propagate::{Event, Observer, Window};
 use std::f64::consts::TAU;

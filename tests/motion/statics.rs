@@ -51,15 +51,14 @@ fn contact(side: &Side) -> StructureContact {
         name: "path".to_owned(),
         participation: side.deflection.clone(),
         force: side.force.clone(),
+        tilt: Vec::new(),
         rubbing: Default::default(),
         cycles: [1, 1],
         law: ContactLaw {
             gap: side.gap,
             stiffness: vec![(1.0, series)],
-            friction: Vec::new(),
             damping: 50.0,
-            phase: 0.0,
-            error: Vec::new(),
+            ..ContactLaw::default()
         },
         copies: None,
     }

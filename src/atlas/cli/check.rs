@@ -7,10 +7,11 @@ use super::kernel::{self, FirstKernel};
 use super::manifest_args::{ManifestArgs, report, warn};
 use super::structure::Structure;
 use super::{BAD_INPUT, answer, grid, words};
+use crate::gear::{CycleDivision, MeshTableSpec};
 use crate::input::{clipped, printable};
 use crate::manifest::{
-    CoastSpec, CycleDivision, DampingSpec, Diagnostic, Job, ManifestErrors, MeshTableSpec,
-    PointSpec, Source, StiffnessSpec, StructureSource, advice,
+    CoastSpec, DampingSpec, Diagnostic, Job, ManifestErrors, PointSpec, Source, StiffnessSpec,
+    StructureSource, advice,
 };
 use crate::report::{Unit, to_digits};
 use clap::Args;

@@ -2,8 +2,8 @@
 
 use super::point::number;
 use crate::gear::Flanks;
-use crate::manifest::{PointSpec, StiffnessSpec};
-use crate::sweep::{LoadedMesh, loaded_mesh};
+use crate::manifest::{PointSpec, StiffnessSpec, StructureSource};
+use crate::sweep::{LoadedMesh, build, loaded_mesh};
 use serde_json::{Value, json};
 
 /// The mesh of a grid's first point.
@@ -28,7 +28,12 @@ impl GearMesh {
         let flanks = gears.as_ref().and_then(|gears| Flanks::new(gears).ok());
         let loaded = match &point.mesh.stiffness {
             StiffnessSpec::Table(spec) => {
-                Some(loaded_mesh(point, spec).map_err(|error| error.to_string()))
+                let of_train = matches!(point.model.source, StructureSource::Train(_));
+                let structure = of_train
+                    .then(|| build::structure(&point.model).ok())
+                    .flatten();
+                let loaded = loaded_mesh(point, spec, structure.as_ref());
+                Some(loaded.map_err(|error| error.to_string()))
             }
             _ => None,
         };

@@ -5,6 +5,7 @@ use super::point::number;
 use super::{campbell, resonances};
 use crate::analysis::{ClosedMode, Frequencies, NaturalMode, excitation_period};
 use crate::manifest::{Job, PointSpec, StructureSource};
+use crate::numerics::integers::least_multiple;
 use crate::report::{Campbell, Unit};
 use crate::sweep::{build, structures};
 use serde_json::{Value, json};
@@ -53,13 +54,18 @@ impl Structure {
         }
         let structure = build::structure(&first.model).map_err(|error| error.to_string())?;
         let model = build::mean_model(&structure, first).map_err(|error| error.to_string())?;
+        // The mean model of a mesh from the drawing does not vary.
+        let of_meshes = match &first.model.source {
+            StructureSource::Train(train) => train.base_cycles().unwrap_or(1),
+            _ => 1,
+        };
         Ok(Self {
             frequencies: Frequencies::of(&model),
             teeth: structure.teeth,
             diagram: campbell::of(job, &[])?,
             speed: first.speed,
             count: structures(job),
-            base_period: excitation_period(&model),
+            base_period: excitation_period(&model).map(|own| least_multiple(own, of_meshes)),
         })
     }
 

@@ -5,9 +5,6 @@ use super::basis::Basis;
 use super::{Block, Division, MeshGain, TransmissionErrorHarmonic};
 use crate::structure::FlankParticipation;
 
-/// Distance from mid-face \[m\] that is none.
-const MID_FACE: f64 = 1e-12;
-
 /// How a contact meets the blocks while its line of action and the direction of its friction
 /// stay as they are.
 #[derive(Debug, Clone, PartialEq)]
@@ -102,10 +99,7 @@ impl Directions {
         (mesh.iter())
             .map(|division| {
                 let [turn, lever] = division.friction;
-                // A place within a picometre of mid-face is there: only round-off moved it, and
-                // would make a line of every division.
-                let centre =
-                    if division.load_centre.abs() < MID_FACE { 0.0 } else { division.load_centre };
+                let centre = division.centre();
                 let law = [centre, turn, lever];
                 if let Some((_, same)) = last.filter(|(known, _)| *known == law) {
                     return same;

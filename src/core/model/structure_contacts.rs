@@ -27,33 +27,81 @@ pub(super) fn with_own_law<'c>(
         Some(coast) => (&coast.mesh, &coast.transmission_error, &coast.further),
         None => (&drive.mesh, &drive.transmission_error, &drive.further),
     };
-    let plain = |division: &Division| division.error.is_none() && division.load_centre == 0.0;
     let of_mesh = |error: &MeshHarmonic| error.cycles == 1;
-    if !further.is_empty() || !mesh.iter().all(plain) || !errors.iter().all(of_mesh) {
+    if !further.is_empty() || !errors.iter().all(of_mesh) {
         return Err(ModelError::NoCopy {
             contact: own.name.clone(),
         });
     }
     // Counted as its own deflection, which of coast flanks grows as that of the drive flanks falls.
     let turned = if flank == COAST_FLANK { PI } else { 0.0 };
-    let friction = |division: &Division| division.friction.map(|part| drive.friction * part);
     let law = ContactLaw {
         gap: drive.half_gap,
-        stiffness: (mesh.iter())
-            .map(|division| (division.end, *division.stiffness.coefficients()))
-            .collect(),
-        friction: if drive.friction == 0.0 {
-            Vec::new()
-        } else {
-            mesh.iter().map(friction).collect()
-        },
         damping: drive.damping,
         phase: own.law.phase,
         error: (errors.iter())
             .map(|error| (error.harmonic, error.amplitude, error.phase + turned))
             .collect(),
+        ..Division::law(mesh, drive.friction)
     };
     Ok(Cow::Owned(StructureContact { law, ..own.clone() }))
+}
+
+impl Division {
+    /// The law of a contact that bears what divisions do under a coefficient of friction; everything else is 0.
+    pub fn law(divisions: &[Self], friction: f64) -> ContactLaw {
+        let off_middle = divisions.iter().any(|own| own.centre() != 0.0);
+        let lacking = divisions.iter().any(|own| !own.error.is_none());
+        let each = |any: bool| divisions.iter().filter(move |_| any);
+        ContactLaw {
+            stiffness: each(true)
+                .map(|own| (own.end, *own.stiffness.coefficients()))
+                .collect(),
+            friction: each(friction != 0.0)
+                .map(|own| own.friction.map(|part| friction * part))
+                .collect(),
+            centres: each(off_middle).map(|own| own.load_centre).collect(),
+            lacking: each(lacking).map(|own| *own.error.coefficients()).collect(),
+            ..ContactLaw::default()
+        }
+    }
+}
+
+impl ContactLaw {
+    /// The laws of the drive flanks and of the coast flanks of a mesh with these divisions, mirrored about a phase: all else
+    /// is this law's, its error counted as that of the drive flanks.
+    pub fn on_both_flanks(
+        &self,
+        divisions: &[Division],
+        friction: f64,
+        symmetry: f64,
+    ) -> [Self; 2] {
+        let coast = Division::mirrored(divisions, symmetry);
+        [(divisions, 0.0), (&coast[..], PI)].map(|(divisions, turned)| Self {
+            gap: self.gap,
+            damping: self.damping,
+            phase: self.phase,
+            // Counted as its own deflection, which of coast flanks grows as that of the drive flanks falls.
+            error: (self.error.iter())
+                .map(|&(harmonic, amplitude, phase)| (harmonic, amplitude, phase + turned))
+                .collect(),
+            ..Division::law(divisions, friction)
+        })
+    }
+}
+
+/// The divisions of a law, with its own directions of friction.
+fn divisions(law: &ContactLaw) -> Vec<Division> {
+    (law.stiffness.iter().enumerate())
+        .map(|(piece, &(end, series))| Division {
+            end,
+            stiffness: Stiffness::series(series),
+            error: (law.lacking.get(piece))
+                .map_or(FlankError::NONE, |own| FlankError::series(*own)),
+            load_centre: law.centres.get(piece).copied().unwrap_or_default(),
+            friction: law.friction.get(piece).copied().unwrap_or_default(),
+        })
+        .collect()
 }
 
 /// A contact of a structure as the model has it: one with a gap b of its own, seen along its own
@@ -67,18 +115,14 @@ pub(super) fn contact(
     release: Release,
     period: f64,
     directions: &mut Directions,
-    on_bearings: &[[f64; 3]],
+    on_bearings: &[[f64; 4]],
     (basis, blocks): (&Basis, &[Block]),
 ) -> Result<Contact, ModelError> {
     let [p, q] = own.cycles;
     let law = &own.law;
-    let stiffnesses = law
-        .stiffness
-        .iter()
-        .map(|(_, series)| Stiffness::series(*series));
-    let smallest = stiffnesses
-        .map(|k| k.smallest())
-        .fold(f64::INFINITY, f64::min);
+    let divisions = divisions(law);
+    let smallest = (divisions.iter().map(|own| own.stiffness.smallest())).reduce(f64::min);
+    let smallest = smallest.unwrap_or(0.0);
     positive("contact stiffness", smallest, smallest > 0.0, "above 0 N/m")?;
     positive(
         "contact damping",
@@ -103,45 +147,43 @@ pub(super) fn contact(
         })
         .collect();
     let [mut w, mut g] = [&own.participation, &own.force].map(|column| basis.turn(column));
+    let columns = [&own.tilt, &own.rubbing[0], &own.rubbing[1]];
+    let [mut tilt, along, lever] = columns.map(|column| match column.as_slice() {
+        [] => vec![0.0; w.len()],
+        column => basis.turn(column),
+    });
     // Of rotations that no contact feels only round-off of the turn is there.
     for &i in basis.unfelt() {
         g[i] -= w[i];
         w[i] = 0.0;
+        tilt[i] = 0.0;
     }
-    let rubbing: Vec<Vec<f64>> = (own.rubbing.iter().filter(|column| !column.is_empty()))
-        .map(|column| basis.turn(column))
-        .collect();
-    let mut known: Vec<([f64; 2], usize)> = Vec::new();
-    let mut direction = |turn: [f64; 2]| {
-        if let Some(&(_, same)) = known.iter().find(|(own, _)| *own == turn) {
+    let mut known: Vec<([f64; 3], usize)> = Vec::new();
+    let mut direction = |division: &Division| {
+        let [turn, arm] = division.friction;
+        let law = [division.centre(), turn, arm];
+        if let Some(&(_, same)) = known.iter().find(|(own, _)| *own == law) {
             return same;
         }
-        let mut g = g.clone();
-        for (factor, column) in turn.iter().zip(&rubbing) {
-            (g.iter_mut().zip(column)).for_each(|(g, rubs)| *g += factor * rubs);
-        }
-        let weights = [1.0, turn[0], turn[1]];
+        let off = |i: usize| law[0] * tilt[i];
+        let seen: Vec<f64> = (0..w.len()).map(|i| w[i] + off(i)).collect();
+        let acts: Vec<f64> = (0..w.len())
+            .map(|i| g[i] + off(i) + turn * along[i] + arm * lever[i])
+            .collect();
+        let weights = [1.0, law[0], turn, arm];
         let on_bearings = (on_bearings.iter())
             .map(|share| -share.iter().zip(weights).map(|(s, w)| s * w).sum::<f64>())
             .collect();
-        let added = directions.add(basis.gains(blocks, &w, &g), 0.0, &error, on_bearings);
-        known.push((turn, added));
+        let gains = basis.gains(blocks, &seen, &acts);
+        let added = directions.add(gains, 0.0, &error, on_bearings);
+        known.push((law, added));
         added
     };
-    let divisions: Vec<Division> = (law.stiffness.iter().enumerate())
-        .map(|(piece, &(end, series))| Division {
-            stiffness: Stiffness::series(series),
-            friction: law.friction.get(piece).copied().unwrap_or_default(),
-            ..Division::level(end, 1.0)
-        })
-        .collect();
     let cycles = (0..q)
         .map(|number| {
             let start = law.phase + f64::from(number) * ratio;
             let within = stretch(&divisions, start, ratio);
-            let which: Vec<usize> = (within.iter())
-                .map(|division| direction(division.friction))
-                .collect();
+            let which: Vec<usize> = within.iter().map(&mut direction).collect();
             MeshCycle::new(period, &within, &which, law.damping)
         })
         .collect::<Vec<_>>();
@@ -180,7 +222,7 @@ fn stretch(divisions: &[Division], start: f64, ratio: f64) -> Vec<Division> {
             stiffness: division
                 .stiffness
                 .part(place(phase), place(phase + to - from)),
-            error: FlankError::NONE,
+            error: division.error.part(place(phase), place(phase + to - from)),
             ..*division
         });
         from = to;
@@ -257,6 +299,7 @@ mod tests {
                 name: "stop".to_owned(),
                 participation: vec![0.2, 0.5],
                 force: vec![0.2, 0.5],
+                tilt: Vec::new(),
                 rubbing: Default::default(),
                 cycles,
                 law,
@@ -267,10 +310,7 @@ mod tests {
         let law = ContactLaw {
             gap: 1e-5,
             stiffness: vec![(1.0, [1e8, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])],
-            friction: Vec::new(),
-            damping: 0.0,
-            phase: 0.0,
-            error: Vec::new(),
+            ..ContactLaw::default()
         };
         for cycles in [[1, 1], [1000, 1], [1, 1000]] {
             let model = build(cycles, law.clone()).unwrap();

@@ -167,6 +167,9 @@ pub struct StructureContact {
     /// Modal force of a unit of its force without friction that turns, taken with a minus sign, one entry a mode
     /// \[1/√kg\]: mostly the participation itself.
     pub force: Vec<f64>,
+    /// Derivative of participation and force by the load centroid z_c \[1/(m √kg)\]; empty where it stays at mid-face.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tilt: Vec<f64>,
     /// What friction adds to it by Λ₀ \[1/√kg\] and by Λ₁ \[1/(m √kg)\] of [`ContactLaw::friction`]; empty without.
     #[serde(skip_serializing_if = "no_friction")]
     pub rubbing: [Vec<f64>; 2],
@@ -190,15 +193,14 @@ impl StructureContact {
             name: "stop".to_owned(),
             participation: participation.to_vec(),
             force: participation.to_vec(),
+            tilt: Vec::new(),
             rubbing: Default::default(),
             cycles: [1, 1],
             law: ContactLaw {
                 gap,
                 stiffness: vec![(1.0, series)],
-                friction: Vec::new(),
                 damping: 50.0,
-                phase: 0.0,
-                error: Vec::new(),
+                ..ContactLaw::default()
             },
             copies: None,
         }
@@ -210,7 +212,7 @@ fn no_friction(rubbing: &[Vec<f64>; 2]) -> bool {
 }
 
 /// What a one-sided contact bears of its deflection.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
 pub struct ContactLaw {
     /// Gap b \[m\]; a negative one is a preload.
     pub gap: f64,
@@ -220,6 +222,13 @@ pub struct ContactLaw {
     /// Direction Λ₀ \[1\] and lever Λ₁ \[m\] of friction over each of these pieces; empty without friction.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub friction: Vec<[f64; 2]>,
+    /// Load centroid z_c over each of these pieces \[m\]; empty for mid-face.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub centres: Vec<f64>,
+    /// Error of the loaded flanks over each of these pieces, which adds to the gap: Legendre coefficients \[m\];
+    /// empty for none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub lacking: Vec<[f64; 8]>,
     /// Damping c \[N s/m\].
     pub damping: f64,
     /// Phase in its cycle at the start of mesh cycle 0, in cycles.
@@ -229,15 +238,12 @@ pub struct ContactLaw {
 }
 
 impl ContactLaw {
-    /// Of a contact that copies a flank of the first mesh, so many cycles ahead of it.
-    pub fn copied(phase: f64) -> Self {
+    /// Of a contact whose law is given later but for its phase \[cycles\]: by the flank of the first mesh that it
+    /// copies, or by the load.
+    pub fn later(phase: f64) -> Self {
         Self {
-            gap: 0.0,
-            stiffness: Vec::new(),
-            friction: Vec::new(),
-            damping: 0.0,
             phase,
-            error: Vec::new(),
+            ..Self::default()
         }
     }
 
@@ -361,7 +367,8 @@ impl BearingGain {
             contacts: (structure.contacts.iter().enumerate())
                 .map(|(number, own)| {
                     let before = known.contacts.get(number).copied().unwrap_or_default();
-                    let columns = [&own.force, &own.rubbing[0], &own.rubbing[1]];
+                    let [along, lever] = &own.rubbing;
+                    let columns = [&own.force, &own.tilt, along, lever];
                     std::array::from_fn(|i| share(before[i], columns[i]))
                 })
                 .collect(),
@@ -535,6 +542,7 @@ impl ModalStructure {
                 .map(|contact| StructureContact {
                     participation: keep(&contact.participation),
                     force: keep(&contact.force),
+                    tilt: keep_any(&contact.tilt),
                     rubbing: contact.rubbing.each_ref().map(|column| keep_any(column)),
                     ..contact.clone()
                 })

@@ -9,8 +9,8 @@ pub struct StaticShare {
     pub drive: [f64; 4],
     /// Of one on the coast flanks.
     pub coast: [f64; 4],
-    /// Of a unit force of every further contact: without friction \[1\], by its direction \[1\], by its lever \[1/m\].
-    pub contacts: Vec<[f64; 3]>,
+    /// Of one of every further contact.
+    pub contacts: Vec<[f64; 4]>,
     /// Of [`ModalStructure::torque`](super::ModalStructure::torque).
     pub torque: f64,
     /// Of a unit torque on the pinion's and the wheel's shaft \[1/m\].

@@ -52,6 +52,39 @@ pub struct ToothForm {
 }
 
 impl ToothForm {
+    /// That of a pair of which either gear comes from a drawing of its own: the first entries of one and the second ones
+    /// of another. What both have in common is that of the first.
+    pub fn of_each(one: &Self, two: &Self) -> Self {
+        fn both<T: Clone>(one: &[T; 2], two: &[T; 2]) -> [T; 2] {
+            [one[0].clone(), two[1].clone()]
+        }
+        Self {
+            profile_shift: both(&one.profile_shift, &two.profile_shift),
+            thinning: both(&one.thinning, &two.thinning),
+            tip_diameter: both(&one.tip_diameter, &two.tip_diameter),
+            tip_relief: both(&one.tip_relief, &two.tip_relief),
+            root_relief: both(&one.root_relief, &two.root_relief),
+            overhang: both(&one.overhang, &two.overhang),
+            end_relief: both(&one.end_relief, &two.end_relief),
+            profile: both(&one.profile, &two.profile),
+            lead: both(&one.lead, &two.lead),
+            profile_points: both(&one.profile_points, &two.profile_points),
+            lead_points: both(&one.lead_points, &two.lead_points),
+            bore: both(&one.bore, &two.bore),
+            material: both(&one.material, &two.material),
+            body: both(&one.body, &two.body),
+            ..one.clone()
+        }
+    }
+
+    /// Turns the lead of a gear end for end.
+    pub fn turn_lead(&mut self, gear: usize) {
+        self.lead[gear].slope *= -1.0;
+        let points = &mut self.lead_points[gear].points;
+        points.reverse();
+        points.iter_mut().for_each(|point| point[0] *= -1.0);
+    }
+
     /// Whether the flanks lack anything along the lead.
     pub fn has_modified_lead(&self) -> bool {
         self.has_curved_lead() || self.lead.iter().any(|lead| lead.slope != 0.0)

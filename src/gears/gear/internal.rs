@@ -13,10 +13,7 @@
 use super::involute::involute;
 use std::f64::consts::PI;
 
-/// Addendum of the teeth, in modules.
-const ADDENDUM: f64 = 1.0;
-
-/// A spur gear inside a ring. Arrays are `[gear, ring]`.
+/// A gear inside a ring, in the transverse section. Arrays are `[gear, ring]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InternalPair {
     /// Numbers of teeth.
@@ -25,10 +22,10 @@ pub struct InternalPair {
     pub module: f64,
     /// Pressure angle \[rad\].
     pub pressure_angle: f64,
-    /// Profile shift coefficients x \[1\]; of the ring positive towards the axis.
+    /// Profile shift coefficients x in these modules \[1\]; of the ring positive towards the axis.
     pub profile_shift: [f64; 2],
-    /// Tip alteration coefficient k of the gear \[1\], which its mesh with another external gear asks for.
-    pub tip_alteration: f64,
+    /// Tip radii \[m\]; that of the ring is its inner radius.
+    pub tip_radius: [f64; 2],
     /// What each tooth is thinner along its reference circle \[m\].
     pub thinning: [f64; 2],
     /// Distance of the axes \[m\].
@@ -109,16 +106,6 @@ impl InternalPair {
             .map(|r| r * self.pressure_angle.cos())
     }
 
-    /// Tip radii \[m\]; that of the ring is its inner radius.
-    pub fn tip_radii(&self) -> [f64; 2] {
-        let [own, ring] = self.reference_radii();
-        let [x1, x2] = self.profile_shift;
-        [
-            own + self.module * (ADDENDUM + x1 + self.tip_alteration),
-            ring - self.module * (ADDENDUM + x2),
-        ]
-    }
-
     /// Operating pressure angle α' \[rad\].
     ///
     /// # Errors
@@ -160,7 +147,7 @@ impl InternalPair {
     pub fn contact_ratio(&self) -> Result<f64, InternalError> {
         let working = self.operating_pressure_angle()?;
         let [own, ring] = [0, 1].map(|i| {
-            let (tip, base) = (self.tip_radii()[i], self.base_radii()[i]);
+            let (tip, base) = (self.tip_radius[i], self.base_radii()[i]);
             (tip * tip - base * base).max(0.0).sqrt()
         });
         let path = own - ring + self.centre_distance * working.sin();
@@ -184,7 +171,7 @@ impl InternalPair {
     pub fn tooth_phase(&self) -> Result<f64, InternalError> {
         let working = self.operating_pressure_angle()?;
         let [base, ring_base] = self.base_radii();
-        let tip = self.tip_radii()[1];
+        let tip = self.tip_radius[1];
         let ring = (tip * tip - ring_base * ring_base).max(0.0).sqrt();
         let approach = base * working.tan() - (ring - self.centre_distance * working.sin());
         let own = self.reference_radii()[0];
@@ -210,7 +197,7 @@ impl InternalPair {
             let overlap = -2.0 * gap / working.cos();
             return Err(InternalError::Jammed { overlap });
         }
-        let [gear_tip, ring_tip] = self.tip_radii();
+        let [gear_tip, ring_tip] = self.tip_radius;
         let [gear_base, ring_base] = self.base_radii();
         // The gear's involute starts where the line of action touches its base circle.
         let start = self.centre_distance * working.sin();
@@ -245,13 +232,17 @@ impl InternalPair {
 mod tests {
     use super::*;
 
+    /// With tips that are one module and the profile shift beyond the reference circle.
     fn pair(teeth: [u32; 2], module: f64, shift: [f64; 2], distance: f64) -> InternalPair {
+        let beyond = |gear: usize, side: f64| {
+            module * (0.5 * f64::from(teeth[gear]) + side * (1.0 + shift[gear]))
+        };
         InternalPair {
+            tip_radius: [beyond(0, 1.0), beyond(1, -1.0)],
             teeth,
             module,
             pressure_angle: 20f64.to_radians(),
             profile_shift: shift,
-            tip_alteration: 0.0,
             thinning: [0.0; 2],
             centre_distance: distance,
         }
@@ -304,10 +295,8 @@ mod tests {
             [(first, 19.0, 0.617, 1.278), (second, 18.0, 0.389, 1.618)]
         {
             let apart = own.centre_distance / own.module - 0.5 * (sun + f64::from(own.teeth[0]));
-            let own = InternalPair {
-                tip_alteration: apart - (shift + own.profile_shift[0]),
-                ..own
-            };
+            let mut own = own;
+            own.tip_radius[0] += own.module * (apart - (shift + own.profile_shift[0]));
             let found = own.contact_ratio().unwrap();
             assert!((found - printed).abs() < 1e-3, "{found} {printed}");
         }

@@ -74,13 +74,7 @@ impl GearBody {
             }
             None => within(held_by, inner, "the pitch circle", pitch)?,
         }
-        let rigid = match shape.web {
-            None => Disc::annulus(pitch, inner, length, density)?,
-            Some(web) => {
-                let disc = Disc::annulus(web.rim_diameter, inner, web.thickness, density)?;
-                disc.with(Disc::annulus(pitch, web.rim_diameter, length, density)?)
-            }
-        };
+        let rigid = Disc::webbed([pitch, inner], length, shape.web, density)?;
         let whole = match shape.hub {
             None => rigid,
             Some(hub) => {

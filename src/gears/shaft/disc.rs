@@ -2,10 +2,11 @@
 
 use super::beam::Section;
 use super::error::{ShaftError, positive};
+use crate::gear::Web;
 use std::f64::consts::PI;
 
 /// A rigid body of revolution about the shaft's axis, its centre of mass at the node.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct Disc {
     /// Mass \[kg\].
     pub mass: f64,
@@ -37,6 +38,23 @@ impl Disc {
             transverse_inertia: 0.5 * polar_inertia + mass * length.powi(2) / 12.0,
             polar_inertia,
         })
+    }
+
+    /// An annulus between two diameters, the outer one first \[m\], that is no thicker than a web up to its rim.
+    ///
+    /// # Errors
+    /// As [`Self::annulus`].
+    pub fn webbed(
+        [outer, inner]: [f64; 2],
+        length: f64,
+        web: Option<Web>,
+        density: f64,
+    ) -> Result<Self, ShaftError> {
+        let Some(web) = web else {
+            return Self::annulus(outer, inner, length, density);
+        };
+        let disc = Self::annulus(web.rim_diameter, inner, web.thickness, density)?;
+        Ok(disc.with(Self::annulus(outer, web.rim_diameter, length, density)?))
     }
 
     /// This body and another about the same centre.

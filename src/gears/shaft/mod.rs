@@ -22,6 +22,7 @@ pub use error::ShaftError;
 pub use modes::Modes;
 pub use rigid::{RigidDrive, Tier};
 pub use train::{
-    GearPlace, LooseGear, MeshLaw, Motion, Planet, PlanetarySet, ShaftCoupling, ShaftSection, Stop,
-    TrainDrive, TrainError, TrainGear, TrainMesh, TrainShaft, phase_of_planet,
+    BesideEachOther, DrawnLaw, GearPlace, LooseGear, MeshLaw, Motion, Planet, PlanetarySet,
+    ShaftCoupling, ShaftSection, Stop, TrainDrive, TrainError, TrainGear, TrainMesh, TrainShaft,
+    phase_of_planet,
 };

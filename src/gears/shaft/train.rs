@@ -19,13 +19,14 @@ mod structure;
 #[cfg(test)]
 mod tests;
 
+pub use axes::BesideEachOther;
 pub use error::TrainError;
 pub use planetary::{Planet, PlanetarySet, phase_of_planet};
 
 use super::disc::Disc;
 use super::drive::{Bearing, Drag};
 use super::error::ShaftError;
-use crate::gear::GearPair;
+use crate::gear::{GearPair, MeshTableSpec};
 use crate::structure::ContactLaw;
 use serde::Serialize;
 
@@ -140,10 +141,12 @@ pub struct TrainGear {
     pub teeth: u32,
     /// Whether they point towards the axis: those of a ring.
     pub internal: bool,
-    /// Module \[m\].
+    /// Module in the normal section \[m\].
     pub module: f64,
-    /// Pressure angle \[rad\].
+    /// Pressure angle in the normal section \[rad\].
     pub pressure_angle: f64,
+    /// Helix angle at the reference cylinder \[rad\], positive where right-handed.
+    pub helix_angle: f64,
     /// Face width \[m\].
     pub width: f64,
     /// Its body.
@@ -189,13 +192,54 @@ pub enum MeshLaw {
         /// Phase against the first mesh, in cycles.
         phase: f64,
     },
-    /// A law of its own.
-    Own {
-        /// Coulomb friction coefficient μ.
-        friction: f64,
-        /// That of the drive flanks and that of the coast flanks.
-        flanks: Box<[ContactLaw; 2]>,
-    },
+    /// That of the drive flanks and that of the coast flanks.
+    Own(Box<[ContactLaw; 2]>),
+    /// What the drawing says under the mean load of an operating point.
+    Drawn(Box<DrawnLaw>),
+}
+
+/// A further mesh from the drawing of its gears.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DrawnLaw {
+    /// How it follows from the drawing.
+    pub table: MeshTableSpec,
+    /// Angle between the flanks in the plane of action before the load acts \[rad\].
+    pub misalignment: f64,
+    /// Coulomb friction coefficient μ.
+    pub friction: f64,
+    /// Mesh phase about which the coast flanks mirror the drive flanks, in cycles.
+    pub symmetry: f64,
+    /// Everything that the drawing does not say of the drive flanks: gap, damping, phase, imposed error.
+    pub beside: ContactLaw,
+}
+
+impl MeshLaw {
+    /// The same, so many cycles ahead.
+    pub fn ahead(&self, cycles: f64) -> Self {
+        let later = |law: &ContactLaw| ContactLaw {
+            phase: law.phase + cycles,
+            ..law.clone()
+        };
+        match self {
+            Self::OfFirst { phase } => Self::OfFirst {
+                phase: phase + cycles,
+            },
+            Self::Own(flanks) => Self::Own(Box::new(flanks.each_ref().map(later))),
+            Self::Drawn(drawn) => Self::Drawn(Box::new(DrawnLaw {
+                beside: later(&drawn.beside),
+                ..DrawnLaw::clone(drawn)
+            })),
+        }
+    }
+
+    /// Whether its stiffness varies over the cycle by itself.
+    fn varies(&self) -> bool {
+        match self {
+            Self::OfFirst { .. } => false,
+            Self::Own(flanks) => !flanks.iter().all(ContactLaw::is_constant),
+            Self::Drawn(_) => true,
+        }
+    }
 }
 
 /// Springs and dampers between places of two shafts on one axis.
@@ -267,8 +311,27 @@ impl TrainDrive {
 
     /// The drawing of the first mesh on its shafts; none of bevel gears.
     pub fn spur_pair(&self) -> Option<GearPair> {
-        let distance = self.centre_distance(self.gears).ok()?;
-        distance.map(|_| self.on_shafts(&self.pair, self.gears))
+        let parallel = self.beside(self.gears).ok()?;
+        parallel.map(|_| self.on_shafts(&self.pair, self.gears))
+    }
+
+    /// Names of all contacts: drive flank and coast flank of the first mesh and of every further one, then stages of couplings,
+    /// forward and backward, and stops.
+    pub fn contact_names(&self) -> Vec<String> {
+        let flanks = self.pairs().flat_map(|gears| {
+            let [one, two] = gears.map(|place| &self.gear(place).name);
+            ["drive", "coast"].map(|side| format!("{side} flank of {one} and {two}"))
+        });
+        let stages = self.couplings.iter().flat_map(|coupling| {
+            let [one, two] = coupling.shafts.map(|shaft| &self.shafts[shaft].name);
+            (1..=coupling.stages.len()).flat_map(move |stage| {
+                ["forward", "backward"]
+                    .map(|way| format!("stage {stage} of {one} and {two}, {way}"))
+            })
+        });
+        let stops = self.stops.iter();
+        let stops = stops.map(|stop| format!("stop of {}", self.shafts[stop.shaft].name));
+        flanks.chain(stages).chain(stops).collect()
     }
 
     /// Number of rotations that no spring holds.
@@ -348,6 +411,18 @@ impl TrainDrive {
         let held: Vec<usize> = held.map(|(shaft, _)| group[shaft]).collect();
         free.retain(|group| !held.contains(group));
         free
+    }
+}
+
+impl TrainGear {
+    /// Pitch radius \[m\].
+    pub fn pitch_radius(&self) -> f64 {
+        0.5 * self.module * f64::from(self.teeth) / self.helix_angle.cos()
+    }
+
+    /// Helix angle at the base cylinder \[rad\].
+    fn base_helix_angle(&self) -> f64 {
+        (self.helix_angle.sin() * self.pressure_angle.cos()).asin()
     }
 }
 

@@ -3,7 +3,8 @@
 use super::axis::AxisKey;
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use super::grid::GridAxis;
-use super::spec::{CycleDivision, StiffnessSpec, Variant};
+use super::spec::{StiffnessSpec, Variant};
+use crate::gear::CycleDivision;
 
 /// Records a torque on a drive without a rated one, and a load of 0 on a mesh that stands for the flanks under the mean
 /// load.

@@ -6,10 +6,7 @@ mod mesh;
 mod refine;
 
 pub use continuation::ContinuationSpec;
-pub use mesh::{
-    CoastSpec, CycleDivision, DampingSpec, FrictionSpec, MeshSpec, MeshTableSpec, StiffnessSpec,
-    TwoLevels,
-};
+pub use mesh::{CoastSpec, DampingSpec, FrictionSpec, MeshSpec, StiffnessSpec, TwoLevels};
 pub use refine::{Criterion, Refine};
 
 use super::axis::{AxisKey, AxisValues};

@@ -1,5 +1,6 @@
 //! From a point's specification to the system that kernels integrate.
 
+use super::further_meshes::{self, FurtherMeshError};
 use super::loaded_mesh::mean_stiffness;
 use super::mesh_tables::{MeshError, MeshTables};
 use crate::analysis::{PointConfig, SliceError};
@@ -32,6 +33,9 @@ pub enum BuildError {
     /// The mesh cannot be computed from the drawing of the gears.
     #[error("the mesh cannot be computed: {0}")]
     Mesh(#[from] MeshError),
+    /// The same of a further mesh of a train.
+    #[error(transparent)]
+    FurtherMesh(#[from] FurtherMeshError),
     /// The law of friction cannot be applied.
     #[error("the friction of the mesh cannot be computed: {0}")]
     Friction(#[from] GearError),
@@ -159,6 +163,7 @@ pub(super) fn model(
         Some(pairs) => pairs.cut(&mesh),
         None => mesh,
     };
+    let structure = &further_meshes::with_laws(structure, point, meshes)?;
     let model = with_mesh(structure, point, (mesh, mean), further, lacking)?;
     Ok((model, under_load))
 }
@@ -169,7 +174,9 @@ pub(super) fn model(
 /// # Errors
 /// A structure, a mesh or a value that is refused.
 pub fn mean_model(structure: &ModalStructure, point: &PointSpec) -> Result<Model, BuildError> {
-    with_mean(structure, point, mean_of(point)?)
+    let structure = further_meshes::with_means(structure, point)?;
+    let mean = mean_of(&structure, point)?;
+    with_mean(&structure, point, mean)
 }
 
 /// The same at several speeds \[rad/s\], with the stiffness looked for once.
@@ -178,18 +185,20 @@ pub fn mean_models(
     point: &PointSpec,
     speeds: &[f64],
 ) -> Result<Vec<Model>, BuildError> {
-    let mean = mean_of(point)?;
+    let mean = mean_of(structure, point)?;
+    let structure = further_meshes::with_means(structure, point)?;
     let at = speeds.iter().map(|&speed| PointSpec {
         speed,
         ..point.clone()
     });
-    at.map(|point| with_mean(structure, &point, mean)).collect()
+    at.map(|point| with_mean(&structure, &point, mean))
+        .collect()
 }
 
 /// Mean stiffness of a point's mesh \[N/m\].
-fn mean_of(point: &PointSpec) -> Result<f64, BuildError> {
+fn mean_of(structure: &ModalStructure, point: &PointSpec) -> Result<f64, BuildError> {
     Ok(match &point.mesh.stiffness {
-        StiffnessSpec::Table(spec) => mean_stiffness(point, spec)?,
+        StiffnessSpec::Table(spec) => mean_stiffness(point, spec, structure)?,
         known => known.mean().unwrap_or_default(),
     })
 }

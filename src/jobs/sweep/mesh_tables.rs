@@ -1,14 +1,17 @@
 //! Mesh tables of a job: fetched from the cache or computed, once for all points that share one.
 
+use super::first_force::first_force;
 use super::mesh_divisions::{course_divisions, segments, spring_divisions};
 use super::near::Near;
 use crate::gear::{
-    Contact, CourseAccuracy, Face, Flanks, GearError, GearPair, MeshCourse, MeshSprings, MeshTable,
-    MeshTableCycle, MeshTableError, MeshTableInputs, MisalignmentEnding, MisalignmentReport,
-    MisalignmentSearch, SecantContact, StiffnessLaw, TiltCompliance, loaded_misalignment,
+    Contact, CourseAccuracy, CycleDivision, Face, Flanks, GearError, GearPair, MeshCourse,
+    MeshSprings, MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs, MeshTableSpec,
+    MisalignmentEnding, MisalignmentReport, MisalignmentSearch, SecantContact, StiffnessLaw,
+    TiltCompliance, loaded_misalignment,
 };
-use crate::manifest::{CoastSpec, CycleDivision, MeshTableSpec, PointSpec};
+use crate::manifest::{CoastSpec, PointSpec};
 use crate::model::{Division, MeshHarmonic};
+use crate::shaft::DrawnLaw;
 use crate::store::{MeshFetchError, MeshUnderLoad, TableStore};
 use crate::structure::ModalStructure;
 use std::collections::{BTreeSet, HashMap};
@@ -83,6 +86,19 @@ pub struct TabledMesh {
     pub under_load: Option<MeshUnderLoad>,
 }
 
+/// What a mesh is computed for.
+#[derive(Debug, Clone, Copy)]
+struct MeanLoad {
+    /// Mean mesh force \[N\].
+    force: f64,
+    /// Whether coast flanks that are the image of the drive flanks bear it.
+    on_coast: bool,
+    /// Coefficient of friction.
+    friction: f64,
+    /// Misalignment before the load acts \[rad\].
+    misalignment: f64,
+}
+
 /// Mesh tables at hand. Points of a grid mostly share one.
 #[derive(Debug)]
 pub struct MeshTables {
@@ -149,10 +165,63 @@ impl MeshTables {
         if let CycleDivision::Pairs { slices } = spec.division {
             return self.pairs(point, spec, structure, slices as usize);
         }
-        let force = flank_load(point.load * structure.rated_force)?;
-        let unloaded = point.mesh.misalignment;
+        let force = first_force(structure, point);
+        let on_coast = on_mirrored_flanks(point, force);
+        let loaded = MeanLoad {
+            force,
+            on_coast,
+            friction: point.mesh.friction.coefficient(force.abs(), point.speed)?,
+            misalignment: point.mesh.misalignment,
+        };
+        let tilt = || {
+            let coast = structure.coast.as_ref().filter(|_| on_coast);
+            let [mesh, tilt] = match coast {
+                None => [&structure.mesh, &structure.mesh_tilt],
+                Some(coast) => [&coast.mesh, &coast.tilt],
+            };
+            TiltCompliance::of_modes(&structure.frequency, mesh, tilt)
+        };
+        self.under(loaded, spec, tilt, point.excitation.table_harmonics)
+    }
+
+    /// A further mesh under its mean force \[N\], whose drive flanks are this contact of a structure and whose coast flanks
+    /// the next one.
+    ///
+    /// # Errors
+    /// As [`Self::mesh`].
+    pub fn further(
+        &self,
+        drawn: &DrawnLaw,
+        force: f64,
+        (structure, contact): (&ModalStructure, usize),
+    ) -> Result<TabledMesh, MeshError> {
+        let on_coast = force < 0.0;
+        let loaded = MeanLoad {
+            force,
+            on_coast,
+            friction: drawn.friction,
+            misalignment: drawn.misalignment,
+        };
+        let own = &structure.contacts[contact + usize::from(on_coast)];
+        let tilt = || TiltCompliance::of_modes(&structure.frequency, &own.participation, &own.tilt);
+        self.under(loaded, &drawn.table, tilt, None)
+    }
+
+    /// A mesh under its mean load. Harmonics of its error stand beside it where so many are asked for.
+    fn under(
+        &self,
+        load: MeanLoad,
+        spec: &MeshTableSpec,
+        compliance: impl Fn() -> TiltCompliance,
+        harmonics: Option<u32>,
+    ) -> Result<TabledMesh, MeshError> {
+        let force = flank_load(load.force)?;
+        let unloaded = load.misalignment;
         let (misalignment, tilt) = if spec.shaft_tilt {
-            let report = self.tilted(spec, tilt_compliance(point, structure), unloaded, force)?;
+            let compliance = compliance();
+            // Places across the face are counted as those of the drive flank are by the flank that bears the load.
+            let compliance = if load.on_coast { compliance.other_way_round() } else { compliance };
+            let report = self.tilted(spec, compliance, unloaded, force)?;
             (report.misalignment().unwrap_or(unloaded), Some(report))
         } else {
             (unloaded, None)
@@ -163,14 +232,13 @@ impl MeshTables {
             let own = MeshTableCycle::clone(&cycle);
             cycle = Arc::new(own.with_mean_stiffness(tangent.mean_stiffness()));
         }
-        let harmonics = point.excitation.table_harmonics;
         let with_error = harmonics.is_none() && cycle.has_error();
         Ok(TabledMesh {
             divisions: match spec.division {
                 CycleDivision::Segments(count) if spec.stiffness.is_tangent() => {
                     segments(&cycle, count, with_error)
                 }
-                _ => course_divisions(&course(point, spec, &cycle)?, with_error),
+                _ => course_divisions(&course(load.friction, spec, &cycle), with_error),
             },
             further: Vec::new(),
             mean_stiffness: cycle.mean_stiffness(),
@@ -179,7 +247,7 @@ impl MeshTables {
                 .map(|(harmonic, amplitude, phase)| MeshHarmonic::new(harmonic, amplitude, phase))
                 .collect(),
             tilt,
-            under_load: Some(under_load(point, &cycle, misalignment)),
+            under_load: Some(under_load(load.on_coast, &cycle, misalignment)),
         })
     }
 
@@ -193,7 +261,8 @@ impl MeshTables {
         slices: usize,
     ) -> Result<TabledMesh, MeshError> {
         let misalignment = point.mesh.misalignment;
-        let force = (point.load * structure.rated_force).abs();
+        let signed = first_force(structure, point);
+        let force = signed.abs();
         let loaded = if force > 0.0 { force } else { structure.rated_force };
         let cycle = self.cycle(spec, spec.stiffness, misalignment, loaded)?;
         let springs = self.common.springs(spec, misalignment, slices, loaded)?;
@@ -205,7 +274,8 @@ impl MeshTables {
             mean_stiffness,
             transmission_error: Vec::new(),
             tilt: None,
-            under_load: (force > 0.0).then(|| under_load(point, &cycle, misalignment)),
+            under_load: (force > 0.0)
+                .then(|| under_load(on_mirrored_flanks(point, signed), &cycle, misalignment)),
         })
     }
 
@@ -284,25 +354,18 @@ fn wanders(gears: &GearPair, misalignment: f64) -> bool {
 
 /// The course that a mesh is integrated with, where that is not the tangent's means over segments. Segments are the
 /// shortest pieces that it is cut to.
-///
-/// # Errors
-/// A coefficient of friction that its law does not give.
-pub(super) fn course(
-    point: &PointSpec,
-    spec: &MeshTableSpec,
-    cycle: &MeshTableCycle,
-) -> Result<MeshCourse, GearError> {
-    Ok(cycle.course(CourseAccuracy {
+pub(super) fn course(friction: f64, spec: &MeshTableSpec, cycle: &MeshTableCycle) -> MeshCourse {
+    cycle.course(CourseAccuracy {
         stiffness: COURSE_TOLERANCE,
         turning: TURNING_TOLERANCE,
         shortest: match spec.division {
             CycleDivision::Segments(count) => 1.0 / f64::from(count),
             CycleDivision::Continuous | CycleDivision::Pairs { .. } => SHORTEST_TURNING_PIECE,
         },
-        friction: point.mesh.friction.coefficient(cycle.force, point.speed)?,
+        friction,
         base_radius: spec.gears.base_radii()[0],
         face_width: spec.gears.face_width,
-    }))
+    })
 }
 
 /// Whether the secant stiffness is scaled to the mean of the tangent's: contact that spreads along the face stiffens as it
@@ -312,29 +375,13 @@ pub(super) fn is_scaled(spec: &MeshTableSpec, misalignment: f64) -> bool {
 }
 
 /// Whether coast flanks that are the image of the drive flanks bear the mean load.
-fn on_mirrored_flanks(point: &PointSpec) -> bool {
-    point.load < 0.0 && matches!(point.mesh.coast, CoastSpec::Mirrored { .. })
-}
-
-/// How the gears tilt under the mean load, places across the face counted as those of the drive flank are by the
-/// flank that bears it.
-fn tilt_compliance(point: &PointSpec, structure: &ModalStructure) -> TiltCompliance {
-    match structure
-        .coast
-        .as_ref()
-        .filter(|_| on_mirrored_flanks(point))
-    {
-        None => {
-            TiltCompliance::of_modes(&structure.frequency, &structure.mesh, &structure.mesh_tilt)
-        }
-        Some(coast) => TiltCompliance::of_modes(&structure.frequency, &coast.mesh, &coast.tilt)
-            .other_way_round(),
-    }
+fn on_mirrored_flanks(point: &PointSpec, force: f64) -> bool {
+    force < 0.0 && matches!(point.mesh.coast, CoastSpec::Mirrored { .. })
 }
 
 /// What the mean load of a point makes of a mesh.
-fn under_load(point: &PointSpec, cycle: &MeshTableCycle, misalignment: f64) -> MeshUnderLoad {
-    let side = if on_mirrored_flanks(point) { -1.0 } else { 1.0 };
+fn under_load(on_coast: bool, cycle: &MeshTableCycle, misalignment: f64) -> MeshUnderLoad {
+    let side = if on_coast { -1.0 } else { 1.0 };
     MeshUnderLoad {
         misalignment,
         load_centre: side * cycle.mean_centre() + 0.0,

@@ -7,9 +7,8 @@ use super::build::{BuildError, model, structure};
 use super::kernel_tables::KernelTables;
 use super::mesh_tables::MeshTables;
 use super::near::Near;
-use crate::manifest::{
-    Job, MeshTableSpec, ModelSpec, PointSpec, StiffnessSpec, StructureSource, Variant,
-};
+use crate::gear::MeshTableSpec;
+use crate::manifest::{Job, ModelSpec, PointSpec, StiffnessSpec, StructureSource, Variant};
 use crate::model::Model;
 use crate::propagate::{KernelChoice, KernelSetting};
 use crate::shaft::ShaftError;

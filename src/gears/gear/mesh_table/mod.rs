@@ -14,12 +14,14 @@ mod cycle;
 mod error;
 mod law;
 mod pieces;
+mod spec;
 
 pub(super) use breaks::breaks;
 pub use course::{CourseAccuracy, MeshCourse};
 pub use cycle::{MeshTableCycle, MeshTablePiece, SegmentMeans};
 pub use error::MeshTableError;
 pub(super) use pieces::{BEHIND, CARRIED_ON};
+pub use spec::{CycleDivision, MeshTableSpec};
 
 use super::GearPair;
 use super::sharing::{Contact, MOST_PAIRS};

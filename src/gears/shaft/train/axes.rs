@@ -9,6 +9,7 @@
 //! and m points out of the ring.
 
 use super::TrainError;
+use crate::gear::FaceOverhang;
 use nalgebra::{Rotation3, Vector3};
 
 /// Sine of the angle of two axes below which they are parallel.
@@ -99,8 +100,21 @@ pub(super) struct PitchPoint {
     pub forward: Vector3<f64>,
     /// Sign of the second gear's speed about its axis where the first one's is positive.
     pub sense: i64,
-    /// Distance of parallel axes \[m\]; none of bevel gears.
-    pub centre_distance: Option<f64>,
+    /// How gears on parallel axes stand beside each other; none of bevel gears.
+    pub beside: Option<BesideEachOther>,
+}
+
+/// How two gears on parallel axes stand beside each other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BesideEachOther {
+    /// Distance of the axes \[m\].
+    pub centre_distance: f64,
+    /// Width of the face that both have \[m\].
+    pub width: f64,
+    /// How far either face reaches beyond it, along the axis of the first gear.
+    pub overhang: [FaceOverhang; 2],
+    /// Whether the axes point the same way.
+    pub alike: bool,
 }
 
 impl PitchPoint {
@@ -150,7 +164,17 @@ impl PitchPoint {
             across: if inside { -apart } else { apart },
             forward: along.cross(&(apart * reach.signum())),
             sense: if alike == inside { 1 } else { -1 },
-            centre_distance: Some(distance),
+            beside: Some(BesideEachOther {
+                centre_distance: distance,
+                width: upper - lower,
+                overhang: [(0.0, first.width), (axial, second.width)].map(|(middle, width)| {
+                    FaceOverhang {
+                        before: lower - (middle - 0.5 * width),
+                        behind: middle + 0.5 * width - upper,
+                    }
+                }),
+                alike,
+            }),
         })
     }
 
@@ -198,7 +222,7 @@ impl PitchPoint {
             across,
             forward,
             sense: if forward.dot(&second) > 0.0 { 1 } else { -1 },
-            centre_distance: None,
+            beside: None,
         })
     }
 }

@@ -1,7 +1,9 @@
 //! What do the contacts of a train feel of its freedoms?
 //!
 //! A flank with the normal n at the pitch point P, carried by both gears, feels
-//! `δ = n·(u₁ + θ₁ × (P − O₁)) − n·(u₂ + θ₂ × (P − O₂))`, O the middles of the gears. Off the middle
+//! `δ = n·(u₁ + θ₁ × (P − O₁)) − n·(u₂ + θ₂ × (P − O₂))`, O the middles of the gears. n is a unit vector in the
+//! transverse section; flanks of helical gears add `∓tan β_b` along the axis of the first gear, minus where that is
+//! right-handed and turns forwards. Off the middle
 //! of the face P moves along the pitch line, off the pitch point along n. Friction acts on the first
 //! gear along `cos α m − sin α t`, on coast flanks along `−cos α m − sin α t`, and the other way on
 //! the second.
@@ -95,11 +97,14 @@ impl TrainDrive {
         };
         let forward = met.forward * sense;
         let (sin, cos) = pressure_angle.sin_cos();
+        // Measured in the transverse section, in which the flanks' normal is a unit vector.
+        let helix = self.gear(gears[0]).base_helix_angle().tan();
+        let thrust = sides[0].axis.along() * (-sense * helix);
         [1.0, -1.0].map(|lean| {
             let normal = forward * cos + met.across * (lean * sin);
             let tangent = met.across * (lean * cos) - forward * sin;
             FlankTerms {
-                mesh: along(&sides, met.point, normal),
+                mesh: along(&sides, met.point, normal + thrust),
                 tilt: moved(&sides, met.pitch_line, normal),
                 friction: along(&sides, met.point, tangent),
                 lever: moved(&sides, normal, tangent),

@@ -5,8 +5,44 @@ use super::nodes::Assembled;
 use super::solved::Solved;
 use super::speeds::Layout;
 use crate::shaft::assembly::Freedom;
+use crate::structure::ModalStructure;
+use nalgebra::{DMatrix, DVector};
 
 impl TrainDrive {
+    /// Mean force on the flanks of every mesh, the first one first \[N\], negative where coast flanks bear it: what balances load and
+    /// drag on every rotation that no spring holds. Where torque splits, its paths share it so that the sum of squared
+    /// forces is least.
+    ///
+    /// * `structure`: this train's.
+    /// * `load`: fraction of the rated torque.
+    /// * `speed`: of the first gear \[rad/s\].
+    pub fn mean_forces(&self, structure: &ModalStructure, load: f64, speed: f64) -> Vec<f64> {
+        let meshes = self.meshes.len();
+        let flanks = structure.contacts[..2 * meshes].iter().step_by(2);
+        let others = flanks.chain(&structure.contacts[2 * meshes..]);
+        let felt: Vec<&[f64]> = std::iter::once(structure.mesh.as_slice())
+            .chain(others.map(|contact| contact.participation.as_slice()))
+            .collect();
+        let rigid: Vec<usize> = (0..structure.modes())
+            .filter(|&mode| structure.frequency[mode] == 0.0)
+            .collect();
+        let balance = DMatrix::from_fn(rigid.len(), felt.len(), |row, contact| {
+            felt[contact][rigid[row]]
+        });
+        let at = |column: &[f64], mode: usize| column.get(mode).copied().unwrap_or(0.0);
+        let loads = DVector::from_fn(rigid.len(), |row, _| {
+            let mode = rigid[row];
+            load * structure.rated_force * structure.torque[mode]
+                + at(&structure.constant_load, mode)
+                + speed * at(&structure.load_by_speed, mode)
+        });
+        let least = 1e-9 * balance.amax();
+        let found = balance.svd(true, true).solve(&loads, least);
+        // Both factors were asked for, so that there is a solution.
+        let found = found.unwrap_or_else(|_| DVector::zeros(felt.len()));
+        found.iter().take(1 + meshes).copied().collect()
+    }
+
     /// Modal forces of what flies outwards with the carrier, per square of the pinion's speed; empty for none.
     pub(super) fn centrifugal_load(
         &self,

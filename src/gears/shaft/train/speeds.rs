@@ -1,8 +1,8 @@
 //! How fast does every body of a train turn where all contacts bear, and how many cycles has each
 //! mesh?
 
-use super::axes::{Axis, PitchPoint, PlacedGear};
-use super::{ContactLaw, GearPlace, MeshLaw, ShaftCoupling, TrainDrive, TrainError, TrainShaft};
+use super::axes::{Axis, BesideEachOther, PitchPoint, PlacedGear};
+use super::{GearPlace, ShaftCoupling, TrainDrive, TrainError, TrainShaft};
 use crate::numerics::integers::{greatest_divisor, least_multiple};
 use crate::structure::{MOST_BASE_CYCLES, MOST_CYCLES};
 
@@ -64,6 +64,8 @@ pub(super) struct Layout {
     pub meshes: Vec<PitchPoint>,
     /// Cycles of each mesh, `[p, q]`: p in q of the first mesh.
     pub cycles: Vec<[u32; 2]>,
+    /// Cycles of the first mesh after which those that vary are as they were.
+    pub base_cycles: usize,
 }
 
 impl TrainDrive {
@@ -113,7 +115,7 @@ impl TrainDrive {
                 at: gear.at,
                 teeth: gear.teeth,
                 internal: gear.internal,
-                radius: 0.5 * gear.module * f64::from(gear.teeth),
+                radius: gear.pitch_radius(),
                 module: gear.module,
                 width: gear.width,
             }
@@ -121,12 +123,20 @@ impl TrainDrive {
         PitchPoint::of([&one, &two])
     }
 
-    /// Distance of the axes of two gears \[m\]; none where they meet, as those of bevel gears do.
+    /// How two gears stand beside each other; none where their axes meet, as those of bevel gears do.
     ///
     /// # Errors
     /// [`TrainError`] where the gears cannot mesh there.
-    pub fn centre_distance(&self, gears: [GearPlace; 2]) -> Result<Option<f64>, TrainError> {
-        Ok(self.met(gears, &self.axes())?.centre_distance)
+    pub fn beside(&self, gears: [GearPlace; 2]) -> Result<Option<BesideEachOther>, TrainError> {
+        Ok(self.met(gears, &self.axes())?.beside)
+    }
+
+    /// Mesh cycles after which the stiffness of all further meshes is as it was.
+    ///
+    /// # Errors
+    /// [`TrainError`].
+    pub fn base_cycles(&self) -> Result<usize, TrainError> {
+        Ok(self.layout()?.base_cycles)
     }
 
     fn axes(&self) -> Vec<Axis> {
@@ -194,10 +204,7 @@ impl TrainDrive {
             }
         }
         let varying = (self.meshes.iter().zip(&cycles[1..]))
-            .filter(|(mesh, _)| match &mesh.law {
-                MeshLaw::OfFirst { .. } => false,
-                MeshLaw::Own { flanks, .. } => !flanks.iter().all(ContactLaw::is_constant),
-            })
+            .filter(|(mesh, _)| mesh.law.varies())
             .map(|(_, &[_, q])| q as usize);
         let together = varying.fold(1, least_multiple);
         if together > MOST_BASE_CYCLES {
@@ -215,6 +222,7 @@ impl TrainDrive {
                 .collect()
         };
         Ok(Layout {
+            base_cycles: together,
             axes,
             speeds: values(speeds),
             rolling: values(rolling),

@@ -334,43 +334,47 @@ impl TrainDrive {
         assembled: &Assembled,
     ) -> Vec<StructureContact> {
         let mut contacts = Vec::new();
+        let mut names = self.contact_names().into_iter().skip(2);
+        let mut name = || names.next().unwrap_or_default();
         let met = layout.meshes[1..].iter().zip(&layout.cycles[1..]);
         for (mesh, (met, &cycles)) in self.meshes.iter().zip(met) {
             let terms = self.flanks(mesh.gears, (met, mesh.pressure_angle), layout, assembled);
-            let [one, two] = mesh.gears.map(|place| &self.gear(place).name);
-            let friction = match mesh.law {
-                MeshLaw::OfFirst { .. } => 1.0,
-                MeshLaw::Own { friction, .. } => friction,
+            let rubs = match &mesh.law {
+                MeshLaw::OfFirst { .. } => true,
+                MeshLaw::Own(flanks) => flanks.iter().any(|law| !law.friction.is_empty()),
+                MeshLaw::Drawn(drawn) => drawn.friction != 0.0,
             };
             for (index, flank) in terms.iter().enumerate() {
                 let feels = solved.flank(flank);
                 // The coast flanks push where their deflection, counted as the drive flanks', falls.
                 let side = [1.0, -1.0][index];
-                let sided = |column: &[f64], factor: f64| -> Vec<f64> {
-                    column.iter().map(|w| side * factor * w).collect()
+                let sided = |column: &[f64], wanted: bool| -> Vec<f64> {
+                    let column = column.iter().filter(|_| wanted);
+                    column.map(|w| side * w).collect()
                 };
-                let participation = sided(&feels.mesh, 1.0);
-                let rubs = |column: &[f64]| {
-                    if friction == 0.0 { Vec::new() } else { sided(column, friction) }
-                };
+                let participation = sided(&feels.mesh, true);
+                let off_middle = !matches!(mesh.law, MeshLaw::Own(_));
                 contacts.push(StructureContact {
-                    name: format!("{} flank of {one} and {two}", ["drive", "coast"][index]),
+                    name: name(),
                     force: participation.clone(),
-                    rubbing: [rubs(&feels.friction), rubs(&feels.lever)],
+                    tilt: sided(&feels.tilt, off_middle),
+                    rubbing: [&feels.friction, &feels.lever].map(|column| sided(column, rubs)),
                     participation,
                     cycles,
                     law: match &mesh.law {
-                        MeshLaw::OfFirst { phase } => ContactLaw::copied(*phase),
-                        MeshLaw::Own { flanks, .. } => flanks[index].clone(),
+                        MeshLaw::OfFirst { phase } => ContactLaw::later(*phase),
+                        MeshLaw::Own(flanks) => flanks[index].clone(),
+                        MeshLaw::Drawn(drawn) => ContactLaw::later(drawn.beside.phase),
                     },
                     copies: matches!(mesh.law, MeshLaw::OfFirst { .. }).then_some(index),
                 });
             }
         }
-        let mut one_sided = |name: String, felt: Vec<f64>, law: &ContactLaw| {
+        let mut one_sided = |felt: Vec<f64>, law: &ContactLaw| {
             contacts.push(StructureContact {
-                name,
+                name: name(),
                 force: felt.clone(),
+                tilt: Vec::new(),
                 rubbing: Default::default(),
                 participation: felt,
                 cycles: [1, 1],
@@ -380,20 +384,16 @@ impl TrainDrive {
         };
         for (number, coupling) in self.couplings.iter().enumerate() {
             let twist = solved.contact(&self.twist(number, layout, assembled));
-            let [one, two] = coupling.shafts.map(|shaft| &self.shafts[shaft].name);
-            for (stage, law) in (1..).zip(&coupling.stages) {
-                for (side, way) in [(1.0, "forward"), (-1.0, "backward")] {
-                    let felt = twist.iter().map(|w| side * w).collect();
-                    let name = format!("stage {stage} of {one} and {two}, {way}");
-                    one_sided(name, felt, law);
+            for law in &coupling.stages {
+                for side in [1.0, -1.0] {
+                    one_sided(twist.iter().map(|w| side * w).collect(), law);
                 }
             }
         }
         for (number, stop) in self.stops.iter().enumerate() {
             let mut felt = solved.contact(&self.approach(number, assembled));
             felt[..solved.neutral.len()].fill(0.0);
-            let name = format!("stop of {}", self.shafts[stop.shaft].name);
-            one_sided(name, felt, &stop.law);
+            one_sided(felt, &stop.law);
         }
         contacts
     }

@@ -5,7 +5,7 @@
 
 mod value;
 
-use crate::manifest::schema::{self, DefaultValue, Key, Kind, MANIFEST};
+use crate::manifest::schema::{self, DefaultValue, Elsewhere, Key, Kind, MANIFEST, SHARED};
 use serde_json::{Map, Value, json};
 use value::{default, example, scalar, texts, value};
 
@@ -82,6 +82,11 @@ fn must_stand(path: &str, key: &Key) -> bool {
 
 /// A key and all that is below it.
 fn node(path: &str, key: &Key) -> Value {
+    let of_one = key.elsewhere == Elsewhere::OneGear && path.starts_with("train.");
+    let key = &Key {
+        pair: key.pair.filter(|_| !of_one),
+        ..*key
+    };
     let mut node = match key.kind {
         Kind::Table => table(path),
         Kind::List(_) => list(path, key),
@@ -133,23 +138,21 @@ fn describe(node: &mut Map<String, Value>, key: &Key) {
     }
 }
 
-/// Paths that can be axes besides load, torque and speed. A key of both shafts stands for three.
+/// Paths that can be axes besides load, torque and speed. A key that other tables share stands for several.
 fn axes() -> Vec<(String, &'static Key)> {
     let mut axes = Vec::new();
     for key in schema::all(MANIFEST).filter(|key| key.can_be_axis()) {
-        if !key.path.contains("<shaft>") {
-            axes.push((key.path.to_owned(), key));
-        }
-        for shaft in ["pinion", "wheel"] {
-            let own = key.path.replace("<shaft>", shaft);
-            let shared = format!(
-                "shafts.{shaft}{}",
-                &key.path["shafts".len().min(key.path.len())..]
-            );
-            match (own != key.path, key.on_either_shaft) {
-                (true, _) => axes.push((own, key)),
-                (false, true) => axes.push((shared, key)),
-                (false, false) => {}
+        let shared = (SHARED.iter()).filter(|(_, _, which)| key.elsewhere == *which);
+        let elsewhere = shared.filter_map(|(table, of, _)| {
+            let rest = key.path.strip_prefix(of)?;
+            Some(format!("{table}{rest}"))
+        });
+        for path in std::iter::once(key.path.to_owned()).chain(elsewhere) {
+            if path.contains("<shaft>") {
+                let shafts = ["pinion", "wheel"];
+                axes.extend(shafts.map(|shaft| (path.replace("<shaft>", shaft), key)));
+            } else {
+                axes.push((path, key));
             }
         }
     }

@@ -55,11 +55,12 @@ fn contact(table: &Section, issues: &mut Issues, modes: Option<usize>) -> Option
     Some(StructureContact {
         name: name?.to_owned(),
         force: force?.unwrap_or_else(|| participation.clone()),
+        tilt: Vec::new(),
         rubbing: Default::default(),
         participation,
         // The schema bounds them far below the range of u32.
         cycles: cycles?.map(|count| count as u32),
-        law: law?.0,
+        law: law?,
         copies: None,
     })
 }

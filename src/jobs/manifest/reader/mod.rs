@@ -9,7 +9,7 @@ pub(super) use value::{
 };
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
-use super::schema::{self, Key, Kind, Schema};
+use super::schema::{self, Elsewhere, Key, Kind, Schema};
 use super::tree::{Entry, Node, Value, entries};
 
 /// A table of a file, with its dotted path.
@@ -351,8 +351,11 @@ impl<'t> Section<'t> {
 
     /// Two quantities in SI, `[first, second]`, or one for both.
     pub fn one_or_pair(&self, issues: &mut Issues, name: &str) -> Option<[f64; 2]> {
+        // In the table of one gear a key of both has one value.
+        let of_both = self.spec(&self.path_of(name)).elsewhere != Elsewhere::OneGear
+            || !self.path.starts_with("train.");
         match self.entry(name).map(|entry| &entry.node.value) {
-            Some(Value::Array(_)) => self.pair(issues, name),
+            Some(Value::Array(_)) if of_both => self.pair(issues, name),
             _ => self.quantity(issues, name).map(|value| [value; 2]),
         }
     }

@@ -22,9 +22,29 @@ pub(in crate::manifest) struct Key {
     pub pair: Option<&'static str>,
     /// How many entries a list has, where that is fixed.
     pub length: Option<usize>,
-    /// Whether a key of `[shafts]` may also stand in the table of either shaft.
-    pub on_either_shaft: bool,
+    /// The other tables in which it may stand.
+    pub elsewhere: Elsewhere,
 }
+
+/// Tables in which a key of another table may stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::manifest) enum Elsewhere {
+    Nowhere,
+    /// A key of `[shafts]` in the table of either shaft.
+    EitherShaft,
+    /// A key of `[gear]` in the table of one gear of a train, with one value.
+    OneGear,
+    /// A key of `[mesh]` in the table of a further mesh of a train.
+    FurtherMesh,
+}
+
+/// The tables where keys of another one may stand, that one, and which of its keys may.
+pub(in crate::manifest) const SHARED: [(&str, &str, Elsewhere); 4] = [
+    ("shafts.<shaft>", "shafts", Elsewhere::EitherShaft),
+    ("train.shaft.*.gears.*", "gear", Elsewhere::OneGear),
+    ("train.planetary", "gear", Elsewhere::OneGear),
+    ("train.mesh.*", "mesh", Elsewhere::FurtherMesh),
+];
 
 /// What holds where a key is absent.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -135,7 +155,7 @@ pub(super) const fn key(
         why: "",
         pair: None,
         length: None,
-        on_either_shaft: false,
+        elsewhere: Elsewhere::Nowhere,
     }
 }
 
@@ -214,10 +234,21 @@ impl Key {
 
     /// The key of `[shafts]` standing in the table of either shaft too.
     pub const fn on_either_shaft(self) -> Self {
-        Self {
-            on_either_shaft: true,
-            ..self
-        }
+        self.also(Elsewhere::EitherShaft)
+    }
+
+    /// The key of `[gear]` standing in the table of one gear too.
+    pub const fn on_one_gear(self) -> Self {
+        self.also(Elsewhere::OneGear)
+    }
+
+    /// The key of `[mesh]` standing in the table of a further mesh too.
+    pub const fn on_further_meshes(self) -> Self {
+        self.also(Elsewhere::FurtherMesh)
+    }
+
+    const fn also(self, elsewhere: Elsewhere) -> Self {
+        Self { elsewhere, ..self }
     }
 }
 

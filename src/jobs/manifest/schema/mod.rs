@@ -9,7 +9,7 @@ mod keys;
 mod tests;
 
 pub(in crate::manifest) use key::{
-    Bounds, DefaultValue, Key, Kind, SEED, VARIABLE_TABLES, choice, integer,
+    Bounds, DefaultValue, Elsewhere, Key, Kind, SEED, SHARED, VARIABLE_TABLES, choice, integer,
 };
 pub(in crate::manifest) use keys::{FEWEST_CYCLES, MANIFEST, MODAL_FILE};
 
@@ -31,9 +31,6 @@ pub(in crate::manifest) fn number(value: f64) -> String {
     }
 }
 
-/// Where the keys of one shaft stand in the schema.
-const OF_A_SHAFT: &str = "shafts.<shaft>";
-
 /// The schema's form of a path: indices become `*`, either shaft `<shaft>`.
 fn pattern(path: &str) -> String {
     let mut out = String::with_capacity(path.len() + 4);
@@ -52,10 +49,14 @@ fn pattern(path: &str) -> String {
     out
 }
 
-/// What `shafts.<shaft>.rest` is called where both shafts share it: `shafts.rest`.
-fn shared_form(pattern: &str) -> Option<String> {
-    let rest = pattern.strip_prefix(OF_A_SHAFT)?;
-    (rest.is_empty() || rest.starts_with('.')).then(|| format!("shafts{rest}"))
+/// What a key is called in the table whose keys it shares, and which of those may stand here:
+/// `shafts.rest` of `shafts.<shaft>.rest`.
+fn shared_form(pattern: &str) -> Option<(String, Elsewhere)> {
+    SHARED.iter().find_map(|&(table, of, which)| {
+        let rest = pattern.strip_prefix(table)?;
+        let whole = rest.is_empty() || rest.starts_with('.');
+        whole.then(|| (format!("{of}{rest}"), which))
+    })
 }
 
 /// The entry of a dotted path such as `excitation.torque_ripple.0.order`. An element of a pair,
@@ -68,19 +69,22 @@ pub(in crate::manifest) fn find(schema: Schema, path: &str) -> Option<&'static K
     })
 }
 
-/// The entry of a pattern. A key that both shafts share may stand in the table of one.
+/// The entry of a pattern, which may be that of another table.
 fn named(schema: Schema, pattern: &str) -> Option<&'static Key> {
     let exact = |wanted: &str| all(schema).find(|key| key.path == wanted);
-    exact(pattern)
-        .or_else(|| exact(&shared_form(pattern)?).filter(|key: &&Key| key.on_either_shaft))
+    let shared = || {
+        let (form, which) = shared_form(pattern)?;
+        exact(&form).filter(|key: &&Key| key.elsewhere == which)
+    };
+    exact(pattern).or_else(shared)
 }
 
 /// The names of the keys directly below a path (`""` for the top).
 pub(in crate::manifest) fn children(schema: Schema, path: &str) -> Vec<&'static str> {
     let pattern = pattern(path);
     let mut names = below(schema, &pattern, |_| true);
-    if let Some(shared) = shared_form(&pattern) {
-        names.extend(below(schema, &shared, |key| key.on_either_shaft));
+    if let Some((shared, which)) = shared_form(&pattern) {
+        names.extend(below(schema, &shared, |key| key.elsewhere == which));
     }
     names
 }

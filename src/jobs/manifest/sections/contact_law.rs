@@ -13,55 +13,49 @@ pub(super) fn constant(table: &Section, issues: &mut Issues) -> Option<ContactLa
     let damping = table.quantity_or_default(issues, "damping");
     Some(ContactLaw {
         gap: gap?,
-        stiffness: coefficients(&Division::levels(&[stiffness?], &[])),
-        friction: Vec::new(),
         damping: damping?,
-        phase: 0.0,
-        error: Vec::new(),
+        ..Division::law(&Division::levels(&[stiffness?], &[]), 0.0)
     })
 }
 
-/// A contact with a cycle of its own, and the divisions of its stiffness; its gap is read apart.
+/// A contact with a cycle of its own.
 pub(in crate::manifest) fn cyclic(
     table: &Section,
     issues: &mut Issues,
     gap: Option<f64>,
-) -> Option<(ContactLaw, Vec<Division>)> {
-    let stiffness = stiffness(table, issues);
+) -> Option<ContactLaw> {
+    let divisions = stiffness(table, issues);
+    let beside = beside_stiffness(table, issues, gap);
+    let stiffness = Division::law(&divisions?, 0.0).stiffness;
+    Some(ContactLaw {
+        stiffness,
+        ..beside?
+    })
+}
+
+/// What a contact with a cycle of its own has beside its stiffness; its gap is read apart.
+pub(super) fn beside_stiffness(
+    table: &Section,
+    issues: &mut Issues,
+    gap: Option<f64>,
+) -> Option<ContactLaw> {
     let damping = table.quantity_or_default(issues, "damping");
     let phase = if table.has("phase") { table.quantity(issues, "phase") } else { Some(0.0) };
     let error = harmonics(table, issues, "transmission_error");
-    let divisions = stiffness?;
-    let law = ContactLaw {
+    Some(ContactLaw {
         gap: gap?,
-        stiffness: coefficients(&divisions),
-        friction: Vec::new(),
         damping: damping?,
         phase: phase?,
         error: (error?.iter())
             .map(|h| (h.harmonic, h.amplitude, h.phase))
             .collect(),
-    };
-    Some((law, divisions))
-}
-
-/// Gives a law the stiffness of divisions, and the direction of friction if there is any.
-pub(super) fn take(law: &mut ContactLaw, divisions: &[Division], rubs: bool) {
-    law.stiffness = coefficients(divisions);
-    let friction = divisions.iter().filter(|_| rubs);
-    law.friction = friction.map(|division| division.friction).collect();
-}
-
-/// Where each division ends, and its Legendre coefficients.
-fn coefficients(divisions: &[Division]) -> Vec<(f64, [f64; 8])> {
-    (divisions.iter())
-        .map(|division| (division.end, *division.stiffness.coefficients()))
-        .collect()
+        ..ContactLaw::default()
+    })
 }
 
 /// One stiffness, one a part of the contact's cycle, or a mean with harmonics that leave something
 /// of it everywhere.
-fn stiffness(table: &Section, issues: &mut Issues) -> Option<Vec<Division>> {
+pub(super) fn stiffness(table: &Section, issues: &mut Issues) -> Option<Vec<Division>> {
     if table.has("levels") {
         let others = ["stiffness", "stiffness_harmonics"];
         table.given_twice(

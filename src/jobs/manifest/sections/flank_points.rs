@@ -1,4 +1,5 @@
-//! `[[gear.profile_points]]`, `[[gear.lead_points]]`: courses of flanks through points.
+//! `[[gear.profile_points]]`, `[[gear.lead_points]]`: courses of flanks through points. In the table of one gear of a train
+//! they have no `gear`, and both entries are that gear's.
 
 use crate::gear::{BetweenPoints, GearPair, PointCourse};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
@@ -65,8 +66,9 @@ fn courses(
 ) -> Option<[PointCourse; 2]> {
     let mut found = [PointCourse::default(), PointCourse::default()];
     let mut whole = true;
+    let of_one = section.path != "gear";
     for table in section.tables(issues, name)? {
-        let gear = table.choice(issues, "gear");
+        let gear = if of_one { Some("gear") } else { table.choice(issues, "gear") };
         let at = places(&table, issues, usize::from(gear == Some("wheel")));
         let missing = table.quantities(issues, "missing", None);
         let between = table.choice_or_default(issues, "between");
@@ -121,7 +123,7 @@ fn courses(
             whole = false;
             continue;
         }
-        found[usize::from(gear == "wheel")] = PointCourse {
+        let course = PointCourse {
             points: at
                 .into_iter()
                 .zip(missing)
@@ -132,6 +134,11 @@ fn courses(
                 _ => BetweenPoints::Linear,
             },
         };
+        if of_one {
+            found = [course.clone(), course];
+        } else {
+            found[usize::from(gear == "wheel")] = course;
+        }
     }
     whole.then_some(found)
 }

@@ -59,9 +59,7 @@ fn form(
     issues: &mut Issues,
     body_length: Option<[f64; 2]>,
 ) -> Option<ToothForm> {
-    let default = ToothForm::default();
     let profile_shift = section.pair_or_default(issues, "profile_shift");
-    let rack = rack(section, issues);
     let thinning = section.one_or_pair_or_default(issues, "thinning");
     let centre_distance = if section.has("centre_distance") {
         section.quantity(issues, "centre_distance").map(Some)
@@ -73,8 +71,53 @@ fn form(
             .pair(issues, "tip_diameter")
             .map(|pair| pair.map(Some))
     } else {
-        Some(default.tip_diameter)
+        Some([None; 2])
     };
+    let shape = shape(section, issues, body_length);
+    Some(ToothForm {
+        profile_shift: profile_shift?,
+        thinning: thinning?,
+        centre_distance: centre_distance?,
+        tip_diameter: tip_diameter?,
+        ..shape?
+    })
+}
+
+/// What the drawing of one gear of a train says of its teeth, for both gears of a pair alike. `pair` is one of two such
+/// gears.
+pub(super) fn of_one(
+    section: &Section,
+    issues: &mut Issues,
+    width: Option<f64>,
+    pair: Option<&GearPair>,
+) -> Option<ToothForm> {
+    let profile_shift = section.quantity_or_default(issues, "profile_shift");
+    let thinning = section.quantity_or_default(issues, "thinning");
+    let tip_diameter = if section.has("tip_diameter") {
+        section.quantity(issues, "tip_diameter").map(Some)
+    } else {
+        Some(None)
+    };
+    let shape = shape(section, issues, width.map(|width| [width; 2]));
+    let profile_points = flank_points::profiles(section, issues, pair);
+    let lead_points = flank_points::leads(section, issues);
+    Some(ToothForm {
+        profile_shift: [profile_shift?; 2],
+        thinning: [thinning?; 2],
+        tip_diameter: [tip_diameter?; 2],
+        profile_points: profile_points?,
+        lead_points: lead_points?,
+        ..shape?
+    })
+}
+
+/// The keys that `[gear]` shares with the gears of a train.
+fn shape(
+    section: &Section,
+    issues: &mut Issues,
+    body_length: Option<[f64; 2]>,
+) -> Option<ToothForm> {
+    let rack = rack(section, issues);
     let reliefs =
         ["tip_relief", "root_relief", "end_relief"].map(|name| relief(section, issues, name));
     let profile = modification(section, issues, ["profile_crowning", "profile_slope"]);
@@ -84,7 +127,7 @@ fn form(
             .one_or_pair(issues, "bore")
             .map(|pair| pair.map(Some))
     } else {
-        Some(default.bore)
+        Some([None; 2])
     };
     let body = bodies(section, issues, body_length);
     let young_modulus = section.one_or_pair_or_default(issues, "young_modulus");
@@ -92,11 +135,7 @@ fn form(
     let [tip_relief, root_relief, end_relief] = reliefs;
     let (young_modulus, poisson_ratio) = (young_modulus?, poisson_ratio?);
     Some(ToothForm {
-        profile_shift: profile_shift?,
         rack: rack?,
-        thinning: thinning?,
-        centre_distance: centre_distance?,
-        tip_diameter: tip_diameter?,
         tip_relief: tip_relief?,
         root_relief: root_relief?,
         end_relief: end_relief?,
@@ -108,7 +147,7 @@ fn form(
             poisson_ratio: poisson_ratio[gear],
         }),
         body: body?,
-        ..default
+        ..ToothForm::default()
     })
 }
 
@@ -167,7 +206,12 @@ fn plane(section: &Section, issues: &mut Issues, size: Option<(f64, f64)>) -> Op
         });
     }
     let (module, width) = size?;
-    Some(if width > WIDE * FRAC_PI_2 * module { Plane::Strain } else { Plane::Stress })
+    Some(plane_of(module, width))
+}
+
+/// That of teeth of a module \[m\] and a face width \[m\].
+pub(super) fn plane_of(module: f64, width: f64) -> Plane {
+    if width > WIDE * FRAC_PI_2 * module { Plane::Strain } else { Plane::Stress }
 }
 
 /// Hubs and webs; none where a key has faults.

@@ -3,15 +3,14 @@
 use super::backlash::{self, Surroundings};
 use super::coast;
 use super::contact_law;
+use super::drawn_mesh;
 use super::friction;
-use crate::gear::{Contact, FaceLaw, Flanks, GearPair, StiffnessLaw};
+
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{self, Section};
-use crate::manifest::spec::{
-    CycleDivision, DampingSpec, MeshSpec, MeshTableSpec, StiffnessSpec, StructureSource, TwoLevels,
-};
+use crate::manifest::spec::{DampingSpec, MeshSpec, StiffnessSpec, TwoLevels};
 use crate::manifest::tree::Value;
-use crate::model::{Release, SEVERAL_CONTACTS};
+use crate::model::Release;
 use crate::units::{self, Dimension};
 use std::sync::Arc;
 
@@ -61,7 +60,7 @@ pub(super) fn read(
     let of_gears = wants_gears(section);
     let misalignment = (section.felt(of_gears)).quantity_or_default(issues, "misalignment");
     let stiffness = if of_gears {
-        table(section, issues, drive, misalignment)
+        drawn_mesh::read(section, issues, drive, misalignment)
     } else {
         section.without_effect(
             issues,
@@ -100,222 +99,6 @@ pub(super) fn read(
             _ => Release::Deflection,
         },
     })
-}
-
-/// Stiffness from the drawing of the gears, which must be a pair that meshes.
-fn table(
-    section: &Section,
-    issues: &mut Issues,
-    drive: Surroundings<'_>,
-    misalignment: Option<f64>,
-) -> Option<StiffnessSpec> {
-    let gears = drive.gears;
-    section.without_effect(
-        issues,
-        &[
-            "mean_stiffness",
-            "contact_ratio",
-            "single_pair_drop",
-            "values",
-        ],
-        "with stiffness = \"table\": the drawing of the gears determines it",
-        "remove it, or set stiffness = \"piecewise\"",
-    );
-    let continuous = section.has("stiffness")
-        && matches!(section.entry("stiffness")?.node.value, Value::Text(ref text) if text == "continuous");
-    if continuous {
-        section.without_effect(
-            issues,
-            &["segments"],
-            "with stiffness = \"continuous\"",
-            "remove it, or set stiffness = \"table\"",
-        );
-    }
-    let resolution = section.choice_or_default(issues, "resolution")?;
-    let pairs = pairs(section, issues, resolution, gears, misalignment);
-    let own = &section.felt(!matches!(pairs, Some(Some(_))));
-    let segments = if continuous { None } else { own.integer_or_default(issues, "segments") };
-    let shaft_tilt = own.boolean_or_default(issues, "shaft_tilt");
-    let face = face(own, issues, gears);
-    let contact = match section.choice_or_default(issues, "contact")? {
-        "load_dependent" => Contact::Secant,
-        _ => Contact::Linear,
-    };
-    let pairs = pairs?;
-    if let Some(StructureSource::Train(train)) = drive.source
-        && train.planetary.is_some()
-    {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Unavailable,
-                section.span_of("stiffness"),
-                &section.path_of("stiffness"),
-                "all planets share the law of the first mesh, which a mesh table cannot give them"
-                    .to_owned(),
-            )
-            .label("not available with planets")
-            .accepted("stiffness = \"constant\", \"piecewise\" or \"fourier\""),
-        );
-        return None;
-    }
-    let Some(gears) = gears else {
-        // Of others a drawing that is missing or faulty has been reported.
-        if let Some(StructureSource::Train(_)) = drive.source {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Unavailable,
-                    section.span_of("stiffness"),
-                    &section.path_of("stiffness"),
-                    "a mesh table needs spur gears, but the gears of this train are bevel gears"
-                        .to_owned(),
-                )
-                .label("bevel gears have no mesh table")
-                .accepted("stiffness = \"constant\", \"piecewise\" or \"fourier\""),
-            );
-        }
-        return None;
-    };
-    let flanks = match Flanks::new(gears) {
-        Ok(flanks) => flanks,
-        Err(error) => {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::OutOfRange,
-                    section.span_of("stiffness"),
-                    "gear",
-                    format!("the mesh table of the gears in [gear] cannot be computed: {error}"),
-                )
-                .label("computed from [gear]")
-                .accepted("give a pair of gears that can mesh, or stiffness = \"piecewise\""),
-            );
-            return None;
-        }
-    };
-    if let Some(slices) = pairs {
-        check_springs(section, issues, &flanks, slices as usize)?;
-    }
-    Some(StiffnessSpec::Table(Arc::new(MeshTableSpec {
-        gears: gears.clone(),
-        division: match (pairs, continuous) {
-            (Some(slices), _) => CycleDivision::Pairs { slices },
-            (None, true) => CycleDivision::Continuous,
-            // The schema bounds the segments far below the range of u32.
-            (None, false) => CycleDivision::Segments(u32::try_from(segments?).ok()?),
-        },
-        stiffness: match resolution {
-            "secant" => StiffnessLaw::Secant,
-            _ => StiffnessLaw::Tangent,
-        },
-        shaft_tilt: shaft_tilt?,
-        contact,
-        // Springs of pairs are those of each slice for itself.
-        face: if pairs.is_some() { FaceLaw::Independent } else { face? },
-    })))
-}
-
-/// Whether slices of the face support each other.
-fn face(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Option<FaceLaw> {
-    if gears.is_some_and(|pair| pair.helix_angle != 0.0) {
-        section.without_effect(
-            issues,
-            &["face"],
-            "on helical gears, because their slices bear load independently",
-            "remove it",
-        );
-        return Some(FaceLaw::Independent);
-    }
-    Some(match section.choice_or_default(issues, "face")? {
-        "independent" => FaceLaw::Independent,
-        _ => FaceLaw::Coupled,
-    })
-}
-
-/// Slices of the face where every pair is a spring of its own; an inner none where it is not, an outer one
-/// where a key has faults.
-fn pairs(
-    section: &Section,
-    issues: &mut Issues,
-    resolution: &str,
-    gears: Option<&GearPair>,
-    misalignment: Option<f64>,
-) -> Option<Option<u32>> {
-    let slices = section.integer_or_default(issues, "slices");
-    if resolution != "pairs" {
-        section.without_effect(
-            issues,
-            &["slices"],
-            "without resolution = \"pairs\"",
-            "remove it, or set resolution = \"pairs\"",
-        );
-        return Some(None);
-    }
-    section.without_effect(
-        issues,
-        &["face", "segments", "shaft_tilt"],
-        "with resolution = \"pairs\": springs follow the mesh phase and the tilt of the shafts at every instant",
-        "with resolution = \"pairs\": its springs follow the mesh phase and the tilt of the shafts at every instant",
-    );
-    if gears.is_some_and(|pair| pair.helix_angle != 0.0) {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Unavailable,
-                section.span_of("resolution"),
-                &section.path_of("resolution"),
-                "resolution = \"pairs\" makes pairs of teeth separate springs, which requires spur gears".to_owned(),
-            )
-            .label("not with gear.helix_angle")
-            .accepted("resolution = \"secant\" or \"mean_load\""),
-        );
-        return None;
-    }
-    let slices = u32::try_from(slices?).ok()?;
-    let across = gears.is_some_and(|pair| pair.form.has_modified_lead());
-    let askew = misalignment.is_some_and(|angle| angle != 0.0);
-    if slices == 1 && (across || askew) {
-        let key = if across { "resolution" } else { "misalignment" };
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                section.span_of(key),
-                &section.path_of(key),
-                "one slice of the face cannot represent misalignment or a modified lead".to_owned(),
-            )
-            .label("misalignment and modified leads need slices")
-            .accepted("set mesh.slices to 2 or more, or resolution = \"secant\" or \"mean_load\""),
-        );
-        return None;
-    }
-    Some(Some(slices))
-}
-
-/// The springs of all slices, of both flanks of all pairs at once, have room beside each other.
-fn check_springs(
-    section: &Section,
-    issues: &mut Issues,
-    flanks: &Flanks,
-    slices: usize,
-) -> Option<()> {
-    let [first, last] = flanks.reach();
-    let pairs = ((last - first) / flanks.path().base_pitch) as usize + 1;
-    let room = SEVERAL_CONTACTS / (2 * pairs);
-    if slices <= room {
-        return Some(());
-    }
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::OutOfRange,
-            section.span_of("slices"),
-            &section.path_of("slices"),
-            format!(
-                "{slices} slices of both flanks of {pairs} pairs in contact, tip edges included, need {} \
-                 springs, more than {SEVERAL_CONTACTS}",
-                2 * pairs * slices
-            ),
-        )
-        .label(format!("at most {room} with these gears"))
-        .accepted(format!("a whole number from 1 to {room}")),
-    );
-    None
 }
 
 fn constant(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {

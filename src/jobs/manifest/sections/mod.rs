@@ -7,6 +7,7 @@ mod coast;
 pub(super) mod contact_law;
 mod continuation;
 mod covariant;
+mod drawn_mesh;
 mod drive_kind;
 mod excitation;
 mod flank_points;

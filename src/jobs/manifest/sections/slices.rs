@@ -1,8 +1,9 @@
 //! What springs of pairs on slices of the face do not go with.
 
+use crate::gear::CycleDivision;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
-use crate::manifest::spec::{CycleDivision, MeshSpec, ModelSpec, StiffnessSpec};
+use crate::manifest::spec::{MeshSpec, ModelSpec, StiffnessSpec};
 
 /// Records that springs on several lines cannot share the residual flexibility of modes that are left out.
 pub(super) fn check_reduction(

@@ -40,7 +40,7 @@ pub(super) const KEYS: &[Key] = &[
                 of the mesh cycle."),
     quantity("mesh.single_pair_drop", Ratio, BELOW_ONE, "0.25").otherwise(TWO_LEVELS)
         .about("Relative drop of the stiffness from two pairs in contact to one."),
-    integer("mesh.segments", 1.0, 10_000.0, "120").or("60")
+    integer("mesh.segments", 1.0, 10_000.0, "120").on_further_meshes().or("60")
         .about("Number of equal segments of the mesh cycle, for \"piecewise\" with two levels and for \"table\". A \
                 segment that contains a step takes the mean over its width. With resolution = \"secant\", the \
                 stiffness is not averaged, and neighbouring segments are joined if load centroid and friction allow \
@@ -78,24 +78,24 @@ pub(super) const KEYS: &[Key] = &[
     quantity("mesh.oil_factor", Ratio, bounds(0.1, false, 3.0, false), "0.8").or("1")
         .about("Oil factor X_L: 1 mineral oil, 0.8 polyalphaolefin or ester, about 0.6 polyglycol, 1.3 phosphoric \
                 ester, 1.5 traction fluid. Only with friction_law = \"schlenk\"."),
-    quantity("mesh.misalignment", Angle, bounds(-0.02, false, 0.02, false), r#""0.5 mrad""#).or("0")
+    quantity("mesh.misalignment", Angle, bounds(-0.02, false, 0.02, false), r#""0.5 mrad""#).on_further_meshes().or("0")
         .about("Angle between the unloaded flanks in the plane of action. It moves the load to one end of the face \
                 and reduces the stiffness. Only if the mesh is computed from [gear]."),
-    key("mesh.shaft_tilt", Kind::Boolean, ANY, "true").or("false")
+    key("mesh.shaft_tilt", Kind::Boolean, ANY, "true").on_further_meshes().or("false")
         .about("Add the tilt of the shafts under the mean load to the misalignment. Only if the mesh is computed from \
                 [gear]."),
-    choice("mesh.contact", &["load_dependent", "linear"], r#""linear""#).or(r#""load_dependent""#)
+    choice("mesh.contact", &["load_dependent", "linear"], r#""linear""#).on_further_meshes().or(r#""load_dependent""#)
         .about("Law of the contact between the flanks of a mesh computed from [gear]. `load_dependent`: the law of \
                 Weber & Banaschek, whose contact stiffens with the load. It takes the secant at the mean load on one \
                 pair (at the rated load if the mean is 0). `linear`: an approach proportional to the force, 4 (1 - \
                 nu^2)/(pi E) for equal gears. This law makes meshes of solid gears 20 to 60 % too stiff."),
-    choice("mesh.face", &["coupled", "independent"], r#""independent""#).or(r#""coupled""#)
+    choice("mesh.face", &["coupled", "independent"], r#""independent""#).on_further_meshes().or(r#""coupled""#)
         .about("Load distribution over the face in a mesh computed from [gear], if flanks are misaligned or leads \
                 modified. `coupled`: elasticity in three dimensions. Unloaded parts of teeth and bodies support \
                 loaded parts. `independent`: each slice of the face bears load alone. Such thin-slice models \
                 overestimate the load of a misaligned face. Helical gears and resolution = \"pairs\" always use \
                 `independent`."),
-    choice("mesh.resolution", &["secant", "mean_load", "pairs"], r#""pairs""#)
+    choice("mesh.resolution", &["secant", "mean_load", "pairs"], r#""pairs""#).on_further_meshes()
         .or(r#""secant""#)
         .about("Law of a mesh computed from [gear] at forces other than the mean load. `secant`: one spring with the \
                 secant stiffness from the first touch of the flanks to the mean load. It is exact at both. If contact \

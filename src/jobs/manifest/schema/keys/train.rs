@@ -8,6 +8,8 @@ use crate::units::Dimension::{
     TiltStiffness, Torque,
 };
 
+use std::f64::consts::FRAC_PI_4;
+
 const MOTIONS: [&str; 4] = ["all", "rotation", "lateral", "none"];
 
 #[rustfmt::skip]
@@ -115,7 +117,10 @@ pub(super) const KEYS: &[Key] = &[
         .about("Cross-coupled stiffness: opposing force along y per displacement along x."),
 
     key("train.shaft.*.gears", Kind::List("tables"), ANY, r#"[{ name = "z20", at = "60 mm", teeth = 20, module = "3 mm", width = "20 mm" }]"#).or("[]")
-        .about("The gears on the shaft."),
+        .about("The gears on the shaft. A gear also takes these keys of [gear], each with one value: `rack`, \
+                `tip_relief`, `root_relief`, `end_relief`, `profile_crowning`, `profile_slope`, `lead_crowning`, \
+                `lead_slope`, `profile_points`, `lead_points` (without `gear`), `bore`, `web_thickness`, \
+                `rim_diameter`, `young_modulus`, `poisson_ratio`. Draw a hub as a section of its shaft."),
     table("train.shaft.*.gears.*"),
     key("train.shaft.*.gears.*.name", Kind::Text, ANY, r#""z20""#)
         .about("Name of the gear, different from all others."),
@@ -124,15 +129,21 @@ pub(super) const KEYS: &[Key] = &[
     integer("train.shaft.*.gears.*.teeth", 4.0, 1000.0, "20")
         .about("Number of teeth."),
     quantity("train.shaft.*.gears.*.module", Length, POSITIVE, r#""3 mm""#)
-        .about("Module. For a bevel gear, the module in the middle of its face."),
+        .about("Module in the normal section. For a bevel gear, the module in the middle of its face."),
     quantity("train.shaft.*.gears.*.width", Length, POSITIVE, r#""20 mm""#)
         .about("Face width, which is also the length of the body."),
     key("train.shaft.*.gears.*.internal", Kind::Boolean, ANY, "true").or("false")
         .about("Whether the teeth point inwards: the gear is a ring. A ring runs with planets."),
     quantity("train.shaft.*.gears.*.outer", Length, POSITIVE, r#""300 mm""#).otherwise("the pitch diameter plus 8 modules")
         .about("Outer diameter of a ring's body."),
-    quantity("train.shaft.*.gears.*.pressure_angle", Angle, bounds(0.0, true, std::f64::consts::FRAC_PI_4, true), r#""25 deg""#).or(r#""20 deg""#)
+    quantity("train.shaft.*.gears.*.pressure_angle", Angle, bounds(0.0, true, FRAC_PI_4, true), r#""25 deg""#).or(r#""20 deg""#)
         .about("Pressure angle of the basic rack."),
+    quantity("train.shaft.*.gears.*.helix_angle", Angle, bounds(-FRAC_PI_4, true, FRAC_PI_4, true), r#""-20 deg""#).or("0")
+        .about("Helix angle at the reference cylinder, positive if right-handed. Gears that mesh have opposite angles, a \
+                planet and its ring equal ones."),
+    quantity("train.shaft.*.gears.*.tip_diameter", Length, POSITIVE, r#""66 mm""#)
+        .otherwise("from the rack, with its tip clearance in each mesh (ISO 21771)")
+        .about("Tip diameter; of a ring its inner diameter."),
     quantity("train.shaft.*.gears.*.profile_shift", Ratio, bounds(-1.0, false, 2.0, false), "0.3").or("0")
         .about("Profile shift coefficient. For a ring it is positive if it makes the ring's teeth thicker (ISO 21771)."),
     quantity("train.shaft.*.gears.*.thinning", Length, NON_NEGATIVE, r#""40 um""#).or("0")
@@ -190,8 +201,13 @@ pub(super) const KEYS: &[Key] = &[
         .about("Module, equal to that of sun and ring."),
     quantity("train.planetary.width", Length, POSITIVE, r#""20 mm""#)
         .about("Face width of a planet, which is also the length of its body."),
-    quantity("train.planetary.pressure_angle", Angle, bounds(0.0, true, std::f64::consts::FRAC_PI_4, true), r#""25 deg""#).or(r#""20 deg""#)
+    quantity("train.planetary.pressure_angle", Angle, bounds(0.0, true, FRAC_PI_4, true), r#""25 deg""#).or(r#""20 deg""#)
         .about("Pressure angle of the basic rack."),
+    quantity("train.planetary.helix_angle", Angle, bounds(-FRAC_PI_4, true, FRAC_PI_4, true), r#""-20 deg""#).or("0")
+        .about("Helix angle of a planet at its reference cylinder, positive if right-handed."),
+    quantity("train.planetary.tip_diameter", Length, POSITIVE, r#""74 mm""#)
+        .otherwise("from the rack, with its tip clearance at the sun (ISO 21771)")
+        .about("Tip diameter of a planet."),
     quantity("train.planetary.profile_shift", Ratio, bounds(-1.0, false, 2.0, false), "0.3").or("0")
         .about("Profile shift coefficient of a planet."),
     quantity("train.planetary.thinning", Length, NON_NEGATIVE, r#""40 um""#).or("0")
@@ -230,7 +246,12 @@ pub(super) const KEYS: &[Key] = &[
     key("train.mesh.*.gears.*", Kind::Text, ANY, r#""z18""#),
     quantity("train.mesh.*.half_gap", Length, POSITIVE, r#""40 um""#).otherwise("the half gap that the distance of the axes and the tooth thickness give")
         .about("Half of the backlash along the line of action."),
-    quantity("train.mesh.*.stiffness", Stiffness, POSITIVE, r#""3e8 N/m""#).otherwise("none; required without `levels`")
+    choice("train.mesh.*.law", &["given", "table", "continuous"], r#""continuous""#).or(r#""given""#)
+        .about("Source of the stiffness. `given`: `stiffness` or `levels`. `table`, `continuous`: computed from the \
+                drawing of both gears under the mean load of this mesh, as with mesh.stiffness. The keys \
+                `misalignment`, `shaft_tilt`, `contact`, `face`, `resolution` and `segments` of [mesh] then also \
+                hold for this mesh, if they stand in its table."),
+    quantity("train.mesh.*.stiffness", Stiffness, POSITIVE, r#""3e8 N/m""#).otherwise("none; required with law = \"given\", without `levels`")
         .about("Mesh stiffness, or its mean if it has harmonics."),
     key("train.mesh.*.levels", Kind::List("stiffnesses, one per part of the mesh's cycle"), ANY, r#"["3.4e8 N/m", "2.6e8 N/m"]"#)
         .otherwise("none: `stiffness` holds")

@@ -2,14 +2,26 @@
 
 use super::parts::{Parts, Planets, TIGHT};
 use super::shaft::{all, triple};
-use crate::gear::{EvenSharing, GearPair, InternalPair};
+use crate::gear::{EvenSharing, GearPair, InternalPair, MeshTableSpec};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
-use crate::manifest::sections::contact_law;
+use crate::manifest::sections::{contact_law, drawn_mesh};
 use crate::model::{Division, MOST_CONTACTS};
-use crate::shaft::{MeshLaw, ShaftCoupling, Stop, TrainDrive, TrainMesh};
-use crate::structure::ContactLaw;
+use crate::shaft::{DrawnLaw, GearPlace, MeshLaw, ShaftCoupling, Stop, TrainDrive, TrainMesh};
 use std::f64::consts::PI;
+
+/// Keys of meshes from the drawing.
+const OF_DRAWING: [&str; 6] = [
+    "misalignment",
+    "shaft_tilt",
+    "contact",
+    "face",
+    "resolution",
+    "segments",
+];
+
+/// Keys of meshes of a given stiffness.
+const OF_NUMBERS: [&str; 3] = ["stiffness", "levels", "stiffness_harmonics"];
 
 /// Contacts that may stand beside the flanks of the first mesh.
 const MOST: usize = MOST_CONTACTS - 2;
@@ -127,49 +139,125 @@ fn mesh(
     } else {
         None
     };
-    let law = contact_law::cyclic(table, issues, gap);
-    let drawing = drawing?;
-    let (mut drive, mut divisions) = law?;
+    let law = drawn_or_given(table, issues, (train, gears), drawing.as_ref());
+    let beside = contact_law::beside_stiffness(table, issues, gap);
+    let (drawing, law) = (drawing?, law?);
+    let mut beside = beside?;
     let planet = parts.planets.and_then(Planets::first);
     let sun_drives = planet.is_some_and(|planet| train.gears[1] == planet);
     if let (Drawing::Ring(ring, true), true, false) = (&drawing, sun_drives, table.has("phase")) {
-        drive.phase = phase_of_ring(&train.pair, ring).unwrap_or(0.0);
+        beside.phase = phase_of_ring(&train.pair, ring).unwrap_or(0.0);
     }
     let friction = friction?;
-    if friction > 0.0 {
-        divisions = sliding(table, issues, &drawing)?.cut(&divisions);
-        contact_law::take(&mut drive, &divisions, true);
-    }
-    let symmetry = match (table.has("coast_symmetry"), divisions.len()) {
-        (true, _) => table.quantity(issues, "coast_symmetry")?,
+    let steady = matches!(&law, Stiffness::Given(divisions) if divisions.len() == 1);
+    let symmetry = if table.has("coast_symmetry") {
+        table.quantity(issues, "coast_symmetry")?
+    } else if steady && friction == 0.0 {
         // Nothing depends on it.
-        (false, 1) => 0.0,
-        (false, _) => {
-            let drawn = drawing.symmetry();
-            if drawn.is_none() {
-                table.missing(issues, "coast_symmetry");
+        0.0
+    } else {
+        let drawn = drawing.symmetry();
+        if drawn.is_none() {
+            table.missing(issues, "coast_symmetry");
+        }
+        drawn?
+    };
+    let law = match law {
+        Stiffness::Drawn(spec, misalignment) => MeshLaw::Drawn(Box::new(DrawnLaw {
+            table: spec,
+            misalignment,
+            friction,
+            symmetry,
+            beside,
+        })),
+        Stiffness::Given(mut divisions) => {
+            if friction > 0.0 {
+                divisions = sliding(table, issues, &drawing)?.cut(&divisions);
             }
-            drawn?
+            MeshLaw::Own(Box::new(
+                beside.on_both_flanks(&divisions, friction, symmetry),
+            ))
         }
     };
-    let mut coast = ContactLaw {
-        // Counted as the coast flanks' own deflection, which grows as that of the drive flanks
-        // falls.
-        error: (drive.error.iter())
-            .map(|&(harmonic, amplitude, phase)| (harmonic, amplitude, phase + PI))
-            .collect(),
-        ..drive.clone()
-    };
-    let mirrored = Division::mirrored(&divisions, symmetry);
-    contact_law::take(&mut coast, &mirrored, friction > 0.0);
     Some(TrainMesh {
         gears: gears?,
         pressure_angle: drawing.pressure_angle()?,
-        law: MeshLaw::Own {
-            friction,
-            flanks: Box::new([drive, coast]),
-        },
+        law,
     })
+}
+
+/// Where the stiffness of a mesh comes from.
+enum Stiffness {
+    Given(Vec<Division>),
+    /// From the drawing, under a misalignment \[rad\].
+    Drawn(MeshTableSpec, f64),
+}
+
+/// The stiffness of a mesh by the keys that its law needs.
+fn drawn_or_given(
+    table: &Section,
+    issues: &mut Issues,
+    (train, gears): (&TrainDrive, Option<[GearPlace; 2]>),
+    drawing: Option<&Drawing>,
+) -> Option<Stiffness> {
+    let law = table.choice_or_default(issues, "law")?;
+    if law == "given" {
+        let why = "with law = \"given\"";
+        table.without_effect(
+            issues,
+            &OF_DRAWING,
+            why,
+            "remove it, or set law = \"table\"",
+        );
+        return contact_law::stiffness(table, issues).map(Stiffness::Given);
+    }
+    let why = "because the drawing of the gears gives the stiffness";
+    table.without_effect(
+        issues,
+        &OF_NUMBERS,
+        why,
+        "remove it, or set law = \"given\"",
+    );
+    let refuse = |issues: &mut Issues, key: &str, message: &str, accepted: &str| {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Unavailable,
+                table.span_of(key),
+                &table.path_of(key),
+                message.to_owned(),
+            )
+            .label("not available for this mesh")
+            .accepted(accepted),
+        );
+        None
+    };
+    let pair = match drawing? {
+        Drawing::Pair(pair, true) => train.on_shafts(pair, gears?),
+        Drawing::Pair(_, false) => {
+            return refuse(
+                issues,
+                "law",
+                "bevel gears have no mesh table",
+                "law = \"given\"",
+            );
+        }
+        Drawing::Ring(..) => {
+            return refuse(issues, "law", "rings have no mesh table", "law = \"given\"");
+        }
+    };
+    if table.choice_or_default(issues, "resolution")? == "pairs" {
+        let only = "only the first mesh can have springs of pairs";
+        return refuse(
+            issues,
+            "resolution",
+            only,
+            "resolution = \"secant\" or \"mean_load\"",
+        );
+    }
+    let misalignment = table.quantity_or_default(issues, "misalignment");
+    let continuous = law == "continuous";
+    let spec = drawn_mesh::of_drawing(table, issues, Some(&pair), continuous, Some(None));
+    Some(Stiffness::Drawn(spec??, misalignment?))
 }
 
 /// Phase of the ring's mesh with the first planet against the sun's, the first mesh, where a sun of a drawing drives.

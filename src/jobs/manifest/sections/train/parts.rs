@@ -1,9 +1,10 @@
 //! What is known of a train when its joints are read: shafts and gears by their names, and pairs of gears.
 
-use super::shaft::Drawn;
+use super::shaft::pair_of;
 use crate::gear::{Flanks, GearError, GearPair, InternalPair, Tooth, ToothForm};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
+use crate::manifest::sections::gear;
 use crate::manifest::tree::Value;
 use crate::shaft::{GearPlace, PlanetarySet, TrainDrive, TrainShaft};
 
@@ -14,7 +15,7 @@ pub(super) const TIGHT: f64 = 1e-9;
 pub(super) struct Parts<'a> {
     pub shafts: &'a [TrainShaft],
     /// What the drawing says of each gear beside, shaft by shaft.
-    pub drawn: &'a [Vec<Drawn>],
+    pub drawn: &'a [Vec<ToothForm>],
     /// Planets among the shafts.
     pub planets: Option<&'a Planets>,
 }
@@ -106,6 +107,16 @@ impl Parts<'_> {
             ))
         } else if a.pressure_angle != b.pressure_angle {
             Some("their pressure angles differ".to_owned())
+        } else if a.helix_angle
+            != if a.internal || b.internal { b.helix_angle } else { -b.helix_angle }
+        {
+            let hands = "external gears need opposite angles, a gear and its ring equal ones";
+            let [a, b] = [a, b].map(|gear| gear.helix_angle.to_degrees());
+            Some(format!(
+                "their helix angles are {a} and {b} degrees, but {hands}"
+            ))
+        } else if self.drawn[one.shaft][one.gear].rack != self.drawn[two.shaft][two.gear].rack {
+            Some("their racks differ".to_owned())
         } else {
             None
         };
@@ -118,7 +129,7 @@ impl Parts<'_> {
                     format!("gears `{}` and `{}` cannot mesh: {why}", a.name, b.name),
                 )
                 .label("not a pair that meshes")
-                .remedy("give both gears the same module and pressure angle; a bare number is in m: write the unit, \
+                .remedy("give both gears the same module, pressure angle and rack; a bare number is in m: write the unit, \
                          such as module = \"3 mm\""),
             );
             return None;
@@ -126,24 +137,17 @@ impl Parts<'_> {
         Some([one, two])
     }
 
-    /// Two gears as a pair at their reference centre distance.
+    /// Two gears as a pair without backlash, their faces as far beside each other as their middles are along the first
+    /// gear's axis.
     pub fn pair(&self, places: [GearPlace; 2], rated_torque: f64) -> GearPair {
         let gears = places.map(|place| &self.shafts[place.shaft].gears[place.gear]);
-        let drawn = places.map(|place| self.drawn[place.shaft][place.gear]);
-        GearPair {
-            teeth: gears.map(|gear| gear.teeth),
-            module: gears[0].module,
-            pressure_angle: gears[0].pressure_angle,
-            helix_angle: 0.0,
-            face_width: gears[0].width.min(gears[1].width),
-            body_length: gears.map(|gear| gear.width),
-            rated_torque,
-            form: ToothForm {
-                profile_shift: drawn.map(|gear| gear.profile_shift),
-                thinning: drawn.map(|gear| gear.thinning),
-                ..ToothForm::default()
-            },
-        }
+        let [one, two] = places.map(|place| &self.drawn[place.shaft][place.gear]);
+        let pair = pair_of(gears, rated_torque);
+        let form = ToothForm {
+            plane: gear::plane_of(pair.module, pair.face_width),
+            ..ToothForm::of_each(one, two)
+        };
+        GearPair { form, ..pair }
     }
 
     /// A gear and the ring around it on their axes, the gear being the first of both or the second.
@@ -156,22 +160,27 @@ impl Parts<'_> {
     ) -> Option<InternalPair> {
         let inside_out = if train.gear(gears[0]).internal { [gears[1], gears[0]] } else { gears };
         let [own, ring] = inside_out.map(|place| train.gear(place));
-        let drawn = inside_out.map(|place| self.drawn[place.shaft][place.gear]);
+        let drawn = inside_out.map(|place| &self.drawn[place.shaft][place.gear]);
         // The mesh with the sun has cut the tips of planets.
-        let tip = (train.gears[1] == inside_out[0])
+        let cut = (train.gears[1] == inside_out[0])
             .then(|| Tooth::tip_radius_of(&train.pair, 1).ok())
             .flatten();
-        let plain = 0.5 * f64::from(own.teeth) + 1.0 + drawn[0].profile_shift;
-        let fault = match train.centre_distance(gears) {
-            Ok(distance) => {
+        let tips = [(own, drawn[0], 1.0), (ring, drawn[1], -1.0)].map(|(gear, form, outwards)| {
+            let addendum = gear.module * (form.rack.addendum + form.profile_shift[0]);
+            let given = form.tip_diameter[0].map(|diameter| 0.5 * diameter);
+            given.unwrap_or(gear.pitch_radius() + outwards * addendum)
+        });
+        let transverse = pair_of([own, ring], 1.0);
+        let fault = match train.beside(gears) {
+            Ok(beside) => {
                 let pair = InternalPair {
                     teeth: [own.teeth, ring.teeth],
-                    module: own.module,
-                    pressure_angle: own.pressure_angle,
-                    profile_shift: drawn.map(|gear| gear.profile_shift),
-                    tip_alteration: tip.map_or(0.0, |tip| tip / own.module - plain),
-                    thinning: drawn.map(|gear| gear.thinning),
-                    centre_distance: distance.unwrap_or_default(),
+                    module: transverse.transverse_module(),
+                    pressure_angle: transverse.transverse_pressure_angle(),
+                    profile_shift: drawn.map(|form| form.profile_shift[0] * own.helix_angle.cos()),
+                    tip_radius: [cut.unwrap_or(tips[0]), tips[1]],
+                    thinning: drawn.map(|form| form.thinning[0]),
+                    centre_distance: beside.map_or(0.0, |beside| beside.centre_distance),
                 };
                 match pair.check() {
                     Ok(()) => return Some(pair),
@@ -217,14 +226,28 @@ impl Parts<'_> {
             );
         };
         let names = gears.map(|place| &train.gear(place).name);
-        let distance = match train.centre_distance(gears) {
-            Ok(Some(distance)) => distance,
+        let beside = match train.beside(gears) {
+            Ok(Some(beside)) => beside,
+            Ok(None) if pair.helix_angle != 0.0 => {
+                let [one, two] = names;
+                refuse(format!(
+                    "gears `{one}` and `{two}` are helical, but their axes are not parallel: bevel gears are straight"
+                ));
+                return None;
+            }
             Ok(None) => return Some((pair, false)),
             Err(error) => {
                 refuse(error.to_string());
                 return None;
             }
         };
+        let distance = beside.centre_distance;
+        pair.face_width = beside.width;
+        pair.form.overhang = beside.overhang;
+        pair.form.plane = gear::plane_of(pair.module, pair.face_width);
+        if !beside.alike {
+            pair.form.turn_lead(1);
+        }
         let tight = pair.tight_centre_distance().ok();
         if tight.is_none_or(|tight| (distance / tight - 1.0).abs() > TIGHT) {
             pair.form.centre_distance = Some(distance);

@@ -1,12 +1,13 @@
 //! The table `[train.planetary]`: planets as rigid bodies, one shaft each, and the meshes that each has like the first.
 
 use super::parts::{Parts, Planets};
-use super::shaft::{self, Drawn};
+use super::shaft;
+use crate::gear::ToothForm;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::shaft::{
-    Bearing, Drag, GearPlace, MeshLaw, Motion, Planet, PlanetarySet, TrainDrive, TrainMesh,
-    TrainShaft, phase_of_planet,
+    Bearing, Drag, GearPlace, Motion, Planet, PlanetarySet, TrainDrive, TrainMesh, TrainShaft,
+    phase_of_planet,
 };
 use std::f64::consts::TAU;
 
@@ -18,7 +19,7 @@ pub(super) fn read(
     section: &Section,
     issues: &mut Issues,
     density: f64,
-    (shafts, drawn): (&mut Vec<TrainShaft>, &mut Vec<Vec<Drawn>>),
+    (shafts, drawn): (&mut Vec<TrainShaft>, &mut Vec<Vec<ToothForm>>),
 ) -> Option<Option<Planets>> {
     let table = match section.child(issues, "planetary") {
         Child::Absent => return Some(None),
@@ -82,7 +83,10 @@ pub(super) fn read(
         return None;
     }
     let width = gear.width;
-    let tip_diameter = gear.module * (f64::from(gear.teeth) + 2.0 + 2.0 * drawing.profile_shift);
+    let tip_diameter = drawing.tip_diameter[0].unwrap_or_else(|| {
+        let addendum = drawing.rack.addendum + drawing.profile_shift[0];
+        2.0 * (gear.pitch_radius() + gear.module * addendum)
+    });
     let first = shafts.len();
     for number in 1..=angles.len() {
         let name = format!("{name} {number}");
@@ -103,7 +107,7 @@ pub(super) fn read(
             output: 0.0,
             drag: Drag::default(),
         });
-        drawn.push(vec![drawing]);
+        drawn.push(vec![drawing.clone()]);
     }
     let planets = (0..angles.len()).map(|number| Planet {
         shaft: first + number,
@@ -156,7 +160,7 @@ impl Planets {
         &mut self,
         section: &Section,
         issues: &mut Issues,
-        (shafts, drawn): (&mut [TrainShaft], &[Vec<Drawn>]),
+        (shafts, drawn): (&mut [TrainShaft], &[Vec<ToothForm>]),
         radius: Option<f64>,
     ) -> Option<()> {
         let parts = Parts {
@@ -217,20 +221,7 @@ impl Planets {
                     gears: mesh
                         .gears
                         .map(|own| if of_planet(&own) { place } else { own }),
-                    law: match &mesh.law {
-                        MeshLaw::OfFirst { phase } => MeshLaw::OfFirst {
-                            phase: phase + ahead,
-                        },
-                        MeshLaw::Own { friction, flanks } => MeshLaw::Own {
-                            friction: *friction,
-                            flanks: Box::new(flanks.each_ref().map(|law| {
-                                crate::structure::ContactLaw {
-                                    phase: law.phase + ahead,
-                                    ..law.clone()
-                                }
-                            })),
-                        },
-                    },
+                    law: mesh.law.ahead(ahead),
                     pressure_angle: mesh.pressure_angle,
                 }
             })

@@ -1,26 +1,21 @@
 //! The tables `[[train.shaft]]`.
 
+use crate::gear::{GearPair, ToothForm};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
+use crate::manifest::sections::gear;
 use crate::shaft::{Bearing, Disc, Drag, LooseGear, Motion, ShaftSection, TrainGear, TrainShaft};
 use std::collections::BTreeSet;
 
 /// Diameter of a ring's body beyond its pitch circle, in modules.
 const RIM: f64 = 8.0;
 
-/// What the drawing of a gear says of its teeth.
-#[derive(Debug, Clone, Copy)]
-pub(in crate::manifest) struct Drawn {
-    pub profile_shift: f64,
-    pub thinning: f64,
-}
-
 /// All shafts, and what the drawing says of the gears on each.
 pub(super) fn read_all(
     tables: &[Section],
     issues: &mut Issues,
     density: f64,
-) -> Option<(Vec<TrainShaft>, Vec<Vec<Drawn>>)> {
+) -> Option<(Vec<TrainShaft>, Vec<Vec<ToothForm>>)> {
     let mut names = BTreeSet::new();
     let read: Vec<_> = (tables.iter())
         .map(|table| shaft(table, issues, density, &mut names))
@@ -34,7 +29,7 @@ fn shaft(
     issues: &mut Issues,
     density: f64,
     names: &mut BTreeSet<String>,
-) -> Option<(TrainShaft, Vec<Drawn>)> {
+) -> Option<(TrainShaft, Vec<ToothForm>)> {
     let name = own_name(table, issues, names);
     let origin = triple(table, issues, "origin", [0.0; 3]);
     let direction = triple(table, issues, "direction", [0.0, 0.0, 1.0]);
@@ -66,7 +61,7 @@ fn shaft(
     });
     let sections = sections?;
     let gears = all(table, issues, "gears", |table, issues| {
-        gear(table, issues, (&sections, density), names)
+        toothed_on_shaft(table, issues, (&sections, density), names)
     });
     let (gears, drawn) = gears?.into_iter().unzip();
     let shaft = TrainShaft {
@@ -203,12 +198,12 @@ fn bearing(table: &Section, issues: &mut Issues) -> Option<Bearing> {
     })
 }
 
-fn gear(
+fn toothed_on_shaft(
     table: &Section,
     issues: &mut Issues,
     (sections, density): (&[ShaftSection], f64),
     names: &mut BTreeSet<String>,
-) -> Option<(TrainGear, Drawn)> {
+) -> Option<(TrainGear, ToothForm)> {
     let name = own_name(table, issues, names);
     let at = table.quantity(issues, "at");
     let internal = table.boolean_or_default(issues, "internal");
@@ -246,7 +241,7 @@ pub(super) fn planet(
     table: &Section,
     issues: &mut Issues,
     density: f64,
-) -> Option<(TrainGear, Drawn)> {
+) -> Option<(TrainGear, ToothForm)> {
     let name = if table.has("name") { table.text(issues, "name") } else { Some("planet") };
     let bore = table.quantity_or_default(issues, "bore");
     let (gear, drawn) = toothed(table, issues, density, (bore?, None))?;
@@ -263,30 +258,46 @@ fn toothed(
     issues: &mut Issues,
     density: f64,
     (bore, rim): (f64, Option<Option<f64>>),
-) -> Option<(TrainGear, Drawn)> {
+) -> Option<(TrainGear, ToothForm)> {
     let teeth = table.integer(issues, "teeth");
     let module = table.quantity(issues, "module");
     let width = table.quantity(issues, "width");
     let pressure_angle = table.quantity_or_default(issues, "pressure_angle");
-    let profile_shift = table.quantity_or_default(issues, "profile_shift");
-    let thinning = table.quantity_or_default(issues, "thinning");
+    let helix_angle = table.quantity_or_default(issues, "helix_angle");
     let given = match table.child(issues, "body") {
         Child::Absent => Some(None),
         Child::Invalid => None,
         Child::Present(own) => body(&own, issues).map(Some),
     };
-    // The schema bounds the teeth far below the range of u32.
-    let teeth = u32::try_from(teeth?).ok()?;
-    let (module, width) = (module?, width?);
+    let gear = || {
+        Some(TrainGear {
+            name: String::new(),
+            at: 0.0,
+            // The schema bounds the teeth far below the range of u32.
+            teeth: u32::try_from(teeth?).ok()?,
+            internal: false,
+            module: module?,
+            pressure_angle: pressure_angle?,
+            helix_angle: helix_angle?,
+            width: width?,
+            body: Disc::default(),
+            loose: None,
+        })
+    };
+    let gear = gear();
+    let pair = gear.as_ref().map(|gear| pair_of([gear, gear], 1.0));
+    let form = gear::of_one(table, issues, width, pair.as_ref());
+    let (gear, form) = (gear?, form?);
+    let module = gear.module;
     let body = match given? {
         Some(body) => body,
         None => {
-            let pitch = module * f64::from(teeth);
+            let pitch = 2.0 * gear.pitch_radius();
             let [outer, inner] = match rim {
                 None => [pitch, bore],
                 Some(outer) => [outer.unwrap_or(pitch + RIM * module), pitch],
             };
-            match Disc::annulus(outer, inner, width, density) {
+            match Disc::webbed([outer, inner], gear.width, form.body[0].web, density) {
                 Ok(body) => body,
                 Err(error) => {
                     issues.push(
@@ -304,22 +315,21 @@ fn toothed(
             }
         }
     };
-    let gear = TrainGear {
-        name: String::new(),
-        at: 0.0,
-        teeth,
-        internal: false,
-        module,
-        pressure_angle: pressure_angle?,
-        width,
-        body,
-        loose: None,
-    };
-    let drawn = Drawn {
-        profile_shift: profile_shift?,
-        thinning: thinning?,
-    };
-    Some((gear, drawn))
+    Some((TrainGear { body, ..gear }, form))
+}
+
+/// Two gears as a pair whose drawing says nothing else, for a torque on the first one \[N m\].
+pub(super) fn pair_of(gears: [&TrainGear; 2], rated_torque: f64) -> GearPair {
+    GearPair {
+        teeth: gears.map(|gear| gear.teeth),
+        module: gears[0].module,
+        pressure_angle: gears[0].pressure_angle,
+        helix_angle: gears[0].helix_angle,
+        face_width: gears[0].width.min(gears[1].width),
+        body_length: gears.map(|gear| gear.width),
+        rated_torque,
+        form: ToothForm::default(),
+    }
 }
 
 fn loose(table: &Section, issues: &mut Issues) -> Option<LooseGear> {

@@ -1,0 +1,185 @@
+//! Meshes of trains from the drawings of their gears.
+// Helpers outside the test functions may unwrap, too.
+#![allow(clippy::unwrap_used)]
+
+use crate::common;
+use common::advance::{advance, advance_with, volterra};
+use gearatlas::analysis::{Nvh, Outputs, Signals};
+use gearatlas::manifest::{self, Job};
+use gearatlas::model::{InitialState, Model, Quantity};
+use gearatlas::propagate::{Event, Observer, Window};
+use std::path::Path;
+
+fn job(text: &str) -> Job {
+    manifest::parse(text, "test.toml", Path::new("")).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+fn shipped() -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/trains");
+    std::fs::read_to_string(folder.join("helical-two-stage.toml")).unwrap()
+}
+
+struct Watched(Outputs);
+
+impl Observer for Watched {
+    const WINDOWS: bool = true;
+
+    fn window(&mut self, window: &Window<'_>) {
+        self.0.window(window);
+    }
+
+    fn event(&mut self, _: &Event) {}
+}
+
+/// Mean force on every bearing of a model by its name, over some cycles of a motion that has settled.
+fn bearing_means(model: &Model, [lead, cycles]: [u64; 2]) -> Vec<(String, f64)> {
+    let kernel = volterra(model);
+    let start = advance(&kernel, &model.start(&InitialState::Static), lead);
+    let asked = Signals {
+        deflection: false,
+        force: false,
+        bearings: true,
+        torques: false,
+        accelerations: false,
+        rotations: false,
+    };
+    let mut watched = Watched(Outputs::new(model, asked).unwrap());
+    advance_with(&kernel, &start, cycles, &mut watched);
+    let [means, _] = watched.0.statistics(Quantity::BearingForce);
+    let names = model.bearings.iter().map(|bearing| bearing.name.clone());
+    names.zip(means.mean).collect()
+}
+
+/// Two helical stages in steady contact: forces on the bearings of every shaft add up to what its meshes push it with, by
+/// hand from the teeth and the axes.
+#[test]
+fn bearings_of_two_helical_stages_bear_what_statics_says() {
+    let job = job(&shipped());
+    let last = job.points.len() - 1;
+    let point = job.points.at(last);
+    let model = common::parts().model(&point).unwrap();
+    assert_eq!(model.base_cycles(), 25);
+    let found = bearing_means(&model, [4000, 25]);
+    let sum = |shaft: &str, direction: &str| -> f64 {
+        let own = found.iter().filter(|(name, _)| {
+            name.starts_with(shaft) && name.ends_with(&format!(" {direction}"))
+        });
+        own.map(|(_, force)| force).sum()
+    };
+    // Operating pressure angle, base helix angle and first base radius of a pair.
+    let pair = |teeth: [f64; 2], module: f64, helix: f64, distance: f64| {
+        let (alpha, beta) = (20f64.to_radians(), helix.to_radians());
+        let transverse = (alpha.tan() / beta.cos()).atan();
+        let base = teeth.map(|z| 0.5 * module * z / beta.cos() * transverse.cos());
+        let working = ((base[0] + base[1]) / distance).acos();
+        (working, (beta.sin() * alpha.cos()).asin(), base[0])
+    };
+    let (angle1, helix1, base1) = pair([20.0, 50.0], 2.5e-3, 15.0, 90.59e-3);
+    let (angle2, helix2, base2) = pair([18.0, 54.0], 3e-3, 12.0, 110.42e-3);
+    let [force1, force2] = [120.0 / base1, 120.0 * 2.5 / base2];
+    // What the first gear pushes the second with: the left-handed pinion turns forwards, the right-handed one backwards.
+    let first = [angle1.sin(), angle1.cos(), helix1.tan()].map(|part| force1 * part);
+    let second = [angle2.sin(), -angle2.cos(), helix2.tan()].map(|part| force2 * part);
+    for (axis, direction) in ["x", "y", "axial"].into_iter().enumerate() {
+        for (shaft, expected) in [
+            ("input", -first[axis]),
+            ("counter", first[axis] - second[axis]),
+            ("output", second[axis]),
+        ] {
+            let force = sum(shaft, direction);
+            println!("{shaft} {direction}: {force} N, {expected} N");
+            assert!(
+                (force - expected).abs() < 1e-10 * force2,
+                "{shaft} {direction}"
+            );
+        }
+    }
+}
+
+/// A motor between two helical meshes that share its torque; `first` says which of both is the first one.
+fn split(first: usize) -> String {
+    let meshes = [["a", "b"], ["c", "d"]];
+    let [one, two] = [meshes[first], meshes[1 - first]];
+    let gear = |name: &str, teeth: u32, helix: f64, module: f64| {
+        format!(
+            "{{ name = \"{name}\", at = {at}, teeth = {teeth}, module = {module}, helix_angle = {helix}, \
+             width = 0.02, thinning = 40e-6, lead_crowning = 4e-6, tip_relief = {{ amount = 1e-5, length = 2e-3 }} }}",
+            at = if "ab".contains(name) { 0.03 } else { 0.09 }
+        )
+    };
+    let bearings = "bearings = [{ at = 0, x = 2e8, y = 2e8, axial = 1e8, tilt = 1e4 }, { at = 0.12, x = 2e8, y = 2e8 }]";
+    let section = "sections = [{ length = 0.12, outer = 0.03 }]";
+    format!(
+        "[job]\nname = \"split\"\nseed = 1\n\
+         [model]\nkind = \"train\"\nmodes = 24\ndamping = 0.02\n\
+         [train]\ngears = [\"{}\", \"{}\"]\nrated_torque = 100\n\
+         [[train.shaft]]\nname = \"motor\"\n{section}\n{bearings}\ngears = [{}, {}]\n\
+         discs = [{{ at = 0, polar_inertia = 2e-3 }}]\n\
+         [[train.shaft]]\nname = \"left\"\norigin = [-0.0638, 0, 0]\n{section}\n{bearings}\ngears = [{}]\noutput = 0.4\n\
+         discs = [{{ at = 0, polar_inertia = 2e-3 }}]\n\
+         [[train.shaft]]\nname = \"right\"\norigin = [0.0762, 0, 0]\n{section}\n{bearings}\ngears = [{}]\noutput = 0.6\n\
+         discs = [{{ at = 0, polar_inertia = 3e-3 }}]\n\
+         [[train.mesh]]\ngears = [\"{}\", \"{}\"]\nlaw = \"continuous\"\nshaft_tilt = true\ndamping = 1500\nfriction = 0.04\n\
+         [mesh]\nstiffness = \"continuous\"\nshaft_tilt = true\ncontact_damping = \"1500 N*s/m\"\nfriction = 0.04\n\
+         [excitation]\ntorque_ripple = [{{ shaft = \"pinion\", order = 2, amplitude = 60 }}]\n\
+         [grid]\nload = 0.05\nspeed = 300\n[run]\ntransient = 100\ncycles = 1000\n[analyses]\nlyapunov = {{ exponents = 1 }}\n",
+        one[0],
+        one[1],
+        gear("a", 20, 0.2, 2.5e-3),
+        gear("c", 25, -0.25, 2.5e-3),
+        gear("b", 30, -0.2, 2.5e-3),
+        gear("d", 34, 0.25, 2.5e-3),
+        two[0],
+        two[1],
+    )
+}
+
+/// Which mesh counts the cycles is of no matter: a further mesh from the drawing, helical, crowned, rubbing, under the tilt of
+/// its shafts, moves as the first one does, and statistics of its contacts are the same.
+#[test]
+fn a_further_mesh_is_what_it_is_as_the_first() {
+    let models = [0, 1].map(|first| {
+        let job = job(&split(first));
+        common::parts().model(&job.points.at(0)).unwrap()
+    });
+    // As many of both meshes' cycles as a turn of the motor has; rattling from a start out of balance.
+    let turns = 3;
+    let per_turn = [20, 25];
+    let mut told = Vec::new();
+    let mut deflections = Vec::new();
+    for (model, per_turn) in models.iter().zip(per_turn) {
+        let kernel = volterra(model);
+        let start = advance(&kernel, &model.start(&InitialState::Rest), per_turn);
+        let mut nvh = Nvh::new(model, 0);
+        let (end, _) = advance_with(&kernel, &start, turns * per_turn, &mut nvh);
+        told.push(nvh.outcome().unwrap());
+        let at = |contact: usize| {
+            let segment = &model.contacts[contact].cycles[0].segments[0];
+            model.deflection_on(segment, 0, &end.state, 0.0).0
+        };
+        deflections.push([at(0), at(2)]);
+    }
+    let gap = models[0].half_gap;
+    for mesh in [0, 1] {
+        let [one, two] = [deflections[0][mesh], deflections[1][1 - mesh]];
+        println!("mesh {mesh}: {one} m, {two} m");
+        assert!((one - two).abs() < 1e-9 * gap, "{one} {two}");
+        for flank in [0, 1] {
+            let [one, two] = [2 * mesh + flank, 2 * (1 - mesh) + flank];
+            for (a, b) in [
+                (&told[0].contact_force, &told[1].contact_force),
+                (&told[0].contact_fraction, &told[1].contact_fraction),
+                (&told[0].contact_impact_rate, &told[1].contact_impact_rate),
+                (&told[0].contact_rattle_index, &told[1].contact_rattle_index),
+            ] {
+                let (a, b) = (a[one], b[two]);
+                println!("  {a} {b}");
+                assert!((a - b).abs() <= 1e-8 * a.abs(), "{a} {b}");
+            }
+        }
+    }
+    let first = &told[0];
+    let both = |list: &[f64]| list[0] + list[1];
+    assert!((both(&first.contact_rattle_index) / first.rattle_index - 1.0).abs() < 1e-12);
+    assert!(first.contact_rattle_index.iter().all(|index| *index > 0.0));
+}
