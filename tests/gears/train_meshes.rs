@@ -142,16 +142,16 @@ fn a_further_mesh_is_what_it_is_as_the_first() {
         let job = job(&split(first));
         common::parts().model(&job.points.at(0)).unwrap()
     });
-    // As many of both meshes' cycles as a turn of the motor has; rattling from a start out of balance.
-    let turns = 3;
-    let per_turn = [20, 25];
+    // As many cycles of both meshes as a fifth of a turn has; rattling from a start out of balance.
+    let fifths = 3;
+    let per_fifth = [4, 5];
     let mut told = Vec::new();
     let mut deflections = Vec::new();
-    for (model, per_turn) in models.iter().zip(per_turn) {
+    for (model, cycles) in models.iter().zip(per_fifth) {
         let kernel = volterra(model);
-        let start = advance(&kernel, &model.start(&InitialState::Rest), per_turn);
+        let start = advance(&kernel, &model.start(&InitialState::Rest), cycles);
         let mut nvh = Nvh::new(model, 0);
-        let (end, _) = advance_with(&kernel, &start, turns * per_turn, &mut nvh);
+        let (end, _) = advance_with(&kernel, &start, fifths * cycles, &mut nvh);
         told.push(nvh.outcome().unwrap());
         let at = |contact: usize| {
             let segment = &model.contacts[contact].cycles[0].segments[0];
