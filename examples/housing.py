@@ -78,7 +78,8 @@ def frame() -> tuple[np.ndarray, np.ndarray, dict[tuple[float, float, float], in
 def main() -> None:
     mass, stiffness, places = frame()
     size = len(mass)
-    nodes = {f"{side} {shaft}": (x, 0.0, z) for side, z in (("left", ZS[0]), ("right", ZS[2])) for shaft, x in (("input", XS[1]), ("output", XS[2]))}
+    sides, shafts = {"left": ZS[0], "right": ZS[2]}, {"input": XS[1], "output": XS[2]}
+    nodes = {f"{side} {shaft}": (x, 0.0, z) for side, z in sides.items() for shaft, x in shafts.items()}
     held = [places[place] + way for place in nodes.values() for way in range(3)]
     free = [freedom for freedom in range(size) if freedom not in held]
     inner = stiffness[np.ix_(free, free)]

@@ -2,7 +2,7 @@
 
     from gearatlas import housing
     nodes = {"left": housing.Node((0, 0, 0), grid=101), "right": housing.Node((0, 0, 0.13), grid=102)}
-    box = housing.from_punch("box.pch", nodes, mass="MAAX", stiffness="KAAX", points={"cover": "left x"})
+    box = housing.from_punch("box.pch", {"M": "MAAX", "K": "KAAX"}, nodes, points={"cover": "left x"})
     box.write("box.housing.toml")
     found = housing.transfer(box, frequencies, "left x")["cover"]          # (m/s²)/N over Hz
 
@@ -104,7 +104,8 @@ class Housing:
                 lines += [f"{key} = [", *rows, "]"]
         lines += [f"internal = {_texts(self.internal)}"]
         for name, node in self.nodes.items():
-            lines += ["", "[[node]]", f"name = {_text(name)}", f"position = {_numbers(node.position)}", f"freedoms = {_texts(node.freedoms)}"]
+            lines += ["", "[[node]]", f"name = {_text(name)}", f"position = {_numbers(node.position)}"]
+            lines += [f"freedoms = {_texts(node.freedoms)}"]
         for name, given in self.points.items():
             value = f"freedom = {_text(given)}" if isinstance(given, str) else f"row = {_numbers(given)}"
             lines += ["", "[[point]]", f"name = {_text(name)}", value]
@@ -169,59 +170,47 @@ def from_matrices(
     return Housing(parts["M"], parts["K"], own, internal, parts.get("C"), dict(points or {}))
 
 
-def from_punch(
-    path: str | os.PathLike[str], nodes: Mapping[str, Node], *, mass: str, stiffness: str, damping: str | None = None, **more: Any
-) -> Housing:
-    """From DMIG matrices of these names in a punch file (`.pch`), by pyNastran. `more` as of `from_matrices`."""
-    bdf = _nastran("pyNastran.bdf.bdf").BDF(debug=False, log=_nastran("cpylog").SimpleLogger("error"))
+def from_punch(path: str | os.PathLike[str], names: Mapping[str, str], nodes: Mapping[str, Node], **more: Any) -> Housing:
+    """From DMIG matrices in a punch file (`.pch`), by pyNastran. `names` has those of M, K and perhaps C, as all readers.
+
+    `more` as of `from_matrices`.
+    """
+    bdf = _nastran("pyNastran.bdf.bdf").BDF(log=_quiet())
     try:
         bdf.read_bdf(os.fspath(path), punch=True, xref=False)
     except OSError as error:
         raise StructureError(f"{path}: cannot be read: {error}") from error
     found = {}
-    for name, wanted in (("M", mass), ("K", stiffness), ("C", damping)):
-        if wanted is not None:
-            matrix, rows, columns = _named(path, bdf.dmig, wanted).get_matrix(is_sparse=False, apply_symmetry=True)
-            found[name] = (matrix, list(rows.values()), list(columns.values()))
+    for name, wanted in names.items():
+        matrix, rows, columns = _named(path, bdf.dmig, wanted).get_matrix(is_sparse=False, apply_symmetry=True)
+        found[name] = (matrix, list(rows.values()), list(columns.values()))
     # A matrix has only the freedoms that have an entry in it.
-    labels = sorted({tuple(map(int, label)) for _, rows, columns in found.values() for label in rows + columns})
+    labels = sorted({_label(label) for _, rows, columns in found.values() for label in rows + columns})
     place = {label: index for index, label in enumerate(labels)}
     whole = {}
     for name, (matrix, rows, columns) in found.items():
         whole[name] = np.zeros((len(labels), len(labels)))
-        at = [[place[tuple(map(int, label))] for label in side] for side in (rows, columns)]
+        at = [[place[_label(label)] for label in side] for side in (rows, columns)]
         whole[name][np.ix_(*at)] = matrix
     return from_matrices(whole, labels, nodes, source=str(path), **more)
 
 
 def from_op4(
-    path: str | os.PathLike[str],
-    labels: Sequence[Label],
-    nodes: Mapping[str, Node],
-    *,
-    mass: str,
-    stiffness: str,
-    damping: str | None = None,
-    **more: Any,
+    path: str | os.PathLike[str], names: Mapping[str, str], labels: Sequence[Label], nodes: Mapping[str, Node], **more: Any
 ) -> Housing:
-    """From matrices of these names in an OP4 file, over freedoms `labels`, by pyNastran. `more` as of `from_matrices`."""
-    found = _nastran("pyNastran.op4.op4").read_op4(os.fspath(path), debug=False)
-    return _listed(path, found, labels, nodes, (mass, stiffness, damping), more)
+    """From matrices of these names in an OP4 file over freedoms `labels`, by pyNastran. `more` as of `from_matrices`."""
+    found = _nastran("pyNastran.op4.op4").read_op4(os.fspath(path), log=_quiet())
+    parts = {name: _named(path, found, wanted).data for name, wanted in names.items()}
+    return from_matrices(parts, labels, nodes, source=str(path), **more)
 
 
 def from_op2(
-    path: str | os.PathLike[str],
-    labels: Sequence[Label],
-    nodes: Mapping[str, Node],
-    *,
-    mass: str,
-    stiffness: str,
-    damping: str | None = None,
-    **more: Any,
+    path: str | os.PathLike[str], names: Mapping[str, str], labels: Sequence[Label], nodes: Mapping[str, Node], **more: Any
 ) -> Housing:
-    """From matrices of these names in an OP2 file, over freedoms `labels`, by pyNastran. `more` as of `from_matrices`."""
-    found = _nastran("pyNastran.op2.op2").read_op2(os.fspath(path), debug=False, load_geometry=False).matrices
-    return _listed(path, found, labels, nodes, (mass, stiffness, damping), more)
+    """From matrices of these names in an OP2 file over freedoms `labels`, by pyNastran. `more` as of `from_matrices`."""
+    found = _nastran("pyNastran.op2.op2").read_op2(os.fspath(path), log=_quiet(), load_geometry=False).matrices
+    parts = {name: _named(path, found, wanted).data for name, wanted in names.items()}
+    return from_matrices(parts, labels, nodes, source=str(path), **more)
 
 
 def from_matrix_market(
@@ -246,7 +235,8 @@ def from_abaqus(
     found = {}
     for name, path in files.items():
         try:
-            entries = np.array([line.replace(",", " ").split() for line in Path(path).read_text().splitlines() if line.strip()], dtype=float)
+            lines = [line.replace(",", " ").split() for line in Path(path).read_text().splitlines()]
+            entries = np.array([line for line in lines if line], dtype=float)
             rows, columns = (entries[:, side].astype(int) - 1 for side in (0, 1))
             matrix = np.zeros((len(labels), len(labels)))
             matrix[rows, columns] = entries[:, 2]
@@ -304,14 +294,9 @@ def write_uff(
             file.write_sets(dataset, "add")
 
 
-def _listed(
-    path: Any, found: Mapping[str, Any], labels: Sequence[Label], nodes: Mapping[str, Node], names: Sequence[str | None], more: Any
-) -> Housing:
-    parts = {}
-    for name, wanted in zip("MKC", names):
-        if wanted is not None:
-            parts[name] = _named(path, found, wanted).data
-    return from_matrices(parts, labels, nodes, source=str(path), **more)
+def _label(given: Sequence[Any]) -> Label:
+    grid, component = given
+    return int(grid), int(component)
 
 
 def _named(path: Any, found: Mapping[str, Any], name: str) -> Any:
@@ -327,6 +312,10 @@ def _nastran(module: str) -> Any:
         raise ImportError("pyNastran 1.4 needs NumPy below 2; install both with `pip install pyNastran 'numpy<2'`") from error
 
 
+def _quiet() -> Any:
+    return _nastran("cpylog").SimpleLogger("error")
+
+
 def _symmetric(name: str, matrix: Matrix, size: int) -> Vector:
     dense = np.asarray(matrix, dtype=float)
     if dense.shape != (size, size):
@@ -338,7 +327,7 @@ def _symmetric(name: str, matrix: Matrix, size: int) -> Vector:
     apart = float(np.abs((dense - dense.T) / np.outer(root, root)).max())
     if apart > ROUND_OFF:
         raise StructureError(f"`{name}` is not symmetric: entries across the diagonal are up to {apart:.3g} of the diagonal apart")
-    return (dense + dense.T) / 2
+    return np.asarray((dense + dense.T) / 2)
 
 
 def _numbers(values: Any) -> str:

@@ -1,6 +1,7 @@
 """Housing files: `gearatlas.housing`, its readers of finite-element files, transfer functions."""
 
 import re
+import struct
 from pathlib import Path
 
 import numpy as np
@@ -79,31 +80,55 @@ def test_a_punch_file_of_pynastran_runs(box, nastran, tmp_path):
         bdf.add_dmig(name, 6, 2, 0, 0, len(own), columns, rows, [matrix[pair] for pair in pairs])
     bdf.punch = True
     bdf.write_bdf(tmp_path / "box.pch", size=16, is_double=True)
-    found = housing.from_punch(tmp_path / "box.pch", placed(box), mass="MAAX", stiffness="KAAX", points=dict(box.points))
+    found = housing.from_punch(tmp_path / "box.pch", {"M": "MAAX", "K": "KAAX"}, placed(box), points=dict(box.points))
     # Sixteen columns of a field have ten digits.
     same(found, box, 1e-8)
     assert np.abs(frequencies(found, tmp_path) / frequencies(box, tmp_path) - 1).max() < 1e-8
     with pytest.raises(StructureError, match="has no matrix `KGG`; it has KAAX, MAAX"):
-        housing.from_punch(tmp_path / "box.pch", placed(box), mass="MAAX", stiffness="KGG")
+        housing.from_punch(tmp_path / "box.pch", {"M": "MAAX", "K": "KGG"}, placed(box))
 
 
 def test_an_op4_file_of_pynastran_runs(box, nastran, tmp_path):
     op4 = pytest.importorskip("pyNastran.op4.op4")
     written = {name: (6, matrix) for name, matrix in in_millimetres(box).items()}
     op4.OP4().write_op4(tmp_path / "box.op4", written, is_binary=False)
+    names = {"M": "M", "K": "K"}
     found = housing.from_op4(
-        tmp_path / "box.op4", labels(box), placed(box), mass="M", stiffness="K", millimetres=True, points=dict(box.points)
+        tmp_path / "box.op4", names, labels(box), placed(box), millimetres=True, points=dict(box.points)
     )
     same(found, box, 1e-13)
     assert np.abs(frequencies(found, tmp_path) / frequencies(box, tmp_path) - 1).max() < 1e-12
 
 
-def test_matrices_of_an_op2_file_are_taken_by_their_names(box, nastran, monkeypatch):
-    """pyNastran writes no matrices into OP2 files: what it would read stands in for a file."""
-    op2, op4 = pytest.importorskip("pyNastran.op2.op2"), pytest.importorskip("pyNastran.op2.result_objects.matrix")
-    parts = {name: op4.Matrix(name, 6, scipy.sparse.coo_matrix(getattr(box, name))) for name in ("M", "K")}
-    monkeypatch.setattr(op2, "read_op2", lambda *_, **__: type("Read", (), {"matrices": parts}))
-    same(housing.from_op2("box.op2", labels(box), placed(box), mass="M", stiffness="K"), box, 1e-13)
+def output2(path: Path, matrices: dict[str, np.ndarray]) -> None:
+    """An OP2 file as OUTPUT2 writes matrices; pyNastran writes none. Every record has a word for its length on both sides."""
+
+    def record(data: bytes) -> bytes:
+        return struct.pack("=i", len(data)) + data + struct.pack("=i", len(data))
+
+    def markers(*values: int) -> bytes:
+        return b"".join(record(struct.pack("=i", value)) for value in values)
+
+    def counted(data: bytes) -> bytes:
+        return markers(len(data) // 4) + record(data)
+
+    out = counted(struct.pack("=3i", 11, 27, 26)) + counted(b"NASTRAN FORT TAPE ID CODE - ") + counted(b"XXXXXXXX") + markers(-1, 0)
+    for number, (name, matrix) in enumerate(matrices.items(), 101):
+        title, size = name.ljust(8).encode(), len(matrix)
+        out += counted(title) + markers(-1) + counted(struct.pack("=7i", number, size, size, 6, 2, 2 * size, 0))
+        out += markers(-2, 1, 0) + counted(title + struct.pack("=2i", 170, 170))
+        for column, values in enumerate(matrix.T):
+            out += markers(-3 - column, 1, 1) + counted(struct.pack(f"=i{size}d", 1, *values))
+        out += markers(-3 - size, 1, 0, 0)
+    path.write_bytes(out + markers(0))
+
+
+def test_an_op2_file_runs(box, nastran, tmp_path):
+    output2(tmp_path / "box.op2", {"MAA": box.M, "KAA": box.K})
+    names = {"M": "MAA", "K": "KAA"}
+    found = housing.from_op2(tmp_path / "box.op2", names, labels(box), placed(box), points=dict(box.points))
+    same(found, box, 1e-13)
+    assert np.abs(frequencies(found, tmp_path) / frequencies(box, tmp_path) - 1).max() < 1e-12
 
 
 def test_matrix_market_and_abaqus_files_are_read_in_any_order(box, tmp_path):
@@ -138,7 +163,8 @@ def test_bad_housings_are_refused(box):
 
 def test_transfer_functions_are_those_of_an_oscillator_and_reach_uff(tmp_path):
     mass, stiffness, damping, frequency = 2.0, 8e6, 40.0, np.linspace(10.0, 500.0, 50)
-    one = Housing(np.array([[mass]]), np.array([[stiffness]]), {"a": Node((0.0, 0.0, 0.0), ("x",))}, C=np.array([[damping]]), points={"cover": "a x"})
+    parts = {name: np.array([[value]]) for name, value in (("M", mass), ("K", stiffness), ("C", damping))}
+    one = Housing(**parts, nodes={"a": Node((0.0, 0.0, 0.0), ("x",))}, points={"cover": "a x"})
     omega = 2 * np.pi * frequency
     closed_form = -(omega**2) / (stiffness * (1 + 0.02j) + 1j * omega * damping - omega**2 * mass)
     found = housing.transfer(one, frequency, "a x", loss_factor=0.02)["cover"]

@@ -47,7 +47,7 @@ pub fn page() -> String {
              with `model.kind = \"modal\"`. Lists have one entry per mode, in the order of `frequency`.\n";
     text += &rows(MODAL_FILE, "");
     text += "\n## A housing file\n\nA housing from any finite-element code. `train.housing.file` names the file. [Housings of \
-             trains](modal-files.md#housings-of-trains) describes how to write it.\n";
+             trains](housings.md) describes how to write it.\n";
     text + &rows(HOUSING_FILE, "")
 }
 
