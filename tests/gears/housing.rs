@@ -269,9 +269,11 @@ fn compared(pairs: &[(f64, f64)]) -> f64 {
     off / largest
 }
 
+/// An output at a state: first components of all blocks stand before the second ones.
 fn sum(gain: &[[f64; 2]], state: &[f64]) -> f64 {
-    let components = gain.iter().flatten().zip(state);
-    components.map(|(gain, x)| gain * x).sum()
+    let (first, second) = state.split_at(gain.len());
+    let blocks = gain.iter().zip(first.iter().zip(second));
+    blocks.map(|(gain, (x, y))| gain[0] * x + gain[1] * y).sum()
 }
 
 /// Modes, rattle and harmonic response of a beam do not depend on whether it is drawn or comes from a file.
@@ -433,6 +435,10 @@ fn housings_that_do_not_fit_are_refused() {
     };
     let text = on_small();
     assert_eq!(answer(&text, SMALL), "none");
+    // Results of a job belong to the content of the file.
+    let before = job(&text, &folder).hash;
+    std::fs::write(&file, SMALL.replacen("[0, 2, 0]", "[0, 3, 0]", 1)).unwrap();
+    assert_ne!(job(&text, &folder).hash, before);
     let in_file = |from: &str, to: &str| {
         assert!(SMALL.contains(from), "{from}");
         answer(&text, &SMALL.replacen(from, to, 1))

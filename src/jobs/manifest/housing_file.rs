@@ -14,7 +14,7 @@ use std::sync::Arc;
 const MOST_FREEDOMS: usize = 400;
 
 /// The freedoms of a node, in order.
-const FREEDOMS: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
+const FREEDOMS: [&str; 6] = HousingNode::FREEDOMS;
 
 /// Reads the housing file named in the manifest at `span`, once a job.
 pub(super) fn load(

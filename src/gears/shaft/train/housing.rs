@@ -23,9 +23,6 @@ const BESIDE: f64 = 1e-3;
 /// to a diagonal of ones.
 const ROUND_OFF: f64 = 1e-10;
 
-/// Words of the freedoms of a node, in the order of [`Freedom`].
-const WORDS: [&str; NODE_FREEDOMS] = ["x", "y", "z", "rx", "ry", "rz"];
-
 /// Reduced matrices over the freedoms of nodes, node by node in the order of [`Freedom`], and internal freedoms.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Housing {
@@ -125,6 +122,11 @@ impl HousingError {
     }
 }
 
+impl HousingNode {
+    /// Words for the freedoms of a node: displacements along the axes of space, then rotations about them.
+    pub const FREEDOMS: [&str; NODE_FREEDOMS] = ["x", "y", "z", "rx", "ry", "rz"];
+}
+
 impl Housing {
     /// Number of freedoms.
     pub fn freedoms(&self) -> usize {
@@ -135,7 +137,7 @@ impl Housing {
     /// Names of all freedoms, such as `left x`.
     pub fn names(&self) -> Vec<String> {
         let of_nodes = self.nodes.iter().flat_map(|node| {
-            let words = WORDS.iter().zip(node.freedoms);
+            let words = HousingNode::FREEDOMS.iter().zip(node.freedoms);
             let own = words.filter(|(_, has)| *has);
             own.map(|(word, _)| format!("{} {word}", node.name))
         });

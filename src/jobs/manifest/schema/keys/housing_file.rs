@@ -1,9 +1,8 @@
 //! The keys of a housing file.
 
 use crate::manifest::schema::key::{ANY, Key, Kind, choice, key, quantity, table};
+use crate::shaft::HousingNode;
 use crate::units::Dimension::{Length, Ratio};
-
-const FREEDOMS: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
 
 #[rustfmt::skip]
 pub(super) const KEYS: &[Key] = &[
@@ -36,7 +35,7 @@ pub(super) const KEYS: &[Key] = &[
     key("node.*.freedoms", Kind::List("freedoms"), ANY, r#"["x", "y", "z"]"#).or(r#"["x", "y", "z", "rx", "ry", "rz"]"#)
         .about("Freedoms of the node in the matrices, in this order: displacements along the axes of space in m, then \
                 rotations about them in rad. The other ones are held."),
-    choice("node.*.freedoms.*", &FREEDOMS, r#""z""#),
+    choice("node.*.freedoms.*", &HousingNode::FREEDOMS, r#""z""#),
     key("point", Kind::List("tables"), ANY, r#"[{ name = "cover", freedom = "left x" }]"#).or("[]")
         .about("Response points, one table `[[point]]` each. Results have the acceleration of each."),
     table("point.*"),
