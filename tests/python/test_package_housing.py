@@ -2,6 +2,8 @@
 
 import re
 import struct
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -69,6 +71,14 @@ def test_a_file_is_read_as_it_was_written(box, tmp_path):
     assert (again.M == box.M).all() and (again.K == box.K).all() and again.names == box.names
     assert (again.row("cover") == box.row("cover")).all()
     assert np.abs(frequencies(box, tmp_path) / gearatlas.structure(gearatlas.load(TRAIN).point()).modes["frequency"][2:] - 1).max() < 1e-12
+
+
+def test_the_example_writes_the_shipped_housing(box, tmp_path):
+    subprocess.run([sys.executable, ROOT / "examples/housing.py", tmp_path / "box.toml"], check=True, stdout=subprocess.DEVNULL)
+    again = housing.read(tmp_path / "box.toml")
+    # Modes have any sign.
+    assert np.allclose(np.abs(again.M), np.abs(box.M), rtol=0, atol=1e-9) and again.names == box.names
+    assert np.allclose(np.abs(again.K), np.abs(box.K), rtol=0, atol=1e-9 * np.abs(box.K).max())
 
 
 def test_a_punch_file_of_pynastran_runs(box, nastran, tmp_path):
