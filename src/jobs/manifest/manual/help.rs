@@ -9,7 +9,7 @@ const WIDTH: usize = 96;
 
 /// A topic that is neither a table nor a key.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("there is no table or key `{topic}` in a manifest or a modal file{}", advice(.nearest))]
+#[error("there is no table or key `{topic}` in a manifest or in a file that it names{}", advice(.nearest))]
 pub struct NoSuchKey {
     /// What was asked for.
     pub topic: String,
