@@ -243,16 +243,15 @@ pub fn model(case: Case) -> Model {
             structure.contacts = vec![StructureContact {
                 name: "stop".to_owned(),
                 force: participation.clone(),
+                tilt: Vec::new(),
                 rubbing: Default::default(),
                 participation,
                 cycles: [1, 1],
                 law: ContactLaw {
                     gap: 5e-6,
                     stiffness: vec![(other, series(1e8)), (1.0, series(1.4e8))],
-                    friction: Vec::new(),
                     damping: 50.0,
-                    phase: 0.0,
-                    error: Vec::new(),
+                    ..ContactLaw::default()
                 },
                 copies: None,
             }];

@@ -18,6 +18,7 @@ mod gear_published;
 mod geared_pair_published;
 mod helical;
 mod helical_shafts;
+mod housing;
 mod mesh_course;
 mod mesh_pairs;
 mod mesh_resolution;

@@ -42,7 +42,7 @@ fn an_unknown_key_is_an_error_with_the_nearest() {
     assert!(output.stdout.is_empty());
     assert_eq!(
         String::from_utf8(output.stderr).unwrap(),
-        "error: there is no table or key `mesh.half_gpa` in a manifest or a modal file; did you mean `mesh.half_gap`?\n"
+        "error: there is no table or key `mesh.half_gpa` in a manifest or in a file that it names; did you mean `mesh.half_gap`?\n"
     );
     assert_eq!(atlas(".", &["help", "mesh", "gear"]).status.code(), Some(2));
 }

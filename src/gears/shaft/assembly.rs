@@ -55,10 +55,9 @@ enum Bond {
         master: usize,
         ratio: f64,
     },
-    /// `u = u_same + Σ arm · u_turn`, freedoms of the body's node; displacements alone have arms.
+    /// `u = Σ factor · u_of`, freedoms of one other node.
     Carried {
-        same: usize,
-        turns: [Option<(usize, f64)>; 2],
+        of: [Option<(usize, f64)>; 3],
     },
 }
 
@@ -293,9 +292,62 @@ impl Assembly {
                 2 => [turn(about_x, y), turn(about_y, -x)],
                 _ => [None; 2],
             };
-            self.bonds[NODE_FREEDOMS * node + same - first] = Bond::Carried { same, turns };
+            let [one, two] = turns;
+            self.bonds[NODE_FREEDOMS * node + same - first] = Bond::Carried {
+                of: [Some((same, 1.0)), one, two],
+            };
         }
         Ok(node)
+    }
+
+    /// Adds a node that moves as `node` does, told along other axes: the unit vectors `frame`.
+    ///
+    /// # Errors
+    /// [`ShaftError::NoSuchNode`]; [`ShaftError::TiedToBound`] from [`Assembly::matrices`] if `node`
+    /// is itself tied or carried.
+    pub fn add_turned_node(
+        &mut self,
+        node: usize,
+        frame: [[f64; 3]; 3],
+    ) -> Result<usize, ShaftError> {
+        let first = self.freedom(node, Freedom::X)?;
+        let turned = self.add_node();
+        for (offset, unit) in (0..NODE_FREEDOMS).zip(frame.into_iter().cycle()) {
+            let start = first + offset / 3 * 3;
+            let part = |axis: usize| (unit[axis] != 0.0).then_some((start + axis, unit[axis]));
+            self.bonds[NODE_FREEDOMS * turned + offset] = Bond::Carried {
+                of: [part(0), part(1), part(2)],
+            };
+        }
+        Ok(turned)
+    }
+
+    /// Adds the mass, stiffness and damping matrices of a part, row by row over its freedoms
+    /// \[kg, N/m, N s/m and their products with m\]; an empty matrix adds nothing.
+    ///
+    /// # Errors
+    /// [`ShaftError::NoSuchNode`], [`ShaftError::NotFinite`].
+    pub fn add_part(
+        &mut self,
+        freedoms: &[(usize, Freedom)],
+        [mass, stiffness, damping]: [&[f64]; 3],
+    ) -> Result<(), ShaftError> {
+        let places = (freedoms.iter())
+            .map(|&(node, freedom)| self.freedom(node, freedom))
+            .collect::<Result<Vec<_>, _>>()?;
+        let entries = |matrix: &[f64]| -> Result<Vec<(usize, usize, f64)>, ShaftError> {
+            let mut entries = Vec::new();
+            for (&row, values) in places.iter().zip(matrix.chunks(places.len().max(1))) {
+                for (&column, &value) in places.iter().zip(values).filter(|(_, v)| **v != 0.0) {
+                    entries.push((row, column, finite("entry of a matrix", value)?));
+                }
+            }
+            Ok(entries)
+        };
+        self.mass.extend(entries(mass)?);
+        self.stiffness.extend(entries(stiffness)?);
+        self.coupling.add_damping(entries(damping)?);
+        Ok(())
     }
 
     /// Number of free freedoms.
@@ -353,9 +405,8 @@ impl Assembly {
             Bond::Tied { master, ratio } => {
                 terms.push((free[master].ok_or(bound(master))?, ratio));
             }
-            Bond::Carried { same, turns } => {
-                let turns = turns.into_iter().flatten();
-                for (master, factor) in std::iter::once((same, 1.0)).chain(turns) {
+            Bond::Carried { of } => {
+                for (master, factor) in of.into_iter().flatten() {
                     match self.bonds[master] {
                         Bond::Free => terms.extend(free[master].map(|column| (column, factor))),
                         Bond::Fixed => {}

@@ -22,7 +22,7 @@ pub use error::ShaftError;
 pub use modes::Modes;
 pub use rigid::{RigidDrive, Tier};
 pub use train::{
-    BesideEachOther, DrawnLaw, GearPlace, LooseGear, MeshLaw, Motion, Planet, PlanetarySet,
-    ShaftCoupling, ShaftSection, Stop, TrainDrive, TrainError, TrainGear, TrainMesh, TrainShaft,
-    phase_of_planet,
+    BesideEachOther, DrawnLaw, GearPlace, Housing, HousingError, HousingJoint, HousingNode,
+    HousingPoint, JoinedHousing, LooseGear, MeshLaw, Motion, Planet, PlanetarySet, ShaftCoupling,
+    ShaftSection, Stop, TrainDrive, TrainError, TrainGear, TrainMesh, TrainShaft, phase_of_planet,
 };

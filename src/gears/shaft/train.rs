@@ -9,6 +9,7 @@
 mod axes;
 mod contacts;
 mod error;
+mod housing;
 mod loads;
 mod nodes;
 mod planetary;
@@ -21,6 +22,7 @@ mod tests;
 
 pub use axes::BesideEachOther;
 pub use error::TrainError;
+pub use housing::{Housing, HousingError, HousingJoint, HousingNode, HousingPoint, JoinedHousing};
 pub use planetary::{Planet, PlanetarySet, phase_of_planet};
 
 use super::disc::Disc;
@@ -47,6 +49,9 @@ pub struct TrainDrive {
     pub stops: Vec<Stop>,
     /// Planets on pins of a carrier.
     pub planetary: Option<PlanetarySet>,
+    /// What bearings stand on, where that is not the ground.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub housing: Option<JoinedHousing>,
     /// The shaft that the motor drives.
     pub driver: usize,
     /// Young's modulus \[Pa\].

@@ -17,6 +17,7 @@ use super::schema::{self, MANIFEST};
 use super::sections::{Context, resolve};
 use super::spec::{PointSpec, Variant};
 use super::tree::Node;
+use crate::shaft::Housing;
 use crate::structure::ModalStructure;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
@@ -269,6 +270,7 @@ struct Kept {
     torque: bool,
     base_dir: PathBuf,
     modal_files: HashMap<PathBuf, Option<Arc<ModalStructure>>>,
+    housings: HashMap<PathBuf, Option<Arc<Housing>>>,
 }
 
 impl PointResolver {
@@ -288,6 +290,7 @@ impl PointResolver {
             keys: axes.into_iter().filter(GridAxis::is_model_key).collect(),
             base_dir: context.base_dir.to_path_buf(),
             modal_files: context.modal_files,
+            housings: context.housings,
         }))
     }
 
@@ -357,6 +360,7 @@ impl PointResolver {
         let mut issues = Issues::default();
         let mut context = Context::new(&kept.base_dir);
         context.modal_files.clone_from(&kept.modal_files);
+        context.housings.clone_from(&kept.housings);
         context.last_drive = like.map(|like| like.model.source.clone());
         let resolved = resolve(&Section::root(&tree, MANIFEST), &mut issues, &mut context);
         let fault = issues.errors().next();

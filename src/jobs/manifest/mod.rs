@@ -19,6 +19,7 @@ mod expand;
 mod grid;
 mod grid_dimension;
 mod hash;
+mod housing_file;
 mod job;
 mod manifest_text;
 pub mod manual;

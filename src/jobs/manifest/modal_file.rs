@@ -10,7 +10,6 @@ use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::reader::Section;
 use super::schema::{self, MODAL_FILE};
 use super::sections::Context;
-use super::text::NoText;
 use super::tree::entries;
 use super::tree::{self, Value};
 use super::{text, unknown};
@@ -33,26 +32,8 @@ pub(super) fn load(
     if let Some(known) = context.modal_files.get(&path) {
         return known.clone();
     }
-    let structure = match text::read(issues, &path, "the modal file") {
-        Ok(source) => parse(issues, source).map(Arc::new),
-        Err(NoText::Reported) => None,
-        Err(NoText::Unreadable(error)) => {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Unreadable,
-                    span,
-                    "model.file",
-                    format!(
-                        "the modal file `{}` cannot be read: {error}",
-                        path.display()
-                    ),
-                )
-                .label("named here")
-                .remedy("check the path; a relative path starts at the folder of the manifest"),
-            );
-            None
-        }
-    };
+    let source = text::read_named(issues, &path, "the modal file", ("model.file", span));
+    let structure = source.and_then(|source| parse(issues, source).map(Arc::new));
     context.modal_files.insert(path, structure.clone());
     structure
 }

@@ -1,4 +1,4 @@
-//! The text of a manifest or a modal file: of a regular file, in UTF-8, and not endless.
+//! The text of a manifest or of a file that it names: of a regular file, in UTF-8, and not endless.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use crate::input;
@@ -21,6 +21,31 @@ pub(super) enum NoText {
 pub(super) fn read(issues: &mut Issues, path: &Path, what: &str) -> Result<usize, NoText> {
     let bytes = input::read(path, MOST_BYTES).map_err(NoText::Unreadable)?;
     add(issues, path.display().to_string(), bytes, what)
+}
+
+/// Reads the file that a key names, and adds it to the sources; reported where it cannot be read.
+pub(super) fn read_named(
+    issues: &mut Issues,
+    path: &Path,
+    what: &str,
+    (key, span): (&str, Span),
+) -> Option<usize> {
+    let error = match read(issues, path, what) {
+        Ok(source) => return Some(source),
+        Err(NoText::Reported) => return None,
+        Err(NoText::Unreadable(error)) => error,
+    };
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Unreadable,
+            span,
+            key,
+            format!("{what} `{}` cannot be read: {error}", path.display()),
+        )
+        .label("named here")
+        .remedy("check the path; a relative path starts at the folder of the manifest"),
+    );
+    None
 }
 
 /// Reads a text from a stream to its end and adds it to the sources under a name.

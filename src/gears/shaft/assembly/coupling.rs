@@ -62,6 +62,11 @@ impl Entries {
         }
     }
 
+    /// Entries of a damping matrix.
+    pub fn add_damping(&mut self, entries: Vec<Entry>) {
+        self.damping.extend(entries);
+    }
+
     /// The matrices, by what sums entries over the free freedoms; none without any entry.
     pub fn matrices(&self, collect: impl Fn(&[Entry]) -> Mat<f64>) -> Option<CouplingMatrices> {
         let all = [

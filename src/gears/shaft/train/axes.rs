@@ -54,6 +54,11 @@ impl Axis {
         self.at(place) + self.frame[0] * x + self.frame[1] * y
     }
 
+    /// The unit vectors x, y, z of the shaft's frame.
+    pub fn components(&self) -> [[f64; 3]; 3] {
+        self.frame.map(Into::into)
+    }
+
     /// Components of a vector in the shaft's frame.
     pub fn local(&self, vector: Vector3<f64>) -> [f64; 3] {
         self.frame.map(|unit| unit.dot(&vector))

@@ -250,6 +250,57 @@ pub enum TrainError {
         /// What would hold it.
         key: &'static str,
     },
+    /// A housing in a frame that turns.
+    #[error(
+        "a housing cannot be joined to a train with planets: the model turns with the carrier, where a housing is not \
+         the same in all directions; remove [train.housing] or [train.planetary]"
+    )]
+    TurningHousing,
+    /// A housing that no bearing stands on.
+    #[error(
+        "no bearing stands on the housing, whose nodes are {nodes}; give bearings the name of a node, such as \
+         housing = {first}"
+    )]
+    UnusedHousing {
+        /// Its nodes.
+        nodes: String,
+        /// The first of them.
+        first: String,
+    },
+    /// A bearing that does not lie where its node is.
+    #[error(
+        "bearing {bearing} of shaft `{shaft}` is {distance:.6e} m from node `{node}` of the housing, but at most \
+         {most:.0e} m are allowed; correct its position, or the position of the node in the housing file"
+    )]
+    BearingOffNode {
+        /// The shaft.
+        shaft: String,
+        /// Which of its bearings, from 1.
+        bearing: usize,
+        /// The node.
+        node: String,
+        /// How far they are apart \[m\].
+        distance: f64,
+        /// Largest distance that is accepted \[m\].
+        most: f64,
+    },
+    /// A bearing of a rigidly mounted shaft on a housing.
+    #[error(
+        "bearing {bearing} of shaft `{shaft}` stands on the housing, but `motion` mounts the shaft rigidly; set motion = \
+         \"all\" or \"lateral\", or remove `housing` from the bearing"
+    )]
+    RigidMount {
+        /// The shaft.
+        shaft: String,
+        /// Which of its bearings, from 1.
+        bearing: usize,
+    },
+    /// A housing that nothing holds.
+    #[error(
+        "the housing is free to move as a rigid body; include its supports to the ground in its stiffness matrix, or \
+         leave out the freedoms that the ground holds"
+    )]
+    FloatingHousing,
     /// A coupling between shafts on axes of different directions.
     #[error(
         "the coupling joins shafts `{}` and `{}`, but their axes have different directions; choose shafts on one axis",

@@ -18,6 +18,8 @@ pub(super) struct Assembled {
     pub pins: Vec<usize>,
     /// Bearings by their names.
     pub supports: Vec<(String, Support)>,
+    /// Every freedom of the housing.
+    pub housing: Vec<(usize, Freedom)>,
 }
 
 /// The nodes of one shaft.
@@ -45,6 +47,8 @@ impl TrainDrive {
         let mut assembly = Assembly::new();
         let mut shafts = Vec::with_capacity(self.shafts.len());
         let mut supports = Vec::new();
+        let joined = self.housing.as_ref();
+        let housing = joined.map_or(Ok(Vec::new()), |own| own.housing.assembled(&mut assembly))?;
         for (index, shaft) in self.shafts.iter().enumerate() {
             let places = self.places(index)?;
             assembly.turn(if self.gyroscopic { layout.speeds[index] } else { 0.0 });
@@ -66,13 +70,22 @@ impl TrainDrive {
                 assembly.add_disc(nodes.at(gear.at), gear.body)?;
             }
             for (number, (at, bearing)) in (1..).zip(&shaft.bearings) {
+                let axis = &layout.axes[index];
+                let base = joined.and_then(|own| own.node_under([index, number - 1]));
                 let support = Support {
                     node: nodes.at(*at),
-                    base: None,
+                    base: base
+                        .map(|node| assembly.add_turned_node(node, axis.components()))
+                        .transpose()?,
                     stiffness: *bearing,
                 };
-                assembly.add_spring(support.node, bearing.stiffness())?;
-                bearing.couple(&mut assembly, support.node, None)?;
+                match support.base {
+                    None => assembly.add_spring(support.node, bearing.stiffness())?,
+                    Some(base) => {
+                        assembly.add_spring_between(support.node, base, bearing.stiffness())?;
+                    }
+                }
+                bearing.couple(&mut assembly, support.node, support.base)?;
                 supports.push((format!("{} {number}", shaft.name), support));
             }
             assembly.add_drag(nodes.at(shaft.torque_at), None, shaft.drag.viscous)?;
@@ -106,6 +119,7 @@ impl TrainDrive {
             loose,
             pins,
             supports,
+            housing,
         };
         self.turn_with_carrier(&mut assembled, layout)?;
         Ok(assembled)

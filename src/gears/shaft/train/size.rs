@@ -68,7 +68,8 @@ impl TrainDrive {
     /// [`TrainError::TooFine`], [`TrainError::OffShaft`].
     pub(super) fn check_size(&self) -> Result<(), TrainError> {
         let mut elements = 0.0;
-        let mut freedoms = NODE_FREEDOMS * self.loose_gears().count() as f64;
+        let of_housing = (self.housing.as_ref()).map_or(0, |own| own.housing.freedoms());
+        let mut freedoms = NODE_FREEDOMS * self.loose_gears().count() as f64 + of_housing as f64;
         let mut finest = ([0; 2], 0.0);
         for (index, shaft) in self.shafts.iter().enumerate() {
             let of_node = match (shaft.motion.yields(), shaft.motion.turns()) {

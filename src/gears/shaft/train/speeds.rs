@@ -173,6 +173,9 @@ impl TrainDrive {
         if let Some(set) = &self.planetary {
             self.check_planets(set, &axes)?;
         }
+        if let Some(joined) = &self.housing {
+            self.check_joints(joined, &axes)?;
+        }
         let idle =
             |(shaft, speed): &(&TrainShaft, &Option<_>)| shaft.output != 0.0 && speed.is_none();
         if let Some((shaft, _)) = self.shafts.iter().zip(&speeds).find(idle) {

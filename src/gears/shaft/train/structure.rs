@@ -106,6 +106,13 @@ impl TrainDrive {
         if found < expected {
             return error;
         }
+        if self
+            .housing
+            .as_ref()
+            .is_some_and(|own| own.housing.floats())
+        {
+            return TrainError::FloatingHousing.into();
+        }
         let Ok(rigid) = Modes::lowest(&matrices.mass, &matrices.stiffness, found, found) else {
             return error;
         };
@@ -221,6 +228,7 @@ impl TrainDrive {
         for motion in &mut motions {
             solved.settle(&mut motion.gain);
         }
+        motions.extend(self.housing_motions(solved, assembled));
         Ok(ModalStructure {
             teeth: self.pair.teeth[0],
             wheel_teeth: Some(self.pair.teeth[1]),

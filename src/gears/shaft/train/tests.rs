@@ -85,6 +85,7 @@ fn train(of: &FlexibleDrive) -> TrainDrive {
         couplings: Vec::new(),
         stops: Vec::new(),
         planetary: None,
+        housing: None,
         driver: 0,
         young_modulus: of.young_modulus,
         shear_modulus: of.shear_modulus,

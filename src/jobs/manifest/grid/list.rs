@@ -9,7 +9,7 @@ use crate::manifest::axis::{AxisKey, AxisValues};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use crate::manifest::reader::{Section, wrong_type};
 use crate::manifest::spec::Axis;
-use crate::manifest::text::{self, NoText};
+use crate::manifest::text;
 use crate::manifest::tree::{Entry, Node, Value};
 use crate::units::{self, Dimension};
 use std::path::Path;
@@ -203,26 +203,7 @@ fn rows_of(issues: &mut Issues, list: &Node, rows: &[Node]) -> Option<Vec<Column
 /// The columns of a file.
 fn file(issues: &mut Issues, entry: &Entry, name: &str, base_dir: &Path) -> Option<Vec<Column>> {
     let path = base_dir.join(name);
-    let source = match text::read(issues, &path, "the list of points") {
-        Ok(source) => source,
-        Err(NoText::Reported) => return None,
-        Err(NoText::Unreadable(error)) => {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Unreadable,
-                    entry.node.span,
-                    PATH,
-                    format!(
-                        "the list of points `{}` cannot be read: {error}",
-                        path.display()
-                    ),
-                )
-                .label("this file")
-                .remedy("check the path; a relative path starts at the folder of the manifest"),
-            );
-            return None;
-        }
-    };
+    let source = text::read_named(issues, &path, "the list of points", (PATH, entry.node.span))?;
     // Taken out while its faults are recorded, and put back.
     let text = std::mem::take(&mut issues.sources[source].text);
     let sheet = csv::read(source, &text, issues);

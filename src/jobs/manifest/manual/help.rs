@@ -2,14 +2,14 @@
 
 use super::DRIVE;
 use super::words::{default, first_sentence, home, name, range, stands_alone, takes};
-use crate::manifest::schema::{self, Key, Kind, MANIFEST, MODAL_FILE, Schema};
+use crate::manifest::schema::{self, HOUSING_FILE, Key, Kind, MANIFEST, MODAL_FILE, Schema};
 
 /// Characters of a line.
 const WIDTH: usize = 96;
 
 /// A topic that is neither a table nor a key.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("there is no table or key `{topic}` in a manifest or a modal file{}", advice(.nearest))]
+#[error("there is no table or key `{topic}` in a manifest or in a file that it names{}", advice(.nearest))]
 pub struct NoSuchKey {
     /// What was asked for.
     pub topic: String,
@@ -24,7 +24,7 @@ fn advice(nearest: &Option<String>) -> String {
     }
 }
 
-/// Every table and key of a manifest and of a modal file, with a line each.
+/// Every table and key of a manifest, a modal file and a housing file, with a line each.
 pub fn overview() -> String {
     let mut text = String::from(
         "Keys of a manifest. `atlas help KEY` describes one in full, for example `atlas help mesh.half_gap`.\n",
@@ -33,7 +33,10 @@ pub fn overview() -> String {
         text += &format!("\n[{}]\n", table.path);
         text += &listed(MANIFEST, table.path);
     }
-    text + "\nA modal file\n" + &listed(MODAL_FILE, "")
+    text + "\nA modal file\n"
+        + &listed(MODAL_FILE, "")
+        + "\nA housing file\n"
+        + &listed(HOUSING_FILE, "")
 }
 
 fn is_header(key: &Key) -> bool {
@@ -57,10 +60,16 @@ fn listed(schema: Schema, table: &str) -> String {
         .collect()
 }
 
-/// The tables and keys of a manifest and of a modal file by their whole names, but those of entries of lists.
+/// All keys of a manifest and of the files that it may name.
+fn every_key() -> impl Iterator<Item = &'static Key> {
+    let schemas = [MANIFEST, MODAL_FILE, HOUSING_FILE].into_iter();
+    schemas.flat_map(schema::all)
+}
+
+/// The tables and keys of a manifest and of the files that it may name by their whole names, but those of entries of lists.
 pub fn topics() -> impl Iterator<Item = &'static str> {
-    let all = schema::all(MANIFEST).chain(schema::all(MODAL_FILE));
-    all.map(|key| key.path)
+    every_key()
+        .map(|key| key.path)
         .filter(|path| !path.contains(['*', '<']))
 }
 
@@ -79,7 +88,7 @@ pub fn explain(topic: &str) -> Result<String, NoSuchKey> {
         let keys = schema::all(MANIFEST).filter(named);
         found.extend(keys.map(|key| (MANIFEST, key, key.path.to_owned())));
     }
-    found.extend(exact(MODAL_FILE));
+    found.extend(exact(MODAL_FILE).into_iter().chain(exact(HOUSING_FILE)));
     if found.is_empty() {
         return Err(NoSuchKey {
             topic: topic.to_owned(),
@@ -95,8 +104,7 @@ pub fn explain(topic: &str) -> Result<String, NoSuchKey> {
 
 /// The nearest path, by its whole or by its last part.
 fn nearest(topic: &str) -> Option<String> {
-    let all = || schema::all(MANIFEST).chain(schema::all(MODAL_FILE));
-    let paths: Vec<&str> = all()
+    let paths: Vec<&str> = every_key()
         .filter(|key| stands_alone(key))
         .map(|key| key.path)
         .collect();
@@ -128,8 +136,12 @@ fn of_table(key: &Key, path: &str) -> String {
 }
 
 fn of_key(schema: Schema, key: &Key, path: &str) -> String {
-    let modal = std::ptr::eq(schema, MODAL_FILE);
-    let place = if modal { " (of a modal file)" } else { "" };
+    let is = |other: Schema| std::ptr::eq(schema, other);
+    let place = match () {
+        () if is(MODAL_FILE) => " (of a modal file)",
+        () if is(HOUSING_FILE) => " (of a housing file)",
+        () => "",
+    };
     // The elements of a list are described with it.
     let list = key.path.strip_suffix(".*");
     let about = list
@@ -146,7 +158,7 @@ fn of_key(schema: Schema, key: &Key, path: &str) -> String {
     if !key.why.is_empty() {
         range += &format!(" ({})", key.why);
     }
-    let axis = if key.can_be_axis() && !modal {
+    let axis = if key.can_be_axis() && is(MANIFEST) {
         format!("\"{path}\" in [grid]")
     } else {
         String::new()

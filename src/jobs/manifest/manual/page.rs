@@ -3,7 +3,7 @@
 use super::DRIVE;
 use super::words::{default, first_sentence, home, name, range, stands_alone, takes};
 use crate::manifest::schema::{
-    self, DefaultValue, Key, Kind, MANIFEST, MODAL_FILE, Schema, VARIABLE_TABLES,
+    self, DefaultValue, HOUSING_FILE, Key, Kind, MANIFEST, MODAL_FILE, Schema, VARIABLE_TABLES,
 };
 use crate::units::Dimension;
 
@@ -45,7 +45,10 @@ pub fn page() -> String {
     }
     text += "\n## A modal file\n\nA structure from any finite-element code. `model.file` names the file, \
              with `model.kind = \"modal\"`. Lists have one entry per mode, in the order of `frequency`.\n";
-    text + &rows(MODAL_FILE, "")
+    text += &rows(MODAL_FILE, "");
+    text += "\n## A housing file\n\nA housing from any finite-element code. `train.housing.file` names the file. [Housings of \
+             trains](housings.md) describes how to write it.\n";
+    text + &rows(HOUSING_FILE, "")
 }
 
 /// A table of the keys used most, with links to their tables.

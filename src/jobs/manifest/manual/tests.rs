@@ -1,6 +1,6 @@
 use super::*;
 use crate::manifest;
-use crate::manifest::schema::{self, DefaultValue, Key, Kind, MANIFEST, MODAL_FILE};
+use crate::manifest::schema::{self, DefaultValue, HOUSING_FILE, Key, Kind, MANIFEST, MODAL_FILE};
 use std::path::{Path, PathBuf};
 
 const QUICKSTART: &str = include_str!("../../../../manifests/quickstart.toml");
@@ -32,7 +32,10 @@ fn the_written_manual_is_what_the_tables_say() {
 
 #[test]
 fn every_key_is_described() {
-    for key in schema::all(MANIFEST).chain(schema::all(MODAL_FILE)) {
+    for key in [MANIFEST, MODAL_FILE, HOUSING_FILE]
+        .into_iter()
+        .flat_map(schema::all)
+    {
         assert_eq!(
             key.about.is_empty(),
             key.path.ends_with(".*"),
@@ -52,7 +55,10 @@ fn every_key_is_described() {
 #[test]
 fn every_key_has_its_place_in_overview_page_and_help() {
     let (overview, page) = (overview(), page());
-    for key in schema::all(MANIFEST).chain(schema::all(MODAL_FILE)) {
+    for key in [MANIFEST, MODAL_FILE, HOUSING_FILE]
+        .into_iter()
+        .flat_map(schema::all)
+    {
         if !words::stands_alone(key) {
             continue;
         }

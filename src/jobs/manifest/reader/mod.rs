@@ -229,6 +229,22 @@ impl<'t> Section<'t> {
         None
     }
 
+    /// A list of texts that must be there.
+    pub fn texts(&self, issues: &mut Issues, name: &str) -> Option<Vec<String>> {
+        let items = self.list(issues, name, None)?;
+        let spec = self.spec(&self.path_of(&format!("{name}.*")));
+        let texts: Vec<_> = (items.iter().enumerate())
+            .map(|(i, item)| match &item.value {
+                Value::Text(text) => Some(text.clone()),
+                _ => {
+                    wrong_type(issues, item, &self.path_of(&format!("{name}.{i}")), spec);
+                    None
+                }
+            })
+            .collect();
+        texts.into_iter().collect()
+    }
+
     /// One of the schema's words for this key, which must be there.
     pub fn choice(&self, issues: &mut Issues, name: &str) -> Option<&'static str> {
         let entry = self.required(issues, name)?;

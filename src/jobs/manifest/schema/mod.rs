@@ -11,7 +11,7 @@ mod tests;
 pub(in crate::manifest) use key::{
     Bounds, DefaultValue, Elsewhere, Key, Kind, SEED, SHARED, VARIABLE_TABLES, choice, integer,
 };
-pub(in crate::manifest) use keys::{FEWEST_CYCLES, MANIFEST, MODAL_FILE};
+pub(in crate::manifest) use keys::{FEWEST_CYCLES, HOUSING_FILE, MANIFEST, MODAL_FILE};
 
 /// The keys of a file, table by table.
 pub(in crate::manifest) type Schema = &'static [&'static [Key]];

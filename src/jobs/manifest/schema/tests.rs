@@ -3,7 +3,7 @@ use crate::propagate::KernelSetting;
 
 #[test]
 fn paths_are_unique_and_their_parents_known() {
-    for schema in [MANIFEST, MODAL_FILE] {
+    for schema in [MANIFEST, MODAL_FILE, HOUSING_FILE] {
         for (i, key) in all(schema).enumerate() {
             let twice = all(schema).take(i).any(|k| k.path == key.path);
             assert!(!twice, "{}", key.path);
@@ -70,7 +70,10 @@ fn examples_are_accepted() {
     use crate::manifest::reader;
     use crate::manifest::tree;
     let mut checked = 0;
-    for key in all(MANIFEST).chain(all(MODAL_FILE)) {
+    for key in all(MANIFEST)
+        .chain(all(MODAL_FILE))
+        .chain(all(HOUSING_FILE))
+    {
         let mut issues = Issues::default();
         let source = issues.add_source("example".to_owned(), format!("x = {}", key.example));
         if key.example.is_empty() {

@@ -32,7 +32,7 @@ use super::grid::is_carried;
 use super::reader::{Child, Section};
 use super::spec::{ExcitationSpec, StructureSource, Variant};
 use crate::analysis::Analyses;
-use crate::shaft::Tier;
+use crate::shaft::{Housing, Tier};
 use crate::structure::ModalStructure;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -73,6 +73,8 @@ pub(super) struct Context<'a> {
     pub base_dir: &'a Path,
     /// Modal files read so far; `None` for one with faults, already reported.
     pub modal_files: HashMap<PathBuf, Option<Arc<ModalStructure>>>,
+    /// Housing files, likewise.
+    pub housings: HashMap<PathBuf, Option<Arc<Housing>>>,
     /// The last drive: points that differ in nothing structural share it.
     pub last_drive: Option<StructureSource>,
 }
@@ -82,6 +84,7 @@ impl<'a> Context<'a> {
         Self {
             base_dir,
             modal_files: HashMap::new(),
+            housings: HashMap::new(),
             last_drive: None,
         }
     }

@@ -105,7 +105,7 @@ fn of_train(
     let gyroscopic = section.boolean_or_default(issues, "gyroscopic");
     let train = root
         .required_child(issues, "train")
-        .and_then(|section| train::read(&section, issues));
+        .and_then(|section| train::read(&section, issues, context));
     let freedoms = train.as_ref().and_then(|train| train.freedoms().ok());
     let rigid = train.as_ref().map_or(1, TrainDrive::rotations);
     let default_modes = freedoms.unwrap_or(DEFAULT_MODES).min(DEFAULT_MODES);

@@ -1,5 +1,6 @@
 //! `[train]`: the names in it looked up, everything else read by one file a part.
 
+mod housing;
 mod joints;
 mod parts;
 mod planetary;
@@ -7,6 +8,7 @@ mod shaft;
 
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
+use crate::manifest::sections::Context;
 use crate::manifest::slip;
 use crate::shaft::{TrainDrive, TrainError, TrainShaft};
 use parts::Parts;
@@ -15,7 +17,11 @@ use parts::Parts;
 const POWER: f64 = 1e-9;
 
 /// Reads the table; `[model]` says how the modes are damped.
-pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<TrainDrive> {
+pub(super) fn read(
+    section: &Section,
+    issues: &mut Issues,
+    context: &mut Context,
+) -> Option<TrainDrive> {
     let rated_torque = section.quantity(issues, "rated_torque");
     let young_modulus = section.quantity_or_default(issues, "young_modulus");
     let shear_modulus = section.quantity_or_default(issues, "shear_modulus");
@@ -26,6 +32,7 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<TrainDrive>
     }
     let tables = section.tables(issues, "shaft")?;
     let (mut shafts, mut drawn) = shaft::read_all(&tables, issues, density?)?;
+    let housing = housing::read(section, issues, context, &tables)?;
     let planets = planetary::read(section, issues, density?, (&mut shafts, &mut drawn))?;
     let parts = Parts {
         shafts: &shafts,
@@ -49,6 +56,7 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<TrainDrive>
         couplings: couplings?,
         stops: stops?,
         planetary: planets.as_ref().map(|planets| planets.set.clone()),
+        housing,
         driver: driver?,
         young_modulus: young_modulus?,
         shear_modulus: shear_modulus?,

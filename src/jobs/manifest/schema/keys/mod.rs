@@ -1,10 +1,11 @@
-//! The keys of a manifest, one file a table, and those of a modal file.
+//! The keys of a manifest, one file a table, and those of a modal file and of a housing file.
 
 mod analyses;
 mod continuation;
 mod excitation;
 mod gear;
 mod grid;
+mod housing_file;
 mod job;
 mod mesh;
 mod modal_file;
@@ -34,6 +35,9 @@ pub(in crate::manifest) static MANIFEST: Schema = &[
 
 /// The keys of a modal file.
 pub(in crate::manifest) static MODAL_FILE: Schema = &[modal_file::KEYS];
+
+/// The keys of a housing file.
+pub(in crate::manifest) static HOUSING_FILE: Schema = &[housing_file::KEYS];
 
 /// Parts of a whole, both ends left out.
 const INSIDE_ONE: Bounds = bounds(0.0, true, 1.0, true);

@@ -91,10 +91,12 @@ pub(super) const KEYS: &[Key] = &[
         .about("Mass of the disc."),
 
     key("train.shaft.*.bearings", Kind::List("tables"), ANY, r#"[{ at = "10 mm", x = "1e8 N/m", y = "1e8 N/m", axial = "1e8 N/m" }]"#).or("[]")
-        .about("Bearings between the shaft and the ground."),
+        .about("Bearings between the shaft and the ground, or the housing."),
     table("train.shaft.*.bearings.*"),
     quantity("train.shaft.*.bearings.*.at", Length, ANY, r#""10 mm""#)
         .about("Position of the bearing."),
+    key("train.shaft.*.bearings.*.housing", Kind::Text, ANY, r#""left""#).otherwise("none: the bearing stands on the ground")
+        .about("Node of the housing on which the bearing stands. Its springs and dampers then act between shaft and node."),
     quantity("train.shaft.*.bearings.*.x", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#)
         .about("Radial stiffness along the shaft's x axis."),
     quantity("train.shaft.*.bearings.*.y", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#)
@@ -235,6 +237,13 @@ pub(super) const KEYS: &[Key] = &[
         .about("Distance of each pin from its nominal position along the circle, positive in the direction in which \
                 the carrier turns."),
     quantity("train.planetary.pin_errors.*", Length, ANY, r#""30 um""#),
+
+    key("train.housing", Kind::Table, ANY, r#"{ file = "housing-box.toml" }"#).otherwise("bearings stand on the ground")
+        .about("A housing from a finite-element program, as reduced matrices over named nodes. Bearings that name a node \
+                with `housing` stand on it. Its freedoms join those of the train before the modes are computed. It cannot \
+                be used with [train.planetary]."),
+    key("train.housing.file", Kind::Text, ANY, r#""housing-box.toml""#)
+        .about("Path of the housing file, relative to the folder of the manifest."),
 
     key("train.mesh", Kind::List("tables"), ANY, r#"[{ gears = ["z18", "z27"], half_gap = "40 um", stiffness = "3e8 N/m" }]"#).or("[]")
         .about("Further meshes, one table `[[train.mesh]]` each; the first mesh is [mesh]. Each is two contacts: \

@@ -164,7 +164,7 @@ fn mesh(
     };
     let law = match law {
         Stiffness::Drawn(spec, misalignment) => MeshLaw::Drawn(Box::new(DrawnLaw {
-            table: spec,
+            table: *spec,
             misalignment,
             friction,
             symmetry,
@@ -190,7 +190,7 @@ fn mesh(
 enum Stiffness {
     Given(Vec<Division>),
     /// From the drawing, under a misalignment \[rad\].
-    Drawn(MeshTableSpec, f64),
+    Drawn(Box<MeshTableSpec>, f64),
 }
 
 /// The stiffness of a mesh by the keys that its law needs.
@@ -257,7 +257,7 @@ fn drawn_or_given(
     let misalignment = table.quantity_or_default(issues, "misalignment");
     let continuous = law == "continuous";
     let spec = drawn_mesh::of_drawing(table, issues, Some(&pair), continuous, Some(None));
-    Some(Stiffness::Drawn(spec??, misalignment?))
+    Some(Stiffness::Drawn(Box::new(spec??), misalignment?))
 }
 
 /// Phase of the ring's mesh with the first planet against the sun's, the first mesh, where a sun of a drawing drives.

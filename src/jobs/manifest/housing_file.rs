@@ -1,0 +1,201 @@
+//! Housing files: reduced matrices from any finite-element code over named freedoms. The same diagnostics as for the
+//! manifest, pointing into the housing file.
+
+use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use super::reader::Section;
+use super::schema::{self, HOUSING_FILE};
+use super::sections::Context;
+use super::tree::{self, entries};
+use super::{text, unknown};
+use crate::shaft::{Housing, HousingNode, HousingPoint};
+use std::sync::Arc;
+
+/// Most freedoms; a larger housing is reduced before.
+const MOST_FREEDOMS: usize = 400;
+
+/// The freedoms of a node, in order.
+const FREEDOMS: [&str; 6] = HousingNode::FREEDOMS;
+
+/// Reads the housing file named in the manifest at `span`, once a job.
+pub(super) fn load(
+    issues: &mut Issues,
+    context: &mut Context,
+    file: &str,
+    span: Span,
+) -> Option<Arc<Housing>> {
+    let path = context.base_dir.join(file);
+    if let Some(known) = context.housings.get(&path) {
+        return known.clone();
+    }
+    let named = ("train.housing.file", span);
+    let source = text::read_named(issues, &path, "the housing file", named);
+    let housing = source.and_then(|source| parse(issues, source).map(Arc::new));
+    context.housings.insert(path, housing.clone());
+    housing
+}
+
+fn parse(issues: &mut Issues, source: usize) -> Option<Housing> {
+    let before = issues.count();
+    let tree = tree::parse(source, issues);
+    if issues.count() > before {
+        return None;
+    }
+    unknown::check(issues, &tree, HOUSING_FILE);
+    read(&Section::root(&tree, HOUSING_FILE), issues)
+}
+
+/// Records what is inconsistent in the value of a key.
+fn refuse(section: &Section, issues: &mut Issues, key: &str, message: String, remedy: &str) {
+    let path = section.path_of(key);
+    let fault = Diagnostic::new(
+        DiagnosticKind::Inconsistent,
+        section.span_of(key),
+        &path,
+        message,
+    );
+    issues.push(fault.label("in the housing file").remedy(remedy));
+}
+
+fn read(root: &Section, issues: &mut Issues) -> Option<Housing> {
+    if !root.has("node") {
+        root.missing(issues, "node");
+    }
+    let tables = root.tables(issues, "node")?;
+    let nodes: Vec<_> = tables.iter().map(|table| node(table, issues)).collect();
+    let internal = if root.has("internal") { root.texts(issues, "internal")? } else { Vec::new() };
+    let mut housing = Housing {
+        nodes: nodes.into_iter().collect::<Option<_>>()?,
+        internal,
+        mass: Vec::new(),
+        stiffness: Vec::new(),
+        damping: Vec::new(),
+        points: Vec::new(),
+    };
+    let names = housing.names();
+    let nodes = housing.nodes.iter().map(|node| &node.name);
+    if let Some(twice) = twice(nodes.collect()).or_else(|| twice(names.iter().collect())) {
+        let message = format!("two nodes or freedoms have the name `{twice}`");
+        refuse(
+            root,
+            issues,
+            "node",
+            message,
+            "give all of them different names",
+        );
+        return None;
+    }
+    if names.is_empty() || names.len() > MOST_FREEDOMS {
+        let message = format!(
+            "the housing has {} freedoms, but 1 to {MOST_FREEDOMS} are accepted",
+            names.len()
+        );
+        let remedy = "reduce it to fewer nodes and fewer internal modes, such as those below twice the highest frequency of interest";
+        refuse(root, issues, "node", message, remedy);
+        return None;
+    }
+    let mass = matrix(root, issues, "mass", names.len());
+    let stiffness = matrix(root, issues, "stiffness", names.len());
+    let damping = if root.has("damping") {
+        matrix(root, issues, "damping", names.len())
+    } else {
+        Some(Vec::new())
+    };
+    let tables = root.tables(issues, "point")?;
+    let points: Vec<_> = (tables.iter())
+        .map(|table| point(table, issues, &names))
+        .collect();
+    housing.points = points.into_iter().collect::<Option<_>>()?;
+    (housing.mass, housing.stiffness, housing.damping) = (mass?, stiffness?, damping?);
+    if let Some(name) = twice(housing.points.iter().map(|point| &point.name).collect()) {
+        let message = format!("two points have the name `{name}`");
+        refuse(
+            root,
+            issues,
+            "point",
+            message,
+            "give all of them different names",
+        );
+        return None;
+    }
+    if let Err(error) = housing.check() {
+        let remedy = "check the export and its number of digits; symmetrise the matrix, or condense freedoms without mass into the \
+                      others";
+        refuse(root, issues, error.matrix(), error.to_string(), remedy);
+        return None;
+    }
+    Some(housing)
+}
+
+/// A name that occurs twice.
+fn twice(mut names: Vec<&String>) -> Option<String> {
+    names.sort_unstable();
+    let pair = names.windows(2).find(|pair| pair[0] == pair[1])?;
+    Some(pair[0].clone())
+}
+
+fn node(table: &Section, issues: &mut Issues) -> Option<HousingNode> {
+    let name = table.text(issues, "name");
+    let position = table.quantities(issues, "position", Some(3));
+    let given = if table.has("freedoms") {
+        table.choices(issues, "freedoms")?
+    } else {
+        FREEDOMS.to_vec()
+    };
+    let in_order = (FREEDOMS.into_iter())
+        .filter(|freedom| given.contains(freedom))
+        .eq(given.iter().copied());
+    if !in_order {
+        let message = format!(
+            "`freedoms` must be some of {} in this order",
+            FREEDOMS.join(", ")
+        );
+        let remedy = "sort rows and columns of the matrices alike";
+        refuse(table, issues, "freedoms", message, remedy);
+        return None;
+    }
+    Some(HousingNode {
+        name: name?.to_owned(),
+        position: position?.try_into().ok()?,
+        freedoms: FREEDOMS.map(|freedom| given.contains(&freedom)),
+    })
+}
+
+/// A square matrix with a row a freedom, row by row.
+fn matrix(root: &Section, issues: &mut Issues, name: &str, size: usize) -> Option<Vec<f64>> {
+    let rows = root.rows(issues, name)?;
+    let fault = if rows.len() != size {
+        format!("`{name}` has {} rows", rows.len())
+    } else if let Some(row) = rows.iter().position(|row| row.len() != size) {
+        let count = entries(rows[row].len());
+        format!("row {} of `{name}` has {count}", row + 1)
+    } else {
+        return Some(rows.concat());
+    };
+    let message = format!("{fault}, but nodes and internal freedoms have {size} freedoms");
+    let remedy = "give every matrix one row and one column per freedom: those of the nodes, then the internal ones";
+    refuse(root, issues, name, message, remedy);
+    None
+}
+
+fn point(table: &Section, issues: &mut Issues, names: &[String]) -> Option<HousingPoint> {
+    let name = table.text(issues, "name")?.to_owned();
+    if table.has("row") {
+        table.given_twice(issues, &["freedom"], "row", "describe the point");
+        let row = table.quantities(issues, "row", Some(names.len()))?;
+        return Some(HousingPoint { name, row });
+    }
+    let freedom = table.text(issues, "freedom")?;
+    let known: Vec<&str> = names.iter().map(String::as_str).collect();
+    let displaces = |own: &&str| [" x", " y", " z"].iter().any(|end| own.ends_with(end));
+    let Some(place) = (known.iter()).position(|own| *own == freedom && displaces(own)) else {
+        let near = schema::nearest(freedom, &known);
+        let near = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+        let message = format!("`{freedom}` is not the displacement of a node{near}");
+        let remedy = "give a node and x, y or z, such as \"left x\", or give `row`";
+        refuse(table, issues, "freedom", message, remedy);
+        return None;
+    };
+    let mut row = vec![0.0; names.len()];
+    row[place] = 1.0;
+    Some(HousingPoint { name, row })
+}

@@ -1,0 +1,79 @@
+//! The table `[train.housing]`, and the bearings that stand on nodes of it.
+
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::housing_file;
+use crate::manifest::reader::{Child, Section};
+use crate::manifest::schema::{nearest, quoted};
+use crate::manifest::sections::Context;
+use crate::shaft::{HousingJoint, JoinedHousing};
+
+/// The housing with its joints; `Some(None)` without one.
+pub(super) fn read(
+    section: &Section,
+    issues: &mut Issues,
+    context: &mut Context,
+    shafts: &[Section],
+) -> Option<Option<JoinedHousing>> {
+    let housing = match section.child(issues, "housing") {
+        Child::Absent => None,
+        Child::Invalid => return None,
+        Child::Present(table) => {
+            let file = table.text(issues, "file")?;
+            Some(housing_file::load(
+                issues,
+                context,
+                file,
+                table.span_of("file"),
+            )?)
+        }
+    };
+    let nodes = housing.iter().flat_map(|own| &own.nodes);
+    let nodes: Vec<&str> = nodes.map(|node| node.name.as_str()).collect();
+    let mut joints = Vec::new();
+    for (shaft, table) in shafts.iter().enumerate() {
+        for (bearing, own) in table.tables(issues, "bearings")?.iter().enumerate() {
+            if !own.has("housing") {
+                continue;
+            }
+            let name = own.text(issues, "housing")?;
+            let Some(node) = nodes.iter().position(|node| *node == name) else {
+                unknown(own, issues, name, &nodes);
+                return None;
+            };
+            joints.push(HousingJoint {
+                bearing: [shaft, bearing],
+                node,
+            });
+        }
+    }
+    Some(housing.map(|housing| JoinedHousing { housing, joints }))
+}
+
+/// Records a bearing that stands on a node which is not there.
+fn unknown(bearing: &Section, issues: &mut Issues, name: &str, nodes: &[&str]) {
+    let (message, remedy) = match nodes {
+        [] => (
+            format!("the bearing stands on `{name}`, but the train has no housing"),
+            "add [train.housing] with the file of the housing, or remove `housing`".to_owned(),
+        ),
+        nodes => (
+            format!("the housing has no node `{name}`"),
+            nearest(name, nodes).map_or_else(
+                || "give the name of a node of the housing file".to_owned(),
+                |near| format!("did you mean \"{near}\"?"),
+            ),
+        ),
+    };
+    let mut fault = Diagnostic::new(
+        DiagnosticKind::Inconsistent,
+        bearing.span_of("housing"),
+        &bearing.path_of("housing"),
+        message,
+    )
+    .label("no such node")
+    .remedy(remedy);
+    if !nodes.is_empty() {
+        fault = fault.accepted(quoted(nodes));
+    }
+    issues.push(fault);
+}
