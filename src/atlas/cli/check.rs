@@ -4,6 +4,7 @@ use super::analyses::analyses;
 use super::excitation::{self, Cause};
 use super::gear_mesh::GearMesh;
 use super::kernel::{self, FirstKernel};
+use super::loaded_bearings::LoadedBearings;
 use super::manifest_args::{ManifestArgs, report, warn};
 use super::structure::Structure;
 use super::{BAD_INPUT, answer, grid, words};
@@ -127,6 +128,7 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
     let kernel = FirstKernel::of(job, first).line();
     lines.extend(kernel.map(|line| ("kernel".to_owned(), line)));
     lines.push(("analyses".to_owned(), analyses(first)));
+    lines.extend(LoadedBearings::of(first).map_or(Vec::new(), |bearings| bearings.lines()));
     match Structure::of(job, first) {
         Ok(structure) => lines.extend(structure.lines()),
         Err(reason) => lines.push(("modes".to_owned(), reason)),
@@ -345,6 +347,9 @@ fn job_json(name: &str, job: &Job) -> Value {
         "structure": (first.as_ref())
             .and_then(|p| Structure::of(job, p).ok())
             .map(|structure| structure.json()),
+        "loaded_bearings": (first.as_ref())
+            .and_then(LoadedBearings::of)
+            .map(|bearings| bearings.json()),
         "warnings": diagnostics_json(&job.warnings.sources, job.warnings.diagnostics.iter()),
         "advice": words::json(&advice(job)),
         "kernel": kernel.as_ref().and_then(|kernel| kernel.taken),

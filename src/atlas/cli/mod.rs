@@ -15,6 +15,7 @@ mod grid;
 pub mod help;
 mod kernel;
 mod line;
+mod loaded_bearings;
 pub mod machine;
 pub mod man;
 mod manifest_args;

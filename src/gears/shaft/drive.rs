@@ -3,6 +3,7 @@
 use super::assembly::Assembly;
 use super::body::GearBody;
 use super::error::{ShaftError, non_negative, positive};
+use super::rolling::RollingBearing;
 use crate::gear::GearPair;
 
 /// Two parallel shafts on bearings, each with a gear body between its bearings and an
@@ -79,6 +80,9 @@ pub struct Bearing {
     /// Cross-coupled stiffness `[k_xy, k_yx]` \[N/m\]: forces `−k_xy y` along x, `−k_yx x`
     /// along y.
     pub cross: [f64; 2],
+    /// Rolling contacts beside these springs; of trains alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rolling: Option<RollingBearing>,
 }
 
 /// What a bearing of the `pedestal` tier stands on: a mass that may move along and across the

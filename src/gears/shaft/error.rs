@@ -71,6 +71,28 @@ pub enum ShaftError {
         /// The free motion.
         direction: &'static str,
     },
+    /// Rolling elements that do not fit side by side.
+    #[error(
+        "{count} rolling elements of {diameter} m touch: on their pitch circle neighbours are {room:.6e} m apart; correct \
+         their number, their diameter or the pitch diameter"
+    )]
+    ElementsTouch {
+        /// Number of rolling elements.
+        count: u32,
+        /// Their diameter \[m\].
+        diameter: f64,
+        /// Distance of the centres of neighbours \[m\].
+        room: f64,
+    },
+    /// A groove that does not embrace its ball.
+    #[error(
+        "the groove of a ball bearing has {conformity} ball diameters as its radius, but must be wider than the ball: \
+         between 0.5 and 1; usual values are 0.52 and 0.53"
+    )]
+    NoGroove {
+        /// Radius of the groove over the ball's diameter.
+        conformity: f64,
+    },
     /// Pedestals are released but not described.
     #[error(
         "kind = \"pedestal\" needs a pedestal for each of the four bearings; give shafts.pedestals"

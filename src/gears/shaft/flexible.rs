@@ -101,10 +101,9 @@ impl FlexibleDrive {
                 stiffness: self.shear_modulus * section.polar_moment() / (pair[1] - pair[0]),
             });
         }
-        let supports = [0, 1].map(|number| Support {
-            node: first + [first_bearing, second_bearing][number],
-            base: None,
-            stiffness: shaft.bearings[number],
+        let supports = [0, 1].map(|number| {
+            let node = first + [first_bearing, second_bearing][number];
+            Support::new(node, None, shaft.bearings[number])
         });
         for support in supports {
             assembly.add_spring(support.node, support.stiffness.stiffness())?;

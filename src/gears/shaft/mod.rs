@@ -12,6 +12,7 @@ mod modes;
 mod pair;
 mod projection;
 mod rigid;
+mod rolling;
 mod train;
 
 pub use assembly::{AssembledMatrices, Assembly, CouplingMatrices, Freedom, NODE_FREEDOMS};
@@ -21,8 +22,10 @@ pub use drive::{Bearing, Drag, FlexibleDrive, Pedestal, Shaft};
 pub use error::ShaftError;
 pub use modes::Modes;
 pub use rigid::{RigidDrive, Tier};
+pub use rolling::{RING_FREEDOMS, Ring, RollingBearing, RollingElement, RollingLaw, RollingLoad};
 pub use train::{
     BesideEachOther, DrawnLaw, GearPlace, Housing, HousingError, HousingJoint, HousingNode,
-    HousingPoint, JoinedHousing, LooseGear, MeshLaw, Motion, Planet, PlanetarySet, ShaftCoupling,
-    ShaftSection, Stop, TrainDrive, TrainError, TrainGear, TrainMesh, TrainShaft, phase_of_planet,
+    HousingPoint, JoinedHousing, LoadedBearing, LooseGear, MeshLaw, Motion, Planet, PlanetarySet,
+    ShaftCoupling, ShaftSection, Stage, StageSide, Stop, TrainDrive, TrainError, TrainGear,
+    TrainMesh, TrainShaft, phase_of_planet,
 };

@@ -40,6 +40,7 @@ use super::drive::{self, Bearing, Drag};
 use super::error::ShaftError;
 use super::modes::{Modes, orientation};
 use super::projection;
+use super::rolling::Ring;
 use crate::gear::GearPair;
 use crate::structure::StaticShare;
 use crate::structure::{
@@ -105,6 +106,34 @@ pub(super) struct Support {
     /// What the bearing stands on; none for the ground.
     pub base: Option<usize>,
     pub stiffness: Bearing,
+    /// Stiffness of its rolling contacts at the mean load \[N/m, N, N m\]; zero without.
+    pub contacts: Ring<Ring>,
+}
+
+impl Support {
+    /// A bearing without rolling contacts, or before its mean load is known.
+    pub fn new(node: usize, base: Option<usize>, stiffness: Bearing) -> Self {
+        Self {
+            node,
+            base,
+            stiffness,
+            contacts: Ring::default(),
+        }
+    }
+
+    /// Row of a freedom in the stiffness of springs and rolling contacts.
+    pub fn row(&self, freedom: Freedom) -> Vec<(Freedom, f64)> {
+        let [xy, yx] = self.stiffness.cross;
+        let place = freedom as usize;
+        let mut row = self.contacts[place];
+        row[place] += self.stiffness.stiffness()[place];
+        match freedom {
+            Freedom::X => row[Freedom::Y as usize] += xy,
+            Freedom::Y => row[Freedom::X as usize] += yx,
+            _ => {}
+        }
+        Freedom::ALL.into_iter().zip(row).collect()
+    }
 }
 
 impl PairedShafts<'_> {
@@ -348,15 +377,14 @@ impl BearingTerms {
     ) -> Vec<Self> {
         let mut all = Vec::new();
         for (name, support) in supports {
-            let bearing = support.stiffness;
-            let [xy, yx] = bearing.cross;
-            let [damper_x, damper_y] = bearing.damping;
+            let [damper_x, damper_y] = support.stiffness.damping;
             let plane = |[x, y]: [f64; 2]| vec![(Freedom::X, x), (Freedom::Y, y)];
-            for (direction, springs, dampers) in [
-                ("x", plane([bearing.x, xy]), plane(damper_x)),
-                ("y", plane([yx, bearing.y]), plane(damper_y)),
-                ("axial", vec![(Freedom::Z, bearing.axial)], Vec::new()),
+            for (direction, freedom, dampers) in [
+                ("x", Freedom::X, plane(damper_x)),
+                ("y", Freedom::Y, plane(damper_y)),
+                ("axial", Freedom::Z, Vec::new()),
             ] {
+                let springs = support.row(freedom);
                 let [springs, dampers] = [springs, dampers].map(|parts| {
                     let terms: Vec<_> = (parts.into_iter())
                         .filter(|&(_, value)| value != 0.0)

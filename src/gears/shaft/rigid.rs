@@ -166,11 +166,7 @@ impl RigidDrive {
         let pedestal = self.add_pedestal(assembly, place)?;
         assembly.add_spring_between(node, pedestal, stiffness.stiffness())?;
         stiffness.couple(assembly, node, Some(pedestal))?;
-        Ok(Support {
-            node,
-            base: Some(pedestal),
-            stiffness,
-        })
+        Ok(Support::new(node, Some(pedestal), stiffness))
     }
 
     /// Adds what a bearing stands on: a pedestal, or the ground.

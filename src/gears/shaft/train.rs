@@ -7,6 +7,7 @@
 //! these speeds the *neutral* rotation of the whole train is the one that no contact feels.
 
 mod axes;
+mod bearings;
 mod contacts;
 mod error;
 mod housing;
@@ -21,6 +22,7 @@ mod structure;
 mod tests;
 
 pub use axes::BesideEachOther;
+pub use bearings::LoadedBearing;
 pub use error::TrainError;
 pub use housing::{Housing, HousingError, HousingJoint, HousingNode, HousingPoint, JoinedHousing};
 pub use planetary::{Planet, PlanetarySet, phase_of_planet};
@@ -68,6 +70,9 @@ pub struct TrainDrive {
     pub damping_overrides: Vec<(usize, f64)>,
     /// Whether shafts and gear bodies have gyroscopic moments.
     pub gyroscopic: bool,
+    /// Load, as a fraction of the rated one, under which rolling bearings have their stiffness; none without such bearings.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bearing_load: Option<f64>,
 }
 
 /// One shaft and what stands on it. Places are distances \[m\] from its origin along its axis.
@@ -258,9 +263,53 @@ pub struct ShaftCoupling {
     pub stiffness: [f64; 4],
     /// Damper against twist \[N m s/rad\].
     pub damping: f64,
-    /// Further springs against twist behind gaps to either side; in radians what contacts have in
-    /// metres.
-    pub stages: Vec<ContactLaw>,
+    /// Further springs against twist behind gaps.
+    pub stages: Vec<Stage>,
+}
+
+/// A spring of a coupling behind a gap.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Stage {
+    /// What it bears; in radians what contacts have in metres.
+    pub law: ContactLaw,
+    /// Where it acts.
+    #[serde(skip_serializing_if = "StageSide::is_both")]
+    pub side: StageSide,
+}
+
+/// To which side of its coupling's twist a stage acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub enum StageSide {
+    /// Behind its gap to either side.
+    #[default]
+    Both,
+    /// Where the first shaft is ahead of the second.
+    Forward,
+    /// Where it is behind.
+    Backward,
+}
+
+impl StageSide {
+    fn is_both(&self) -> bool {
+        *self == Self::Both
+    }
+
+    /// The sign of the twist at each of its contacts, and the name of that side.
+    pub(super) fn ways(self) -> &'static [(f64, &'static str)] {
+        const WAYS: [(f64, &str); 2] = [(1.0, "forward"), (-1.0, "backward")];
+        match self {
+            Self::Both => &WAYS,
+            Self::Forward => &WAYS[..1],
+            Self::Backward => &WAYS[1..],
+        }
+    }
+}
+
+impl Stage {
+    /// Number of its contacts.
+    pub fn contacts(&self) -> usize {
+        self.side.ways().len()
+    }
 }
 
 /// A one-sided spring between a place of a shaft and the ground.
@@ -280,6 +329,17 @@ impl TrainDrive {
     /// A gear.
     pub fn gear(&self, place: GearPlace) -> &TrainGear {
         &self.shafts[place.shaft].gears[place.gear]
+    }
+
+    /// All bearings: of shafts, loose gears and planets.
+    pub fn bearings(&self) -> impl Iterator<Item = &Bearing> {
+        let of_shafts = self.shafts.iter().flat_map(|shaft| &shaft.bearings);
+        let gears = self.shafts.iter().flat_map(|shaft| &shaft.gears);
+        let of_gears = gears.filter_map(|gear| Some(&gear.loose.as_ref()?.bearing));
+        let of_planets = self.planetary.iter().map(|set| &set.bearing);
+        (of_shafts.map(|(_, bearing)| bearing))
+            .chain(of_gears)
+            .chain(of_planets)
     }
 
     /// A pair with bores that the drawing leaves open set to the diameters of its shafts, where
@@ -329,10 +389,12 @@ impl TrainDrive {
         });
         let stages = self.couplings.iter().flat_map(|coupling| {
             let [one, two] = coupling.shafts.map(|shaft| &self.shafts[shaft].name);
-            (1..=coupling.stages.len()).flat_map(move |stage| {
-                ["forward", "backward"]
-                    .map(|way| format!("stage {stage} of {one} and {two}, {way}"))
-            })
+            (1..)
+                .zip(&coupling.stages)
+                .flat_map(move |(number, stage)| {
+                    let ways = stage.side.ways().iter();
+                    ways.map(move |(_, way)| format!("stage {number} of {one} and {two}, {way}"))
+                })
         });
         let stops = self.stops.iter();
         let stops = stops.map(|stop| format!("stop of {}", self.shafts[stop.shaft].name));

@@ -86,6 +86,50 @@ pub enum TrainError {
         /// The shaft of the pins.
         carrier: String,
     },
+    /// The mean load pushes the shafts out of their rolling bearings.
+    #[error(
+        "the bearings do not hold the train under {load} of its rated load: the inner ring of bearing `{bearing}` moves by \
+         {:.3e}, {:.3e}, {:.3e} m (x, y, axial) without equilibrium; give another bearing of the shaft a contact angle of \
+         the other sign, or a spring `axial` or `tilt`",
+        moved[0], moved[1], moved[2]
+    )]
+    BearingsGiveWay {
+        /// The bearing that moves farthest.
+        bearing: String,
+        /// Displacement of its inner ring in the last step \[m, rad\].
+        moved: [f64; 5],
+        /// Load as a fraction of the rated one.
+        load: f64,
+    },
+    /// A thrust that a bearing with a contact angle cannot bear.
+    #[error(
+        "bearing `{bearing}` has a thrust of {thrust:.3e} N along its shaft, but with a contact angle of {angle:.4} degrees \
+         it bears only thrust of the other sign; change the sign of its contact angle, or give another bearing the thrust"
+    )]
+    AgainstAngle {
+        /// The bearing.
+        bearing: String,
+        /// Axial load of the shaft on it \[N\].
+        thrust: f64,
+        /// Its contact angle \[degrees\].
+        angle: f64,
+    },
+    /// A shaft that is free within the clearance of its rolling bearings.
+    #[error(
+        "shaft `{shaft}` is not held {direction}: under {load} of the rated load its rolling bearings bear nothing there \
+         (largest radial clearance {clearance:.3e} m); raise train.bearing_load, reduce the clearance, or give a bearing a \
+         spring `axial` or `tilt`"
+    )]
+    HeldByNoElement {
+        /// The shaft.
+        shaft: String,
+        /// The free motion.
+        direction: &'static str,
+        /// Load as a fraction of the rated one.
+        load: f64,
+        /// Largest clearance of its bearings \[m\].
+        clearance: f64,
+    },
     /// A planetary set of which nothing is held.
     #[error(
         "the planetary set can turn in two ways; hold the ring, the sun or the carrier: give its shaft \

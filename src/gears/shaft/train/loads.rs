@@ -68,9 +68,36 @@ impl TrainDrive {
         assembled: &Assembled,
         driving: &[f64],
     ) -> [Vec<f64>; 2] {
-        let modes = driving.len();
-        let mut loads = [vec![0.0; modes], vec![0.0; modes]];
-        let turning = |node: usize| solved.participation(&[(node, Freedom::RotationZ, 1.0)]);
+        let felt = |terms: &[(usize, Freedom, f64)]| solved.participation(terms);
+        let mut loads = self.brakes(layout, assembled, driving, felt);
+        for (node, freedom, force) in self.pin_forces(layout, assembled) {
+            add(
+                &mut loads[0],
+                force,
+                &solved.participation(&[(node, freedom, 1.0)]),
+            );
+        }
+        for load in &mut loads {
+            load[0] = 0.0;
+            if load.iter().all(|&force| force == 0.0) {
+                load.clear();
+            }
+        }
+        loads
+    }
+
+    /// Forces of all brakes and of the motor against them, constant and by the first gear's speed: `felt` says what a sum
+    /// of freedoms is in the coordinates of `driving`, a unit torque of the motor.
+    pub(super) fn brakes(
+        &self,
+        layout: &Layout,
+        assembled: &Assembled,
+        driving: &[f64],
+        felt: impl Fn(&[(usize, Freedom, f64)]) -> Vec<f64>,
+    ) -> [Vec<f64>; 2] {
+        let size = driving.len();
+        let mut loads = [vec![0.0; size], vec![0.0; size]];
+        let turning = |node: usize| felt(&[(node, Freedom::RotationZ, 1.0)]);
         let shafts = self.shafts.iter().enumerate().map(|(index, shaft)| {
             let node = assembled.at(index, shaft.torque_at);
             (turning(node), layout.speeds[index], shaft.drag)
@@ -94,20 +121,32 @@ impl TrainDrive {
                 add(load, torque * speed, driving);
             }
         }
-        for (node, freedom, force) in self.pin_forces(layout, assembled) {
-            add(
-                &mut loads[0],
-                force,
-                &solved.participation(&[(node, freedom, 1.0)]),
-            );
-        }
-        for load in &mut loads {
-            load[0] = 0.0;
-            if load.iter().all(|&force| force == 0.0) {
-                load.clear();
+        loads
+    }
+
+    /// Forces of the driven machines and of the motor against them, per newton of rated force; `felt` as there.
+    pub(super) fn power(
+        &self,
+        layout: &Layout,
+        assembled: &Assembled,
+        driving: &[f64],
+        felt: impl Fn(&[(usize, Freedom, f64)]) -> Vec<f64>,
+    ) -> Vec<f64> {
+        let base = self.pair.base_radii()[0];
+        let mut load = vec![0.0; driving.len()];
+        for (index, shaft) in self.shafts.iter().enumerate() {
+            if shaft.output != 0.0 {
+                let leaving = shaft.output * base / layout.speeds[index];
+                let node = assembled.at(index, shaft.torque_at);
+                add(
+                    &mut load,
+                    -leaving,
+                    &felt(&[(node, Freedom::RotationZ, 1.0)]),
+                );
+                add(&mut load, shaft.output * base, driving);
             }
         }
-        loads
+        load
     }
 }
 

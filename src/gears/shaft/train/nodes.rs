@@ -72,13 +72,10 @@ impl TrainDrive {
             for (number, (at, bearing)) in (1..).zip(&shaft.bearings) {
                 let axis = &layout.axes[index];
                 let base = joined.and_then(|own| own.node_under([index, number - 1]));
-                let support = Support {
-                    node: nodes.at(*at),
-                    base: base
-                        .map(|node| assembly.add_turned_node(node, axis.components()))
-                        .transpose()?,
-                    stiffness: *bearing,
-                };
+                let base = base
+                    .map(|node| assembly.add_turned_node(node, axis.components()))
+                    .transpose()?;
+                let support = Support::new(nodes.at(*at), base, *bearing);
                 match support.base {
                     None => assembly.add_spring(support.node, bearing.stiffness())?,
                     Some(base) => {
@@ -258,12 +255,7 @@ impl TrainDrive {
         let node = shafts[planet.shaft].at(0.0);
         assembly.add_spring_between(node, pin, set.bearing.stiffness())?;
         set.bearing.couple(assembly, node, Some(pin))?;
-        let support = Support {
-            node,
-            base: Some(pin),
-            stiffness: set.bearing,
-        };
-        Ok((pin, support))
+        Ok((pin, Support::new(node, Some(pin), set.bearing)))
     }
 
     /// A gear that runs loose at a node of its shaft, and its bearing.
@@ -288,12 +280,7 @@ impl TrainDrive {
         assembly.add_spring_between(node, on, loose.bearing.stiffness())?;
         loose.bearing.couple(assembly, node, Some(on))?;
         assembly.add_drag(node, Some(on), loose.drag.viscous)?;
-        let support = Support {
-            node,
-            base: Some(on),
-            stiffness: loose.bearing,
-        };
-        Ok((node, Some(support)))
+        Ok((node, Some(Support::new(node, Some(on), loose.bearing))))
     }
 }
 

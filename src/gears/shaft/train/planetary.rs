@@ -115,11 +115,13 @@ impl TrainDrive {
         }
     }
 
-    /// That bearings against the ground are the same in all directions, where they are seen to turn.
+    /// That bearings against the ground are the same in all directions, where they are seen to turn. Those of rolling
+    /// elements are stiffer along their load.
     fn bearings_are_round(&self, set: &PlanetarySet) -> Result<(), TrainError> {
         for shaft in &self.shafts {
             for (number, (_, own)) in (1..).zip(&shaft.bearings) {
-                let plain = own.damping == [[0.0; 2]; 2] && own.cross == [0.0; 2];
+                let plain =
+                    own.damping == [[0.0; 2]; 2] && own.cross == [0.0; 2] && own.rolling.is_none();
                 if own.x != own.y || !plain {
                     return Err(TrainError::UnequalBearing {
                         shaft: shaft.name.clone(),
@@ -250,20 +252,32 @@ impl TrainDrive {
             .collect()
     }
 
+    /// How far the pin of a planet stands out of its place, in x and y \[m\].
+    pub(super) fn pin_place(&self, number: usize, layout: &Layout) -> [f64; 2] {
+        let Some(set) = &self.planetary else {
+            return [0.0; 2];
+        };
+        let planet = &set.planets[number];
+        let [x, y] = arm_vector(&layout.axes, set, planet.shaft);
+        let ahead = sense(layout.carrier) * planet.pin_error / x.hypot(y);
+        [-ahead * y, ahead * x]
+    }
+
     /// Forces of the bearings of planets whose pins stand out of place, on planets and carrier.
     pub(super) fn pin_forces(&self, layout: &Layout, assembled: &Assembled) -> Terms {
         let mut forces = Terms::new();
         let Some(set) = &self.planetary else {
             return forces;
         };
-        for (planet, &pin) in set.planets.iter().zip(&assembled.pins) {
-            let [x, y] = arm_vector(&layout.axes, set, planet.shaft);
-            let ahead = sense(layout.carrier) * planet.pin_error / x.hypot(y);
-            let node = assembled.at(planet.shaft, 0.0);
-            for (freedom, moved) in [(Freedom::X, -ahead * y), (Freedom::Y, ahead * x)] {
-                let stiffness = set.bearing.stiffness()[freedom as usize];
-                forces.push((node, freedom, stiffness * moved));
-                forces.push((pin, freedom, -stiffness * moved));
+        let bearings = assembled.supports.len() - set.planets.len();
+        for (number, (_, support)) in assembled.supports[bearings..].iter().enumerate() {
+            let place = self.pin_place(number, layout);
+            for (freedom, moved) in [Freedom::X, Freedom::Y].into_iter().zip(place) {
+                // Rolling contacts are symmetric, and bearings of planets have no cross-coupled springs.
+                for (along, stiffness) in support.row(freedom) {
+                    forces.push((support.node, along, stiffness * moved));
+                    forces.extend(support.base.map(|pin| (pin, along, -stiffness * moved)));
+                }
             }
         }
         forces.retain(|(_, _, force)| *force != 0.0);

@@ -1,7 +1,6 @@
 //! From a train to its modes and what its contacts, torques and bearings feel of them.
 
 use super::contacts::{FlankTerms, Terms};
-use super::loads::add;
 use super::nodes::Assembled;
 use super::solved::Solved;
 use super::speeds::{Layout, sense};
@@ -48,7 +47,8 @@ impl TrainDrive {
     ) -> Result<ModalStructure, ShaftError> {
         positive("rated torque [N m]", self.pair.rated_torque)?;
         let layout = self.layout()?;
-        let assembled = self.assembled(&layout)?;
+        let mut assembled = self.assembled(&layout)?;
+        self.load_bearings(&layout, &mut assembled)?;
         let matrices = assembled.assembly.matrices()?;
         let rigid = self.rotations();
         if modes < rigid {
@@ -94,7 +94,7 @@ impl TrainDrive {
     }
 
     /// Which shaft, or loose gear against its shaft, moves in rigid motions that should not be there.
-    fn not_held(
+    pub(super) fn not_held(
         &self,
         error: ShaftError,
         matrices: &AssembledMatrices,
@@ -142,10 +142,7 @@ impl TrainDrive {
                 if size > worst.0 {
                     let name = name.clone();
                     let told = match on {
-                        None => TrainError::NotHeld {
-                            shaft: name,
-                            direction,
-                        },
+                        None => self.free_shaft(name, direction),
                         Some(_) => TrainError::LooseNotHeld {
                             gear: name,
                             direction,
@@ -157,6 +154,22 @@ impl TrainDrive {
             }
         }
         worst.1.map_or(error, ShaftError::from)
+    }
+
+    /// Why a shaft is free to move.
+    fn free_shaft(&self, shaft: String, direction: &'static str) -> TrainError {
+        let own = self.shafts.iter().filter(|own| own.name == shaft);
+        let bearings = own.flat_map(|own| &own.bearings);
+        let clearances = bearings.filter_map(|(_, bearing)| Some(bearing.rolling?.clearance));
+        match (clearances.reduce(f64::max), self.bearing_load) {
+            (Some(clearance), Some(load)) => TrainError::HeldByNoElement {
+                shaft,
+                direction,
+                load,
+                clearance,
+            },
+            _ => TrainError::NotHeld { shaft, direction },
+        }
     }
 
     /// The neutral rotation, every body at its speed, as a unit vector in the rigid modes.
@@ -209,15 +222,8 @@ impl TrainDrive {
         let wheel = wheel.map(|place| torque_on(place.shaft, layout.speeds[place.shaft].signum()));
 
         // Torques per newton of rated force, whose neutral parts cancel but for round-off.
-        let base = self.pair.base_radii()[0];
-        let mut torque = vec![0.0; damping.len()];
-        for (shaft, own) in self.shafts.iter().enumerate() {
-            if own.output != 0.0 {
-                let leaving = own.output * base / layout.speeds[shaft];
-                add(&mut torque, -leaving, &torque_on(shaft, 1.0));
-                add(&mut torque, own.output * base, &driving);
-            }
-        }
+        let felt = |terms: &[(usize, Freedom, f64)]| solved.participation(terms);
+        let mut torque = self.power(layout, assembled, &driving, felt);
         torque[0] = 0.0;
         let [constant_load, load_by_speed] = self.mean_drag(solved, layout, assembled, &driving);
 
@@ -392,9 +398,9 @@ impl TrainDrive {
         };
         for (number, coupling) in self.couplings.iter().enumerate() {
             let twist = solved.contact(&self.twist(number, layout, assembled));
-            for law in &coupling.stages {
-                for side in [1.0, -1.0] {
-                    one_sided(twist.iter().map(|w| side * w).collect(), law);
+            for stage in &coupling.stages {
+                for (side, _) in stage.side.ways() {
+                    one_sided(twist.iter().map(|w| side * w).collect(), &stage.law);
                 }
             }
         }

@@ -94,6 +94,7 @@ fn train(of: &FlexibleDrive) -> TrainDrive {
         damping: of.damping,
         damping_overrides: Vec::new(),
         gyroscopic: of.gyroscopic,
+        bearing_load: None,
     }
 }
 

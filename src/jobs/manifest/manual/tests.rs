@@ -118,20 +118,30 @@ fn train(path: &str) -> String {
     let gear = |name: &str, at: f64, teeth: u32| {
         format!("{{ name = \"{name}\", at = {at}, teeth = {teeth}, module = 3e-3, width = 0.02 }}")
     };
+    let rolling = rolling(path);
+    let in_bearing = path == "train.bearing_load" || path.contains(".bearings.*.");
+    let bearing = match rolling {
+        Some(rolling) if in_bearing => format!("{{ at = 0, {rolling} }}"),
+        _ => "{ at = 0, x = 1e8, y = 1e8 }".to_owned(),
+    };
     let own = if path.contains(".body") || path.contains(".loose") {
         "body = { polar_inertia = 1e-3 }, loose = { x = 1e8 }, "
     } else {
         ""
     }
     .replace(
-        if path.ends_with("loose.x") { "x = 1e8" } else { "no" },
-        "y = 1e8",
+        if path.ends_with("loose.x") || path.contains(".loose.") && rolling.is_some() {
+            "x = 1e8"
+        } else {
+            "no"
+        },
+        rolling.unwrap_or("y = 1e8"),
     );
     let spare = join(&[
         "name = \"spare\"".to_owned(),
         list("train.shaft.*.sections", "{ length = 0.1, outer = 0.03 }"),
         list("train.shaft.*.discs", "{ at = 0, polar_inertia = 1e-3 }"),
-        list("train.shaft.*.bearings", "{ at = 0, x = 1e8, y = 1e8 }"),
+        list("train.shaft.*.bearings", &bearing),
         list(
             "train.shaft.*.gears",
             &gear("spare gear", 0.05, 20).replacen('{', &format!("{{ {own}"), 1),
@@ -189,6 +199,17 @@ fn train(path: &str) -> String {
     )
 }
 
+/// The rolling elements that a key needs.
+fn rolling(path: &str) -> Option<&'static str> {
+    if path.contains(".ball.") || path == "train.bearing_load" {
+        Some("ball = { count = 9, diameter = 0.01, pitch_diameter = 0.05 }")
+    } else if path.contains(".roller.") {
+        Some("roller = { count = 9, diameter = 0.01, length = 0.01, pitch_diameter = 0.05 }")
+    } else {
+        None
+    }
+}
+
 /// A manifest with planets, in which a key of theirs is absent.
 fn planetary(path: &str) -> String {
     let text = include_str!("../../../../manifests/trains/planetary.toml");
@@ -199,6 +220,11 @@ fn planetary(path: &str) -> String {
         &format!("{bodies}\n"),
         1,
     );
+    let own = rolling(path).map_or(own.clone(), |rolling| {
+        let (head, rest) = own.split_once("bearing = {").unwrap();
+        let (_, tail) = rest.split_once('}').unwrap();
+        format!("{head}bearing = {{ {rolling} }}{tail}")
+    });
     format!("{before}[train.planetary]{own}")
 }
 
@@ -304,7 +330,7 @@ fn with(text: &str, key: &Key, line: &str) -> String {
     // What belongs to one shaft belongs to either.
     let path = key.path.replace("<shaft>", "wheel");
     let (table, name) = path.rsplit_once('.').unwrap();
-    if let Some(own) = ["body", "loose"]
+    if let Some(own) = ["body", "loose", "ball", "roller"]
         .iter()
         .find(|own| table.ends_with(&format!(".{own}")))
     {

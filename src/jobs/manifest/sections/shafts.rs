@@ -291,6 +291,7 @@ fn bearings(
         tilt: tilt[i],
         damping: [[xx[i], xy[i]], [yx[i], yy[i]]],
         cross: [cross_xy[i], cross_yx[i]],
+        rolling: None,
     }))
 }
 

@@ -4,6 +4,7 @@ mod housing;
 mod joints;
 mod parts;
 mod planetary;
+mod rolling;
 mod shaft;
 
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
@@ -65,6 +66,7 @@ pub(super) fn read(
         damping: 0.0,
         damping_overrides: Vec::new(),
         gyroscopic: false,
+        bearing_load: None,
         shafts: shafts.clone(),
     };
     if gears.iter().any(|&gear| train.gear(gear).internal) {
@@ -81,6 +83,7 @@ pub(super) fn read(
         return None;
     }
     train.pair = parts.drawing(section, issues, &train, gears, "gears")?.0;
+    train.bearing_load = bearing_load(section, issues, &train)?;
     train.meshes = joints::meshes(section, issues, &parts, &train)?;
     // What the parts are together shows in the layout; it costs nothing.
     if let Err(error) = train.check() {
@@ -98,6 +101,19 @@ pub(super) fn read(
         return None;
     }
     Some(train)
+}
+
+/// The load under which rolling bearings have their stiffness; `Some(None)` without such bearings.
+fn bearing_load(section: &Section, issues: &mut Issues, train: &TrainDrive) -> Option<Option<f64>> {
+    if train.bearings().any(|bearing| bearing.rolling.is_some()) {
+        return section
+            .quantity_or_default(issues, "bearing_load")
+            .map(Some);
+    }
+    let why = "without a bearing from catalogue data";
+    let remedy = "remove it, or give a bearing `ball` or `roller`";
+    section.without_effect(issues, &["bearing_load"], why, remedy);
+    Some(None)
 }
 
 /// The fault of a section of a shaft that takes too many elements, where its largest cause is: the longest element that

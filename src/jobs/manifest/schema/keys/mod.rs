@@ -10,6 +10,7 @@ mod job;
 mod mesh;
 mod modal_file;
 mod model;
+mod rolling;
 mod run;
 mod shafts;
 mod train;
@@ -25,6 +26,9 @@ pub(in crate::manifest) static MANIFEST: Schema = &[
     gear::KEYS,
     shafts::KEYS,
     train::KEYS,
+    rolling::OF_SHAFT,
+    rolling::OF_LOOSE,
+    rolling::OF_PLANET,
     mesh::KEYS,
     excitation::KEYS,
     grid::KEYS,

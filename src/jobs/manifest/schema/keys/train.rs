@@ -10,6 +10,8 @@ use crate::units::Dimension::{
 
 use std::f64::consts::FRAC_PI_4;
 
+const SIDES: [&str; 3] = ["both", "forward", "backward"];
+
 const MOTIONS: [&str; 4] = ["all", "rotation", "lateral", "none"];
 
 #[rustfmt::skip]
@@ -27,6 +29,11 @@ pub(super) const KEYS: &[Key] = &[
         .about("Torque of the motor at load 1."),
     key("train.driver", Kind::Text, ANY, r#""engine""#).otherwise("the shaft of the first gear of `train.gears`")
         .about("The shaft that the motor drives. It turns with the first gear. Ripple on the `pinion` acts on it."),
+    quantity("train.bearing_load", Ratio, NON_NEGATIVE, "0.5").or("1")
+        .about("Load under which bearings from catalogue data (`ball`, `roller`) have their stiffness, as a fraction of \
+                `rated_torque`. The program finds the static equilibrium of the train at this load. Motions about it feel \
+                the stiffness there at every load of the grid. `atlas check` lists load, displacement and stiffness of \
+                each bearing. For impacts within the clearance at light load, add a [[train.stop]]."),
     quantity("train.young_modulus", Pressure, POSITIVE, r#""210 GPa""#).or(r#""206 GPa""#)
         .about("Young's modulus of the shafts."),
     quantity("train.shear_modulus", Pressure, POSITIVE, r#""80 GPa""#).or(r#""79 GPa""#)
@@ -97,9 +104,9 @@ pub(super) const KEYS: &[Key] = &[
         .about("Position of the bearing."),
     key("train.shaft.*.bearings.*.housing", Kind::Text, ANY, r#""left""#).otherwise("none: the bearing stands on the ground")
         .about("Node of the housing on which the bearing stands. Its springs and dampers then act between shaft and node."),
-    quantity("train.shaft.*.bearings.*.x", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#)
+    quantity("train.shaft.*.bearings.*.x", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#).otherwise("none; required without `ball` or `roller`")
         .about("Radial stiffness along the shaft's x axis."),
-    quantity("train.shaft.*.bearings.*.y", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#)
+    quantity("train.shaft.*.bearings.*.y", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#).otherwise("none; required without `ball` or `roller`")
         .about("Radial stiffness along the shaft's y axis."),
     quantity("train.shaft.*.bearings.*.axial", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#).or("0")
         .about("Stiffness along the axis."),
@@ -227,11 +234,11 @@ pub(super) const KEYS: &[Key] = &[
         .about("Mass."),
     table("train.planetary.bearing")
         .about("Bearing of a planet on its pin."),
-    quantity("train.planetary.bearing.radial", Stiffness, POSITIVE, r#""1e8 N/m""#)
+    quantity("train.planetary.bearing.radial", Stiffness, POSITIVE, r#""1e8 N/m""#).otherwise("none; required without `ball` or `roller`")
         .about("Radial stiffness."),
-    quantity("train.planetary.bearing.axial", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#).otherwise("the radial stiffness")
+    quantity("train.planetary.bearing.axial", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#).otherwise("the radial stiffness; 0 with `ball` or `roller`")
         .about("Stiffness along the axis."),
-    quantity("train.planetary.bearing.tilt", TiltStiffness, NON_NEGATIVE, r#""2e4 N*m/rad""#).otherwise("the radial stiffness times the square of the width / 12")
+    quantity("train.planetary.bearing.tilt", TiltStiffness, NON_NEGATIVE, r#""2e4 N*m/rad""#).otherwise("the radial stiffness times the square of the width / 12; 0 with `ball` or `roller`")
         .about("Stiffness against tilting."),
     key("train.planetary.pin_errors", Kind::List("lengths, one per planet"), ANY, r#"["30 um", 0, 0]"#).otherwise("0 for every planet")
         .about("Distance of each pin from its nominal position along the circle, positive in the direction in which \
@@ -319,11 +326,14 @@ pub(super) const KEYS: &[Key] = &[
     quantity("train.coupling.*.tilt", TiltStiffness, NON_NEGATIVE, r#""500 N*m/rad""#).or("0")
         .about("Stiffness against bending."),
     key("train.coupling.*.stages", Kind::List("tables"), ANY, r#"[{ gap = "4 deg", stiffness = "1500 N*m/rad" }]"#).or("[]")
-        .about("Further springs against twist, each with a gap to either side, such as the main stage of a clutch \
-                damper, or its stop. Each spring is two contacts."),
+        .about("Further springs against twist behind gaps, such as the main stage of a clutch damper, or its stop. A spring \
+                that acts to both sides is two contacts."),
     table("train.coupling.*.stages.*"),
+    choice("train.coupling.*.stages.*.side", &SIDES, r#""forward""#).or(r#""both""#)
+        .about("Side of the twist at which the stage acts. `forward`: the first shaft is ahead of the second, as when the \
+                motor drives. `backward`: it is behind. `both`: either side, behind equal gaps."),
     quantity("train.coupling.*.stages.*.gap", Angle, NON_NEGATIVE, r#""4 deg""#)
-        .about("Twist, to either side, at which the stage engages."),
+        .about("Twist at which the stage engages."),
     quantity("train.coupling.*.stages.*.stiffness", TiltStiffness, POSITIVE, r#""1500 N*m/rad""#)
         .about("Stiffness that the stage adds."),
     quantity("train.coupling.*.stages.*.damping", Drag, NON_NEGATIVE, r#""0.2 N*m*s/rad""#).or("0")

@@ -7,7 +7,9 @@ use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::sections::{contact_law, drawn_mesh};
 use crate::model::{Division, MOST_CONTACTS};
-use crate::shaft::{DrawnLaw, GearPlace, MeshLaw, ShaftCoupling, Stop, TrainDrive, TrainMesh};
+use crate::shaft::{
+    DrawnLaw, GearPlace, MeshLaw, ShaftCoupling, Stage, StageSide, Stop, TrainDrive, TrainMesh,
+};
 use std::f64::consts::PI;
 
 /// Keys of meshes from the drawing.
@@ -52,7 +54,8 @@ pub(super) fn meshes(
         meshes.push(mesh);
         meshes.extend(of_others);
     }
-    let stages: usize = train.couplings.iter().map(|c| 2 * c.stages.len()).sum();
+    let stages = train.couplings.iter().flat_map(|coupling| &coupling.stages);
+    let stages: usize = stages.map(Stage::contacts).sum();
     let count = 2 * meshes.len() + stages + train.stops.len();
     if count > MOST {
         issues.push(
@@ -63,7 +66,7 @@ pub(super) fn meshes(
                 format!("the train has {count} contacts in addition to its first mesh"),
             )
             .label(format!(
-                "at most {MOST} are accepted: two per mesh, two per stage, one per stop"
+                "at most {MOST} are accepted: two per mesh, one per side of a stage, one per stop"
             ))
             .remedy("remove some, or combine stages that act as one"),
         );
@@ -314,7 +317,7 @@ pub(super) fn couplings(
         let stiffness =
             ["radial", "axial", "tilt", "twist"].map(|key| table.quantity_or_default(issues, key));
         let damping = table.quantity_or_default(issues, "damping");
-        let stages = all(table, issues, "stages", contact_law::constant);
+        let stages = all(table, issues, "stages", stage);
         let [radial, axial, tilt, twist] = stiffness;
         Some(ShaftCoupling {
             shafts: shafts?,
@@ -323,6 +326,19 @@ pub(super) fn couplings(
             damping: damping?,
             stages: stages?,
         })
+    })
+}
+
+fn stage(table: &Section, issues: &mut Issues) -> Option<Stage> {
+    let side = match table.choice_or_default(issues, "side") {
+        Some("forward") => Some(StageSide::Forward),
+        Some("backward") => Some(StageSide::Backward),
+        Some(_) => Some(StageSide::Both),
+        None => None,
+    };
+    Some(Stage {
+        law: contact_law::constant(table, issues)?,
+        side: side?,
     })
 }
 

@@ -1,6 +1,7 @@
 //! The table `[train.planetary]`: planets as rigid bodies, one shaft each, and the meshes that each has like the first.
 
 use super::parts::{Parts, Planets};
+use super::rolling;
 use super::shaft;
 use crate::gear::ToothForm;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
@@ -35,7 +36,8 @@ pub(super) fn read(
     let at = table.quantity_or_default(issues, "at");
     let angles = angles(&table, issues);
     let gear = shaft::planet(&table, issues, density);
-    let bearing = bearing(&table, issues);
+    let width = gear.as_ref().map(|(gear, _)| gear.width);
+    let bearing = bearing(&table, issues, width);
     let errors = if table.has("pin_errors") {
         table.quantities(issues, "pin_errors", None)
     } else {
@@ -82,7 +84,6 @@ pub(super) fn read(
         );
         return None;
     }
-    let width = gear.width;
     let tip_diameter = drawing.tip_diameter[0].unwrap_or_else(|| {
         let addendum = drawing.rack.addendum + drawing.profile_shift[0];
         2.0 * (gear.pitch_radius() + gear.module * addendum)
@@ -113,19 +114,11 @@ pub(super) fn read(
         shaft: first + number,
         pin_error: errors.get(number).copied().unwrap_or(0.0),
     });
-    let (radial, [axial, tilt]) = bearing?;
     let set = PlanetarySet {
         carrier,
         at,
         planets: planets.collect(),
-        bearing: Bearing {
-            x: radial,
-            y: radial,
-            axial: axial.unwrap_or(radial),
-            // As of a bearing that is as wide as the planet.
-            tilt: tilt.unwrap_or(radial * width * width / 12.0),
-            ..Bearing::default()
-        },
+        bearing: bearing?,
         tip_diameter,
     };
     let mut planets = Planets { set, name, angles };
@@ -143,15 +136,28 @@ fn angles(table: &Section, issues: &mut Issues) -> Option<Vec<f64>> {
     Some((0..count).map(|i| TAU * i as f64 / count as f64).collect())
 }
 
-/// Stiffness of a planet's bearing: radial, and along and against tilting where they are given.
-fn bearing(table: &Section, issues: &mut Issues) -> Option<(f64, [Option<f64>; 2])> {
+/// The bearing of a planet of this width \[m\] on its pin.
+fn bearing(table: &Section, issues: &mut Issues, width: Option<f64>) -> Option<Bearing> {
     let own = table.required_child(issues, "bearing")?;
-    let radial = own.quantity(issues, "radial");
+    let rolling = rolling::read(&own, issues, &["radial"]);
+    let radial = match rolling {
+        Some(None) => own.quantity(issues, "radial"),
+        _ => Some(0.0),
+    };
     let mut optional = |key: &str| {
         if own.has(key) { own.quantity(issues, key).map(Some) } else { Some(None) }
     };
     let [axial, tilt] = ["axial", "tilt"].map(&mut optional);
-    Some((radial?, [axial?, tilt?]))
+    let (radial, width) = (radial?, width?);
+    Some(Bearing {
+        x: radial,
+        y: radial,
+        axial: axial?.unwrap_or(radial),
+        // As of a bearing that is as wide as the planet.
+        tilt: tilt?.unwrap_or(radial * width * width / 12.0),
+        rolling: rolling?,
+        ..Bearing::default()
+    })
 }
 
 impl Planets {

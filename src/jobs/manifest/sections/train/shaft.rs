@@ -1,5 +1,6 @@
 //! The tables `[[train.shaft]]`.
 
+use super::rolling;
 use crate::gear::{GearPair, ToothForm};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
@@ -182,7 +183,11 @@ fn drag(table: &Section, issues: &mut Issues) -> Option<Drag> {
 }
 
 fn bearing(table: &Section, issues: &mut Issues) -> Option<Bearing> {
-    let [x, y] = ["x", "y"].map(|key| table.quantity(issues, key));
+    let rolling = rolling::read(table, issues, &["x", "y"]);
+    let [x, y] = ["x", "y"].map(|key| match rolling {
+        Some(None) => table.quantity(issues, key),
+        _ => Some(0.0),
+    });
     let [axial, tilt] = ["axial", "tilt"].map(|key| table.quantity_or_default(issues, key));
     let damping = ["damping_x", "damping_xy", "damping_yx", "damping_y"]
         .map(|key| table.quantity_or_default(issues, key));
@@ -195,6 +200,7 @@ fn bearing(table: &Section, issues: &mut Issues) -> Option<Bearing> {
         tilt: tilt?,
         damping: [[xx?, xy?], [yx?, yy?]],
         cross: [cross[0]?, cross[1]?],
+        rolling: rolling?,
     })
 }
 
@@ -335,6 +341,7 @@ pub(super) fn pair_of(gears: [&TrainGear; 2], rated_torque: f64) -> GearPair {
 fn loose(table: &Section, issues: &mut Issues) -> Option<LooseGear> {
     let [x, y, axial, tilt] =
         ["x", "y", "axial", "tilt"].map(|key| table.quantity_or_default(issues, key));
+    let rolling = rolling::read(table, issues, &["x", "y"]);
     let drag = drag(table, issues);
     Some(LooseGear {
         bearing: Bearing {
@@ -342,6 +349,7 @@ fn loose(table: &Section, issues: &mut Issues) -> Option<LooseGear> {
             y: y?,
             axial: axial?,
             tilt: tilt?,
+            rolling: rolling?,
             ..Bearing::default()
         },
         drag: drag?,

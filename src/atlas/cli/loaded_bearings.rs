@@ -1,0 +1,92 @@
+//! How the rolling bearings of a train are loaded in its static equilibrium, for `atlas check`.
+
+use crate::manifest::{PointSpec, StructureSource};
+use crate::report::to_digits;
+use crate::shaft::LoadedBearing;
+use serde_json::{Value, json};
+
+/// The rolling bearings of a point's drive, and the load at which they are; none without any.
+pub struct LoadedBearings {
+    load: f64,
+    bearings: Result<Vec<LoadedBearing>, String>,
+}
+
+impl LoadedBearings {
+    /// Those of a point.
+    pub fn of(point: &PointSpec) -> Option<Self> {
+        let StructureSource::Train(train) = &point.model.source else {
+            return None;
+        };
+        Some(Self {
+            load: train.bearing_load?,
+            bearings: (train.loaded_bearings()).map_err(|error| error.to_string()),
+        })
+    }
+
+    /// Head and text of its lines.
+    pub fn lines(&self) -> Vec<(String, String)> {
+        let head = "bearings".to_owned();
+        let bearings = match &self.bearings {
+            Ok(bearings) => bearings,
+            Err(error) => return vec![(head, error.clone())],
+        };
+        let mut lines = vec![(
+            head,
+            format!(
+                "rolling bearings at rest under {} x the rated torque: load, displacement and stiffness of the inner \
+                 ring, and the rolling elements that bear",
+                to_digits(self.load, 4)
+            ),
+        )];
+        let mut row = |text: String| lines.push((String::new(), text));
+        row(format!(
+            "{:<20} {:>30} {:>27} {:>33} {:>22} {:>8}",
+            "bearing",
+            "load x, y, axial N",
+            "moved x, y, axial um",
+            "stiffness x, y, axial N/m",
+            "tilt x, y N m/rad",
+            "elements"
+        ));
+        let cells = |values: &[f64], width: usize| {
+            let cells = values.iter();
+            cells
+                .map(|value| format!("{:>width$}", to_digits(*value, 3)))
+                .collect::<String>()
+        };
+        for own in bearings {
+            let stiffness: Vec<f64> = (0..5).map(|i| own.bears.stiffness[i][i]).collect();
+            let moved = own.moved.map(|part| 1e6 * part);
+            row(format!(
+                "{:<20} {} {} {} {} {:>8}",
+                own.name,
+                cells(&own.bears.load[..3], 10),
+                cells(&moved[..3], 9),
+                cells(&stiffness[..3], 11),
+                cells(&stiffness[3..], 11),
+                own.bears.elements
+            ));
+        }
+        lines
+    }
+
+    /// The same for programs.
+    pub fn json(&self) -> Value {
+        match &self.bearings {
+            Ok(bearings) => {
+                let each = bearings.iter().map(|own| {
+                    json!({
+                        "name": own.name,
+                        "load": own.bears.load,
+                        "displacement": own.moved,
+                        "stiffness": own.bears.stiffness,
+                        "elements": own.bears.elements,
+                        "largest_element_force": own.bears.largest,
+                    })
+                });
+                json!({ "at_load": self.load, "bearings": each.collect::<Vec<_>>() })
+            }
+            Err(error) => json!({ "at_load": self.load, "error": error }),
+        }
+    }
+}

@@ -1,0 +1,454 @@
+//! How are the rolling bearings of a train loaded where it stands under its mean load, and how stiff are they there?
+//!
+//! Shafts, couplings, given springs and meshes at their mean stiffness make the linear part K of the equilibrium
+//!
+//! ```text
+//! K u + Σ Bᵀ F(B u) = f
+//! ```
+//!
+//! B u is the motion of an inner ring against its outer ring, or of a shaft towards a stop, and F what bears it. Springs
+//! K₀ in the places of F make the linear part definite. With `C = B (K + Bᵀ K₀ B)⁻¹ Bᵀ` there remain as many unknowns p as
+//! rows of all B:
+//!
+//! ```text
+//! d = d₀ + C p,   p + F(d) − K₀ d = 0
+//! ```
+//!
+//! The approaches of rolling elements are convex in d, and so is the potential of the train, whose derivative by p is C times
+//! this residual. Newton steps with a line search along it end at its minimum.
+
+use super::contacts::Terms;
+use super::loads::add;
+use super::nodes::Assembled;
+use super::speeds::Layout;
+use super::{MeshLaw, TrainDrive, TrainError};
+use crate::numerics::linalg::{cholesky, product, solve_lower, solve_upper};
+use crate::shaft::assembly::{AssembledMatrices, Freedom};
+use crate::shaft::error::ShaftError;
+use crate::shaft::modes::Modes;
+use crate::shaft::rolling::{RING_FREEDOMS, Ring, RollingLaw, RollingLoad};
+use crate::structure::ContactLaw;
+use faer::Mat;
+use nalgebra::{DMatrix, DVector};
+
+/// Mean stiffness of a mesh by its face width \[N/m²\], that of steel spur gears: 20 N/(mm µm) (ISO 6336-1).
+const MESH: f64 = 2e10;
+
+/// Stiffness of a coupling without springs against twist \[N m/rad\]: its torque does not depend on it.
+const LOCKED: f64 = 1e5;
+
+/// Part of K₀ that every step adds to the tangent: where a shaft is free within a clearance the tangent is singular.
+const FLOOR: f64 = 1e-9;
+
+/// Work of a Newton step, as a part of that of all forces, from which one more full step leaves round-off.
+const SMALL: f64 = 1e-20;
+
+const MOST_STEPS: usize = 200;
+
+/// Halvings of an interval of the line search: steps near a free motion are as much too long as [`FLOOR`] is small.
+const MOST_HALVINGS: usize = 60;
+
+/// A rolling bearing under the mean load of its train.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadedBearing {
+    /// Shaft and number, loose gear, or planet.
+    pub name: String,
+    /// Displacement of the inner ring against the outer one: x, y, z \[m\], tilts about x and y \[rad\].
+    pub moved: Ring,
+    /// What it bears.
+    pub bears: RollingLoad,
+}
+
+/// What bears one-sidedly, and by which sums of the free freedoms it moves.
+struct Yielding {
+    rows: Vec<Vec<f64>>,
+    law: Law,
+    /// K₀, one a row.
+    typical: Vec<f64>,
+}
+
+enum Law {
+    /// A bearing, by its number among the supports; its outer ring stands out of place by so much.
+    Rolling(RollingLaw, usize, Ring),
+    Stop {
+        gap: f64,
+        stiffness: f64,
+    },
+}
+
+impl Yielding {
+    /// What a bearing bears; none of a stop.
+    fn rolling(&self, moved: &[f64]) -> Option<(usize, Ring, RollingLoad)> {
+        let Law::Rolling(law, support, place) = &self.law else {
+            return None;
+        };
+        let moved = std::array::from_fn(|i| moved[i] - place[i]);
+        Some((*support, moved, law.at(&moved)))
+    }
+
+    /// Adds forces and stiffness at the row `at`.
+    fn bear(&self, at: usize, moved: &[f64], force: &mut DVector<f64>, tangent: &mut DMatrix<f64>) {
+        if let Some((_, _, found)) = self.rolling(moved) {
+            for i in 0..RING_FREEDOMS {
+                force[at + i] = found.load[i];
+                for j in 0..RING_FREEDOMS {
+                    tangent[(at + i, at + j)] = found.stiffness[i][j];
+                }
+            }
+        } else if let Law::Stop { gap, stiffness } = self.law
+            && moved[0] > gap
+        {
+            force[at] = stiffness * (moved[0] - gap);
+            tangent[(at, at)] = stiffness;
+        }
+    }
+}
+
+/// The equilibrium in the places that yield.
+struct Statics {
+    all: Vec<Yielding>,
+    /// d₀ and C.
+    free: DVector<f64>,
+    compliance: DMatrix<f64>,
+    typical: DVector<f64>,
+}
+
+impl Statics {
+    fn moved(&self, force: &DVector<f64>) -> DVector<f64> {
+        &self.free + &self.compliance * force
+    }
+
+    /// Residual and tangent of F.
+    fn at(&self, force: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
+        let size = self.free.len();
+        let moved = self.moved(force);
+        let mut borne = DVector::zeros(size);
+        let mut tangent = DMatrix::zeros(size, size);
+        let mut at = 0;
+        for own in &self.all {
+            let rows = own.rows.len();
+            own.bear(
+                at,
+                &moved.as_slice()[at..at + rows],
+                &mut borne,
+                &mut tangent,
+            );
+            at += rows;
+        }
+        (force + borne - self.typical.component_mul(&moved), tangent)
+    }
+
+    /// The forces p in equilibrium; else the last ones.
+    fn solve(&self) -> Result<DVector<f64>, DVector<f64>> {
+        let size = self.free.len();
+        let mut force = DVector::zeros(size);
+        for _ in 0..MOST_STEPS {
+            let (residual, tangent) = self.at(&force);
+            let less = tangent - DMatrix::from_diagonal(&(&self.typical * (1.0 - FLOOR)));
+            let system = DMatrix::identity(size, size) + less * &self.compliance;
+            let Some(step) = system.lu().solve(&-&residual) else {
+                return Err(force);
+            };
+            let slope = |length: f64| {
+                let (residual, _) = self.at(&(&force + &step * length));
+                step.dot(&(&self.compliance * residual))
+            };
+            let start = slope(0.0);
+            let work = self.typical.dot(&self.moved(&force).map(|d| d * d));
+            if -start <= SMALL * work {
+                return Ok(force + step);
+            }
+            // The first length at which the slope has all but gone, or is still downhill.
+            let mut bracket = [0.0, 1.0];
+            let mut length = 1.0;
+            let mut now = slope(length);
+            for _ in 0..MOST_HALVINGS {
+                if now <= 0.5 * start.abs() && (now >= 0.5 * start || length == 1.0) {
+                    break;
+                }
+                bracket[usize::from(now > 0.0)] = length;
+                length = 0.5 * (bracket[0] + bracket[1]);
+                now = slope(length);
+            }
+            force += step * length;
+        }
+        Err(force)
+    }
+}
+
+impl TrainDrive {
+    /// Every rolling bearing under the mean load, at [`bearing_load`](Self::bearing_load); empty without such bearings.
+    ///
+    /// # Errors
+    /// Those of [`modes`](Self::modes) but those of the modes themselves.
+    pub fn loaded_bearings(&self) -> Result<Vec<LoadedBearing>, ShaftError> {
+        let layout = self.layout()?;
+        let assembled = self.assembled(&layout)?;
+        let loaded = self.loaded(&layout, &assembled)?;
+        Ok(loaded.into_iter().map(|(_, bearing)| bearing).collect())
+    }
+
+    /// Gives the rolling bearings of an assembly their stiffness under the mean load.
+    pub(super) fn load_bearings(
+        &self,
+        layout: &Layout,
+        assembled: &mut Assembled,
+    ) -> Result<(), ShaftError> {
+        for (number, bearing) in self.loaded(layout, assembled)? {
+            let support = &mut assembled.supports[number].1;
+            support.contacts = bearing.bears.stiffness;
+            let (node, base) = (support.node, support.base);
+            (assembled.assembly).add_stiffness(node, base, &bearing.bears.stiffness)?;
+        }
+        Ok(())
+    }
+
+    /// The rolling bearings under the mean load, by their numbers among the supports.
+    fn loaded(
+        &self,
+        layout: &Layout,
+        assembled: &Assembled,
+    ) -> Result<Vec<(usize, LoadedBearing)>, ShaftError> {
+        let Some(load) = self.bearing_load else {
+            return Ok(Vec::new());
+        };
+        let matrices = assembled.assembly.matrices()?;
+        let all = self.yielding(&matrices, layout, assembled)?;
+        let statics = self.statics((load, all), &matrices, layout, assembled)?;
+        let solved = statics.solve();
+        let lost = solved.is_err();
+        let (Ok(force) | Err(force)) = solved;
+        let moved = statics.moved(&force);
+        let mut at = 0;
+        let mut found = Vec::new();
+        for own in &statics.all {
+            let rows = own.rows.len();
+            if let Some((number, moved, bears)) = own.rolling(&moved.as_slice()[at..at + rows]) {
+                let name = assembled.supports[number].0.clone();
+                found.push((number, LoadedBearing { name, moved, bears }));
+            }
+            at += rows;
+        }
+        let farthest = found.iter().max_by(|(_, a), (_, b)| {
+            let far =
+                |own: &LoadedBearing| own.moved[..3].iter().fold(0.0_f64, |m, d| m.max(d.abs()));
+            far(a).total_cmp(&far(b))
+        });
+        if let Some((_, own)) = farthest.filter(|_| lost) {
+            return Err(ShaftError::Train(TrainError::BearingsGiveWay {
+                bearing: own.name.clone(),
+                moved: own.moved,
+                load,
+            }));
+        }
+        for (number, own) in &found {
+            let rolling = assembled.supports[*number].1.stiffness.rolling;
+            let angle = rolling.map_or(0.0, |rolling| rolling.contact_angle);
+            if angle * own.bears.load[2] < 0.0 {
+                return Err(ShaftError::Train(TrainError::AgainstAngle {
+                    bearing: own.name.clone(),
+                    thrust: own.bears.load[2],
+                    angle: angle.to_degrees(),
+                }));
+            }
+        }
+        Ok(found)
+    }
+
+    /// Rolling bearings and stops.
+    fn yielding(
+        &self,
+        matrices: &AssembledMatrices,
+        layout: &Layout,
+        assembled: &Assembled,
+    ) -> Result<Vec<Yielding>, ShaftError> {
+        let mut all = Vec::new();
+        let planets = self.planetary.iter().flat_map(|set| &set.planets).count();
+        let first_planet = assembled.supports.len() - planets;
+        for (number, (_, support)) in assembled.supports.iter().enumerate() {
+            let Some(rolling) = support.stiffness.rolling else {
+                continue;
+            };
+            let rows: Vec<_> = (Freedom::ALL[..RING_FREEDOMS].iter())
+                .map(|&freedom| {
+                    let base = support.base.map(|node| (node, freedom, -1.0));
+                    let terms = [(support.node, freedom, 1.0)].into_iter().chain(base);
+                    matrices.functional(&terms.collect::<Terms>())
+                })
+                .collect();
+            let law = rolling.law()?;
+            let mut place = Ring::default();
+            if number >= first_planet {
+                [place[0], place[1]] = self.pin_place(number - first_planet, layout);
+            }
+            // Rigid mounts bear whatever comes.
+            if rows.iter().flatten().any(|&part| part != 0.0) {
+                all.push(Yielding {
+                    rows,
+                    typical: law.typical().to_vec(),
+                    law: Law::Rolling(law, number, place),
+                });
+            }
+        }
+        for (number, stop) in self.stops.iter().enumerate() {
+            let stiffness = mean(&stop.law);
+            all.push(Yielding {
+                rows: vec![matrices.functional(&self.approach(number, assembled))],
+                typical: vec![stiffness],
+                law: Law::Stop {
+                    gap: stop.law.gap,
+                    stiffness,
+                },
+            });
+        }
+        Ok(all)
+    }
+
+    /// The equilibrium of the train under a part of its rated load.
+    fn statics(
+        &self,
+        (load, all): (f64, Vec<Yielding>),
+        matrices: &AssembledMatrices,
+        layout: &Layout,
+        assembled: &Assembled,
+    ) -> Result<Statics, ShaftError> {
+        let felt = |terms: &[(usize, Freedom, f64)]| matrices.functional(terms);
+        let node = assembled.at(self.driver, self.shafts[self.driver].torque_at);
+        let driving = felt(&[(node, Freedom::RotationZ, 1.0)]);
+        let mut force = vec![0.0; driving.len()];
+        let power = self.power(layout, assembled, &driving, felt);
+        add(&mut force, load * self.pair.rated_force(), &power);
+        let [constant, _] = self.brakes(layout, assembled, &driving, felt);
+        add(&mut force, 1.0, &constant);
+        for term in self.pin_forces(layout, assembled) {
+            add(&mut force, 1.0, &felt(&[term]));
+        }
+
+        let mut stiffness = self.linear_part(matrices, layout, assembled)?;
+        let rows = || all.iter().flat_map(|own| &own.rows);
+        let typical: Vec<f64> = all.iter().flat_map(|own| own.typical.clone()).collect();
+        for (row, own) in rows().zip(&typical) {
+            add_spring(&mut stiffness, row, *own);
+        }
+        let Some(lower) = cholesky(&stiffness) else {
+            let springs = rows().zip(typical.iter().copied());
+            return Err(self.without_balance(matrices, springs, assembled));
+        };
+        let columns: Vec<&Vec<f64>> = rows().chain([&force]).collect();
+        let mut shapes = Mat::from_fn(force.len(), columns.len(), |i, j| columns[j][i]);
+        solve_lower(&lower, &mut shapes);
+        solve_upper(&lower, &mut shapes);
+        let size = typical.len();
+        let picks = Mat::from_fn(size, force.len(), |i, j| columns[i][j]);
+        let seen = product(picks.as_ref(), shapes.as_ref());
+        Ok(Statics {
+            all,
+            free: DVector::from_fn(size, |i, _| seen[(i, size)]),
+            compliance: DMatrix::from_fn(size, size, |i, j| seen[(i, j)]),
+            typical: DVector::from_vec(typical),
+        })
+    }
+
+    /// Why a train has no equilibrium though its rolling bearings and stops are springs.
+    fn without_balance<'r>(
+        &self,
+        matrices: &AssembledMatrices,
+        springs: impl Iterator<Item = (&'r Vec<f64>, f64)>,
+        assembled: &Assembled,
+    ) -> ShaftError {
+        let mut held = matrices.clone();
+        for (row, own) in springs {
+            add_spring(&mut held.stiffness, row, own);
+        }
+        let rigid = self.rotations();
+        match Modes::lowest(&held.mass, &held.stiffness, rigid, rigid) {
+            Err(error) => self.not_held(error, &held, assembled),
+            Ok(_) => ShaftError::NoConvergence {
+                size: held.mass.nrows(),
+            },
+        }
+    }
+
+    /// K: shafts and given springs, meshes, what keeps torques together, and one spring for each rotation that no contact
+    /// feels. Loads are in balance along those rotations, so that this spring bears nothing.
+    fn linear_part(
+        &self,
+        matrices: &AssembledMatrices,
+        layout: &Layout,
+        assembled: &Assembled,
+    ) -> Result<Mat<f64>, ShaftError> {
+        let mut stiffness = matrices.stiffness.clone();
+        let of_first = MESH * self.pair.face_width;
+        let angle = self.pair.operating_pressure_angle()?;
+        let further = self.meshes.iter().map(|mesh| {
+            let width = mesh.gears.map(|place| self.gear(place).width);
+            let width = width[0].min(width[1]);
+            let own = match &mesh.law {
+                MeshLaw::OfFirst { .. } => of_first,
+                MeshLaw::Own(flanks) => mean(&flanks[0]),
+                MeshLaw::Drawn(_) => MESH * width,
+            };
+            (mesh.gears, mesh.pressure_angle, own)
+        });
+        let meshes = std::iter::once((self.gears, angle, of_first)).chain(further);
+        for ((gears, angle, own), met) in meshes.zip(&layout.meshes) {
+            let [drive, _] = self.flanks(gears, (met, angle), layout, assembled);
+            add_spring(&mut stiffness, &matrices.functional(&drive.mesh), own);
+        }
+        for (number, coupling) in self.couplings.iter().enumerate() {
+            if coupling.stiffness[3] == 0.0 {
+                let stages = coupling.stages.iter();
+                let stages: f64 = stages.map(|stage| mean(&stage.law)).sum();
+                let row = matrices.functional(&self.twist(number, layout, assembled));
+                add_spring(
+                    &mut stiffness,
+                    &row,
+                    if stages > 0.0 { stages } else { LOCKED },
+                );
+            }
+        }
+        let groups = self.connected();
+        let shafts = (self.shafts.iter().enumerate())
+            .map(|(index, shaft)| assembled.at(index, shaft.torque_at));
+        let nodes: Vec<usize> = shafts.chain(assembled.loose.iter().copied()).collect();
+        for free in self.free_of_contacts(&groups) {
+            let bodies = (0..nodes.len()).filter(|&body| groups[body] == free);
+            let turns = bodies.clone().any(|body| layout.speeds[body] != 0.0);
+            let speed = |body: usize| if turns { layout.speeds[body] } else { 1.0 };
+            let terms: Terms = bodies
+                .map(|body| (nodes[body], Freedom::RotationZ, speed(body)))
+                .collect();
+            let row = matrices.functional(&terms);
+            let largest = (row.iter().enumerate().filter(|(_, part)| **part != 0.0))
+                .map(|(place, _)| stiffness[(place, place)])
+                .fold(0.0, f64::max);
+            add_spring(
+                &mut stiffness,
+                &row,
+                if largest > 0.0 { largest } else { LOCKED },
+            );
+        }
+        Ok(stiffness)
+    }
+}
+
+/// Mean stiffness of a contact over its cycle \[N/m\].
+fn mean(law: &ContactLaw) -> f64 {
+    let mut from = 0.0;
+    let pieces = law.stiffness.iter().map(|(end, series)| {
+        let part = (end - from) * series[0];
+        from = *end;
+        part
+    });
+    pieces.sum()
+}
+
+/// Adds a spring against a sum of freedoms.
+fn add_spring(stiffness: &mut Mat<f64>, row: &[f64], own: f64) {
+    let parts = || row.iter().enumerate().filter(|(_, part)| **part != 0.0);
+    for (i, a) in parts() {
+        for (j, b) in parts() {
+            stiffness[(i, j)] += own * a * b;
+        }
+    }
+}
