@@ -9,6 +9,7 @@ mod fixtures;
 #[path = "../common/flank.rs"]
 mod flank;
 
+mod bearings;
 mod contact_finite_elements;
 mod flank_points;
 mod gear_compliance;

@@ -7,6 +7,7 @@
 //! these speeds the *neutral* rotation of the whole train is the one that no contact feels.
 
 mod axes;
+mod balance;
 mod bearings;
 mod contacts;
 mod error;

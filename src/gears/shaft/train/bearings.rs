@@ -8,15 +8,9 @@
 //!
 //! B u is the motion of an inner ring against its outer ring, or of a shaft towards a stop, and F what bears it. Springs
 //! K₀ in the places of F make the linear part definite. With `C = B (K + Bᵀ K₀ B)⁻¹ Bᵀ` there remain as many unknowns p as
-//! rows of all B:
-//!
-//! ```text
-//! d = d₀ + C p,   p + F(d) − K₀ d = 0
-//! ```
-//!
-//! The approaches of rolling elements are convex in d, and so is the potential of the train, whose derivative by p is C times
-//! this residual. Newton steps with a line search along it end at its minimum.
+//! rows of all B ([`super::balance`]).
 
+use super::balance::{Law, Statics, Yielding};
 use super::contacts::Terms;
 use super::loads::add;
 use super::nodes::Assembled;
@@ -26,7 +20,7 @@ use crate::numerics::linalg::{cholesky, product, solve_lower, solve_upper};
 use crate::shaft::assembly::{AssembledMatrices, Freedom};
 use crate::shaft::error::ShaftError;
 use crate::shaft::modes::Modes;
-use crate::shaft::rolling::{RING_FREEDOMS, Ring, RollingLaw, RollingLoad};
+use crate::shaft::rolling::{RING_FREEDOMS, Ring, RollingLoad};
 use crate::structure::ContactLaw;
 use faer::Mat;
 use nalgebra::{DMatrix, DVector};
@@ -37,17 +31,6 @@ const MESH: f64 = 2e10;
 /// Stiffness of a coupling without springs against twist \[N m/rad\]: its torque does not depend on it.
 const LOCKED: f64 = 1e5;
 
-/// Part of K₀ that every step adds to the tangent: where a shaft is free within a clearance the tangent is singular.
-const FLOOR: f64 = 1e-9;
-
-/// Work of a Newton step, as a part of that of all forces, from which one more full step leaves round-off.
-const SMALL: f64 = 1e-20;
-
-const MOST_STEPS: usize = 200;
-
-/// Halvings of an interval of the line search: steps near a free motion are as much too long as [`FLOOR`] is small.
-const MOST_HALVINGS: usize = 60;
-
 /// A rolling bearing under the mean load of its train.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadedBearing {
@@ -57,123 +40,6 @@ pub struct LoadedBearing {
     pub moved: Ring,
     /// What it bears.
     pub bears: RollingLoad,
-}
-
-/// What bears one-sidedly, and by which sums of the free freedoms it moves.
-struct Yielding {
-    rows: Vec<Vec<f64>>,
-    law: Law,
-    /// K₀, one a row.
-    typical: Vec<f64>,
-}
-
-enum Law {
-    /// A bearing, by its number among the supports; its outer ring stands out of place by so much.
-    Rolling(RollingLaw, usize, Ring),
-    Stop {
-        gap: f64,
-        stiffness: f64,
-    },
-}
-
-impl Yielding {
-    /// What a bearing bears; none of a stop.
-    fn rolling(&self, moved: &[f64]) -> Option<(usize, Ring, RollingLoad)> {
-        let Law::Rolling(law, support, place) = &self.law else {
-            return None;
-        };
-        let moved = std::array::from_fn(|i| moved[i] - place[i]);
-        Some((*support, moved, law.at(&moved)))
-    }
-
-    /// Adds forces and stiffness at the row `at`.
-    fn bear(&self, at: usize, moved: &[f64], force: &mut DVector<f64>, tangent: &mut DMatrix<f64>) {
-        if let Some((_, _, found)) = self.rolling(moved) {
-            for i in 0..RING_FREEDOMS {
-                force[at + i] = found.load[i];
-                for j in 0..RING_FREEDOMS {
-                    tangent[(at + i, at + j)] = found.stiffness[i][j];
-                }
-            }
-        } else if let Law::Stop { gap, stiffness } = self.law
-            && moved[0] > gap
-        {
-            force[at] = stiffness * (moved[0] - gap);
-            tangent[(at, at)] = stiffness;
-        }
-    }
-}
-
-/// The equilibrium in the places that yield.
-struct Statics {
-    all: Vec<Yielding>,
-    /// d₀ and C.
-    free: DVector<f64>,
-    compliance: DMatrix<f64>,
-    typical: DVector<f64>,
-}
-
-impl Statics {
-    fn moved(&self, force: &DVector<f64>) -> DVector<f64> {
-        &self.free + &self.compliance * force
-    }
-
-    /// Residual and tangent of F.
-    fn at(&self, force: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
-        let size = self.free.len();
-        let moved = self.moved(force);
-        let mut borne = DVector::zeros(size);
-        let mut tangent = DMatrix::zeros(size, size);
-        let mut at = 0;
-        for own in &self.all {
-            let rows = own.rows.len();
-            own.bear(
-                at,
-                &moved.as_slice()[at..at + rows],
-                &mut borne,
-                &mut tangent,
-            );
-            at += rows;
-        }
-        (force + borne - self.typical.component_mul(&moved), tangent)
-    }
-
-    /// The forces p in equilibrium; else the last ones.
-    fn solve(&self) -> Result<DVector<f64>, DVector<f64>> {
-        let size = self.free.len();
-        let mut force = DVector::zeros(size);
-        for _ in 0..MOST_STEPS {
-            let (residual, tangent) = self.at(&force);
-            let less = tangent - DMatrix::from_diagonal(&(&self.typical * (1.0 - FLOOR)));
-            let system = DMatrix::identity(size, size) + less * &self.compliance;
-            let Some(step) = system.lu().solve(&-&residual) else {
-                return Err(force);
-            };
-            let slope = |length: f64| {
-                let (residual, _) = self.at(&(&force + &step * length));
-                step.dot(&(&self.compliance * residual))
-            };
-            let start = slope(0.0);
-            let work = self.typical.dot(&self.moved(&force).map(|d| d * d));
-            if -start <= SMALL * work {
-                return Ok(force + step);
-            }
-            // The first length at which the slope has all but gone, or is still downhill.
-            let mut bracket = [0.0, 1.0];
-            let mut length = 1.0;
-            let mut now = slope(length);
-            for _ in 0..MOST_HALVINGS {
-                if now <= 0.5 * start.abs() && (now >= 0.5 * start || length == 1.0) {
-                    break;
-                }
-                bracket[usize::from(now > 0.0)] = length;
-                length = 0.5 * (bracket[0] + bracket[1]);
-                now = slope(length);
-            }
-            force += step * length;
-        }
-        Err(force)
-    }
 }
 
 impl TrainDrive {
@@ -214,14 +80,28 @@ impl TrainDrive {
         };
         let matrices = assembled.assembly.matrices()?;
         let all = self.yielding(&matrices, layout, assembled)?;
-        let statics = self.statics((load, all), &matrices, layout, assembled)?;
-        let solved = statics.solve();
+        let mut coasting = vec![false; layout.meshes.len()];
+        let mut solved;
+        let mut moved;
+        loop {
+            let meshes = self.mesh_springs(&coasting, &matrices, layout, assembled)?;
+            let statics = self.statics((load, &all, &meshes), &matrices, layout, assembled)?;
+            solved = statics.solve();
+            let (Ok(force) | Err(force)) = &solved;
+            moved = statics.moved(force);
+            let pulling = statics.pulling(force).filter(|mesh| !coasting[*mesh]);
+            let pulling: Vec<usize> = pulling.collect();
+            if pulling.is_empty() || solved.is_err() {
+                break;
+            }
+            for mesh in pulling {
+                coasting[mesh] = true;
+            }
+        }
         let lost = solved.is_err();
-        let (Ok(force) | Err(force)) = solved;
-        let moved = statics.moved(&force);
         let mut at = 0;
         let mut found = Vec::new();
-        for own in &statics.all {
+        for own in &all {
             let rows = own.rows.len();
             if let Some((number, moved, bears)) = own.rolling(&moved.as_slice()[at..at + rows]) {
                 let name = assembled.supports[number].0.clone();
@@ -305,13 +185,13 @@ impl TrainDrive {
     }
 
     /// The equilibrium of the train under a part of its rated load.
-    fn statics(
+    fn statics<'a>(
         &self,
-        (load, all): (f64, Vec<Yielding>),
+        (load, all, meshes): (f64, &'a [Yielding], &[(Vec<f64>, f64)]),
         matrices: &AssembledMatrices,
         layout: &Layout,
         assembled: &Assembled,
-    ) -> Result<Statics, ShaftError> {
+    ) -> Result<Statics<'a>, ShaftError> {
         let felt = |terms: &[(usize, Freedom, f64)]| matrices.functional(terms);
         let node = assembled.at(self.driver, self.shafts[self.driver].torque_at);
         let driving = felt(&[(node, Freedom::RotationZ, 1.0)]);
@@ -324,7 +204,7 @@ impl TrainDrive {
             add(&mut force, 1.0, &felt(&[term]));
         }
 
-        let mut stiffness = self.linear_part(matrices, layout, assembled)?;
+        let mut stiffness = self.linear_part(meshes, matrices, layout, assembled);
         let rows = || all.iter().flat_map(|own| &own.rows);
         let typical: Vec<f64> = all.iter().flat_map(|own| own.typical.clone()).collect();
         for (row, own) in rows().zip(&typical) {
@@ -339,13 +219,18 @@ impl TrainDrive {
         solve_lower(&lower, &mut shapes);
         solve_upper(&lower, &mut shapes);
         let size = typical.len();
-        let picks = Mat::from_fn(size, force.len(), |i, j| columns[i][j]);
+        let picked: Vec<&Vec<f64>> = rows().chain(meshes.iter().map(|mesh| &mesh.0)).collect();
+        let picks = Mat::from_fn(picked.len(), force.len(), |i, j| picked[i][j]);
         let seen = product(picks.as_ref(), shapes.as_ref());
         Ok(Statics {
             all,
             free: DVector::from_fn(size, |i, _| seen[(i, size)]),
             compliance: DMatrix::from_fn(size, size, |i, j| seen[(i, j)]),
             typical: DVector::from_vec(typical),
+            meshes: (
+                DVector::from_fn(meshes.len(), |i, _| seen[(size + i, size)]),
+                DMatrix::from_fn(meshes.len(), size, |i, j| seen[(size + i, j)]),
+            ),
         })
     }
 
@@ -369,15 +254,14 @@ impl TrainDrive {
         }
     }
 
-    /// K: shafts and given springs, meshes, what keeps torques together, and one spring for each rotation that no contact
-    /// feels. Loads are in balance along those rotations, so that this spring bears nothing.
-    fn linear_part(
+    /// What every mesh deflects by, and its mean stiffness \[N/m\]: along the drive flanks, or where it coasts the coast flanks.
+    fn mesh_springs(
         &self,
+        coasting: &[bool],
         matrices: &AssembledMatrices,
         layout: &Layout,
         assembled: &Assembled,
-    ) -> Result<Mat<f64>, ShaftError> {
-        let mut stiffness = matrices.stiffness.clone();
+    ) -> Result<Vec<(Vec<f64>, f64)>, ShaftError> {
         let of_first = MESH * self.pair.face_width;
         let angle = self.pair.operating_pressure_angle()?;
         let further = self.meshes.iter().map(|mesh| {
@@ -391,9 +275,27 @@ impl TrainDrive {
             (mesh.gears, mesh.pressure_angle, own)
         });
         let meshes = std::iter::once((self.gears, angle, of_first)).chain(further);
-        for ((gears, angle, own), met) in meshes.zip(&layout.meshes) {
-            let [drive, _] = self.flanks(gears, (met, angle), layout, assembled);
-            add_spring(&mut stiffness, &matrices.functional(&drive.mesh), own);
+        let meshes = meshes.zip(layout.meshes.iter().zip(coasting));
+        Ok(meshes
+            .map(|((gears, angle, own), (met, coasts))| {
+                let flanks = self.flanks(gears, (met, angle), layout, assembled);
+                (matrices.functional(&flanks[usize::from(*coasts)].mesh), own)
+            })
+            .collect())
+    }
+
+    /// K: shafts and given springs, meshes, what keeps torques together, and one spring for each rotation that no contact
+    /// feels. Loads are in balance along those rotations, so that this spring bears nothing.
+    fn linear_part(
+        &self,
+        meshes: &[(Vec<f64>, f64)],
+        matrices: &AssembledMatrices,
+        layout: &Layout,
+        assembled: &Assembled,
+    ) -> Mat<f64> {
+        let mut stiffness = matrices.stiffness.clone();
+        for (row, own) in meshes {
+            add_spring(&mut stiffness, row, *own);
         }
         for (number, coupling) in self.couplings.iter().enumerate() {
             if coupling.stiffness[3] == 0.0 {
@@ -428,7 +330,7 @@ impl TrainDrive {
                 if largest > 0.0 { largest } else { LOCKED },
             );
         }
-        Ok(stiffness)
+        stiffness
     }
 }
 

@@ -1,0 +1,152 @@
+//! Where do springs that yield one-sidedly, under rolling elements or behind gaps, come to rest?
+//!
+//! ```text
+//! d = d₀ + C p,   p + F(d) − K₀ d = 0
+//! ```
+//!
+//! d are the motions in the places that yield, F is what bears them and K₀ what stands in its place in C. The approaches of
+//! rolling elements are convex in d, and so is the potential of the whole, whose derivative by p is C times this residual.
+//! Newton steps with a line search along it end at its minimum.
+
+use crate::shaft::rolling::{RING_FREEDOMS, Ring, RollingLaw, RollingLoad};
+use nalgebra::{DMatrix, DVector};
+
+/// Part of K₀ that every step adds to the tangent: where a shaft is free within a clearance the tangent is singular.
+const FLOOR: f64 = 1e-9;
+
+/// Work of a Newton step, as a part of that of all forces, from which one more full step leaves round-off.
+const SMALL: f64 = 1e-20;
+
+/// Part of the largest deflection of a mesh below which one is round-off.
+const PULLING: f64 = 1e-9;
+
+const MOST_STEPS: usize = 200;
+
+/// Halvings of an interval of the line search: steps near a free motion are as much too long as [`FLOOR`] is small.
+const MOST_HALVINGS: usize = 60;
+
+/// What bears one-sidedly, and by which sums of the free freedoms it moves.
+pub(super) struct Yielding {
+    pub rows: Vec<Vec<f64>>,
+    pub law: Law,
+    /// K₀, one a row.
+    pub typical: Vec<f64>,
+}
+
+pub(super) enum Law {
+    /// A bearing, by its number among the supports; its outer ring stands out of place by so much.
+    Rolling(RollingLaw, usize, Ring),
+    Stop {
+        gap: f64,
+        stiffness: f64,
+    },
+}
+
+impl Yielding {
+    /// What a bearing bears; none of a stop.
+    pub fn rolling(&self, moved: &[f64]) -> Option<(usize, Ring, RollingLoad)> {
+        let Law::Rolling(law, support, place) = &self.law else {
+            return None;
+        };
+        let moved = std::array::from_fn(|i| moved[i] - place[i]);
+        Some((*support, moved, law.at(&moved)))
+    }
+
+    /// Adds forces and stiffness at the row `at`.
+    fn bear(&self, at: usize, moved: &[f64], force: &mut DVector<f64>, tangent: &mut DMatrix<f64>) {
+        if let Some((_, _, found)) = self.rolling(moved) {
+            for i in 0..RING_FREEDOMS {
+                force[at + i] = found.load[i];
+                for j in 0..RING_FREEDOMS {
+                    tangent[(at + i, at + j)] = found.stiffness[i][j];
+                }
+            }
+        } else if let Law::Stop { gap, stiffness } = self.law
+            && moved[0] > gap
+        {
+            force[at] = stiffness * (moved[0] - gap);
+            tangent[(at, at)] = stiffness;
+        }
+    }
+}
+
+/// The equilibrium in the places that yield.
+pub(super) struct Statics<'a> {
+    pub all: &'a [Yielding],
+    /// d₀ and C.
+    pub free: DVector<f64>,
+    pub compliance: DMatrix<f64>,
+    pub typical: DVector<f64>,
+    /// The same of the meshes: their deflections without p, and by p.
+    pub meshes: (DVector<f64>, DMatrix<f64>),
+}
+
+impl Statics<'_> {
+    /// Meshes whose flanks would have to pull.
+    pub fn pulling(&self, force: &DVector<f64>) -> impl Iterator<Item = usize> {
+        let deflections = &self.meshes.0 + &self.meshes.1 * force;
+        let round_off = PULLING * deflections.amax();
+        (0..deflections.len()).filter(move |&mesh| deflections[mesh] < -round_off)
+    }
+
+    pub fn moved(&self, force: &DVector<f64>) -> DVector<f64> {
+        &self.free + &self.compliance * force
+    }
+
+    /// Residual and tangent of F.
+    fn at(&self, force: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
+        let size = self.free.len();
+        let moved = self.moved(force);
+        let mut borne = DVector::zeros(size);
+        let mut tangent = DMatrix::zeros(size, size);
+        let mut at = 0;
+        for own in self.all {
+            let rows = own.rows.len();
+            own.bear(
+                at,
+                &moved.as_slice()[at..at + rows],
+                &mut borne,
+                &mut tangent,
+            );
+            at += rows;
+        }
+        (force + borne - self.typical.component_mul(&moved), tangent)
+    }
+
+    /// The forces p in equilibrium; else the last ones.
+    pub fn solve(&self) -> Result<DVector<f64>, DVector<f64>> {
+        let size = self.free.len();
+        let mut force = DVector::zeros(size);
+        for _ in 0..MOST_STEPS {
+            let (residual, tangent) = self.at(&force);
+            let less = tangent - DMatrix::from_diagonal(&(&self.typical * (1.0 - FLOOR)));
+            let system = DMatrix::identity(size, size) + less * &self.compliance;
+            let Some(step) = system.lu().solve(&-&residual) else {
+                return Err(force);
+            };
+            let slope = |length: f64| {
+                let (residual, _) = self.at(&(&force + &step * length));
+                step.dot(&(&self.compliance * residual))
+            };
+            let start = slope(0.0);
+            let work = self.typical.dot(&self.moved(&force).map(|d| d * d));
+            if -start <= SMALL * work {
+                return Ok(force + step);
+            }
+            // The first length at which the slope has all but gone, or is still downhill.
+            let mut bracket = [0.0, 1.0];
+            let mut length = 1.0;
+            let mut now = slope(length);
+            for _ in 0..MOST_HALVINGS {
+                if now <= 0.5 * start.abs() && (now >= 0.5 * start || length == 1.0) {
+                    break;
+                }
+                bracket[usize::from(now > 0.0)] = length;
+                length = 0.5 * (bracket[0] + bracket[1]);
+                now = slope(length);
+            }
+            force += step * length;
+        }
+        Err(force)
+    }
+}
