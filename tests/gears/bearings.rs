@@ -547,23 +547,28 @@ fn a_mesh_that_coasts_bears_on_its_coast_flanks() {
     }
 }
 
-/// A loose gear stands on needles under what its brake asks of its teeth.
+/// A loose gear stands on needles under the force that its brake asks of its teeth.
 #[test]
 fn loose_gears_stand_on_needles() {
-    let needles = "roller = { count = 20, diameter = \"3 mm\", length = \"14 mm\", pitch_diameter = \"30 mm\" }, drag_torque = \"0.2 N*m\", ";
-    let text = shipped("idle-rattle");
-    let start = text.find("loose = {").unwrap() + "loose = {".len();
-    let end = start + text[start..].find("axial").unwrap();
-    let text = format!("{} {needles}{}", &text[..start], &text[end..]);
-    let bearings = train(&text).loaded_bearings().unwrap();
-    for own in &bearings {
-        println!(
-            "{} {:?} {} elements",
-            own.name, own.bears.load, own.bears.elements
-        );
-        assert!(own.bears.elements > 4);
-    }
-    assert_eq!(bearings.len(), 1);
+    let needles = "loose = { roller = { count = 20, diameter = \"3 mm\", length = \"14 mm\", pitch_diameter = \"30 mm\" }, \
+                   axial = 1e8, tilt = 1e4, drag_torque = \"20 N*m\" }";
+    let body = "motion = \"lateral\"\ndiscs = [{ at = 0, mass = 3, transverse_inertia = 5e-3, polar_inertia = 5e-3 }]";
+    let (head, wheel) = PAIR.split_once("name = \"wheel\"").unwrap();
+    let wheel = wheel
+        .replacen(" }]", &format!(", {needles} }}]\n{body}"), 1)
+        .replacen("output = 1\n", "", 1);
+    let train = train(&format!("{head}name = \"wheel\"{wheel}"));
+    let bearings = train.loaded_bearings().unwrap();
+    let own = bearings.iter().find(|own| own.name == "z30").unwrap();
+    let [x, y, ..] = own.bears.load;
+    let asked = 20.0 / train.pair.base_radii()[1];
+    println!(
+        "{} N, {asked} N on {} needles",
+        x.hypot(y),
+        own.bears.elements
+    );
+    assert!((x.hypot(y) / asked - 1.0).abs() < 1e-9);
+    assert!(own.bears.elements > 4);
 }
 
 /// The lateral modes of the rigid shaft are those of one body on both matrices, cross terms and all.
