@@ -5,6 +5,9 @@ use crate::report::to_digits;
 use crate::shaft::LoadedBearing;
 use serde_json::{Value, json};
 
+/// Part of the largest of some values below which one is round-off of 0.
+const ROUND_OFF: f64 = 1e-12;
+
 /// The rolling bearings of a point's drive, and the load at which they are; none without any.
 pub struct LoadedBearings {
     load: f64,
@@ -49,10 +52,14 @@ impl LoadedBearings {
             "elements"
         ));
         let cells = |values: &[f64], width: usize| {
-            let cells = values.iter();
-            cells
-                .map(|value| format!("{:>width$}", to_digits(*value, 3)))
-                .collect::<String>()
+            let largest = values
+                .iter()
+                .fold(0.0_f64, |most, value| most.max(value.abs()));
+            let cells = values.iter().map(|value| {
+                let shown = if value.abs() > ROUND_OFF * largest { *value } else { 0.0 };
+                format!("{:>width$}", to_digits(shown, 3))
+            });
+            cells.collect::<String>()
         };
         for own in bearings {
             let stiffness: Vec<f64> = (0..5).map(|i| own.bears.stiffness[i][i]).collect();
