@@ -564,3 +564,30 @@ fn resonances_are_told_by_order() {
     let drawn: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(&drawn["resonances"], &structure["resonances"]);
 }
+
+#[test]
+fn the_load_of_rolling_bearings_is_told() {
+    let text = include_str!("../../manifests/trains/two-stage.toml");
+    let counter = text.find("name = \"counter\"").unwrap();
+    let own = text[counter..].replacen(
+        r#"x = "1.5e8 N/m", y = "1.2e8 N/m", axial"#,
+        r#"ball = { count = 9, diameter = "11.1 mm", pitch_diameter = "53.5 mm" }, axial"#,
+        1,
+    );
+    let text = format!("{}{own}", &text[..counter]).replacen("modes = 30", "modes = 10", 1);
+    let value = told(&text);
+    let bearings = &value["loaded_bearings"];
+    assert_eq!(bearings["at_load"], 1.0);
+    let [own] = &bearings["bearings"].as_array().unwrap()[..] else {
+        panic!("{bearings:#}");
+    };
+    assert_eq!(own["name"], "counter 1");
+    assert_eq!(own["stiffness"].as_array().unwrap().len(), 5);
+    assert!(own["elements"].as_u64().unwrap() > 2);
+    // Without such bearings nothing is told, and the key has no effect.
+    let plain = include_str!("../../manifests/trains/two-stage.toml");
+    assert!(told(plain)["loaded_bearings"].is_null());
+    let idle = plain.replacen("[train]", "[train]\nbearing_load = 0.5", 1);
+    let warning = &told(&idle)["warnings"][0];
+    assert_eq!(warning["key"], "train.bearing_load");
+}
