@@ -42,6 +42,14 @@ pub struct LoadedBearing {
     pub bears: RollingLoad,
 }
 
+/// A mesh as a spring.
+struct MeshSpring {
+    /// The sum of the free freedoms that deflects it.
+    row: Vec<f64>,
+    /// Its mean stiffness \[N/m\].
+    stiffness: f64,
+}
+
 impl TrainDrive {
     /// Every rolling bearing under the mean load, at [`bearing_load`](Self::bearing_load); empty without such bearings.
     ///
@@ -187,7 +195,7 @@ impl TrainDrive {
     /// The equilibrium of the train under a part of its rated load.
     fn statics<'a>(
         &self,
-        (load, all, meshes): (f64, &'a [Yielding], &[(Vec<f64>, f64)]),
+        (load, all, meshes): (f64, &'a [Yielding], &[MeshSpring]),
         matrices: &AssembledMatrices,
         layout: &Layout,
         assembled: &Assembled,
@@ -219,7 +227,7 @@ impl TrainDrive {
         solve_lower(&lower, &mut shapes);
         solve_upper(&lower, &mut shapes);
         let size = typical.len();
-        let picked: Vec<&Vec<f64>> = rows().chain(meshes.iter().map(|mesh| &mesh.0)).collect();
+        let picked: Vec<&Vec<f64>> = rows().chain(meshes.iter().map(|mesh| &mesh.row)).collect();
         let picks = Mat::from_fn(picked.len(), force.len(), |i, j| picked[i][j]);
         let seen = product(picks.as_ref(), shapes.as_ref());
         Ok(Statics {
@@ -254,14 +262,14 @@ impl TrainDrive {
         }
     }
 
-    /// What every mesh deflects by, and its mean stiffness \[N/m\]: along the drive flanks, or where it coasts the coast flanks.
+    /// Every mesh along its drive flanks, or where it coasts along its coast flanks.
     fn mesh_springs(
         &self,
         coasting: &[bool],
         matrices: &AssembledMatrices,
         layout: &Layout,
         assembled: &Assembled,
-    ) -> Result<Vec<(Vec<f64>, f64)>, ShaftError> {
+    ) -> Result<Vec<MeshSpring>, ShaftError> {
         let of_first = MESH * self.pair.face_width;
         let angle = self.pair.operating_pressure_angle()?;
         let further = self.meshes.iter().map(|mesh| {
@@ -279,7 +287,10 @@ impl TrainDrive {
         Ok(meshes
             .map(|((gears, angle, own), (met, coasts))| {
                 let flanks = self.flanks(gears, (met, angle), layout, assembled);
-                (matrices.functional(&flanks[usize::from(*coasts)].mesh), own)
+                MeshSpring {
+                    row: matrices.functional(&flanks[usize::from(*coasts)].mesh),
+                    stiffness: own,
+                }
             })
             .collect())
     }
@@ -288,14 +299,14 @@ impl TrainDrive {
     /// feels. Loads are in balance along those rotations, so that this spring bears nothing.
     fn linear_part(
         &self,
-        meshes: &[(Vec<f64>, f64)],
+        meshes: &[MeshSpring],
         matrices: &AssembledMatrices,
         layout: &Layout,
         assembled: &Assembled,
     ) -> Mat<f64> {
         let mut stiffness = matrices.stiffness.clone();
-        for (row, own) in meshes {
-            add_spring(&mut stiffness, row, *own);
+        for mesh in meshes {
+            add_spring(&mut stiffness, &mesh.row, mesh.stiffness);
         }
         for (number, coupling) in self.couplings.iter().enumerate() {
             if coupling.stiffness[3] == 0.0 {
