@@ -321,7 +321,7 @@ fn job_json(name: &str, job: &Job) -> Value {
     let first = job.points.first();
     let gear_mesh = first.as_ref().map(GearMesh::of);
     let kernel = first.as_ref().map(|p| FirstKernel::of(job, p));
-    json!({
+    let mut value = json!({
         "valid": true,
         "file": name,
         "job": job.name,
@@ -347,9 +347,6 @@ fn job_json(name: &str, job: &Job) -> Value {
         "structure": (first.as_ref())
             .and_then(|p| Structure::of(job, p).ok())
             .map(|structure| structure.json()),
-        "loaded_bearings": (first.as_ref())
-            .and_then(LoadedBearings::of)
-            .map(|bearings| bearings.json()),
         "warnings": diagnostics_json(&job.warnings.sources, job.warnings.diagnostics.iter()),
         "advice": words::json(&advice(job)),
         "kernel": kernel.as_ref().and_then(|kernel| kernel.taken),
@@ -366,7 +363,11 @@ fn job_json(name: &str, job: &Job) -> Value {
             ];
             names.iter().filter(|(_, on)| *on).map(|(name, _)| *name).collect::<Vec<_>>()
         }),
-    })
+    });
+    if let Some(bearings) = first.as_ref().and_then(LoadedBearings::of) {
+        value["loaded_bearings"] = bearings.json();
+    }
+    value
 }
 
 fn errors_json(errors: &ManifestErrors) -> Value {
