@@ -12,7 +12,6 @@ pub use coupling::CouplingMatrices;
 use super::beam::{BeamElement, ElementMatrix, Material, Section};
 use super::disc::Disc;
 use super::error::{ShaftError, finite, non_negative};
-use super::rolling::Ring;
 use faer::Mat;
 
 /// Freedoms of a node.
@@ -183,34 +182,6 @@ impl Assembly {
             let [a, b] = ends.map(|first| first + offset);
             let entries = [(a, a, value), (b, b, value), (a, b, -value), (b, a, -value)];
             self.stiffness.extend(entries);
-        }
-        Ok(())
-    }
-
-    /// Adds a symmetric stiffness against displacements and tilts, in the order of [`Freedom`] \[N/m, N, N m\], between a
-    /// node and another one, or the ground.
-    ///
-    /// # Errors
-    /// [`ShaftError::NoSuchNode`].
-    pub fn add_stiffness(
-        &mut self,
-        node: usize,
-        other: Option<usize>,
-        matrix: &Ring<Ring>,
-    ) -> Result<(), ShaftError> {
-        let mut ends = vec![(self.freedom(node, Freedom::X)?, 1.0)];
-        if let Some(other) = other {
-            ends.push((self.freedom(other, Freedom::X)?, -1.0));
-        }
-        for &(row, row_sign) in &ends {
-            for &(column, column_sign) in &ends {
-                for (i, values) in matrix.iter().enumerate() {
-                    for (j, value) in values.iter().enumerate().filter(|(_, v)| **v != 0.0) {
-                        let value = row_sign * column_sign * value;
-                        self.stiffness.push((row + i, column + j, value));
-                    }
-                }
-            }
         }
         Ok(())
     }

@@ -1,9 +1,9 @@
 //! The description of a drive: two parallel shafts, bearings, gear bodies.
 
-use super::assembly::Assembly;
+use super::assembly::{Assembly, Freedom};
 use super::body::GearBody;
 use super::error::{ShaftError, non_negative, positive};
-use super::rolling::RollingBearing;
+use super::rolling::{Ring, RollingBearing};
 use crate::gear::GearPair;
 
 /// Two parallel shafts on bearings, each with a gear body between its bearings and an
@@ -106,6 +106,44 @@ pub(super) enum Released {
     Translation,
     /// x, y, z and both tilts.
     All,
+}
+
+/// One bearing in an assembly.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Support {
+    /// On the shaft.
+    pub node: usize,
+    /// What the bearing stands on; none for the ground.
+    pub base: Option<usize>,
+    pub stiffness: Bearing,
+    /// Stiffness of its rolling contacts at the mean load \[N/m, N, N m\]; zero without.
+    pub contacts: Ring<Ring>,
+}
+
+impl Support {
+    /// A bearing without rolling contacts, or before its mean load is known.
+    pub fn new(node: usize, base: Option<usize>, stiffness: Bearing) -> Self {
+        Self {
+            node,
+            base,
+            stiffness,
+            contacts: Ring::default(),
+        }
+    }
+
+    /// Row of a freedom in the stiffness of springs and rolling contacts.
+    pub fn row(&self, freedom: Freedom) -> Vec<(Freedom, f64)> {
+        let [xy, yx] = self.stiffness.cross;
+        let place = freedom as usize;
+        let mut row = self.contacts[place];
+        row[place] += self.stiffness.stiffness()[place];
+        match freedom {
+            Freedom::X => row[Freedom::Y as usize] += xy,
+            Freedom::Y => row[Freedom::X as usize] += yx,
+            _ => {}
+        }
+        Freedom::ALL.into_iter().zip(row).collect()
+    }
 }
 
 /// What every drive must satisfy.

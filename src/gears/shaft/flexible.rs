@@ -3,9 +3,9 @@
 
 use super::assembly::Assembly;
 use super::beam::{Material, Section};
-use super::drive::{self, FlexibleDrive, Released};
+use super::drive::{self, FlexibleDrive, Released, Support};
 use super::error::ShaftError;
-use super::pair::{PairedShafts, ShaftNodes, Support, Torsion};
+use super::pair::{PairedShafts, ShaftNodes, Torsion};
 use crate::gear::Hub;
 use crate::structure::ModalStructure;
 

@@ -36,11 +36,10 @@
 //! and friction, which goes with |F| = −F, acts along −t'.
 
 use super::assembly::{AssembledMatrices, Assembly, Freedom};
-use super::drive::{self, Bearing, Drag};
+use super::drive::{self, Drag, Support};
 use super::error::ShaftError;
 use super::modes::{Modes, orientation};
 use super::projection;
-use super::rolling::Ring;
 use crate::gear::GearPair;
 use crate::structure::StaticShare;
 use crate::structure::{
@@ -95,44 +94,6 @@ impl Torsion {
             (from, Freedom::RotationZ, stiffness),
             (to, Freedom::RotationZ, -stiffness),
         ]
-    }
-}
-
-/// One bearing in an assembly.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Support {
-    /// On the shaft.
-    pub node: usize,
-    /// What the bearing stands on; none for the ground.
-    pub base: Option<usize>,
-    pub stiffness: Bearing,
-    /// Stiffness of its rolling contacts at the mean load \[N/m, N, N m\]; zero without.
-    pub contacts: Ring<Ring>,
-}
-
-impl Support {
-    /// A bearing without rolling contacts, or before its mean load is known.
-    pub fn new(node: usize, base: Option<usize>, stiffness: Bearing) -> Self {
-        Self {
-            node,
-            base,
-            stiffness,
-            contacts: Ring::default(),
-        }
-    }
-
-    /// Row of a freedom in the stiffness of springs and rolling contacts.
-    pub fn row(&self, freedom: Freedom) -> Vec<(Freedom, f64)> {
-        let [xy, yx] = self.stiffness.cross;
-        let place = freedom as usize;
-        let mut row = self.contacts[place];
-        row[place] += self.stiffness.stiffness()[place];
-        match freedom {
-            Freedom::X => row[Freedom::Y as usize] += xy,
-            Freedom::Y => row[Freedom::X as usize] += yx,
-            _ => {}
-        }
-        Freedom::ALL.into_iter().zip(row).collect()
     }
 }
 

@@ -8,9 +8,9 @@
 
 use super::assembly::{Assembly, Freedom};
 use super::disc::Disc;
-use super::drive::{self, Pedestal, Released, Shaft};
+use super::drive::{self, Pedestal, Released, Shaft, Support};
 use super::error::{ShaftError, positive};
-use super::pair::{PairedShafts, ShaftNodes, Support};
+use super::pair::{PairedShafts, ShaftNodes};
 use crate::gear::GearPair;
 use crate::structure::ModalStructure;
 use strum::IntoStaticStr;

@@ -1,5 +1,5 @@
-//! What damps an assembly or couples its freedoms beside mass and stiffness: dampers, drag,
-//! gyroscopic moments, cross-coupled springs.
+//! What damps an assembly or couples its freedoms: dampers, drag, gyroscopic moments,
+//! cross-coupled springs, rolling contacts.
 //!
 //! ```text
 //! M u'' + (C + Ω G) u' + (K + K_c) u = f
@@ -10,6 +10,7 @@
 
 use super::super::beam::BeamElement;
 use super::super::error::{ShaftError, finite, non_negative};
+use super::super::rolling::Ring;
 use super::{Assembly, Freedom, NODE_FREEDOMS, scatter};
 use faer::Mat;
 
@@ -199,6 +200,34 @@ impl Assembly {
         }
         let entries = self.planar(node, other, [[0.0, cross[0]], [cross[1], 0.0]])?;
         self.coupling.cross_stiffness.extend(entries);
+        Ok(())
+    }
+
+    /// Adds a symmetric stiffness against displacements and tilts, in the order of [`Freedom`] \[N/m, N, N m\], between a
+    /// node and another one, or the ground.
+    ///
+    /// # Errors
+    /// [`ShaftError::NoSuchNode`].
+    pub fn add_stiffness(
+        &mut self,
+        node: usize,
+        other: Option<usize>,
+        matrix: &Ring<Ring>,
+    ) -> Result<(), ShaftError> {
+        let mut ends = vec![(self.freedom(node, Freedom::X)?, 1.0)];
+        if let Some(other) = other {
+            ends.push((self.freedom(other, Freedom::X)?, -1.0));
+        }
+        for &(row, row_sign) in &ends {
+            for &(column, column_sign) in &ends {
+                for (i, values) in matrix.iter().enumerate() {
+                    for (j, value) in values.iter().enumerate().filter(|(_, v)| **v != 0.0) {
+                        let value = row_sign * column_sign * value;
+                        self.stiffness.push((row + i, column + j, value));
+                    }
+                }
+            }
+        }
         Ok(())
     }
 

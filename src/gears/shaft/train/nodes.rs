@@ -4,8 +4,9 @@ use super::speeds::Layout;
 use super::{GearPlace, Motion, Planet, TrainDrive, TrainError, TrainShaft};
 use crate::shaft::assembly::{Assembly, Freedom};
 use crate::shaft::beam::{Material, Section};
+use crate::shaft::drive::Support;
 use crate::shaft::error::ShaftError;
-use crate::shaft::pair::{Support, Torsion};
+use crate::shaft::pair::Torsion;
 
 /// A train in an assembly.
 #[derive(Debug)]
