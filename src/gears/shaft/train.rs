@@ -13,6 +13,7 @@ mod contacts;
 mod error;
 mod housing;
 mod loads;
+mod mesh;
 mod nodes;
 mod planetary;
 mod size;
@@ -26,12 +27,13 @@ pub use axes::BesideEachOther;
 pub use bearings::LoadedBearing;
 pub use error::TrainError;
 pub use housing::{Housing, HousingError, HousingJoint, HousingNode, HousingPoint, JoinedHousing};
+pub use mesh::{DrawnLaw, MeshLaw, TrainMesh};
 pub use planetary::{Planet, PlanetarySet, phase_of_planet};
 
 use super::disc::Disc;
 use super::drive::{Bearing, Drag};
 use super::error::ShaftError;
-use crate::gear::{GearPair, MeshTableSpec};
+use crate::gear::GearPair;
 use crate::structure::ContactLaw;
 use serde::Serialize;
 
@@ -182,75 +184,6 @@ pub struct GearPlace {
     pub shaft: usize,
     /// Among its gears.
     pub gear: usize,
-}
-
-/// A further mesh: two contacts, where the first gear drives and where it coasts.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct TrainMesh {
-    /// The driving gear and the driven one.
-    pub gears: [GearPlace; 2],
-    /// Operating pressure angle \[rad\].
-    pub pressure_angle: f64,
-    /// What its flanks bear.
-    pub law: MeshLaw,
-}
-
-/// What the flanks of a further mesh bear.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub enum MeshLaw {
-    /// What the first mesh bears, so many cycles ahead of it.
-    OfFirst {
-        /// Phase against the first mesh, in cycles.
-        phase: f64,
-    },
-    /// That of the drive flanks and that of the coast flanks.
-    Own(Box<[ContactLaw; 2]>),
-    /// What the drawing says under the mean load of an operating point.
-    Drawn(Box<DrawnLaw>),
-}
-
-/// A further mesh from the drawing of its gears.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct DrawnLaw {
-    /// How it follows from the drawing.
-    pub table: MeshTableSpec,
-    /// Angle between the flanks in the plane of action before the load acts \[rad\].
-    pub misalignment: f64,
-    /// Coulomb friction coefficient μ.
-    pub friction: f64,
-    /// Mesh phase about which the coast flanks mirror the drive flanks, in cycles.
-    pub symmetry: f64,
-    /// Everything that the drawing does not say of the drive flanks: gap, damping, phase, imposed error.
-    pub beside: ContactLaw,
-}
-
-impl MeshLaw {
-    /// The same, so many cycles ahead.
-    pub fn ahead(&self, cycles: f64) -> Self {
-        let later = |law: &ContactLaw| ContactLaw {
-            phase: law.phase + cycles,
-            ..law.clone()
-        };
-        match self {
-            Self::OfFirst { phase } => Self::OfFirst {
-                phase: phase + cycles,
-            },
-            Self::Own(flanks) => Self::Own(Box::new(flanks.each_ref().map(later))),
-            Self::Drawn(drawn) => Self::Drawn(Box::new(DrawnLaw {
-                beside: later(&drawn.beside),
-                ..DrawnLaw::clone(drawn)
-            })),
-        }
-    }
-
-    /// Whether its stiffness varies over the cycle by itself.
-    fn varies(&self) -> bool {
-        match self {
-            Self::OfFirst { .. } => false,
-            Self::Own(flanks) => !flanks.iter().all(ContactLaw::is_constant),
-            Self::Drawn(_) => true,
-        }
-    }
 }
 
 /// Springs and dampers between places of two shafts on one axis.

@@ -1,11 +1,13 @@
 //! How hard do flanks meet, and how long do they touch and fly?
 
-use super::FLANKS;
 use super::sample::Sample;
 use super::sums::Sums;
 use crate::model::{Flanks, Model, Release};
 use crate::numerics::statistics::quantile;
 use crate::propagate::Event;
+
+/// Flanks of the first mesh, drive and coast, whatever springs they have.
+pub(super) const FLANKS: usize = 2;
 
 /// An instant: mesh cycle and time within it \[s\].
 type Instant = (u64, f64);

@@ -25,7 +25,7 @@ use super::outcome::{DurationOutcome, NvhErrors, NvhOutcome};
 use crate::model::Model;
 use crate::numerics::statistics::{FEWEST_VALUES, standard_error};
 use crate::propagate::{Event, InstructionSet, Observer, Window};
-use contacts::Contacts;
+use contacts::{Contacts, FLANKS};
 use fourier::Fourier;
 use losses::Losses;
 use peaks::{Extremes, Peaks};
@@ -36,9 +36,6 @@ use sums::{Origin, Sums, ratio};
 
 /// Mesh cycles in a stretch, as for the exponents.
 const CYCLES_PER_STRETCH: u64 = 10;
-
-/// Flanks of the first mesh, drive and coast, whatever springs they have.
-const FLANKS: usize = 2;
 
 /// Shares at which the speeds of impacts are told.
 const SHARES: [f64; 3] = [0.5, 0.9, 0.99];

@@ -125,7 +125,7 @@ fn shape(
     let bore = if section.has("bore") {
         section
             .one_or_pair(issues, "bore")
-            .map(|pair| pair.map(Some))
+            .map(|pair| pair.map(|bore| Some(bore).filter(|bore| *bore > 0.0)))
     } else {
         Some([None; 2])
     };
