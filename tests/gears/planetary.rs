@@ -664,7 +664,7 @@ fn sets_that_do_not_fit_are_refused() {
         ),
         (
             "stiffness = \"constant\"\nmean_stiffness = 5e8",
-            "stiffness = \"table\"",
+            "stiffness = \"table\"\nresolution = \"pairs\"",
             "all planets share the law",
         ),
         ("internal = true, ", "", "cannot mesh"),

@@ -79,7 +79,7 @@ fn at_rest(model: &Model) -> f64 {
     let flank = (model.contacts[..model.flank_springs].iter())
         .find(|contact| contact.side * deflection > contact.half_gap);
     let [side, gap] = flank.map_or([0.0; 2], |contact| [contact.side, contact.half_gap]);
-    side * segment.stiffness_at(0.0) * (side * deflection - gap)
+    side * segment.stiffness_at(0.0) * (side * deflection - gap - segment.error_at(0.0)[0])
 }
 
 fn balance(point: &PointSpec, [lead, cycles]: [u64; 2]) -> Balance {

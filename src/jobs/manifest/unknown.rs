@@ -64,16 +64,8 @@ fn unknown(entry: &Entry, path: &str, child: &str, schema: Schema) -> Diagnostic
         "" => "at the top of the file".to_owned(),
         path => format!("in `{path}`"),
     };
-    let diagnostic = Diagnostic::new(DiagnosticKind::UnknownKey, entry.key_span, child, what)
+    Diagnostic::new(DiagnosticKind::UnknownKey, entry.key_span, child, what)
         .label("unknown")
         .accepted(format!("{place}: {}", siblings.join(", ")))
-        .suggestion(suggestion);
-    if in_train && entry.key == "helix_angle" {
-        diagnostic.remedy(
-            "gears of a train are spur gears on parallel axes, or bevel gears on axes that intersect; \
-             describe a pair of helical gears in [gear], with model.kind = \"flexible\" or \"tilting\"",
-        )
-    } else {
-        diagnostic
-    }
+        .suggestion(suggestion)
 }

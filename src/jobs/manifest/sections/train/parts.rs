@@ -6,7 +6,7 @@ use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::sections::gear;
 use crate::manifest::tree::Value;
-use crate::shaft::{GearPlace, PlanetarySet, TrainDrive, TrainShaft};
+use crate::shaft::{GearPlace, PlanetarySet, TrainDrive, TrainGear, TrainShaft};
 
 /// A centre distance this near to the one without backlash, as a part of it, is that one.
 pub(super) const TIGHT: f64 = 1e-9;
@@ -111,7 +111,8 @@ impl Parts<'_> {
             != if a.internal || b.internal { b.helix_angle } else { -b.helix_angle }
         {
             let hands = "external gears need opposite angles, a gear and its ring equal ones";
-            let [a, b] = [a, b].map(|gear| gear.helix_angle.to_degrees());
+            let degrees = |gear: &TrainGear| (1e6 * gear.helix_angle.to_degrees()).round() / 1e6;
+            let [a, b] = [a, b].map(degrees);
             Some(format!(
                 "their helix angles are {a} and {b} degrees, but {hands}"
             ))
