@@ -25,6 +25,9 @@ use crate::structure::ContactLaw;
 use faer::Mat;
 use nalgebra::{DMatrix, DVector};
 
+/// Part of the radial load below which a thrust is none.
+const NO_THRUST: f64 = 1e-9;
+
 /// Mean stiffness of a mesh by its face width \[N/m²\], that of steel spur gears: 20 N/(mm µm) (ISO 6336-1).
 const MESH: f64 = 2e10;
 
@@ -132,7 +135,9 @@ impl TrainDrive {
         for (number, own) in &found {
             let rolling = assembled.supports[*number].1.stiffness.rolling;
             let angle = rolling.map_or(0.0, |rolling| rolling.contact_angle);
-            if angle * own.bears.load[2] < 0.0 {
+            let [x, y, thrust, ..] = own.bears.load;
+            // Round-off of no thrust has no sign.
+            if angle != 0.0 && angle.signum() * thrust < -NO_THRUST * x.hypot(y) {
                 return Err(ShaftError::Train(TrainError::AgainstAngle {
                     bearing: own.name.clone(),
                     thrust: own.bears.load[2],

@@ -45,7 +45,8 @@ pub(super) fn beside_stiffness(
     Some(ContactLaw {
         gap: gap?,
         damping: damping?,
-        phase: phase?,
+        // As many whole cycles as there may be change nothing, but digits and time.
+        phase: phase?.rem_euclid(1.0),
         error: (error?.iter())
             .map(|h| (h.harmonic, h.amplitude, h.phase))
             .collect(),

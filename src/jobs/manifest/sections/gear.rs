@@ -220,23 +220,25 @@ fn bodies(
     issues: &mut Issues,
     body_length: Option<[f64; 2]>,
 ) -> Option<[BodyShape; 2]> {
-    let optional = |issues: &mut Issues, key: &str| {
+    let optional = |section: &Section, issues: &mut Issues, key: &str| {
         if section.has(key) {
             section.one_or_pair(issues, key).map(Some)
         } else {
             Some(None)
         }
     };
-    let diameter = optional(issues, "hub_diameter");
-    let length = if section.has("hub_diameter") {
-        optional(issues, "hub_length")
+    // A hub of a train is a section of its shaft.
+    let hubs = section.felt(section.path == "gear");
+    let diameter = optional(&hubs, issues, "hub_diameter");
+    let length = if hubs.has("hub_diameter") {
+        optional(&hubs, issues, "hub_length")
     } else {
         Some(None)
     };
-    let thickness = optional(issues, "web_thickness");
-    let rim = optional(issues, "rim_diameter");
-    if !section.has("hub_diameter") {
-        section.without_effect(
+    let thickness = optional(section, issues, "web_thickness");
+    let rim = optional(section, issues, "rim_diameter");
+    if !hubs.has("hub_diameter") {
+        hubs.without_effect(
             issues,
             &["hub_length"],
             "without gear.hub_diameter",
