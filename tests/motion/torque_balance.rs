@@ -114,18 +114,22 @@ fn balance(point: &PointSpec, [lead, cycles]: [u64; 2]) -> Balance {
         "{force} {} of {modulus}",
         nvh.force_mean
     );
-    let planets = match &point.model.source {
-        StructureSource::Train(train) => train.planetary.as_ref().map(|set| set.planets.len()),
-        _ => None,
+    // Further meshes that the first gear drives: all paths together bear its torque.
+    let shared: Vec<usize> = match &point.model.source {
+        StructureSource::Train(train) => {
+            let meshes = (1..).zip(&train.meshes);
+            let own = meshes.filter(|(_, mesh)| mesh.gears[0] == train.gears[0]);
+            own.map(|(number, _)| number).collect()
+        }
+        _ => Vec::new(),
     };
-    // All planets together bear the torque of the sun.
-    let of_sun = |planets: usize| -> f64 {
-        let flanks = nvh.contact_force[..2 * planets].chunks_exact(2);
-        flanks.map(|flanks| flanks[0] - flanks[1]).sum()
-    };
+    let others = shared.iter().map(|mesh| {
+        let flanks = &nvh.contact_force[2 * mesh..];
+        flanks[0] - flanks[1]
+    });
     Balance {
-        mesh: planets.map_or(nvh.force_mean, of_sun),
-        applied: if two_shafts || planets.is_some() {
+        mesh: nvh.force_mean + others.sum::<f64>(),
+        applied: if two_shafts || !shared.is_empty() {
             asked_for(point)
         } else {
             assert!(!point.mesh.friction.acts());
