@@ -109,6 +109,10 @@ fn node(path: &str, key: &Key) -> Value {
         _ => value(key),
     };
     describe(&mut node, key);
+    // Examples of lists in [gear] name their gear.
+    if of_one && key.kind == Kind::List("tables") {
+        node.remove("examples");
+    }
     Value::Object(node)
 }
 
