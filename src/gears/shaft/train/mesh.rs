@@ -1,6 +1,6 @@
 //! Meshes of a train beside its first one, and what their flanks bear.
 
-use super::GearPlace;
+use super::{GearPlace, TrainDrive, TrainError};
 use crate::gear::MeshTableSpec;
 use crate::structure::ContactLaw;
 use serde::Serialize;
@@ -33,7 +33,7 @@ pub enum MeshLaw {
 /// A further mesh from the drawing of its gears.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DrawnLaw {
-    /// How it follows from the drawing.
+    /// How it follows from the drawing: of two gears of which the first turns forwards ([`TrainDrive::turn_helices`]).
     pub table: MeshTableSpec,
     /// Angle between the flanks in the plane of action before the load acts \[rad\].
     pub misalignment: f64,
@@ -71,5 +71,25 @@ impl MeshLaw {
             Self::Own(flanks) => !flanks.iter().all(ContactLaw::is_constant),
             Self::Drawn(_) => true,
         }
+    }
+}
+
+impl TrainDrive {
+    /// Gives drawn meshes whose first gear turns backwards the opposite helix. Seen from the other end of its shaft, where
+    /// it turns forwards, the hand is the same, but places across the face change their sign; so do the lines of contact.
+    ///
+    /// # Errors
+    /// [`TrainError`].
+    pub fn turn_helices(&mut self) -> Result<(), TrainError> {
+        let rolling = self.layout()?.rolling;
+        for number in 0..self.meshes.len() {
+            let body = self.body_of(self.meshes[number].gears[0]);
+            if let (MeshLaw::Drawn(drawn), true) =
+                (&mut self.meshes[number].law, rolling[body] < 0.0)
+            {
+                drawn.table.gears.helix_angle *= -1.0;
+            }
+        }
+        Ok(())
     }
 }

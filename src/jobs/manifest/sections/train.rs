@@ -86,7 +86,7 @@ pub(super) fn read(
     train.bearing_load = bearing_load(section, issues, &train)?;
     train.meshes = joints::meshes(section, issues, &parts, &train)?;
     // What the parts are together shows in the layout; it costs nothing.
-    if let Err(error) = train.check() {
+    if let Err(error) = train.check().and_then(|()| train.turn_helices()) {
         let fault = match error {
             TrainError::TooFine { place, .. } => too_fine(issues, &tables, &train, place, &error),
             _ => Diagnostic::new(
