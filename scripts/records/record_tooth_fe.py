@@ -42,6 +42,8 @@ HEADER = """\
 class Gear:
     """Profile of a tooth by the angle of the rack's normal and by roll angle."""
 
+    inner = False  # whether the teeth point towards the axis, and `bore` is the outer diameter
+
     def __init__(self, teeth, module, bore, shift=0.0):
         self.teeth, self.module, self.bore, self.shift = teeth, module, bore, shift
         self.pitch = module * teeth / 2
@@ -68,6 +70,11 @@ class Gear:
             self.base * (roll * cos(turn) - sin(turn)),
             self.base * (roll * sin(turn) + cos(turn)),
         )
+
+    def rolls(self):
+        """Roll angles of the loads."""
+        margin = MARGIN / self.teeth
+        return np.linspace(self.form + margin, self.tip - margin, 5)
 
     def chords(self, scale):
         """Points of the fillet, and roll angles of the flank after its first."""
@@ -110,7 +117,7 @@ def mesh(gear, scale=1.0, stretches=None):
             edge = gear.base * (stretch[-1] ** 2 - stretch[0] ** 2) / 2 / (len(stretch) - 1)
             gap = 1.5 * (stretch[1] - stretch[0])
             rolls = [r for r in rolls if not stretch[0] - gap < r < stretch[-1] + gap]
-        for roll in sorted([*rolls, *stretch]):
+        for roll in sorted([*rolls, *stretch], reverse=gear.inner):
             x, y = gear.flank(roll)
             inside = len(stretch) and stretch[0] <= roll <= stretch[-1]
             left.append(put((-x, y), edge if inside else fine if near else coarse))
@@ -131,7 +138,8 @@ def mesh(gear, scale=1.0, stretches=None):
     quarter = [turned((0, gear.bore / 2), i * pi / 2) for i in range(4)]
     bore = [geo.addPoint(*p, 0, min(coarse, scale * gear.bore / 8)) for p in quarter]
     hole = [geo.addCircleArc(bore[i], centre, bore[(i + 1) % 4]) for i in range(4)]
-    geo.addPlaneSurface([geo.addCurveLoop(outline), geo.addCurveLoop(hole)])
+    loops = [geo.addCurveLoop(outline), geo.addCurveLoop(hole)]
+    geo.addPlaneSurface(loops[::-1] if gear.inner else loops)
     for line in single:
         geo.mesh.setTransfiniteCurve(line, 2)
     geo.synchronize()
@@ -191,7 +199,8 @@ def stiffness(nodes, elements, plane):
 
 def held(gear, nodes, elements, plane):
     """Which freedoms are free, and the factors of their stiffness."""
-    free = np.repeat(np.hypot(*nodes.T) > gear.bore / 2 * (1 + 1e-6), 2)
+    radius = np.hypot(*nodes.T) / (gear.bore / 2)
+    free = np.repeat(radius < 1 - 1e-6 if gear.inner else radius > 1 + 1e-6, 2)
     matrix = stiffness(nodes, elements, plane)[free][:, free]
     options = {"SymmetricMode": True}
     return free, splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options=options)
@@ -214,13 +223,15 @@ def compliance(gear, scale, planes, patches):
     """Own and coupling at the roll angles, by plane and half length of the loaded stretch."""
     nodes, elements = mesh(gear, scale)
     pitch = 2 * pi / gear.teeth
-    rolls = np.linspace(gear.form + MARGIN / gear.teeth, gear.tip - MARGIN / gear.teeth, 5)
+    rolls = gear.rolls()
+    low, high = sorted([gear.form, gear.tip])
 
     def force(roll, tooth, point):
         """Unit force as on the left flank of a tooth, or its functional at another point."""
         slope = roll - gear.half
         place = np.array(turned(point, tooth * pitch))
-        direction = turned((cos(slope), -sin(slope)), tooth * pitch)
+        down = -sin(slope) if gear.inner else sin(slope)
+        direction = turned((cos(slope), -down), tooth * pitch)
         members, weights = interpolation(nodes, elements, place)
         vector = np.zeros(2 * len(nodes))
         vector[2 * members], vector[2 * members + 1] = (weights * d for d in direction)
@@ -237,16 +248,17 @@ def compliance(gear, scale, planes, patches):
             for roll in rolls:
                 load = np.zeros(2 * len(nodes))
                 for part in np.linspace(-1, 1, 5) * patch * gear.module / gear.base:
-                    x, y = gear.flank(min(max(roll + part, gear.form), gear.tip))
+                    x, y = gear.flank(min(max(roll + part, low), high))
                     load += force(roll, 0, (-x, y)) / 5
                 displacement = np.zeros_like(load)
                 displacement[free] = solver.solve(load[free])
                 own.append(centre(roll, 0) @ displacement)
                 # The force pushes clockwise: against the rotation of a pinion that drives, with
                 # that of a wheel. On either the tooth in contact nearer its tip is the next
-                # counter-clockwise.
-                if roll + pitch <= gear.tip:
-                    coupling.append(centre(roll + pitch, -1) @ displacement)
+                # counter-clockwise, and in a ring the one nearer its root the next clockwise.
+                if roll + pitch <= high:
+                    ahead = 1 if gear.inner else -1
+                    coupling.append(centre(roll + pitch, ahead) @ displacement)
             found[plane, patch] = np.array(own), np.array(coupling)
     return rolls, found
 

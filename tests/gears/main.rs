@@ -27,6 +27,7 @@ mod mesh_structure;
 mod mesh_table;
 mod mesh_teeth;
 mod planetary;
+mod ring_teeth;
 mod sharing;
 mod structure_published;
 mod structure_reference;

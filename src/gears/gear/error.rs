@@ -119,6 +119,59 @@ pub enum GearError {
         /// Diameter at which fillet and involute meet \[m\].
         form_diameter: f64,
     },
+    /// The teeth of a ring reach too far inwards, or not at all.
+    #[error(
+        "the tip diameter {tip_diameter:.6} m of gear {gear}, a ring, must be between {least:.6} m, where its involute \
+         or its tooth ends, and {most:.6} m, where its root fillet begins"
+    )]
+    RingTip {
+        /// 1 = pinion, 2 = wheel.
+        gear: usize,
+        /// Tip diameter \[m\].
+        tip_diameter: f64,
+        /// Diameter of the base circle, or where the flanks of a tooth meet \[m\].
+        least: f64,
+        /// Diameter at which fillet and involute meet \[m\].
+        most: f64,
+    },
+    /// The flanks of neighbouring teeth of a ring meet within its root circle.
+    #[error(
+        "the spaces of gear {gear}, a ring, are pointed within the root diameter {root_diameter:.6} m; raise its profile \
+         shift or lower the rack's dedendum"
+    )]
+    RingSpace {
+        /// 1 = pinion, 2 = wheel.
+        gear: usize,
+        /// Root diameter \[m\].
+        root_diameter: f64,
+    },
+    /// The pinion's tip meets the fillet of a ring.
+    #[error(
+        "the pinion's tip meets the ring at the roll angle {active_roll:.5} rad, beyond {form_roll:.5} rad where its \
+         involute ends at the root fillet; lower the pinion's tip diameter or the rack's tip radius"
+    )]
+    RingInterference {
+        /// Roll angle at which contact would end (tangent of the pressure angle).
+        active_roll: f64,
+        /// Roll angle at which fillet and involute meet.
+        form_roll: f64,
+    },
+    /// The ring around the teeth is too thin.
+    #[error(
+        "the outer diameter {outer} m of a ring divided by its root diameter is {ratio:.3} but must be at least {least}; \
+         raise the outer diameter"
+    )]
+    RingBody {
+        /// Outer diameter \[m\].
+        outer: f64,
+        /// Outer diameter over root diameter.
+        ratio: f64,
+        /// Least ratio.
+        least: f64,
+    },
+    /// A gear that does not run inside its ring.
+    #[error(transparent)]
+    Ring(#[from] super::InternalError),
     /// A tip meets its mate's fillet.
     #[error(
         "the mate's tip meets gear {gear} at the roll angle {active_roll:.5} rad, below {form_roll:.5} rad where its involute begins; lower the mate's tip diameter or raise this gear's profile shift"

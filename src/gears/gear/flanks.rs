@@ -6,11 +6,13 @@
 //! running with the pinion driving: contact begins at the wheel's tip (s < 0) and ends at the
 //! pinion's (s > 0). The roll angles are `tan α_w + s/r_b1` of the pinion and
 //! `tan α_w − s/r_b2` of the wheel.
+//!
+//! The wheel may be a ring ([`ToothForm::ring`](super::ToothForm::ring)), whose radii are negative. The formulas hold as they are.
 
 use super::compliance::{GearBodies, LEAST_BODY_RATIO};
 use super::pair::NO_BACKLASH;
 use super::tip_contact::TipContact;
-use super::{AlongFace, FlankCourse, GearError, GearPair, Tooth, Undercut};
+use super::{AlongFace, FlankCourse, GearError, GearPair, InternalPair, Tooth, Undercut};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
@@ -73,9 +75,9 @@ pub struct Flanks {
     pub pressure_angle: f64,
     /// Helix angle at the base cylinders \[rad\], positive with a right-handed pinion.
     pub base_helix_angle: f64,
-    /// Centre distance \[m\].
+    /// Centre distance, negative of a ring \[m\].
     pub centre_distance: f64,
-    /// Radii on which the gears roll \[m\].
+    /// Radii on which the gears roll, negative of a ring \[m\].
     pub operating_pitch_radii: [f64; 2],
     /// Backlash along the line of action, at both flanks together \[m\]: twice the half gap.
     pub backlash: f64,
@@ -83,7 +85,7 @@ pub struct Flanks {
     pub clearance: [f64; 2],
     /// Face width \[m\].
     pub face_width: f64,
-    /// Bores of the gear bodies \[m\].
+    /// Diameters where the gear bodies are held \[m\]: their bores; of a ring its outer diameter, negative.
     pub bores: [f64; 2],
     path: PathOfContact,
     /// tan α_w.
@@ -103,9 +105,12 @@ impl Flanks {
     /// # Errors
     ///
     /// [`GearError`]: undercut where the mate would touch, pointed tips, interference, contact ratio below 1, negative
-    /// backlash, tips in the mate's root, and values that are no lengths or moduli.
+    /// backlash, tips in the mate's root, and values that are no lengths or moduli; of a ring [`InternalPair::check`], too.
     pub fn new(pair: &GearPair) -> Result<Self, GearError> {
         check_values(pair)?;
+        if pair.form.ring.is_some() {
+            InternalPair::of(pair)?.check()?;
+        }
         let pressure_angle = pair.operating_pressure_angle()?;
         let centre_distance = pair.centre_distance()?;
         let teeth = [Tooth::new(pair, 0)?, Tooth::new(pair, 1)?];
@@ -135,7 +140,14 @@ impl Flanks {
         ];
         for ((gear, tooth), roll) in (1..).zip(&teeth).zip(lowest) {
             // A roll angle below zero would be contact beyond the end of the line of action.
-            if roll < tooth.form_roll {
+            if tooth.sense() < 0.0 {
+                if roll > tooth.form_roll {
+                    return Err(GearError::RingInterference {
+                        active_roll: roll,
+                        form_roll: tooth.form_roll,
+                    });
+                }
+            } else if roll < tooth.form_roll {
                 return Err(match tooth.undercut {
                     Some(Undercut { shift, limit }) => GearError::Undercut {
                         gear,
@@ -188,10 +200,10 @@ impl Flanks {
             along_face: None,
             pair: pair.clone(),
         };
-        if pair.helix_angle == 0.0 {
-            flanks.along_face = Some(Arc::new(AlongFace::of(&flanks)))
-        } else {
-            flanks.normal_section = Some(Box::new(flanks.in_normal_section()?))
+        if pair.helix_angle != 0.0 {
+            flanks.normal_section = Some(Box::new(flanks.in_normal_section()?));
+        } else if pair.form.ring.is_none() {
+            flanks.along_face = Some(Arc::new(AlongFace::of(&flanks)));
         }
         Ok(flanks)
     }
@@ -211,7 +223,7 @@ impl Flanks {
         };
         section.form.thinning = pair.form.thinning.map(|part| part * pair.helix_angle.cos());
         let counts = pair.virtual_teeth();
-        section.teeth = counts.map(|count| count.round() as u32);
+        section.teeth = counts.map(|count| count.abs().round() as u32);
         let last_roll =
             [0, 1].map(|index| LAST_ROLL * Tooth::pointed_roll(&section, index, counts[index]));
         let tooth = |index: usize| {
@@ -308,13 +320,17 @@ impl Flanks {
     /// Roll length of a gear at position s \[m\], its base radius times its roll angle.
     pub fn roll_length(&self, gear: usize, s: f64) -> f64 {
         let pitch = self.teeth[gear].base_radius * self.tangent;
-        if gear == 0 { pitch + s } else { pitch - s }
+        if gear == 0 { pitch + s } else { self.teeth[gear].sense() * (pitch - s) }
     }
 
     /// The position at which a gear has a roll length \[m\].
     pub fn at_roll_length(&self, gear: usize, length: f64) -> f64 {
         let pitch = self.teeth[gear].base_radius * self.tangent;
-        if gear == 0 { length - pitch } else { pitch - length }
+        if gear == 0 {
+            length - pitch
+        } else {
+            pitch - self.teeth[gear].sense() * length
+        }
     }
 
     /// Radius of relative curvature of the flanks at position s \[m\]:
@@ -336,7 +352,7 @@ impl Flanks {
     /// positive where the pinion's flank moves outwards over the wheel's, behind the pitch
     /// point.
     pub fn sliding(&self, s: f64) -> f64 {
-        let [pinion, wheel] = self.pair.teeth.map(f64::from);
+        let [pinion, wheel] = self.pair.signed_teeth();
         s * (1.0 + pinion / wheel)
     }
 }
@@ -387,7 +403,11 @@ fn check_values(pair: &GearPair) -> Result<(), GearError> {
         std::slice::from_ref(&form.centre_distance),
     ))
     .chain(given("tip diameter [m]", &form.tip_diameter))
-    .chain(given("bore [m]", &form.bore));
+    .chain(given("bore [m]", &form.bore))
+    .chain(given(
+        "outer diameter of a ring [m]",
+        std::slice::from_ref(&form.ring),
+    ));
     for (quantity, value) in positive {
         if !(value.is_finite() && value > 0.0) {
             return Err(GearError::NotPositive { quantity, value });
@@ -414,7 +434,9 @@ fn check_values(pair: &GearPair) -> Result<(), GearError> {
 fn check_points(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<(), GearError> {
     for (index, tooth) in teeth.iter().enumerate() {
         let [_, half] = pair.form.overhang[index].own(0.0, pair.face_width);
-        let profile = [tooth.form_roll, tooth.tip_roll].map(|roll| roll * tooth.base_radius);
+        let [root, tip] =
+            [tooth.form_roll, tooth.tip_roll].map(|roll| roll * tooth.base_radius.abs());
+        let profile = [root.min(tip), root.max(tip)];
         for (course, points, [from, to]) in [
             (
                 FlankCourse::Profile,
@@ -463,11 +485,24 @@ fn given(
     values.iter().flatten().map(move |value| (quantity, *value))
 }
 
-/// The bores, which must be known and make bodies whose compliance is.
+/// The bores, which must be known and make bodies whose compliance is; of a ring the outer diameter, negative.
 fn bores(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<[f64; 2], GearError> {
     let mut bores = [0.0; 2];
     for (index, tooth) in teeth.iter().enumerate() {
         let gear = index + 1;
+        if let (1, Some(outer)) = (index, pair.form.ring) {
+            let ratio = outer / (2.0 * tooth.root_radius.abs());
+            let least = LEAST_BODY_RATIO;
+            if ratio < least {
+                return Err(GearError::RingBody {
+                    outer,
+                    ratio,
+                    least,
+                });
+            }
+            bores[index] = -outer;
+            continue;
+        }
         let bore = pair.form.bore[index].ok_or(GearError::NoBore { gear })?;
         let ratio = 2.0 * tooth.root_radius / bore;
         if ratio < LEAST_BODY_RATIO {

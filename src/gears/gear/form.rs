@@ -43,6 +43,10 @@ pub struct ToothForm {
     /// Bore of the gear bodies \[m\], where they are held; none: the shaft's diameter, which
     /// only the shaft knows.
     pub bore: [Option<f64>; 2],
+    /// Outer diameter of the ring whose inner teeth are those of the wheel \[m\]: there it is held all round, and the
+    /// wheel has no bore. None: the teeth of the wheel point outwards.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ring: Option<f64>,
     /// What the gears are made of.
     pub material: [Material; 2],
     /// Hubs, webs and rims of the gear bodies. Of no effect on the flanks.
@@ -71,6 +75,7 @@ impl ToothForm {
             profile_points: both(&one.profile_points, &two.profile_points),
             lead_points: both(&one.lead_points, &two.lead_points),
             bore: both(&one.bore, &two.bore),
+            ring: two.ring,
             material: both(&one.material, &two.material),
             body: both(&one.body, &two.body),
             ..one.clone()
@@ -116,6 +121,7 @@ impl Default for ToothForm {
             profile_points: Default::default(),
             lead_points: Default::default(),
             bore: [None; 2],
+            ring: None,
             material: [Material::default(); 2],
             body: [BodyShape::default(); 2],
             plane: Plane::default(),

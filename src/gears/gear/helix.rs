@@ -72,11 +72,11 @@ impl GearPair {
         }
     }
 
-    /// Numbers of teeth of the spur gears that have the curvature of the normal section,
+    /// Numbers of teeth of the spur gears that have the curvature of the normal section, that of a ring negative,
     /// `z_n = z/(cos² β_b cos β)` (ISO 6336-1).
     pub(super) fn virtual_teeth(&self) -> [f64; 2] {
         let cos = self.helix_angle.cos() * self.base_helix_angle().cos().powi(2);
-        self.teeth.map(|z| f64::from(z) / cos)
+        self.signed_teeth().map(|z| z / cos)
     }
 }
 

@@ -10,7 +10,7 @@
 //!
 //! for the tooth of the first gear and the space of the second; the backlash is their difference.
 
-use super::involute::involute;
+use super::{GearError, GearPair, Tooth, involute};
 use std::f64::consts::PI;
 
 /// A gear inside a ring, in the transverse section. Arrays are `[gear, ring]`.
@@ -95,6 +95,30 @@ pub enum InternalError {
 }
 
 impl InternalPair {
+    /// A pair whose wheel is a ring.
+    ///
+    /// # Errors
+    /// As [`GearPair::tight_centre_distance`], where the drawing leaves distance or tips open.
+    pub fn of(pair: &GearPair) -> Result<Self, GearError> {
+        let tips = [
+            Tooth::tip_radius_of(pair, 0)?,
+            Tooth::tip_radius_of(pair, 1)?,
+        ];
+        let shift = pair.form.profile_shift;
+        Ok(Self {
+            teeth: pair.teeth,
+            module: pair.transverse_module(),
+            pressure_angle: pair.transverse_pressure_angle(),
+            profile_shift: shift.map(|shift| shift * pair.helix_angle.cos()),
+            tip_radius: tips.map(f64::abs),
+            thinning: pair.form.thinning,
+            centre_distance: match pair.form.centre_distance {
+                Some(distance) => distance,
+                None => pair.centre_distance()?.abs(),
+            },
+        })
+    }
+
     /// Reference radii \[m\].
     fn reference_radii(&self) -> [f64; 2] {
         self.teeth.map(|z| 0.5 * self.module * f64::from(z))
@@ -260,7 +284,7 @@ mod tests {
         let (x1, x2) = (0.5039, 0.1171);
         let alpha = 20f64.to_radians();
         let tight = involute(alpha) + 2.0 * alpha.tan() * (x1 + x2) / (36.0 - 93.0);
-        let working = super::super::involute::inverse_involute(tight);
+        let working = super::super::inverse_involute(tight);
         let distance = 0.021 * 57.0 / 2.0 * alpha.cos() / working.cos();
         let own = pair([36, 93], 21e-3, [x1, x2], distance);
         assert!(own.half_gap().unwrap().abs() < 1e-12);

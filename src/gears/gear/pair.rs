@@ -10,6 +10,10 @@ pub(super) const NO_BACKLASH: f64 = 1e-9;
 /// An involute pair on parallel axes, spur or helical, of one normal module, one normal pressure angle
 /// and opposite helix angles, without which two gears do not mesh: a drawing with unlike ones cannot
 /// be expressed. Arrays are `[pinion, wheel]`.
+///
+/// The wheel may be a ring ([`ToothForm::ring`]), with the pinion's hand of helix. Its number of teeth then counts as
+/// negative in all formulas (ISO 21771), and so do its radii and the centre distance that follow from it. The distance
+/// and the diameters of the drawing are positive.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct GearPair {
     /// Number of teeth.
@@ -35,7 +39,24 @@ impl GearPair {
     /// Pitch radii `r = m_t z / 2` \[m\].
     pub fn pitch_radii(&self) -> [f64; 2] {
         let module = self.transverse_module();
-        self.teeth.map(|z| 0.5 * module * f64::from(z))
+        self.signed_teeth().map(|z| 0.5 * module * z)
+    }
+
+    /// Numbers of teeth, that of a ring negative.
+    pub(super) fn signed_teeth(&self) -> [f64; 2] {
+        let [pinion, wheel] = self.teeth.map(f64::from);
+        [pinion, self.wheel_sign() * wheel]
+    }
+
+    /// -1 of a ring, 1 of an external wheel.
+    pub(super) fn wheel_sign(&self) -> f64 {
+        if self.form.ring.is_some() { -1.0 } else { 1.0 }
+    }
+
+    /// The centre distance of the drawing, negative of a ring \[m\].
+    fn given_centre_distance(&self) -> Option<f64> {
+        let given = self.form.centre_distance;
+        given.map(|distance| self.wheel_sign() * distance)
     }
 
     /// Base radii `r_b = r cos α_t` \[m\].
@@ -57,19 +78,20 @@ impl GearPair {
     ///
     /// [`GearError::BaseCirclesOverlap`], [`GearError::ShiftSum`].
     pub fn operating_pressure_angle(&self) -> Result<f64, GearError> {
-        let Some(centre_distance) = self.form.centre_distance else {
+        let Some(centre_distance) = self.given_centre_distance() else {
             return self.tight_pressure_angle();
         };
         if centre_distance == self.reference_centre_distance() {
             return Ok(self.transverse_pressure_angle());
         }
         let base_radii: f64 = self.base_radii().iter().sum();
-        if centre_distance > base_radii {
+        let (distance, least) = (centre_distance.abs(), base_radii.abs());
+        if distance > least {
             Ok((base_radii / centre_distance).acos())
         } else {
             Err(GearError::BaseCirclesOverlap {
-                centre_distance,
-                base_radii,
+                centre_distance: distance,
+                base_radii: least,
             })
         }
     }
@@ -82,7 +104,7 @@ impl GearPair {
         if sum == 0.0 {
             return Ok(angle);
         }
-        let teeth: f64 = self.teeth.map(f64::from).iter().sum();
+        let teeth: f64 = self.signed_teeth().iter().sum();
         let rise = 2.0 * self.pressure_angle.tan() / teeth;
         let value = involute(angle) + rise * sum;
         if value > 0.0 {
@@ -110,7 +132,7 @@ impl GearPair {
     /// As [`Self::operating_pressure_angle`].
     pub fn centre_distance(&self) -> Result<f64, GearError> {
         self.operating_pressure_angle()?;
-        match self.form.centre_distance {
+        match self.given_centre_distance() {
             Some(given) => Ok(given),
             None => self.tight_centre_distance(),
         }

@@ -56,11 +56,12 @@ impl GearPair {
         if length <= 0.0 {
             return Err(GearError::TipBelowForm {
                 gear: gear + 1,
-                tip_diameter: 2.0 * tip,
-                form_diameter: 2.0 * own * tangent.hypot(1.0),
+                tip_diameter: 2.0 * tip.abs(),
+                form_diameter: 2.0 * own.abs() * tangent.hypot(1.0),
             });
         }
-        Ok(length.min(mate * tangent))
+        // The line of action goes on beyond the base circle of a ring.
+        Ok(if mate > 0.0 { length.min(mate * tangent) } else { length })
     }
 
     /// Mesh phase in \[0, 1) at which a tooth of the pinion stands on the line of centres:

@@ -63,10 +63,13 @@ impl TipContact {
         let (sin, cos) = (beyond / self.base_radius - self.pressure_angle).sin_cos();
         let [x, y] = [cos - self.tip_roll * sin, sin + self.tip_roll * cos]
             .map(|coordinate| self.base_radius * coordinate);
-        let (x, y) = (self.centre_distance - x, -y);
+        // A ring looks the other way from its centre, and its involute ends at the largest roll angle.
+        let sense = self.mate_base_radius.signum();
+        let (x, y) = (sense * (self.centre_distance - x), sense * -y);
         let ratio = self.mate_base_radius / x.hypot(y);
         let roll = (ratio.powi(-2) - 1.0).max(0.0).sqrt();
-        (roll >= self.mate_form_roll).then(|| y.atan2(x) - roll.atan() + self.pressure_angle)
+        (sense * roll >= sense * self.mate_form_roll)
+            .then(|| y.atan2(x) - roll.atan() + self.pressure_angle)
     }
 
     /// How far behind the end of the path the gap reaches `gap` \[m\], but for the mate's fillet and
@@ -92,8 +95,9 @@ mod tests {
     use crate::gear::fixtures::pair;
     use crate::gear::{Flanks, ToothForm};
 
-    fn tips(teeth: [u32; 2], shift: [f64; 2]) -> [TipContact; 2] {
+    fn tips(teeth: [u32; 2], shift: [f64; 2], ring: Option<f64>) -> [TipContact; 2] {
         let form = ToothForm {
+            ring,
             profile_shift: shift,
             bore: [Some(22e-3), Some(26e-3)],
             ..ToothForm::default()
@@ -117,11 +121,13 @@ mod tests {
     /// that closes it: the flank moves along its normal with r_b' per unit of rotation.
     #[test]
     fn the_gap_is_the_distance_to_the_flank_on_small_ways() {
-        for tip in tips([20, 30], [0.0; 2])
+        for tip in tips([20, 30], [0.0; 2], None)
             .into_iter()
-            .chain(tips([23, 41], [0.3, -0.1]))
+            .chain(tips([23, 41], [0.3, -0.1], None))
+            .chain(tips([20, 70], [0.0; 2], Some(0.33)))
         {
-            let pitch = 2.0 * tip.base_radius;
+            let pitch = 2.0 * tip.base_radius.abs().min(0.05);
+            let sense = tip.mate_base_radius.signum();
             for part in [0.005, 0.01, 0.02] {
                 let beyond = part * pitch;
                 let edge = point(
@@ -129,12 +135,12 @@ mod tests {
                     beyond / tip.base_radius - tip.pressure_angle,
                     tip.tip_roll,
                 );
-                let seen = [tip.centre_distance - edge[0], -edge[1]];
+                let seen = [tip.centre_distance - edge[0], -edge[1]].map(|place| sense * place);
                 let start = tip.pressure_angle.tan()
                     - tip.pressure_angle
                     - (end(tip) + beyond) / tip.mate_base_radius;
                 let distance = |roll: f64| {
-                    let [x, y] = point(tip.mate_base_radius, start - roll, roll);
+                    let [x, y] = point(tip.mate_base_radius.abs(), start - roll, roll);
                     (x - seen[0]).hypot(y - seen[1])
                 };
                 let (mut low, mut high) = (0.0, 1.0);
@@ -156,7 +162,7 @@ mod tests {
 
     #[test]
     fn the_gap_begins_with_its_square() {
-        for tip in tips([20, 30], [0.0; 2]) {
+        for tip in tips([20, 30], [0.0; 2], None) {
             assert!(tip.gap(0.0).unwrap().abs() < 1e-16);
             let [one, half] = [1e-4, 5e-5].map(|beyond| tip.gap(beyond).unwrap());
             assert!((one / half - 4.0).abs() < 0.05, "{one} {half}");

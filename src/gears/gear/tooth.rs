@@ -16,12 +16,17 @@
 //! corner cuts the root of the involute off. The fillet then crosses the involute at some γ above α, and the
 //! flank begins there.
 //!
+//! A ring has inner teeth. Its number of teeth and its radii count as negative, which the formulas of the involute take as
+//! they are; y then runs outwards from its axis all the same, from the tip to the root. A rack cuts no ring: its fillet
+//! is an arc of the radius of the rack's corner that touches the involute and the root circle, or the largest such arc
+//! that has room between two teeth.
+//!
 //! Litvin & Fuentes, Gear Geometry and Applied Theory, 2nd ed. 2004, chapter 6.
 
 use super::{BasicRack, GearError, GearPair, inverse_involute, involute};
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-/// One tooth of one gear: radii \[m\], angles \[rad\].
+/// One tooth of one gear: radii \[m\], negative of a ring; angles \[rad\].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tooth {
     /// Reference radius `m z / 2`, on which gear and rack roll.
@@ -58,17 +63,27 @@ pub struct Undercut {
     pub limit: f64,
 }
 
-/// The rack's rounded corner.
+/// The curve between involute and root circle.
 #[derive(Debug, Clone, PartialEq)]
 struct Fillet {
-    /// Distance of its centre below the rolling line \[m\].
-    depth: f64,
-    /// Its centre's distance from the tooth's centre line \[m\].
-    offset: f64,
-    /// Radius \[m\].
+    curve: FilletCurve,
+    /// Radius of the rack's corner, or of the arc \[m\].
     radius: f64,
-    /// Angle of the normal at the involute \[rad\].
-    start: f64,
+    /// Angles of the normal at the involute and at the root circle \[rad\].
+    range: [f64; 2],
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum FilletCurve {
+    /// What the rack's rounded corner leaves.
+    Corner {
+        /// Distance of its centre below the rolling line \[m\].
+        depth: f64,
+        /// Its centre's distance from the tooth's centre line \[m\].
+        offset: f64,
+    },
+    /// An arc about a centre \[m\], of a ring.
+    Arc([f64; 2]),
 }
 
 /// A point of a profile with its derivative by the curve's parameter.
@@ -95,7 +110,7 @@ impl Tooth {
         check_rack(pair)?;
         let tip_radius = Self::tip_radius_of(pair, index)?;
         let section = pair.transverse_section();
-        let mut tooth = Self::cut(&section, index, f64::from(pair.teeth[index]), tip_radius)?;
+        let mut tooth = Self::cut(&section, index, pair.signed_teeth()[index], tip_radius)?;
         // Coefficients of a drawing are in normal modules.
         let cos = pair.helix_angle.cos();
         tooth.undercut = tooth.undercut.map(|own| Undercut {
@@ -106,28 +121,35 @@ impl Tooth {
     }
 
     /// The tooth of a spur gear that the rack of pair `pair` cuts, with a number of teeth that need
-    /// not be whole, up to a tip radius \[m\].
+    /// not be whole, up to a tip radius \[m\]; both are negative of a ring.
     ///
     /// # Errors
     ///
-    /// [`GearError::PointedTip`], [`GearError::TipBelowForm`].
+    /// [`GearError::PointedTip`], [`GearError::TipBelowForm`]; of a ring [`GearError::RingTip`] and
+    /// [`GearError::RingSpace`].
     pub(super) fn cut(
         pair: &GearPair,
         index: usize,
         teeth: f64,
         tip_radius: f64,
     ) -> Result<Self, GearError> {
+        if teeth < 0.0 {
+            return Self::of_ring(pair, index, teeth, tip_radius);
+        }
         let gear = index + 1;
         let (module, angle, rack) = (pair.module, pair.pressure_angle, pair.form.rack);
         let (sin, cos) = angle.sin_cos();
         let reference_radius = 0.5 * module * teeth;
         let base_radius = reference_radius * cos;
         let shift = generating_shift(pair, index);
+        let offset = module * (FRAC_PI_2 - land(rack, angle));
         let fillet = Fillet {
-            depth: module * (rack.dedendum - rack.tip_radius - shift),
-            offset: module * (FRAC_PI_2 - land(rack, angle)),
+            curve: FilletCurve::Corner {
+                depth: module * (rack.dedendum - rack.tip_radius - shift),
+                offset,
+            },
             radius: module * rack.tip_radius,
-            start: angle,
+            range: [angle, FRAC_PI_2],
         };
         // Depth of the end of the rack's straight flank below the rolling line; it touches the
         // line of action a distance of depth / sin α before the pitch point.
@@ -143,15 +165,16 @@ impl Tooth {
             undercut: None,
             tip_roll: ((tip_radius / base_radius).powi(2) - 1.0).sqrt(),
             base_half_angle: base_half_angle(pair, index, teeth),
-            root_half_angle: fillet.offset / reference_radius,
+            root_half_angle: offset / reference_radius,
             generating_shift: shift,
             fillet,
         };
         if form_roll < 0.0 {
             let limit = shift + (straight - reference_radius * sin * sin) / module;
             tooth.undercut = Some(Undercut { shift, limit });
-            tooth.fillet.start = tooth.crossing();
-            let crossing = tooth.fillet(tooth.fillet.start);
+            let start = tooth.crossing();
+            tooth.fillet.range[0] = start;
+            let crossing = tooth.fillet(start);
             tooth.form_radius = crossing.x.hypot(crossing.y).max(base_radius);
             tooth.form_roll = ((tooth.form_radius / base_radius).powi(2) - 1.0).sqrt();
         }
@@ -172,6 +195,85 @@ impl Tooth {
             });
         }
         Ok(tooth)
+    }
+
+    /// The tooth of a ring, as [`Self::cut`].
+    ///
+    /// The centre of an arc of radius ρ lies on the normal of the involute at the roll angle t and `R_f − ρ` from the
+    /// axis: `r_b t = ρ + √((R_f − ρ)² − r_b²)`.
+    fn of_ring(
+        pair: &GearPair,
+        index: usize,
+        teeth: f64,
+        tip_radius: f64,
+    ) -> Result<Self, GearError> {
+        let gear = index + 1;
+        let (module, rack) = (pair.module, pair.form.rack);
+        let reference_radius = 0.5 * module * teeth;
+        let base_radius = reference_radius * pair.pressure_angle.cos();
+        let generating_shift = generating_shift(pair, index);
+        let root_radius = reference_radius + module * (generating_shift - rack.dedendum);
+        let base_half_angle = base_half_angle(pair, index, teeth);
+        let (base, root) = (base_radius.abs(), root_radius.abs());
+        // Roll angle where the arc begins, and the polar angle of its centre.
+        let arc = |radius: f64| {
+            let tangent = (((root - radius) / base).powi(2) - 1.0).max(0.0).sqrt();
+            let roll = tangent + radius / base;
+            [roll, roll - base_half_angle - tangent.atan()]
+        };
+        let half_pitch = PI / teeth.abs();
+        if arc(0.0)[1] >= half_pitch {
+            let root_diameter = 2.0 * root;
+            return Err(GearError::RingSpace {
+                gear,
+                root_diameter,
+            });
+        }
+        let mut radius = module * rack.tip_radius;
+        if arc(radius)[1] > half_pitch {
+            let [mut fits, mut large] = [0.0, radius];
+            for _ in 0..f64::MANTISSA_DIGITS {
+                let middle = 0.5 * (fits + large);
+                if arc(middle)[1] < half_pitch { fits = middle } else { large = middle }
+            }
+            radius = fits;
+        }
+        let [form_roll, root_half_angle] = arc(radius);
+        let form_radius = base_radius * form_roll.hypot(1.0);
+        let pointed = base * Self::pointed_roll(pair, index, teeth).hypot(1.0);
+        let tip = tip_radius.abs();
+        if !(pointed < tip && tip < form_radius.abs()) {
+            return Err(GearError::RingTip {
+                gear,
+                tip_diameter: 2.0 * tip,
+                least: 2.0 * pointed,
+                most: 2.0 * form_radius.abs(),
+            });
+        }
+        let (sin, cos) = root_half_angle.sin_cos();
+        Ok(Self {
+            reference_radius,
+            base_radius,
+            tip_radius,
+            root_radius,
+            form_radius,
+            form_roll,
+            undercut: None,
+            tip_roll: ((tip_radius / base_radius).powi(2) - 1.0).sqrt(),
+            base_half_angle,
+            root_half_angle,
+            generating_shift,
+            fillet: Fillet {
+                curve: FilletCurve::Arc([(root - radius) * sin, (root - radius) * cos]),
+                radius,
+                range: [form_roll - base_half_angle, FRAC_PI_2 + root_half_angle],
+            },
+        })
+    }
+
+    /// Which way the tooth points: 1 outwards, -1 towards the axis.
+    pub(super) fn sense(&self) -> f64 {
+        self.base_radius.signum()
     }
 
     /// Angle γ of the normal at which the fillet of an undercut tooth crosses the involute.
@@ -199,24 +301,27 @@ impl Tooth {
         inverse_involute(base_half_angle(pair, index, teeth)).tan()
     }
 
-    /// Tip radius of gear `index` (0 = pinion) of a pair \[m\]: as given, else with the addendum
-    /// altered so that the tip keeps the rack's clearance.
+    /// Tip radius of gear `index` (0 = pinion) of a pair \[m\], negative of a ring: as given, else with the
+    /// addendum altered so that the tip keeps the rack's clearance; in a ring, where that would lengthen it, as it is.
     ///
     /// # Errors
     ///
     /// Those of [`GearPair::tight_centre_distance`].
     pub fn tip_radius_of(pair: &GearPair, index: usize) -> Result<f64, GearError> {
         if let Some(diameter) = pair.form.tip_diameter[index] {
-            return Ok(0.5 * diameter);
+            return Ok(0.5 * diameter * pair.pitch_radii()[index].signum());
         }
         let spread = pair.tight_centre_distance()? - pair.reference_centre_distance();
         let sum: f64 = pair.form.profile_shift.iter().sum();
-        let alteration = spread / pair.module - sum;
+        let alteration = match pair.form.ring {
+            None => spread / pair.module - sum,
+            Some(_) => 0.0,
+        };
         let own = pair.form.profile_shift[index];
         Ok(pair.pitch_radii()[index] + pair.module * (pair.form.rack.addendum + own + alteration))
     }
 
-    /// Thickness along the circle of a radius between base and tip \[m\].
+    /// Thickness along the circle of a radius between base and tip, negative of a ring \[m\].
     pub fn thickness(&self, radius: f64) -> f64 {
         let pressure_angle = (self.base_radius / radius).acos();
         2.0 * radius * (self.base_half_angle - involute(pressure_angle))
@@ -228,9 +333,9 @@ impl Tooth {
         let base = self.base_radius;
         ProfilePoint {
             x: base * (roll * cos - sin),
-            y: base * (roll * sin + cos),
+            y: self.sense() * (base * (roll * sin + cos)),
             dx: -base * roll * sin,
-            dy: base * roll * cos,
+            dy: self.sense() * (base * roll * cos),
         }
     }
 
@@ -242,13 +347,19 @@ impl Tooth {
 
     /// The fillet at angle γ of its normal, from [`Self::fillet_range`].
     pub fn fillet(&self, normal: f64) -> ProfilePoint {
-        let Fillet {
-            depth,
-            offset,
-            radius,
-            ..
-        } = self.fillet;
+        let radius = self.fillet.radius;
         let (sin, cos) = normal.sin_cos();
+        let (depth, offset) = match self.fillet.curve {
+            FilletCurve::Corner { depth, offset } => (depth, offset),
+            FilletCurve::Arc([x, y]) => {
+                return ProfilePoint {
+                    x: x - radius * cos,
+                    y: y + radius * sin,
+                    dx: radius * sin,
+                    dy: radius * cos,
+                };
+            }
+        };
         let rolled = (depth * cos / sin + offset) / self.reference_radius;
         let rolled_by = -depth / (self.reference_radius * sin * sin);
         let reach = depth / sin + radius;
@@ -268,7 +379,7 @@ impl Tooth {
 
     /// Angles of the fillet's normal at the involute and at the root circle \[rad\].
     pub fn fillet_range(&self) -> [f64; 2] {
-        [self.fillet.start, FRAC_PI_2]
+        self.fillet.range
     }
 }
 

@@ -63,11 +63,11 @@ impl Force {
     pub fn at(tooth: &Tooth, roll: f64) -> Self {
         let point = tooth.flank(roll);
         let (sin, cos) = tooth.force_angle(roll).sin_cos();
-        let unit = tooth.root_radius;
+        let unit = tooth.root_radius.abs();
         Self {
             flank: [point.x / unit, point.y / unit],
-            height: tooth.base_radius / cos / unit,
-            direction: [-cos, -sin],
+            height: tooth.base_radius.abs() / cos / unit,
+            direction: [-cos, -(tooth.sense() * sin)],
         }
     }
 }
@@ -182,6 +182,8 @@ pub(super) struct Basis {
     height: [f64; 2],
     /// Half thickness of the taper in the middle, and what it gains from there to the tip.
     taper: [f64; 2],
+    /// Which way the tooth points: 1 outwards, -1 towards the axis.
+    sense: f64,
 }
 
 /// Values of the polynomials at a point with their derivatives by x and y.
@@ -208,16 +210,19 @@ impl Values {
 
 impl Basis {
     pub fn new(tooth: &Tooth, resolution: &Resolution) -> Self {
-        let unit = tooth.root_radius;
-        let (foot, low) = tooth.root_half_angle.sin_cos();
+        let (unit, sense) = (tooth.root_radius.abs(), tooth.sense());
+        let (foot, ends) = tooth.root_half_angle.sin_cos();
+        // The foot of an inner tooth is highest in its middle.
+        let low = if sense > 0.0 { ends } else { 1.0 };
         let tip = tooth.flank(tooth.tip_roll);
-        let top = tooth.tip_radius / unit;
+        let top = tooth.tip_radius.abs() / unit;
         let narrow = (tip.x / unit).max(LEAST_TAPER * foot);
         Self {
             across: resolution.across,
             along: resolution.along,
             height: [0.5 * (top + low), 0.5 * (top - low)],
             taper: [0.5 * (narrow + foot), 0.5 * (narrow - foot)],
+            sense,
         }
     }
 
@@ -300,7 +305,7 @@ impl Part<'_> {
     /// slope at the foot is not as good as their values.
     pub fn work_on_centre_line(&self, height: f64, direction: [f64; 2]) -> Vec<f64> {
         let depth = 1.0 - height;
-        if depth <= 0.0 {
+        if self.basis.sense * depth <= 0.0 {
             return self.work([0.0, height], direction);
         }
         let at_foot = self.work([0.0, 1.0], direction);
@@ -378,7 +383,7 @@ impl Part<'_> {
 /// Nodes and weights of half the plate, counted twice: of fillet and involute in the parameter of
 /// the curve, and across in the angle about the gear's axis.
 pub(super) fn interior(tooth: &Tooth, resolution: &Resolution) -> Vec<[f64; 3]> {
-    let unit = tooth.root_radius;
+    let unit = tooth.root_radius.abs();
     let across = GaussLegendre::new(resolution.across + 1);
     let [joint, root] = tooth.fillet_range();
     let curves = [
@@ -397,7 +402,7 @@ pub(super) fn interior(tooth: &Tooth, resolution: &Resolution) -> Vec<[f64; 3]> 
             let point = if fillet { tooth.fillet(parameter) } else { tooth.flank(parameter) };
             let radius = point.x.hypot(point.y);
             let angle = point.x.atan2(point.y);
-            let rise = (point.x * point.dx + point.y * point.dy) / radius;
+            let rise = tooth.sense() * (point.x * point.dx + point.y * point.dy) / radius;
             let area = radius * angle * rise * 0.5 * (to - from) * weight / (unit * unit);
             for (place, across) in across.nodes.iter().zip(&across.weights) {
                 let share = 0.5 * (1.0 + place);

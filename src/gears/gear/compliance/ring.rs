@@ -1,5 +1,5 @@
 //! The gear body as an elastic ring, held at its bore and loaded on arcs of its root circle: the
-//! feet of its teeth.
+//! feet of its teeth. The ring of inner teeth is loaded on its inside and held at its outer diameter.
 //!
 //! Each harmonic of the stress gives displacements in closed form (Michell's solution; Barber,
 //! Elasticity, 3rd ed., table 9.1, plane stress). Feet whose tractions are alike but for a turn of
@@ -113,9 +113,11 @@ pub(super) fn waves(
     waves
 }
 
-/// An elastic ring of outer radius 1 and Young's modulus 1, held at its bore.
+/// An elastic ring of Young's modulus 1, loaded at the radius 1 of its roots: from outside and held at its bore, or from
+/// inside and held at its outer diameter.
 pub(super) struct Ring {
-    bore: f64,
+    /// Radius where it is held: below 1, or above.
+    held: f64,
     shear: f64,
     /// Lamé's first constant of plane stress.
     lame: f64,
@@ -127,12 +129,12 @@ pub(super) struct Ring {
 type Basis = [f64; 4];
 
 impl Ring {
-    /// The ring of a ratio of root to bore radius.
+    /// The ring of a ratio of root radius to that where it is held; below 1 of inner teeth.
     pub fn new(ratio: f64, poisson_ratio: f64) -> Self {
         let shear = 0.5 / (1.0 + poisson_ratio);
         let kolosov = (3.0 - poisson_ratio) / (1.0 + poisson_ratio);
         Self {
-            bore: 1.0 / ratio,
+            held: 1.0 / ratio,
             shear,
             lame: shear * (3.0 - kolosov) / (kolosov - 1.0),
             kolosov,
@@ -141,51 +143,53 @@ impl Ring {
 
     /// Tangential displacement by a uniform tangential stress: `v = C (r − r_i²/r)`.
     fn twist(&self) -> f64 {
-        let inner = self.bore * self.bore;
-        (1.0 - inner) / (2.0 * self.shear * inner)
+        let held = self.held * self.held;
+        (1.0 - held).abs() / (2.0 * self.shear * held)
     }
 
     /// Radial displacement by a uniform radial stress: `u = C (r − r_i²/r)`.
     fn breathing(&self) -> f64 {
-        let inner = self.bore * self.bore;
-        (1.0 - inner) / (2.0 * self.lame + 2.0 * self.shear * (1.0 + inner))
+        let held = self.held * self.held;
+        (1.0 - held).abs() / (2.0 * self.lame + 2.0 * self.shear * (1.0 + held))
     }
 
-    /// Displacements at the outer circle by unit stresses there, `[[rr, rt], [rt, tt]]`: radial
-    /// cosines and tangential sines.
+    /// Displacements at the root circle by unit tractions there, `[[rr, rt], [rt, tt]]`: radial
+    /// cosines and tangential sines. Tractions on the inside are the stresses with the opposite sign.
     fn harmonic(&self, order: u64) -> [[f64; 2]; 2] {
         let n = order as f64;
-        if 2.0 * n * self.bore.ln() + 2.0 * n.ln() < UNFELT.ln() {
-            // Of a disc without a bore.
-            let (first, second) = (1.0 / (n - 1.0), self.kolosov / (n + 1.0));
+        let side = if self.held < 1.0 { 1.0 } else { -1.0 };
+        if side * 2.0 * n * self.held.ln() + 2.0 * n.ln() < UNFELT.ln() {
+            // Of a disc without a bore, or of a hole in a plate without an end, whose order counts as negative.
+            let (first, second) = (1.0 / (n - side), self.kolosov / (n + side));
             let like = 0.25 / self.shear * (second + first);
-            let cross = 0.25 / self.shear * (second - first);
+            let cross = side * 0.25 / self.shear * (second - first);
             return [[like, cross], [cross, like]];
         }
-        let inner = self.basis(order, self.bore);
-        let outer = self.basis(order, 1.0);
-        // Columns: held at the bore; stresses at the outer circle by Hooke's law.
+        let held = self.basis(order, self.held);
+        let loaded = self.basis(order, 1.0);
+        // Columns: held; tractions at the root circle by Hooke's law.
         let columns: [[f64; 4]; 4] = std::array::from_fn(|j| {
-            let [u, v, du, dv] = outer[j];
+            let [u, v, du, dv] = loaded[j];
             [
-                inner[j][0],
-                inner[j][1],
-                self.lame * (du + u + n * v) + 2.0 * self.shear * du,
-                self.shear * (dv - v - n * u),
+                held[j][0],
+                held[j][1],
+                side * (self.lame * (du + u + n * v) + 2.0 * self.shear * du),
+                side * (self.shear * (dv - v - n * u)),
             ]
         });
         let inverse = linalg::invert(&columns);
         let at = |component: usize, load: usize| -> f64 {
             (0..4)
-                .map(|j| outer[j][component] * inverse[2 + load][j])
+                .map(|j| loaded[j][component] * inverse[2 + load][j])
                 .sum()
         };
         [[at(0, 0), at(0, 1)], [at(1, 0), at(1, 1)]]
     }
 
-    /// The four displacement fields of a harmonic, those that decay outwards scaled at the bore.
+    /// The four displacement fields of a harmonic, scaled where they are largest.
     fn basis(&self, order: u64, r: f64) -> [Basis; 4] {
         let (k, n) = (self.kolosov, order as f64);
+        let (inside, outside) = (self.held.min(1.0), self.held.max(1.0));
         let power = |coefficients: [f64; 2], exponent: f64, scale: f64| -> Basis {
             let value = (r / scale).powf(exponent);
             let by = exponent * (r / scale).powf(exponent - 1.0) / scale;
@@ -201,15 +205,15 @@ impl Ring {
             ]
         } else {
             [
-                power([-n, n], n - 1.0, 1.0),
-                power([k + n - 1.0, n - 1.0 - k], 1.0 - n, self.bore),
+                power([-n, n], n - 1.0, outside),
+                power([k + n - 1.0, n - 1.0 - k], 1.0 - n, inside),
             ]
         };
         [
             first,
             second,
-            power([k - n - 1.0, k + n + 1.0], n + 1.0, 1.0),
-            power([n, n], -n - 1.0, self.bore),
+            power([k - n - 1.0, k + n + 1.0], n + 1.0, outside),
+            power([n, n], -n - 1.0, inside),
         ]
     }
 }

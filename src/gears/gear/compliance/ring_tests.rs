@@ -45,6 +45,30 @@ fn a_high_harmonic_is_that_of_a_disc() {
     assert!((cross * 1e6 / (1.0 - NU) - 1.0).abs() < 1e-5, "{cross}");
 }
 
+/// A thick ring that is loaded from inside is a hole in a plate without an end: breathing and twist by `(1 + ν)/E` (Lamé),
+/// high harmonics in closed form, and far out those of a half plane seen from the other side.
+#[test]
+fn a_thick_ring_is_a_hole_in_a_plate() {
+    let plate = Ring::new(1e-9, NU);
+    for value in [plate.breathing(), plate.twist()] {
+        assert!((value / (1.0 + NU) - 1.0).abs() < 1e-12, "{value}");
+    }
+    let thick = Ring::new(0.25, NU);
+    for (order, least) in [(13, 1e-14), (20, 0.0)] {
+        let (one, other) = (thick.harmonic(order), plate.harmonic(order));
+        for (one, other) in one.iter().flatten().zip(other.iter().flatten()) {
+            let difference = (one / other - 1.0).abs();
+            assert!(
+                (least..1e-11).contains(&difference),
+                "{order}: {difference:e}"
+            );
+        }
+    }
+    let [[like, cross], _] = plate.harmonic(1_000_000);
+    assert!((like * 1e6 / 2.0 - 1.0).abs() < 1e-5, "{like}");
+    assert!((cross * 1e6 / (NU - 1.0) - 1.0).abs() < 1e-5, "{cross}");
+}
+
 /// The transverse compliance by a uniform stress is P* of Sainsot, Velex & Duverger (2004), that
 /// by a radial one P* Q*, within the error of their fit.
 #[test]

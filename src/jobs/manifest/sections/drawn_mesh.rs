@@ -142,11 +142,11 @@ pub(super) fn of_drawing(
 
 /// Whether slices of the face support each other.
 fn face(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Option<FaceLaw> {
-    if gears.is_some_and(|pair| pair.helix_angle != 0.0) {
+    if gears.is_some_and(|pair| pair.helix_angle != 0.0 || pair.form.ring.is_some()) {
         section.without_effect(
             issues,
             &["face"],
-            "on helical gears, because their slices bear load independently",
+            "on helical gears and in rings, because their slices bear load independently",
             "remove it",
         );
         return Some(FaceLaw::Independent);

@@ -144,7 +144,7 @@ pub(super) const KEYS: &[Key] = &[
     key("train.shaft.*.gears.*.internal", Kind::Boolean, ANY, "true").or("false")
         .about("Whether the teeth point inwards: the gear is a ring. A ring runs with planets."),
     quantity("train.shaft.*.gears.*.outer", Length, POSITIVE, r#""300 mm""#).otherwise("the pitch diameter plus 8 modules")
-        .about("Outer diameter of a ring's body."),
+        .about("Outer diameter of a ring's body. A mesh from the drawing takes the ring as held all round there."),
     quantity("train.shaft.*.gears.*.pressure_angle", Angle, bounds(0.0, true, FRAC_PI_4, true), r#""25 deg""#).or(r#""20 deg""#)
         .about("Pressure angle of the basic rack."),
     quantity("train.shaft.*.gears.*.helix_angle", Angle, bounds(-FRAC_PI_4, true, FRAC_PI_4, true), r#""-20 deg""#).or("0")

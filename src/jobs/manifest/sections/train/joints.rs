@@ -2,7 +2,7 @@
 
 use super::parts::{Parts, Planets, TIGHT};
 use super::shaft::{all, triple};
-use crate::gear::{EvenSharing, GearPair, InternalPair, MeshTableSpec};
+use crate::gear::{EvenSharing, Flanks, GearPair, InternalPair, MeshTableSpec};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::sections::{contact_law, drawn_mesh};
@@ -80,7 +80,7 @@ enum Drawing {
     /// External gears, and whether their axes are parallel.
     Pair(Box<GearPair>, bool),
     /// A gear in a ring, and whether it drives.
-    Ring(InternalPair, bool),
+    Ring(Box<GearPair>, InternalPair, bool),
 }
 
 impl Drawing {
@@ -89,7 +89,7 @@ impl Drawing {
         match self {
             Self::Pair(_, false) => None,
             Self::Pair(pair, true) => pair.drawn_half_gap().ok().flatten(),
-            Self::Ring(pair, _) => pair
+            Self::Ring(_, pair, _) => pair
                 .half_gap()
                 .ok()
                 .filter(|gap| *gap > TIGHT * pair.module),
@@ -100,7 +100,7 @@ impl Drawing {
         match self {
             Self::Pair(pair, false) => Some(pair.pressure_angle),
             Self::Pair(pair, true) => pair.operating_pressure_angle().ok(),
-            Self::Ring(pair, _) => pair.operating_pressure_angle().ok(),
+            Self::Ring(_, pair, _) => pair.operating_pressure_angle().ok(),
         }
     }
 
@@ -108,8 +108,8 @@ impl Drawing {
     fn symmetry(&self) -> Option<f64> {
         match self {
             Self::Pair(pair, true) => pair.symmetry().ok(),
-            Self::Ring(pair, true) => pair.symmetry().ok(),
-            Self::Pair(_, false) | Self::Ring(_, false) => None,
+            Self::Ring(_, pair, true) => pair.symmetry().ok(),
+            Self::Pair(_, false) | Self::Ring(_, _, false) => None,
         }
     }
 }
@@ -125,8 +125,8 @@ fn mesh(
     let drawing = gears.and_then(|gears| {
         if gears.iter().any(|&gear| train.gear(gear).internal) {
             let drives = !train.gear(gears[0]).internal;
-            let ring = parts.ring(table, issues, train, gears)?;
-            return Some(Drawing::Ring(ring, drives));
+            let (pair, ring) = parts.ring(table, issues, train, gears)?;
+            return Some(Drawing::Ring(Box::new(pair), ring, drives));
         }
         let (pair, parallel) = parts.drawing(table, issues, train, gears, "gears")?;
         Some(Drawing::Pair(Box::new(pair), parallel))
@@ -148,7 +148,8 @@ fn mesh(
     let mut beside = beside?;
     let planet = parts.planets.and_then(Planets::first);
     let sun_drives = planet.is_some_and(|planet| train.gears[1] == planet);
-    if let (Drawing::Ring(ring, true), true, false) = (&drawing, sun_drives, table.has("phase")) {
+    if let (Drawing::Ring(_, ring, true), true, false) = (&drawing, sun_drives, table.has("phase"))
+    {
         beside.phase = phase_of_ring(&train.pair, ring).unwrap_or(0.0);
     }
     let friction = friction?;
@@ -244,8 +245,22 @@ fn drawn_or_given(
                 "law = \"given\"",
             );
         }
-        Drawing::Ring(..) => {
-            return refuse(issues, "law", "rings have no mesh table", "law = \"given\"");
+        Drawing::Ring(pair, _, true) => {
+            let pair = train.on_shafts(pair, gears?);
+            if let Err(error) = Flanks::new(&pair) {
+                let message =
+                    format!("the mesh of this gear in its ring cannot be computed: {error}");
+                return refuse(issues, "law", &message, "law = \"given\"");
+            }
+            pair
+        }
+        Drawing::Ring(_, _, false) => {
+            return refuse(
+                issues,
+                "law",
+                "a ring that is named first drives, and has no mesh table",
+                "name the gear inside first, or set law = \"given\"",
+            );
         }
     };
     if table.choice_or_default(issues, "resolution")? == "pairs" {
@@ -274,14 +289,16 @@ fn phase_of_ring(sun: &GearPair, ring: &InternalPair) -> Option<f64> {
     Some((ring.tooth_phase().ok()? - tooth).rem_euclid(1.0))
 }
 
-/// Where pairs slide over the mesh cycle: the drawing says it of external gears on axes that are parallel.
+/// Where pairs slide over the mesh cycle: the drawing says it of gears on axes that are parallel, the ring being driven.
 fn sliding(table: &Section, issues: &mut Issues, drawing: &Drawing) -> Option<EvenSharing> {
     let fault = match drawing {
-        Drawing::Ring(..) => "the sliding of internal teeth is not modelled".to_owned(),
+        Drawing::Ring(_, _, false) => {
+            "friction in a ring that is named first is not modelled".to_owned()
+        }
         Drawing::Pair(_, false) => {
             "friction reverses at the pitch point, which is unknown for bevel gears".to_owned()
         }
-        Drawing::Pair(pair, true) => match EvenSharing::new(pair) {
+        Drawing::Pair(pair, true) | Drawing::Ring(pair, _, true) => match EvenSharing::new(pair) {
             Ok(pairs) => return Some(pairs),
             Err(fault) => {
                 format!("the drawing does not determine the direction of sliding: {fault}")

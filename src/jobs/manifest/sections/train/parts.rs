@@ -6,7 +6,7 @@ use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::sections::gear;
 use crate::manifest::tree::Value;
-use crate::shaft::{GearPlace, PlanetarySet, TrainDrive, TrainGear, TrainShaft};
+use crate::shaft::{BesideEachOther, GearPlace, PlanetarySet, TrainDrive, TrainGear, TrainShaft};
 
 /// A centre distance this near to the one without backlash, as a part of it, is that one.
 pub(super) const TIGHT: f64 = 1e-9;
@@ -151,14 +151,15 @@ impl Parts<'_> {
         GearPair { form, ..pair }
     }
 
-    /// A gear and the ring around it on their axes, the gear being the first of both or the second.
+    /// A gear and the ring around it on their axes, the gear being the first of both or the second. Their common face is
+    /// that of gears of which the ring is the second.
     pub fn ring(
         &self,
         section: &Section,
         issues: &mut Issues,
         train: &TrainDrive,
         gears: [GearPlace; 2],
-    ) -> Option<InternalPair> {
+    ) -> Option<(GearPair, InternalPair)> {
         let inside_out = if train.gear(gears[0]).internal { [gears[1], gears[0]] } else { gears };
         let [own, ring] = inside_out.map(|place| train.gear(place));
         let drawn = inside_out.map(|place| &self.drawn[place.shaft][place.gear]);
@@ -171,20 +172,21 @@ impl Parts<'_> {
             let given = form.tip_diameter[0].map(|diameter| 0.5 * diameter);
             given.unwrap_or(gear.pitch_radius() + outwards * addendum)
         });
-        let transverse = pair_of([own, ring], 1.0);
+        let mut pair = self.pair(inside_out, train.pair.rated_torque);
+        pair.form.tip_diameter = [cut.unwrap_or(tips[0]), tips[1]].map(|tip| Some(2.0 * tip));
         let fault = match train.beside(gears) {
             Ok(beside) => {
-                let pair = InternalPair {
-                    teeth: [own.teeth, ring.teeth],
-                    module: transverse.transverse_module(),
-                    pressure_angle: transverse.transverse_pressure_angle(),
-                    profile_shift: drawn.map(|form| form.profile_shift[0] * own.helix_angle.cos()),
-                    tip_radius: [cut.unwrap_or(tips[0]), tips[1]],
-                    thinning: drawn.map(|form| form.thinning[0]),
-                    centre_distance: beside.map_or(0.0, |beside| beside.centre_distance),
-                };
-                match pair.check() {
-                    Ok(()) => return Some(pair),
+                pair.form.centre_distance = Some(0.0);
+                if let Some(beside) = beside {
+                    stand_beside(&mut pair, &beside);
+                    pair.form.centre_distance = Some(beside.centre_distance);
+                }
+                let checked = InternalPair::of(&pair).and_then(|own| {
+                    own.check()?;
+                    Ok(own)
+                });
+                match checked {
+                    Ok(inside) => return Some((pair, inside)),
                     Err(error) => {
                         format!("gear `{}` cannot run in `{}`: {error}", own.name, ring.name)
                     }
@@ -243,12 +245,7 @@ impl Parts<'_> {
             }
         };
         let distance = beside.centre_distance;
-        pair.face_width = beside.width;
-        pair.form.overhang = beside.overhang;
-        pair.form.plane = gear::plane_of(pair.module, pair.face_width);
-        if !beside.alike {
-            pair.form.turn_lead(1);
-        }
+        stand_beside(&mut pair, &beside);
         let tight = pair.tight_centre_distance().ok();
         if tight.is_none_or(|tight| (distance / tight - 1.0).abs() > TIGHT) {
             pair.form.centre_distance = Some(distance);
@@ -266,6 +263,16 @@ impl Parts<'_> {
                 None
             }
         }
+    }
+}
+
+/// Gives a pair the common face of its gears.
+fn stand_beside(pair: &mut GearPair, beside: &BesideEachOther) {
+    pair.face_width = beside.width;
+    pair.form.overhang = beside.overhang;
+    pair.form.plane = gear::plane_of(pair.module, pair.face_width);
+    if !beside.alike {
+        pair.form.turn_lead(1);
     }
 }
 

@@ -293,15 +293,15 @@ fn toothed(
     let gear = gear();
     let pair = gear.as_ref().map(|gear| pair_of([gear, gear], 1.0));
     let form = gear::of_one(table, issues, width, pair.as_ref());
-    let (gear, form) = (gear?, form?);
-    let module = gear.module;
+    let (gear, mut form) = (gear?, form?);
+    let pitch = 2.0 * gear.pitch_radius();
+    form.ring = rim.map(|outer| outer.unwrap_or(pitch + RIM * gear.module));
     let body = match given? {
         Some(body) => body,
         None => {
-            let pitch = 2.0 * gear.pitch_radius();
-            let [outer, inner] = match rim {
+            let [outer, inner] = match form.ring {
                 None => [pitch, bore],
-                Some(outer) => [outer.unwrap_or(pitch + RIM * module), pitch],
+                Some(outer) => [outer, pitch],
             };
             match Disc::webbed([outer, inner], gear.width, form.body[0].web, density) {
                 Ok(body) => body,
