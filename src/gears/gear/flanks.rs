@@ -9,19 +9,16 @@
 //!
 //! The wheel may be a ring ([`ToothForm::ring`](super::ToothForm::ring)), whose radii are negative. The formulas hold as they are.
 
-use super::compliance::{GearBodies, LEAST_BODY_RATIO};
+use super::compliance::GearBodies;
+use super::drawing_checks::{bores, check_points, check_values};
 use super::pair::NO_BACKLASH;
 use super::tip_contact::TipContact;
-use super::{AlongFace, FlankCourse, GearError, GearPair, InternalPair, Tooth, Undercut};
-use std::f64::consts::FRAC_PI_2;
+use super::{AlongFace, GearError, GearPair, InternalPair, Tooth, Undercut};
 use std::sync::Arc;
 
 /// Gap \[modules\] up to which tip edges beyond the ends of the path are followed: several times what a
 /// load that teeth stand closes.
 const TIP_GAP: f64 = 0.03;
-
-/// Part of a flank by which points may lie beyond its ends: what rounding of a drawing's lengths makes.
-const ON_FLANK: f64 = 1e-3;
 
 /// Part of the roll angle at which the flanks of a virtual tooth meet up to which it has a thickness to bear with.
 const LAST_ROLL: f64 = 0.99;
@@ -367,153 +364,4 @@ fn tips(teeth: &[Tooth; 2], centre_distance: f64, pressure_angle: f64) -> [TipCo
         centre_distance,
         pressure_angle,
     })
-}
-
-/// Lengths, angles and moduli that the formulas take for granted; a manifest has them checked
-/// already, a caller of the library may not.
-fn check_values(pair: &GearPair) -> Result<(), GearError> {
-    if pair.helix_angle.is_nan() || pair.helix_angle.abs() >= FRAC_PI_2 {
-        let value = pair.helix_angle;
-        return Err(GearError::HelixAngle { value });
-    }
-    let form = &pair.form;
-    let material = form.material;
-    let relief = || {
-        (form.tip_relief.iter())
-            .chain(&form.root_relief)
-            .chain(&form.end_relief)
-    };
-    let positive = [
-        ("module [m]", pair.module),
-        ("pressure angle [rad]", pair.pressure_angle),
-        ("face width [m]", pair.face_width),
-        ("rack addendum [1]", form.rack.addendum),
-        ("rack dedendum [1]", form.rack.dedendum),
-        ("Young's modulus [Pa]", material[0].young_modulus),
-        ("Young's modulus [Pa]", material[1].young_modulus),
-    ]
-    .into_iter()
-    .chain(
-        relief()
-            .filter(|relief| relief.amount != 0.0)
-            .map(|relief| ("length of relief [m]", relief.length)),
-    )
-    .chain(given(
-        "centre distance [m]",
-        std::slice::from_ref(&form.centre_distance),
-    ))
-    .chain(given("tip diameter [m]", &form.tip_diameter))
-    .chain(given("bore [m]", &form.bore))
-    .chain(given(
-        "outer diameter of a ring [m]",
-        std::slice::from_ref(&form.ring),
-    ));
-    for (quantity, value) in positive {
-        if !(value.is_finite() && value > 0.0) {
-            return Err(GearError::NotPositive { quantity, value });
-        }
-    }
-    let non_negative = [
-        ("rack tip radius [1]", form.rack.tip_radius),
-        ("thinning [m]", form.thinning[0]),
-        ("thinning [m]", form.thinning[1]),
-        ("Poisson's ratio [1]", material[0].poisson_ratio),
-        ("Poisson's ratio [1]", material[1].poisson_ratio),
-    ]
-    .into_iter()
-    .chain(relief().map(|relief| ("amount of relief [m]", relief.amount)));
-    for (quantity, value) in non_negative {
-        if !(value.is_finite() && value >= 0.0) {
-            return Err(GearError::Negative { quantity, value });
-        }
-    }
-    Ok(())
-}
-
-/// Courses through points lie on their flanks, in order.
-fn check_points(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<(), GearError> {
-    for (index, tooth) in teeth.iter().enumerate() {
-        let [_, half] = pair.form.overhang[index].own(0.0, pair.face_width);
-        let [root, tip] =
-            [tooth.form_roll, tooth.tip_roll].map(|roll| roll * tooth.base_radius.abs());
-        let profile = [root.min(tip), root.max(tip)];
-        for (course, points, [from, to]) in [
-            (
-                FlankCourse::Profile,
-                &pair.form.profile_points[index],
-                profile,
-            ),
-            (
-                FlankCourse::Lead,
-                &pair.form.lead_points[index],
-                [-half, half],
-            ),
-        ] {
-            let gear = index + 1;
-            let found = points.points.len();
-            if found == 1 {
-                return Err(GearError::OnePoint { course, gear });
-            }
-            if let Some(point) = points.first_out_of_order() {
-                return Err(GearError::PointOrder {
-                    course,
-                    gear,
-                    point: point + 1,
-                });
-            }
-            let slack = ON_FLANK * (to - from);
-            let outside = |place: &f64| !(from - slack..=to + slack).contains(place);
-            if let Some(place) = points.kinks().find(outside) {
-                return Err(GearError::PointOffFlank {
-                    course,
-                    gear,
-                    place,
-                    from,
-                    to,
-                });
-            }
-        }
-    }
-    Ok(())
-}
-
-/// The values that a drawing does give, named.
-fn given(
-    quantity: &'static str,
-    values: &[Option<f64>],
-) -> impl Iterator<Item = (&'static str, f64)> {
-    values.iter().flatten().map(move |value| (quantity, *value))
-}
-
-/// The bores, which must be known and make bodies whose compliance is; of a ring the outer diameter, negative.
-fn bores(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<[f64; 2], GearError> {
-    let mut bores = [0.0; 2];
-    for (index, tooth) in teeth.iter().enumerate() {
-        let gear = index + 1;
-        if let (1, Some(outer)) = (index, pair.form.ring) {
-            let ratio = outer / (2.0 * tooth.root_radius.abs());
-            let least = LEAST_BODY_RATIO;
-            if ratio < least {
-                return Err(GearError::RingBody {
-                    outer,
-                    ratio,
-                    least,
-                });
-            }
-            bores[index] = -outer;
-            continue;
-        }
-        let bore = pair.form.bore[index].ok_or(GearError::NoBore { gear })?;
-        let ratio = 2.0 * tooth.root_radius / bore;
-        if ratio < LEAST_BODY_RATIO {
-            return Err(GearError::BodyRatio {
-                gear,
-                bore,
-                ratio,
-                least: LEAST_BODY_RATIO,
-            });
-        }
-        bores[index] = bore;
-    }
-    Ok(bores)
 }

@@ -1,6 +1,7 @@
 //! Gear geometry and what follows from it; knows nothing of files or dynamics.
 
 mod compliance;
+mod drawing_checks;
 mod error;
 mod even_sharing;
 #[cfg(test)]
