@@ -7,6 +7,9 @@ use std::f64::consts::FRAC_PI_2;
 /// Part of a flank by which points may lie beyond its ends: what rounding of a drawing's lengths makes.
 const ON_FLANK: f64 = 1e-3;
 
+/// Thickness of a ring outside its roots \[modules\] from which it is solved as accurately as thicker ones.
+const LEAST_RIM: f64 = 2.0;
+
 /// Lengths, angles and moduli that the formulas take for granted; a manifest has them checked
 /// already, a caller of the library may not.
 pub(super) fn check_values(pair: &GearPair) -> Result<(), GearError> {
@@ -129,8 +132,9 @@ pub(super) fn bores(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<[f64; 2], Gea
     for (index, tooth) in teeth.iter().enumerate() {
         let gear = index + 1;
         if let (1, Some(outer)) = (index, pair.form.ring) {
-            let ratio = outer / (2.0 * tooth.root_radius.abs());
-            let least = LEAST_BODY_RATIO;
+            let root = tooth.root_radius.abs();
+            let ratio = outer / (2.0 * root);
+            let least = 1.0 + LEAST_RIM * pair.module / root;
             if ratio < least {
                 return Err(GearError::RingBody {
                     outer,

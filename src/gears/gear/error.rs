@@ -158,7 +158,7 @@ pub enum GearError {
     },
     /// The ring around the teeth is too thin.
     #[error(
-        "the outer diameter {outer} m of a ring divided by its root diameter is {ratio:.3} but must be at least {least}; \
+        "the outer diameter {outer} m of a ring divided by its root diameter is {ratio:.4} but must be at least {least:.4}; \
          raise the outer diameter"
     )]
     RingBody {
