@@ -12,7 +12,7 @@ use gearatlas::manifest::{self, StructureSource};
 use gearatlas::shaft::MeshLaw;
 use std::path::Path;
 
-/// Tooth and ring are within 0.3 % of the elements in plane stress and strain, and within 3 % where the force crosses the
+/// Tooth and ring are within 0.5 % of the elements in plane stress and strain, and within 3 % where the force crosses the
 /// centre line of the tooth beyond the root circle, nearest to the root. Neighbours are within 1 % of what
 /// the loaded tooth gives.
 #[test]
@@ -61,7 +61,7 @@ fn a_whole_ring_in_finite_elements() {
             let tau = roll - flanks.teeth[1].base_half_angle;
             let crossing = flanks.teeth[1].base_radius / tau.cos();
             let beyond = crossing < flanks.teeth[1].root_radius;
-            within(value, own, if beyond { 3e-2 } else { 3e-3 });
+            within(value, own, if beyond { 3e-2 } else { 5e-3 });
         }
         for ((&roll, coupling), own) in rolls.iter().zip(coupling).zip(column("own")) {
             // Elements go on beyond the pinion's tip.
