@@ -16,9 +16,8 @@ type Instant = (u64, f64);
 #[derive(Debug, Clone)]
 pub(super) struct Contacts {
     period: f64,
-    /// Side and release of every contact, and its place among those that are told; none for the springs of flanks behind
-    /// the first.
-    all: Vec<(f64, Release, Option<usize>)>,
+    /// Release of every contact. `None` for springs of a flank behind its first.
+    releases: Vec<Option<Release>>,
     first: Option<Instant>,
     last: Option<(Instant, bool)>,
     speeds: Sample<f64>,
@@ -29,17 +28,11 @@ pub(super) struct Contacts {
 
 impl Contacts {
     pub(super) fn new(model: &Model) -> Self {
-        let behind = model.flank_springs - FLANKS;
-        let place = |contact: usize| match contact {
-            first if first < FLANKS => Some(first),
-            spring if model.of_mesh(spring) => None,
-            further => Some(further - behind),
-        };
-        let all = model.contacts.iter().enumerate();
+        let behind = |contact: usize| model.of_mesh(contact) && contact >= FLANKS;
         Self {
             period: model.period(),
-            all: all
-                .map(|(contact, own)| (own.side, own.release, place(contact)))
+            releases: (model.contacts.iter().enumerate())
+                .map(|(contact, own)| (!behind(contact)).then_some(own.release))
                 .collect(),
             first: None,
             last: None,
@@ -70,8 +63,9 @@ impl Contacts {
         self.fastest = self.fastest.max(other.fastest);
     }
 
-    /// A change of contact; `sums` are those of the present stretch.
-    pub(super) fn event(&mut self, event: &Event, sums: &mut Sums) {
+    /// Records a change of a contact with its place among the statistics and its side. `sums` are those of the present
+    /// stretch.
+    pub(super) fn event(&mut self, event: &Event, (place, side): (usize, f64), sums: &mut Sums) {
         let now = (event.cycle, event.time);
         let touching = event.to.flanks() != Flanks::Free;
         if touching != (event.from.flanks() != Flanks::Free) {
@@ -81,11 +75,10 @@ impl Contacts {
             self.first.get_or_insert(now);
             self.last = Some((now, touching));
         }
-        let (side, release, place) = self.all[event.contact];
-        let Some(place) = place.filter(|_| event.closes() && release.is_struck(side * event.rate))
-        else {
+        let struck = |release: Release| event.closes() && release.is_struck(side * event.rate);
+        if !self.releases[event.contact].is_some_and(struck) {
             return;
-        };
+        }
         let speed = event.rate.abs();
         let own = &mut sums.contacts[place];
         own.impacts += 1.0;

@@ -366,6 +366,7 @@ impl Observer for Nvh {
     }
 
     fn event(&mut self, event: &Event) {
-        self.contacts.event(event, self.stretches.open());
+        let place = self.places[event.contact];
+        self.contacts.event(event, place, self.stretches.open());
     }
 }
