@@ -121,14 +121,26 @@ pub(super) struct Support {
 }
 
 impl Support {
-    /// A bearing without rolling contacts, or before its mean load is known.
-    pub fn new(node: usize, base: Option<usize>, stiffness: Bearing) -> Self {
-        Self {
+    /// Adds a bearing between a node of a shaft and a base, or the ground, to an assembly. It has no rolling contacts
+    /// before its mean load is known.
+    pub fn add(
+        assembly: &mut Assembly,
+        node: usize,
+        base: Option<usize>,
+        bearing: Bearing,
+    ) -> Result<Self, ShaftError> {
+        match base {
+            None => assembly.add_spring(node, bearing.stiffness())?,
+            Some(base) => assembly.add_spring_between(node, base, bearing.stiffness())?,
+        }
+        assembly.add_dampers(node, base, bearing.damping)?;
+        assembly.add_cross_springs(node, base, bearing.cross)?;
+        Ok(Self {
             node,
             base,
-            stiffness,
+            stiffness: bearing,
             contacts: Ring::default(),
-        }
+        })
     }
 
     /// Row of a freedom in the stiffness of springs and rolling contacts.
@@ -192,20 +204,8 @@ pub(super) fn wheel_speed(gears: &GearPair) -> f64 {
 
 impl Bearing {
     /// Stiffness of each freedom, in the order of [`Freedom`].
-    pub(super) fn stiffness(&self) -> [f64; 6] {
+    fn stiffness(&self) -> [f64; 6] {
         [self.x, self.y, self.axial, self.tilt, self.tilt, 0.0]
-    }
-
-    /// Adds dampers and cross-coupled springs between a node of the shaft and a pedestal, or
-    /// the ground.
-    pub(super) fn couple(
-        &self,
-        assembly: &mut Assembly,
-        node: usize,
-        pedestal: Option<usize>,
-    ) -> Result<(), ShaftError> {
-        assembly.add_dampers(node, pedestal, self.damping)?;
-        assembly.add_cross_springs(node, pedestal, self.cross)
     }
 }
 

@@ -101,14 +101,11 @@ impl FlexibleDrive {
                 stiffness: self.shear_modulus * section.polar_moment() / (pair[1] - pair[0]),
             });
         }
-        let supports = [0, 1].map(|number| {
-            let node = first + [first_bearing, second_bearing][number];
-            Support::new(node, None, shaft.bearings[number])
-        });
-        for support in supports {
-            assembly.add_spring(support.node, support.stiffness.stiffness())?;
-            support.stiffness.couple(assembly, support.node, None)?;
-        }
+        let [one, other] = [first_bearing, second_bearing].map(|station| first + station);
+        let supports = [
+            Support::add(assembly, one, None, shaft.bearings[0])?,
+            Support::add(assembly, other, None, shaft.bearings[1])?,
+        ];
         assembly.add_disc(first + gear, body.rigid)?;
         assembly.add_polar_inertia(first, shaft.end_inertia)?;
         assembly.add_drag(first, None, shaft.drag.viscous)?;

@@ -164,9 +164,7 @@ impl RigidDrive {
     ) -> Result<Support, ShaftError> {
         let stiffness = self.shafts[place[0]].bearings[place[1]];
         let pedestal = self.add_pedestal(assembly, place)?;
-        assembly.add_spring_between(node, pedestal, stiffness.stiffness())?;
-        stiffness.couple(assembly, node, Some(pedestal))?;
-        Ok(Support::new(node, Some(pedestal), stiffness))
+        Support::add(assembly, node, Some(pedestal), stiffness)
     }
 
     /// Adds what a bearing stands on: a pedestal, or the ground.

@@ -76,14 +76,7 @@ impl TrainDrive {
                 let base = base
                     .map(|node| assembly.add_turned_node(node, axis.components()))
                     .transpose()?;
-                let support = Support::new(nodes.at(*at), base, *bearing);
-                match support.base {
-                    None => assembly.add_spring(support.node, bearing.stiffness())?,
-                    Some(base) => {
-                        assembly.add_spring_between(support.node, base, bearing.stiffness())?;
-                    }
-                }
-                bearing.couple(&mut assembly, support.node, support.base)?;
+                let support = Support::add(&mut assembly, nodes.at(*at), base, *bearing)?;
                 supports.push((format!("{} {number}", shaft.name), support));
             }
             assembly.add_drag(nodes.at(shaft.torque_at), None, shaft.drag.viscous)?;
@@ -254,9 +247,8 @@ impl TrainDrive {
         };
         let pin = assembly.add_node_beside(body, [x, y, along])?;
         let node = shafts[planet.shaft].at(0.0);
-        assembly.add_spring_between(node, pin, set.bearing.stiffness())?;
-        set.bearing.couple(assembly, node, Some(pin))?;
-        Ok((pin, Support::new(node, Some(pin), set.bearing)))
+        let support = Support::add(assembly, node, Some(pin), set.bearing)?;
+        Ok((pin, support))
     }
 
     /// A gear that runs loose at a node of its shaft, and its bearing.
@@ -278,10 +270,9 @@ impl TrainDrive {
                 assembly.fix(node, *freedom)?;
             }
         }
-        assembly.add_spring_between(node, on, loose.bearing.stiffness())?;
-        loose.bearing.couple(assembly, node, Some(on))?;
+        let support = Support::add(assembly, node, Some(on), loose.bearing)?;
         assembly.add_drag(node, Some(on), loose.drag.viscous)?;
-        Ok((node, Some(Support::new(node, Some(on), loose.bearing))))
+        Ok((node, Some(support)))
     }
 }
 
