@@ -235,18 +235,18 @@ fn moved_bearings() -> Vec<(RollingBearing, Ring)> {
     ]
 }
 
+/// Lengths that turn displacements and tilts of a ring into lengths \[m\], and loads into forces.
+fn freedoms(bearing: &RollingBearing) -> [f64; 5] {
+    let diameter = bearing.pitch_diameter;
+    [1.0, 1.0, 1.0, diameter, diameter]
+}
+
 #[test]
 fn stiffness_is_the_derivative_of_the_load() {
     for (bearing, moved) in moved_bearings() {
         let law = bearing.law().unwrap();
         let own = law.at(&moved).stiffness;
-        let scale = [
-            1.0,
-            1.0,
-            1.0,
-            bearing.pitch_diameter,
-            bearing.pitch_diameter,
-        ];
+        let scale = freedoms(&bearing);
         let largest = own[0][0].max(own[2][2]);
         let mut worst = 0.0_f64;
         for j in 0..5 {
@@ -376,13 +376,7 @@ fn loads_are_those_of_a_sum_in_space() {
         let own = bearing.law().unwrap().at(&moved).load;
         let other = summed(&bearing, &moved);
         let size = Vector3::new(own[0], own[1], own[2]).norm();
-        let scale = [
-            1.0,
-            1.0,
-            1.0,
-            bearing.pitch_diameter,
-            bearing.pitch_diameter,
-        ];
+        let scale = freedoms(&bearing);
         let worst = (0..5)
             .map(|i| (own[i] - other[i]).abs() / (size * scale[i]))
             .fold(0.0, f64::max);
