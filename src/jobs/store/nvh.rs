@@ -82,7 +82,7 @@ pub(super) fn listed(column: &str) -> Option<Listed> {
 }
 
 /// The columns that list contacts.
-pub const CONTACT_LISTS: [&str; 4] = [
+const CONTACT_LISTS: [&str; 4] = [
     "contact_force",
     "contact_fraction",
     "contact_impact_rate",
