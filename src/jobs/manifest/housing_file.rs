@@ -62,10 +62,14 @@ fn read(root: &Section, issues: &mut Issues) -> Option<Housing> {
     }
     let tables = root.tables(issues, "node")?;
     let nodes: Vec<_> = tables.iter().map(|table| node(table, issues)).collect();
-    let internal = if root.has("internal") { root.texts(issues, "internal")? } else { Vec::new() };
+    let internal = if root.has("internal") {
+        root.texts(issues, "internal", None)?
+    } else {
+        Vec::new()
+    };
     let mut housing = Housing {
         nodes: nodes.into_iter().collect::<Option<_>>()?,
-        internal,
+        internal: internal.into_iter().map(str::to_owned).collect(),
         mass: Vec::new(),
         stiffness: Vec::new(),
         damping: Vec::new(),

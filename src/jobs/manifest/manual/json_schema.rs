@@ -5,7 +5,7 @@
 
 mod value;
 
-use crate::manifest::schema::{self, DefaultValue, Elsewhere, Key, Kind, MANIFEST, SHARED};
+use crate::manifest::schema::{self, DefaultValue, Key, Kind, MANIFEST, SHARED};
 use serde_json::{Map, Value, json};
 use value::{default, example, scalar, texts, value};
 
@@ -82,7 +82,7 @@ fn must_stand(path: &str, key: &Key) -> bool {
 
 /// A key and all that is below it.
 fn node(path: &str, key: &Key) -> Value {
-    let of_one = key.elsewhere == Elsewhere::OneGear && path.starts_with("train.");
+    let of_one = key.is_of_one_gear(path);
     let key = &Key {
         pair: key.pair.filter(|_| !of_one),
         ..*key

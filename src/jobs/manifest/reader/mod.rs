@@ -9,7 +9,7 @@ pub(super) use value::{
 };
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
-use super::schema::{self, Elsewhere, Key, Kind, Schema};
+use super::schema::{self, Key, Kind, Schema};
 use super::tree::{Entry, Node, Value, entries};
 
 /// A table of a file, with its dotted path.
@@ -229,13 +229,18 @@ impl<'t> Section<'t> {
         None
     }
 
-    /// A list of texts that must be there.
-    pub fn texts(&self, issues: &mut Issues, name: &str) -> Option<Vec<String>> {
-        let items = self.list(issues, name, None)?;
+    /// A list of texts that must be there, with this many elements if a length is given.
+    pub fn texts(
+        &self,
+        issues: &mut Issues,
+        name: &str,
+        length: Option<usize>,
+    ) -> Option<Vec<&'t str>> {
+        let items = self.list(issues, name, length)?;
         let spec = self.spec(&self.path_of(&format!("{name}.*")));
         let texts: Vec<_> = (items.iter().enumerate())
             .map(|(i, item)| match &item.value {
-                Value::Text(text) => Some(text.clone()),
+                Value::Text(text) => Some(text.as_str()),
                 _ => {
                     wrong_type(issues, item, &self.path_of(&format!("{name}.{i}")), spec);
                     None
@@ -368,10 +373,9 @@ impl<'t> Section<'t> {
     /// Two quantities in SI, `[first, second]`, or one for both.
     pub fn one_or_pair(&self, issues: &mut Issues, name: &str) -> Option<[f64; 2]> {
         // In the table of one gear a key of both has one value.
-        let of_both = self.spec(&self.path_of(name)).elsewhere != Elsewhere::OneGear
-            || !self.path.starts_with("train.");
+        let of_one = self.spec(&self.path_of(name)).is_of_one_gear(&self.path);
         match self.entry(name).map(|entry| &entry.node.value) {
-            Some(Value::Array(_)) if of_both => self.pair(issues, name),
+            Some(Value::Array(_)) if !of_one => self.pair(issues, name),
             _ => self.quantity(issues, name).map(|value| [value; 2]),
         }
     }

@@ -46,6 +46,11 @@ pub(in crate::manifest) const SHARED: [(&str, &str, Elsewhere); 4] = [
     ("train.mesh.*", "mesh", Elsewhere::FurtherMesh),
 ];
 
+/// Whether the table at this path draws one gear of a train. `[gear]` draws the two gears of a pair.
+pub(in crate::manifest) fn draws_one_gear(path: &str) -> bool {
+    path.starts_with("train.")
+}
+
 /// What holds where a key is absent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::manifest) enum DefaultValue {
@@ -359,6 +364,11 @@ impl Key {
 }
 
 impl Key {
+    /// Whether it has one value in the table at this path, though `[gear]` may give one per gear.
+    pub fn is_of_one_gear(&self, path: &str) -> bool {
+        self.elsewhere == Elsewhere::OneGear && draws_one_gear(path)
+    }
+
     /// The range of its numbers as it stands in a table, empty when any finite value will do.
     pub fn range(&self) -> String {
         match self.kind {

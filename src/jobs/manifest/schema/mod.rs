@@ -9,7 +9,8 @@ mod keys;
 mod tests;
 
 pub(in crate::manifest) use key::{
-    Bounds, DefaultValue, Elsewhere, Key, Kind, SEED, SHARED, VARIABLE_TABLES, choice, integer,
+    Bounds, DefaultValue, Elsewhere, Key, Kind, SEED, SHARED, VARIABLE_TABLES, choice,
+    draws_one_gear, integer,
 };
 pub(in crate::manifest) use keys::{FEWEST_CYCLES, HOUSING_FILE, MANIFEST, MODAL_FILE};
 

@@ -4,6 +4,7 @@
 use crate::gear::{BetweenPoints, GearPair, PointCourse};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
+use crate::manifest::schema::draws_one_gear;
 
 /// The profiles of both gears over their roll lengths; the drawing turns diameters into them.
 pub(super) fn profiles(
@@ -66,7 +67,7 @@ fn courses(
 ) -> Option<[PointCourse; 2]> {
     let mut found = [PointCourse::default(), PointCourse::default()];
     let mut whole = true;
-    let of_one = section.path != "gear";
+    let of_one = draws_one_gear(&section.path);
     for table in section.tables(issues, name)? {
         let gear = if of_one { Some("gear") } else { table.choice(issues, "gear") };
         let at = places(&table, issues, usize::from(gear == Some("wheel")));

@@ -7,6 +7,7 @@ use crate::gear::{
 };
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
+use crate::manifest::schema::draws_one_gear;
 use std::f64::consts::FRAC_PI_2;
 
 /// Widths, in thicknesses of a tooth on its reference circle, above which a face is held from widening: a usual
@@ -228,7 +229,7 @@ fn bodies(
         }
     };
     // A hub of a train is a section of its shaft.
-    let hubs = section.felt(section.path == "gear");
+    let hubs = section.felt(!draws_one_gear(&section.path));
     let diameter = optional(&hubs, issues, "hub_diameter");
     let length = if hubs.has("hub_diameter") {
         optional(&hubs, issues, "hub_length")

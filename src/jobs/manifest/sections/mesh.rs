@@ -5,7 +5,6 @@ use super::coast;
 use super::contact_law;
 use super::drawn_mesh;
 use super::friction;
-
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{self, Section};
 use crate::manifest::spec::{DampingSpec, MeshSpec, StiffnessSpec, TwoLevels};

@@ -5,7 +5,6 @@ use crate::gear::{Flanks, GearError, GearPair, InternalPair, Tooth, ToothForm};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::sections::gear;
-use crate::manifest::tree::Value;
 use crate::shaft::{BesideEachOther, GearPlace, PlanetarySet, TrainDrive, TrainGear, TrainShaft};
 
 /// A centre distance this near to the one without backlash, as a part of it, is that one.
@@ -61,7 +60,7 @@ impl Parts<'_> {
 
     /// Two shafts by their names.
     pub fn shafts(&self, section: &Section, issues: &mut Issues) -> Option<[usize; 2]> {
-        let [one, two] = names(section, issues, "shafts")?;
+        let [one, two] = section.texts(issues, "shafts", Some(2))?.try_into().ok()?;
         let one = self.shaft_named(section, issues, "shafts", one);
         let two = self.shaft_named(section, issues, "shafts", two);
         Some([one?, two?])
@@ -74,7 +73,7 @@ impl Parts<'_> {
         issues: &mut Issues,
         key: &str,
     ) -> Option<[GearPlace; 2]> {
-        let both = names(section, issues, key)?;
+        let both: [&str; 2] = section.texts(issues, key, Some(2))?.try_into().ok()?;
         let all = || {
             let shafts = self.shafts.iter().enumerate();
             shafts.flat_map(|(shaft, on)| {
@@ -296,20 +295,4 @@ fn unknown_name(
             crate::manifest::schema::nearest(name, known).map(|near| format!("\"{near}\"")),
         ),
     );
-}
-
-/// Two names.
-fn names<'t>(section: &Section<'t>, issues: &mut Issues, key: &str) -> Option<[&'t str; 2]> {
-    let items = section.list(issues, key, Some(2))?;
-    let texts: Vec<_> = (items.iter().enumerate())
-        .map(|(i, item)| match &item.value {
-            Value::Text(text) => Some(text.as_str()),
-            _ => {
-                let path = section.path_of(&format!("{key}.{i}"));
-                crate::manifest::reader::wrong_type(issues, item, &path, section.spec(&path));
-                None
-            }
-        })
-        .collect();
-    Some([texts[0]?, texts[1]?])
 }
