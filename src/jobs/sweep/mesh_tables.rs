@@ -226,12 +226,7 @@ impl MeshTables {
         } else {
             (unloaded, None)
         };
-        let mut cycle = self.cycle(spec, spec.stiffness, misalignment, force)?;
-        if is_scaled(spec, misalignment) {
-            let tangent = self.cycle(spec, StiffnessLaw::Tangent, misalignment, force)?;
-            let own = MeshTableCycle::clone(&cycle);
-            cycle = Arc::new(own.with_mean_stiffness(tangent.mean_stiffness()));
-        }
+        let cycle = self.scaled(spec, misalignment, force)?;
         let with_error = harmonics.is_none() && cycle.has_error();
         Ok(TabledMesh {
             divisions: match spec.division {
@@ -319,6 +314,23 @@ impl MeshTables {
         Ok(report)
     }
 
+    /// The cycle at a misalignment \[rad\] and a mesh force \[N\], with the mean stiffness of the tangent if
+    /// [`is_scaled`] says so.
+    pub(super) fn scaled(
+        &self,
+        spec: &MeshTableSpec,
+        misalignment: f64,
+        force: f64,
+    ) -> Result<Arc<MeshTableCycle>, MeshError> {
+        let cycle = self.cycle(spec, spec.stiffness, misalignment, force)?;
+        if !is_scaled(spec, misalignment) {
+            return Ok(cycle);
+        }
+        let tangent = self.cycle(spec, StiffnessLaw::Tangent, misalignment, force)?;
+        let own = MeshTableCycle::clone(&cycle);
+        Ok(Arc::new(own.with_mean_stiffness(tangent.mean_stiffness())))
+    }
+
     /// The cycle at a misalignment \[rad\] and a mesh force \[N\].
     fn cycle(
         &self,
@@ -370,7 +382,7 @@ pub(super) fn course(friction: f64, spec: &MeshTableSpec, cycle: &MeshTableCycle
 
 /// Whether the secant stiffness is scaled to the mean of the tangent's: contact that spreads along the face stiffens as it
 /// does, and from the first touch to the load it is as soft as half the tangent.
-pub(super) fn is_scaled(spec: &MeshTableSpec, misalignment: f64) -> bool {
+fn is_scaled(spec: &MeshTableSpec, misalignment: f64) -> bool {
     !spec.stiffness.is_tangent() && wanders(&spec.gears, misalignment)
 }
 
@@ -458,7 +470,7 @@ fn lock<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-pub(super) fn inputs(
+fn inputs(
     spec: &MeshTableSpec,
     stiffness: StiffnessLaw,
     misalignment: f64,

@@ -52,7 +52,7 @@ pub use family::PointFamily;
 pub use forecast::{Forecast, forecast};
 pub use job_run::{JobRan, JobRun, JobRunError, this_machine};
 pub use kernel_tables::KernelTables;
-pub use loaded_mesh::{LoadedMesh, loaded_mesh};
+pub use loaded_mesh::{LoadedMesh, loaded_further_meshes, loaded_mesh};
 pub use mesh_tables::{MeshError, MeshTables, TabledMesh};
 pub use panic_hook::{WORKER, hush_workers};
 pub use parts::{Prepared, structures};
