@@ -84,11 +84,9 @@ impl TrainDrive {
         );
         let with_shapes = self.structure(&solved, &layout, &assembled, (flanks, damping, gains))?;
         let settle = |column: &mut [f64]| solved.settle(column);
-        let mut structure = ModalStructure {
-            coupling: projection::coupling(&matrices, &solution, settle),
-            ..with_shapes.truncated(modes, false)?
-        };
-        structure.frame.stiffness = projection::frame_stiffness(&matrices, &solution, settle);
+        let mut structure = with_shapes.truncated(modes, false)?;
+        (structure.coupling, structure.frame.stiffness) =
+            projection::coupling(&matrices, &solution, settle);
         release_neutral(&mut structure);
         Ok(structure.truncated(retained, mta)?)
     }
