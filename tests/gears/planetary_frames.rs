@@ -219,6 +219,9 @@ fn plain(set: &Set) -> String {
     format!("{out}[mesh]{end}")
 }
 
+/// What is done to the manifests of a set and of its plain train.
+type Change<'a> = &'a dyn Fn(String) -> String;
+
 /// Where the carrier is held the set is a plain train: unequal bearings, rolling elements, stops across the axis and a housing
 /// may stand there.
 #[test]
@@ -245,7 +248,7 @@ fn a_set_whose_carrier_is_held_is_a_plain_train() {
         text + "[[train.stop]]\nshaft = \"input\"\nat = 0\ndirection = [1, 0, 0]\ngap = \"1 um\"\nstiffness = 1e8\n"
     };
     // Of one planet the sun loads its bearing.
-    let cases: [(&str, usize, &dyn Fn(String) -> String); 4] = [
+    let cases: [(&str, usize, Change<'_>); 4] = [
         ("unequal", 3, &unequal),
         ("balls", 1, &balls),
         ("housing", 3, &housed),
