@@ -157,7 +157,7 @@ fn speeds(first: &PointSpec) -> Option<(String, String)> {
     let bodies: Vec<String> = (bodies.iter())
         .map(|(name, speed)| format!("{name} {}", to_digits(*speed, 4)))
         .collect();
-    let text = format!("{} x the speed of the first gear", bodies.join(", "));
+    let text = format!("{} x the speed of the driver", bodies.join(", "));
     Some(("speeds".to_owned(), text))
 }
 

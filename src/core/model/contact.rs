@@ -10,14 +10,14 @@ pub const DRIVE_FLANK: usize = 0;
 pub const COAST_FLANK: usize = 1;
 
 /// Most contacts of a model.
-pub const MOST_CONTACTS: usize = 64;
+pub const MOST_CONTACTS: usize = 128;
 
 /// Contacts that are commonly closed at once at most: room for all is not made where these have it.
 pub const SEVERAL_CONTACTS: usize = 16;
 
 /// The closed ones of a model's contacts, by their places in [`super::Model::contacts`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct ActiveSet(u64);
+pub struct ActiveSet(u128);
 
 impl ActiveSet {
     /// No contact is closed: free flight.
@@ -86,9 +86,9 @@ impl ActiveSet {
         self.flanks().name()
     }
 
-    /// The set as the sum of `2^place`.
-    pub fn bits(self) -> u64 {
-        self.0
+    /// The set as sums of `2^place`: of the first 64 contacts, and of those behind them from place 0 on.
+    pub fn words(self) -> [u64; 2] {
+        [self.0 as u64, (self.0 >> 64) as u64]
     }
 }
 
@@ -263,12 +263,15 @@ mod tests {
 
     #[test]
     fn sets_hold_what_is_toggled() {
-        let set = [1, 4, 15]
+        let all = [1, 4, 15, 63, 64, 127];
+        let set = all.into_iter().fold(ActiveSet::FREE, ActiveSet::toggled);
+        assert_eq!(set.iter().collect::<Vec<_>>(), all);
+        assert_eq!((set.count(), set.only()), (6, None));
+        assert_eq!(set.words(), [(1 << 63) + 0x8012, (1 << 63) + 1]);
+        assert!((0..MOST_CONTACTS).all(|contact| set.holds(contact) == all.contains(&contact)));
+        let one = [1, 15, 63, 64, 127]
             .into_iter()
-            .fold(ActiveSet::FREE, ActiveSet::toggled);
-        assert_eq!(set.iter().collect::<Vec<_>>(), [1, 4, 15]);
-        assert_eq!((set.count(), set.only(), set.bits()), (3, None, 0x8012));
-        let one = set.toggled(1).toggled(15);
+            .fold(set, ActiveSet::toggled);
         assert_eq!((one.only(), one.touching()), (Some(4), true));
         assert_eq!(
             (one.toggled(4), ActiveSet::FREE.touching()),

@@ -263,11 +263,13 @@ impl From<Unrest> for ModelError {
             contacts,
             excess,
             friction,
+            untried,
         } = unrest;
         Self::NoEquilibrium {
             contacts,
             excess,
             friction,
+            untried,
         }
     }
 }

@@ -16,6 +16,7 @@ mod loads;
 mod mesh;
 mod nodes;
 mod planetary;
+mod ratio;
 mod size;
 mod solved;
 mod speeds;
@@ -277,15 +278,14 @@ impl TrainDrive {
     }
 
     /// A pair with bores that the drawing leaves open set to the diameters of its shafts, where
-    /// both have sections.
+    /// these have sections.
     pub fn on_shafts(&self, pair: &GearPair, gears: [GearPlace; 2]) -> GearPair {
-        let at = |place: GearPlace| {
-            ShaftSection::at(&self.shafts[place.shaft].sections, self.gear(place).at)
-        };
-        match gears.map(at) {
-            [Some(one), Some(two)] => pair.on_shafts([one.outer, two.outer]),
-            _ => pair.clone(),
+        let mut pair = pair.clone();
+        for (bore, place) in pair.form.bore.iter_mut().zip(gears) {
+            let own = ShaftSection::at(&self.shafts[place.shaft].sections, self.gear(place).at);
+            *bore = bore.or(own.map(|section| section.outer));
         }
+        pair
     }
 }
 

@@ -267,7 +267,7 @@ fn with_mesh(
         speed: point.speed,
     };
     let mut model = Model::new(structure, &drive, operating)?;
-    model.rolling = rolling(point, friction, 1.0 - structure.frame.speed);
+    model.rolling = rolling(point, friction, structure.frame.rolling);
     Ok(model)
 }
 

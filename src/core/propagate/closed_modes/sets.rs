@@ -7,7 +7,10 @@ use crate::propagate::TableError;
 pub const FEW: usize = 256;
 
 /// Most systems of a drive.
-const MOST_SETS: usize = 1 << 20;
+const MOST_SETS: usize = 1 << MOST_CONTACTS;
+
+/// Most contacts of a drive: each has two states or more.
+pub const MOST_CONTACTS: usize = 20;
 
 /// A time this close to a breakpoint, relative to the mesh period, is on it.
 pub const SAME_TIME: f64 = 1e-13;

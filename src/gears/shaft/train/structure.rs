@@ -84,11 +84,9 @@ impl TrainDrive {
         );
         let with_shapes = self.structure(&solved, &layout, &assembled, (flanks, damping, gains))?;
         let settle = |column: &mut [f64]| solved.settle(column);
-        let mut structure = ModalStructure {
-            coupling: projection::coupling(&matrices, &solution, settle),
-            ..with_shapes.truncated(modes, false)?
-        };
-        structure.frame.stiffness = projection::frame_stiffness(&matrices, &solution, settle);
+        let mut structure = with_shapes.truncated(modes, false)?;
+        (structure.coupling, structure.frame.stiffness) =
+            projection::coupling(&matrices, &solution, settle);
         release_neutral(&mut structure);
         Ok(structure.truncated(retained, mta)?)
     }
@@ -215,7 +213,7 @@ impl TrainDrive {
             let node = assembled.at(shaft, self.shafts[shaft].torque_at);
             solved.participation(&[(node, Freedom::RotationZ, sense)])
         };
-        let driving = torque_on(self.driver, 1.0);
+        let driving = torque_on(self.driver, sense(layout.speeds[self.driver]));
         // A torque on the shaft of a loose gear has neither the speed nor the sense of the gear.
         let fixed = |place: &GearPlace| self.gear(*place).loose.is_none();
         let wheel = Some(self.gears[1]).filter(|place| fixed(place) && self.planetary.is_none());
@@ -239,7 +237,7 @@ impl TrainDrive {
             teeth: self.pair.teeth[0],
             wheel_teeth: Some(self.pair.teeth[1]),
             frame: TurningFrame {
-                speed: layout.carrier,
+                rolling: layout.speeds[self.body_of(self.gears[0])] - layout.carrier,
                 stiffness: Vec::new(),
                 load: self.centrifugal_load(solved, layout, assembled),
             },

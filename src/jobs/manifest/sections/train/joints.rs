@@ -38,10 +38,12 @@ pub(super) fn meshes(
     let read = all(section, issues, "mesh", |table, issues| {
         mesh(table, issues, parts, train)
     })?;
+    let pairs = std::iter::once(train.gears).chain(read.iter().map(|mesh| mesh.gears));
+    let central = train.central_teeth(pairs);
     let others = |mesh: &TrainMesh| {
         parts
             .planets
-            .map_or_else(Vec::new, |planets| planets.others(train, mesh))
+            .map_or_else(Vec::new, |planets| planets.others(train, mesh, central))
     };
     let first = TrainMesh {
         gears: train.gears,
@@ -147,7 +149,9 @@ fn mesh(
     let (drawing, law) = (drawing?, law?);
     let mut beside = beside?;
     let planet = parts.planets.and_then(Planets::first);
-    let sun_drives = planet.is_some_and(|planet| train.gears[1] == planet);
+    let sun_drives = planet.is_some_and(|planet| {
+        train.gears[1] == planet && gears.is_some_and(|gears| gears.contains(&planet))
+    });
     if let (Drawing::Ring(_, ring, true), true, false) = (&drawing, sun_drives, table.has("phase"))
     {
         beside.phase = phase_of_ring(&train.pair, ring).unwrap_or(0.0);
