@@ -38,6 +38,7 @@ mod output;
 mod release;
 mod rest;
 mod rolling;
+mod slider;
 mod stiffness;
 mod structure_contacts;
 mod system;
@@ -62,6 +63,7 @@ pub use mesh::{MeshCycle, Segment, equal_parts};
 pub use output::{Output, Quantity};
 pub use release::Release;
 pub use rolling::Rolling;
+pub use slider::Slider;
 pub use stiffness::{STIFFNESS_TERMS, Stiffness};
 pub use system::Model;
 

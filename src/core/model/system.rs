@@ -7,10 +7,10 @@ use super::error::{ModelError, positive};
 use super::{
     ActiveSet, BearingOutput, Block, Contact, Direction, Division, Drive, Line, MOST_CONTACTS,
     MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Output, Release, Ripple, Rolling, Segment,
-    TransmissionErrorHarmonic,
+    Slider, TransmissionErrorHarmonic,
 };
 use super::{bearing, clearance, drive as laws, flank_springs, one_set, structure_contacts};
-use crate::structure::{FlankParticipation, MOST_BASE_CYCLES, ModalStructure};
+use crate::structure::{FlankParticipation, MOST_BASE_CYCLES, ModalStructure, SliderPart};
 use std::f64::consts::TAU;
 
 /// A component this small, relative to the largest, is round-off.
@@ -66,6 +66,8 @@ pub struct Model {
     pub effective_mass: f64,
     /// Teeth of pinion and wheel, where known.
     pub teeth: [Option<u32>; 2],
+    /// Dry sliders in series with springs.
+    pub sliders: Vec<Slider>,
 }
 
 impl Model {
@@ -111,7 +113,11 @@ impl Model {
             laws::ends_are_in_order(cycle)?;
         }
 
-        let (basis, generators) = Basis::new(structure, point.speed)?;
+        let (basis, mut generators) = Basis::new(structure, point.speed)?;
+        let sliders = Slider::of_structure(structure, 2 * (1 + drive.further.len()));
+        let basis = basis.with_sliders(sliders.len());
+        // A slider rests unless it slips.
+        generators.resize(generators.len() + sliders.len(), [[0.0; 2]; 2]);
         let rotate = |values: &[f64]| basis.turn(values);
 
         let rated: Vec<f64> = (rotate(&structure.torque).iter())
@@ -208,11 +214,19 @@ impl Model {
         let further = (structure.contacts.iter().enumerate())
             .map(|(number, own)| {
                 let own = &structure_contacts::with_own_law(own, drive)?;
-                let release = release(drive.release, own.law.damping);
+                let release = match own.law.slider {
+                    None => release(drive.release, own.law.damping),
+                    Some(SliderPart::Spring) => Release::Stick,
+                    Some(_) => Release::Slip,
+                };
+                let slider = sliders
+                    .iter()
+                    .find(|slider| slider.has(flank_springs + number));
+                let slider = slider.map(|slider| slider.block);
                 let on_bearings = bearing::on_each(structure, |share| {
                     share.contacts.get(number).copied().unwrap_or_default()
                 });
-                let to = (&basis, &blocks[..]);
+                let to = (&basis, &blocks[..], slider);
                 structure_contacts::contact(own, release, period, &mut directions, &on_bearings, to)
             })
             .collect::<Result<Vec<_>, _>>()?;
@@ -262,6 +276,7 @@ impl Model {
             outputs,
             effective_mass: 1.0 / inverse_mass(structure),
             teeth: [Some(structure.teeth), structure.wheel_teeth],
+            sliders,
         };
         model.static_equilibrium()?;
         Ok(model)
@@ -273,7 +288,7 @@ impl Model {
         2.0 * ratio * (mean_stiffness / inverse_mass(structure)).sqrt()
     }
 
-    /// Number of modes N.
+    /// Number of blocks N: the modes, and the places of dry sliders behind them.
     pub fn modes(&self) -> usize {
         self.blocks.len()
     }
@@ -358,10 +373,16 @@ impl Model {
     ) -> ActiveSet {
         let mut active = ActiveSet::FREE;
         for (j, (contact, segment)) in self.contacts.iter().zip(segments).enumerate() {
+            if contact.release.of_slider() {
+                continue;
+            }
             let (deflection, rate) = self.deflection_on(segment, cycle, state, time);
             if contact.closes(segment, time, deflection, rate) {
                 active = active.toggled(j);
             }
+        }
+        for &slider in &self.sliders {
+            active = active.toggled(self.state_of_slider(slider, segments, (cycle, time), state));
         }
         active
     }

@@ -2,7 +2,7 @@
 
 use super::crossing::{Margin, Sample, first_crossing};
 use super::gauss::{Compensated, GaussRule, StageWork};
-use super::push::push;
+use super::push::{push, sliding};
 use crate::model::{ActiveSet, Model, Release, Segment, TrajectoryState};
 
 /// Stages of the rule: order 16.
@@ -10,6 +10,9 @@ const STAGES: usize = 8;
 
 /// Most changes of contact state in one mesh cycle before the integration is given up.
 pub(super) const CROSSING_LIMIT: u32 = 10_000;
+
+/// Round-off of the stretch of a slider's spring, in units of the places that it is the difference of.
+const AT_LIMIT: f64 = 1e-14;
 
 /// A contact opens or closes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -188,6 +191,8 @@ enum Watched {
     Deflection,
     /// The push of its spring and damper, at zero.
     Push,
+    /// The velocity of its slider, at zero.
+    Slide,
 }
 
 /// An integration under way.
@@ -225,8 +230,21 @@ impl Integration<'_> {
             }
             start = end;
         }
+        self.let_slide(self.contact, model.period());
         self.cycle += 1;
         Ok(())
+    }
+
+    /// Takes the sliders along whose slips are among these contacts.
+    fn let_slide(&mut self, slips: ActiveSet, time: f64) {
+        let model = self.reference.model;
+        let mut state = self.state.value.clone();
+        model.let_slide((slips, &self.segments), (self.cycle, time), &mut state);
+        for slider in &model.sliders {
+            if state[slider.block] != self.state.value[slider.block] {
+                self.state.set(slider.block, state[slider.block]);
+            }
+        }
     }
 
     /// Takes up new lines and gaps, where contacts may open and close.
@@ -235,7 +253,7 @@ impl Integration<'_> {
         let turning: Vec<usize> = model.turning(self.cycle, phase).collect();
         for (index, contact) in model.contacts.iter().enumerate() {
             // A force that vanishes steps with the stiffness too.
-            if contact.release == Release::Deflection && !turning.contains(&index) {
+            if contact.release != Release::Force && !turning.contains(&index) {
                 continue;
             }
             let segment = &self.segments[index];
@@ -269,10 +287,12 @@ impl Integration<'_> {
 
     /// What ends the present state of a contact, whichever comes first.
     fn watched(&self, contact: usize) -> &'static [Watched] {
-        let by_force = self.reference.model.contacts[contact].release == Release::Force;
-        match (self.contact.holds(contact), self.unladen.holds(contact)) {
-            (true, _) if by_force => &[Watched::Push],
-            (false, true) => &[Watched::Push, Watched::Deflection],
+        let release = self.reference.model.contacts[contact].release;
+        match (release, self.contact.holds(contact)) {
+            (Release::Stick, _) => &[],
+            (Release::Slip, true) => &[Watched::Slide],
+            (Release::Force, true) => &[Watched::Push],
+            _ if self.unladen.holds(contact) => &[Watched::Push, Watched::Deflection],
             _ => &[Watched::Deflection],
         }
     }
@@ -280,7 +300,10 @@ impl Integration<'_> {
     /// Opens or closes a contact.
     fn cross(&mut self, contact: usize, time: f64, rate: f64) {
         let from = self.contact;
-        self.contact = from.toggled(contact);
+        self.contact = self.reference.model.toggled(from, contact);
+        if self.reference.model.is_slip(contact) {
+            self.let_slide(from, time);
+        }
         self.crossings.push(Crossing {
             cycle: self.cycle,
             time,
@@ -439,6 +462,14 @@ impl Integration<'_> {
         }
     }
 
+    /// Derivative by time of a state at a time.
+    fn slope(&self, state: &[f64], time: f64) -> Vec<f64> {
+        let mut slope = vec![0.0; state.len()];
+        let (model, active) = (self.reference.model, self.contact);
+        model.derivative(&self.segments, active, self.cycle, time, state, &mut slope);
+        slope
+    }
+
     /// The margin of a contact in a state at a time.
     fn margin(&self, contact: usize, watched: Watched, state: &[f64], time: f64) -> Margin {
         let model = self.reference.model;
@@ -448,12 +479,21 @@ impl Integration<'_> {
             Watched::Deflection => {
                 let motion = model.deflection_on(segment, self.cycle, state, time);
                 let compressed = closed || self.unladen.holds(contact);
-                Margin::new(own.side, compressed, motion, own.gap(segment, time))
+                let mut margin = Margin::new(own.side, compressed, motion, own.gap(segment, time));
+                if own.release == Release::Slip {
+                    // Right after a slip it is a double root, which round-off must not split.
+                    let own_slider = model.sliders.iter().find(|slider| slider.has(contact));
+                    let place = own_slider.map_or(0.0, |slider| state[slider.block].abs());
+                    margin.value += AT_LIMIT * (own.half_gap + place);
+                }
+                margin
+            }
+            Watched::Slide => {
+                let slope = self.slope(state, time);
+                sliding(model, contact, segment, (self.cycle, time), (state, &slope))
             }
             Watched::Push => {
-                let mut slope = vec![0.0; state.len()];
-                let active = self.contact;
-                model.derivative(&self.segments, active, self.cycle, time, state, &mut slope);
+                let slope = self.slope(state, time);
                 let push = push(model, contact, segment, (self.cycle, time), state, &slope);
                 let inside = if closed { 1.0 } else { -1.0 };
                 Margin {

@@ -15,15 +15,7 @@ pub(super) fn push(
 ) -> Margin {
     let (own, period) = (&model.contacts[contact], model.period());
     let (deflection, rate) = model.deflection_on(segment, cycle, state, time);
-    let n = model.modes();
-    let mut acceleration = 0.0;
-    for (i, gain) in model.gains(segment).iter().enumerate() {
-        acceleration += gain.rate[0] * slope[i] + gain.rate[1] * slope[n + i];
-    }
-    for h in &model.lines[model.line(segment)].transmission_error {
-        let turned = h.turned(cycle, time) + h.phase;
-        acceleration += h.amplitude * h.angular_frequency.powi(2) * turned.cos();
-    }
+    let acceleration = acceleration(model, segment, (cycle, time), slope);
     let [gap, opening] = own.gap(segment, time);
     let [stiffening, curvature] = segment.bends_at(time / period);
     let [indentation, approach, quickening] = [
@@ -37,4 +29,34 @@ pub(super) fn push(
             + segment.stiffness_at(time / period) * approach
             + segment.damping * quickening,
     }
+}
+
+/// The velocity `s δ'` \[m/s\] of a slider that slips, and its rate \[m/s²\], in a state with its derivative by time.
+pub(super) fn sliding(
+    model: &Model,
+    slip: usize,
+    segment: &Segment,
+    (cycle, time): (u64, f64),
+    (state, slope): (&[f64], &[f64]),
+) -> Margin {
+    let side = model.contacts[slip].side;
+    let (_, rate) = model.deflection_on(segment, cycle, state, time);
+    Margin {
+        value: side * rate,
+        rate: side * acceleration(model, segment, (cycle, time), slope),
+    }
+}
+
+/// Second derivative of the deflection along the line of a segment \[m/s²\].
+fn acceleration(model: &Model, segment: &Segment, (cycle, time): (u64, f64), slope: &[f64]) -> f64 {
+    let n = model.modes();
+    let mut acceleration = 0.0;
+    for (i, gain) in model.gains(segment).iter().enumerate() {
+        acceleration += gain.rate[0] * slope[i] + gain.rate[1] * slope[n + i];
+    }
+    for h in &model.lines[model.line(segment)].transmission_error {
+        let turned = h.turned(cycle, time) + h.phase;
+        acceleration += h.amplitude * h.angular_frequency.powi(2) * turned.cos();
+    }
+    acceleration
 }
