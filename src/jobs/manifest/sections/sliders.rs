@@ -10,21 +10,21 @@ const EXCLUDED: [(&str, &str, &[&str], &str, &str); 3] = [
         "run",
         "kernel",
         &["closed_modes", "stepping"],
-        "this kernel cannot follow dry sliders",
+        "is a kernel that cannot follow dry sliders",
         "set kernel = \"volterra\" or \"auto\"",
     ),
     (
         "analyses",
         "covariant",
         &[],
-        "a slip of a dry slider forgets a direction, so covariant vectors cannot be followed backwards",
+        "is not available: a slip of a dry slider forgets a direction, so that no vector goes backwards",
         "remove the analysis, or the hysteresis of the drive",
     ),
     (
         "continuation",
         "over",
         &[],
-        "orbits with dry sliders cannot be followed over a parameter",
+        "is not available: orbits with dry sliders cannot be followed over a parameter",
         "remove the table, or the hysteresis of the drive",
     ),
 ];
@@ -49,7 +49,7 @@ pub(super) fn check(root: &Section, issues: &mut Issues, model: Option<&ModelSpe
                     DiagnosticKind::Unavailable,
                     section.span_of(key),
                     &section.path_of(key),
-                    why.to_owned(),
+                    format!("`{}` {why}", section.path_of(key)),
                 )
                 .label(format!("not with {sliders} dry sliders"))
                 .remedy(remedy),
