@@ -7,6 +7,7 @@ mod pieces;
 use crate::common;
 use common::advance::{Events, advance, advance_with, volterra};
 use gearatlas::analysis::{EnergyAudit, EnergyNorm, Power, orbits};
+use gearatlas::manifest;
 use gearatlas::model::{Drive, InitialState, Model, OperatingPoint, TrajectoryState};
 use gearatlas::numerics::random::Stream;
 use gearatlas::propagate::{Counters, Kernel, Observer, Tangents, Window};
@@ -14,6 +15,7 @@ use gearatlas::reference::{Extended, Reference};
 use gearatlas::structure::{HarmonicLoad, ModalStructure, StructureContact};
 use pieces::{Oscillator, State};
 use std::f64::consts::TAU;
+use std::path::Path;
 
 /// A gap that no motion here crosses.
 const WIDE: f64 = 100.0;
@@ -430,4 +432,102 @@ fn tangents_are_derivatives() {
         found.events == 4 && sizes.len() == 3 && sizes[2] < 1e-12,
         "{sizes:?}"
     );
+}
+
+/// A clutch with two elements behind a rattling mesh, its modes coupled by dampers and drag.
+#[test]
+fn a_clutch_follows_the_reference() {
+    let text = include_str!("../../manifests/trains/clutch-hysteresis.toml");
+    let job = manifest::parse(text, "clutch.toml", Path::new(".")).unwrap();
+    let model = common::parts().model(&job.points.at(2)).unwrap();
+    assert!(model.basis.coupled().is_some() && model.sliders.len() == 2);
+    let (kernel, norm) = (volterra(&model), EnergyNorm::new(&model));
+    let mut start = advance(&kernel, &model.start(&InitialState::Static), 2700);
+    let (mut slips, mut worst) = (0, [0.0_f64; 2]);
+    for _ in 0..12 {
+        let mut seen = Events::default();
+        let (end, _) = advance_with(&kernel, &start, 9, &mut seen);
+        let exact = Extended::new(&model).advance(&start, 9).unwrap();
+        let passage = Reference::new(&model).advance(&start, 9).unwrap();
+        assert_eq!(seen.0.len(), exact.crossings.len());
+        assert_eq!(passage.crossings.len(), exact.crossings.len());
+        slips += seen
+            .0
+            .iter()
+            .filter(|event| model.is_slip(event.contact))
+            .count();
+        for (worst, state) in worst.iter_mut().zip([&end.state, &passage.end.state]) {
+            *worst = worst.max(norm.length(&exact.difference(state)) / norm.unit());
+        }
+        start = end;
+    }
+    println!(
+        "{slips} slips; kernel off by {:.1e}, reference by {:.1e}",
+        worst[0], worst[1]
+    );
+    assert!(slips > 10, "{slips}");
+    assert!(worst[0] < 1e-10 && worst[1] < 1e-10, "{worst:?}");
+}
+
+/// A block on a spring, dragged by a belt that the element does not slow down: the force drifts at a constant rate while it
+/// sticks.
+#[test]
+fn a_block_on_a_belt_sticks_and_slips() {
+    let (speed, spring, limit) = (0.2, 4.0, 1.0);
+    let [mut belt] = [ModalStructure::of_modes(
+        &[0.0, 1.0],
+        0.0,
+        &[0.0, 1.0],
+        &[1.0; 2],
+    )];
+    belt.contacts = StructureContact::slider("belt", &[-1.0, 1.0], spring, limit)
+        .map(|part| StructureContact {
+            force: vec![0.0, 1.0],
+            ..part
+        })
+        .to_vec();
+    let point = OperatingPoint {
+        load: 0.0,
+        speed: 1.0,
+    };
+    let model = Model::new(&belt, &Drive::constant(WIDE, 1.0), point).unwrap();
+    let start = model.start(&InitialState::Modal {
+        displacement: vec![0.0; 2],
+        velocity: vec![speed; 2],
+    });
+    let mut seen = Events::default();
+    let (end, _) = advance_with(&volterra(&model), &start, 2, &mut seen);
+    // Sticking, x'' + x + k (x − v t) = 0; the force reaches −F at t₁.
+    let natural = (1.0 + spring).sqrt();
+    let drift = spring * speed / (1.0 + spring);
+    let stuck = |t: f64| {
+        let (sin, cos) = (natural * t).sin_cos();
+        let swing = speed - drift;
+        [drift * t + swing / natural * sin, drift + swing * cos]
+    };
+    let (mut left, mut right) = (0.0, 10.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (left + right);
+        let force = spring * (stuck(middle)[0] - speed * middle);
+        if force > -limit { left = middle } else { right = middle }
+    }
+    let [x, v] = stuck(left);
+    assert!(v < speed, "the slip begins as the block falls behind");
+    // Slipping, x'' + x = F. The block swings about F with less than the speed of the belt, and never sticks again.
+    assert!((x - limit).hypot(v) < speed);
+    let times = times(&model, &seen);
+    assert_eq!(times.len(), 1);
+    let end_time = 2.0 * model.period();
+    let (sin, cos) = (end_time - left).sin_cos();
+    let at_end = limit + (x - limit) * cos + v * sin;
+    let [displacement, _] = model.basis.modes(&end.state);
+    let slider = end.state[model.sliders[0].block];
+    let off = [
+        times[0] - left,
+        displacement[0] - speed * end_time,
+        displacement[1] - at_end,
+        slider - (at_end - speed * end_time + limit / spring),
+    ];
+    println!("slip at {left}, off by {off:?}");
+    assert!(off.iter().all(|off| off.abs() < 1e-10), "{off:?}");
 }
