@@ -39,9 +39,11 @@ mod release;
 mod rest;
 mod rolling;
 mod slider;
+mod sliding;
 mod stiffness;
 mod structure_contacts;
 mod system;
+mod unfelt;
 
 pub use basis::{Basis, Coupled};
 pub use bearing::BearingOutput;

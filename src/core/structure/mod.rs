@@ -2,6 +2,7 @@
 
 mod modal;
 mod slider;
+mod slider_part;
 mod static_share;
 
 pub use modal::{
@@ -9,5 +10,5 @@ pub use modal::{
     MOST_CYCLES, ModalStructure, ModeCount, MotionKind, PlaceMotion, StructureContact, TorqueGain,
     TurningFrame,
 };
-pub use slider::SliderPart;
+pub use slider_part::SliderPart;
 pub use static_share::StaticShare;

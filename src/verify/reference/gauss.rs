@@ -167,11 +167,6 @@ impl Compensated {
         self.value[component] = new;
     }
 
-    /// Replaces one component.
-    pub fn set(&mut self, component: usize, value: f64) {
-        (self.value[component], self.rest[component]) = (value, 0.0);
-    }
-
     /// Copies another state of the same length.
     pub fn copy_from(&mut self, other: &Self) {
         self.value.copy_from_slice(&other.value);

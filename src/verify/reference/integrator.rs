@@ -2,7 +2,8 @@
 
 use super::crossing::{Margin, Sample, first_crossing};
 use super::gauss::{Compensated, GaussRule, StageWork};
-use super::push::{push, sliding};
+use super::push::{push, round_off, sliding};
+use super::rate::fastest_rate;
 use crate::model::{ActiveSet, Model, Release, Segment, TrajectoryState};
 
 /// Stages of the rule: order 16.
@@ -10,9 +11,6 @@ const STAGES: usize = 8;
 
 /// Most changes of contact state in one mesh cycle before the integration is given up.
 pub(super) const CROSSING_LIMIT: u32 = 10_000;
-
-/// Round-off of the stretch of a slider's spring, in units of the places that it is the difference of.
-const AT_LIMIT: f64 = 1e-14;
 
 /// A contact opens or closes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -154,36 +152,6 @@ impl<'m> Reference<'m> {
     }
 }
 
-/// A rate \[1/s\] that bounds how fast anything in the model moves: natural frequencies with
-/// the mesh spring and damper on top, decay, excitation.
-pub(super) fn fastest_rate(model: &Model) -> f64 {
-    let mut natural = 0.0f64;
-    let mut decay = 0.0f64;
-    for block in &model.blocks {
-        natural = natural.max(block.fastest());
-        decay = decay.max(block.growth().abs());
-    }
-    let segments = (model.contacts.iter())
-        .flat_map(|contact| &contact.cycles)
-        .flat_map(|cycle| &cycle.segments);
-    let structure = segments
-        .map(|segment| {
-            let [direct, inertial] = model.directions[segment.direction].felt_at_most();
-            let stiffness = segment.stiffness.bound();
-            (natural * natural + stiffness * inertial).sqrt()
-                + segment.damping * inertial
-                + stiffness * direct
-        })
-        .fold(natural, f64::max);
-    let error = model.transmission_errors().map(|h| h.angular_frequency);
-    let ripple = model.ripple.iter().map(|r| r.angular_frequency);
-    error
-        .chain(ripple)
-        .fold(structure + 2.0 * decay, f64::max)
-        // A free body has no rate of its own; the mesh cycle then sets the step.
-        .max(1.0 / model.period())
-}
-
 /// What may end a contact's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Watched {
@@ -230,21 +198,10 @@ impl Integration<'_> {
             }
             start = end;
         }
-        self.let_slide(self.contact, model.period());
+        let at = (self.cycle, model.period());
+        model.let_slide((self.contact, &self.segments), at, &mut self.state.value);
         self.cycle += 1;
         Ok(())
-    }
-
-    /// Takes the sliders along whose slips are among these contacts.
-    fn let_slide(&mut self, slips: ActiveSet, time: f64) {
-        let model = self.reference.model;
-        let mut state = self.state.value.clone();
-        model.let_slide((slips, &self.segments), (self.cycle, time), &mut state);
-        for slider in &model.sliders {
-            if state[slider.block] != self.state.value[slider.block] {
-                self.state.set(slider.block, state[slider.block]);
-            }
-        }
     }
 
     /// Takes up new lines and gaps, where contacts may open and close.
@@ -300,9 +257,11 @@ impl Integration<'_> {
     /// Opens or closes a contact.
     fn cross(&mut self, contact: usize, time: f64, rate: f64) {
         let from = self.contact;
-        self.contact = self.reference.model.toggled(from, contact);
-        if self.reference.model.is_slip(contact) {
-            self.let_slide(from, time);
+        let model = self.reference.model;
+        self.contact = model.toggled(from, contact);
+        if model.is_slip(contact) {
+            let at = (self.cycle, time);
+            model.let_slide((from, &self.segments), at, &mut self.state.value);
         }
         self.crossings.push(Crossing {
             cycle: self.cycle,
@@ -482,9 +441,7 @@ impl Integration<'_> {
                 let mut margin = Margin::new(own.side, compressed, motion, own.gap(segment, time));
                 if own.release == Release::Slip {
                     // Right after a slip it is a double root, which round-off must not split.
-                    let own_slider = model.sliders.iter().find(|slider| slider.has(contact));
-                    let place = own_slider.map_or(0.0, |slider| state[slider.block].abs());
-                    margin.value += AT_LIMIT * (own.half_gap + place);
+                    margin.value += round_off(model, contact, state);
                 }
                 margin
             }

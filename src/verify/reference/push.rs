@@ -3,6 +3,9 @@
 use super::crossing::Margin;
 use crate::model::{Model, Segment};
 
+/// Round-off of a difference of places, in units of these.
+const AT_LIMIT: f64 = 1e-14;
+
 /// The push `s F = k (s δ − b) + c (s δ' − b')` \[N\] that a contact on a segment has or, being open,
 /// would have, and its rate \[N/s\], in a state whose derivative by time is `slope`.
 pub(super) fn push(
@@ -29,6 +32,13 @@ pub(super) fn push(
             + segment.stiffness_at(time / period) * approach
             + segment.damping * quickening,
     }
+}
+
+/// Round-off of the stretch of a slider's spring \[m\]: of the places that it is the difference of.
+pub(super) fn round_off(model: &Model, slip: usize, state: &[f64]) -> f64 {
+    let own = model.sliders.iter().find(|slider| slider.has(slip));
+    let place = own.map_or(0.0, |slider| state[slider.block].abs());
+    AT_LIMIT * (model.contacts[slip].half_gap + place)
 }
 
 /// The velocity `s δ'` \[m/s\] of a slider that slips, and its rate \[m/s²\], in a state with its derivative by time.

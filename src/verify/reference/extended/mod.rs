@@ -20,7 +20,8 @@ mod series;
 pub use double_double::DoubleDouble;
 
 use super::ReferenceError;
-use super::integrator::{CROSSING_LIMIT, fastest_rate};
+use super::integrator::CROSSING_LIMIT;
+use super::rate::fastest_rate;
 use crate::model::{ActiveSet, Model, Release, Segment, TrajectoryState};
 use series::{Instant, StepSeries, Structure};
 
