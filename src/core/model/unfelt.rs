@@ -32,7 +32,7 @@ impl Model {
     }
 
     /// Whether no block moves in a state that no force acts on, but for round-off.
-    fn is_at_rest(&self, state: &[f64]) -> bool {
+    pub(super) fn is_at_rest(&self, state: &[f64]) -> bool {
         let n = self.modes();
         let largest = state.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         self.blocks.iter().enumerate().all(|(i, block)| {
