@@ -32,6 +32,16 @@ impl ActiveSet {
         Self(self.0 ^ (1 << contact))
     }
 
+    /// The contacts of either set.
+    pub fn union(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// The contacts that another set does not hold.
+    pub fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
     /// Whether a contact is closed.
     pub fn holds(self, contact: usize) -> bool {
         self.0 & (1 << contact) != 0
@@ -139,9 +149,11 @@ impl Flanks {
 /// so that the δ of both flanks grows with the relative rotation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contact {
-    /// s: +1 closes where δ rises to the gap, −1 where it falls to its opposite.
+    /// s: +1 closes where δ rises to the gap, −1 where it falls to its opposite. 0 of the spring of a dry slider, which
+    /// bears on either side.
     pub side: f64,
-    /// Half gap b \[m\]; what loaded flanks lack comes on top ([`Self::gap`]).
+    /// Half gap b \[m\]; what loaded flanks lack comes on top ([`Self::gap`]). Of a slip of a dry slider the
+    /// stretch F/k of its spring.
     pub half_gap: f64,
     /// What it is like in every mesh cycle of a base period: they recur in turn.
     pub cycles: Vec<MeshCycle>,
@@ -177,6 +189,12 @@ impl Contact {
         if closed { self.side * deflection - gap } else { gap - self.side * deflection }
     }
 
+    /// Force \[N\] along its direction of a slip of a dry slider, ±F; none of other contacts.
+    pub fn constant_force(&self, segment: &Segment) -> Option<f64> {
+        let limit = || self.side * segment.stiffness.mean() * self.half_gap;
+        (self.release == Release::Slip).then(limit)
+    }
+
     /// Whether a deflection and its rate close it at a time \[s\] within its segment. Either law needs
     /// no memory: what has let go without coming free is compressed, and its damper would pull.
     pub fn closes(&self, segment: &Segment, time: f64, deflection: f64, rate: f64) -> bool {
@@ -193,8 +211,11 @@ impl Contact {
     }
 
     /// Force \[N\] of the closed contact along its direction, `k (δ − s b) + c (δ' − s b')`, at a
-    /// time \[s\] within its segment.
+    /// time \[s\] within its segment; the limit of a slider that slips.
     pub fn force(&self, segment: &Segment, time: f64, deflection: f64, rate: f64) -> f64 {
+        if let Some(limit) = self.constant_force(segment) {
+            return limit;
+        }
         let [gap, opening] = self.gap(segment, time);
         segment.stiffness_at(time / self.cycles[0].period) * (deflection - self.side * gap)
             + segment.damping * (rate - self.side * opening)
@@ -272,6 +293,18 @@ mod tests {
         let one = [1, 15, 63, 64, 127]
             .into_iter()
             .fold(set, ActiveSet::toggled);
+        let other = ActiveSet::COAST.toggled(2);
+        let drive = [4, 15, 64]
+            .into_iter()
+            .fold(ActiveSet::FREE, ActiveSet::toggled);
+        assert_eq!(
+            drive.union(other).iter().collect::<Vec<_>>(),
+            [1, 2, 4, 15, 64]
+        );
+        assert_eq!(
+            drive.toggled(2).without(other).iter().collect::<Vec<_>>(),
+            [4, 15, 64]
+        );
         assert_eq!((one.only(), one.touching()), (Some(4), true));
         assert_eq!(
             (one.toggled(4), ActiveSet::FREE.touching()),

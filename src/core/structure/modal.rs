@@ -1,6 +1,6 @@
 //! What a structure looks like to the mesh: frequencies, damping, participations.
 
-use crate::structure::StaticShare;
+use crate::structure::{SliderPart, StaticShare};
 
 /// Most cycles of a contact and of the mesh in its base period: its tables are as many times larger.
 pub const MOST_CYCLES: u32 = 1000;
@@ -245,6 +245,9 @@ pub struct ContactLaw {
     pub phase: f64,
     /// Harmonics of its cycle in its error e: harmonic, amplitude \[m\], phase \[rad\].
     pub error: Vec<(u32, f64, f64)>,
+    /// The part of a dry slider that it is; none of an ordinary contact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slider: Option<SliderPart>,
 }
 
 impl ContactLaw {

@@ -35,7 +35,7 @@ use super::disc::Disc;
 use super::drive::{Bearing, Drag};
 use super::error::ShaftError;
 use crate::gear::GearPair;
-use crate::structure::ContactLaw;
+use crate::structure::{ContactLaw, SliderPart};
 use serde::Serialize;
 
 /// A train of gears; the structure of the `train` model kind.
@@ -200,6 +200,18 @@ pub struct ShaftCoupling {
     pub damping: f64,
     /// Further springs against twist behind gaps.
     pub stages: Vec<Stage>,
+    /// Dry hysteresis against twist: springs in series with dry sliders.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub hysteresis: Vec<Hysteresis>,
+}
+
+/// A spring against twist in series with a dry slider.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Hysteresis {
+    /// Stiffness of the spring \[N m/rad\].
+    pub stiffness: f64,
+    /// Torque at which the slider slips \[N m\].
+    pub limit: f64,
 }
 
 /// A spring of a coupling behind a gap.
@@ -315,7 +327,7 @@ impl TrainDrive {
     }
 
     /// Names of all contacts: drive flank and coast flank of the first mesh and of every further one, then stages of couplings,
-    /// forward and backward, and stops.
+    /// forward and backward, the states of their hysteresis, and stops.
     pub fn contact_names(&self) -> Vec<String> {
         let flanks = self.pairs().flat_map(|gears| {
             let [one, two] = gears.map(|place| &self.gear(place).name);
@@ -330,9 +342,22 @@ impl TrainDrive {
                     ways.map(move |(_, way)| format!("stage {number} of {one} and {two}, {way}"))
                 })
         });
+        let elements = self.couplings.iter().flat_map(|coupling| {
+            let [one, two] = coupling.shafts.map(|shaft| &self.shafts[shaft].name);
+            (1..=coupling.hysteresis.len()).flat_map(move |number| {
+                let element = format!("hysteresis {number} of {one} and {two}");
+                SliderPart::ALL.map(|(_, part)| format!("{element}, {part}"))
+            })
+        });
         let stops = self.stops.iter();
         let stops = stops.map(|stop| format!("stop of {}", self.shafts[stop.shaft].name));
-        flanks.chain(stages).chain(stops).collect()
+        flanks.chain(stages).chain(elements).chain(stops).collect()
+    }
+
+    /// Number of dry sliders.
+    pub fn sliders(&self) -> usize {
+        let couplings = self.couplings.iter();
+        couplings.map(|coupling| coupling.hysteresis.len()).sum()
     }
 
     /// Number of rotations that no spring holds.

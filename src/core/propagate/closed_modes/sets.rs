@@ -51,8 +51,10 @@ impl Sets {
             count: 1,
         };
         for contact in &model.contacts {
-            if contact.release == Release::Force {
-                return Err(TableError::Release);
+            match contact.release {
+                Release::Deflection => {}
+                Release::Force => return Err(TableError::Release),
+                Release::Slip | Release::Stick => return Err(TableError::Slider),
             }
             let mut classes: Vec<Class> = Vec::new();
             let mut of_segment = Vec::new();

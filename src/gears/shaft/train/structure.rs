@@ -382,30 +382,41 @@ impl TrainDrive {
                 });
             }
         }
-        let mut one_sided = |felt: Vec<f64>, law: &ContactLaw| {
-            contacts.push(StructureContact {
-                name: name(),
-                force: felt.clone(),
-                tilt: Vec::new(),
-                rubbing: Default::default(),
-                participation: felt,
-                cycles: [1, 1],
-                law: law.clone(),
-                copies: None,
-            });
-        };
+        let mut one_sided =
+            |contacts: &mut Vec<StructureContact>, felt: Vec<f64>, law: &ContactLaw| {
+                contacts.push(StructureContact {
+                    name: name(),
+                    force: felt.clone(),
+                    tilt: Vec::new(),
+                    rubbing: Default::default(),
+                    participation: felt,
+                    cycles: [1, 1],
+                    law: law.clone(),
+                    copies: None,
+                });
+            };
         for (number, coupling) in self.couplings.iter().enumerate() {
             let twist = solved.contact(&self.twist(number, layout, assembled));
             for stage in &coupling.stages {
                 for (side, _) in stage.side.ways() {
-                    one_sided(twist.iter().map(|w| side * w).collect(), &stage.law);
+                    let felt = twist.iter().map(|w| side * w).collect();
+                    one_sided(&mut contacts, felt, &stage.law);
+                }
+            }
+        }
+        for (number, coupling) in self.couplings.iter().enumerate() {
+            let twist = solved.contact(&self.twist(number, layout, assembled));
+            for own in &coupling.hysteresis {
+                let parts = StructureContact::slider("", &twist, own.stiffness, own.limit);
+                for part in parts {
+                    one_sided(&mut contacts, part.participation, &part.law);
                 }
             }
         }
         for (number, stop) in self.stops.iter().enumerate() {
             let mut felt = solved.contact(&self.approach(number, assembled));
             felt[..solved.neutral.len()].fill(0.0);
-            one_sided(felt, &stop.law);
+            one_sided(&mut contacts, felt, &stop.law);
         }
         contacts
     }

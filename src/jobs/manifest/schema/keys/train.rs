@@ -343,6 +343,16 @@ pub(super) const KEYS: &[Key] = &[
     quantity("train.coupling.*.stages.*.damping", Drag, NON_NEGATIVE, r#""0.2 N*m*s/rad""#).or("0")
         .about("Damping that the stage adds."),
 
+    key("train.coupling.*.hysteresis", Kind::List("tables"), ANY, r#"[{ stiffness = "400 N*m/rad", limit = "6 N*m" }]"#).or("[]")
+        .about("Dry hysteresis against twist, one table per element: a spring in series with a dry slider. The element starts \
+                without torque. Several elements make an Iwan set. Each counts as three contacts: slip forwards, slip \
+                backwards, stick. The kernel `volterra` is necessary."),
+    table("train.coupling.*.hysteresis.*"),
+    quantity("train.coupling.*.hysteresis.*.stiffness", TiltStiffness, POSITIVE, r#""400 N*m/rad""#)
+        .about("Stiffness of the spring while the slider sticks."),
+    quantity("train.coupling.*.hysteresis.*.limit", Torque, POSITIVE, r#""6 N*m""#)
+        .about("Friction torque at which the slider slips."),
+
     key("train.stop", Kind::List("tables"), ANY, r#"[{ shaft = "output", at = 0, direction = [0, 0, 1], gap = "50 um", stiffness = "1e8 N/m" }]"#).or("[]")
         .about("One-sided springs between a shaft and the ground, one table `[[train.stop]]` each, such as an axial \
                 stop or a bearing with clearance."),

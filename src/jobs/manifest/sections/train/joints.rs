@@ -8,7 +8,8 @@ use crate::manifest::reader::Section;
 use crate::manifest::sections::{contact_law, drawn_mesh};
 use crate::model::{Division, MOST_CONTACTS};
 use crate::shaft::{
-    DrawnLaw, GearPlace, MeshLaw, ShaftCoupling, Stage, StageSide, Stop, TrainDrive, TrainMesh,
+    DrawnLaw, GearPlace, Hysteresis, MeshLaw, ShaftCoupling, Stage, StageSide, Stop, TrainDrive,
+    TrainMesh,
 };
 use std::f64::consts::PI;
 
@@ -58,7 +59,7 @@ pub(super) fn meshes(
     }
     let stages = train.couplings.iter().flat_map(|coupling| &coupling.stages);
     let stages: usize = stages.map(Stage::contacts).sum();
-    let count = 2 * meshes.len() + stages + train.stops.len();
+    let count = 2 * meshes.len() + stages + 3 * train.sliders() + train.stops.len();
     if count > MOST {
         issues.push(
             Diagnostic::new(
@@ -68,7 +69,7 @@ pub(super) fn meshes(
                 format!("the train has {count} contacts in addition to its first mesh"),
             )
             .label(format!(
-                "at most {MOST} are accepted: two per mesh, one per side of a stage, one per stop"
+                "at most {MOST} are accepted: two per mesh, one per side of a stage, three per hysteresis element, one per stop"
             ))
             .remedy("remove some, or combine stages that act as one"),
         );
@@ -339,6 +340,14 @@ pub(super) fn couplings(
             ["radial", "axial", "tilt", "twist"].map(|key| table.quantity_or_default(issues, key));
         let damping = table.quantity_or_default(issues, "damping");
         let stages = all(table, issues, "stages", stage);
+        let hysteresis = all(table, issues, "hysteresis", |table, issues| {
+            let stiffness = table.quantity(issues, "stiffness");
+            let limit = table.quantity(issues, "limit");
+            Some(Hysteresis {
+                stiffness: stiffness?,
+                limit: limit?,
+            })
+        });
         let [radial, axial, tilt, twist] = stiffness;
         Some(ShaftCoupling {
             shafts: shafts?,
@@ -346,6 +355,7 @@ pub(super) fn couplings(
             stiffness: [radial?, axial?, tilt?, twist?],
             damping: damping?,
             stages: stages?,
+            hysteresis: hysteresis?,
         })
     })
 }
