@@ -592,7 +592,7 @@ fn the_load_of_rolling_bearings_is_told() {
     assert_eq!(warning["key"], "train.bearing_load");
 }
 
-/// Meshes behind the first one that follow from the drawing are listed with the force that the statics give.
+/// `check` lists further meshes from the drawing, with the mean force of hand statics.
 #[test]
 fn further_meshes_from_the_drawing_are_listed() {
     let text = include_str!("../../manifests/trains/two-stage.toml");
@@ -615,7 +615,7 @@ fn further_meshes_from_the_drawing_are_listed() {
     assert_eq!(told(text)["gears"]["further_meshes"], serde_json::json!([]));
 }
 
-/// A valid manifest whose first point has no solution says so before anything runs.
+/// `check` reports why the first point of a valid manifest has no solution.
 #[test]
 fn a_first_point_without_a_solution_is_reported() {
     let text = include_str!("../../manifests/trains/two-stage.toml");

@@ -77,7 +77,7 @@ fn summary(name: &str, job: &Job) -> String {
     text
 }
 
-/// Why a point cannot be computed. Large structures take too long to tell.
+/// Why a point cannot be computed; `None` also for structures that are too large to try.
 fn fault(point: &PointSpec, parts: &Prepared) -> Option<String> {
     structure::check_size(point).ok()?;
     parts.model(point).err().map(|error| error.to_string())

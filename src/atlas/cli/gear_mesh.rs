@@ -30,8 +30,8 @@ impl GearMesh {
     pub fn of(point: &PointSpec, parts: &Prepared) -> Self {
         let gears = point.model.source.gears();
         let flanks = gears.as_ref().and_then(|gears| Flanks::new(gears).ok());
-        let structure = has_drawn_train(point).then(|| parts.structure(&point.model).ok());
-        let structure = structure.flatten();
+        let structure =
+            if has_drawn_train(point) { parts.structure(&point.model).ok() } else { None };
         let structure = structure.as_deref();
         let loaded = match &point.mesh.stiffness {
             StiffnessSpec::Table(spec) => {
@@ -52,7 +52,7 @@ impl GearMesh {
             half_gap: point.mesh.half_gap,
             load: point.load,
             loaded,
-            // What refuses a mesh refuses the point, which has an error of its own.
+            // The point then fails as well, and `check` prints why.
             further: further.and_then(Result::ok).unwrap_or_default(),
         }
     }
@@ -89,7 +89,7 @@ impl GearMesh {
         if !gears.is_empty() {
             lines.push(("gears".to_owned(), gears.join("; ")));
         }
-        // The line of the mesh shows a given stiffness.
+        // The line `mesh` shows a given stiffness.
         if let (Some(_), Some(stiffness)) = (&self.loaded, self.stiffness) {
             lines.push(("stiffness".to_owned(), over_cycle(stiffness)));
         }
@@ -147,7 +147,7 @@ impl GearMesh {
     }
 }
 
-/// Whether a point has a train with a mesh that is computed from the drawing.
+/// Whether a point has a train in which the drawing determines a mesh.
 fn has_drawn_train(point: &PointSpec) -> bool {
     let StructureSource::Train(train) = &point.model.source else {
         return false;

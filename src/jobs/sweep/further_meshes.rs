@@ -1,6 +1,6 @@
 //! Further meshes of a train that follow from the drawing of their gears: their laws under the mean load of a point.
 
-use super::mesh_tables::{MeshError, MeshTables, flank_load};
+use super::mesh_tables::{MeshError, MeshTables};
 use crate::manifest::{PointSpec, StructureSource};
 use crate::model::Division;
 use crate::shaft::{DrawnLaw, MeshLaw, TrainDrive};
@@ -42,7 +42,7 @@ pub(super) fn with_means<'s>(
     meshes: &MeshTables,
 ) -> Result<Cow<'s, ModalStructure>, FurtherMeshError> {
     with_divisions(structure, point, |_, drawn, force| {
-        let cycle = meshes.scaled(&drawn.table, drawn.misalignment, flank_load(force)?)?;
+        let cycle = meshes.before_tilt(drawn, force)?;
         Ok(vec![Division {
             friction: [0.0; 2],
             ..Division::level(1.0, cycle.mean_stiffness())

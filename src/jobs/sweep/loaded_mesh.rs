@@ -1,4 +1,4 @@
-//! What the mean load makes of meshes that are computed from the drawing, before the shafts tilt.
+//! Stiffness, errors and pairs in contact of meshes from the drawing, under the mean load and before the shafts tilt.
 
 use super::first_force::first_force;
 use super::further_meshes::{self, FurtherMeshError};
@@ -47,8 +47,8 @@ impl LoadedMesh {
     }
 }
 
-/// The first mesh of a point that takes its stiffness from the table of `spec`. Of a train the structure says how load and
-/// drag come to its first mesh.
+/// The first mesh of a point that takes its stiffness from the table of `spec`. The structure of a train determines how load
+/// and drag reach this mesh.
 ///
 /// # Errors
 /// Gears that do not mesh, or a load that cannot be shared.
@@ -58,7 +58,7 @@ pub fn loaded_mesh(
     structure: Option<&ModalStructure>,
     meshes: &MeshTables,
 ) -> Result<LoadedMesh, MeshError> {
-    let cycle = first(point, spec, structure, meshes)?;
+    let cycle = first_cycle(point, spec, structure, meshes)?;
     let friction = point.mesh.friction.coefficient(cycle.force, point.speed)?;
     Ok(LoadedMesh::of(spec, friction, &cycle))
 }
@@ -73,7 +73,7 @@ pub fn loaded_further_meshes(
     meshes: &MeshTables,
 ) -> Result<Vec<([String; 2], LoadedMesh)>, FurtherMeshError> {
     further_meshes::each(structure, point, |_, drawn, force| {
-        let cycle = meshes.scaled(&drawn.table, drawn.misalignment, flank_load(force)?)?;
+        let cycle = meshes.before_tilt(drawn, force)?;
         Ok(LoadedMesh::of(&drawn.table, drawn.friction, &cycle))
     })
 }
@@ -88,11 +88,11 @@ pub(super) fn mean_stiffness(
     structure: &ModalStructure,
     meshes: &MeshTables,
 ) -> Result<f64, MeshError> {
-    Ok(first(point, spec, Some(structure), meshes)?.mean_stiffness())
+    Ok(first_cycle(point, spec, Some(structure), meshes)?.mean_stiffness())
 }
 
 /// The cycle of the first mesh.
-fn first(
+fn first_cycle(
     point: &PointSpec,
     spec: &MeshTableSpec,
     structure: Option<&ModalStructure>,
@@ -101,7 +101,7 @@ fn first(
     let rated = (point.model.source.rated_force()).unwrap_or(spec.gears.rated_force());
     let force = structure.map_or(point.load * rated, |own| first_force(own, point));
     let force = match (spec.division, force == 0.0) {
-        // The stiffness of springs of pairs does not depend on the load: the rated load serves.
+        // The load does not change the stiffness of springs of pairs. The rated load represents any.
         (CycleDivision::Pairs { .. }, true) => rated,
         _ => flank_load(force)?,
     };

@@ -314,6 +314,15 @@ impl MeshTables {
         Ok(report)
     }
 
+    /// The cycle of a further mesh under its mean force \[N\], before the shafts tilt.
+    pub(super) fn before_tilt(
+        &self,
+        drawn: &DrawnLaw,
+        force: f64,
+    ) -> Result<Arc<MeshTableCycle>, MeshError> {
+        self.scaled(&drawn.table, drawn.misalignment, flank_load(force)?)
+    }
+
     /// The cycle at a misalignment \[rad\] and a mesh force \[N\], with the mean stiffness of the tangent if
     /// [`is_scaled`] says so.
     pub(super) fn scaled(

@@ -50,6 +50,7 @@ pub use earlier::{Earlier, EarlierError, look as look_for_earlier};
 pub use estimate::Interval;
 pub use family::PointFamily;
 pub use forecast::{Forecast, forecast};
+pub use further_meshes::FurtherMeshError;
 pub use job_run::{JobRan, JobRun, JobRunError, this_machine};
 pub use kernel_tables::KernelTables;
 pub use loaded_mesh::{LoadedMesh, loaded_further_meshes, loaded_mesh};
