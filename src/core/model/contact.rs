@@ -12,6 +12,9 @@ pub const COAST_FLANK: usize = 1;
 /// Most contacts of a model.
 pub const MOST_CONTACTS: usize = 128;
 
+/// Contacts of a word of their sets.
+const WORD: usize = u64::BITS as usize;
+
 /// Contacts that are commonly closed at once at most: room for all is not made where these have it.
 pub const SEVERAL_CONTACTS: usize = 16;
 
@@ -44,7 +47,10 @@ impl ActiveSet {
 
     /// Whether a contact is closed.
     pub fn holds(self, contact: usize) -> bool {
-        self.0 & (1 << contact) != 0
+        // One bit of a word, because a shift of all 128 takes several instructions.
+        let [first, further] = self.words();
+        let word = if contact < WORD { first } else { further };
+        word >> (contact % WORD) & 1 != 0
     }
 
     /// Whether any contact is closed.
@@ -98,7 +104,7 @@ impl ActiveSet {
 
     /// The set as sums of `2^place`: of the first 64 contacts, and of those behind them from place 0 on.
     pub fn words(self) -> [u64; 2] {
-        [self.0 as u64, (self.0 >> 64) as u64]
+        [self.0 as u64, (self.0 >> WORD) as u64]
     }
 }
 
