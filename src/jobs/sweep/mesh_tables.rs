@@ -1,13 +1,13 @@
 //! Mesh tables of a job: fetched from the cache or computed, once for all points that share one.
 
 use super::first_force::first_force;
-use super::mesh_divisions::{course_divisions, segments, spring_divisions};
+use super::mesh_divisions::{course, course_divisions, segments, spring_divisions};
 use super::near::Near;
 use crate::gear::{
-    Contact, CourseAccuracy, CycleDivision, Face, Flanks, GearError, GearPair, MeshCourse,
-    MeshSprings, MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs, MeshTableSpec,
-    MisalignmentEnding, MisalignmentReport, MisalignmentSearch, SecantContact, StiffnessLaw,
-    TiltCompliance, loaded_misalignment,
+    Contact, CycleDivision, Face, Flanks, GearError, GearPair, MeshSprings, MeshTable,
+    MeshTableCycle, MeshTableError, MeshTableInputs, MeshTableSpec, MisalignmentEnding,
+    MisalignmentReport, MisalignmentSearch, SecantContact, StiffnessLaw, TiltCompliance,
+    loaded_misalignment,
 };
 use crate::manifest::{CoastSpec, PointSpec};
 use crate::model::{Division, MeshHarmonic};
@@ -23,15 +23,6 @@ const LONGEST_PIECE: f64 = 0.25;
 
 /// How far a table may be from its law, relative: a tenth of what its course may be.
 const TABLE_TOLERANCE: f64 = 1e-6;
-
-/// How far the stiffness of a course may be off its table, relative and times the length of a piece.
-const COURSE_TOLERANCE: f64 = 1e-5;
-
-/// How far load centroid and friction may depart from the means of a piece, relative and times its length.
-const TURNING_TOLERANCE: f64 = 2.5e-4;
-
-/// Pieces of a course of this length \[cycles\] have means whatever they depart by.
-const SHORTEST_TURNING_PIECE: f64 = 1.0 / 24.0;
 
 /// Why a point has no mesh.
 #[derive(Debug, thiserror::Error)]
@@ -371,22 +362,6 @@ impl MeshTables {
 /// that are no more what they were cut, and on helical gears, whose lines of contact cross the face.
 fn wanders(gears: &GearPair, misalignment: f64) -> bool {
     misalignment != 0.0 || gears.helix_angle != 0.0 || gears.form.has_modified_lead()
-}
-
-/// The course that a mesh is integrated with, where that is not the tangent's means over segments. Segments are the
-/// shortest pieces that it is cut to.
-pub(super) fn course(friction: f64, spec: &MeshTableSpec, cycle: &MeshTableCycle) -> MeshCourse {
-    cycle.course(CourseAccuracy {
-        stiffness: COURSE_TOLERANCE,
-        turning: TURNING_TOLERANCE,
-        shortest: match spec.division {
-            CycleDivision::Segments(count) => 1.0 / f64::from(count),
-            CycleDivision::Continuous | CycleDivision::Pairs { .. } => SHORTEST_TURNING_PIECE,
-        },
-        friction,
-        base_radius: spec.gears.base_radii()[0],
-        face_width: spec.gears.face_width,
-    })
 }
 
 /// Whether the secant stiffness is scaled to the mean of the tangent's: contact that spreads along the face stiffens as it
