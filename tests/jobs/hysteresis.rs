@@ -88,10 +88,10 @@ fn faulty_elements_are_refused() {
         println!("{said}\n");
         assert!(said.contains(told), "{said}");
     }
-    let many = SLIDER.repeat(21);
+    let many = SLIDER.repeat(43);
     let said = modal(&many).unwrap_err();
     assert!(
-        said.contains("63 contacts") && said.contains("at most 62"),
+        said.contains("129 contacts") && said.contains("at most 126"),
         "{said}"
     );
 }

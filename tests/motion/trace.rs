@@ -147,7 +147,7 @@ fn both_files_say_what_their_columns_are() {
         units(TableKind::Trace),
         "bearing_pinion_1_axial [N], bearing_pinion_1_x [N], bearing_pinion_1_y [N], bearing_pinion_2_x [N], \
          bearing_pinion_2_y [N], bearing_wheel_1_axial [N], bearing_wheel_1_x [N], bearing_wheel_1_y [N], \
-         bearing_wheel_2_x [N], bearing_wheel_2_y [N], closed [], contact [], cycle [mesh cycles], deflection [m], displacement [m sqrt(kg)], force [N], \
+         bearing_wheel_2_x [N], bearing_wheel_2_y [N], closed [], closed_from_65 [], contact [], cycle [mesh cycles], deflection [m], displacement [m sqrt(kg)], force [N], \
          modal_velocity [m sqrt(kg)/s], phase [1], time [s], velocity [m/s]"
     );
     assert_eq!(

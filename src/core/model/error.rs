@@ -1,6 +1,5 @@
 //! What stands in the way of a model.
 
-use super::rest::MOST_TRIED;
 use crate::numerics::decoupling::DecouplingError;
 
 /// Why a model cannot be built.
@@ -64,8 +63,8 @@ pub enum ModelError {
         excess: f64,
         /// Part of the friction, and of what is not symmetric, at which there is none.
         friction: f64,
-        /// How many contacts there are, where too many for every combination to be tried.
-        untried: Option<usize>,
+        /// How many contacts there are, and of how many at most every combination is tried, where these are too many.
+        untried: Option<[usize; 2]>,
     },
     /// A quantity outside its physical range.
     #[error("{name} is {value}, but must be {accepted}")]
@@ -80,10 +79,10 @@ pub enum ModelError {
 }
 
 /// What is open where not every combination of contacts was tried.
-fn of_untried(contacts: Option<usize>) -> String {
-    contacts.map_or_else(String::new, |count| {
+fn of_untried(contacts: Option<[usize; 2]>) -> String {
+    contacts.map_or_else(String::new, |[count, most]| {
         format!(
-            "; another equilibrium may exist, because only models of at most {MOST_TRIED} contacts (here {count}) try \
+            "; another equilibrium may exist, because only models of at most {most} contacts (here {count}) try \
              every combination of closed contacts"
         )
     })

@@ -34,7 +34,7 @@ const SAME_MOTION: f64 = 1e-9;
 const MOST_STEPS: usize = 300;
 
 /// Most contacts of which every combination is tried.
-pub(super) const MOST_TRIED: usize = 16;
+const MOST_TRIED: usize = 16;
 
 /// Renewals of the load by friction until a part of it is too much at once.
 const MOST_RENEWALS: usize = 20;
@@ -124,8 +124,8 @@ pub(super) struct Unrest {
     pub excess: f64,
     /// Part of the friction that was too much, 0 to 1.
     pub friction: f64,
-    /// How many contacts there are, where too many for every combination to be tried.
-    pub untried: Option<usize>,
+    /// How many contacts there are, and of how many at most every combination is tried, where these are too many.
+    pub untried: Option<[usize; 2]>,
 }
 
 /// Contacts under a rigid load.
@@ -400,7 +400,7 @@ pub(super) fn settle(smooth: &Contacts, whole: &Contacts, from: &Rest) -> Result
             Err(faults) if step < least => {
                 let count = whole.bearers.len();
                 return whole.any_at(&rest.place).ok_or_else(|| Unrest {
-                    untried: (count > MOST_TRIED).then_some(count),
+                    untried: (count > MOST_TRIED).then_some([count, MOST_TRIED]),
                     ..unrest(faults, next)
                 });
             }

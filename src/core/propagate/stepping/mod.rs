@@ -16,6 +16,7 @@
 mod cubic;
 mod mesh_state;
 mod rotation;
+mod seen;
 mod show;
 mod tables;
 
@@ -164,58 +165,9 @@ impl Stepping {
         [stiffness, self.segment(contact, cycle, j).damping]
     }
 
-    /// Transmission error of a line and its rate at half step `index` of a mesh cycle.
-    fn error_at(&self, line: usize, cycle: u64, index: usize) -> [f64; 2] {
-        let at = self.within_base(cycle) * (2 * self.steps + 1) + index;
-        match self.transmission_error[line].get(at) {
-            Some(known) => *known,
-            None => {
-                let time = 0.5 * self.step * index as f64;
-                self.lines[line].transmission_error_at(cycle, time).into()
-            }
-        }
-    }
-
     /// Direction of a contact on step `j` of a mesh cycle.
     fn direction(&self, contact: usize, cycle: u64, j: usize) -> &Rows {
         &self.directions[self.segment(contact, cycle, j).direction]
-    }
-
-    /// All contacts at half step `index` of a mesh cycle, as step `j` sees them.
-    fn mesh_states<const M: usize>(
-        &self,
-        state: &[f64],
-        cycle: u64,
-        j: usize,
-        index: usize,
-    ) -> [MeshState; M] {
-        let mut out = [MeshState::default(); M];
-        let phase = index as f64 / (2 * self.steps) as f64;
-        let mut known: Option<(usize, usize)> = None;
-        for contact in 0..self.contacts.len() {
-            let direction = self.direction(contact, cycle, j);
-            let [gap_error, slope] = self.segment(contact, cycle, j).error_at(phase);
-            let half_gap = self.contacts[contact].contact.half_gap;
-            // Contacts on one line see one deflection.
-            let [deflection, rate] = match known.filter(|(line, _)| *line == direction.line) {
-                Some((_, other)) => [out[other].deflection, out[other].rate],
-                None => {
-                    let [error, error_rate] = self.error_at(direction.line, cycle, index);
-                    [
-                        dot(&direction.deflection, state) - error,
-                        dot(&direction.rate, state) - error_rate,
-                    ]
-                }
-            };
-            known = Some((direction.line, contact));
-            out[contact] = MeshState {
-                time: 0.5 * self.step * index as f64,
-                deflection,
-                rate,
-                gap: [half_gap + gap_error, slope / self.period],
-            };
-        }
-        out
     }
 
     /// The contacts at the start of step `j`. Where line or gap of some change they may open or
