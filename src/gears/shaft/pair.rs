@@ -1,4 +1,4 @@
-//! From an assembly with two gear shafts to the modes their mesh feels.
+//! From an assembly with two rigid gear shafts to the modes their mesh feels.
 //!
 //! Two parallel shafts along z, x along the line of centres from pinion to wheel, y across
 //! it. Rotations are right-handed but for the wheel's about z, which is counted in the
@@ -44,7 +44,7 @@ use crate::gear::GearPair;
 use crate::structure::StaticShare;
 use crate::structure::{
     BearingGain, FlankParticipation, ModalStructure, ModeCount, MotionKind, PlaceMotion,
-    TorqueGain, TurningFrame,
+    TurningFrame,
 };
 
 /// The neutral and the relative rotation.
@@ -73,28 +73,6 @@ pub(super) struct ShaftNodes {
     pub gear: usize,
     /// Both bearings.
     pub supports: [Support; 2],
-    /// The element behind the free end; none of a rigid shaft.
-    pub torsion: Option<Torsion>,
-}
-
-/// What twists between two nodes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Torsion {
-    pub nodes: [usize; 2],
-    /// \[N m/rad\]
-    pub stiffness: f64,
-}
-
-impl Torsion {
-    /// Torque from the first node to the second, counted in the sense of running.
-    pub fn terms(&self, sense: f64) -> Vec<(usize, Freedom, f64)> {
-        let [from, to] = self.nodes;
-        let stiffness = sense * self.stiffness;
-        vec![
-            (from, Freedom::RotationZ, stiffness),
-            (to, Freedom::RotationZ, -stiffness),
-        ]
-    }
 }
 
 impl PairedShafts<'_> {
@@ -202,7 +180,6 @@ impl PairedShafts<'_> {
         let mut pinion_torque = participation(&[(self.shafts[0].end, RotationZ, 1.0)]);
         let mut wheel_torque = participation(&[(self.shafts[1].end, RotationZ, 1.0)]);
 
-        let mut torques = self.torques(matrices, solution);
         let gears = [("pinion", pinion), ("wheel", wheel)];
         let turning = gears.map(|(name, node)| (name.to_owned(), node));
         let kinds = [MotionKind::Body, MotionKind::Gear];
@@ -240,11 +217,6 @@ impl PairedShafts<'_> {
         for motion in &mut motions {
             settle(&mut motion.gain);
         }
-        // A shaft that turns as a whole is not twisted.
-        for torque in &mut torques {
-            settle(&mut torque.gain);
-            torque.gain[..RIGID_MODES].fill(0.0);
-        }
         let mut torque: Vec<f64> = (pinion_torque.iter().zip(&wheel_torque))
             .map(|(one, two)| base_1 * one - base_2 * two)
             .collect();
@@ -274,7 +246,7 @@ impl PairedShafts<'_> {
             coast: Some(coast),
             contacts: Vec::new(),
             bearings,
-            torques,
+            torques: Vec::new(),
             motions,
             coupling: None,
             constant_load,
@@ -285,21 +257,6 @@ impl PairedShafts<'_> {
             coupling: projection::coupling(matrices, computed, settle),
             ..with_shapes.truncated(modes, false)?
         })
-    }
-
-    /// Torques behind the free ends, from the motor to the pinion and from the wheel to the load.
-    fn torques(&self, matrices: &AssembledMatrices, solution: &Modes) -> Vec<TorqueGain> {
-        let shafts = ["pinion", "wheel"].into_iter().zip([1.0, -1.0]);
-        (shafts.zip(&self.shafts))
-            .filter_map(|((name, sense), shaft)| {
-                let terms = shaft.torsion?.terms(sense);
-                Some(TorqueGain {
-                    name: name.to_owned(),
-                    gain: solution.participation(&matrices.functional(&terms)),
-                    rate_gain: Vec::new(),
-                })
-            })
-            .collect()
     }
 
     /// Modal forces of the mean drag, constant and by the pinion's speed; empty where there is

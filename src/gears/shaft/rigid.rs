@@ -151,7 +151,6 @@ impl RigidDrive {
             end,
             gear,
             supports,
-            torsion: None,
         })
     }
 

@@ -6,7 +6,6 @@ use crate::shaft::assembly::{Assembly, Freedom};
 use crate::shaft::beam::{Material, Section};
 use crate::shaft::drive::Support;
 use crate::shaft::error::ShaftError;
-use crate::shaft::pair::Torsion;
 
 /// A train in an assembly.
 #[derive(Debug)]
@@ -273,6 +272,26 @@ impl TrainDrive {
         let support = Support::add(assembly, node, Some(on), loose.bearing)?;
         assembly.add_drag(node, Some(on), loose.drag.viscous)?;
         Ok((node, Some(support)))
+    }
+}
+
+/// What twists between two nodes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Torsion {
+    pub nodes: [usize; 2],
+    /// \[N m/rad\]
+    pub stiffness: f64,
+}
+
+impl Torsion {
+    /// Torque from the first node to the second, counted in the sense of running.
+    pub fn terms(&self, sense: f64) -> Vec<(usize, Freedom, f64)> {
+        let [from, to] = self.nodes;
+        let stiffness = sense * self.stiffness;
+        vec![
+            (from, Freedom::RotationZ, stiffness),
+            (to, Freedom::RotationZ, -stiffness),
+        ]
     }
 }
 

@@ -69,13 +69,19 @@ impl TrainDrive {
         let mut solved = Solved {
             matrices: &matrices,
             modes: &with_shapes,
-            signs: vec![1.0; modes - rigid],
+            signs: vec![1.0; modes - 1],
             neutral,
         };
         let angle = self.pair.operating_pressure_angle()?;
-        let flanks = self.flanks(self.gears, (&layout.meshes[0], angle), &layout, &assembled);
+        let mut first = layout.meshes[0];
+        first.point += first.pitch_line * self.pair.form.face_middle;
+        let flanks = self.flanks(self.gears, (&first, angle), &layout, &assembled);
         let drive = solved.participation(&flanks[0].mesh);
-        solved.signs = orientation(&drive[..modes], rigid, &solution);
+        let turning = drive[1..rigid]
+            .iter()
+            .map(|felt| if *felt < 0.0 { -1.0 } else { 1.0 });
+        let elastic = orientation(&drive[..modes], rigid, &solution);
+        solved.signs = turning.chain(elastic).collect();
         let gains = BearingTerms::gains(
             &bearings,
             &with_shapes,
