@@ -33,7 +33,7 @@ pub fn structure(
     let work = |_: &_| {
         let parts = Prepared::new(TableStore::open(tables));
         let structure = parts.structure(&spec.model)?;
-        let frequencies = Frequencies::of(&build::mean_model(&structure, spec)?);
+        let frequencies = Frequencies::of(&build::mean_model(&structure, spec, parts.meshes())?);
         Ok::<_, BuildError>((structure, frequencies, parts.model(spec)?))
     };
     let (structure, frequencies, model) =

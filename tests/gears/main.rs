@@ -27,6 +27,8 @@ mod mesh_structure;
 mod mesh_table;
 mod mesh_teeth;
 mod planetary;
+mod planetary_frames;
+mod planetary_rattle;
 mod ring_teeth;
 mod sharing;
 mod structure_published;

@@ -15,37 +15,37 @@ use std::path::Path;
 
 /// A member: mass \[kg\], inertia over the square of its radius \[kg\], radial support \[N/m\].
 #[derive(Clone, Copy)]
-struct Member([f64; 3]);
+pub struct Member(pub [f64; 3]);
 
 /// A planetary set of rigid bodies whose ring is held by a spring.
 #[derive(Clone)]
-struct Set {
-    planets: usize,
+pub struct Set {
+    pub planets: usize,
     /// Of sun, planet and ring.
-    teeth: [u32; 3],
+    pub teeth: [u32; 3],
     /// Distance of the pins from the axis \[m\].
-    radius: f64,
+    pub radius: f64,
     /// Operating pressure angle \[degrees\].
-    pressure_angle: f64,
-    sun: Member,
-    ring: Member,
-    carrier: Member,
-    planet: Member,
+    pub pressure_angle: f64,
+    pub sun: Member,
+    pub ring: Member,
+    pub carrier: Member,
+    pub planet: Member,
     /// Torsional support of the ring at its base radius \[N/m\].
-    twist: f64,
+    pub twist: f64,
     /// Of all meshes \[N/m\].
-    stiffness: f64,
-    gyroscopic: bool,
+    pub stiffness: f64,
+    pub gyroscopic: bool,
     /// Speed of the sun \[rad/s\].
-    speed: f64,
+    pub speed: f64,
     /// Stiffness of the sun's meshes and the ring's over their cycle, in place of the constant one.
-    levels: bool,
+    pub levels: bool,
     /// Further keys of the planets.
-    more: String,
+    pub more: String,
 }
 
 impl Set {
-    fn lin_parker(planets: usize) -> Self {
+    pub fn lin_parker(planets: usize) -> Self {
         Self {
             planets,
             // Five planets touch unless they are small.
@@ -94,12 +94,12 @@ impl Set {
     }
 
     /// Base radii of sun, planet and ring \[m\].
-    fn base_radii(&self) -> [f64; 3] {
+    pub fn base_radii(&self) -> [f64; 3] {
         let (rack, module, _) = self.rack();
         self.teeth.map(|z| 0.5 * module * f64::from(z) * rack.cos())
     }
 
-    fn text(&self) -> String {
+    pub fn text(&self) -> String {
         let (rack, module, [of_sun, of_planet, of_ring]) = self.rack();
         let [sun, planet, ring] = self.base_radii();
         let [zs, zp, zr] = self.teeth;
@@ -172,7 +172,7 @@ impl Set {
         )
     }
 
-    fn model(&self) -> Model {
+    pub fn model(&self) -> Model {
         model(&job(&self.text()))
     }
 }
@@ -187,22 +187,22 @@ fn harmonics(mean: f64) -> String {
     [one(1, 0.2), one(2, 0.1), one(3, 0.05)].join(", ")
 }
 
-fn job(text: &str) -> Job {
+pub fn job(text: &str) -> Job {
     manifest::parse(text, "test.toml", Path::new("")).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-fn model(job: &Job) -> Model {
+pub fn model(job: &Job) -> Model {
     common::parts().model(&job.points.at(0)).unwrap()
 }
 
-fn refusal(text: &str) -> String {
+pub fn refusal(text: &str) -> String {
     manifest::parse(text, "test.toml", Path::new(""))
         .unwrap_err()
         .to_string()
 }
 
 /// Frequencies in contact \[Hz\], ascending.
-fn in_contact(model: &Model) -> Vec<f64> {
+pub fn in_contact(model: &Model) -> Vec<f64> {
     let found = Frequencies::of(model).closed;
     found.iter().map(|own| own.mode.frequency / TAU).collect()
 }
@@ -268,82 +268,140 @@ fn families_of_modes_are_the_published_ones() {
 }
 
 /// The set in its plane, written down by hand: x, y and rotation of sun, carrier and ring, then of each planet, in the frame
-/// of the carrier; complex frequencies from the companion matrix, every mesh closed.
-fn by_hand(set: &Set) -> Vec<(f64, f64)> {
-    let n = 3 * (3 + set.planets);
-    let [rs, rp, rr] = set.base_radii();
-    let [mut mass, mut stiffness, mut turning] = [0, 1, 2].map(|_| DMatrix::zeros(n, n));
-    let mut spring = |k: f64, terms: &[(usize, f64)]| {
-        for &(i, a) in terms {
-            for &(j, b) in terms {
-                stiffness[(i, j)] += k * a * b;
+/// of the carrier.
+pub struct Plane {
+    pub mass: DMatrix<f64>,
+    /// All meshes open.
+    pub stiffness: DMatrix<f64>,
+    /// Coriolis terms.
+    pub turning: DMatrix<f64>,
+    /// What drive and coast flank feel: of the sun's mesh with each planet, then of the ring's.
+    pub flanks: Vec<[DVector<f64>; 2]>,
+    /// The rotation that no contact feels.
+    pub neutral: DVector<f64>,
+}
+
+impl Plane {
+    pub fn of(set: &Set) -> Self {
+        let n = 3 * (3 + set.planets);
+        let [rs, rp, rr] = set.base_radii();
+        let [mut mass, mut stiffness, mut turning] = [0, 1, 2].map(|_| DMatrix::zeros(n, n));
+        let mut spring = |k: f64, terms: &[(usize, f64)]| {
+            for &(i, a) in terms {
+                for &(j, b) in terms {
+                    stiffness[(i, j)] += k * a * b;
+                }
+            }
+        };
+        let [zs, _, zr] = set.teeth.map(f64::from);
+        let ratio = zs / (zs + zr);
+        let frame = if set.gyroscopic { set.speed * ratio } else { 0.0 };
+        let members = [(set.sun, rs), (set.carrier, set.radius), (set.ring, rr)];
+        let planets = std::iter::repeat_n((set.planet, rp), set.planets);
+        for (body, (member, radius)) in members.into_iter().chain(planets).enumerate() {
+            let Member([m, inertia, support]) = member;
+            let at = 3 * body;
+            mass[(at, at)] = m;
+            mass[(at + 1, at + 1)] = m;
+            mass[(at + 2, at + 2)] = inertia * radius * radius;
+            turning[(at, at + 1)] = -2.0 * m * frame;
+            turning[(at + 1, at)] = 2.0 * m * frame;
+            if body < 3 {
+                spring(support, &[(at, 1.0)]);
+                spring(support, &[(at + 1, 1.0)]);
+                spring(-m * frame * frame, &[(at, 1.0)]);
+                spring(-m * frame * frame, &[(at + 1, 1.0)]);
             }
         }
-    };
-    let [zs, _, zr] = set.teeth.map(f64::from);
-    let frame = if set.gyroscopic { set.speed * zs / (zs + zr) } else { 0.0 };
-    let members = [(set.sun, rs), (set.carrier, set.radius), (set.ring, rr)];
-    let planets = std::iter::repeat_n((set.planet, rp), set.planets);
-    for (body, (member, radius)) in members.into_iter().chain(planets).enumerate() {
-        let Member([m, inertia, support]) = member;
-        let at = 3 * body;
-        mass[(at, at)] = m;
-        mass[(at + 1, at + 1)] = m;
-        mass[(at + 2, at + 2)] = inertia * radius * radius;
-        turning[(at, at + 1)] = -2.0 * m * frame;
-        turning[(at + 1, at)] = 2.0 * m * frame;
-        if body < 3 {
-            spring(support, &[(at, 1.0)]);
-            spring(support, &[(at + 1, 1.0)]);
-            spring(-m * frame * frame, &[(at, 1.0)]);
-            spring(-m * frame * frame, &[(at + 1, 1.0)]);
-        }
-    }
-    spring(set.twist * rr * rr, &[(8, 1.0)]);
-    let (sin, cos) = set.pressure_angle.to_radians().sin_cos();
-    for planet in 0..set.planets {
-        let own = 9 + 3 * planet;
-        let angle = TAU * planet as f64 / set.planets as f64;
-        let [e, t] = [[angle.cos(), angle.sin()], [-angle.sin(), angle.cos()]];
-        for axis in 0..2 {
-            // The pin: u_planet − u_carrier − r θ t.
-            let pin = [
-                (own + axis, 1.0),
-                (3 + axis, -1.0),
-                (5, -set.radius * t[axis]),
-            ];
-            spring(set.planet.0[2], &pin);
-            let way = [(own + axis, 1.0), (5, -set.radius * t[axis])];
-            spring(-set.planet.0[0] * frame * frame, &way);
-        }
-        // Along the lines of action: the sun turns forwards and pushes the planet's flank.
-        for (body, radius, lean, ring) in [(0, rs, 1.0, false), (6, rr, -1.0, true)] {
-            let line = [0, 1].map(|axis| cos * t[axis] + lean * sin * e[axis]);
-            let mut terms: Vec<(usize, f64)> = Vec::new();
-            let sign = if ring { -1.0 } else { 1.0 };
+        spring(set.twist * rr * rr, &[(8, 1.0)]);
+        let mut neutral = DVector::zeros(n);
+        (neutral[2], neutral[5]) = (1.0, ratio);
+        for planet in 0..set.planets {
+            let own = 9 + 3 * planet;
+            let [_, t] = directions(set, planet);
             for axis in 0..2 {
-                terms.push((body + axis, sign * line[axis]));
-                terms.push((own + axis, -sign * line[axis]));
+                // The pin: u_planet − u_carrier − r θ t.
+                let pin = [
+                    (own + axis, 1.0),
+                    (3 + axis, -1.0),
+                    (5, -set.radius * t[axis]),
+                ];
+                spring(set.planet.0[2], &pin);
+                let way = [(own + axis, 1.0), (5, -set.radius * t[axis])];
+                spring(-set.planet.0[0] * frame * frame, &way);
+                neutral[own + axis] = ratio * set.radius * t[axis];
             }
-            terms.push((body + 2, sign * radius));
-            // Rolling in the carrier's frame, a planet turns against the sun and with the ring.
-            terms.push((own + 2, rp));
-            spring(set.stiffness, &terms);
+            neutral[own + 2] = ratio - (1.0 - ratio) * rs / rp;
+        }
+        let meshes = [(0, rs, 1.0), (6, rr, -1.0)].map(|central| {
+            (0..set.planets)
+                .map(move |planet| [1.0, -1.0].map(|side| flank(set, planet, central, side)))
+        });
+        Self {
+            mass,
+            stiffness,
+            turning,
+            flanks: meshes.into_iter().flatten().collect(),
+            neutral,
         }
     }
-    // The rotation that no contact feels takes no part in Coriolis terms: only its momentum would hold the mean speed.
-    let mut neutral = DVector::zeros(n);
-    let ratio = zs / (zs + zr);
-    (neutral[2], neutral[5]) = (1.0, ratio);
-    for planet in 0..set.planets {
-        let own = 9 + 3 * planet;
-        let angle = TAU * planet as f64 / set.planets as f64;
-        neutral[own] = -ratio * set.radius * angle.sin();
-        neutral[own + 1] = ratio * set.radius * angle.cos();
-        neutral[own + 2] = ratio - (1.0 - ratio) * rs / rp;
+}
+
+/// Outwards at a planet, and along its circle.
+pub fn directions(set: &Set, planet: usize) -> [[f64; 2]; 2] {
+    let angle = TAU * planet as f64 / set.planets as f64;
+    [[angle.cos(), angle.sin()], [-angle.sin(), angle.cos()]]
+}
+
+/// Along a line of action of a planet and a central gear: its first coordinate, base radius, and lean of its drive flanks.
+/// The sun turns forwards and pushes the planet's flank, the planet backwards and pushes the ring's.
+fn flank(
+    set: &Set,
+    planet: usize,
+    (body, radius, lean): (usize, f64, f64),
+    side: f64,
+) -> DVector<f64> {
+    let (sin, cos) = set.pressure_angle.to_radians().sin_cos();
+    let [e, t] = directions(set, planet);
+    let own = 9 + 3 * planet;
+    let mut felt = DVector::zeros(3 * (3 + set.planets));
+    for axis in 0..2 {
+        let line = cos * t[axis] + side * lean * sin * e[axis];
+        felt[body + axis] = line;
+        felt[own + axis] = -line;
     }
-    let momentum = &mass * &neutral;
-    let beside = DMatrix::identity(n, n) - &neutral * momentum.transpose() / neutral.dot(&momentum);
+    felt[body + 2] = radius;
+    // Rolling in the carrier's frame, a planet turns against the sun and with the ring.
+    felt[own + 2] = lean * set.base_radii()[1];
+    felt
+}
+
+/// Complex frequencies of the set by hand, every drive flank closed.
+fn by_hand(set: &Set) -> Vec<(f64, f64)> {
+    let Plane {
+        mass,
+        mut stiffness,
+        turning,
+        flanks,
+        neutral,
+    } = Plane::of(set);
+    for [drive, _] in &flanks {
+        stiffness += set.stiffness * drive * drive.transpose();
+    }
+    frequencies_beside(&neutral, mass, &stiffness, turning)
+}
+
+/// Complex frequencies where the rotation that no contact feels takes no part in Coriolis terms: only its momentum would
+/// hold the mean speed.
+pub fn frequencies_beside(
+    neutral: &DVector<f64>,
+    mass: DMatrix<f64>,
+    stiffness: &DMatrix<f64>,
+    turning: DMatrix<f64>,
+) -> Vec<(f64, f64)> {
+    let n = mass.nrows();
+    let momentum = &mass * neutral;
+    let beside = DMatrix::identity(n, n) - neutral * momentum.transpose() / neutral.dot(&momentum);
     let turning = beside.transpose() * turning * &beside;
     let inverse = mass.try_inverse().unwrap();
     frequencies(&(&inverse * stiffness), &(&inverse * turning))
@@ -369,7 +427,7 @@ fn frequencies(stiffness: &DMatrix<f64>, damping: &DMatrix<f64>) -> Vec<(f64, f6
 }
 
 /// The same of the modes of a train, all drive flanks closed.
-fn of_train(set: &Set, text: &str) -> Vec<(f64, f64)> {
+pub fn of_train(set: &Set, text: &str) -> Vec<(f64, f64)> {
     let structure = build::structure(&job(text).points.at(0).model).unwrap();
     let n = structure.modes();
     let diagonal = structure.frequency.iter().map(|omega| omega * omega);

@@ -591,3 +591,48 @@ fn the_load_of_rolling_bearings_is_told() {
     let warning = &told(&idle)["warnings"][0];
     assert_eq!(warning["key"], "train.bearing_load");
 }
+
+/// `check` lists further meshes from the drawing, with the mean force of hand statics.
+#[test]
+fn further_meshes_from_the_drawing_are_listed() {
+    let text = include_str!("../../manifests/trains/two-stage.toml");
+    let given = "levels = [\"5e8 N/m\", \"5e8 N/m\", \"5e8 N/m\", \"3.8e8 N/m\", \"3.8e8 N/m\"]";
+    assert!(text.contains(given));
+    let value = told(&text.replacen(given, "law = \"continuous\"", 1));
+    assert!(value["first_point_error"].is_null(), "{value:#}");
+    let [mesh] = &value["gears"]["further_meshes"].as_array().unwrap()[..] else {
+        panic!("{:#}", value["gears"]);
+    };
+    assert_eq!(mesh["gears"], serde_json::json!(["z18", "z54"]));
+    // 5 % of 40 N m, 50 : 20, on 18 teeth of 3 mm, and 1 N m of drag on 54.
+    let torques = 0.05 * 40.0 * 50.0 / 20.0 / 27e-3 + 1.0 / 81e-3;
+    let force = torques / 20f64.to_radians().cos();
+    let number = |key: &str| mesh[key].as_f64().unwrap();
+    assert!((number("force") / force - 1.0).abs() < 1e-10, "{mesh:#}");
+    assert!(number("stiffness_min") < number("stiffness_mean"));
+    assert!(number("stiffness_mean") < number("stiffness_max"));
+    assert!((1.0..2.0).contains(&number("contact_ratio_loaded")));
+    assert_eq!(told(text)["gears"]["further_meshes"], serde_json::json!([]));
+}
+
+/// `check` reports why the first point of a valid manifest has no solution.
+#[test]
+fn a_first_point_without_a_solution_is_reported() {
+    let text = include_str!("../../manifests/trains/two-stage.toml");
+    let unloaded = [
+        ("levels = [\"5e8 N/m\"", "law = \"continuous\" # "),
+        ("drag_torque", "# drag_torque"),
+        ("\nload = {", "\nload = 0 # {"),
+    ];
+    let unloaded = unloaded.iter().fold(text.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replacen(from, to, 1)
+    });
+    let value = told(&unloaded);
+    let error = value["first_point_error"].as_str().unwrap();
+    assert!(
+        error.contains("the mesh of z18 and z54") && error.contains("the load is 0"),
+        "{error}"
+    );
+    assert!(told(text)["first_point_error"].is_null());
+}

@@ -24,6 +24,7 @@ mod follow;
 mod follow_bifurcations;
 mod help;
 mod hostile_names;
+mod hysteresis;
 mod interrupt;
 mod limits;
 mod machine;

@@ -48,6 +48,7 @@ mod followed;
 mod fuzz_drives;
 mod grazing;
 mod horizon;
+mod hysteresis;
 mod instructions;
 mod kept_tables;
 mod kernel_choice;

@@ -11,7 +11,7 @@ use crate::model::DriveShaft;
 use crate::report::{Campbell, ModeLine, NEAR_GRID, Ray, USUAL_ORDERS, to_digits};
 use crate::store::read_runs;
 use crate::structure::ModalStructure;
-use crate::sweep::build;
+use crate::sweep::{MeshTables, Prepared, build};
 use crate::units;
 
 /// Speeds at which modes are computed: between them frequencies are nearly linear.
@@ -27,7 +27,7 @@ const BEYOND_ONE: f64 = 1.5;
 ///
 /// # Errors
 /// Why there is none, in a sentence.
-pub fn of(job: &Job, orders: &[f64]) -> Result<Campbell, String> {
+pub fn of(job: &Job, orders: &[f64], parts: &Prepared) -> Result<Campbell, String> {
     let axis = job.axes.iter().find(|axis| axis.key == AxisKey::Speed);
     let first = job
         .points
@@ -36,11 +36,13 @@ pub fn of(job: &Job, orders: &[f64]) -> Result<Campbell, String> {
     let (low, high) = axis.map_or((first.speed, first.speed), |axis| axis.values.ends());
     let last = high * if low == high { BEYOND_ONE } else { 1.0 + NEAR_GRID };
     let lowest = (LOWEST * last).min((1.0 - NEAR_GRID) * low);
-    let structure = build::structure(&first.model).map_err(|error| with_causes(&error))?;
+    let structure = parts.structure(&first.model);
+    let structure = structure.map_err(|error| with_causes(&error))?;
     let speeds: Vec<f64> = (0..SPEEDS)
         .map(|i| lowest + (last - lowest) * i as f64 / (SPEEDS - 1) as f64)
         .collect();
-    let at_speed = at_speeds(&structure, &first, &speeds).map_err(|error| with_causes(&error))?;
+    let at_speed = at_speeds(&structure, &first, &speeds, parts.meshes());
+    let at_speed = at_speed.map_err(|error| with_causes(&error))?;
     // Modes are told by their place in ascending frequency; rigid motions are no line.
     let count = |of: fn(&Frequencies) -> usize| at_speed.iter().map(of).min().unwrap_or(0);
     let lines = |count: usize, of: &dyn Fn(&Frequencies, usize) -> [f64; 2]| -> Vec<ModeLine> {
@@ -123,11 +125,12 @@ fn at_speeds(
     structure: &ModalStructure,
     first: &PointSpec,
     speeds: &[f64],
+    meshes: &MeshTables,
 ) -> Result<Vec<Frequencies>, build::BuildError> {
     let turning = (structure.coupling.iter())
         .any(|coupling| coupling.gyroscopic.iter().any(|term| *term != 0.0));
     let distinct = if turning { speeds } else { &speeds[..1] };
-    let models = build::mean_models(structure, first, distinct)?;
+    let models = build::mean_models(structure, first, distinct, meshes)?;
     let mut found: Vec<Frequencies> = models.iter().map(Frequencies::of).collect();
     let last = found.last().cloned();
     found.extend(last.into_iter().cycle().take(speeds.len() - found.len()));

@@ -6,7 +6,7 @@ use super::gear_mesh::GearMesh;
 use super::kernel::{self, FirstKernel};
 use super::loaded_bearings::LoadedBearings;
 use super::manifest_args::{ManifestArgs, report, warn};
-use super::structure::Structure;
+use super::structure::{self, Structure};
 use super::{BAD_INPUT, answer, grid, words};
 use crate::gear::{CycleDivision, MeshTableSpec};
 use crate::input::{clipped, printable};
@@ -15,6 +15,8 @@ use crate::manifest::{
     StructureSource, advice,
 };
 use crate::report::{Unit, to_digits};
+use crate::store::TableStore;
+use crate::sweep::Prepared;
 use clap::Args;
 use serde_json::{Value, json};
 use std::process::ExitCode;
@@ -60,11 +62,14 @@ pub fn run(args: &CheckArgs) -> ExitCode {
 }
 
 fn summary(name: &str, job: &Job) -> String {
-    let lines = job
-        .points
-        .first()
-        .map_or(Vec::new(), |first| describe(job, &first));
-    let mut text = format!("{}: valid\n\n", printable(name));
+    let parts = Prepared::new(TableStore::in_memory());
+    let first = job.points.first();
+    let lines = (first.as_ref()).map_or(Vec::new(), |first| describe(job, first, &parts));
+    let mut text = format!("{}: valid\n", printable(name));
+    if let Some(error) = first.and_then(|first| fault(&first, &parts)) {
+        text += &format!("The first point cannot be computed: {error}\n");
+    }
+    text.push('\n');
     for (head, line) in lines {
         text += format!("{head:<11} {}", clipped(&line, MOST_CHARACTERS)).trim_end();
         text.push('\n');
@@ -72,8 +77,14 @@ fn summary(name: &str, job: &Job) -> String {
     text
 }
 
+/// Why a point cannot be computed; `None` also for structures that are too large to try.
+fn fault(point: &PointSpec, parts: &Prepared) -> Option<String> {
+    structure::check_size(point).ok()?;
+    parts.model(point).err().map(|error| error.to_string())
+}
+
 /// Head and text of every line of the summary.
-fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
+fn describe(job: &Job, first: &PointSpec, parts: &Prepared) -> Vec<(String, String)> {
     let mut lines = vec![
         ("job".to_owned(), format!("{}, seed {}", job.name, job.seed)),
         ("hash".to_owned(), job.hash.clone()),
@@ -109,7 +120,7 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
     lines.extend(speeds(first));
     lines.push(("mesh".to_owned(), mesh(job)));
     lines.push(("coast flank".to_owned(), coast(job)));
-    let gear_mesh = GearMesh::of(first);
+    let gear_mesh = GearMesh::of(first, parts);
     lines.extend(gear_mesh.lines());
     let causes: Vec<String> = (excitation::causes(first, &gear_mesh).into_iter())
         .map(|cause| cause.text)
@@ -125,11 +136,11 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
             kernel::setting(&first.run.kernel)
         ),
     ));
-    let kernel = FirstKernel::of(job, first).line();
+    let kernel = FirstKernel::of(job, first, parts).line();
     lines.extend(kernel.map(|line| ("kernel".to_owned(), line)));
     lines.push(("analyses".to_owned(), analyses(first)));
     lines.extend(LoadedBearings::of(first).map_or(Vec::new(), |bearings| bearings.lines()));
-    match Structure::of(job, first) {
+    match Structure::of(job, first, parts) {
         Ok(structure) => lines.extend(structure.lines()),
         Err(reason) => lines.push(("modes".to_owned(), reason)),
     }
@@ -146,7 +157,7 @@ fn speeds(first: &PointSpec) -> Option<(String, String)> {
     let bodies: Vec<String> = (bodies.iter())
         .map(|(name, speed)| format!("{name} {}", to_digits(*speed, 4)))
         .collect();
-    let text = format!("{} x the speed of the first gear", bodies.join(", "));
+    let text = format!("{} x the speed of the driver", bodies.join(", "));
     Some(("speeds".to_owned(), text))
 }
 
@@ -319,8 +330,9 @@ fn job_json(name: &str, job: &Job) -> Value {
             .map(|v| v.model.retained as f64),
     );
     let first = job.points.first();
-    let gear_mesh = first.as_ref().map(GearMesh::of);
-    let kernel = first.as_ref().map(|p| FirstKernel::of(job, p));
+    let parts = Prepared::new(TableStore::in_memory());
+    let gear_mesh = first.as_ref().map(|p| GearMesh::of(p, &parts));
+    let kernel = first.as_ref().map(|p| FirstKernel::of(job, p, &parts));
     let mut value = json!({
         "valid": true,
         "file": name,
@@ -345,8 +357,9 @@ fn job_json(name: &str, job: &Job) -> Value {
         "retained_min": retained.0,
         "retained_max": retained.1,
         "structure": (first.as_ref())
-            .and_then(|p| Structure::of(job, p).ok())
+            .and_then(|p| Structure::of(job, p, &parts).ok())
             .map(|structure| structure.json()),
+        "first_point_error": first.as_ref().and_then(|p| fault(p, &parts)),
         "warnings": diagnostics_json(&job.warnings.sources, job.warnings.diagnostics.iter()),
         "advice": words::json(&advice(job)),
         "kernel": kernel.as_ref().and_then(|kernel| kernel.taken),

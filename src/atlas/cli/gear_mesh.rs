@@ -3,7 +3,9 @@
 use super::point::number;
 use crate::gear::Flanks;
 use crate::manifest::{PointSpec, StiffnessSpec, StructureSource};
-use crate::sweep::{LoadedMesh, build, loaded_mesh};
+use crate::report::to_digits;
+use crate::shaft::MeshLaw;
+use crate::sweep::{LoadedMesh, Prepared, loaded_further_meshes, loaded_mesh};
 use serde_json::{Value, json};
 
 /// The mesh of a grid's first point.
@@ -19,24 +21,26 @@ pub struct GearMesh {
     backlash: Option<f64>,
     half_gap: f64,
     load: f64,
+    /// Further meshes that are computed from the drawing, with the names of their gears.
+    further: Vec<([String; 2], LoadedMesh)>,
 }
 
 impl GearMesh {
     /// That of a point.
-    pub fn of(point: &PointSpec) -> Self {
+    pub fn of(point: &PointSpec, parts: &Prepared) -> Self {
         let gears = point.model.source.gears();
         let flanks = gears.as_ref().and_then(|gears| Flanks::new(gears).ok());
+        let structure =
+            if has_drawn_train(point) { parts.structure(&point.model).ok() } else { None };
+        let structure = structure.as_deref();
         let loaded = match &point.mesh.stiffness {
             StiffnessSpec::Table(spec) => {
-                let of_train = matches!(point.model.source, StructureSource::Train(_));
-                let structure = of_train
-                    .then(|| build::structure(&point.model).ok())
-                    .flatten();
-                let loaded = loaded_mesh(point, spec, structure.as_ref());
+                let loaded = loaded_mesh(point, spec, structure, parts.meshes());
                 Some(loaded.map_err(|error| error.to_string()))
             }
             _ => None,
         };
+        let further = structure.map(|own| loaded_further_meshes(point, own, parts.meshes()));
         let stiffness = match &loaded {
             Some(loaded) => loaded.as_ref().ok().map(|mesh| mesh.stiffness),
             None => imposed(&point.mesh.stiffness),
@@ -48,6 +52,8 @@ impl GearMesh {
             half_gap: point.mesh.half_gap,
             load: point.load,
             loaded,
+            // The point then fails as well, and `check` prints why.
+            further: further.and_then(Result::ok).unwrap_or_default(),
         }
     }
 
@@ -83,14 +89,9 @@ impl GearMesh {
         if !gears.is_empty() {
             lines.push(("gears".to_owned(), gears.join("; ")));
         }
-        // A stiffness that is given is told with its segments.
-        if let (Some(_), Some([least, mean, most])) = (&self.loaded, self.stiffness) {
-            lines.push((
-                "stiffness".to_owned(),
-                format!(
-                    "{least:.4e} minimum, {mean:.4e} mean, {most:.4e} N/m maximum over the mesh cycle"
-                ),
-            ));
+        // The line `mesh` shows a given stiffness.
+        if let (Some(_), Some(stiffness)) = (&self.loaded, self.stiffness) {
+            lines.push(("stiffness".to_owned(), over_cycle(stiffness)));
         }
         if let Some(Ok(LoadedMesh {
             course: Some((pieces, [stiffness, turning])),
@@ -105,6 +106,16 @@ impl GearMesh {
                 ),
             ));
         }
+        let further = self.further.iter().map(|([driver, driven], mesh)| {
+            let text = format!(
+                "{driver} and {driven}: mean force {} N, {:.3} pairs on average, {}",
+                to_digits(mesh.force, 4),
+                mesh.contact_ratio,
+                over_cycle(mesh.stiffness)
+            );
+            ("mesh of".to_owned(), text)
+        });
+        lines.extend(further);
         lines
     }
 
@@ -131,8 +142,37 @@ impl GearMesh {
             "course_pieces": course.map(|(pieces, _)| pieces),
             "course_stiffness_error": course.map(|(_, [stiffness, _])| stiffness),
             "course_turning_error": course.map(|(_, [_, turning])| turning),
+            "further_meshes": self.further.iter().map(further_json).collect::<Vec<_>>(),
         })
     }
+}
+
+/// Whether a point has a train in which the drawing determines a mesh.
+fn has_drawn_train(point: &PointSpec) -> bool {
+    let StructureSource::Train(train) = &point.model.source else {
+        return false;
+    };
+    let mut further = train.meshes.iter();
+    matches!(point.mesh.stiffness, StiffnessSpec::Table(_))
+        || further.any(|mesh| matches!(mesh.law, MeshLaw::Drawn(_)))
+}
+
+/// Smallest, mean and largest stiffness over the mesh cycle, in words.
+fn over_cycle([least, mean, most]: [f64; 3]) -> String {
+    format!("{least:.4e} minimum, {mean:.4e} mean, {most:.4e} N/m maximum over the mesh cycle")
+}
+
+fn further_json((gears, mesh): &([String; 2], LoadedMesh)) -> Value {
+    let [least, mean, most] = mesh.stiffness;
+    json!({
+        "gears": gears,
+        "force": mesh.force,
+        "contact_ratio_loaded": mesh.contact_ratio,
+        "flank_error": mesh.flank_error,
+        "stiffness_min": least,
+        "stiffness_mean": mean,
+        "stiffness_max": most,
+    })
 }
 
 /// Smallest, mean and largest of a stiffness that is given.

@@ -2,7 +2,6 @@
 
 use crate::manifest::{Job, PointSpec};
 use crate::propagate::{ClosedModes, KernelChoice, KernelSetting, Why};
-use crate::store::TableStore;
 use crate::sweep::{PointKernel, Prepared};
 
 /// The kernel of a grid's first point.
@@ -17,13 +16,12 @@ pub struct FirstKernel {
 }
 
 impl FirstKernel {
-    /// That of a job's first point. Tables that decide are computed and not kept.
-    pub fn of(job: &Job, first: &PointSpec) -> Self {
+    /// That of a job's first point.
+    pub fn of(job: &Job, first: &PointSpec, parts: &Prepared) -> Self {
         let asked = first.run.kernel;
-        let parts = Prepared::new(TableStore::in_memory());
         let found = match asked {
             KernelSetting::Auto => parts.model(first).and_then(|model| {
-                let own = PointKernel::of(first, &model, &parts)?;
+                let own = PointKernel::of(first, &model, parts)?;
                 Ok((own.taken.name(), own.why.map(|why| why.to_string())))
             }),
             KernelSetting::Named(kernel @ KernelChoice::ClosedModes) => {

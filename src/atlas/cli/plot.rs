@@ -16,7 +16,8 @@ use crate::report::{
     Amount, Asked, Display, Drawn, Log, NoAmount, PlotRequest, Resonance, Unit, What, drawable,
     plot,
 };
-use crate::store::{ResultLayout, points_table, write_whole};
+use crate::store::{ResultLayout, TableStore, points_table, write_whole};
+use crate::sweep::Prepared;
 use crate::units::conversion;
 
 /// Arguments of `atlas plot`.
@@ -207,7 +208,9 @@ pub fn run(args: &PlotArgs) -> ExitCode {
         request.what.retain(|asked| *asked != CAMPBELL);
         let remedy = "give the manifest instead: atlas plot m.toml --what campbell";
         let job = campbell::job(source, remedy);
-        let diagram = match job.and_then(|job| campbell::of(&job, &args.orders).map_err(Some)) {
+        let parts = Prepared::new(TableStore::in_memory());
+        let diagram = job.and_then(|job| campbell::of(&job, &args.orders, &parts).map_err(Some));
+        let diagram = match diagram {
             Ok(diagram) => diagram,
             Err(Some(message)) => return fail(BAD_INPUT, &message),
             Err(None) => return ExitCode::from(BAD_INPUT),

@@ -7,7 +7,7 @@ use crate::analysis::{ClosedMode, Frequencies, NaturalMode, excitation_period};
 use crate::manifest::{Job, PointSpec, StructureSource};
 use crate::numerics::integers::least_multiple;
 use crate::report::{Campbell, Unit};
-use crate::sweep::{build, structures};
+use crate::sweep::{Prepared, build, structures};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
@@ -41,19 +41,12 @@ impl Structure {
     ///
     /// # Errors
     /// Why there is none, in a sentence.
-    pub fn of(job: &Job, first: &PointSpec) -> Result<Self, String> {
-        let freedoms = match &first.model.source {
-            StructureSource::Flexible(drive) => 12 * (1 + drive.elements.iter().sum::<usize>()),
-            StructureSource::Train(train) => train.freedoms().map_err(|error| error.to_string())?,
-            StructureSource::Rigid(_) | StructureSource::Modal(_) => 0,
-        };
-        if freedoms > MOST_FREEDOMS {
-            return Err(format!(
-                "not computed here, because {freedoms} degrees of freedom take long (limit: {MOST_FREEDOMS})"
-            ));
-        }
-        let structure = build::structure(&first.model).map_err(|error| error.to_string())?;
-        let model = build::mean_model(&structure, first).map_err(|error| error.to_string())?;
+    pub fn of(job: &Job, first: &PointSpec, parts: &Prepared) -> Result<Self, String> {
+        check_size(first)?;
+        let structure = parts.structure(&first.model);
+        let structure = structure.map_err(|error| error.to_string())?;
+        let model = build::mean_model(&structure, first, parts.meshes());
+        let model = model.map_err(|error| error.to_string())?;
         // The mean model of a mesh from the drawing does not vary.
         let of_meshes = match &first.model.source {
             StructureSource::Train(train) => train.base_cycles().unwrap_or(1),
@@ -62,7 +55,7 @@ impl Structure {
         Ok(Self {
             frequencies: Frequencies::of(&model),
             teeth: structure.teeth,
-            diagram: campbell::of(job, &[])?,
+            diagram: campbell::of(job, &[], parts)?,
             speed: first.speed,
             count: structures(job),
             base_period: excitation_period(&model).map(|own| least_multiple(own, of_meshes)),
@@ -207,6 +200,24 @@ impl Structure {
             "closed": self.frequencies.closed.iter().map(closed).collect::<Vec<_>>(),
         })
     }
+}
+
+/// Whether the structure of a point has few enough freedoms.
+///
+/// # Errors
+/// Why it does not, in a sentence.
+pub fn check_size(point: &PointSpec) -> Result<(), String> {
+    let freedoms = match &point.model.source {
+        StructureSource::Flexible(drive) => 12 * (1 + drive.elements.iter().sum::<usize>()),
+        StructureSource::Train(train) => train.freedoms().map_err(|error| error.to_string())?,
+        StructureSource::Rigid(_) | StructureSource::Modal(_) => 0,
+    };
+    if freedoms > MOST_FREEDOMS {
+        return Err(format!(
+            "not computed here, because {freedoms} degrees of freedom take long (limit: {MOST_FREEDOMS})"
+        ));
+    }
+    Ok(())
 }
 
 /// Frequency \[Hz\] and damping ratio of a mode, in columns of these widths.

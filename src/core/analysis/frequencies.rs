@@ -59,7 +59,8 @@ pub struct Frequencies {
 impl Frequencies {
     /// Those of a model.
     pub fn of(model: &Model) -> Self {
-        let mut open: Vec<NaturalMode> = (model.blocks.iter())
+        let modes = &model.blocks[..model.modes_of_structure()];
+        let mut open: Vec<NaturalMode> = (modes.iter())
             .map(|block| NaturalMode {
                 frequency: block.natural_frequency(),
                 decay: 0.0 - block.growth(),
@@ -94,7 +95,9 @@ struct Spring {
 
 fn closed_modes(model: &Model, contacts: ActiveSet) -> Option<Vec<ClosedMode>> {
     let n = model.modes();
-    let springs: Vec<Spring> = (contacts.iter())
+    // In small vibrations dry sliders stick.
+    let stuck = model.sliders.iter().map(|slider| slider.spring());
+    let springs: Vec<Spring> = (contacts.iter().chain(stuck))
         .map(|contact| {
             let cycle = &model.contacts[contact].cycles[0];
             let [along, _] = model.participations(cycle.segments[0].direction);
@@ -124,8 +127,8 @@ fn closed_modes(model: &Model, contacts: ActiveSet) -> Option<Vec<ClosedMode>> {
     };
     // What neither spring nor contact holds stays exactly rigid.
     let held_by = |i: usize| springs.iter().any(|spring| spring.along[i] != 0.0);
-    let (held, loose): (Vec<usize>, Vec<usize>) =
-        (0..n).partition(|&i| held_by(i) || (0..n).any(|j| entry(Matrix::Stiffness, i, j) != 0.0));
+    let (held, loose): (Vec<usize>, Vec<usize>) = (0..model.modes_of_structure())
+        .partition(|&i| held_by(i) || (0..n).any(|j| entry(Matrix::Stiffness, i, j) != 0.0));
     let all = |matrix: Matrix| {
         Mat::from_fn(held.len(), held.len(), |i, j| {
             let (i, j) = (held[i], held[j]);

@@ -114,8 +114,11 @@ impl TangentGrowth {
             if i == 0 {
                 first = growth;
             }
-            for x in self.tangents.vector_mut(i) {
-                *x /= length;
+            // What a slip of a dry slider has forgotten stays nothing: its exponent is minus infinity.
+            if length > 0.0 {
+                for x in self.tangents.vector_mut(i) {
+                    *x /= length;
+                }
             }
         }
         first

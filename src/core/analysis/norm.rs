@@ -4,7 +4,7 @@
 //! ([`EnergyNorm::raw`]) to show what that does to an estimate. In the energy norm a mode counts
 //! with its kinetic and potential energy, `‖x‖² = Σ v² + max(ω, ω_mesh)² q²` with `ω_mesh² = k Σ w·g` the scale
 //! of the closed mesh (a rigid rotation has no stiffness of its own). The neutral pair is
-//! left out. Under drag the neutral rotation decays and is felt, but where it has come to is not:
+//! left out. The place of a dry slider counts with its spring, `k s²`. Under drag the neutral rotation decays and is felt, but where it has come to is not:
 //! states that differ by a displacement nobody feels are one ([`EnergyNorm::project`]).
 
 use crate::model::Model;
@@ -13,7 +13,7 @@ use std::cmp::Ordering;
 /// Energy-scaled norm without the neutral pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EnergyNorm {
-    /// Weight of each component of a state, length 2N; 0 for the neutral pair.
+    /// Weight of each component of a state, length 2N; 0 for the neutral pair, and for the second component of a slider.
     weights: Vec<f64>,
     /// Displacements that nothing feels, other than single components: each is taken out of a
     /// difference so that the component with this index vanishes, which has no weight.
@@ -39,6 +39,12 @@ impl EnergyNorm {
             weights[i] = 0.0;
             weights[n + i] = 0.0;
         }
+        for slider in &model.sliders {
+            // Its place counts with the energy of its spring; it has no second component.
+            let spring = &model.contacts[slider.spring()].cycles[0];
+            weights[slider.block] = spring.mean_stiffness().sqrt();
+            weights[n + slider.block] = 0.0;
+        }
         // Where the whole drive has turned to is nothing that it feels.
         let unfelt = reduced(model.unfelt_displacements());
         for (index, _) in &unfelt {
@@ -56,8 +62,12 @@ impl EnergyNorm {
     pub fn raw(model: &Model) -> Self {
         let gains = model.first_gains();
         let participation: f64 = gains.iter().map(|gain| gain.deflection[0].powi(2)).sum();
+        let mut weights = vec![1.0; 2 * model.modes()];
+        for slider in &model.sliders {
+            weights[model.modes() + slider.block] = 0.0;
+        }
         Self {
-            weights: vec![1.0; 2 * model.modes()],
+            weights,
             unfelt: Vec::new(),
             unit: model.half_gap / participation.sqrt(),
         }

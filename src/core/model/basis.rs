@@ -26,6 +26,8 @@ pub struct Basis {
     unfelt: usize,
     /// What couples the modes, after that.
     coupled: Option<Coupled>,
+    /// Blocks of dry sliders behind those of the modes. They count as modes of which the structure knows nothing.
+    sliders: usize,
 }
 
 /// Coupled modes, in the turned rigid motions and the elastic modes.
@@ -63,6 +65,7 @@ impl Basis {
             turned,
             unfelt,
             coupled: None,
+            sliders: 0,
         };
         let damped = structure.frequency.iter().zip(&structure.damping);
         let modes = damped.map(|(&frequency, &ratio)| Block::mode(frequency, ratio, 0.0).generator);
@@ -97,6 +100,22 @@ impl Basis {
         Ok((basis, found.generators))
     }
 
+    /// The basis with blocks of dry sliders added.
+    pub(super) fn with_sliders(mut self, sliders: usize) -> Self {
+        self.sliders = sliders;
+        if let Some(coupled) = self.coupled.as_mut().filter(|_| sliders > 0) {
+            let n = coupled.frequency.len();
+            for matrix in [&mut coupled.to_modes, &mut coupled.from_modes] {
+                *matrix = bordered(matrix, n, sliders, 1.0);
+            }
+            for matrix in [&mut coupled.damping, &mut coupled.stiffness] {
+                *matrix = bordered(matrix, n, sliders, 0.0);
+            }
+            coupled.frequency.resize(n + sliders, 0.0);
+        }
+        self
+    }
+
     /// What couples the modes; none where damping is modal.
     pub fn coupled(&self) -> Option<&Coupled> {
         self.coupled.as_ref()
@@ -112,9 +131,10 @@ impl Basis {
         &self.rigid[..self.unfelt]
     }
 
-    /// Modal values of the structure with its rigid motions turned.
+    /// Modal values of the structure with its rigid motions turned, and 0 of every slider.
     pub(super) fn turn(&self, values: &[f64]) -> Vec<f64> {
         let mut out = values.to_vec();
+        out.resize(values.len() + self.sliders, 0.0);
         for (row, &target) in self.turned.iter().zip(&self.rigid) {
             out[target] = row
                 .iter()
@@ -127,7 +147,7 @@ impl Basis {
 
     /// Undoes [`Self::turn`].
     fn turn_back(&self, values: &[f64]) -> Vec<f64> {
-        let mut out = values.to_vec();
+        let mut out = values[..values.len() - self.sliders].to_vec();
         for (j, &target) in self.rigid.iter().enumerate() {
             let rows = self.turned.iter().zip(&self.rigid);
             out[target] = rows.map(|(row, &i)| row[j] * values[i]).sum();
@@ -252,6 +272,27 @@ impl Basis {
         let (displacement, velocity) = modes.split_at(modes.len() / 2);
         [self.turn_back(displacement), self.turn_back(velocity)]
     }
+}
+
+/// A square matrix over `modes` values, or over twice as many in two halves, with rows and columns for more of each half,
+/// which are `diagonal` times those of the identity.
+fn bordered(matrix: &[f64], modes: usize, added: usize, diagonal: f64) -> Vec<f64> {
+    let order = matrix.len().isqrt();
+    let halves = order / modes;
+    let wide = order + halves * added;
+    let place = |i: usize| i + i / modes * added;
+    let mut out = vec![0.0; wide * wide];
+    for (i, row) in matrix.chunks_exact(order).enumerate() {
+        for (j, value) in row.iter().enumerate() {
+            out[place(i) * wide + place(j)] = *value;
+        }
+    }
+    for half in 0..halves {
+        for i in (0..added).map(|own| place(half * modes) + modes + own) {
+            out[i * wide + i] = diagonal;
+        }
+    }
+    out
 }
 
 /// A square matrix, row by row, times a vector.

@@ -10,14 +10,17 @@ pub const DRIVE_FLANK: usize = 0;
 pub const COAST_FLANK: usize = 1;
 
 /// Most contacts of a model.
-pub const MOST_CONTACTS: usize = 64;
+pub const MOST_CONTACTS: usize = 128;
+
+/// Contacts of a word of their sets.
+const WORD: usize = u64::BITS as usize;
 
 /// Contacts that are commonly closed at once at most: room for all is not made where these have it.
 pub const SEVERAL_CONTACTS: usize = 16;
 
 /// The closed ones of a model's contacts, by their places in [`super::Model::contacts`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct ActiveSet(u64);
+pub struct ActiveSet(u128);
 
 impl ActiveSet {
     /// No contact is closed: free flight.
@@ -32,9 +35,22 @@ impl ActiveSet {
         Self(self.0 ^ (1 << contact))
     }
 
+    /// The contacts of either set.
+    pub fn union(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// The contacts that another set does not hold.
+    pub fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
     /// Whether a contact is closed.
     pub fn holds(self, contact: usize) -> bool {
-        self.0 & (1 << contact) != 0
+        // One bit of a word, because a shift of all 128 takes several instructions.
+        let [first, further] = self.words();
+        let word = if contact < WORD { first } else { further };
+        word >> (contact % WORD) & 1 != 0
     }
 
     /// Whether any contact is closed.
@@ -86,9 +102,9 @@ impl ActiveSet {
         self.flanks().name()
     }
 
-    /// The set as the sum of `2^place`.
-    pub fn bits(self) -> u64 {
-        self.0
+    /// The set as sums of `2^place`: of the first 64 contacts, and of those behind them from place 0 on.
+    pub fn words(self) -> [u64; 2] {
+        [self.0 as u64, (self.0 >> WORD) as u64]
     }
 }
 
@@ -139,9 +155,11 @@ impl Flanks {
 /// so that the δ of both flanks grows with the relative rotation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contact {
-    /// s: +1 closes where δ rises to the gap, −1 where it falls to its opposite.
+    /// s: +1 closes where δ rises to the gap, −1 where it falls to its opposite. 0 of the spring of a dry slider, which
+    /// bears on either side.
     pub side: f64,
-    /// Half gap b \[m\]; what loaded flanks lack comes on top ([`Self::gap`]).
+    /// Half gap b \[m\]; what loaded flanks lack comes on top ([`Self::gap`]). Of a slip of a dry slider the
+    /// stretch F/k of its spring.
     pub half_gap: f64,
     /// What it is like in every mesh cycle of a base period: they recur in turn.
     pub cycles: Vec<MeshCycle>,
@@ -177,6 +195,12 @@ impl Contact {
         if closed { self.side * deflection - gap } else { gap - self.side * deflection }
     }
 
+    /// Force \[N\] along its direction of a slip of a dry slider, ±F; none of other contacts.
+    pub fn constant_force(&self, segment: &Segment) -> Option<f64> {
+        let limit = || self.side * segment.stiffness.mean() * self.half_gap;
+        (self.release == Release::Slip).then(limit)
+    }
+
     /// Whether a deflection and its rate close it at a time \[s\] within its segment. Either law needs
     /// no memory: what has let go without coming free is compressed, and its damper would pull.
     pub fn closes(&self, segment: &Segment, time: f64, deflection: f64, rate: f64) -> bool {
@@ -193,8 +217,11 @@ impl Contact {
     }
 
     /// Force \[N\] of the closed contact along its direction, `k (δ − s b) + c (δ' − s b')`, at a
-    /// time \[s\] within its segment.
+    /// time \[s\] within its segment; the limit of a slider that slips.
     pub fn force(&self, segment: &Segment, time: f64, deflection: f64, rate: f64) -> f64 {
+        if let Some(limit) = self.constant_force(segment) {
+            return limit;
+        }
         let [gap, opening] = self.gap(segment, time);
         segment.stiffness_at(time / self.cycles[0].period) * (deflection - self.side * gap)
             + segment.damping * (rate - self.side * opening)
@@ -263,12 +290,27 @@ mod tests {
 
     #[test]
     fn sets_hold_what_is_toggled() {
-        let set = [1, 4, 15]
+        let all = [1, 4, 15, 63, 64, 127];
+        let set = all.into_iter().fold(ActiveSet::FREE, ActiveSet::toggled);
+        assert_eq!(set.iter().collect::<Vec<_>>(), all);
+        assert_eq!((set.count(), set.only()), (6, None));
+        assert_eq!(set.words(), [(1 << 63) + 0x8012, (1 << 63) + 1]);
+        assert!((0..MOST_CONTACTS).all(|contact| set.holds(contact) == all.contains(&contact)));
+        let one = [1, 15, 63, 64, 127]
+            .into_iter()
+            .fold(set, ActiveSet::toggled);
+        let other = ActiveSet::COAST.toggled(2);
+        let drive = [4, 15, 64]
             .into_iter()
             .fold(ActiveSet::FREE, ActiveSet::toggled);
-        assert_eq!(set.iter().collect::<Vec<_>>(), [1, 4, 15]);
-        assert_eq!((set.count(), set.only(), set.bits()), (3, None, 0x8012));
-        let one = set.toggled(1).toggled(15);
+        assert_eq!(
+            drive.union(other).iter().collect::<Vec<_>>(),
+            [1, 2, 4, 15, 64]
+        );
+        assert_eq!(
+            drive.toggled(2).without(other).iter().collect::<Vec<_>>(),
+            [4, 15, 64]
+        );
         assert_eq!((one.only(), one.touching()), (Some(4), true));
         assert_eq!(
             (one.toggled(4), ActiveSet::FREE.touching()),

@@ -27,6 +27,18 @@ impl Standing {
     fn of(model: &Model, contact: usize) -> Self {
         let contact = &model.contacts[contact];
         let segment = &contact.cycle(0).segments[0];
+        if contact.release.of_slider() {
+            // A slider starts without force: no motion closes it here.
+            let nothing = vec![0.0; model.modes()];
+            return Self {
+                side: 1.0,
+                deflection: nothing.clone(),
+                force: nothing,
+                stiffness: segment.stiffness.mean(),
+                shut: 1.0,
+                shut_rate: 0.0,
+            };
+        }
         let [gap, opening] = contact.gap(segment, 0.0);
         let (error, error_rate) = model.lines[model.line(segment)].transmission_error_at(0, 0.0);
         let [deflection, force] = model.participations(segment.direction);
@@ -236,7 +248,8 @@ impl Model {
     fn elastic_response(&self, force: &[f64]) -> Vec<f64> {
         let n = force.len();
         let mut out = vec![0.0; n];
-        let elastic: Vec<usize> = (0..n).filter(|i| !self.basis.rigid().contains(i)).collect();
+        let modes = 0..self.modes_of_structure();
+        let elastic: Vec<usize> = modes.filter(|i| !self.basis.rigid().contains(i)).collect();
         match self.basis.coupled() {
             None => {
                 for &i in &elastic {
@@ -263,11 +276,13 @@ impl From<Unrest> for ModelError {
             contacts,
             excess,
             friction,
+            untried,
         } = unrest;
         Self::NoEquilibrium {
             contacts,
             excess,
             friction,
+            untried,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What stands in the way of a model.
 
+use super::rest::MOST_TRIED;
 use crate::numerics::decoupling::DecouplingError;
 
 /// Why a model cannot be built.
@@ -51,9 +52,10 @@ pub enum ModelError {
         "no static equilibrium: with {:.3} % of the friction and of the unsymmetric springs, contacts {} \
          (counted from 1, drive and coast flank first) pull or overlap by up to {excess:.1e} m; friction \
          locks them or the structure is unstable: lower the friction of the mesh and of the contacts, or \
-         the cross-coupled stiffness",
+         the cross-coupled stiffness{}",
         100.0 * friction,
-        numbered(contacts)
+        numbered(contacts),
+        of_untried(*untried)
     )]
     NoEquilibrium {
         /// The contacts that pull or overlap, from 0.
@@ -62,6 +64,8 @@ pub enum ModelError {
         excess: f64,
         /// Part of the friction, and of what is not symmetric, at which there is none.
         friction: f64,
+        /// How many contacts there are, where too many for every combination to be tried.
+        untried: Option<usize>,
     },
     /// A quantity outside its physical range.
     #[error("{name} is {value}, but must be {accepted}")]
@@ -73,6 +77,16 @@ pub enum ModelError {
         /// What would be accepted.
         accepted: &'static str,
     },
+}
+
+/// What is open where not every combination of contacts was tried.
+fn of_untried(contacts: Option<usize>) -> String {
+    contacts.map_or_else(String::new, |count| {
+        format!(
+            "; another equilibrium may exist, because only models of at most {MOST_TRIED} contacts (here {count}) try \
+             every combination of closed contacts"
+        )
+    })
 }
 
 /// Places of contacts, from 1.

@@ -24,7 +24,7 @@ pub enum InitialState {
 /// A trajectory's state at the start of a mesh cycle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrajectoryState {
-    /// First components of all blocks, then second components: length 2N.
+    /// First components of all blocks, then second components: length 2N. The blocks of dry sliders come last.
     pub state: Vec<f64>,
     /// The contacts that are closed.
     pub contact: ActiveSet,
@@ -34,9 +34,10 @@ pub struct TrajectoryState {
 
 impl TrajectoryState {
     /// The state `state` at the start of mesh cycle `cycle`; which contacts are closed follows
-    /// from the deflections.
-    pub fn new(model: &Model, state: Vec<f64>, cycle: u64) -> Self {
+    /// from the deflections. Dry sliders whose springs are stretched beyond their limits follow.
+    pub fn new(model: &Model, mut state: Vec<f64>, cycle: u64) -> Self {
         let segments = model.segments_at(cycle, 0.0);
+        model.seat_sliders(&segments, cycle, &mut state);
         Self {
             contact: model.active_set(&segments, cycle, &state, 0.0),
             state,
@@ -46,13 +47,13 @@ impl TrajectoryState {
 }
 
 impl Model {
-    /// The trajectory that starts as asked, at mesh cycle 0.
+    /// The trajectory that starts as asked, at mesh cycle 0. Dry sliders start without force.
     ///
     /// # Panics
     /// Of a model changed since [`Model::new`] so that it has no static equilibrium, where that is asked for.
     pub fn start(&self, initial: &InitialState) -> TrajectoryState {
         let n = self.blocks.len();
-        let state = match initial {
+        let mut state = match initial {
             InitialState::Rest => vec![0.0; 2 * n],
             InitialState::Static => self.resting().state,
             InitialState::Modal {
@@ -60,6 +61,7 @@ impl Model {
                 velocity,
             } => self.basis.state(displacement, velocity),
         };
+        self.relax_sliders(&mut state);
         TrajectoryState::new(self, state, 0)
     }
 

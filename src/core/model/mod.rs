@@ -38,9 +38,12 @@ mod output;
 mod release;
 mod rest;
 mod rolling;
+mod slider;
+mod sliding;
 mod stiffness;
 mod structure_contacts;
 mod system;
+mod unfelt;
 
 pub use basis::{Basis, Coupled};
 pub use bearing::BearingOutput;
@@ -62,6 +65,7 @@ pub use mesh::{MeshCycle, Segment, equal_parts};
 pub use output::{Output, Quantity};
 pub use release::Release;
 pub use rolling::Rolling;
+pub use slider::Slider;
 pub use stiffness::{STIFFNESS_TERMS, Stiffness};
 pub use system::Model;
 

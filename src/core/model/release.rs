@@ -14,13 +14,26 @@ pub enum Release {
     /// Where the force falls to zero: the contact never pulls. It takes hold where δ rises to the
     /// gap, or before it has come free where the force of spring and damper rises to zero.
     Force,
+    /// Where the velocity of its slider vanishes: a slip of a dry slider.
+    Slip,
+    /// Where a slip begins: the spring of a dry slider, which pulls as it pushes.
+    Stick,
 }
 
 impl Release {
     /// Whether a contact that closes is struck, its surfaces approaching one another at a speed
-    /// \[m/s\]: one that takes hold before it has come free meets no surface.
+    /// \[m/s\]: one that takes hold before it has come free meets no surface, nor does a slider.
     pub fn is_struck(self, approach: f64) -> bool {
-        self == Self::Deflection || approach > 0.0
+        match self {
+            Self::Deflection => true,
+            Self::Force => approach > 0.0,
+            Self::Slip | Self::Stick => false,
+        }
+    }
+
+    /// Whether it is that of a state of a dry slider.
+    pub fn of_slider(self) -> bool {
+        matches!(self, Self::Slip | Self::Stick)
     }
 }
 
@@ -37,6 +50,7 @@ mod tests {
             (Release::Force, -1e-3, false),
             (Release::Deflection, 1e-3, true),
             (Release::Deflection, -1e-3, true),
+            (Release::Slip, 1e-3, false),
         ] {
             assert_eq!(law.is_struck(approach), struck, "{law:?} {approach}");
         }

@@ -17,6 +17,7 @@
 //! and trust region problems, Math. Program. 76, 1997). Friction, and springs that are not symmetric, come in by parts:
 //! on each part what they add is a load, renewed until the closed contacts stay the same. Where that way ends, because
 //! contacts lock, every combination of at most sixteen contacts is tried: where none is in balance, there is no equilibrium.
+//! Of more contacts that stays open.
 
 use super::ActiveSet;
 use crate::numerics::linalg;
@@ -33,7 +34,7 @@ const SAME_MOTION: f64 = 1e-9;
 const MOST_STEPS: usize = 300;
 
 /// Most contacts of which every combination is tried.
-const MOST_TRIED: usize = 16;
+pub(super) const MOST_TRIED: usize = 16;
 
 /// Renewals of the load by friction until a part of it is too much at once.
 const MOST_RENEWALS: usize = 20;
@@ -123,6 +124,8 @@ pub(super) struct Unrest {
     pub excess: f64,
     /// Part of the friction that was too much, 0 to 1.
     pub friction: f64,
+    /// How many contacts there are, where too many for every combination to be tried.
+    pub untried: Option<usize>,
 }
 
 /// Contacts under a rigid load.
@@ -377,6 +380,7 @@ pub(super) fn settle(smooth: &Contacts, whole: &Contacts, from: &Rest) -> Result
         excess: faults.iter().fold(0.0, |most, fault| fault.1.max(most)),
         contacts: faults.into_iter().map(|(contact, _)| contact).collect(),
         friction,
+        untried: None,
     };
     let Some(mut rest) = smooth.least_energy(from) else {
         let last = smooth.with_closed(smooth.stretched(&from.forces, &from.place), &from.place);
@@ -394,9 +398,11 @@ pub(super) fn settle(smooth: &Contacts, whole: &Contacts, from: &Rest) -> Result
         match smooth.with_friction(&smooth.towards(whole, next), &rest) {
             Ok(found) => (rest, part) = (found, next),
             Err(faults) if step < least => {
-                return whole
-                    .any_at(&rest.place)
-                    .ok_or_else(|| unrest(faults, next));
+                let count = whole.bearers.len();
+                return whole.any_at(&rest.place).ok_or_else(|| Unrest {
+                    untried: (count > MOST_TRIED).then_some(count),
+                    ..unrest(faults, next)
+                });
             }
             Err(_) => step *= 0.5,
         }

@@ -7,7 +7,7 @@ use super::{
     Block, COAST_FLANK, Contact, Division, Drive, FlankError, MeshCycle, MeshHarmonic, Release,
     SAME_PHASE, Stiffness, TransmissionErrorHarmonic,
 };
-use crate::structure::{ContactLaw, MOST_CYCLES, StructureContact};
+use crate::structure::{ContactLaw, MOST_CYCLES, SliderPart, StructureContact};
 use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
 
@@ -106,7 +106,7 @@ fn divisions(law: &ContactLaw) -> Vec<Division> {
 
 /// A contact of a structure as the model has it: one with a gap b of its own, seen along its own
 /// direction, on the positive side. `on_bearings` are the shares of each bearing in a unit of its force
-/// ([`crate::structure::StaticShare`]).
+/// ([`crate::structure::StaticShare`]), `slider` is the block with the place of its slider, where it is a state of one.
 ///
 /// # Errors
 /// [`ModelError::OutOfRange`].
@@ -116,7 +116,7 @@ pub(super) fn contact(
     period: f64,
     directions: &mut Directions,
     on_bearings: &[[f64; 4]],
-    (basis, blocks): (&Basis, &[Block]),
+    (basis, blocks, slider): (&Basis, &[Block], Option<usize>),
 ) -> Result<Contact, ModelError> {
     let [p, q] = own.cycles;
     let law = &own.law;
@@ -158,6 +158,9 @@ pub(super) fn contact(
         w[i] = 0.0;
         tilt[i] = 0.0;
     }
+    if let Some(block) = slider {
+        w[block] = -1.0;
+    }
     let mut known: Vec<([f64; 3], usize)> = Vec::new();
     let mut direction = |division: &Division| {
         let [turn, arm] = division.friction;
@@ -189,7 +192,11 @@ pub(super) fn contact(
         .collect::<Vec<_>>();
     let alike = cycles.iter().all(|cycle| *cycle == cycles[0]);
     Ok(Contact {
-        side: 1.0,
+        side: match law.slider {
+            None | Some(SliderPart::Forwards) => 1.0,
+            Some(SliderPart::Backwards) => -1.0,
+            Some(SliderPart::Spring) => 0.0,
+        },
         half_gap: law.gap,
         cycles: if alike { cycles[..1].to_vec() } else { cycles },
         release,

@@ -7,17 +7,11 @@ use super::error::{ModelError, positive};
 use super::{
     ActiveSet, BearingOutput, Block, Contact, Direction, Division, Drive, Line, MOST_CONTACTS,
     MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Output, Release, Ripple, Rolling, Segment,
-    TransmissionErrorHarmonic,
+    Slider, TransmissionErrorHarmonic,
 };
 use super::{bearing, clearance, drive as laws, flank_springs, one_set, structure_contacts};
-use crate::structure::{FlankParticipation, MOST_BASE_CYCLES, ModalStructure};
+use crate::structure::{FlankParticipation, MOST_BASE_CYCLES, ModalStructure, SliderPart};
 use std::f64::consts::TAU;
-
-/// A component this small, relative to the largest, is round-off.
-const UNFELT: f64 = 1e-12;
-
-/// Part of the fastest that a displacement could move, below which it rests.
-const AT_REST: f64 = 1e-9;
 
 /// Tilt of a rotation about the shafts this small, relative to the largest of any mode, is
 /// round-off.
@@ -66,6 +60,8 @@ pub struct Model {
     pub effective_mass: f64,
     /// Teeth of pinion and wheel, where known.
     pub teeth: [Option<u32>; 2],
+    /// Dry sliders in series with springs.
+    pub sliders: Vec<Slider>,
 }
 
 impl Model {
@@ -111,7 +107,11 @@ impl Model {
             laws::ends_are_in_order(cycle)?;
         }
 
-        let (basis, generators) = Basis::new(structure, point.speed)?;
+        let (basis, mut generators) = Basis::new(structure, point.speed)?;
+        let sliders = Slider::of_structure(structure, 2 * (1 + drive.further.len()));
+        let basis = basis.with_sliders(sliders.len());
+        // A slider rests unless it slips.
+        generators.resize(generators.len() + sliders.len(), [[0.0; 2]; 2]);
         let rotate = |values: &[f64]| basis.turn(values);
 
         let rated: Vec<f64> = (rotate(&structure.torque).iter())
@@ -208,11 +208,19 @@ impl Model {
         let further = (structure.contacts.iter().enumerate())
             .map(|(number, own)| {
                 let own = &structure_contacts::with_own_law(own, drive)?;
-                let release = release(drive.release, own.law.damping);
+                let release = match own.law.slider {
+                    None => release(drive.release, own.law.damping),
+                    Some(SliderPart::Spring) => Release::Stick,
+                    Some(_) => Release::Slip,
+                };
+                let slider = sliders
+                    .iter()
+                    .find(|slider| slider.has(flank_springs + number));
+                let slider = slider.map(|slider| slider.block);
                 let on_bearings = bearing::on_each(structure, |share| {
                     share.contacts.get(number).copied().unwrap_or_default()
                 });
-                let to = (&basis, &blocks[..]);
+                let to = (&basis, &blocks[..], slider);
                 structure_contacts::contact(own, release, period, &mut directions, &on_bearings, to)
             })
             .collect::<Result<Vec<_>, _>>()?;
@@ -262,6 +270,7 @@ impl Model {
             outputs,
             effective_mass: 1.0 / inverse_mass(structure),
             teeth: [Some(structure.teeth), structure.wheel_teeth],
+            sliders,
         };
         model.static_equilibrium()?;
         Ok(model)
@@ -273,7 +282,7 @@ impl Model {
         2.0 * ratio * (mean_stiffness / inverse_mass(structure)).sqrt()
     }
 
-    /// Number of modes N.
+    /// Number of blocks N: the modes, and the places of dry sliders behind them.
     pub fn modes(&self) -> usize {
         self.blocks.len()
     }
@@ -358,10 +367,16 @@ impl Model {
     ) -> ActiveSet {
         let mut active = ActiveSet::FREE;
         for (j, (contact, segment)) in self.contacts.iter().zip(segments).enumerate() {
+            if contact.release.of_slider() {
+                continue;
+            }
             let (deflection, rate) = self.deflection_on(segment, cycle, state, time);
             if contact.closes(segment, time, deflection, rate) {
                 active = active.toggled(j);
             }
+        }
+        for &slider in &self.sliders {
+            active = active.toggled(self.state_of_slider(slider, segments, (cycle, time), state));
         }
         active
     }
@@ -401,42 +416,6 @@ impl Model {
                 out[n + i] += input[1] * cos;
             }
         }
-    }
-
-    /// Displacements, in states, that no contact feels and no force acts on, but for the neutral
-    /// pair: under drag, the rotation of the whole drive.
-    pub fn unfelt_displacements(&self) -> Vec<Vec<f64>> {
-        let n = self.modes();
-        let neutral = |i: &&usize| !self.neutral.contains(i);
-        (self.basis.unfelt().iter().filter(neutral))
-            .map(|&i| {
-                let mut modes = vec![0.0; 2 * n];
-                modes[i] = 1.0;
-                let mut state = self.basis.state_of_turned(&modes);
-                let largest = state.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-                for x in &mut state {
-                    if x.abs() <= UNFELT * largest {
-                        *x = 0.0;
-                    }
-                }
-                state
-            })
-            .filter(|state| self.is_at_rest(state))
-            .collect()
-    }
-
-    /// Whether no block moves in a state that no force acts on, but for round-off.
-    fn is_at_rest(&self, state: &[f64]) -> bool {
-        let n = self.modes();
-        let largest = state.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        self.blocks.iter().enumerate().all(|(i, block)| {
-            let (x, y) = (state[i], state[n + i]);
-            let rests = |row: [f64; 2]| {
-                let rate = (row[0] * x + row[1] * y).abs();
-                rate <= AT_REST * (row[0].abs() + row[1].abs()) * largest
-            };
-            block.generator.into_iter().all(rests)
-        })
     }
 
     /// The rigid relative rotation: the turned rigid mode that the mesh feels.

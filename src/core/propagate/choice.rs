@@ -77,6 +77,9 @@ impl KernelChoice {
                 // Part of what was to be done is missing.
                 kernel.refusal().map_or(Ok(done), Err)?
             }
+            Self::Stepping { .. } if !model.sliders.is_empty() => {
+                return Err(TableError::Slider.into());
+            }
             Self::Stepping { steps } => user.with(&Stepping::new(model, steps, event_limit)),
         })
     }

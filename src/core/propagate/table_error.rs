@@ -42,6 +42,11 @@ pub enum TableError {
          run.kernel = \"volterra\""
     )]
     Release,
+    /// Dry sliders.
+    #[error(
+        "the kernels closed_modes and stepping cannot follow the sliders of dry hysteresis; set run.kernel = \"volterra\""
+    )]
+    Slider,
     /// Kept tables are not those of this model.
     #[error(
         "the kept tables have no array `{name}` that fits this model; delete the folder `tables/`, and the next run \

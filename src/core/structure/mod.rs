@@ -1,6 +1,8 @@
 //! A linear structure in modal coordinates, as contacts feel it. Knows nothing of gears, files or motion.
 
 mod modal;
+mod slider;
+mod slider_part;
 mod static_share;
 
 pub use modal::{
@@ -8,4 +10,5 @@ pub use modal::{
     MOST_CYCLES, ModalStructure, ModeCount, MotionKind, PlaceMotion, StructureContact, TorqueGain,
     TurningFrame,
 };
+pub use slider_part::SliderPart;
 pub use static_share::StaticShare;

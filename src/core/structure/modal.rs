@@ -1,6 +1,6 @@
 //! What a structure looks like to the mesh: frequencies, damping, participations.
 
-use crate::structure::StaticShare;
+use crate::structure::{SliderPart, StaticShare};
 
 /// Most cycles of a contact and of the mesh in its base period: its tables are as many times larger.
 pub const MOST_CYCLES: u32 = 1000;
@@ -134,21 +134,31 @@ fn leading_part(matrix: &[f64], modes: usize, retained: usize) -> Vec<f64> {
 }
 
 /// A frame that turns with the carrier of planets, and what it adds to the equations of motion of its structure:
-/// `Ω² (K_f q − f)` on the left, Ω the pinion's speed. Coriolis terms are among the gyroscopic ones of [`Coupling`].
-#[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
+/// `Ω² (K_f q − f)` on the left, Ω the speed of an operating point, which is the driver's. Coriolis terms are among the gyroscopic ones of [`Coupling`].
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct TurningFrame {
-    /// Speed of the carrier, in units of the pinion's; 0 where the frame stands still.
-    pub speed: f64,
+    /// Speed of the first gear beside that of the carrier, in units of Ω; 1 where the frame stands still.
+    pub rolling: f64,
     /// K_f, N × N row by row \[1\]; empty for none.
     pub stiffness: Vec<f64>,
     /// f, one entry a mode \[m √kg\]: centrifugal forces on planets; empty for none.
     pub load: Vec<f64>,
 }
 
+impl Default for TurningFrame {
+    fn default() -> Self {
+        Self {
+            rolling: 1.0,
+            stiffness: Vec::new(),
+            load: Vec::new(),
+        }
+    }
+}
+
 impl TurningFrame {
     fn leading(&self, modes: usize, retained: usize) -> Self {
         Self {
-            speed: self.speed,
+            rolling: self.rolling,
             stiffness: leading_part(&self.stiffness, modes, retained),
             load: self.load.iter().take(retained).copied().collect(),
         }
@@ -235,6 +245,9 @@ pub struct ContactLaw {
     pub phase: f64,
     /// Harmonics of its cycle in its error e: harmonic, amplitude \[m\], phase \[rad\].
     pub error: Vec<(u32, f64, f64)>,
+    /// The part of a dry slider that it is; none of an ordinary contact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slider: Option<SliderPart>,
 }
 
 impl ContactLaw {
@@ -434,9 +447,9 @@ impl ModalStructure {
         }
     }
 
-    /// Mesh cycles in a turn of the pinion, `z |1 − Ω_carrier/Ω|`.
+    /// Mesh cycles in a turn of the driver, `z |Ω_1 − Ω_carrier|/Ω`.
     pub fn cycles_per_turn(&self) -> f64 {
-        f64::from(self.teeth) * (1.0 - self.frame.speed).abs()
+        f64::from(self.teeth) * self.frame.rolling.abs()
     }
 
     /// Number of modes N.

@@ -98,6 +98,8 @@ mod tests {
     fn tips(teeth: [u32; 2], shift: [f64; 2], ring: Option<f64>) -> [TipContact; 2] {
         let form = ToothForm {
             ring,
+            // With the rack's full addendum the ring would reach the fillet of the gear inside.
+            tip_diameter: [None, ring.map(|_| 68.4 * 4e-3)],
             profile_shift: shift,
             bore: [Some(22e-3), Some(26e-3)],
             ..ToothForm::default()

@@ -25,7 +25,7 @@ pub use rigid::{RigidDrive, Tier};
 pub use rolling::{RING_FREEDOMS, Ring, RollingBearing, RollingElement, RollingLaw, RollingLoad};
 pub use train::{
     BesideEachOther, DrawnLaw, GearPlace, Housing, HousingError, HousingJoint, HousingNode,
-    HousingPoint, JoinedHousing, LoadedBearing, LooseGear, MeshLaw, Motion, Planet, PlanetarySet,
-    ShaftCoupling, ShaftSection, Stage, StageSide, Stop, TrainDrive, TrainError, TrainGear,
-    TrainMesh, TrainShaft, phase_of_planet,
+    HousingPoint, Hysteresis, JoinedHousing, LoadedBearing, LooseGear, MeshLaw, Motion, Planet,
+    PlanetarySet, ShaftCoupling, ShaftSection, Stage, StageSide, Stop, TrainDrive, TrainError,
+    TrainGear, TrainMesh, TrainShaft, phase_of_planet,
 };

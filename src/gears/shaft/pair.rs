@@ -254,7 +254,7 @@ impl PairedShafts<'_> {
             harmonic_loads: Vec::new(),
         };
         Ok(ModalStructure {
-            coupling: projection::coupling(matrices, computed, settle),
+            coupling: projection::coupling(matrices, computed, settle).0,
             ..with_shapes.truncated(modes, false)?
         })
     }

@@ -15,61 +15,49 @@ const SHAPE_NOISE: f64 = 1e-8;
 /// Part of a matrix's largest entry below which another one is the round-off of zero.
 const COUPLING_NOISE: f64 = 1e-13;
 
-/// The coupling of the modes of a solution; `settle` is what turns a participation as the
-/// solution has it, one entry a mode, into that of the structure. None where no mode feels
-/// anything of it.
+/// The coupling of the modes of a solution, none where no mode feels anything of it, and what a turning frame adds to
+/// their stiffness, empty without one; `settle` is what turns a participation as the solution has it, one entry a mode,
+/// into that of the structure.
 pub(super) fn coupling(
     matrices: &AssembledMatrices,
     solution: &Modes,
     settle: impl Fn(&mut [f64]),
-) -> Option<Coupling> {
+) -> (Option<Coupling>, Vec<f64>) {
+    let Some(coupling) = matrices.coupling.as_ref() else {
+        return (None, Vec::new());
+    };
     let CouplingMatrices {
         damping,
         gyroscopic,
         cross_stiffness,
-        ..
-    } = matrices.coupling.as_ref()?;
+        frame_stiffness,
+    } = coupling;
     let shape = settled_shape(&matrices.mass, solution, settle);
     let project = |matrix: &Mat<f64>| {
         let image = product(matrix.as_ref(), shape.as_ref());
         product(shape.transpose(), image.as_ref())
     };
-    let gyroscopic = project(gyroscopic);
-    let modes = gyroscopic.nrows();
-    // Skew in every bit.
-    let gyroscopic = Mat::from_fn(modes, modes, |i, j| {
-        0.5 * (gyroscopic[(i, j)] - gyroscopic[(j, i)])
-    });
+    // Skew, or symmetric, in every bit.
+    let parted = |matrix: &Mat<f64>, sign: f64| {
+        let felt = project(matrix);
+        let part = |i: usize, j: usize| 0.5 * (felt[(i, j)] + sign * felt[(j, i)]);
+        rows(&Mat::from_fn(felt.nrows(), felt.ncols(), part))
+    };
     let coupling = Coupling {
         damping: rows(&project(damping)),
-        gyroscopic: rows(&gyroscopic),
+        gyroscopic: parted(gyroscopic, -1.0),
         stiffness: rows(&project(cross_stiffness)),
     };
     let felt = [&coupling.damping, &coupling.gyroscopic, &coupling.stiffness]
         .into_iter()
         .flatten()
         .any(|&entry| entry != 0.0);
-    felt.then_some(coupling)
-}
-
-/// What a turning frame adds to the stiffness of the modes; empty without one.
-pub(super) fn frame_stiffness(
-    matrices: &AssembledMatrices,
-    solution: &Modes,
-    settle: impl Fn(&mut [f64]),
-) -> Vec<f64> {
-    let Some(of_frame) = matrices.coupling.as_ref().map(|all| &all.frame_stiffness) else {
-        return Vec::new();
+    let of_frame = if frame_stiffness.norm_max() == 0.0 {
+        Vec::new()
+    } else {
+        parted(frame_stiffness, 1.0)
     };
-    if of_frame.norm_max() == 0.0 {
-        return Vec::new();
-    }
-    let shape = settled_shape(&matrices.mass, solution, settle);
-    let image = product(of_frame.as_ref(), shape.as_ref());
-    let felt = product(shape.transpose(), image.as_ref());
-    let modes = felt.nrows();
-    let even = |i: usize, j: usize| 0.5 * (felt[(i, j)] + felt[(j, i)]);
-    rows(&Mat::from_fn(modes, modes, even))
+    (felt.then_some(coupling), of_frame)
 }
 
 /// The shapes of the structure's modes, freedoms × modes, without round-off of zeros.

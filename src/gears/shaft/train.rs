@@ -16,6 +16,7 @@ mod loads;
 mod mesh;
 mod nodes;
 mod planetary;
+mod ratio;
 mod size;
 mod solved;
 mod speeds;
@@ -34,7 +35,7 @@ use super::disc::Disc;
 use super::drive::{Bearing, Drag};
 use super::error::ShaftError;
 use crate::gear::GearPair;
-use crate::structure::ContactLaw;
+use crate::structure::{ContactLaw, SliderPart};
 use serde::Serialize;
 
 /// A train of gears; the structure of the `train` model kind.
@@ -202,6 +203,18 @@ pub struct ShaftCoupling {
     pub damping: f64,
     /// Further springs against twist behind gaps.
     pub stages: Vec<Stage>,
+    /// Dry hysteresis against twist: springs in series with dry sliders.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub hysteresis: Vec<Hysteresis>,
+}
+
+/// A spring against twist in series with a dry slider.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Hysteresis {
+    /// Stiffness of the spring \[N m/rad\].
+    pub stiffness: f64,
+    /// Torque at which the slider slips \[N m\].
+    pub limit: f64,
 }
 
 /// A spring of a coupling behind a gap.
@@ -280,15 +293,14 @@ impl TrainDrive {
     }
 
     /// A pair with bores that the drawing leaves open set to the diameters of its shafts, where
-    /// both have sections.
+    /// these have sections.
     pub fn on_shafts(&self, pair: &GearPair, gears: [GearPlace; 2]) -> GearPair {
-        let at = |place: GearPlace| {
-            ShaftSection::at(&self.shafts[place.shaft].sections, self.gear(place).at)
-        };
-        match gears.map(at) {
-            [Some(one), Some(two)] => pair.on_shafts([one.outer, two.outer]),
-            _ => pair.clone(),
+        let mut pair = pair.clone();
+        for (bore, place) in pair.form.bore.iter_mut().zip(gears) {
+            let own = ShaftSection::at(&self.shafts[place.shaft].sections, self.gear(place).at);
+            *bore = bore.or(own.map(|section| section.outer));
         }
+        pair
     }
 }
 
@@ -318,7 +330,7 @@ impl TrainDrive {
     }
 
     /// Names of all contacts: drive flank and coast flank of the first mesh and of every further one, then stages of couplings,
-    /// forward and backward, and stops.
+    /// forward and backward, the states of their hysteresis, and stops.
     pub fn contact_names(&self) -> Vec<String> {
         let flanks = self.pairs().flat_map(|gears| {
             let [one, two] = gears.map(|place| &self.gear(place).name);
@@ -333,9 +345,22 @@ impl TrainDrive {
                     ways.map(move |(_, way)| format!("stage {number} of {one} and {two}, {way}"))
                 })
         });
+        let elements = self.couplings.iter().flat_map(|coupling| {
+            let [one, two] = coupling.shafts.map(|shaft| &self.shafts[shaft].name);
+            (1..=coupling.hysteresis.len()).flat_map(move |number| {
+                let element = format!("hysteresis {number} of {one} and {two}");
+                SliderPart::ALL.map(|(_, part)| format!("{element}, {part}"))
+            })
+        });
         let stops = self.stops.iter();
         let stops = stops.map(|stop| format!("stop of {}", self.shafts[stop.shaft].name));
-        flanks.chain(stages).chain(stops).collect()
+        flanks.chain(stages).chain(elements).chain(stops).collect()
+    }
+
+    /// Number of dry sliders.
+    pub fn sliders(&self) -> usize {
+        let couplings = self.couplings.iter();
+        couplings.map(|coupling| coupling.hysteresis.len()).sum()
     }
 
     /// Number of rotations that no spring holds.

@@ -156,9 +156,9 @@ impl ModelSpec {
         }
     }
 
-    /// Number of Lyapunov exponents: two of each mode that is kept, but for neutral rotations.
+    /// Number of Lyapunov exponents: two of each mode that is kept, but for neutral rotations, and one of each dry slider.
     pub fn exponents(&self) -> usize {
-        2 * (self.retained - self.neutral()) + self.neutral_exponents()
+        2 * (self.retained - self.neutral()) + self.neutral_exponents() + self.source.sliders()
     }
 }
 
@@ -186,6 +186,15 @@ impl StructureSource {
             Self::Modal(_) => return None,
         };
         Some(gears.on_shafts(shafts.each_ref().map(|shaft| shaft.diameter)))
+    }
+
+    /// Number of dry sliders.
+    pub fn sliders(&self) -> usize {
+        match self {
+            Self::Train(train) => train.sliders(),
+            Self::Modal(structure) => structure.sliders(),
+            Self::Rigid(_) | Self::Flexible(_) => 0,
+        }
     }
 
     /// Torque on the pinion at load 1 \[N m\]; a modal file knows none.

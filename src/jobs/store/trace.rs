@@ -67,8 +67,10 @@ pub fn trace_table(modal: bool, outputs: &[[String; 2]]) -> Table<TraceSample> {
         f64 "velocity", "m/s", row.velocity, "Rate of the mesh deflection";
         f64 "force", "N", row.force, "Mesh force";
         text "contact", "", row.contact.name(), "Flanks in contact: drive, coast, both or free";
-        u64 "closed", "", row.contact.bits(),
-            "All closed contacts as a sum: 1 for the drive flank, 2 for the coast flank, 4, 8, ... for further contacts";
+        u64 "closed", "", row.contact.words()[0],
+            "The closed ones of the first 64 contacts as a sum: 1 for the drive flank, 2 for the coast flank, 4, 8, ... for further contacts";
+        u64 "closed_from_65", "", row.contact.words()[1],
+            "The closed contacts from the 65th on as a sum: 1, 2, 4, ...";
     ];
     let names = column_names(outputs);
     for (index, (name, [signal, unit])) in names.iter().zip(outputs).enumerate() {

@@ -169,13 +169,17 @@ pub(super) fn model(
 }
 
 /// The system of a point with the mean of its mesh stiffness throughout: what it vibrates like in
-/// contact. Nothing is kept of a mesh table that this takes, nor do the shafts tilt.
+/// contact. The shafts do not tilt.
 ///
 /// # Errors
 /// A structure, a mesh or a value that is refused.
-pub fn mean_model(structure: &ModalStructure, point: &PointSpec) -> Result<Model, BuildError> {
-    let structure = further_meshes::with_means(structure, point)?;
-    let mean = mean_of(&structure, point)?;
+pub fn mean_model(
+    structure: &ModalStructure,
+    point: &PointSpec,
+    meshes: &MeshTables,
+) -> Result<Model, BuildError> {
+    let structure = further_meshes::with_means(structure, point, meshes)?;
+    let mean = mean_of(&structure, point, meshes)?;
     with_mean(&structure, point, mean)
 }
 
@@ -184,9 +188,10 @@ pub fn mean_models(
     structure: &ModalStructure,
     point: &PointSpec,
     speeds: &[f64],
+    meshes: &MeshTables,
 ) -> Result<Vec<Model>, BuildError> {
-    let mean = mean_of(structure, point)?;
-    let structure = further_meshes::with_means(structure, point)?;
+    let mean = mean_of(structure, point, meshes)?;
+    let structure = further_meshes::with_means(structure, point, meshes)?;
     let at = speeds.iter().map(|&speed| PointSpec {
         speed,
         ..point.clone()
@@ -196,9 +201,13 @@ pub fn mean_models(
 }
 
 /// Mean stiffness of a point's mesh \[N/m\].
-fn mean_of(structure: &ModalStructure, point: &PointSpec) -> Result<f64, BuildError> {
+fn mean_of(
+    structure: &ModalStructure,
+    point: &PointSpec,
+    meshes: &MeshTables,
+) -> Result<f64, BuildError> {
     Ok(match &point.mesh.stiffness {
-        StiffnessSpec::Table(spec) => mean_stiffness(point, spec, structure)?,
+        StiffnessSpec::Table(spec) => mean_stiffness(point, spec, structure, meshes)?,
         known => known.mean().unwrap_or_default(),
     })
 }
@@ -258,7 +267,7 @@ fn with_mesh(
         speed: point.speed,
     };
     let mut model = Model::new(structure, &drive, operating)?;
-    model.rolling = rolling(point, friction, 1.0 - structure.frame.speed);
+    model.rolling = rolling(point, friction, structure.frame.rolling);
     Ok(model)
 }
 

@@ -136,6 +136,12 @@ impl Family for PointFamily<'_> {
                 .map(move |(i, w)| (side * f64::from(i), side * w))
                 .collect::<Vec<_>>()
         };
+        let name = self.parameters[axis].name();
+        if !self.model(at)?.sliders.is_empty() {
+            return Err(format!(
+                "no derivative by `{name}`: exact derivatives exclude dry sliders"
+            ));
+        }
         let mut fault = None;
         for offsets in [central, sided(1.0), sided(-1.0)] {
             for step in STEPS {
@@ -152,8 +158,7 @@ impl Family for PointFamily<'_> {
             }
         }
         Err(format!(
-            "no derivative by `{}`: {}",
-            self.parameters[axis].name(),
+            "no derivative by `{name}`: {}",
             fault.unwrap_or_default()
         ))
     }

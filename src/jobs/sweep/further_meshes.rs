@@ -1,6 +1,5 @@
 //! Further meshes of a train that follow from the drawing of their gears: their laws under the mean load of a point.
 
-use super::loaded_mesh::mean_stiffness_of;
 use super::mesh_tables::{MeshError, MeshTables};
 use crate::manifest::{PointSpec, StructureSource};
 use crate::model::Division;
@@ -30,33 +29,58 @@ pub(super) fn with_laws<'s>(
     point: &PointSpec,
     meshes: &MeshTables,
 ) -> Result<Cow<'s, ModalStructure>, FurtherMeshError> {
-    each(structure, point, |drawn, force, contact| {
+    with_divisions(structure, point, |contact, drawn, force| {
         let mesh = meshes.further(drawn, force, (structure, contact))?;
         Ok(mesh.divisions)
     })
 }
 
-/// The same with their mean stiffness. Nothing is kept of the tables, nor do the shafts tilt.
+/// The same with their mean stiffness. The shafts do not tilt.
 pub(super) fn with_means<'s>(
     structure: &'s ModalStructure,
     point: &PointSpec,
+    meshes: &MeshTables,
 ) -> Result<Cow<'s, ModalStructure>, FurtherMeshError> {
-    each(structure, point, |drawn, force, _| {
-        let mean = mean_stiffness_of(drawn, force)?;
+    with_divisions(structure, point, |_, drawn, force| {
+        let cycle = meshes.before_tilt(drawn, force)?;
         Ok(vec![Division {
             friction: [0.0; 2],
-            ..Division::level(1.0, mean)
+            ..Division::level(1.0, cycle.mean_stiffness())
         }])
     })
 }
 
-fn each<'s>(
+fn with_divisions<'s>(
     structure: &'s ModalStructure,
     point: &PointSpec,
-    divisions: impl Fn(&DrawnLaw, f64, usize) -> Result<Vec<Division>, MeshError>,
+    divisions: impl Fn(usize, &DrawnLaw, f64) -> Result<Vec<Division>, MeshError>,
 ) -> Result<Cow<'s, ModalStructure>, FurtherMeshError> {
-    let StructureSource::Train(train) = &point.model.source else {
+    let laws = each(structure, point, |contact, drawn, force| {
+        let found = divisions(contact, drawn, force)?;
+        let laws = (drawn.beside).on_both_flanks(&found, drawn.friction, drawn.symmetry);
+        Ok((contact, laws))
+    })?;
+    if laws.is_empty() {
         return Ok(Cow::Borrowed(structure));
+    }
+    let mut own = structure.clone();
+    for (_, (contact, laws)) in laws {
+        for (flank, law) in own.contacts[contact..].iter_mut().zip(laws) {
+            flank.law = law;
+        }
+    }
+    Ok(Cow::Owned(own))
+}
+
+/// What follows from the first contact, the drawing and the mean force \[N\] of every further mesh from the drawing, with
+/// the names of its gears.
+pub(super) fn each<T>(
+    structure: &ModalStructure,
+    point: &PointSpec,
+    of: impl Fn(usize, &DrawnLaw, f64) -> Result<T, MeshError>,
+) -> Result<Vec<([String; 2], T)>, FurtherMeshError> {
+    let StructureSource::Train(train) = &point.model.source else {
+        return Ok(Vec::new());
     };
     let drawn = train.meshes.iter().enumerate();
     let drawn = drawn.filter_map(|(number, mesh)| match &mesh.law {
@@ -65,24 +89,19 @@ fn each<'s>(
     });
     let mut drawn = drawn.peekable();
     if drawn.peek().is_none() {
-        return Ok(Cow::Borrowed(structure));
+        return Ok(Vec::new());
     }
     let forces = train.mean_forces(structure, point.load, point.speed);
-    let mut own = structure.clone();
-    for (number, drawn) in drawn {
+    let all = drawn.map(|(number, drawn)| {
         let force = forces[1 + number];
         let none = force.abs() <= NO_FORCE * structure.rated_force;
-        let found = divisions(drawn, if none { 0.0 } else { force }, 2 * number);
-        let found = found.map_err(|error| FurtherMeshError {
-            gears: names(train, number),
-            error,
-        })?;
-        let laws = (drawn.beside).on_both_flanks(&found, drawn.friction, drawn.symmetry);
-        for (contact, law) in own.contacts[2 * number..].iter_mut().zip(laws) {
-            contact.law = law;
+        let gears = names(train, number);
+        match of(2 * number, drawn, if none { 0.0 } else { force }) {
+            Ok(found) => Ok((gears, found)),
+            Err(error) => Err(FurtherMeshError { gears, error }),
         }
-    }
-    Ok(Cow::Owned(own))
+    });
+    all.collect()
 }
 
 fn names(train: &TrainDrive, mesh: usize) -> [String; 2] {

@@ -1,11 +1,23 @@
 //! How a computed mesh becomes divisions of the model's mesh cycle.
 
-use crate::gear::{MeshCourse, MeshSprings, MeshTableCycle, MeshTablePiece, NODES};
+use crate::gear::{
+    CourseAccuracy, CycleDivision, MeshCourse, MeshSprings, MeshTableCycle, MeshTablePiece,
+    MeshTableSpec, NODES,
+};
 use crate::model::{Division, FlankError, STIFFNESS_TERMS, Stiffness};
 use crate::numerics::legendre::transforms8;
 
 /// A break of a table closer than this to an end of equal segments \[cycles\] cuts none of them.
 const SAME_END: f64 = 1e-9;
+
+/// How far the stiffness of a course may be off its table, relative and times the length of a piece.
+const COURSE_TOLERANCE: f64 = 1e-5;
+
+/// How far load centroid and friction may depart from the means of a piece, relative and times its length.
+const TURNING_TOLERANCE: f64 = 2.5e-4;
+
+/// Pieces of a course of this length \[cycles\] have means whatever they depart by.
+const SHORTEST_TURNING_PIECE: f64 = 1.0 / 24.0;
 
 // A piece of a table becomes the stiffness of a segment term by term.
 const _: () = assert!(NODES == STIFFNESS_TERMS);
@@ -67,6 +79,22 @@ pub(super) fn segments(cycle: &MeshTableCycle, count: u32, with_error: bool) -> 
             }
         })
         .collect()
+}
+
+/// The course that a mesh is integrated with, where that is not the tangent's means over segments. Segments are the
+/// shortest pieces that it is cut to.
+pub(super) fn course(friction: f64, spec: &MeshTableSpec, cycle: &MeshTableCycle) -> MeshCourse {
+    cycle.course(CourseAccuracy {
+        stiffness: COURSE_TOLERANCE,
+        turning: TURNING_TOLERANCE,
+        shortest: match spec.division {
+            CycleDivision::Segments(count) => 1.0 / f64::from(count),
+            CycleDivision::Continuous | CycleDivision::Pairs { .. } => SHORTEST_TURNING_PIECE,
+        },
+        friction,
+        base_radius: spec.gears.base_radii()[0],
+        face_width: spec.gears.face_width,
+    })
 }
 
 /// The divisions of a course; `with_error` to have what loaded flanks lack.

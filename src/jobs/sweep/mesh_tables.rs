@@ -1,13 +1,13 @@
 //! Mesh tables of a job: fetched from the cache or computed, once for all points that share one.
 
 use super::first_force::first_force;
-use super::mesh_divisions::{course_divisions, segments, spring_divisions};
+use super::mesh_divisions::{course, course_divisions, segments, spring_divisions};
 use super::near::Near;
 use crate::gear::{
-    Contact, CourseAccuracy, CycleDivision, Face, Flanks, GearError, GearPair, MeshCourse,
-    MeshSprings, MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs, MeshTableSpec,
-    MisalignmentEnding, MisalignmentReport, MisalignmentSearch, SecantContact, StiffnessLaw,
-    TiltCompliance, loaded_misalignment,
+    Contact, CycleDivision, Face, Flanks, GearError, GearPair, MeshSprings, MeshTable,
+    MeshTableCycle, MeshTableError, MeshTableInputs, MeshTableSpec, MisalignmentEnding,
+    MisalignmentReport, MisalignmentSearch, SecantContact, StiffnessLaw, TiltCompliance,
+    loaded_misalignment,
 };
 use crate::manifest::{CoastSpec, PointSpec};
 use crate::model::{Division, MeshHarmonic};
@@ -23,15 +23,6 @@ const LONGEST_PIECE: f64 = 0.25;
 
 /// How far a table may be from its law, relative: a tenth of what its course may be.
 const TABLE_TOLERANCE: f64 = 1e-6;
-
-/// How far the stiffness of a course may be off its table, relative and times the length of a piece.
-const COURSE_TOLERANCE: f64 = 1e-5;
-
-/// How far load centroid and friction may depart from the means of a piece, relative and times its length.
-const TURNING_TOLERANCE: f64 = 2.5e-4;
-
-/// Pieces of a course of this length \[cycles\] have means whatever they depart by.
-const SHORTEST_TURNING_PIECE: f64 = 1.0 / 24.0;
 
 /// Why a point has no mesh.
 #[derive(Debug, thiserror::Error)]
@@ -226,12 +217,7 @@ impl MeshTables {
         } else {
             (unloaded, None)
         };
-        let mut cycle = self.cycle(spec, spec.stiffness, misalignment, force)?;
-        if is_scaled(spec, misalignment) {
-            let tangent = self.cycle(spec, StiffnessLaw::Tangent, misalignment, force)?;
-            let own = MeshTableCycle::clone(&cycle);
-            cycle = Arc::new(own.with_mean_stiffness(tangent.mean_stiffness()));
-        }
+        let cycle = self.scaled(spec, misalignment, force)?;
         let with_error = harmonics.is_none() && cycle.has_error();
         Ok(TabledMesh {
             divisions: match spec.division {
@@ -319,6 +305,32 @@ impl MeshTables {
         Ok(report)
     }
 
+    /// The cycle of a further mesh under its mean force \[N\], before the shafts tilt.
+    pub(super) fn before_tilt(
+        &self,
+        drawn: &DrawnLaw,
+        force: f64,
+    ) -> Result<Arc<MeshTableCycle>, MeshError> {
+        self.scaled(&drawn.table, drawn.misalignment, flank_load(force)?)
+    }
+
+    /// The cycle at a misalignment \[rad\] and a mesh force \[N\], with the mean stiffness of the tangent if
+    /// [`is_scaled`] says so.
+    pub(super) fn scaled(
+        &self,
+        spec: &MeshTableSpec,
+        misalignment: f64,
+        force: f64,
+    ) -> Result<Arc<MeshTableCycle>, MeshError> {
+        let cycle = self.cycle(spec, spec.stiffness, misalignment, force)?;
+        if !is_scaled(spec, misalignment) {
+            return Ok(cycle);
+        }
+        let tangent = self.cycle(spec, StiffnessLaw::Tangent, misalignment, force)?;
+        let own = MeshTableCycle::clone(&cycle);
+        Ok(Arc::new(own.with_mean_stiffness(tangent.mean_stiffness())))
+    }
+
     /// The cycle at a misalignment \[rad\] and a mesh force \[N\].
     fn cycle(
         &self,
@@ -352,25 +364,9 @@ fn wanders(gears: &GearPair, misalignment: f64) -> bool {
     misalignment != 0.0 || gears.helix_angle != 0.0 || gears.form.has_modified_lead()
 }
 
-/// The course that a mesh is integrated with, where that is not the tangent's means over segments. Segments are the
-/// shortest pieces that it is cut to.
-pub(super) fn course(friction: f64, spec: &MeshTableSpec, cycle: &MeshTableCycle) -> MeshCourse {
-    cycle.course(CourseAccuracy {
-        stiffness: COURSE_TOLERANCE,
-        turning: TURNING_TOLERANCE,
-        shortest: match spec.division {
-            CycleDivision::Segments(count) => 1.0 / f64::from(count),
-            CycleDivision::Continuous | CycleDivision::Pairs { .. } => SHORTEST_TURNING_PIECE,
-        },
-        friction,
-        base_radius: spec.gears.base_radii()[0],
-        face_width: spec.gears.face_width,
-    })
-}
-
 /// Whether the secant stiffness is scaled to the mean of the tangent's: contact that spreads along the face stiffens as it
 /// does, and from the first touch to the load it is as soft as half the tangent.
-pub(super) fn is_scaled(spec: &MeshTableSpec, misalignment: f64) -> bool {
+fn is_scaled(spec: &MeshTableSpec, misalignment: f64) -> bool {
     !spec.stiffness.is_tangent() && wanders(&spec.gears, misalignment)
 }
 
@@ -458,7 +454,7 @@ fn lock<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-pub(super) fn inputs(
+fn inputs(
     spec: &MeshTableSpec,
     stiffness: StiffnessLaw,
     misalignment: f64,

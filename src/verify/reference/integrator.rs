@@ -2,7 +2,8 @@
 
 use super::crossing::{Margin, Sample, first_crossing};
 use super::gauss::{Compensated, GaussRule, StageWork};
-use super::push::push;
+use super::push::{push, round_off, sliding};
+use super::rate::fastest_rate;
 use crate::model::{ActiveSet, Model, Release, Segment, TrajectoryState};
 
 /// Stages of the rule: order 16.
@@ -151,36 +152,6 @@ impl<'m> Reference<'m> {
     }
 }
 
-/// A rate \[1/s\] that bounds how fast anything in the model moves: natural frequencies with
-/// the mesh spring and damper on top, decay, excitation.
-pub(super) fn fastest_rate(model: &Model) -> f64 {
-    let mut natural = 0.0f64;
-    let mut decay = 0.0f64;
-    for block in &model.blocks {
-        natural = natural.max(block.fastest());
-        decay = decay.max(block.growth().abs());
-    }
-    let segments = (model.contacts.iter())
-        .flat_map(|contact| &contact.cycles)
-        .flat_map(|cycle| &cycle.segments);
-    let structure = segments
-        .map(|segment| {
-            let [direct, inertial] = model.directions[segment.direction].felt_at_most();
-            let stiffness = segment.stiffness.bound();
-            (natural * natural + stiffness * inertial).sqrt()
-                + segment.damping * inertial
-                + stiffness * direct
-        })
-        .fold(natural, f64::max);
-    let error = model.transmission_errors().map(|h| h.angular_frequency);
-    let ripple = model.ripple.iter().map(|r| r.angular_frequency);
-    error
-        .chain(ripple)
-        .fold(structure + 2.0 * decay, f64::max)
-        // A free body has no rate of its own; the mesh cycle then sets the step.
-        .max(1.0 / model.period())
-}
-
 /// What may end a contact's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Watched {
@@ -188,6 +159,8 @@ enum Watched {
     Deflection,
     /// The push of its spring and damper, at zero.
     Push,
+    /// The velocity of its slider, at zero.
+    Slide,
 }
 
 /// An integration under way.
@@ -225,6 +198,8 @@ impl Integration<'_> {
             }
             start = end;
         }
+        let at = (self.cycle, model.period());
+        model.let_slide((self.contact, &self.segments), at, &mut self.state.value);
         self.cycle += 1;
         Ok(())
     }
@@ -235,7 +210,7 @@ impl Integration<'_> {
         let turning: Vec<usize> = model.turning(self.cycle, phase).collect();
         for (index, contact) in model.contacts.iter().enumerate() {
             // A force that vanishes steps with the stiffness too.
-            if contact.release == Release::Deflection && !turning.contains(&index) {
+            if contact.release != Release::Force && !turning.contains(&index) {
                 continue;
             }
             let segment = &self.segments[index];
@@ -269,10 +244,12 @@ impl Integration<'_> {
 
     /// What ends the present state of a contact, whichever comes first.
     fn watched(&self, contact: usize) -> &'static [Watched] {
-        let by_force = self.reference.model.contacts[contact].release == Release::Force;
-        match (self.contact.holds(contact), self.unladen.holds(contact)) {
-            (true, _) if by_force => &[Watched::Push],
-            (false, true) => &[Watched::Push, Watched::Deflection],
+        let release = self.reference.model.contacts[contact].release;
+        match (release, self.contact.holds(contact)) {
+            (Release::Stick, _) => &[],
+            (Release::Slip, true) => &[Watched::Slide],
+            (Release::Force, true) => &[Watched::Push],
+            _ if self.unladen.holds(contact) => &[Watched::Push, Watched::Deflection],
             _ => &[Watched::Deflection],
         }
     }
@@ -280,7 +257,12 @@ impl Integration<'_> {
     /// Opens or closes a contact.
     fn cross(&mut self, contact: usize, time: f64, rate: f64) {
         let from = self.contact;
-        self.contact = from.toggled(contact);
+        let model = self.reference.model;
+        self.contact = model.toggled(from, contact);
+        if model.is_slip(contact) {
+            let at = (self.cycle, time);
+            model.let_slide((from, &self.segments), at, &mut self.state.value);
+        }
         self.crossings.push(Crossing {
             cycle: self.cycle,
             time,
@@ -439,6 +421,14 @@ impl Integration<'_> {
         }
     }
 
+    /// Derivative by time of a state at a time.
+    fn slope(&self, state: &[f64], time: f64) -> Vec<f64> {
+        let mut slope = vec![0.0; state.len()];
+        let (model, active) = (self.reference.model, self.contact);
+        model.derivative(&self.segments, active, self.cycle, time, state, &mut slope);
+        slope
+    }
+
     /// The margin of a contact in a state at a time.
     fn margin(&self, contact: usize, watched: Watched, state: &[f64], time: f64) -> Margin {
         let model = self.reference.model;
@@ -448,12 +438,19 @@ impl Integration<'_> {
             Watched::Deflection => {
                 let motion = model.deflection_on(segment, self.cycle, state, time);
                 let compressed = closed || self.unladen.holds(contact);
-                Margin::new(own.side, compressed, motion, own.gap(segment, time))
+                let mut margin = Margin::new(own.side, compressed, motion, own.gap(segment, time));
+                if own.release == Release::Slip {
+                    // Right after a slip it is a double root, which round-off must not split.
+                    margin.value += round_off(model, contact, state);
+                }
+                margin
+            }
+            Watched::Slide => {
+                let slope = self.slope(state, time);
+                sliding(model, contact, segment, (self.cycle, time), (state, &slope))
             }
             Watched::Push => {
-                let mut slope = vec![0.0; state.len()];
-                let active = self.contact;
-                model.derivative(&self.segments, active, self.cycle, time, state, &mut slope);
+                let slope = self.slope(state, time);
                 let push = push(model, contact, segment, (self.cycle, time), state, &slope);
                 let inside = if closed { 1.0 } else { -1.0 };
                 Margin {

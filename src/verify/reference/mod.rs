@@ -20,6 +20,7 @@ mod extended;
 mod gauss;
 mod integrator;
 mod push;
+mod rate;
 
 pub use extended::{DoubleDouble, Extended, ExtendedCrossing, ExtendedPassage};
 pub use integrator::{Crossing, Moment, Passage, Reference, ReferenceError};

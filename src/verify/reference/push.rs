@@ -3,6 +3,9 @@
 use super::crossing::Margin;
 use crate::model::{Model, Segment};
 
+/// Round-off of a difference of places, in units of these.
+const AT_LIMIT: f64 = 1e-14;
+
 /// The push `s F = k (s δ − b) + c (s δ' − b')` \[N\] that a contact on a segment has or, being open,
 /// would have, and its rate \[N/s\], in a state whose derivative by time is `slope`.
 pub(super) fn push(
@@ -15,15 +18,7 @@ pub(super) fn push(
 ) -> Margin {
     let (own, period) = (&model.contacts[contact], model.period());
     let (deflection, rate) = model.deflection_on(segment, cycle, state, time);
-    let n = model.modes();
-    let mut acceleration = 0.0;
-    for (i, gain) in model.gains(segment).iter().enumerate() {
-        acceleration += gain.rate[0] * slope[i] + gain.rate[1] * slope[n + i];
-    }
-    for h in &model.lines[model.line(segment)].transmission_error {
-        let turned = h.turned(cycle, time) + h.phase;
-        acceleration += h.amplitude * h.angular_frequency.powi(2) * turned.cos();
-    }
+    let acceleration = acceleration(model, segment, (cycle, time), slope);
     let [gap, opening] = own.gap(segment, time);
     let [stiffening, curvature] = segment.bends_at(time / period);
     let [indentation, approach, quickening] = [
@@ -37,4 +32,41 @@ pub(super) fn push(
             + segment.stiffness_at(time / period) * approach
             + segment.damping * quickening,
     }
+}
+
+/// Round-off of the stretch of a slider's spring \[m\]: of the places that it is the difference of.
+pub(super) fn round_off(model: &Model, slip: usize, state: &[f64]) -> f64 {
+    let own = model.sliders.iter().find(|slider| slider.has(slip));
+    let place = own.map_or(0.0, |slider| state[slider.block].abs());
+    AT_LIMIT * (model.contacts[slip].half_gap + place)
+}
+
+/// The velocity `s δ'` \[m/s\] of a slider that slips, and its rate \[m/s²\], in a state with its derivative by time.
+pub(super) fn sliding(
+    model: &Model,
+    slip: usize,
+    segment: &Segment,
+    (cycle, time): (u64, f64),
+    (state, slope): (&[f64], &[f64]),
+) -> Margin {
+    let side = model.contacts[slip].side;
+    let (_, rate) = model.deflection_on(segment, cycle, state, time);
+    Margin {
+        value: side * rate,
+        rate: side * acceleration(model, segment, (cycle, time), slope),
+    }
+}
+
+/// Second derivative of the deflection along the line of a segment \[m/s²\].
+fn acceleration(model: &Model, segment: &Segment, (cycle, time): (u64, f64), slope: &[f64]) -> f64 {
+    let n = model.modes();
+    let mut acceleration = 0.0;
+    for (i, gain) in model.gains(segment).iter().enumerate() {
+        acceleration += gain.rate[0] * slope[i] + gain.rate[1] * slope[n + i];
+    }
+    for h in &model.lines[model.line(segment)].transmission_error {
+        let turned = h.turned(cycle, time) + h.phase;
+        acceleration += h.amplitude * h.angular_frequency.powi(2) * turned.cos();
+    }
+    acceleration
 }

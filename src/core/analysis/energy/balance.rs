@@ -81,6 +81,9 @@ fn spring(
 ) -> [f64; 2] {
     let contact = &model.contacts[contact];
     let [gap, _] = contact.gap(segment, phase * model.period());
+    if contact.release == Release::Slip {
+        return [segment.stiffness_at(phase), gap];
+    }
     [segment.stiffness_at(phase), deflection - contact.side * gap]
 }
 
@@ -306,6 +309,11 @@ impl<'m> Balance<'m> {
             for (d, lack) in deflection.iter_mut().zip(&lack) {
                 *d -= lack;
             }
+        }
+        if model.is_slip(closed.contact) {
+            let slid = at_end(&deflection) - at_start(&deflection);
+            work(Cause::Contact, -force[0] * slid);
+            return;
         }
         let square = if tau < SHORT * self.model().period() {
             tau * self.rate(window, closed.contact).powi(2)

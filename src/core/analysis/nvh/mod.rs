@@ -22,7 +22,7 @@ mod sums;
 
 use super::modal_series::{Series, padded};
 use super::outcome::{DurationOutcome, NvhErrors, NvhOutcome};
-use crate::model::Model;
+use crate::model::{Model, Release};
 use crate::numerics::statistics::{FEWEST_VALUES, standard_error};
 use crate::propagate::{Event, InstructionSet, Observer, Window};
 use contacts::{Contacts, FLANKS};
@@ -76,7 +76,9 @@ impl Nvh {
                 if model.of_mesh(contact) {
                     (usize::from(own.side < 0.0), own.side)
                 } else {
-                    (contact - model.flank_springs + FLANKS, own.side)
+                    // The spring of a slider has no side of its own.
+                    let side = if own.release == Release::Stick { 1.0 } else { own.side };
+                    (contact - model.flank_springs + FLANKS, side)
                 }
             })
             .collect();

@@ -8,8 +8,9 @@ use super::excitation::Frequencies;
 use super::grid::NODES;
 use super::lanes;
 use super::seen::{Found, Parts, Rates};
+use super::sets::MOST_CONTACTS;
 use super::workspace::{Place, Workspace};
-use crate::model::{ActiveSet, MOST_CONTACTS, TrajectoryState};
+use crate::model::{ActiveSet, TrajectoryState};
 use crate::propagate::events::{Changes, Margin};
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop as End, Tangents};
 

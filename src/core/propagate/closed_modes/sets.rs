@@ -7,7 +7,10 @@ use crate::propagate::TableError;
 pub const FEW: usize = 256;
 
 /// Most systems of a drive.
-const MOST_SETS: usize = 1 << 20;
+const MOST_SETS: usize = 1 << MOST_CONTACTS;
+
+/// Most contacts of a drive: each has two states or more.
+pub const MOST_CONTACTS: usize = 20;
 
 /// A time this close to a breakpoint, relative to the mesh period, is on it.
 pub const SAME_TIME: f64 = 1e-13;
@@ -48,8 +51,10 @@ impl Sets {
             count: 1,
         };
         for contact in &model.contacts {
-            if contact.release == Release::Force {
-                return Err(TableError::Release);
+            match contact.release {
+                Release::Deflection => {}
+                Release::Force => return Err(TableError::Release),
+                Release::Slip | Release::Stick => return Err(TableError::Slider),
             }
             let mut classes: Vec<Class> = Vec::new();
             let mut of_segment = Vec::new();

@@ -1,6 +1,6 @@
 //! What do the contacts look like at one instant, and what changes on the way to the next?
 
-use crate::model::{Contact, MOST_CONTACTS, Release};
+use crate::model::{Contact, Release};
 
 /// What a contact looks like at one instant.
 #[derive(Debug, Clone, Copy, Default)]
@@ -71,9 +71,6 @@ impl Change {
         })
     }
 }
-
-/// All contacts at one instant, in order.
-pub(super) type MeshStates = [MeshState; MOST_CONTACTS];
 
 #[cfg(test)]
 mod tests {

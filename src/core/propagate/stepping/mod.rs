@@ -21,8 +21,10 @@ mod tables;
 
 use super::events::Changes;
 use super::{Counters, Event, Kernel, Observer, Stop, Tangents};
-use crate::model::{Line, MOST_CONTACTS, Model, Segment, TrajectoryState, equal_parts};
-use mesh_state::{Change, MeshState, MeshStates};
+use crate::model::{
+    Line, MOST_CONTACTS, Model, SEVERAL_CONTACTS, Segment, TrajectoryState, equal_parts,
+};
+use mesh_state::{Change, MeshState};
 use rotation::Rotation;
 use tables::{ContactTable, Middle, Rows, dot, middles};
 
@@ -180,8 +182,14 @@ impl Stepping {
     }
 
     /// All contacts at half step `index` of a mesh cycle, as step `j` sees them.
-    fn mesh_states(&self, state: &[f64], cycle: u64, j: usize, index: usize) -> MeshStates {
-        let mut out = [MeshState::default(); MOST_CONTACTS];
+    fn mesh_states<const M: usize>(
+        &self,
+        state: &[f64],
+        cycle: u64,
+        j: usize,
+        index: usize,
+    ) -> [MeshState; M] {
+        let mut out = [MeshState::default(); M];
         let phase = index as f64 / (2 * self.steps) as f64;
         let mut known: Option<(usize, usize)> = None;
         for contact in 0..self.contacts.len() {
@@ -212,20 +220,20 @@ impl Stepping {
 
     /// The contacts at the start of step `j`. Where line or gap of some change they may open or
     /// close: at a prescribed time, so that tangents go on as they are.
-    fn turn<O: Observer>(
+    fn turn<O: Observer, const M: usize>(
         &self,
         trajectory: &mut TrajectoryState,
         j: usize,
-        last: MeshStates,
+        last: [MeshState; M],
         changes: &mut Changes,
         (observer, counters): (&mut O, &mut Counters),
-    ) -> Result<MeshStates, Stop> {
+    ) -> Result<[MeshState; M], Stop> {
         let cycle = trajectory.cycle;
         let mut contacts = 0..self.contacts.len();
         if !contacts.any(|contact| self.middle(contact, cycle, j).turned) {
             return Ok(last);
         }
-        let mesh = self.mesh_states(&trajectory.state, cycle, j, 2 * j);
+        let mesh: [_; M] = self.mesh_states(&trajectory.state, cycle, j, 2 * j);
         let unmoved = &mut Tangents::none();
         self.follow(
             trajectory,
@@ -246,7 +254,7 @@ impl Stepping {
         trajectory: &mut TrajectoryState,
         tangents: &mut Tangents,
         j: usize,
-        [before, after]: [&MeshStates; 2],
+        [before, after]: [&[MeshState]; 2],
         changes: &mut Changes,
         (observer, counters): (&mut O, &mut Counters),
     ) -> Result<(), Stop> {
@@ -305,7 +313,7 @@ impl Stepping {
         trajectory: &mut TrajectoryState,
         tangents: &mut Tangents,
         j: usize,
-        mesh: &MeshStates,
+        mesh: &[MeshState],
         turned: &[[f64; 2]],
     ) {
         let active = trajectory.contact;
@@ -399,6 +407,25 @@ impl Kernel for Stepping {
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), Stop> {
+        let shown = (observer, counters);
+        // Room for many is not made where it is not needed.
+        if self.contacts.len() <= SEVERAL_CONTACTS {
+            self.pass::<O, SEVERAL_CONTACTS>(trajectory, tangents, workspace, shown)
+        } else {
+            self.pass::<O, MOST_CONTACTS>(trajectory, tangents, workspace, shown)
+        }
+    }
+}
+
+impl Stepping {
+    /// Passes one cycle of at most M contacts.
+    fn pass<O: Observer, const M: usize>(
+        &self,
+        trajectory: &mut TrajectoryState,
+        tangents: &mut Tangents,
+        workspace: &mut SteppingWorkspace,
+        (observer, counters): (&mut O, &mut Counters),
+    ) -> Result<(), Stop> {
         for (turned, ripple) in workspace.turned.iter_mut().zip(&self.ripple) {
             let (sin, cos) = ripple.source.phase_at(trajectory.cycle, 0.0).sin_cos();
             *turned = [cos, sin];
@@ -406,7 +433,7 @@ impl Kernel for Stepping {
         let cycle = trajectory.cycle;
         let turns = self.contacts.iter().any(|contact| contact.turns);
         let mut changes = Changes::new(self.event_limit, self.steps);
-        let mut last = self.mesh_states(&trajectory.state, cycle, 0, 0);
+        let mut last: [_; M] = self.mesh_states(&trajectory.state, cycle, 0, 0);
         let mut left = last;
         for j in 0..self.steps {
             if observer.called_off() {
@@ -414,7 +441,7 @@ impl Kernel for Stepping {
             }
             if turns {
                 if j > 0 {
-                    let end = self.mesh_states(&trajectory.state, cycle, j - 1, 2 * j);
+                    let end: [_; M] = self.mesh_states(&trajectory.state, cycle, j - 1, 2 * j);
                     self.follow(
                         trajectory,
                         tangents,
@@ -441,7 +468,7 @@ impl Kernel for Stepping {
             for index in 0..tangents.count() {
                 self.half.advance_tangent(tangents.vector_mut(index));
             }
-            let mesh = self.mesh_states(&trajectory.state, cycle, j, 2 * j + 1);
+            let mesh: [_; M] = self.mesh_states(&trajectory.state, cycle, j, 2 * j + 1);
             self.follow(
                 trajectory,
                 tangents,
@@ -464,7 +491,8 @@ impl Kernel for Stepping {
             last = mesh;
         }
         // The contacts that are closed in the next cycle are those of the state itself.
-        let end = self.mesh_states(&trajectory.state, cycle, self.steps - 1, 2 * self.steps);
+        let end: [_; M] =
+            self.mesh_states(&trajectory.state, cycle, self.steps - 1, 2 * self.steps);
         for (at_end, own) in end.iter().zip(&self.contacts) {
             let reach = at_end.deflection.abs() + at_end.rate.abs() * self.step;
             let gap = own.contact.half_gap.abs();

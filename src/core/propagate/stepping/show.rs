@@ -2,18 +2,18 @@
 
 use super::Stepping;
 use super::cubic::{derivative, hermite};
-use super::mesh_state::MeshStates;
-use crate::model::{MOST_CONTACTS, Segment, TrajectoryState};
+use super::mesh_state::MeshState;
+use crate::model::{Segment, TrajectoryState};
 use crate::propagate::{ClosedContact, Observer, Window};
 
 impl Stepping {
     /// Shows a step to the observer: δ as the cubic through values and rates at its ends,
     /// F as the force of that cubic.
-    pub(super) fn show<O: Observer>(
+    pub(super) fn show<O: Observer, const M: usize>(
         &self,
         trajectory: &TrajectoryState,
         j: usize,
-        [left, right]: [&MeshStates; 2],
+        [left, right]: [&[MeshState; M]; 2],
         (start, segments): (&[f64], &mut [Segment]),
         observer: &mut O,
     ) {
@@ -23,8 +23,8 @@ impl Stepping {
             hermite(motion[0], motion[1], self.step)
         };
         let mesh = cubic(0);
-        let mut contacts = [0; MOST_CONTACTS];
-        let mut series = [[[0.0; 4]; 2]; MOST_CONTACTS];
+        let mut contacts = [0; M];
+        let mut series = [[[0.0; 4]; 2]; M];
         for (index, contact) in active.iter().enumerate() {
             let side = self.contacts[contact].contact.side;
             let segment = self.segment(contact, trajectory.cycle, j);

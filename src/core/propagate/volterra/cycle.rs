@@ -5,7 +5,7 @@
 //! pass the end of its segment, in free flight only the end of the cycle, and none passes a place
 //! where a line turns. Off the cell grid, windows of full length follow one another until one would
 //! pass such a breakpoint; that one is cut there, and the integration is aligned again. With
-//! several contacts closed no grid is kept ([`super::joint`]).
+//! several contacts closed no grid is kept ([`super::joint`]), nor is one with dry sliders ([`super::slide`]).
 
 use super::Volterra;
 use super::feedback::ContactSolve;
@@ -67,6 +67,7 @@ impl Kernel for Volterra<'_> {
                 counters,
             )?;
         }
+        self.let_slide(active, position.cycle, self.model.period(), workspace);
         trajectory.contact = active;
         trajectory.cycle += 1;
         counters.cycles += 1;
@@ -84,7 +85,7 @@ impl Volterra<'_> {
     /// What the window there is laid on, the breakpoint it may not pass \[s\], and the cell that
     /// starts with that.
     fn track(&self, position: &Position, active: ActiveSet) -> (Track<'_>, f64, Option<usize>) {
-        if active.count() > 1 {
+        if active.count() > 1 || !self.model.sliders.is_empty() {
             let stretch = self.joint_stretch(position);
             return (Track::Joint(stretch), stretch.end, None);
         }
@@ -195,7 +196,8 @@ impl Volterra<'_> {
             position.forceless = ActiveSet::FREE;
         }
         let on_surface = met.on_surface && place == Place::Surface;
-        let to = active.toggled(found.contact);
+        let to = self.model.toggled(*active, found.contact);
+        self.let_slide(active.without(to), position.cycle, position.time, workspace);
         let event = Event {
             cycle: position.cycle,
             time: position.time,

@@ -17,7 +17,7 @@
 //! f_i + Σ_j (k_i B_ij + c_i B'_ij) f_j = k_i (d_i − s_i b_i) + c_i 𝒟 (d_i − s_i b_i)
 //! ```
 //!
-//! is eliminated. A stiffness that varies multiplies values at the Gauss nodes: between series it is
+//! is eliminated. The force of a dry slider that slips is its limit, known from the start. A stiffness that varies multiplies values at the Gauss nodes: between series it is
 //! a matrix.
 
 use super::feedback::ContactSolve;
@@ -87,6 +87,7 @@ impl JointWindow<'_> {
             lanes::free(self.set, &self.table(contact).rows, inputs, columns, free);
             self.add_lack(contact, -1.0, &mut free[0]);
         }
+        self.set_slips(count, &mut joint.forces);
         if !self.gauss_seidel(count, joint) {
             self.eliminate(count, joint);
         }
@@ -114,6 +115,21 @@ impl JointWindow<'_> {
         }
     }
 
+    /// Writes the forces of the sliders that slip: their limits, which no tangent changes.
+    fn set_slips(&self, count: usize, forces: &mut [Row]) {
+        for (contact, forces) in self.active.iter().zip(forces.chunks_exact_mut(count)) {
+            if let Some(limit) = self.limit(contact) {
+                forces.fill(Row::ZERO);
+                forces[0].0[0] = limit;
+            }
+        }
+    }
+
+    /// Force of a slider that slips; none of other contacts.
+    fn limit(&self, contact: usize) -> Option<f64> {
+        self.model.contacts[contact].constant_force(&self.segments[contact])
+    }
+
     /// Closes the contacts in turn; whether that settles.
     fn gauss_seidel(&self, count: usize, joint: &mut Joint) -> bool {
         self.factorise(&mut joint.factors);
@@ -121,12 +137,15 @@ impl JointWindow<'_> {
         for round in 0..MOST_ROUNDS {
             let mut settled = round > 0;
             for (i, contact) in self.active.iter().enumerate() {
+                if self.model.is_slip(contact) {
+                    continue;
+                }
                 let own = i * count..(i + 1) * count;
                 let next = &mut joint.next[..count];
                 next.copy_from_slice(&joint.free[own.clone()]);
                 for (j, other) in self.active.iter().enumerate() {
-                    // In the first round those to come have no force yet.
-                    let known = j < i || (j > i && round > 0);
+                    // In the first round those to come have no force yet, but for slips.
+                    let known = j < i || (j > i && (round > 0 || self.model.is_slip(other)));
                     if let Some(felt) = self.felt(other, contact).filter(|_| known) {
                         let forces = &joint.forces[j * count..][..count];
                         lanes::yielded(self.set, &felt.deflection, forces, next);
@@ -190,6 +209,13 @@ impl JointWindow<'_> {
         joint.system.clear();
         joint.system.resize(order * width, 0.0);
         for (i, contact) in self.active.iter().enumerate() {
+            if let Some(limit) = self.limit(contact) {
+                for n in 0..TERMS {
+                    joint.system[(i * TERMS + n) * width + i * TERMS + n] = 1.0;
+                }
+                joint.system[i * TERMS * width + order] = limit;
+                continue;
+            }
             let spring = self.spring(contact);
             let damping = self.segments[contact].damping;
             for (j, other) in self.active.iter().enumerate() {

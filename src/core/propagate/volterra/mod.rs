@@ -62,6 +62,7 @@ mod range;
 mod release;
 mod search;
 mod shapes;
+mod slide;
 mod table_requests;
 mod tables;
 mod varying;

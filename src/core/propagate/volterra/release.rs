@@ -81,11 +81,33 @@ impl Volterra<'_> {
         workspace: &Workspace,
         counters: &mut Counters,
     ) -> Option<(Crossing, Place)> {
+        if !self.model.sliders.is_empty() {
+            return self.first_with_sliders(position, track, active, limit, workspace, counters);
+        }
+        self.first_of_contacts(
+            position,
+            track,
+            [active, ActiveSet::FREE],
+            limit,
+            workspace,
+            counters,
+        )
+    }
+
+    /// As [`Self::first_event`], contacts `aside` left out.
+    pub(super) fn first_of_contacts(
+        &self,
+        position: &Position,
+        track: Track<'_>,
+        [active, aside]: [ActiveSet; 2],
+        limit: f64,
+        workspace: &Workspace,
+        counters: &mut Counters,
+    ) -> Option<(Crossing, Place)> {
         let at_surface = |crossing| (crossing, Place::Surface);
         if !self.never_pull.touching() {
-            let none = ActiveSet::FREE;
             return self
-                .first_crossing(position, track, [active, none], limit, workspace, counters)
+                .first_crossing(position, track, [active, aside], limit, workspace, counters)
                 .map(at_surface);
         }
         let pushed = self.watched_by_push(position, track, active, workspace);
@@ -93,7 +115,7 @@ impl Volterra<'_> {
             .first_crossing(
                 position,
                 track,
-                [active, pushed],
+                [active, pushed.union(aside)],
                 limit,
                 workspace,
                 counters,
@@ -257,7 +279,7 @@ impl Volterra<'_> {
 
     /// Where `sign` times a series of some round-off turns negative, up to `limit`; `known` says
     /// that it is zero where it starts.
-    fn exit(
+    pub(super) fn exit(
         &self,
         series: &Series,
         sign: f64,

@@ -217,8 +217,14 @@ impl Volterra<'_> {
             3..=SEVERAL_CONTACTS => {
                 self.show_few::<O, SEVERAL_CONTACTS>(view, workspace, observer);
             }
-            _ => self.show_few::<O, MOST_CONTACTS>(view, workspace, observer),
+            _ => self.show_many(view, workspace, observer),
         }
+    }
+
+    /// As [`Self::show`], with any number of contacts closed. Inlined, its room would be probed in every window.
+    #[inline(never)]
+    fn show_many<O: Observer>(&self, view: View<'_>, workspace: &Workspace, observer: &mut O) {
+        self.show_few::<O, MOST_CONTACTS>(view, workspace, observer);
     }
 
     /// As [`Self::show`], with no contact closed, or one of the mesh on the first one's line.

@@ -6,7 +6,7 @@ use super::partial::Cut;
 use super::shapes::{LANES, Row};
 use super::tables::VolterraTables;
 use super::varying::Factors;
-use crate::model::{Model, Segment, TrajectoryState};
+use crate::model::{MeshGain, Model, Segment, TrajectoryState};
 use crate::propagate::Tangents;
 
 /// Scratch memory of the structured kernel.
@@ -126,6 +126,20 @@ impl Workspace {
     /// All tangents, one after the other.
     pub fn tangents_mut(&mut self) -> &mut [f64] {
         &mut self.columns[self.length..self.count * self.length]
+    }
+
+    /// Sets the first component of a block of every column to what a line feels of all others, of the trajectory by `offset`
+    /// less.
+    pub fn follow(&mut self, block: usize, gains: &[MeshGain], offset: f64) {
+        let (length, padded) = (self.length, self.length / 2);
+        let mut offset = Some(offset);
+        for column in self.columns[..self.count * length].chunks_exact_mut(length) {
+            column[block] = 0.0;
+            let felt = gains.iter().enumerate().map(|(i, gain)| {
+                gain.deflection[0] * column[i] + gain.deflection[1] * column[padded + i]
+            });
+            column[block] = felt.sum::<f64>() - offset.take().unwrap_or(0.0);
+        }
     }
 
     /// Copies trajectory and tangents into the padded layout.

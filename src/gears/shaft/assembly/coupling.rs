@@ -101,7 +101,7 @@ fn turned(column: usize) -> Option<(usize, f64)> {
 }
 
 impl Assembly {
-    /// Writes all inertia that has been added in a frame that turns about the axis, right-handed, at `ratio` times the
+    /// Writes the inertia of the nodes that are `seen` so in a frame that turns about the axis, right-handed, at `ratio` times the
     /// speed Ω of the pinion. A displacement u that is constant in the frame has the velocity `Ω_f S u`, so that
     ///
     /// ```text
@@ -110,7 +110,8 @@ impl Assembly {
     ///
     /// stands for `M u'' + Ω G u'` (Cooley & Parker, J. Vib. Acoust. 134, 061014, 2012). All that stands in the ground has
     /// to be the same in all directions.
-    pub fn in_turning_frame(&mut self, ratio: f64) {
+    pub fn in_turning_frame(&mut self, ratio: f64, seen: impl Fn(usize) -> bool) {
+        let turned = |column: usize| turned(column).filter(|_| seen(column / NODE_FREEDOMS));
         let moments = self.coupling.gyroscopic.clone();
         for &(row, column, value) in &self.mass {
             if let Some((to, sign)) = turned(column) {

@@ -14,7 +14,7 @@ use super::balance::{Law, Statics, Yielding};
 use super::contacts::Terms;
 use super::loads::add;
 use super::nodes::Assembled;
-use super::speeds::Layout;
+use super::speeds::{Layout, sense};
 use super::{MeshLaw, TrainDrive, TrainError};
 use crate::numerics::linalg::{cholesky, product, solve_lower, solve_upper};
 use crate::shaft::assembly::{AssembledMatrices, Freedom};
@@ -207,7 +207,7 @@ impl TrainDrive {
     ) -> Result<Statics<'a>, ShaftError> {
         let felt = |terms: &[(usize, Freedom, f64)]| matrices.functional(terms);
         let node = assembled.at(self.driver, self.shafts[self.driver].torque_at);
-        let driving = felt(&[(node, Freedom::RotationZ, 1.0)]);
+        let driving = felt(&[(node, Freedom::RotationZ, sense(layout.speeds[self.driver]))]);
         let mut force = vec![0.0; driving.len()];
         let power = self.power(layout, assembled, &driving, felt);
         add(&mut force, load * self.pair.rated_force(), &power);

@@ -64,8 +64,8 @@ pub enum TrainError {
     },
     /// Something beside the axis of a planetary set.
     #[error(
-        "`{what}` is not on the axis of the carrier `{carrier}`: in a train with planets all shafts have this axis and \
-         direction, and every mesh is one of a planet"
+        "`{what}` is not on the axis of the carrier `{carrier}`: carrier, sun, ring, and what couplings join to them across \
+         the axis, have this axis and direction"
     )]
     OffCentre {
         /// What stands elsewhere.
@@ -75,8 +75,9 @@ pub enum TrainError {
     },
     /// A bearing that the turning carrier would feel turn.
     #[error(
-        "bearing {bearing} of shaft `{shaft}` is not the same in all directions, or has dampers or cross-coupled \
-         springs, but the model turns with the carrier `{carrier}`; give it equal x and y alone"
+        "bearing {bearing} of shaft `{shaft}` is not the same in all directions, or has dampers, rolling elements or \
+         cross-coupled springs, but the model turns with the carrier `{carrier}`; give it equal x and y alone, or hold the \
+         carrier"
     )]
     UnequalBearing {
         /// The shaft.
@@ -85,6 +86,39 @@ pub enum TrainError {
         bearing: usize,
         /// The shaft of the pins.
         carrier: String,
+    },
+    /// A stop that the turning carrier would feel turn.
+    #[error(
+        "the stop of shaft `{shaft}` acts across the axis, but the model turns with the carrier `{carrier}`, where this stop \
+         would turn; give it the direction [0, 0, 1] or [0, 0, -1], remove it, or hold the carrier"
+    )]
+    StopAcross {
+        /// The shaft.
+        shaft: String,
+        /// The shaft of the pins.
+        carrier: String,
+    },
+    /// A mesh of two gears at rest on a shaft in a frame that turns.
+    #[error(
+        "gear `{gear}` meshes with no planet, but its shaft `{shaft}` moves with planets, whose frame turns with the \
+         carrier; give the gear a shaft of its own, and join both shafts by a [[train.coupling]] with `twist` (and \
+         `axial`) alone"
+    )]
+    GearBesidePlanets {
+        /// The gear.
+        gear: String,
+        /// Its shaft.
+        shaft: String,
+    },
+    /// Planets beside the first mesh.
+    #[error(
+        "`{}` and `{}` are the first mesh, but neither is a planet: name the sun and a planet in `train.gears`, and these \
+         two in a [[train.mesh]]",
+        gears[0], gears[1]
+    )]
+    FirstOfPlanets {
+        /// The gears.
+        gears: [String; 2],
     },
     /// The mean load pushes the shafts out of their rolling bearings.
     #[error(
@@ -227,7 +261,7 @@ pub enum TrainError {
     /// The motor is not on the shaft of the first gear.
     #[error(
         "the driving shaft `{driver}` does not turn with the first gear of `train.gears`: make the mesh \
-         nearest to the motor the first one"
+         nearest to the motor the first one; in a train with planets, connect the motor with them"
     )]
     Driver {
         /// The driving shaft.
@@ -294,12 +328,18 @@ pub enum TrainError {
         /// What would hold it.
         key: &'static str,
     },
-    /// A housing in a frame that turns.
+    /// A housing under a shaft in a frame that turns.
     #[error(
-        "a housing cannot be joined to a train with planets: the model turns with the carrier, where a housing is not \
-         the same in all directions; remove [train.housing] or [train.planetary]"
+        "bearing {bearing} of shaft `{shaft}` cannot stand on the housing: the shaft moves with planets, whose frame turns \
+         with the carrier, and a housing that is seen to turn has no constant stiffness there; remove `housing` from this \
+         bearing and give it equal x and y, or hold the carrier"
     )]
-    TurningHousing,
+    TurningHousing {
+        /// The shaft.
+        shaft: String,
+        /// Which of its bearings, from 1.
+        bearing: usize,
+    },
     /// A housing that no bearing stands on.
     #[error(
         "no bearing stands on the housing, whose nodes are {nodes}; give bearings the name of a node, such as \

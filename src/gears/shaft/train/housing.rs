@@ -261,10 +261,8 @@ impl TrainDrive {
         &self,
         joined: &JoinedHousing,
         axes: &[Axis],
+        turning: &[bool],
     ) -> Result<(), TrainError> {
-        if self.planetary.is_some() {
-            return Err(TrainError::TurningHousing);
-        }
         let nodes = &joined.housing.nodes;
         if joined.joints.is_empty() {
             let names: Vec<String> = nodes
@@ -279,6 +277,12 @@ impl TrainDrive {
         for joint in &joined.joints {
             let [shaft, bearing] = joint.bearing;
             let own = &self.shafts[shaft];
+            if turning[shaft] {
+                return Err(TrainError::TurningHousing {
+                    shaft: own.name.clone(),
+                    bearing: bearing + 1,
+                });
+            }
             if !own.motion.yields() {
                 return Err(TrainError::RigidMount {
                     shaft: own.name.clone(),

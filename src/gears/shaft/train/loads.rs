@@ -19,7 +19,9 @@ impl TrainDrive {
     pub fn mean_forces(&self, structure: &ModalStructure, load: f64, speed: f64) -> Vec<f64> {
         let meshes = self.meshes.len();
         let flanks = structure.contacts[..2 * meshes].iter().step_by(2);
-        let others = flanks.chain(&structure.contacts[2 * meshes..]);
+        let others = structure.contacts[2 * meshes..].iter();
+        // Dry sliders start without force.
+        let others = flanks.chain(others.filter(|contact| contact.law.slider.is_none()));
         let felt: Vec<&[f64]> = std::iter::once(structure.mesh.as_slice())
             .chain(others.map(|contact| contact.participation.as_slice()))
             .collect();

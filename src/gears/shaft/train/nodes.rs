@@ -6,6 +6,7 @@ use crate::shaft::assembly::{Assembly, Freedom};
 use crate::shaft::beam::{Material, Section};
 use crate::shaft::drive::Support;
 use crate::shaft::error::ShaftError;
+use std::collections::BTreeSet;
 
 /// A train in an assembly.
 #[derive(Debug)]
@@ -378,6 +379,20 @@ impl Assembled {
             || self.at(place.shaft, train.gear(place).at),
             |number| self.loose[number],
         )
+    }
+
+    /// All nodes of the shafts that are marked.
+    pub fn nodes_of(&self, marked: &[bool]) -> BTreeSet<usize> {
+        let shafts = self
+            .shafts
+            .iter()
+            .zip(marked)
+            .filter(|(_, marked)| **marked);
+        let nodes = shafts.flat_map(|(shaft, _)| {
+            let carried = shaft.places.iter().map(|(_, node)| *node);
+            shaft.own.clone().chain(carried)
+        });
+        nodes.collect()
     }
 
     /// The nodes of a shaft that have freedoms of their own.

@@ -2,9 +2,13 @@
 //!
 //! A carrier turns, and with it the places where gears mesh. The train is written in the frame that
 //! turns with the carrier at its mean speed: planets keep their places there, and the directions of
-//! all meshes are constant. What stands still has to feel the same in all directions for that. The gears
-//! roll as if the carrier stood still ([`Layout::rolling`]); the speeds follow from the one member that
+//! all meshes are constant. What stands still has to feel the same in all directions for that, unless the carrier is
+//! held. The gears roll as if the carrier stood still ([`Layout::rolling`]); the speeds follow from the one member that
 //! is held.
+//!
+//! In this frame are the members of the set: carrier, planets, the shafts whose gears mesh with these, and what couplings
+//! join to them across the axis. Other shafts, whose couplings to members leave them the motions across the axis, keep
+//! the frame of space: turning about the axis and moving along it are the same in both.
 //!
 //! The neutral rotation is that of the whole set at its mean speeds, the carrier taking its planets along:
 //! a planet at r moves by `Ω_c e_z × r` and turns at its own speed.
@@ -13,7 +17,7 @@ use super::axes::Axis;
 use super::contacts::Terms;
 use super::nodes::Assembled;
 use super::speeds::{Layout, sense};
-use super::{GearPlace, TrainDrive, TrainError, TrainShaft};
+use super::{GearPlace, Stop, TrainDrive, TrainError, TrainShaft};
 use crate::shaft::assembly::Freedom;
 use crate::shaft::drive::Bearing;
 use crate::shaft::error::ShaftError;
@@ -80,45 +84,105 @@ pub fn phase_of_planet(teeth: u32, sense: f64, angle: f64) -> f64 {
 }
 
 impl TrainDrive {
-    /// That everything is central and the planets fit.
+    /// Whether a shaft is a planet.
+    pub(super) fn is_planet(&self, shaft: usize) -> bool {
+        let mut planets = self.planetary.iter().flat_map(|set| &set.planets);
+        planets.any(|planet| planet.shaft == shaft)
+    }
+
+    /// That the first mesh is one of the planets, where there are any.
+    pub(super) fn check_first(&self) -> Result<(), TrainError> {
+        if self.planetary.is_none() || self.gears.iter().any(|gear| self.is_planet(gear.shaft)) {
+            return Ok(());
+        }
+        Err(TrainError::FirstOfPlanets {
+            gears: self.gears.map(|place| self.gear(place).name.clone()),
+        })
+    }
+
+    /// Which shafts move with the planets.
+    pub(super) fn members(&self) -> Vec<bool> {
+        let Some(set) = &self.planetary else {
+            return vec![false; self.shafts.len()];
+        };
+        let across = (self.couplings.iter())
+            .filter(|coupling| coupling.stiffness[0] > 0.0 || coupling.stiffness[2] > 0.0)
+            .map(|coupling| coupling.shafts);
+        let meshing = (self.pairs().map(|gears| gears.map(|gear| gear.shaft)))
+            .filter(|shafts| shafts.iter().any(|&shaft| self.is_planet(shaft)));
+        let group = self.groups(across.chain(meshing).chain(set.pins()));
+        (0..self.shafts.len())
+            .map(|shaft| group[shaft] == group[set.carrier])
+            .collect()
+    }
+
+    /// That the members of the set are central, those that turn with its frame may, and the planets fit.
     pub(super) fn check_planets(
         &self,
         set: &PlanetarySet,
         axes: &[Axis],
+        [members, turning]: [&[bool]; 2],
     ) -> Result<(), TrainError> {
-        self.all_is_central(set, axes)?;
-        self.bearings_are_round(set)?;
+        self.members_are_central(set, axes, members)?;
+        self.meshes_are_of_planets(turning)?;
+        self.supports_are_round(set, turning)?;
         self.planets_fit(set, axes)?;
         self.planets_assemble(set, axes)
     }
 
-    /// That all shafts lie on the axis of the carrier, planets beside it, and that every mesh has a planet.
-    fn all_is_central(&self, set: &PlanetarySet, axes: &[Axis]) -> Result<(), TrainError> {
+    /// That the members of the set lie on the axis of the carrier, planets beside it.
+    fn members_are_central(
+        &self,
+        set: &PlanetarySet,
+        axes: &[Axis],
+        members: &[bool],
+    ) -> Result<(), TrainError> {
         let carrier = axes[set.carrier];
-        let is_planet = |shaft: usize| set.planets.iter().any(|planet| planet.shaft == shaft);
-        let refuse = |what: &str| TrainError::OffCentre {
-            what: what.to_owned(),
-            carrier: self.shafts[set.carrier].name.clone(),
-        };
         let radius = (set.planets.first()).map_or(0.0, |planet| arm(axes, set, planet.shaft).1);
-        for (shaft, own) in self.shafts.iter().enumerate() {
+        for (shaft, own) in self
+            .shafts
+            .iter()
+            .enumerate()
+            .filter(|(shaft, _)| members[*shaft])
+        {
             let along = (axes[shaft].along() - carrier.along()).norm() < CENTRAL;
-            let central = is_planet(shaft) || arm(axes, set, shaft).1 <= CENTRAL * radius;
+            let central = self.is_planet(shaft) || arm(axes, set, shaft).1 <= CENTRAL * radius;
             if !(along && central) {
-                return Err(refuse(&own.name));
+                return Err(TrainError::OffCentre {
+                    what: own.name.clone(),
+                    carrier: self.shafts[set.carrier].name.clone(),
+                });
             }
         }
-        let planet_less = |gears: &[GearPlace; 2]| !gears.iter().any(|gear| is_planet(gear.shaft));
-        match self.pairs().find(planet_less) {
-            Some([one, _]) => Err(refuse(&self.gear(one).name)),
+        Ok(())
+    }
+
+    /// That meshes without a planet are those of shafts that keep the frame of space.
+    fn meshes_are_of_planets(&self, turning: &[bool]) -> Result<(), TrainError> {
+        let beside = self
+            .pairs()
+            .filter(|gears| !gears.iter().any(|gear| self.is_planet(gear.shaft)));
+        let mut gears = beside.flatten();
+        match gears.find(|gear| turning[gear.shaft]) {
+            Some(gear) => Err(TrainError::GearBesidePlanets {
+                gear: self.gear(gear).name.clone(),
+                shaft: self.shafts[gear.shaft].name.clone(),
+            }),
             None => Ok(()),
         }
     }
 
-    /// That bearings against the ground are the same in all directions, where they are seen to turn. Those of rolling
-    /// elements are stiffer along their load.
-    fn bearings_are_round(&self, set: &PlanetarySet) -> Result<(), TrainError> {
-        for shaft in &self.shafts {
+    /// That bearings and stops against the ground are the same in all directions, where they are seen to turn. Those of
+    /// rolling elements are stiffer along their load.
+    fn supports_are_round(&self, set: &PlanetarySet, turning: &[bool]) -> Result<(), TrainError> {
+        let carrier = || self.shafts[set.carrier].name.clone();
+        for shaft in self
+            .shafts
+            .iter()
+            .zip(turning)
+            .filter(|(_, turns)| **turns)
+            .map(|(own, _)| own)
+        {
             for (number, (_, own)) in (1..).zip(&shaft.bearings) {
                 let plain =
                     own.damping == [[0.0; 2]; 2] && own.cross == [0.0; 2] && own.rolling.is_none();
@@ -126,12 +190,19 @@ impl TrainDrive {
                     return Err(TrainError::UnequalBearing {
                         shaft: shaft.name.clone(),
                         bearing: number,
-                        carrier: self.shafts[set.carrier].name.clone(),
+                        carrier: carrier(),
                     });
                 }
             }
         }
-        Ok(())
+        let across = |stop: &&Stop| turning[stop.shaft] && stop.direction[..2] != [0.0; 2];
+        match self.stops.iter().find(across) {
+            Some(stop) => Err(TrainError::StopAcross {
+                shaft: self.shafts[stop.shaft].name.clone(),
+                carrier: carrier(),
+            }),
+            None => Ok(()),
+        }
     }
 
     /// That no two planets touch.
@@ -154,16 +225,7 @@ impl TrainDrive {
 
     /// That every planet finds spaces on the external and on the internal central gear at once.
     fn planets_assemble(&self, set: &PlanetarySet, axes: &[Axis]) -> Result<(), TrainError> {
-        let mut teeth = [None; 2];
-        for gears in self.pairs() {
-            for gear in gears {
-                if !set.planets.iter().any(|planet| planet.shaft == gear.shaft) {
-                    let own = self.gear(gear);
-                    teeth[usize::from(own.internal)] = Some(own.teeth);
-                }
-            }
-        }
-        let [Some(external), Some(internal)] = teeth else {
+        let Some([external, internal]) = self.central_teeth(self.pairs()) else {
             return Ok(());
         };
         let together = f64::from(external + internal);
@@ -184,6 +246,18 @@ impl TrainDrive {
             }
         }
         Ok(())
+    }
+
+    /// Teeth of the external and of the internal gear that mesh with planets; none unless there are both.
+    pub fn central_teeth(&self, pairs: impl Iterator<Item = [GearPlace; 2]>) -> Option<[u32; 2]> {
+        let mut teeth = [None; 2];
+        for gears in pairs.filter(|gears| gears.iter().any(|gear| self.is_planet(gear.shaft))) {
+            for gear in gears.into_iter().filter(|gear| !self.is_planet(gear.shaft)) {
+                let own = self.gear(gear);
+                teeth[usize::from(own.internal)] = Some(own.teeth);
+            }
+        }
+        Some([teeth[0]?, teeth[1]?])
     }
 
     /// How planets move as the carrier takes them along at its mean speed.
@@ -222,7 +296,14 @@ impl TrainDrive {
         else {
             return Ok(());
         };
-        assembled.assembly.in_turning_frame(layout.carrier);
+        let mut turns = assembled.nodes_of(&layout.turning);
+        let loose = self.loose_gears().zip(&assembled.loose);
+        turns.extend(
+            loose
+                .filter(|(gear, _)| layout.turning[gear.shaft])
+                .map(|(_, node)| node),
+        );
+        (assembled.assembly).in_turning_frame(layout.carrier, |node| turns.contains(&node));
         for (number, planet) in set.planets.iter().enumerate() {
             let nodes = [assembled.at(planet.shaft, 0.0), assembled.pins[number]];
             let arm = arm_vector(&layout.axes, set, planet.shaft);

@@ -2,8 +2,9 @@
 //! mesh?
 
 use super::axes::{Axis, BesideEachOther, PitchPoint, PlacedGear};
+use super::ratio::Ratio;
 use super::{GearPlace, ShaftCoupling, TrainDrive, TrainError, TrainShaft};
-use crate::numerics::integers::{greatest_divisor, least_multiple};
+use crate::numerics::integers::least_multiple;
 use crate::structure::{MOST_BASE_CYCLES, MOST_CYCLES};
 
 /// Difference of unit vectors along axes that point the same way.
@@ -11,37 +12,6 @@ const ALIKE: f64 = 1e-9;
 
 /// Distance \[m\] of places that are one: those of shafts askew in space are told in hundredths of a millimetre.
 const ONE_PLACE: f64 = 2e-5;
-
-/// A ratio of whole numbers in lowest terms, the denominator positive.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Ratio {
-    over: i128,
-    under: i128,
-}
-
-impl Ratio {
-    fn new(over: i128, under: i128) -> Self {
-        let divisor = greatest_divisor(over.unsigned_abs(), under.unsigned_abs()) as i128;
-        let sign = if under < 0 { -1 } else { 1 };
-        Self {
-            over: sign * over / divisor,
-            under: sign * under / divisor,
-        }
-    }
-
-    fn times(self, over: i128, under: i128) -> Self {
-        Self::new(self.over * over, self.under * under)
-    }
-
-    fn minus(self, other: Self) -> Self {
-        let over = self.over * other.under - other.over * self.under;
-        Self::new(over, self.under * other.under)
-    }
-
-    fn value(self) -> f64 {
-        self.over as f64 / self.under as f64
-    }
-}
 
 /// Sense of running: −1 for a negative speed, else 1.
 pub(super) fn sense(speed: f64) -> f64 {
@@ -53,19 +23,48 @@ pub(super) fn sense(speed: f64) -> f64 {
 pub(super) struct Layout {
     /// Axis of each shaft.
     pub axes: Vec<Axis>,
-    /// Speed of each body about its axis, right-handed, in units of the first gear's; 0 of one that
-    /// stands still: first the shafts, then the loose gears.
+    /// Speed of each body about its axis, right-handed, in units of the driver's; 0 of one that
+    /// stands still: first the shafts, then the loose gears. The first gear rolls forwards.
     pub speeds: Vec<f64>,
-    /// The same as the meshes see them: beside the speed of the carrier, in units of the first gear's own.
+    /// The same as the meshes see them: of what moves with planets beside the speed of the carrier; in units of the first
+    /// gear's own.
     pub rolling: Vec<f64>,
     /// Speed of the carrier of planets; 0 where the axes of all meshes stand still.
     pub carrier: f64,
+    /// Whether each shaft is written in the frame of the carrier while that turns.
+    pub turning: Vec<bool>,
     /// Where the first mesh and each further one meet.
     pub meshes: Vec<PitchPoint>,
     /// Cycles of each mesh, `[p, q]`: p in q of the first mesh.
     pub cycles: Vec<[u32; 2]>,
     /// Cycles of the first mesh after which those that vary are as they were.
     pub base_cycles: usize,
+}
+
+/// Speed of a body as a sum of two: how fast the first gear rolls, and, of trains with planets, the carrier turns.
+type Form = [Ratio; 2];
+
+/// How the speed of its second body follows from that of its first.
+struct Joint {
+    bodies: [usize; 2],
+    ratio: Ratio,
+    /// Whether that holds beside the speed of the carrier.
+    beside_carrier: bool,
+}
+
+impl Joint {
+    /// The speed of one body from that of the other.
+    fn follow(&self, [own, carrier]: Form, ratio: Ratio) -> Form {
+        let frame = if self.beside_carrier { Ratio::ONE } else { Ratio::ZERO };
+        [own * ratio, (carrier - frame) * ratio + frame]
+    }
+}
+
+/// Exact speeds of the bodies that anything connects with the first gear; see [`Layout`].
+struct Speeds {
+    speeds: Vec<Option<Ratio>>,
+    rolling: Vec<Option<Ratio>>,
+    carrier: Ratio,
 }
 
 impl TrainDrive {
@@ -90,6 +89,13 @@ impl TrainDrive {
     pub(super) fn body_of(&self, place: GearPlace) -> usize {
         let loose = self.loose_gears().position(|other| other == place);
         loose.map_or(place.shaft, |number| self.shafts.len() + number)
+    }
+
+    /// The shaft of a body: itself, or the one that a loose gear runs on.
+    fn shaft_of(&self, body: usize) -> usize {
+        let loose = body.checked_sub(self.shafts.len());
+        let place = loose.and_then(|number| self.loose_gears().nth(number));
+        place.map_or(body, |place| place.shaft)
     }
 
     /// Name of a body.
@@ -145,7 +151,7 @@ impl TrainDrive {
             .collect()
     }
 
-    /// Name and speed of every body about its axis, right-handed, in units of the first gear's speed; of planets the first.
+    /// Name and speed of every body about its axis, right-handed, in units of the driver's speed; of planets the first.
     ///
     /// # Errors
     /// [`TrainError`].
@@ -168,13 +174,22 @@ impl TrainDrive {
         let meshes = (self.pairs())
             .map(|gears| self.met(gears, &axes))
             .collect::<Result<Vec<_>, _>>()?;
-        let rolling = self.rolling(&meshes)?;
-        let (speeds, carrier) = self.speeds(&rolling)?;
+        self.check_first()?;
+        let members = self.members();
+        let solved = self.speeds(&meshes, &members)?;
+        let Speeds {
+            speeds,
+            rolling,
+            carrier,
+        } = solved;
+        let turning: Vec<bool> = (members.iter())
+            .map(|member| *member && carrier != Ratio::ZERO)
+            .collect();
         if let Some(set) = &self.planetary {
-            self.check_planets(set, &axes)?;
+            self.check_planets(set, &axes, [&members, &turning])?;
         }
         if let Some(joined) = &self.housing {
-            self.check_joints(joined, &axes)?;
+            self.check_joints(joined, &axes, &turning)?;
         }
         let idle =
             |(shaft, speed): &(&TrainShaft, &Option<_>)| shaft.output != 0.0 && speed.is_none();
@@ -191,7 +206,7 @@ impl TrainDrive {
             let speed = rolling[body].ok_or_else(|| TrainError::Apart {
                 body: self.body_name(body),
             })?;
-            let ratio = speed.times(i128::from(gear.teeth), i128::from(first));
+            let ratio = speed * Ratio::new(i128::from(gear.teeth), i128::from(first));
             let (p, q) = (ratio.over.unsigned_abs(), ratio.under.unsigned_abs());
             match [u64::try_from(p), u64::try_from(q)] {
                 [Ok(p), Ok(q)] if p <= u64::from(MOST_CYCLES) && q <= u64::from(MOST_CYCLES) => {
@@ -213,11 +228,6 @@ impl TrainDrive {
         if together > MOST_BASE_CYCLES {
             return Err(TrainError::LongTogether { cycles: together });
         }
-        if speeds[self.driver] != Some(Ratio::new(1, 1)) {
-            return Err(TrainError::Driver {
-                driver: self.shafts[self.driver].name.clone(),
-            });
-        }
         let values = |speeds: Vec<Option<Ratio>>| {
             let values = speeds.into_iter();
             values
@@ -230,6 +240,7 @@ impl TrainDrive {
             speeds: values(speeds),
             rolling: values(rolling),
             carrier: carrier.value(),
+            turning,
             meshes,
             cycles,
         })
@@ -261,74 +272,128 @@ impl TrainDrive {
         }
     }
 
-    /// Speeds of the bodies beside that of the carrier, of those that anything connects with the first gear.
-    fn rolling(&self, meshes: &[PitchPoint]) -> Result<Vec<Option<Ratio>>, TrainError> {
-        // How the second body follows the first.
-        let mut edges: Vec<([usize; 2], [i128; 2])> = (self.pairs().zip(meshes))
+    /// How the speeds of bodies follow from each other.
+    fn joints(&self, meshes: &[PitchPoint]) -> Vec<Joint> {
+        let mut joints: Vec<Joint> = (self.pairs().zip(meshes))
             .map(|(gears, met)| {
                 let [z1, z2] = gears.map(|place| i128::from(self.gear(place).teeth));
-                let bodies = gears.map(|place| self.body_of(place));
-                (bodies, [z1 * i128::from(met.sense), z2])
+                Joint {
+                    bodies: gears.map(|place| self.body_of(place)),
+                    ratio: Ratio::new(z1 * i128::from(met.sense), z2),
+                    beside_carrier: gears.iter().any(|gear| self.is_planet(gear.shaft)),
+                }
             })
             .collect();
-        edges.extend((self.couplings.iter()).map(|coupling| (coupling.shafts, [1, 1])));
+        joints.extend(self.couplings.iter().map(|coupling| Joint {
+            bodies: coupling.shafts,
+            ratio: Ratio::ONE,
+            beside_carrier: false,
+        }));
+        joints
+    }
+
+    /// Speeds of the bodies that anything connects with the first gear.
+    fn forms(&self, joints: &[Joint]) -> Vec<Option<Form>> {
         let bodies = self.shafts.len() + self.loose_gears().count();
-        let mut speeds = vec![None; bodies];
-        speeds[self.body_of(self.gears[0])] = Some(Ratio::new(1, 1));
+        let mut forms: Vec<Option<Form>> = vec![None; bodies];
+        let beside = if self.planetary.is_some() { Ratio::ONE } else { Ratio::ZERO };
+        forms[self.body_of(self.gears[0])] = Some([Ratio::ONE, beside]);
         if let Some(set) = &self.planetary {
-            speeds[set.carrier] = Some(Ratio::new(0, 1));
+            forms[set.carrier] = Some([Ratio::ZERO, Ratio::ONE]);
         }
-        // Each round reaches what is one edge further away.
+        // Each round reaches what is one joint further away.
         for _ in 0..bodies {
-            for &([one, two], [over, under]) in &edges {
-                match (speeds[one], speeds[two]) {
-                    (Some(speed), None) => speeds[two] = Some(Ratio::times(speed, over, under)),
-                    (None, Some(speed)) => speeds[one] = Some(Ratio::times(speed, under, over)),
+            for joint in joints {
+                let [one, two] = joint.bodies;
+                match (forms[one], forms[two]) {
+                    (Some(form), None) => forms[two] = Some(joint.follow(form, joint.ratio)),
+                    (None, Some(form)) => {
+                        forms[one] = Some(joint.follow(form, Ratio::ONE / joint.ratio));
+                    }
                     _ => {}
                 }
             }
         }
-        for &([one, two], [over, under]) in &edges {
-            if let (Some(before), Some(speed)) = (speeds[one], speeds[two]) {
-                let expected = before.times(over, under);
-                if expected != speed {
-                    return Err(TrainError::Locked {
-                        body: self.body_name(two),
-                        speeds: [speed.value(), expected.value()],
-                    });
-                }
-            }
-        }
-        Ok(speeds)
+        forms
     }
 
-    /// Speeds of the bodies, and that of the carrier of planets, from those beside the carrier: what is held stands still.
-    fn speeds(&self, rolling: &[Option<Ratio>]) -> Result<(Vec<Option<Ratio>>, Ratio), TrainError> {
-        let zero = Ratio::new(0, 1);
-        let mut held = (self.shafts.iter().zip(rolling))
-            .filter(|(shaft, _)| !shaft.motion.turns())
-            .filter_map(|(shaft, rolling)| Some((&shaft.name, (*rolling)?)));
-        if self.planetary.is_none() {
-            return match held.next() {
-                Some((body, _)) => Err(TrainError::Held { body: body.clone() }),
-                None => Ok((rolling.to_vec(), zero)),
+    /// Speed of the carrier where the first gear rolls at 1: of what is held, or joined in two ways, it is one only.
+    fn carrier_speed(&self, joints: &[Joint], forms: &[Option<Form>]) -> Result<Ratio, TrainError> {
+        let mut found: Option<(&String, Ratio)> = None;
+        let held = self.shafts.iter().zip(forms);
+        for (shaft, form) in held.filter(|(shaft, _)| !shaft.motion.turns()) {
+            let Some([own, carrier]) = *form else {
+                continue;
             };
+            if carrier == Ratio::ZERO {
+                return Err(TrainError::Held {
+                    body: shaft.name.clone(),
+                });
+            }
+            let speed = Ratio::ZERO - own / carrier;
+            match found {
+                Some((first, known)) if known != speed => {
+                    return Err(TrainError::AllHeld {
+                        held: [first, &shaft.name].map(String::clone),
+                    });
+                }
+                Some(_) => {}
+                None => found = Some((&shaft.name, speed)),
+            }
         }
-        let (first, still) = held.next().ok_or(TrainError::NothingHeld)?;
-        if let Some((other, _)) = held.find(|(_, rolling)| *rolling != still) {
-            return Err(TrainError::AllHeld {
-                held: [first, other].map(String::clone),
-            });
+        let mut speed = found.map(|(_, speed)| speed);
+        for joint in joints {
+            let [one, two] = joint.bodies;
+            let (Some(before), Some(form)) = (forms[one], forms[two]) else {
+                continue;
+            };
+            let expected = joint.follow(before, joint.ratio);
+            let [own, carrier] = [0, 1].map(|part| expected[part] - form[part]);
+            if speed.is_none() && carrier != Ratio::ZERO {
+                speed = Some(Ratio::ZERO - own / carrier);
+            }
+            let now = speed.unwrap_or(Ratio::ZERO);
+            if own + carrier * now != Ratio::ZERO {
+                return Err(TrainError::Locked {
+                    body: self.body_name(joint.bodies[1]),
+                    speeds: [form, expected].map(|form| (form[0] + form[1] * now).value()),
+                });
+            }
         }
-        let one = Ratio::new(1, 1).minus(still);
-        if one == zero {
+        match (speed, &self.planetary) {
+            (None, Some(_)) => Err(TrainError::NothingHeld),
+            (speed, _) => Ok(speed.unwrap_or(Ratio::ZERO)),
+        }
+    }
+
+    /// Speeds of the bodies: what is held stands still.
+    fn speeds(&self, meshes: &[PitchPoint], members: &[bool]) -> Result<Speeds, TrainError> {
+        let joints = self.joints(meshes);
+        let forms = self.forms(&joints);
+        let carrier = self.carrier_speed(&joints, &forms)?;
+        let absolute = |[own, of_carrier]: Form| own + of_carrier * carrier;
+        let driver = forms[self.driver].map(absolute);
+        let alone = |speed: &Ratio| self.planetary.is_some() || *speed == Ratio::ONE;
+        let driver = driver.filter(alone).ok_or_else(|| TrainError::Driver {
+            driver: self.shafts[self.driver].name.clone(),
+        })?;
+        if driver == Ratio::ZERO {
             return Err(TrainError::Held {
-                body: first.clone(),
+                body: self.shafts[self.driver].name.clone(),
             });
         }
-        // In units of the first gear's speed, Ω_i = (ρ_i − ρ_held)/(1 − ρ_held).
-        let absolute = |rolling: Ratio| rolling.minus(still).times(one.under, one.over);
-        let speeds = rolling.iter().map(|rolling| rolling.map(absolute));
-        Ok((speeds.collect(), absolute(zero)))
+        let is_member = |body: usize| members[self.shaft_of(body)];
+        let rolling = forms.iter().enumerate().map(|(body, form)| {
+            let beside = if is_member(body) { carrier } else { Ratio::ZERO };
+            form.map(|form| absolute(form) - beside)
+        });
+        let unit = driver.modulus();
+        Ok(Speeds {
+            rolling: rolling.collect(),
+            speeds: (forms.iter())
+                .map(|form| form.map(|form| absolute(form) / unit))
+                .collect(),
+            carrier: carrier / unit,
+        })
     }
 }

@@ -90,11 +90,9 @@ impl TrainDrive {
         );
         let with_shapes = self.structure(&solved, &layout, &assembled, (flanks, damping, gains))?;
         let settle = |column: &mut [f64]| solved.settle(column);
-        let mut structure = ModalStructure {
-            coupling: projection::coupling(&matrices, &solution, settle),
-            ..with_shapes.truncated(modes, false)?
-        };
-        structure.frame.stiffness = projection::frame_stiffness(&matrices, &solution, settle);
+        let mut structure = with_shapes.truncated(modes, false)?;
+        (structure.coupling, structure.frame.stiffness) =
+            projection::coupling(&matrices, &solution, settle);
         release_neutral(&mut structure);
         Ok(structure.truncated(retained, mta)?)
     }
@@ -221,7 +219,7 @@ impl TrainDrive {
             let node = assembled.at(shaft, self.shafts[shaft].torque_at);
             solved.participation(&[(node, Freedom::RotationZ, sense)])
         };
-        let driving = torque_on(self.driver, 1.0);
+        let driving = torque_on(self.driver, sense(layout.speeds[self.driver]));
         // A torque on the shaft of a loose gear has neither the speed nor the sense of the gear.
         let fixed = |place: &GearPlace| self.gear(*place).loose.is_none();
         let wheel = Some(self.gears[1]).filter(|place| fixed(place) && self.planetary.is_none());
@@ -245,7 +243,7 @@ impl TrainDrive {
             teeth: self.pair.teeth[0],
             wheel_teeth: Some(self.pair.teeth[1]),
             frame: TurningFrame {
-                speed: layout.carrier,
+                rolling: layout.speeds[self.body_of(self.gears[0])] - layout.carrier,
                 stiffness: Vec::new(),
                 load: self.centrifugal_load(solved, layout, assembled),
             },
@@ -390,30 +388,41 @@ impl TrainDrive {
                 });
             }
         }
-        let mut one_sided = |felt: Vec<f64>, law: &ContactLaw| {
-            contacts.push(StructureContact {
-                name: name(),
-                force: felt.clone(),
-                tilt: Vec::new(),
-                rubbing: Default::default(),
-                participation: felt,
-                cycles: [1, 1],
-                law: law.clone(),
-                copies: None,
-            });
-        };
+        let mut one_sided =
+            |contacts: &mut Vec<StructureContact>, felt: Vec<f64>, law: &ContactLaw| {
+                contacts.push(StructureContact {
+                    name: name(),
+                    force: felt.clone(),
+                    tilt: Vec::new(),
+                    rubbing: Default::default(),
+                    participation: felt,
+                    cycles: [1, 1],
+                    law: law.clone(),
+                    copies: None,
+                });
+            };
         for (number, coupling) in self.couplings.iter().enumerate() {
             let twist = solved.contact(&self.twist(number, layout, assembled));
             for stage in &coupling.stages {
                 for (side, _) in stage.side.ways() {
-                    one_sided(twist.iter().map(|w| side * w).collect(), &stage.law);
+                    let felt = twist.iter().map(|w| side * w).collect();
+                    one_sided(&mut contacts, felt, &stage.law);
+                }
+            }
+        }
+        for (number, coupling) in self.couplings.iter().enumerate() {
+            let twist = solved.contact(&self.twist(number, layout, assembled));
+            for own in &coupling.hysteresis {
+                let parts = StructureContact::slider("", &twist, own.stiffness, own.limit);
+                for part in parts {
+                    one_sided(&mut contacts, part.participation, &part.law);
                 }
             }
         }
         for (number, stop) in self.stops.iter().enumerate() {
             let mut felt = solved.contact(&self.approach(number, assembled));
             felt[..solved.neutral.len()].fill(0.0);
-            one_sided(felt, &stop.law);
+            one_sided(&mut contacts, felt, &stop.law);
         }
         contacts
     }

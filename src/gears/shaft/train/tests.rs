@@ -395,6 +395,7 @@ fn trains_that_cannot_run_are_told() {
             stiffness: [radial, 0.0, 0.0, 1e3],
             damping: 0.0,
             stages: Vec::new(),
+            hysteresis: Vec::new(),
         });
         coupled
     };

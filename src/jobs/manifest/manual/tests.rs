@@ -170,6 +170,8 @@ fn train(path: &str) -> String {
         format!("{{ {waves}gears = [\"one b\", \"two b\"], half_gap = 1e-5, stiffness = 3e8 }}");
     let stages = if path.starts_with("train.coupling.*.stages.") {
         "stages = [{ gap = 0.1, stiffness = 100 }], "
+    } else if path.starts_with("train.coupling.*.hysteresis.") {
+        "hysteresis = [{ stiffness = 100, limit = 1 }], "
     } else {
         ""
     };

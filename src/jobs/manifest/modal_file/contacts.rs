@@ -1,11 +1,11 @@
-//! The tables `[[contact]]` of a modal file: contacts beside the two flanks.
+//! The tables `[[contact]]` and `[[slider]]` of a modal file: contacts beside the two flanks.
 
 use super::{column, optional};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::sections::contact_law;
 use crate::model::MOST_CONTACTS;
-use crate::structure::StructureContact;
+use crate::structure::{SliderPart, StructureContact};
 
 /// Contacts that may stand beside the two flanks.
 const MOST: usize = MOST_CONTACTS - 2;
@@ -16,28 +16,53 @@ pub(super) fn read(
     issues: &mut Issues,
     modes: Option<usize>,
 ) -> Option<Vec<StructureContact>> {
-    let tables = root.tables(issues, "contact")?;
-    if tables.len() > MOST {
+    let tables = root.tables(issues, "contact");
+    let sliders = root.tables(issues, "slider");
+    let (tables, sliders) = (tables?, sliders?);
+    let count = tables.len() + SliderPart::ALL.len() * sliders.len();
+    if count > MOST {
         issues.push(
             Diagnostic::new(
                 DiagnosticKind::OutOfRange,
                 root.span_of("contact"),
                 "contact",
-                format!(
-                    "the file has {} contacts in addition to the flanks",
-                    tables.len()
-                ),
+                format!("the file has {count} contacts in addition to the flanks"),
             )
-            .label(format!("at most {MOST} are accepted"))
+            .label(format!(
+                "at most {MOST} are accepted, and a [[slider]] is three of them"
+            ))
             .remedy("combine contacts that act as one, or remove some"),
         );
         return None;
     }
-    let all: Vec<Option<StructureContact>> = tables
+    let mut all: Vec<Option<StructureContact>> = tables
         .iter()
         .map(|table| contact(table, issues, modes))
         .collect();
+    for table in &sliders {
+        match slider(table, issues, modes) {
+            Some(parts) => all.extend(parts.map(Some)),
+            None => all.push(None),
+        }
+    }
     all.into_iter().collect()
+}
+
+fn slider(
+    table: &Section,
+    issues: &mut Issues,
+    modes: Option<usize>,
+) -> Option<[StructureContact; 3]> {
+    let name = table.text(issues, "name");
+    let participation = column(table, issues, "participation", modes);
+    let stiffness = table.quantity(issues, "stiffness");
+    let limit = table.quantity(issues, "limit");
+    Some(StructureContact::slider(
+        name?,
+        &participation?,
+        stiffness?,
+        limit?,
+    ))
 }
 
 fn contact(table: &Section, issues: &mut Issues, modes: Option<usize>) -> Option<StructureContact> {

@@ -24,6 +24,7 @@ mod run;
 mod shafts;
 mod slice;
 mod slices;
+mod sliders;
 mod train;
 mod unfelt;
 
@@ -124,6 +125,7 @@ pub(super) fn resolve(
         Child::Absent => Some(ExcitationSpec::default()),
         Child::Invalid => None,
     };
+    sliders::check(root, issues, model.as_ref());
     slices::check_reduction(root, issues, model.as_ref(), mesh.as_ref());
     let retained = model.as_ref().map(|model| model.retained);
     let run = run::read(root, issues, retained);

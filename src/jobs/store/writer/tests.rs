@@ -1109,6 +1109,7 @@ fn every_column_of_a_trace_comes_back() -> [TableKind; 2] {
     }
     assert_eq!(trace.text("contact"), [Some("coast".into())]);
     assert_eq!(trace.u64("closed"), [Some(2)]);
+    assert_eq!(trace.u64("closed_from_65"), [Some(0)]);
     assert_eq!(trace.lists("displacement"), [Some(some([1e-7, 2e-7]))]);
     assert_eq!(trace.lists("modal_velocity"), [Some(some([3e-7, 4e-7]))]);
 

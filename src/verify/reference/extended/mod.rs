@@ -20,9 +20,17 @@ mod series;
 pub use double_double::DoubleDouble;
 
 use super::ReferenceError;
-use super::integrator::{CROSSING_LIMIT, fastest_rate};
+use super::integrator::CROSSING_LIMIT;
+use super::rate::fastest_rate;
 use crate::model::{ActiveSet, Model, Release, Segment, TrajectoryState};
 use series::{Instant, StepSeries, Structure};
+
+/// Stretch of a slider's spring, and its change over a step, that events leave where they are exactly at the limit, in units
+/// of the stretch there.
+const LEFT_BY_AN_EVENT: f64 = 1e-22;
+
+/// Round-off of the stretch of a spring in doubles, in units of the largest component of the state.
+const AT_LIMIT: f64 = 1e-14;
 
 /// Terms of the series on a step: X₀ … X₃₀.
 const ORDER: usize = 30;
@@ -129,6 +137,7 @@ impl<'m> Extended<'m> {
                 .collect(),
             crossings: Vec::new(),
         };
+        integration.seat_sliders();
         for _ in 0..cycles {
             integration.one_cycle()?;
         }
@@ -189,6 +198,7 @@ impl Integration<'_> {
             }
             start = phase;
         }
+        self.let_slide(self.contact, boundary(1.0));
         self.cycle += 1;
         Ok(())
     }
@@ -219,13 +229,54 @@ impl Integration<'_> {
     /// Opens or closes a contact.
     fn cross(&mut self, contact: usize, time: DoubleDouble) {
         let from = self.contact;
-        self.contact = from.toggled(contact);
+        let model = self.extended.model;
+        self.contact = model.toggled(from, contact);
+        if model.is_slip(contact) {
+            self.let_slide(from, time);
+        }
         self.crossings.push(ExtendedCrossing {
             cycle: self.cycle,
             time,
             from,
             to: self.contact,
         });
+    }
+
+    /// Moves sliders that stand at their limits within the round-off of doubles exactly there.
+    fn seat_sliders(&mut self) {
+        let model = self.extended.model;
+        let at_limit = |slip: &usize| {
+            let (segment, own) = (&self.segments[*slip], &model.contacts[*slip]);
+            let start = (self.cycle, DoubleDouble::ZERO);
+            let stretch = self
+                .extended
+                .structure
+                .deflection(model, segment, start, &self.state);
+            let size = (self.state.iter()).fold(own.half_gap, |most, x| x.value().abs().max(most));
+            (own.side * stretch.value() - own.half_gap).abs() <= AT_LIMIT * size
+        };
+        let slips = model.sliders.iter().flat_map(|slider| slider.slips());
+        let slips = slips
+            .filter(at_limit)
+            .fold(ActiveSet::FREE, ActiveSet::toggled);
+        self.let_slide(slips, DoubleDouble::ZERO);
+    }
+
+    /// Takes the sliders along whose slips are among these contacts.
+    fn let_slide(&mut self, slips: ActiveSet, time: DoubleDouble) {
+        let Extended {
+            model, structure, ..
+        } = self.extended;
+        for slider in &model.sliders {
+            for slip in slider.slips().into_iter().filter(|slip| slips.holds(*slip)) {
+                self.state[slider.block] = DoubleDouble::ZERO;
+                let (segment, own) = (&self.segments[slip], &model.contacts[slip]);
+                let at = (self.cycle, time);
+                let deflection = structure.deflection(model, segment, at, &self.state);
+                let stretch = DoubleDouble::exact(own.half_gap) * own.side;
+                self.state[slider.block] = deflection - stretch;
+            }
+        }
     }
 
     /// One step, or to the first event, whose time is given.
@@ -270,6 +321,7 @@ impl Integration<'_> {
             self.extended.model.contacts[contact].release == Release::Force && place.value() == 0.0;
         match met {
             _ if stepped => {}
+            Met::Slide => {}
             Met::Surface | Met::Freedom => self.crossed = own,
             Met::NoForce => self.forceless = own,
         }
@@ -290,7 +342,21 @@ impl Integration<'_> {
             if model.is_out_of_reach(index, &self.segments, self.contact) {
                 continue;
             }
+            if contact.release == Release::Stick {
+                continue;
+            }
             let indentation = self.indentation(index, series);
+            if contact.release == Release::Slip {
+                let margin = margin_of_slip(&indentation, contact.half_gap, closed);
+                let zero = root::first_zero(&margin)
+                    .map_err(|root::Undecided| ReferenceError::Touch { cycle: self.cycle })?;
+                if let Some(place) = zero
+                    && first.is_none_or(|(earlier, ..)| place < earlier)
+                {
+                    first = Some((place, index, Met::Slide));
+                }
+                continue;
+            }
             let by_force = contact.release == Release::Force;
             // What was let go is compressed until it comes free.
             let compressed = by_force && !self.crossed.holds(index) && indentation[0].value() > 0.0;
@@ -355,6 +421,30 @@ enum Met {
     NoForce,
     /// Its surface, having let go before: it comes free, and nothing changes.
     Freedom,
+    /// The limit of a slider, or the zero of its velocity.
+    Slide,
+}
+
+/// The margin of a slip of a dry slider, whose `s δ − b` has these coefficients: the velocity of a slider that slips, the room
+/// up to the limit of one that sticks. Zeros where the step starts are divided out, as an event has left them.
+fn margin_of_slip(indentation: &[DoubleDouble], limit: f64, slips: bool) -> Vec<DoubleDouble> {
+    let at_zero = |term: DoubleDouble| term.value().abs() <= LEFT_BY_AN_EVENT * limit;
+    if slips {
+        let rates = indentation.iter().enumerate().skip(1);
+        let mut margin: Vec<_> = rates.map(|(j, &d)| d * j as f64).collect();
+        if at_zero(margin[0]) {
+            margin.remove(0);
+        }
+        return margin;
+    }
+    let mut margin: Vec<_> = indentation.iter().map(|&d| -d).collect();
+    if at_zero(margin[0]) {
+        margin.remove(0);
+        if at_zero(margin[0]) {
+            margin.remove(0);
+        }
+    }
+    margin
 }
 
 #[cfg(test)]

@@ -162,6 +162,7 @@ impl Structure {
                     damping: segment.damping,
                     stiffness: on_step(segment, segment.stiffness.coefficients()),
                     gap,
+                    limit: model.contacts[contact].constant_force(segment),
                 }
             })
             .collect();
@@ -243,6 +244,8 @@ struct ClosedSeries<'a> {
     stiffness: Vec<DoubleDouble>,
     /// What flanks lack, and the backlash as its constant.
     gap: Vec<DoubleDouble>,
+    /// Force of a slider that slips \[N\].
+    limit: Option<f64>,
 }
 
 impl ClosedSeries<'_> {
@@ -254,6 +257,9 @@ impl ClosedSeries<'_> {
         mut rate: DoubleDouble,
         length: DoubleDouble,
     ) -> DoubleDouble {
+        if let Some(limit) = self.limit {
+            return DoubleDouble::exact(if j == 0 { limit } else { 0.0 });
+        }
         if let Some(&next) = self.gap.get(j + 1) {
             rate += next * (-self.side * (j + 1) as f64) / length;
         }

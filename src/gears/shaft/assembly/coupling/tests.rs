@@ -12,7 +12,9 @@ fn coupled(assembly: &Assembly) -> (Vec<f64>, Coupling) {
     let matrices = assembly.matrices().unwrap();
     let modes = matrices.mass.nrows();
     let solution = Modes::lowest(&matrices.mass, &matrices.stiffness, modes, 0).unwrap();
-    let coupling = projection::coupling(&matrices, &solution, |_| ()).unwrap();
+    let coupling = projection::coupling(&matrices, &solution, |_| ())
+        .0
+        .unwrap();
     (solution.frequencies(), coupling)
 }
 

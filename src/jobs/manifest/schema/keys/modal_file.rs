@@ -153,6 +153,21 @@ pub(super) const KEYS: &[Key] = &[
         .about("Amplitude."),
     quantity("contact.*.transmission_error.*.phase", Angle, ANY, r#""90 deg""#).or("0")
         .about("Phase of the cosine at phase 0 of the contact's cycle."),
+    key("slider", Kind::List("tables"), ANY, r#"[{ name = "clutch", participation = [0.0, 0.4], stiffness = "1e6 N/m", limit = "20 N" }]"#).or("[]")
+        .about("Dry hysteresis, one table `[[slider]]` per element: a spring in series with a dry slider along d = sum of \
+                participation q. The element starts without force. Several elements with one participation make an \
+                Iwan set. Each counts as three contacts: slip forwards, slip backwards, stick. The kernel `volterra` is \
+                necessary."),
+    table("slider.*"),
+    key("slider.*.name", Kind::Text, ANY, r#""clutch""#)
+        .about("Name of the element."),
+    key("slider.*.participation", Kind::List("numbers in 1/sqrt(kg), one per mode"), ANY, "[0.0, 0.4, -0.1]")
+        .about("Deflection of the element per unit of each modal displacement."),
+    quantity("slider.*.participation.*", Participation, ANY, "0.4"),
+    quantity("slider.*.stiffness", Stiffness, POSITIVE, r#""1e6 N/m""#)
+        .about("Stiffness of the spring while the slider sticks."),
+    quantity("slider.*.limit", Force, POSITIVE, r#""20 N""#)
+        .about("Friction force at which the slider slips."),
     key("bearing", Kind::List("tables"), ANY, r#"[{ name = "pinion 1 x", gain = [0.0, 2.1e7, -4.4e6] }]"#).or("[]")
         .about("Bearing forces to compute, one table `[[bearing]]` each."),
     table("bearing.*"),

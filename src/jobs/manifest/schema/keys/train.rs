@@ -23,12 +23,14 @@ pub(super) const KEYS: &[Key] = &[
     key("train.gears", Kind::List("2 names of gears: driving, driven"), ANY, r#"["z20", "z30"]"#).of_length(2)
         .about("The pair of gears of the first mesh, which [mesh] and [excitation] describe. Mesh cycles are its \
                 cycles. The speed of a point is the speed of its first gear. It must be the mesh nearest to the \
-                motor."),
+                motor. In a train with planets it is the mesh of the sun and a planet, and the speed of a point is that of \
+                the driver. The first gear rolls in the positive direction about its axis."),
     key("train.gears.*", Kind::Text, ANY, r#""z20""#),
     quantity("train.rated_torque", Torque, POSITIVE, r#""50 N*m""#)
         .about("Torque of the motor at load 1."),
     key("train.driver", Kind::Text, ANY, r#""engine""#).otherwise("the shaft of the first gear of `train.gears`")
-        .about("The shaft that the motor drives. It turns with the first gear. Ripple on the `pinion` acts on it."),
+        .about("The shaft that the motor drives. It turns with the first gear; in a train with planets it is any shaft \
+                that is not held, such as that of the carrier. Ripple on the `pinion` acts on it."),
     quantity("train.bearing_load", Ratio, NON_NEGATIVE, "0.5").or("1")
         .about("Load under which bearings from catalogue data (`ball`, `roller`) have their stiffness, as a fraction of \
                 `rated_torque`. The program finds the static equilibrium of the train at this load. Motions about it feel \
@@ -185,11 +187,13 @@ pub(super) const KEYS: &[Key] = &[
 
     key("train.planetary", Kind::Table, ANY, r#"{ carrier = "carrier", count = 3, teeth = 35, module = "2 mm", width = "20 mm", bearing = { radial = "1e8 N/m" } }"#)
         .otherwise("no planets")
-        .about("Planets on pins of a carrier. All shafts then lie on the axis of the carrier, and every mesh is that of \
-                a planet. `train.gears` and `train.mesh.*.gears` name the planets by their common name, and one table \
+        .about("Planets on pins of a carrier, between sun and ring on its axis. \
+                `train.gears` and `train.mesh.*.gears` name the planets by their common name, and one table \
                 describes the meshes of all of them: planets differ by their phase, which follows from their angles. \
-                The model turns with the carrier, so bearings must be equal in all directions. One shaft of the sun, \
-                the ring and the carrier must be held: motion = \"lateral\" or \"none\", or a coupling to such a shaft."),
+                One shaft of the sun, the ring and the carrier must be held: motion = \"lateral\" or \"none\", or a \
+                coupling to such a shaft. If that is not the carrier, the model turns with the carrier. Bearings of the \
+                set must then be equal in all directions. Gears beside the set stand on shafts of their own, with any \
+                bearings and axes, which couplings join to the set in `twist` and `axial` only."),
     key("train.planetary.carrier", Kind::Text, ANY, r#""carrier""#)
         .about("The shaft that has the pins."),
     quantity("train.planetary.at", Length, ANY, r#""40 mm""#).or("0")
@@ -247,8 +251,8 @@ pub(super) const KEYS: &[Key] = &[
 
     key("train.housing", Kind::Table, ANY, r#"{ file = "housing-box.toml" }"#).otherwise("bearings stand on the ground")
         .about("A housing from a finite-element program, as reduced matrices over named nodes. Bearings that name a node \
-                with `housing` stand on it. Its freedoms join those of the train before the modes are computed. It cannot \
-                be used with [train.planetary]."),
+                with `housing` stand on it. Its freedoms join those of the train before the modes are computed. Shafts \
+                that turn with the carrier of planets cannot stand on it."),
     key("train.housing.file", Kind::Text, ANY, r#""housing-box.toml""#)
         .about("Path of the housing file, relative to the folder of the manifest."),
 
@@ -338,6 +342,16 @@ pub(super) const KEYS: &[Key] = &[
         .about("Stiffness that the stage adds."),
     quantity("train.coupling.*.stages.*.damping", Drag, NON_NEGATIVE, r#""0.2 N*m*s/rad""#).or("0")
         .about("Damping that the stage adds."),
+
+    key("train.coupling.*.hysteresis", Kind::List("tables"), ANY, r#"[{ stiffness = "400 N*m/rad", limit = "6 N*m" }]"#).or("[]")
+        .about("Dry hysteresis against twist, one table per element: a spring in series with a dry slider. The element starts \
+                without torque. Several elements make an Iwan set. Each counts as three contacts: slip forwards, slip \
+                backwards, stick. The kernel `volterra` is necessary."),
+    table("train.coupling.*.hysteresis.*"),
+    quantity("train.coupling.*.hysteresis.*.stiffness", TiltStiffness, POSITIVE, r#""400 N*m/rad""#)
+        .about("Stiffness of the spring while the slider sticks."),
+    quantity("train.coupling.*.hysteresis.*.limit", Torque, POSITIVE, r#""6 N*m""#)
+        .about("Friction torque at which the slider slips."),
 
     key("train.stop", Kind::List("tables"), ANY, r#"[{ shaft = "output", at = 0, direction = [0, 0, 1], gap = "50 um", stiffness = "1e8 N/m" }]"#).or("[]")
         .about("One-sided springs between a shaft and the ground, one table `[[train.stop]]` each, such as an axial \

@@ -8,7 +8,8 @@ use crate::manifest::reader::Section;
 use crate::manifest::sections::{contact_law, drawn_mesh};
 use crate::model::{Division, MOST_CONTACTS};
 use crate::shaft::{
-    DrawnLaw, GearPlace, MeshLaw, ShaftCoupling, Stage, StageSide, Stop, TrainDrive, TrainMesh,
+    DrawnLaw, GearPlace, Hysteresis, MeshLaw, ShaftCoupling, Stage, StageSide, Stop, TrainDrive,
+    TrainMesh,
 };
 use std::f64::consts::PI;
 
@@ -38,10 +39,12 @@ pub(super) fn meshes(
     let read = all(section, issues, "mesh", |table, issues| {
         mesh(table, issues, parts, train)
     })?;
+    let pairs = std::iter::once(train.gears).chain(read.iter().map(|mesh| mesh.gears));
+    let central = train.central_teeth(pairs);
     let others = |mesh: &TrainMesh| {
         parts
             .planets
-            .map_or_else(Vec::new, |planets| planets.others(train, mesh))
+            .map_or_else(Vec::new, |planets| planets.others(train, mesh, central))
     };
     let first = TrainMesh {
         gears: train.gears,
@@ -56,7 +59,7 @@ pub(super) fn meshes(
     }
     let stages = train.couplings.iter().flat_map(|coupling| &coupling.stages);
     let stages: usize = stages.map(Stage::contacts).sum();
-    let count = 2 * meshes.len() + stages + train.stops.len();
+    let count = 2 * meshes.len() + stages + 3 * train.sliders() + train.stops.len();
     if count > MOST {
         issues.push(
             Diagnostic::new(
@@ -66,7 +69,7 @@ pub(super) fn meshes(
                 format!("the train has {count} contacts in addition to its first mesh"),
             )
             .label(format!(
-                "at most {MOST} are accepted: two per mesh, one per side of a stage, one per stop"
+                "at most {MOST} are accepted: two per mesh, one per side of a stage, three per hysteresis element, one per stop"
             ))
             .remedy("remove some, or combine stages that act as one"),
         );
@@ -147,7 +150,9 @@ fn mesh(
     let (drawing, law) = (drawing?, law?);
     let mut beside = beside?;
     let planet = parts.planets.and_then(Planets::first);
-    let sun_drives = planet.is_some_and(|planet| train.gears[1] == planet);
+    let sun_drives = planet.is_some_and(|planet| {
+        train.gears[1] == planet && gears.is_some_and(|gears| gears.contains(&planet))
+    });
     if let (Drawing::Ring(_, ring, true), true, false) = (&drawing, sun_drives, table.has("phase"))
     {
         beside.phase = phase_of_ring(&train.pair, ring).unwrap_or(0.0);
@@ -335,6 +340,14 @@ pub(super) fn couplings(
             ["radial", "axial", "tilt", "twist"].map(|key| table.quantity_or_default(issues, key));
         let damping = table.quantity_or_default(issues, "damping");
         let stages = all(table, issues, "stages", stage);
+        let hysteresis = all(table, issues, "hysteresis", |table, issues| {
+            let stiffness = table.quantity(issues, "stiffness");
+            let limit = table.quantity(issues, "limit");
+            Some(Hysteresis {
+                stiffness: stiffness?,
+                limit: limit?,
+            })
+        });
         let [radial, axial, tilt, twist] = stiffness;
         Some(ShaftCoupling {
             shafts: shafts?,
@@ -342,6 +355,7 @@ pub(super) fn couplings(
             stiffness: [radial?, axial?, tilt?, twist?],
             damping: damping?,
             stages: stages?,
+            hysteresis: hysteresis?,
         })
     })
 }

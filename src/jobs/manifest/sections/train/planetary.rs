@@ -203,10 +203,16 @@ impl Planets {
         Some(())
     }
 
-    /// The meshes of the other planets that a mesh of the first one stands for.
-    pub fn others(&self, train: &TrainDrive, mesh: &TrainMesh) -> Vec<TrainMesh> {
+    /// The meshes of the other planets that a mesh of the first one stands for; `central` as of
+    /// [`TrainDrive::central_teeth`].
+    pub fn others(
+        &self,
+        train: &TrainDrive,
+        mesh: &TrainMesh,
+        central: Option<[u32; 2]>,
+    ) -> Vec<TrainMesh> {
         let of_planet = |place: &GearPlace| Some(*place) == self.first();
-        let Some(central) = mesh.gears.iter().find(|place| !of_planet(place)) else {
+        let Some(own) = mesh.gears.iter().find(|place| !of_planet(place)) else {
             return Vec::new();
         };
         if !mesh.gears.iter().any(of_planet) {
@@ -214,15 +220,15 @@ impl Planets {
         }
         let from = self.angles[0];
         let others = self.set.planets[1..].iter().zip(&self.angles[1..]);
-        let gear = train.gear(*central);
+        let gear = train.gear(*own);
         others
             .map(|(planet, &angle)| {
                 let place = GearPlace {
                     shaft: planet.shaft,
                     gear: 0,
                 };
-                let sense = self.sense(train, *central);
-                let ahead = phase_of_planet(gear.teeth, sense, self.exact(train, angle - from));
+                let sense = self.sense(train, *own);
+                let ahead = phase_of_planet(gear.teeth, sense, exact(central, angle - from));
                 TrainMesh {
                     gears: mesh
                         .gears
@@ -245,26 +251,18 @@ impl Planets {
         };
         planets * forwards(train.gear(central).internal)
     }
+}
 
-    /// An angle without its rounding, where it is that of a place between the teeth.
-    fn exact(&self, train: &TrainDrive, angle: f64) -> f64 {
-        let central = train.shafts.iter().flat_map(|shaft| &shaft.gears);
-        let is_planet = |name: &str| {
-            let mut planets = self.set.planets.iter();
-            planets.any(|planet| train.shafts[planet.shaft].gears[0].name == name)
-        };
-        let teeth: Vec<&crate::shaft::TrainGear> =
-            central.filter(|gear| !is_planet(&gear.name)).collect();
-        let of = |internal: bool| teeth.iter().find(|gear| gear.internal == internal);
-        let (Some(external), Some(internal)) = (of(false), of(true)) else {
-            return angle;
-        };
-        let together = f64::from(external.teeth + internal.teeth);
-        let place = angle / TAU * together;
-        if (place - place.round()).abs() > ROUNDED {
-            angle
-        } else {
-            TAU * place.round() / together
-        }
+/// An angle without its rounding, where it is that of a place between these teeth.
+fn exact(central: Option<[u32; 2]>, angle: f64) -> f64 {
+    let Some([external, internal]) = central else {
+        return angle;
+    };
+    let together = f64::from(external + internal);
+    let place = angle / TAU * together;
+    if (place - place.round()).abs() > ROUNDED {
+        angle
+    } else {
+        TAU * place.round() / together
     }
 }

@@ -1,0 +1,41 @@
+//! What are the dry sliders of a model?
+//!
+//! The place s of a slider is the first component of a block of its own, whose second component is nothing and stays 0.
+//! The line of the slider takes s off the deflection, so that its spring is a contact without a gap.
+
+use crate::structure::{ModalStructure, SliderPart};
+
+/// A dry slider of a model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Slider {
+    /// Block that has its place.
+    pub block: usize,
+    /// Place of its slip forwards among the contacts. The slip backwards and the spring come next.
+    pub forwards: usize,
+}
+
+impl Slider {
+    /// Those of a structure, whose contacts follow `before` others. Their blocks follow those of its modes.
+    pub(super) fn of_structure(structure: &ModalStructure, before: usize) -> Vec<Self> {
+        let parts = structure.contacts.iter().zip(before..);
+        let starts = parts.filter(|(own, _)| own.law.slider == Some(SliderPart::Forwards));
+        (starts.zip(structure.modes()..))
+            .map(|((_, forwards), block)| Self { block, forwards })
+            .collect()
+    }
+
+    /// Places of its two slips among the contacts: forwards, backwards.
+    pub fn slips(self) -> [usize; 2] {
+        [self.forwards, self.forwards + 1]
+    }
+
+    /// Whether a contact is one of its states.
+    pub fn has(self, contact: usize) -> bool {
+        (self.forwards..=self.spring()).contains(&contact)
+    }
+
+    /// Place of its spring among the contacts.
+    pub fn spring(self) -> usize {
+        self.forwards + 2
+    }
+}

@@ -1,0 +1,47 @@
+//! Which displacements does nothing feel?
+
+use super::Model;
+
+/// A component this small, relative to the largest, is round-off.
+const UNFELT: f64 = 1e-12;
+
+/// Part of the fastest that a displacement could move, below which it rests.
+const AT_REST: f64 = 1e-9;
+
+impl Model {
+    /// Displacements, in states, that no contact feels and no force acts on, but for the neutral
+    /// pair: under drag, the rotation of the whole drive.
+    pub fn unfelt_displacements(&self) -> Vec<Vec<f64>> {
+        let n = self.modes();
+        let neutral = |i: &&usize| !self.neutral.contains(i);
+        (self.basis.unfelt().iter().filter(neutral))
+            .map(|&i| {
+                let mut modes = vec![0.0; 2 * n];
+                modes[i] = 1.0;
+                let mut state = self.basis.state_of_turned(&modes);
+                let largest = state.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+                for x in &mut state {
+                    if x.abs() <= UNFELT * largest {
+                        *x = 0.0;
+                    }
+                }
+                state
+            })
+            .filter(|state| self.is_at_rest(state))
+            .collect()
+    }
+
+    /// Whether no block moves in a state that no force acts on, but for round-off.
+    pub(super) fn is_at_rest(&self, state: &[f64]) -> bool {
+        let n = self.modes();
+        let largest = state.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        self.blocks.iter().enumerate().all(|(i, block)| {
+            let (x, y) = (state[i], state[n + i]);
+            let rests = |row: [f64; 2]| {
+                let rate = (row[0] * x + row[1] * y).abs();
+                rate <= AT_REST * (row[0].abs() + row[1].abs()) * largest
+            };
+            block.generator.into_iter().all(rests)
+        })
+    }
+}

@@ -1,0 +1,146 @@
+//! When does a dry slider begin to slip, and when does it stick again?
+//!
+//! The line of a slider shows `u = δ − s`, the stretch of its spring. A slider that sticks begins to slip where u rises to
+//! F/k or falls to −F/k; one that slips sticks again where u' = δ' changes its sign, s being kept at its old place in the
+//! meantime. No force steps at either event, so that tangents go through both without a jump. A slip takes its slider
+//! along, tangents included: `ds = w·dq` ([`Volterra::let_slide`]).
+//!
+//! Right after a slip u stands at its limit, and u' at zero: a double root. u can only come back to the limit behind the next
+//! zero of u', so that this is sought first, the known root divided out.
+
+use super::Volterra;
+use super::position::{Position, SAME_TIME, Track};
+use super::release::Place;
+use super::shapes::{Series, TERMS};
+use super::workspace::Workspace;
+use crate::model::{ActiveSet, Slider};
+use crate::numerics::legendre::{self, transforms24};
+use crate::propagate::Counters;
+use crate::propagate::events::{Crossing, ROUND_OFF};
+
+/// The stretch of a slider's spring over a window.
+struct Stretch {
+    /// Its series \[m\].
+    series: Series,
+    /// Series of its derivative by the place in the window \[m\].
+    slope: Series,
+    /// Round-off of the first \[m\].
+    noise: f64,
+}
+
+impl Stretch {
+    /// Round-off of the derivative \[m\].
+    fn noise_of_slope(&self) -> f64 {
+        TERMS as f64 * self.noise
+    }
+}
+
+impl Volterra<'_> {
+    /// The first event on a window up to `limit`, sliders included.
+    pub(super) fn first_with_sliders(
+        &self,
+        position: &Position,
+        track: Track<'_>,
+        active: ActiveSet,
+        limit: f64,
+        workspace: &Workspace,
+        counters: &mut Counters,
+    ) -> Option<(Crossing, Place)> {
+        let sliders = &self.model.sliders;
+        let own = |slider: &Slider| [slider.slips()[0], slider.slips()[1], slider.spring()];
+        let aside = sliders
+            .iter()
+            .flat_map(own)
+            .fold(ActiveSet::FREE, ActiveSet::toggled);
+        let sets = [active, aside];
+        let mut first = self.first_of_contacts(position, track, sets, limit, workspace, counters);
+        for &slider in sliders {
+            let solution = &workspace.solutions[track.place_of(slider.spring())];
+            let stretch = Stretch {
+                slope: legendre::derivative(&solution.deflection),
+                series: solution.deflection,
+                noise: ROUND_OFF * (solution.size + self.model.contacts[slider.forwards].half_gap),
+            };
+            for contact in slider.slips() {
+                let until = first.map_or(limit, |(found, _)| found.x);
+                let found = if active.holds(contact) {
+                    self.sticks(contact, &stretch, until, counters)
+                } else if active.holds(slider.spring()) {
+                    self.slips(contact, &stretch, until, counters)
+                } else {
+                    None
+                };
+                if let Some(x) = found.filter(|x| *x < until || first.is_none()) {
+                    first = Some((Crossing { x, contact }, Place::Elsewhere));
+                }
+            }
+        }
+        first
+    }
+
+    /// Where a slip ends.
+    fn sticks(
+        &self,
+        slip: usize,
+        stretch: &Stretch,
+        limit: f64,
+        counters: &mut Counters,
+    ) -> Option<f64> {
+        let side = self.model.contacts[slip].side;
+        let noise = stretch.noise_of_slope();
+        // A slip may begin at rest.
+        let known = legendre::at_start(&stretch.slope).abs() <= noise;
+        self.exit(&stretch.slope, side, noise, known, limit, counters)
+    }
+
+    /// Where a slip begins.
+    fn slips(
+        &self,
+        slip: usize,
+        stretch: &Stretch,
+        limit: f64,
+        counters: &mut Counters,
+    ) -> Option<f64> {
+        let own = &self.model.contacts[slip];
+        let Stretch {
+            series,
+            slope,
+            noise,
+        } = stretch;
+        let mut room = series.map(|a| -own.side * a);
+        room[0] += own.half_gap;
+        if legendre::at_start(&room) > *noise {
+            return self.exit(&room, 1.0, *noise, false, limit, counters);
+        }
+        let noise_of_slope = stretch.noise_of_slope();
+        let known = legendre::at_start(slope).abs() <= noise_of_slope;
+        let turn = self.exit(slope, -own.side, noise_of_slope, known, limit, counters)?;
+        if turn >= limit {
+            return None;
+        }
+        let rest = transforms24().restrict(&room, turn, limit);
+        let x = self.exit(&rest, 1.0, *noise, false, 1.0, counters)?;
+        Some(turn + 0.5 * (limit - turn) * (x + 1.0))
+    }
+
+    /// Takes the sliders along whose slips are among these contacts, at a time \[s\] of a mesh cycle: trajectory and tangents.
+    pub(super) fn let_slide(
+        &self,
+        slips: ActiveSet,
+        cycle: u64,
+        time: f64,
+        workspace: &mut Workspace,
+    ) {
+        let model = &self.model;
+        for slider in &model.sliders {
+            for slip in slider.slips().into_iter().filter(|slip| slips.holds(*slip)) {
+                let own = model.contacts[slip].cycle(cycle);
+                let segment = own.segment_at(time + SAME_TIME * own.period);
+                let line = &model.lines[model.line(segment)];
+                let (error, _) = line.transmission_error_at(cycle, time);
+                let offset = error - model.slid_to(slip, 0.0);
+                workspace.follow(slider.block, model.gains(segment), offset);
+            }
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! Which contacts does a structure have for a dry slider?
+
+use super::{ContactLaw, ModalStructure, SliderPart, StructureContact};
+
+impl StructureContact {
+    /// The three contacts of a dry slider along a line: the slips forwards and backwards, then the spring.
+    ///
+    /// * `participation`: of its deflection, one entry per mode \[1/√kg\].
+    /// * `stiffness`: k of the spring \[N/m\], against twist \[N m/rad\].
+    /// * `limit`: F of the slider \[N\], \[N m\].
+    pub fn slider(name: &str, participation: &[f64], stiffness: f64, limit: f64) -> [Self; 3] {
+        let mut series = [0.0; 8];
+        series[0] = stiffness;
+        SliderPart::ALL.map(|(part, suffix)| Self {
+            name: format!("{name}, {suffix}"),
+            participation: participation.to_vec(),
+            force: participation.to_vec(),
+            tilt: Vec::new(),
+            rubbing: Default::default(),
+            cycles: [1, 1],
+            law: ContactLaw {
+                gap: if part == SliderPart::Spring { 0.0 } else { limit / stiffness },
+                stiffness: vec![(1.0, series)],
+                slider: Some(part),
+                ..ContactLaw::default()
+            },
+            copies: None,
+        })
+    }
+}
+
+impl ModalStructure {
+    /// Number of dry sliders.
+    pub fn sliders(&self) -> usize {
+        let springs = self.contacts.iter();
+        springs
+            .filter(|own| own.law.slider == Some(SliderPart::Spring))
+            .count()
+    }
+}

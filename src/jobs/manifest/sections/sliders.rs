@@ -1,0 +1,59 @@
+//! What can a drive with dry sliders not have?
+
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::{Child, Section};
+use crate::manifest::spec::ModelSpec;
+
+/// Keys that sliders exclude: table, key, values of the key (none for all), why, what to do.
+const EXCLUDED: [(&str, &str, &[&str], &str, &str); 3] = [
+    (
+        "run",
+        "kernel",
+        &["closed_modes", "stepping"],
+        "is a kernel that cannot follow dry sliders",
+        "set kernel = \"volterra\" or \"auto\"",
+    ),
+    (
+        "analyses",
+        "covariant",
+        &[],
+        "is not available: a slip of a dry slider forgets a direction, so that no vector goes backwards",
+        "remove the analysis, or the hysteresis of the drive",
+    ),
+    (
+        "continuation",
+        "over",
+        &[],
+        "is not available: orbits with dry sliders cannot be followed over a parameter",
+        "remove the table, or the hysteresis of the drive",
+    ),
+];
+
+/// Reports what the sliders of a model exclude.
+pub(super) fn check(root: &Section, issues: &mut Issues, model: Option<&ModelSpec>) {
+    let sliders = model.map_or(0, |model| model.source.sliders());
+    if sliders == 0 {
+        return;
+    }
+    for (table, key, values, why, remedy) in EXCLUDED {
+        let Child::Present(section) = root.child(issues, table) else {
+            continue;
+        };
+        if !section.has(key) {
+            continue;
+        }
+        let given = |issues: &mut Issues| section.text(issues, key);
+        if values.is_empty() || given(issues).is_some_and(|value| values.contains(&value)) {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Unavailable,
+                    section.span_of(key),
+                    &section.path_of(key),
+                    format!("`{}` {why}", section.path_of(key)),
+                )
+                .label(format!("not with {sliders} dry sliders"))
+                .remedy(remedy),
+            );
+        }
+    }
+}
