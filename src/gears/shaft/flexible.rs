@@ -1,10 +1,10 @@
 //! The flexible drive as a train of two: Timoshenko shafts on bearings, rigid gear bodies centred on their node, end
 //! inertias on overhangs.
 
-use super::disc::Disc;
 use super::drive::{self, FlexibleDrive, Released};
 use super::error::ShaftError;
-use super::train::{GearPlace, Motion, ShaftSection, TrainDrive, TrainGear, TrainShaft};
+use super::train::{ShaftSection, TrainDrive, TrainShaft};
+use super::two_shafts::TwoShafts;
 use crate::gear::Hub;
 use crate::structure::ModalStructure;
 
@@ -41,73 +41,34 @@ impl FlexibleDrive {
     }
 
     /// The drive as a train, the middles of its gear bodies in one plane.
-    fn train(&self) -> Result<TrainDrive, ShaftError> {
-        let place = |shaft| GearPlace { shaft, gear: 0 };
+    pub(super) fn train(&self) -> Result<TrainDrive, ShaftError> {
+        let pair = TwoShafts {
+            gears: &self.gears,
+            shafts: &self.shafts,
+            density: self.density,
+            damping: self.damping,
+            damping_overrides: &self.damping_overrides,
+            gyroscopic: self.gyroscopic,
+        };
         Ok(TrainDrive {
-            shafts: vec![self.shaft(0)?, self.shaft(1)?],
-            gears: [place(0), place(1)],
-            pair: self.gears.clone(),
-            meshes: Vec::new(),
-            couplings: Vec::new(),
-            stops: Vec::new(),
-            planetary: None,
-            housing: None,
-            driver: 0,
             young_modulus: self.young_modulus,
             shear_modulus: self.shear_modulus,
-            density: self.density,
             shear_coefficient: self.shear_coefficient,
-            damping: self.damping,
-            damping_overrides: self.damping_overrides.clone(),
-            gyroscopic: self.gyroscopic,
-            bearing_load: None,
+            ..pair.train([self.shaft(&pair, 0)?, self.shaft(&pair, 1)?])
         })
     }
 
-    /// One shaft with bearings, gear body and end inertia.
-    fn shaft(&self, index: usize) -> Result<TrainShaft, ShaftError> {
-        let shaft = &self.shafts[index];
-        let gears = &self.gears;
-        let body = drive::gear_body(gears, &self.shafts, self.density, index)?;
+    /// One shaft in its sections, a hub among them.
+    fn shaft(&self, pair: &TwoShafts, index: usize) -> Result<TrainShaft, ShaftError> {
+        let body = pair.body(index)?;
+        let shaft = pair.shaft(index, self.shafts[index].overhang, body.rigid)?;
         let mut sections = self.sections(index)?;
-        let bearing_at = [shaft.overhang, shaft.overhang + shaft.span];
-        let gear_at = shaft.overhang + shaft.gear_position * shaft.span;
         if let Some(hub) = body.hub {
-            let ends = hub_ends(hub, index + 1, gear_at, bearing_at)?;
+            let bearings = [0, 1].map(|number| shaft.bearings[number].0);
+            let ends = hub_ends(hub, index + 1, shaft.gears[0].at, bearings)?;
             sections = ShaftSection::thickened(&sections, ends, hub.diameter);
         }
-        let end = Disc {
-            polar_inertia: shaft.end_inertia,
-            ..Disc::default()
-        };
-        let name = ["pinion", "wheel"][index].to_owned();
-        let gear = TrainGear {
-            name: name.clone(),
-            at: gear_at,
-            teeth: gears.teeth[index],
-            internal: false,
-            module: gears.module,
-            pressure_angle: gears.pressure_angle,
-            helix_angle: [1.0, -1.0][index] * gears.helix_angle,
-            width: gears.face_width,
-            body: body.rigid,
-            loose: None,
-        };
-        let across = if index == 0 { 0.0 } else { gears.centre_distance()? };
-        Ok(TrainShaft {
-            name,
-            origin: [across, 0.0, -gear_at],
-            direction: [0.0, 0.0, 1.0],
-            sections,
-            element: None,
-            motion: Motion::All,
-            discs: vec![(0.0, end)],
-            gears: vec![gear],
-            bearings: bearing_at.into_iter().zip(shaft.bearings).collect(),
-            torque_at: 0.0,
-            output: [0.0, 1.0][index],
-            drag: shaft.drag,
-        })
+        Ok(TrainShaft { sections, ..shaft })
     }
 
     /// The sections of a shaft without its hub, each in equal elements.

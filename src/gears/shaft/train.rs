@@ -15,6 +15,7 @@ mod housing;
 mod loads;
 mod mesh;
 mod nodes;
+mod outputs;
 mod planetary;
 mod ratio;
 mod size;
@@ -31,6 +32,7 @@ pub use housing::{Housing, HousingError, HousingJoint, HousingNode, HousingPoint
 pub use mesh::{DrawnLaw, MeshLaw, TrainMesh};
 pub use planetary::{Planet, PlanetarySet, phase_of_planet};
 
+use super::assembly::Freedom;
 use super::disc::Disc;
 use super::drive::{Bearing, Drag};
 use super::error::ShaftError;
@@ -127,6 +129,8 @@ pub struct ShaftSection {
 pub enum Motion {
     /// All six.
     All,
+    /// The rotation about its axis, and x and y.
+    Translation,
     /// The rotation about its axis; mounts are rigid.
     Rotation,
     /// All but the rotation, which is held where torques would act.
@@ -138,12 +142,21 @@ pub enum Motion {
 impl Motion {
     /// Whether the shaft may turn.
     fn turns(self) -> bool {
-        matches!(self, Self::All | Self::Rotation)
+        matches!(self, Self::All | Self::Translation | Self::Rotation)
+    }
+
+    /// What is held everywhere, beside the rotation.
+    fn held(self) -> &'static [Freedom] {
+        match self {
+            Self::All | Self::Lateral => &[],
+            Self::Translation => &Freedom::ALL[2..5],
+            Self::Rotation | Self::None => &Freedom::ALL[..5],
+        }
     }
 
     /// Whether it may move otherwise.
     fn yields(self) -> bool {
-        matches!(self, Self::All | Self::Lateral)
+        self.held().len() < 5
     }
 }
 

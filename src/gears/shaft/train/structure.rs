@@ -2,13 +2,13 @@
 
 use super::contacts::{FlankTerms, Terms};
 use super::nodes::Assembled;
+use super::outputs::{BearingTerms, place_motions};
 use super::solved::Solved;
 use super::speeds::{Layout, sense};
 use super::{GearPlace, MeshLaw, TrainDrive, TrainError};
 use crate::shaft::assembly::{AssembledMatrices, Freedom};
 use crate::shaft::error::{ShaftError, positive};
 use crate::shaft::modes::{Modes, orientation};
-use crate::shaft::pair::{BearingTerms, modal_damping, place_motions};
 use crate::shaft::projection;
 use crate::structure::{
     BearingGain, ContactLaw, ModalStructure, ModeCount, MotionKind, StructureContact, TorqueGain,
@@ -61,7 +61,7 @@ impl TrainDrive {
         }
         let solution = Modes::lowest(&matrices.mass, &matrices.stiffness, modes, rigid)
             .map_err(|error| self.not_held(error, &matrices, &assembled))?;
-        let mut damping = modal_damping(self.damping, &self.damping_overrides, modes, rigid)?;
+        let mut damping = self.modal_damping(modes, rigid)?;
         let neutral = self.neutral(&layout, &assembled, (&matrices, &solution), rigid);
         let bearings = BearingTerms::of_supports(&matrices, assembled.supports.iter().cloned());
         let with_shapes = BearingTerms::with_shapes(&bearings, &matrices, &solution)?;
@@ -95,6 +95,30 @@ impl TrainDrive {
             projection::coupling(&matrices, &solution, settle);
         release_neutral(&mut structure);
         Ok(structure.truncated(retained, mta)?)
+    }
+
+    /// Damping ratios of modes, of which the `rigid` first have none.
+    fn modal_damping(&self, modes: usize, rigid: usize) -> Result<Vec<f64>, ShaftError> {
+        let overrides = &self.damping_overrides;
+        let ratios = overrides.iter().map(|&(_, ratio)| ratio);
+        for ratio in std::iter::once(self.damping).chain(ratios) {
+            if !(0.0..1.0).contains(&ratio) {
+                return Err(ShaftError::DampingRatio { ratio });
+            }
+        }
+        let mut damping = vec![self.damping; modes];
+        damping[..rigid].fill(0.0);
+        for &(mode, ratio) in overrides {
+            if mode <= rigid || mode > modes {
+                return Err(ShaftError::DampingOverride {
+                    mode,
+                    first: rigid + 1,
+                    last: modes,
+                });
+            }
+            damping[mode - 1] = ratio;
+        }
+        Ok(damping)
     }
 
     /// Which shaft, or loose gear against its shaft, moves in rigid motions that should not be there.
