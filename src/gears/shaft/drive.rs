@@ -1,7 +1,7 @@
 //! The description of a drive: two parallel shafts, bearings, gear bodies.
 
 use super::assembly::{Assembly, Freedom};
-use super::body::GearBody;
+use super::disc::Disc;
 use super::error::{ShaftError, non_negative, positive};
 use super::rolling::{Ring, RollingBearing};
 use crate::gear::GearPair;
@@ -83,6 +83,9 @@ pub struct Bearing {
     /// Rolling contacts beside these springs; of trains alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rolling: Option<RollingBearing>,
+    /// What it stands on, where that is neither the ground nor a housing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pedestal: Option<Pedestal>,
 }
 
 /// What a bearing of the `pedestal` tier stands on: a mass that may move along and across the
@@ -95,6 +98,27 @@ pub struct Pedestal {
     pub y: f64,
     /// Its mass \[kg\].
     pub mass: f64,
+}
+
+impl Pedestal {
+    /// Adds its node to an assembly.
+    pub(super) fn add(self, assembly: &mut Assembly) -> Result<usize, ShaftError> {
+        let Self { x, y, mass } = self;
+        positive("pedestal stiffness along the line of centres [N/m]", x)?;
+        positive("pedestal stiffness across the line of centres [N/m]", y)?;
+        positive("pedestal mass [kg]", mass)?;
+        let node = assembly.add_node();
+        for &freedom in &Freedom::ALL[2..] {
+            assembly.fix(node, freedom)?;
+        }
+        assembly.add_spring(node, [x, y, 0.0, 0.0, 0.0, 0.0])?;
+        let body = Disc {
+            mass,
+            ..Disc::default()
+        };
+        assembly.add_disc(node, body)?;
+        Ok(node)
+    }
 }
 
 /// Which motions of a shaft a model releases beside its rotation.
@@ -175,31 +199,6 @@ pub(super) fn check(
         shaft.check_held(number, released)?;
     }
     Ok(())
-}
-
-/// The gear body on one of the two shafts.
-pub(super) fn gear_body(
-    gears: &GearPair,
-    shafts: &[Shaft; 2],
-    density: f64,
-    index: usize,
-) -> Result<GearBody, ShaftError> {
-    GearBody::new(gears, index, shafts[index].diameter, density)
-}
-
-/// Speed of a shaft about z, right-handed, in units of the pinion's: the wheel runs the other
-/// way. 0 where gyroscopic moments are not asked for.
-pub(super) fn turning(gears: &GearPair, index: usize, gyroscopic: bool) -> f64 {
-    match (gyroscopic, index) {
-        (false, _) => 0.0,
-        (true, 0) => 1.0,
-        (true, _) => -wheel_speed(gears),
-    }
-}
-
-/// Speed of the wheel in its own sense of running, in units of the pinion's.
-pub(super) fn wheel_speed(gears: &GearPair) -> f64 {
-    f64::from(gears.teeth[0]) / f64::from(gears.teeth[1])
 }
 
 impl Bearing {

@@ -9,11 +9,11 @@ mod drive;
 mod error;
 mod flexible;
 mod modes;
-mod pair;
 mod projection;
 mod rigid;
 mod rolling;
 mod train;
+mod two_shafts;
 
 pub use assembly::{AssembledMatrices, Assembly, CouplingMatrices, Freedom, NODE_FREEDOMS};
 pub use beam::{BeamElement, ELEMENT_FREEDOMS, ElementMatrix, Material, Section};

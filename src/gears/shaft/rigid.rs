@@ -6,11 +6,11 @@
 //! matrices are those of the flexible drive, reduced to rigid motions of the shafts. A tier is
 //! what is released of them.
 
-use super::assembly::{Assembly, Freedom};
 use super::disc::Disc;
-use super::drive::{self, Pedestal, Released, Shaft, Support};
-use super::error::{ShaftError, positive};
-use super::pair::{PairedShafts, ShaftNodes};
+use super::drive::{self, Pedestal, Released, Shaft};
+use super::error::ShaftError;
+use super::train::{Motion, TrainDrive, TrainShaft};
+use super::two_shafts::TwoShafts;
 use crate::gear::GearPair;
 use crate::structure::ModalStructure;
 use strum::IntoStaticStr;
@@ -100,106 +100,42 @@ impl RigidDrive {
     ) -> Result<ModalStructure, ShaftError> {
         let released = self.tier.released();
         drive::check(&self.gears, &self.shafts, self.density, released)?;
-        let mut assembly = Assembly::new();
-        let shafts = [
-            self.add_shaft(&mut assembly, 0)?,
-            self.add_shaft(&mut assembly, 1)?,
-        ];
-        let paired = PairedShafts {
+        self.train()?.modes(modes, retained, mta)
+    }
+
+    /// The drive as a train, the middles of its gear bodies in one plane.
+    fn train(&self) -> Result<TrainDrive, ShaftError> {
+        let pair = TwoShafts {
             gears: &self.gears,
-            shafts,
+            shafts: &self.shafts,
+            density: self.density,
             damping: self.damping,
             damping_overrides: &self.damping_overrides,
-            drag: [0, 1].map(|index| self.shafts[index].drag),
+            gyroscopic: self.gyroscopic,
         };
-        paired.modes(&assembly, modes, retained, mta)
+        Ok(pair.train([self.shaft(&pair, 0)?, self.shaft(&pair, 1)?]))
     }
 
-    /// Adds one shaft with bearings, gear body and end inertia.
-    fn add_shaft(&self, assembly: &mut Assembly, index: usize) -> Result<ShaftNodes, ShaftError> {
-        let shaft = &self.shafts[index];
-        let gear = assembly.add_node();
-        let held: &[Freedom] = match self.tier.released() {
-            Released::Rotation => &Freedom::ALL[..5],
-            Released::Translation => &[Freedom::Z, Freedom::RotationX, Freedom::RotationY],
-            Released::All => &[],
+    /// One shaft, its places counted from its gear.
+    fn shaft(&self, pair: &TwoShafts, index: usize) -> Result<TrainShaft, ShaftError> {
+        let own = &self.shafts[index];
+        let first_bearing = -own.gear_position * own.span;
+        let mut shaft = pair.shaft(index, first_bearing, pair.body(index)?.whole)?;
+        let length = own.span + own.overhang;
+        let rod = Disc::annulus(own.diameter, own.inner_diameter, length, self.density)?;
+        let middle = first_bearing + 0.5 * (own.span - own.overhang);
+        shaft.discs.push((middle, rod));
+        shaft.motion = match self.tier {
+            Tier::Torsional => Motion::Rotation,
+            Tier::Translational => Motion::Translation,
+            Tier::Tilting | Tier::Pedestal => Motion::All,
         };
-        for &freedom in held {
-            assembly.fix(gear, freedom)?;
-        }
-        let mut at = |station: f64| {
-            assembly.add_carried_node(gear, station - shaft.gear_position * shaft.span)
-        };
-        let end = at(-shaft.overhang)?;
-        let middle = at(0.5 * (shaft.span - shaft.overhang))?;
-        let bearings = [at(0.0)?, at(shaft.span)?];
-
-        assembly.turn(drive::turning(&self.gears, index, self.gyroscopic));
-        let body = drive::gear_body(&self.gears, &self.shafts, self.density, index)?;
-        assembly.add_disc(gear, body.whole)?;
-        let length = shaft.span + shaft.overhang;
-        let rod = Disc::annulus(shaft.diameter, shaft.inner_diameter, length, self.density)?;
-        assembly.add_disc(middle, rod)?;
-        assembly.add_polar_inertia(end, shaft.end_inertia)?;
-        assembly.add_drag(end, None, shaft.drag.viscous)?;
-
-        let supports = [
-            self.add_support(assembly, [index, 0], bearings[0])?,
-            self.add_support(assembly, [index, 1], bearings[1])?,
-        ];
-        Ok(ShaftNodes {
-            end,
-            gear,
-            supports,
-            torsion: None,
-        })
-    }
-
-    /// Adds a bearing between a node of its shaft and its pedestal. `place` is `[shaft, bearing]`.
-    fn add_support(
-        &self,
-        assembly: &mut Assembly,
-        place: [usize; 2],
-        node: usize,
-    ) -> Result<Support, ShaftError> {
-        let stiffness = self.shafts[place[0]].bearings[place[1]];
-        let pedestal = self.add_pedestal(assembly, place)?;
-        Support::add(assembly, node, Some(pedestal), stiffness)
-    }
-
-    /// Adds what a bearing stands on: a pedestal, or the ground.
-    fn add_pedestal(
-        &self,
-        assembly: &mut Assembly,
-        place: [usize; 2],
-    ) -> Result<usize, ShaftError> {
-        let node = assembly.add_node();
-        let pedestal = match self.tier {
-            Tier::Pedestal => {
-                let pedestals = self.pedestals.ok_or(ShaftError::NoPedestals)?;
-                Some(pedestals[place[0]][place[1]])
+        if self.tier == Tier::Pedestal {
+            let pedestals = self.pedestals.ok_or(ShaftError::NoPedestals)?;
+            for ((_, bearing), pedestal) in shaft.bearings.iter_mut().zip(pedestals[index]) {
+                bearing.pedestal = Some(pedestal);
             }
-            Tier::Torsional | Tier::Translational | Tier::Tilting => None,
-        };
-        let held = match pedestal {
-            Some(_) => &Freedom::ALL[2..],
-            None => &Freedom::ALL[..],
-        };
-        for &freedom in held {
-            assembly.fix(node, freedom)?;
         }
-        if let Some(Pedestal { x, y, mass }) = pedestal {
-            positive("pedestal stiffness along the line of centres [N/m]", x)?;
-            positive("pedestal stiffness across the line of centres [N/m]", y)?;
-            positive("pedestal mass [kg]", mass)?;
-            assembly.add_spring(node, [x, y, 0.0, 0.0, 0.0, 0.0])?;
-            let pedestal_body = Disc {
-                mass,
-                transverse_inertia: 0.0,
-                polar_inertia: 0.0,
-            };
-            assembly.add_disc(node, pedestal_body)?;
-        }
-        Ok(node)
+        Ok(shaft)
     }
 }

@@ -15,6 +15,7 @@ mod housing;
 mod loads;
 mod mesh;
 mod nodes;
+mod outputs;
 mod planetary;
 mod ratio;
 mod size;
@@ -31,6 +32,7 @@ pub use housing::{Housing, HousingError, HousingJoint, HousingNode, HousingPoint
 pub use mesh::{DrawnLaw, MeshLaw, TrainMesh};
 pub use planetary::{Planet, PlanetarySet, phase_of_planet};
 
+use super::assembly::Freedom;
 use super::disc::Disc;
 use super::drive::{Bearing, Drag};
 use super::error::ShaftError;
@@ -90,7 +92,7 @@ pub struct TrainShaft {
     pub direction: [f64; 3],
     /// Its sections, one behind the other; none for a rigid body.
     pub sections: Vec<ShaftSection>,
-    /// Longest beam element \[m\]; none: the section's outer diameter.
+    /// Longest beam element \[m\] of sections that give none; none: the section's outer diameter.
     pub element: Option<f64>,
     /// Which of its motions are free.
     pub motion: Motion,
@@ -117,6 +119,9 @@ pub struct ShaftSection {
     pub outer: f64,
     /// Inner diameter \[m\].
     pub inner: f64,
+    /// Longest beam element \[m\]; none: that of the shaft.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub element: Option<f64>,
 }
 
 /// Which motions of a shaft are free.
@@ -124,6 +129,8 @@ pub struct ShaftSection {
 pub enum Motion {
     /// All six.
     All,
+    /// The rotation about its axis, and x and y.
+    Translation,
     /// The rotation about its axis; mounts are rigid.
     Rotation,
     /// All but the rotation, which is held where torques would act.
@@ -135,12 +142,21 @@ pub enum Motion {
 impl Motion {
     /// Whether the shaft may turn.
     fn turns(self) -> bool {
-        matches!(self, Self::All | Self::Rotation)
+        matches!(self, Self::All | Self::Translation | Self::Rotation)
+    }
+
+    /// What is held everywhere, beside the rotation.
+    fn held(self) -> &'static [Freedom] {
+        match self {
+            Self::All | Self::Lateral => &[],
+            Self::Translation => &Freedom::ALL[2..5],
+            Self::Rotation | Self::None => &Freedom::ALL[..5],
+        }
     }
 
     /// Whether it may move otherwise.
     fn yields(self) -> bool {
-        matches!(self, Self::All | Self::Lateral)
+        self.held().len() < 5
     }
 }
 
@@ -460,6 +476,29 @@ impl TrainShaft {
 }
 
 impl ShaftSection {
+    /// Sections with another outer diameter \[m\] between two places, as a hub gives them.
+    pub fn thickened(sections: &[Self], [from, to]: [f64; 2], outer: f64) -> Vec<Self> {
+        let near = 1e-9 * sections.iter().map(|section| section.length).sum::<f64>();
+        let mut end = 0.0;
+        let cut = sections.iter().flat_map(|section| {
+            let start = end;
+            end += section.length;
+            let [from, to] = [from, to].map(|at| at.clamp(start, end));
+            let parts = [
+                (from - start, section.outer),
+                (to - from, outer),
+                (end - to, section.outer),
+            ];
+            let parts = parts.into_iter().filter(move |(length, _)| *length > near);
+            parts.map(|(length, outer)| Self {
+                length,
+                outer,
+                ..*section
+            })
+        });
+        cut.collect()
+    }
+
     /// Which of the sections of a shaft is at a place, the thicker one where two meet.
     pub fn at(sections: &[Self], at: f64) -> Option<&Self> {
         let mut end = 0.0;

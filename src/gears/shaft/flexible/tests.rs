@@ -2,8 +2,10 @@ mod coupling;
 
 use super::*;
 use crate::gear::{GearPair, ToothForm};
-use crate::shaft::pair::RIGID_MODES;
+use crate::shaft::beam::Section;
 use crate::shaft::{Bearing, Disc, Drag, Shaft};
+
+const RIGID_MODES: usize = 2;
 
 pub(in crate::shaft) fn drive() -> FlexibleDrive {
     let bearing = |axial| Bearing {
@@ -143,27 +145,6 @@ fn hubs_stiffen_and_weigh_what_they_did() {
         let off = thin.frequency[mode] / none.frequency[mode] - 1.0;
         assert!(off.abs() < 1e-5, "mode {mode}: {off:e}");
     }
-}
-
-/// Wherever its ends fall among the nodes, a hub gives the same modes.
-#[test]
-fn hub_ends_become_stations() {
-    let mut stations = vec![0.0, 1.0, 2.0, 3.0];
-    put_between(&mut stations, 0, 1.1);
-    assert_eq!(stations, [0.0, 1.1, 2.0, 3.0]);
-    put_between(&mut stations, 0, 2.5);
-    assert_eq!(stations, [0.0, 1.1, 2.0, 2.5, 3.0]);
-    // The first and the last stay where they are.
-    put_between(&mut stations, 1, 1.2);
-    assert_eq!(stations, [0.0, 1.1, 1.2, 2.0, 2.5, 3.0]);
-    put_between(&mut stations, 0, 2.99);
-    assert_eq!(stations, [0.0, 1.1, 1.2, 2.0, 2.5, 2.99, 3.0]);
-    put_between(&mut stations, 0, 0.0);
-    put_between(&mut stations, 0, 3.0);
-    assert_eq!(stations.len(), 7);
-    let mut behind = vec![0.0, 1.0, 2.0, 3.0];
-    put_between(&mut behind, 0, 1.9);
-    assert_eq!(behind, [0.0, 1.0, 1.9, 3.0]);
 }
 
 /// A hub that reaches beyond a bearing is refused, and told how long it may be: twice the way to the nearer one.
@@ -358,41 +339,88 @@ fn unphysical_drives_are_refused() {
     }
 }
 
-/// Held by its bearings alone, each shaft passes the mesh force on to them: their sum is the
-/// force on the gear, `−F n` on the pinion and `+F n` on the wheel, whatever the torques do.
+/// What flanks and friction do to the modes is what forces do to shafts on four bearings, by hand.
+///
+/// The drive flanks push the pinion along `−(sin α, cos α, −tan β_b)`, where α is that of the transverse section. Friction
+/// pushes it along `(cos α, −sin α, 0)`. The coast flanks are the image across the line of centres. All forces stand at the pitch
+/// point, and the wheel bears the opposite ones.
 #[test]
-fn bearing_forces_balance_the_mesh_force() {
-    let drive = drive();
+fn bearings_bear_the_forces_of_flanks_and_friction() {
     let all = 2 * 9 * 6;
-    let structure = drive.modes(all, all, true).unwrap();
-    // Static equilibrium under a unit load: ω² q = torque − mesh.
-    let displacement = |i: usize| {
-        let omega = structure.frequency[i];
-        (structure.torque[i] - structure.mesh[i]) / (omega * omega)
-    };
-    let force =
-        |gain: &[f64]| -> f64 { (RIGID_MODES..all).map(|i| gain[i] * displacement(i)).sum() };
-    let names: Vec<&str> = structure.bearings.iter().map(|b| b.name.as_str()).collect();
-    assert_eq!(
-        names[..4],
-        ["pinion 1 x", "pinion 1 y", "pinion 1 axial", "pinion 2 x"]
-    );
-    // Only the first bearing locates a shaft.
-    assert_eq!(names.len(), 10);
-    let (sin, cos) = drive.gears.pressure_angle.sin_cos();
-    for (shaft, sign) in [("pinion", -1.0), ("wheel", 1.0)] {
-        for (direction, exact) in [("x", sin), ("y", cos), ("axial", 0.0)] {
-            let felt = structure.bearings.iter().filter(|bearing| {
-                bearing.name.starts_with(shaft) && bearing.name.ends_with(direction)
-            });
-            let sum: f64 = felt.map(|bearing| force(&bearing.gain)).sum();
-            assert!(
-                (sum - sign * exact).abs() < 1e-7,
-                "{shaft} {direction}: {sum}"
-            );
+    for (helix, face_middle) in [(0.0, 0.0), (0.3, 2e-3), (-0.3, -3e-3)] {
+        let mut drive = drive();
+        drive.gears.helix_angle = helix;
+        drive.gears.form.face_middle = face_middle;
+        // Only the first bearing locates a shaft, and none holds a tilt.
+        for bearing in drive
+            .shafts
+            .iter_mut()
+            .flat_map(|shaft| &mut shaft.bearings)
+        {
+            bearing.tilt = 0.0;
         }
-    }
-    for bearing in &structure.bearings {
-        assert_eq!(bearing.gain[..RIGID_MODES], [0.0, 0.0]);
+        let structure = drive.modes(all, all, true).unwrap();
+        let names: Vec<&str> = structure.bearings.iter().map(|b| b.name.as_str()).collect();
+        assert_eq!(
+            names[..5],
+            [
+                "pinion 1 x",
+                "pinion 1 y",
+                "pinion 1 axial",
+                "pinion 2 x",
+                "pinion 2 y"
+            ]
+        );
+        assert_eq!(names.len(), 10);
+        for bearing in &structure.bearings {
+            assert_eq!(bearing.gain[..RIGID_MODES], [0.0, 0.0]);
+        }
+        let alpha = (20f64.to_radians().tan() / helix.cos()).atan();
+        let (sin, cos) = alpha.sin_cos();
+        let thrust = helix.tan() * cos;
+        let radii = drive.gears.pitch_radii();
+        let span = drive.shafts[0].span;
+        let mid = 0.4 * span + face_middle;
+        // By a force on the pinion at the pitch point: what its bearings bear and what those of the wheel bear.
+        let borne = |[x, y, z]: [f64; 3]| {
+            let shaft = |sign: f64, arm: f64| {
+                let [x, y, z] = [sign * x, sign * y, sign * z];
+                let second = [(mid * x - arm * z) / span, mid * y / span];
+                [x - second[0], y - second[1], z, second[0], second[1]]
+            };
+            [shaft(1.0, radii[0]), shaft(-1.0, -radii[1])].concat()
+        };
+        // As the point moves along the face, the transverse part moves with it.
+        let turned = |[x, y]: [f64; 2]| {
+            let pinion = [-x / span, -y / span, 0.0, x / span, y / span];
+            [pinion, pinion.map(|force| -force)].concat()
+        };
+        let coast = structure.coast.as_ref().unwrap();
+        let drive_flank = [
+            (&structure.mesh, borne([sin, cos, -thrust])),
+            (&structure.mesh_tilt, turned([sin, cos])),
+            (&structure.friction, borne([cos, -sin, 0.0])),
+            (&structure.friction_lever, vec![0.0; 10]),
+        ];
+        let coast_flank = [
+            (&coast.mesh, borne([-sin, cos, -thrust])),
+            (&coast.tilt, turned([-sin, cos])),
+            (&coast.friction, borne([-cos, -sin, 0.0])),
+            (&coast.lever, vec![0.0; 10]),
+        ];
+        for (number, (column, expected)) in drive_flank.iter().chain(&coast_flank).enumerate() {
+            // ω² q = w, the static answer to a unit load.
+            for (bearing, expected) in structure.bearings.iter().zip(expected) {
+                let force: f64 = (RIGID_MODES..all)
+                    .map(|i| bearing.gain[i] * column[i] / structure.frequency[i].powi(2))
+                    .sum();
+                let scale = 1.0 + expected.abs();
+                assert!(
+                    (force - expected).abs() < 1e-7 * scale,
+                    "{helix} {number} {}: {force} {expected}",
+                    bearing.name
+                );
+            }
+        }
     }
 }

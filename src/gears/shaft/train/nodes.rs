@@ -6,7 +6,6 @@ use crate::shaft::assembly::{Assembly, Freedom};
 use crate::shaft::beam::{Material, Section};
 use crate::shaft::drive::Support;
 use crate::shaft::error::ShaftError;
-use crate::shaft::pair::Torsion;
 use std::collections::BTreeSet;
 
 /// A train in an assembly.
@@ -74,9 +73,11 @@ impl TrainDrive {
             for (number, (at, bearing)) in (1..).zip(&shaft.bearings) {
                 let axis = &layout.axes[index];
                 let base = joined.and_then(|own| own.node_under([index, number - 1]));
-                let base = base
-                    .map(|node| assembly.add_turned_node(node, axis.components()))
-                    .transpose()?;
+                let base = match (base, bearing.pedestal) {
+                    (Some(node), _) => Some(assembly.add_turned_node(node, axis.components())?),
+                    (None, Some(pedestal)) => Some(pedestal.add(&mut assembly)?),
+                    (None, None) => None,
+                };
                 let support = Support::add(&mut assembly, nodes.at(*at), base, *bearing)?;
                 supports.push((format!("{} {number}", shaft.name), support));
             }
@@ -266,14 +267,32 @@ impl TrainDrive {
             return Ok((node, None));
         };
         // Its bearing is as rigid as the mounts of the shaft.
-        if !self.shafts[place.shaft].motion.yields() {
-            for freedom in &Freedom::ALL[..5] {
-                assembly.fix(node, *freedom)?;
-            }
+        for freedom in self.shafts[place.shaft].motion.held() {
+            assembly.fix(node, *freedom)?;
         }
         let support = Support::add(assembly, node, Some(on), loose.bearing)?;
         assembly.add_drag(node, Some(on), loose.drag.viscous)?;
         Ok((node, Some(support)))
+    }
+}
+
+/// What twists between two nodes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Torsion {
+    pub nodes: [usize; 2],
+    /// \[N m/rad\]
+    pub stiffness: f64,
+}
+
+impl Torsion {
+    /// Torque from the first node to the second, counted in the sense of running.
+    pub fn terms(&self, sense: f64) -> Vec<(usize, Freedom, f64)> {
+        let [from, to] = self.nodes;
+        let stiffness = sense * self.stiffness;
+        vec![
+            (from, Freedom::RotationZ, stiffness),
+            (to, Freedom::RotationZ, -stiffness),
+        ]
     }
 }
 
@@ -289,7 +308,7 @@ fn rigid(
     for disc in bodies.chain(gears.map(|gear| &gear.body)) {
         inertia += match shaft.motion {
             Motion::Rotation => disc.polar_inertia,
-            Motion::All | Motion::Lateral | Motion::None => disc.mass,
+            Motion::All | Motion::Translation | Motion::Lateral | Motion::None => disc.mass,
         };
     }
     if inertia == 0.0 && shaft.motion != Motion::None {
@@ -324,15 +343,13 @@ impl ShaftNodes {
 
     /// Fixes what may not move.
     fn fix(&self, assembly: &mut Assembly, shaft: &TrainShaft) -> Result<(), ShaftError> {
-        if !shaft.motion.yields() {
-            for node in self.own.clone() {
-                for freedom in &Freedom::ALL[..5] {
-                    assembly.fix(node, *freedom)?;
-                }
+        for node in self.own.clone() {
+            for freedom in shaft.motion.held() {
+                assembly.fix(node, *freedom)?;
             }
         }
         let held = match shaft.motion {
-            Motion::All | Motion::Rotation => return Ok(()),
+            Motion::All | Motion::Translation | Motion::Rotation => return Ok(()),
             Motion::None => self.own.clone(),
             Motion::Lateral if self.own.len() > 1 => {
                 let node = self.at(shaft.torque_at);

@@ -30,7 +30,8 @@ pub(super) struct Stretch {
 impl TrainShaft {
     /// Longest beam element of a section \[m\].
     fn longest_element(&self, section: usize) -> f64 {
-        self.element.unwrap_or(self.sections[section].outer)
+        let own = &self.sections[section];
+        own.element.or(self.element).unwrap_or(own.outer)
     }
 
     /// The stretches of a flexible shaft with nodes at these `places` \[m\], ascending.

@@ -9,7 +9,7 @@ use crate::structure::FlankParticipation;
 pub(super) struct Solved<'a> {
     pub matrices: &'a AssembledMatrices,
     pub modes: &'a Modes,
-    /// Sign of each elastic mode.
+    /// Sign of each mode behind the neutral rotation.
     pub signs: Vec<f64>,
     /// The neutral rotation in the rigid modes, a unit vector.
     pub neutral: Vec<f64>,
@@ -41,9 +41,8 @@ impl Solved<'_> {
     }
 
     /// Turns the rigid modes so that the first is the neutral rotation, by a Householder
-    /// reflection, and gives elastic modes their signs.
+    /// reflection, and gives the other modes their signs.
     pub fn settle(&self, column: &mut [f64]) {
-        let rigid = self.neutral.len();
         let side = if self.neutral[0] > 0.0 { -1.0 } else { 1.0 };
         let mut normal = self.neutral.clone();
         normal[0] -= side;
@@ -54,7 +53,7 @@ impl Solved<'_> {
         }
         // The reflection sends the neutral rotation to `side` times the first axis.
         column[0] *= side;
-        for (value, sign) in column[rigid..].iter_mut().zip(&self.signs) {
+        for (value, sign) in column[1..].iter_mut().zip(&self.signs) {
             *value *= sign;
         }
     }

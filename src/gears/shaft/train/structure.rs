@@ -2,13 +2,13 @@
 
 use super::contacts::{FlankTerms, Terms};
 use super::nodes::Assembled;
+use super::outputs::{BearingTerms, place_motions};
 use super::solved::Solved;
 use super::speeds::{Layout, sense};
 use super::{GearPlace, MeshLaw, TrainDrive, TrainError};
 use crate::shaft::assembly::{AssembledMatrices, Freedom};
 use crate::shaft::error::{ShaftError, positive};
 use crate::shaft::modes::{Modes, orientation};
-use crate::shaft::pair::{BearingTerms, modal_damping, place_motions};
 use crate::shaft::projection;
 use crate::structure::{
     BearingGain, ContactLaw, ModalStructure, ModeCount, MotionKind, StructureContact, TorqueGain,
@@ -61,7 +61,7 @@ impl TrainDrive {
         }
         let solution = Modes::lowest(&matrices.mass, &matrices.stiffness, modes, rigid)
             .map_err(|error| self.not_held(error, &matrices, &assembled))?;
-        let mut damping = modal_damping(self.damping, &self.damping_overrides, modes, rigid)?;
+        let mut damping = self.modal_damping(modes, rigid)?;
         let neutral = self.neutral(&layout, &assembled, (&matrices, &solution), rigid);
         let bearings = BearingTerms::of_supports(&matrices, assembled.supports.iter().cloned());
         let with_shapes = BearingTerms::with_shapes(&bearings, &matrices, &solution)?;
@@ -69,13 +69,19 @@ impl TrainDrive {
         let mut solved = Solved {
             matrices: &matrices,
             modes: &with_shapes,
-            signs: vec![1.0; modes - rigid],
+            signs: vec![1.0; modes - 1],
             neutral,
         };
         let angle = self.pair.operating_pressure_angle()?;
-        let flanks = self.flanks(self.gears, (&layout.meshes[0], angle), &layout, &assembled);
+        let mut first = layout.meshes[0];
+        first.point += first.pitch_line * self.pair.form.face_middle;
+        let flanks = self.flanks(self.gears, (&first, angle), &layout, &assembled);
         let drive = solved.participation(&flanks[0].mesh);
-        solved.signs = orientation(&drive[..modes], rigid, &solution);
+        let turning = drive[1..rigid]
+            .iter()
+            .map(|felt| if *felt < 0.0 { -1.0 } else { 1.0 });
+        let elastic = orientation(&drive[..modes], rigid, &solution);
+        solved.signs = turning.chain(elastic).collect();
         let gains = BearingTerms::gains(
             &bearings,
             &with_shapes,
@@ -89,6 +95,30 @@ impl TrainDrive {
             projection::coupling(&matrices, &solution, settle);
         release_neutral(&mut structure);
         Ok(structure.truncated(retained, mta)?)
+    }
+
+    /// Damping ratios of modes, of which the `rigid` first have none.
+    fn modal_damping(&self, modes: usize, rigid: usize) -> Result<Vec<f64>, ShaftError> {
+        let overrides = &self.damping_overrides;
+        let ratios = overrides.iter().map(|&(_, ratio)| ratio);
+        for ratio in std::iter::once(self.damping).chain(ratios) {
+            if !(0.0..1.0).contains(&ratio) {
+                return Err(ShaftError::DampingRatio { ratio });
+            }
+        }
+        let mut damping = vec![self.damping; modes];
+        damping[..rigid].fill(0.0);
+        for &(mode, ratio) in overrides {
+            if mode <= rigid || mode > modes {
+                return Err(ShaftError::DampingOverride {
+                    mode,
+                    first: rigid + 1,
+                    last: modes,
+                });
+            }
+            damping[mode - 1] = ratio;
+        }
+        Ok(damping)
     }
 
     /// Which shaft, or loose gear against its shaft, moves in rigid motions that should not be there.

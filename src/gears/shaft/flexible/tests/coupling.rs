@@ -2,7 +2,6 @@
 
 use super::*;
 use crate::numerics::linalg::symmetric_eigen;
-use crate::shaft::drive::turning;
 use crate::shaft::{RigidDrive, Tier};
 use crate::structure::Coupling;
 use faer::Mat;
@@ -167,15 +166,6 @@ fn the_gyroscopic_matrix_is_skew_and_sparse() {
     }
     // Modes bend one shaft in one plane: at most a quarter of all pairs can couple.
     assert!(felt > 0 && felt <= MODES * MODES / 4, "{felt}");
-}
-
-/// The wheel runs the other way, slower by the ratio of teeth.
-#[test]
-fn shafts_turn_in_their_own_sense() {
-    let gears = drive().gears;
-    assert_eq!(turning(&gears, 0, true), 1.0);
-    assert_eq!(turning(&gears, 1, true), -19.0 / 31.0);
-    assert_eq!(turning(&gears, 0, false), 0.0);
 }
 
 /// Drag `T_d` of the wheel's shaft loads the mesh by `T_d/r_b2`: the torque of the motor grows

@@ -159,6 +159,7 @@ fn section(table: &Section, issues: &mut Issues) -> Option<ShaftSection> {
         length: length?,
         outer,
         inner,
+        element: None,
     })
 }
 

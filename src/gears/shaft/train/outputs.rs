@@ -1,0 +1,137 @@
+//! What do bearings, and places that move, feel of the modes?
+
+use crate::shaft::assembly::{AssembledMatrices, Freedom};
+use crate::shaft::drive::Support;
+use crate::shaft::error::ShaftError;
+use crate::shaft::modes::Modes;
+use crate::structure::{BearingGain, MotionKind, PlaceMotion, StaticShare};
+
+/// A force on a bearing as a sum of freedoms.
+#[derive(Debug)]
+pub(super) struct BearingTerms {
+    name: String,
+    /// By displacements \[N/m\] and by velocities \[N s/m\].
+    springs: Vec<f64>,
+    dampers: Vec<f64>,
+}
+
+impl BearingTerms {
+    /// Those of every bearing, by its name, that the assembly can load, springs and dampers: along the line of
+    /// centres, across it, axially.
+    pub fn of_supports(
+        matrices: &AssembledMatrices,
+        supports: impl Iterator<Item = (String, Support)>,
+    ) -> Vec<Self> {
+        let mut all = Vec::new();
+        for (name, support) in supports {
+            let [damper_x, damper_y] = support.stiffness.damping;
+            let plane = |[x, y]: [f64; 2]| vec![(Freedom::X, x), (Freedom::Y, y)];
+            for (direction, freedom, dampers) in [
+                ("x", Freedom::X, plane(damper_x)),
+                ("y", Freedom::Y, plane(damper_y)),
+                ("axial", Freedom::Z, Vec::new()),
+            ] {
+                let springs = support.row(freedom);
+                let [springs, dampers] = [springs, dampers].map(|parts| {
+                    let terms: Vec<_> = (parts.into_iter())
+                        .filter(|&(_, value)| value != 0.0)
+                        .flat_map(|(freedom, value)| {
+                            let base = support.base.map(|node| (node, freedom, -value));
+                            std::iter::once((support.node, freedom, value)).chain(base)
+                        })
+                        .collect();
+                    matrices.functional(&terms)
+                });
+                // Nothing there, or nothing that could load it.
+                if acts(&springs) || acts(&dampers) {
+                    all.push(Self {
+                        name: format!("{name} {direction}"),
+                        springs,
+                        dampers,
+                    });
+                }
+            }
+        }
+        all
+    }
+
+    /// The modes of a solution followed by what the springs of each bearing, as a load, deflect beyond them.
+    pub fn with_shapes(
+        all: &[Self],
+        matrices: &AssembledMatrices,
+        solution: &Modes,
+    ) -> Result<Modes, ShaftError> {
+        let loads: Vec<Vec<f64>> = all.iter().map(|own| own.springs.clone()).collect();
+        solution.with_static_shapes(&matrices.mass, &matrices.stiffness, &loads)
+    }
+
+    /// The gains in a solution of `modes` modes and the static shapes behind them, one a bearing: `settle` is what
+    /// turns a participation as the solution has it into that of the structure; rotations do not load a
+    /// bearing with any of the `rigid` first. Of the static shapes a bearing feels its own.
+    pub fn gains(
+        all: &[Self],
+        solution: &Modes,
+        [modes, rigid]: [usize; 2],
+        settle: impl Fn(&mut [f64]),
+    ) -> Vec<BearingGain> {
+        (all.iter().enumerate())
+            .map(|(number, own)| {
+                let column = |functional: &[f64]| {
+                    let mut column = solution.participation(functional);
+                    settle(&mut column);
+                    column[..rigid].fill(0.0);
+                    column[modes..].fill(0.0);
+                    column
+                };
+                let mut gain = column(&own.springs);
+                if let Some(shape) = gain[modes..].get_mut(number) {
+                    *shape = 1.0;
+                }
+                BearingGain {
+                    name: own.name.clone(),
+                    gain,
+                    rate_gain: if acts(&own.dampers) { column(&own.dampers) } else { Vec::new() },
+                    left_out: StaticShare::default(),
+                }
+            })
+            .collect()
+    }
+}
+
+fn acts(force: &[f64]) -> bool {
+    force.iter().any(|&coefficient| coefficient != 0.0)
+}
+
+/// Motions of every bearing's place on its shaft and on what it stands on, in each direction that
+/// is free, and of nodes that turn: what, its name, its node and the sense in which it runs.
+pub(super) fn place_motions(
+    matrices: &AssembledMatrices,
+    solution: &Modes,
+    supports: impl Iterator<Item = (String, Support)>,
+    turning: impl Iterator<Item = (MotionKind, String, (usize, f64))>,
+) -> Vec<PlaceMotion> {
+    const DIRECTIONS: [(&str, Freedom); 3] =
+        [("x", Freedom::X), ("y", Freedom::Y), ("axial", Freedom::Z)];
+    let places = supports.flat_map(|(name, support)| {
+        let base = support.base.map(|node| (format!("{name} base"), node));
+        std::iter::once((name, support.node)).chain(base)
+    });
+    let directions = places.flat_map(|(name, node)| {
+        DIRECTIONS.map(|(direction, freedom)| {
+            let name = format!("{name} {direction}");
+            (MotionKind::Place, name, (node, freedom, 1.0))
+        })
+    });
+    let rotations =
+        turning.map(|(kind, name, (node, sense))| (kind, name, (node, Freedom::RotationZ, sense)));
+    (directions.chain(rotations))
+        .filter_map(|(kind, name, term)| {
+            let place = matrices.functional(&[term]);
+            acts(&place).then(|| PlaceMotion {
+                name,
+                kind,
+                gain: solution.participation(&place),
+            })
+        })
+        .collect()
+}
