@@ -146,6 +146,10 @@ golden! {
         "grid.load=0.1", r#"grid.speed="1500 rpm""#, "run.transient=2", "run.cycles=8", "run.settle=false",
         "analyses.nvh={torques=true,accelerations=true}", "analyses.poincare.samples=3",
     ];
+    clutch_hysteresis: "run manifests/trains/clutch-hysteresis.toml" [
+        "grid.load=0.1", r#"grid.speed="1500 rpm""#, "run.transient=2", "run.cycles=8", "run.settle=false",
+        "analyses.nvh={torques=true}", "analyses.poincare.samples=3",
+    ];
     idle_rattle: "run manifests/trains/idle-rattle.toml" [
         r#"grid.speed="800 rpm""#, r#"grid."excitation.torque_ripple.0.amplitude"=30"#, "run.transient=3",
         "run.cycles=12", "run.settle=false", "analyses.poincare.samples=3", "analyses.lyapunov={align=2}",

@@ -292,6 +292,7 @@ fn bearings(
         damping: [[xx[i], xy[i]], [yx[i], yy[i]]],
         cross: [cross_xy[i], cross_yx[i]],
         rolling: None,
+        pedestal: None,
     }))
 }
 

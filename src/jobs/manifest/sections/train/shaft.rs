@@ -202,6 +202,7 @@ fn bearing(table: &Section, issues: &mut Issues) -> Option<Bearing> {
         damping: [[xx?, xy?], [yx?, yy?]],
         cross: [cross[0]?, cross[1]?],
         rolling: rolling?,
+        pedestal: None,
     })
 }
 
