@@ -159,7 +159,7 @@ golden! {
         "analyses.nvh={bearings=true,torques=true}", "analyses.poincare.samples=3",
     ];
     sweep: "run manifests/speed-sweep.toml" [
-        r#"model={kind="torsional"}"#, "grid.load=0.3", "grid.speed={from=1000,to=1500,count=3}",
+        r#"model={kind="torsional"}"#, "grid.load=0.3", "grid.speed={from=1100,to=1500,count=3}",
         "run.instructions=portable", "analyses.poincare.refine=2", "analyses.poincare.samples=3",
         "run.transient=40", "run.cycles=60", "continuation=",
     ];

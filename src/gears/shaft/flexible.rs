@@ -37,6 +37,11 @@ impl FlexibleDrive {
                 *gain = -*gain;
             }
         }
+        // What is called pinion or wheel is the gear, not the end where torques act.
+        if let [.., pinion_end, wheel_end, pinion, wheel] = structure.motions.as_mut_slice() {
+            pinion_end.gain.clone_from(&pinion.gain);
+            wheel_end.gain.clone_from(&wheel.gain);
+        }
         Ok(structure)
     }
 
