@@ -334,6 +334,81 @@ fn bevel_gears_have_no_mesh_table() {
     }
 }
 
+/// The drive of quickstart with hubs, once as `kind = "flexible"`, once with every part where a train has it.
+#[test]
+fn a_flexible_drive_is_a_train_of_two() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests");
+    let quickstart = std::fs::read_to_string(folder.join("quickstart.toml")).unwrap();
+    let hubs = "hub_diameter = [\"30 mm\", \"40 mm\"]\nhub_length = [\"30 mm\", \"25 mm\"]";
+    let flexible = [
+        (
+            "[\"70 mm\", \"40 mm\"]",
+            format!("[\"20 mm\", \"20 mm\"]\n{hubs}"),
+        ),
+        ("gear_position = 0.45", "gear_position = 0.5".to_owned()),
+        ("elements = [3, 5, 7]", "elements = [4, 6, 6]".to_owned()),
+    ]
+    .iter()
+    .fold(quickstart.clone(), |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replacen(from, to, 1)
+    });
+    let shaft = |[name, gear, hub]: [&str; 3], [at, outer, inertia]: [&str; 3]| {
+        format!(
+            "[[train.shaft]]\nname = \"{name}\"\norigin = [{at}, 0, 0]\nelement = \"10 mm\"\n\
+             sections = [{{ length = \"160 mm\", outer = {outer} }}]\n\
+             discs = [{{ at = 0, polar_inertia = {inertia} }}]\n\
+             gears = [{{ name = \"gear of {name}\", at = \"100 mm\", {gear}, module = \"4 mm\", width = \"20 mm\", {hub} }}]\n\
+             bearings = [\n\
+             {{ at = \"40 mm\", x = \"1.25e8 N/m\", y = \"1e8 N/m\", axial = \"1e8 N/m\", tilt = \"2e4 N*m/rad\" }},\n\
+             {{ at = \"160 mm\", x = \"1.25e8 N/m\", y = \"1e8 N/m\", tilt = \"2e4 N*m/rad\" }},\n]\n"
+        )
+    };
+    let [head, rest] = quickstart
+        .split_once("[gear]")
+        .map(<[&str; 2]>::from)
+        .unwrap();
+    let (_, tail) = rest.split_once("[mesh]").unwrap();
+    let train = format!(
+        "{}[train]\ngears = [\"gear of pinion\", \"gear of wheel\"]\nrated_torque = \"50 N*m\"\n{}{}output = 1\n[mesh]{}",
+        head.replace("kind = \"flexible\"", "kind = \"train\""),
+        shaft(
+            [
+                "pinion",
+                "teeth = 20",
+                "hub_diameter = \"30 mm\", hub_length = \"30 mm\""
+            ],
+            ["0", "\"22 mm\"", "2e-3"],
+        ),
+        shaft(
+            [
+                "wheel",
+                "teeth = 30",
+                "hub_diameter = \"40 mm\", hub_length = \"25 mm\""
+            ],
+            ["\"100 mm\"", "\"26 mm\"", "5e-3"],
+        ),
+        tail.lines()
+            .filter(|line| !line.starts_with("half_gap"))
+            .collect::<Vec<_>>()
+            .join("\n"),
+    );
+    let structure = |text: &str| build::structure(&job(text).points.at(0).model).unwrap();
+    let [one, two] = [&flexible, &train].map(|text| structure(text));
+    for (name, a, b) in [
+        ("frequency", &one.frequency, &two.frequency),
+        ("mesh", &one.mesh, &two.mesh),
+        ("torque", &one.torque, &two.torque),
+    ] {
+        let largest = b.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        let off = (a.iter().zip(b)).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+        println!("{name}: {:.1e}", off / largest);
+        assert!(off < 1e-10 * largest, "{name}: {off:e}");
+    }
+    let plain = structure(&flexible.replace(hubs, ""));
+    assert!(one.frequency[2] > 1.005 * plain.frequency[2]);
+}
+
 fn refusal(text: &str) -> String {
     match manifest::parse(text, "test.toml", Path::new("")) {
         Err(errors) => errors.to_string(),
@@ -380,6 +455,16 @@ fn bad_trains_get_one_clear_error_each() {
             "axes must be parallel (spur gears) or intersect (bevel gears)",
         ),
         ("output = 1 ", "output = 0.5 ", "add up to 0.5"),
+        (
+            r#"width = "25 mm""#,
+            r#"width = "25 mm", hub_diameter = "29 mm""#,
+            "a hub of 29 mm is not thicker than its shaft of 30 mm",
+        ),
+        (
+            r#"width = "25 mm""#,
+            r#"width = "25 mm", hub_diameter = "40 mm", hub_length = "160 mm""#,
+            "the hub is 160 mm long and reaches 25 mm beyond the sections of its shaft",
+        ),
         (
             r#"{ at = 0, x = "1.5e8 N/m", y = "1.2e8 N/m", axial = "8e7 N/m", tilt = "1e4 N*m/rad" }"#,
             r#"{ at = 0, x = "1.5e8 N/m", y = "1.2e8 N/m", tilt = "1e4 N*m/rad" }"#,

@@ -169,6 +169,13 @@ pub struct Hub {
     pub length: f64,
 }
 
+impl Hub {
+    /// Where it begins and ends about a place of its shaft \[m\].
+    pub fn ends(&self, at: f64) -> [f64; 2] {
+        [-0.5, 0.5].map(|side| at + side * self.length)
+    }
+}
+
 /// The disc between hub (or shaft) and rim, in the middle of the body.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Web {

@@ -110,7 +110,7 @@ fn hub_ends(
     gear: f64,
     bearings: [f64; 2],
 ) -> Result<[f64; 2], ShaftError> {
-    let [start, end] = [-0.5, 0.5].map(|side| gear + side * hub.length);
+    let [start, end] = hub.ends(gear);
     let round_off = 8.0 * f64::EPSILON * bearings[1];
     if start < bearings[0] - round_off || end > bearings[1] + round_off {
         return Err(ShaftError::HubBeyondBearings {

@@ -476,7 +476,7 @@ impl TrainShaft {
 }
 
 impl ShaftSection {
-    /// Sections with another outer diameter \[m\] between two places, as a hub gives them.
+    /// Sections with an outer diameter \[m\] of at least `outer` between two places, as a hub gives them.
     pub fn thickened(sections: &[Self], [from, to]: [f64; 2], outer: f64) -> Vec<Self> {
         let near = 1e-9 * sections.iter().map(|section| section.length).sum::<f64>();
         let mut end = 0.0;
@@ -486,7 +486,7 @@ impl ShaftSection {
             let [from, to] = [from, to].map(|at| at.clamp(start, end));
             let parts = [
                 (from - start, section.outer),
-                (to - from, outer),
+                (to - from, section.outer.max(outer)),
                 (end - to, section.outer),
             ];
             let parts = parts.into_iter().filter(move |(length, _)| *length > near);

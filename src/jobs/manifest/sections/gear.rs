@@ -7,7 +7,6 @@ use crate::gear::{
 };
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
-use crate::manifest::schema::draws_one_gear;
 use std::f64::consts::FRAC_PI_2;
 
 /// Widths, in thicknesses of a tooth on its reference circle, above which a face is held from widening: a usual
@@ -228,21 +227,19 @@ fn bodies(
             Some(None)
         }
     };
-    // A hub of a train is a section of its shaft.
-    let hubs = section.felt(!draws_one_gear(&section.path));
-    let diameter = optional(&hubs, issues, "hub_diameter");
-    let length = if hubs.has("hub_diameter") {
-        optional(&hubs, issues, "hub_length")
+    let diameter = optional(section, issues, "hub_diameter");
+    let length = if section.has("hub_diameter") {
+        optional(section, issues, "hub_length")
     } else {
         Some(None)
     };
     let thickness = optional(section, issues, "web_thickness");
     let rim = optional(section, issues, "rim_diameter");
-    if !hubs.has("hub_diameter") {
-        hubs.without_effect(
+    if !section.has("hub_diameter") {
+        section.without_effect(
             issues,
             &["hub_length"],
-            "without gear.hub_diameter",
+            "without hub_diameter",
             "remove it, or add hub_diameter",
         );
     }

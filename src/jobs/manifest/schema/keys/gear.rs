@@ -50,15 +50,18 @@ pub(super) const KEYS: &[Key] = &[
         .about("Axial length of the gear bodies, which may exceed the face width. It determines their mass and \
                 moments of inertia. It does not affect the flanks."),
     quantity("gear.body_length.*", Length, POSITIVE, r#""70 mm""#),
-    quantity("gear.hub_diameter", Length, POSITIVE, r#""40 mm""#).or_pair(BOTH)
+    quantity("gear.hub_diameter", Length, POSITIVE, r#""40 mm""#).on_one_gear().or_pair(BOTH)
         .otherwise("none: the gear does not stiffen the shaft")
         .about("Diameter of the hub. The hub is the part of a gear body that bends and twists with the shaft. Over \
                 the length of the hub, the shaft has this diameter. For a gear cut into its shaft, give the diameter \
                 of the root circle. For a gear shrunk or keyed on, give the diameter of its hub. Published models of \
                 this kind omit the hub, so their shafts are too soft. With kind = \"flexible\", the hub stiffens the \
-                shaft; with rigid kinds, it only adds mass."),
-    quantity("gear.hub_length", Length, POSITIVE, r#""50 mm""#).or_pair(BOTH).otherwise("`gear.body_length`")
-        .about("Length of the hub along the shaft, centred on the body. It must fit between the bearings."),
+                shaft; with rigid kinds, it only adds mass. In a train, the hub stiffens the sections of the shaft; \
+                planets, rings, loose gears and shafts without sections have none."),
+    quantity("gear.hub_length", Length, POSITIVE, r#""50 mm""#).on_one_gear().or_pair(BOTH)
+        .otherwise("`gear.body_length`; in a train the gear's `width`")
+        .about("Length of the hub along the shaft, centred on the body. It must fit between the bearings; in a train, on the sections \
+                of its shaft."),
     quantity("gear.web_thickness", Length, POSITIVE, r#""12 mm""#).on_one_gear().or_pair(BOTH)
         .otherwise("a solid body as thick as it is long")
         .about("Thickness of the web between hub (or shaft) and rim, for mass and moments of inertia. Needs `rim_diameter`."),

@@ -130,8 +130,8 @@ pub(super) const KEYS: &[Key] = &[
     key("train.shaft.*.gears", Kind::List("tables"), ANY, r#"[{ name = "z20", at = "60 mm", teeth = 20, module = "3 mm", width = "20 mm" }]"#).or("[]")
         .about("The gears on the shaft. A gear also takes these keys of [gear], each with one value: `rack`, \
                 `tip_relief`, `root_relief`, `end_relief`, `profile_crowning`, `profile_slope`, `lead_crowning`, \
-                `lead_slope`, `profile_points`, `lead_points` (without `gear`), `bore`, `web_thickness`, \
-                `rim_diameter`, `young_modulus`, `poisson_ratio`. Draw a hub as a section of its shaft."),
+                `lead_slope`, `profile_points`, `lead_points` (without `gear`), `bore`, `hub_diameter`, `hub_length`, \
+                `web_thickness`, `rim_diameter`, `young_modulus`, `poisson_ratio`."),
     table("train.shaft.*.gears.*"),
     key("train.shaft.*.gears.*.name", Kind::Text, ANY, r#""z20""#)
         .about("Name of the gear, different from all others."),

@@ -1,7 +1,7 @@
 //! The tables `[[train.shaft]]`.
 
 use super::rolling;
-use crate::gear::{GearPair, ToothForm};
+use crate::gear::{GearPair, Hub, ToothForm};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::sections::gear;
@@ -64,7 +64,14 @@ fn shaft(
     let gears = all(table, issues, "gears", |table, issues| {
         toothed_on_shaft(table, issues, (&sections, density), names)
     });
-    let (gears, drawn) = gears?.into_iter().unzip();
+    let gears = gears?;
+    let hubs = gears
+        .iter()
+        .filter_map(|(gear, drawn)| Some((gear.at, drawn.body[0].hub?)));
+    let sections = hubs.fold(sections, |sections, (at, hub)| {
+        ShaftSection::thickened(&sections, hub.ends(at), hub.diameter)
+    });
+    let (gears, drawn) = gears.into_iter().unzip();
     let shaft = TrainShaft {
         name: name?,
         origin: origin?,
@@ -233,15 +240,58 @@ fn toothed_on_shaft(
         table.without_effect(issues, &["outer"], "with external teeth", remedy);
     }
     let rim = internal.then_some(outer);
-    let (gear, drawn) = toothed(table, issues, density, (bore, rim))?;
+    let loose = loose?;
+    let has_hub = !internal && loose.is_none() && !sections.is_empty();
+    let (gear, drawn) = toothed(table, issues, density, (bore, rim, has_hub))?;
+    let at = at?;
+    if let Some(hub) = drawn.body[0].hub {
+        hub_fits(table, issues, (at, hub), (bore, sections))?;
+    }
     let gear = TrainGear {
         name: name?,
-        at: at?,
+        at,
         internal,
-        loose: loose?,
+        loose,
         ..gear
     };
     Some((gear, drawn))
+}
+
+/// That a hub about a place is thicker than its shaft, whose sections reach as far.
+fn hub_fits(
+    table: &Section,
+    issues: &mut Issues,
+    (at, hub): (f64, Hub),
+    (bore, sections): (f64, &[ShaftSection]),
+) -> Option<()> {
+    let mut fault = |key: &str, what: String, [label, remedy]: [&str; 2]| {
+        let (span, path) = (table.span_of(key), table.path_of(key));
+        let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, what);
+        issues.push(fault.label(label).remedy(remedy));
+        None
+    };
+    if hub.diameter <= bore {
+        let [hub, bore] = [hub.diameter, bore].map(|diameter| 1e3 * diameter);
+        return fault(
+            "hub_diameter",
+            format!("a hub of {hub:.6} mm is not thicker than its shaft of {bore:.6} mm"),
+            ["too thin", "make it thicker, or remove it"],
+        );
+    }
+    let length: f64 = sections.iter().map(|section| section.length).sum();
+    let [start, end] = hub.ends(at);
+    let beyond = (-start).max(end - length);
+    if beyond <= 1e-9 * length {
+        return Some(());
+    }
+    let (hub, beyond) = (1e3 * hub.length, 1e3 * beyond);
+    fault(
+        if table.has("hub_length") { "hub_length" } else { "hub_diameter" },
+        format!(
+            "the hub is {hub:.6} mm long and reaches {beyond:.6} mm beyond the sections of its shaft"
+        ),
+        ["too long", "shorten hub_length, or lengthen the sections"],
+    )
 }
 
 /// A planet of `[train.planetary]`, and what the drawing says of it.
@@ -252,7 +302,7 @@ pub(super) fn planet(
 ) -> Option<(TrainGear, ToothForm)> {
     let name = if table.has("name") { table.text(issues, "name") } else { Some("planet") };
     let bore = table.quantity_or_default(issues, "bore");
-    let (gear, drawn) = toothed(table, issues, density, (bore?, None))?;
+    let (gear, drawn) = toothed(table, issues, density, (bore?, None, false))?;
     let gear = TrainGear {
         name: name?.to_owned(),
         ..gear
@@ -260,12 +310,13 @@ pub(super) fn planet(
     Some((gear, drawn))
 }
 
-/// Teeth and body of a gear around a bore \[m\]; `rim` says of internal teeth how far the body reaches outwards.
+/// Teeth and body of a gear around a bore \[m\]; `rim` says of internal teeth how far the body reaches outwards, and `has_hub`
+/// whether a hub between bore and body is part of the shaft.
 fn toothed(
     table: &Section,
     issues: &mut Issues,
     density: f64,
-    (bore, rim): (f64, Option<Option<f64>>),
+    (bore, rim, has_hub): (f64, Option<Option<f64>>, bool),
 ) -> Option<(TrainGear, ToothForm)> {
     let teeth = table.integer(issues, "teeth");
     let module = table.quantity(issues, "module");
@@ -297,12 +348,22 @@ fn toothed(
     let form = gear::of_one(table, issues, width, pair.as_ref());
     let (gear, mut form) = (gear?, form?);
     let pitch = 2.0 * gear.pitch_radius();
+    if !has_hub {
+        form.body[0].hub = None;
+        let where_none = "on planets, rings, loose gears and shafts without sections";
+        table.without_effect(
+            issues,
+            &["hub_diameter", "hub_length"],
+            where_none,
+            "remove it",
+        );
+    }
     form.ring = rim.map(|outer| outer.unwrap_or(pitch + RIM * gear.module));
     let body = match given? {
         Some(body) => body,
         None => {
             let [outer, inner] = match form.ring {
-                None => [pitch, bore],
+                None => [pitch, form.body[0].hub.map_or(bore, |hub| hub.diameter)],
                 Some(outer) => [outer, pitch],
             };
             match Disc::webbed([outer, inner], gear.width, form.body[0].web, density) {
