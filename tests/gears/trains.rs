@@ -388,10 +388,7 @@ fn a_flexible_drive_is_a_train_of_two() {
             ],
             ["\"100 mm\"", "\"26 mm\"", "5e-3"],
         ),
-        tail.lines()
-            .filter(|line| !line.starts_with("half_gap"))
-            .collect::<Vec<_>>()
-            .join("\n"),
+        tail
     );
     let structure = |text: &str| build::structure(&job(text).points.at(0).model).unwrap();
     let [one, two] = [&flexible, &train].map(|text| structure(text));
@@ -458,12 +455,12 @@ fn bad_trains_get_one_clear_error_each() {
         (
             r#"width = "25 mm""#,
             r#"width = "25 mm", hub_diameter = "29 mm""#,
-            "a hub of 29 mm is not thicker than its shaft of 30 mm",
+            "a hub of 29.000 mm is not thicker than its shaft of 30.000 mm",
         ),
         (
             r#"width = "25 mm""#,
             r#"width = "25 mm", hub_diameter = "40 mm", hub_length = "160 mm""#,
-            "the hub is 160 mm long and reaches 25 mm beyond the sections of its shaft",
+            "the hub is 160.000 mm long and reaches 25.000 mm beyond the sections of its shaft",
         ),
         (
             r#"{ at = 0, x = "1.5e8 N/m", y = "1.2e8 N/m", axial = "8e7 N/m", tilt = "1e4 N*m/rad" }"#,

@@ -41,10 +41,6 @@ fn train(of: &FlexibleDrive) -> TrainDrive {
     train
 }
 
-fn place(shaft: usize) -> GearPlace {
-    GearPlace { shaft, gear: 0 }
-}
-
 fn assert_close(name: &str, a: &[f64], b: &[f64]) {
     assert_eq!(a.len(), b.len(), "{name}");
     let scale = b.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
@@ -53,53 +49,6 @@ fn assert_close(name: &str, a: &[f64], b: &[f64]) {
             (a - b).abs() <= 1e-7 * scale,
             "{name} {i}: {a} {b} of {scale}"
         );
-    }
-}
-
-/// Everything of a structure that does not depend on the sense of its rigid rotations.
-fn assert_same(a: &ModalStructure, b: &ModalStructure) {
-    let flip = (a.mesh[1] * b.mesh[1]).signum();
-    let turned = |column: &[f64]| {
-        let mut column = column.to_vec();
-        column[1] *= flip;
-        column
-    };
-    assert_close("frequency", &a.frequency, &b.frequency);
-    assert_close("mesh", &turned(&a.mesh), &b.mesh);
-    assert_close("tilt", &turned(&a.mesh_tilt), &b.mesh_tilt);
-    assert_close("friction", &turned(&a.friction), &b.friction);
-    assert_close("lever", &turned(&a.friction_lever), &b.friction_lever);
-    assert_close("torque", &turned(&a.torque), &b.torque);
-    assert_close("constant load", &turned(&a.constant_load), &b.constant_load);
-    assert_close("load by speed", &turned(&a.load_by_speed), &b.load_by_speed);
-    let [one, two] = [a, b].map(|s| s.coast.clone().unwrap());
-    assert_close("coast mesh", &turned(&one.mesh), &two.mesh);
-    assert_close("coast tilt", &turned(&one.tilt), &two.tilt);
-    assert_close("coast friction", &turned(&one.friction), &two.friction);
-    assert_close("coast lever", &turned(&one.lever), &two.lever);
-    for (a, b) in [
-        (&a.pinion_torque, &b.pinion_torque),
-        (&a.wheel_torque, &b.wheel_torque),
-    ] {
-        assert_close("torques", &turned(a.as_ref().unwrap()), b.as_ref().unwrap());
-    }
-    let n = a.modes();
-    for (a, b) in [&a.coupling, &b.coupling]
-        .map(|c| c.clone().unwrap())
-        .into_iter()
-        .map(|c| [c.damping, c.gyroscopic, c.stiffness])
-        .reduce(|a, b| [0, 1, 2].map(|i| [a[i].clone(), b[i].clone()].concat()))
-        .unwrap()
-        .iter()
-        .map(|both| both.split_at(n * n))
-    {
-        let turned: Vec<f64> = (a.chunks(n).enumerate())
-            .flat_map(|(i, row)| {
-                let row_flip = if i == 1 { flip } else { 1.0 };
-                turned(row).into_iter().map(move |v| row_flip * v)
-            })
-            .collect();
-        assert_close("coupling", &turned, b);
     }
 }
 

@@ -274,7 +274,7 @@ fn hub_fits(
         let [hub, bore] = [hub.diameter, bore].map(|diameter| 1e3 * diameter);
         return fault(
             "hub_diameter",
-            format!("a hub of {hub:.6} mm is not thicker than its shaft of {bore:.6} mm"),
+            format!("a hub of {hub:.3} mm is not thicker than its shaft of {bore:.3} mm"),
             ["too thin", "make it thicker, or remove it"],
         );
     }
@@ -288,7 +288,7 @@ fn hub_fits(
     fault(
         if table.has("hub_length") { "hub_length" } else { "hub_diameter" },
         format!(
-            "the hub is {hub:.6} mm long and reaches {beyond:.6} mm beyond the sections of its shaft"
+            "the hub is {hub:.3} mm long and reaches {beyond:.3} mm beyond the sections of its shaft"
         ),
         ["too long", "shorten hub_length, or lengthen the sections"],
     )
