@@ -42,14 +42,6 @@ fn a_helix_angle_in_a_train_is_told_its_place() {
         "{}",
         other.message
     );
-    // A hub is a section of the shaft.
-    for key in ["hub_diameter", "hub_length"] {
-        let hub = fault(
-            "trains/two-stage.toml",
-            &[&format!("train.shaft.0.gears.0.{key}=0.03")],
-        );
-        assert_eq!(hub.kind, DiagnosticKind::UnknownKey);
-    }
     let span = fault("trains/two-stage.toml", &["train.shaft.0.span=0.1"]);
     assert_eq!(span.suggestion, None);
     // Elsewhere a key is shown its table.
