@@ -245,6 +245,7 @@ pub fn model(case: Case) -> Model {
                 force: participation.clone(),
                 tilt: Vec::new(),
                 rubbing: Default::default(),
+                sliding: 0.0,
                 participation,
                 cycles: [1, 1],
                 law: ContactLaw {

@@ -197,6 +197,10 @@ fn friction_of_bevel_gears_is_refused() {
 
 /// Three gears in a row, each mesh of which may be the first.
 fn in_a_row(first: [&str; 2], further: [&str; 2]) -> Model {
+    model(&job(&row(first, further)), 0)
+}
+
+fn row(first: [&str; 2], further: [&str; 2]) -> String {
     let shaft = |name: &str, gear: &str, at: u32, teeth: u32, more: &str| {
         format!(
             "[[train.shaft]]\nname = \"{name}\"\nmotion = \"rotation\"\norigin = [\"{at} mm\", 0, 0]\n\
@@ -204,7 +208,7 @@ fn in_a_row(first: [&str; 2], further: [&str; 2]) -> Model {
              gears = [{{ name = \"{gear}\", at = \"30 mm\", teeth = {teeth}, module = \"4 mm\", width = \"20 mm\" }}]\n{more}\n"
         )
     };
-    let text = format!(
+    format!(
         "[job]\nname = \"row\"\n[model]\nkind = \"train\"\n[train]\ngears = [\"{}\", \"{}\"]\n\
          rated_torque = \"50 N*m\"\n{}{}{}\
          [[train.mesh]]\ngears = [\"{}\", \"{}\"]\nhalf_gap = \"20 um\"\nstiffness = \"3e8 N/m\"\ndamping = \"500 N*s/m\"\nfriction = 0.08\n\
@@ -217,8 +221,36 @@ fn in_a_row(first: [&str; 2], further: [&str; 2]) -> Model {
         shaft("three", "c", 210, 25, "output = 1"),
         further[0],
         further[1],
-    );
-    model(&job(&text), 0)
+    )
+}
+
+/// What friction takes on the flanks of a mesh is the same whichever mesh is described first.
+#[test]
+fn every_mesh_tells_its_losses() {
+    let loss = |text: &str| {
+        let model = model(&job(text), 0);
+        let kernel = volterra(&model);
+        let start = advance(&kernel, &model.start(&InitialState::Static), 2000);
+        let mut nvh = Nvh::new(&model, 0);
+        advance_with(&kernel, &start, 500, &mut nvh);
+        nvh.outcome().unwrap()
+    };
+    let one = loss(&row(["a", "b"], ["b", "c"]));
+    // The first gear of the other description is slower, and the motor still drives the same shaft.
+    let other = row(["b", "c"], ["a", "b"])
+        .replace("rated_torque", "driver = \"one\"\nrated_torque")
+        .replace("speed = 100", "speed = 66.66666666666667");
+    let two = loss(&other);
+    let [ab, bc] = [&one.contact_loss[..2], &one.contact_loss[2..]];
+    println!("{ab:?} {bc:?} W");
+    for (found, expected) in two.contact_loss.iter().zip(bc.iter().chain(ab)) {
+        assert!(
+            (found - expected).abs() < 1e-6 * ab[0],
+            "{found} {expected}"
+        );
+    }
+    assert_eq!(one.power_loss.unwrap(), ab[0] + ab[1]);
+    assert!(ab[0] > 1.0 && ab[1] == 0.0 && bc[0] > 1.0);
 }
 
 /// A further mesh rubs as the first one does: with the meshes of a train in either order, every flank is pushed along

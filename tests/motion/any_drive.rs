@@ -54,6 +54,7 @@ fn contact(name: &str, participation: Vec<f64>, gap: f64, levels: &[f64]) -> Str
         force: participation.clone(),
         tilt: Vec::new(),
         rubbing: Default::default(),
+        sliding: 0.0,
         participation,
         cycles: [1, 1],
         law: ContactLaw {

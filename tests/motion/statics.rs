@@ -53,6 +53,7 @@ fn contact(side: &Side) -> StructureContact {
         force: side.force.clone(),
         tilt: Vec::new(),
         rubbing: Default::default(),
+        sliding: 0.0,
         cycles: [1, 1],
         law: ContactLaw {
             gap: side.gap,

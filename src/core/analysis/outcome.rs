@@ -249,6 +249,9 @@ pub struct NvhOutcome {
     pub contact_impact_rate: Vec<f64>,
     /// `Σ |δ'|/t` of each contact \[m/s²\].
     pub contact_rattle_index: Vec<f64>,
+    /// Power lost in friction on each contact at the speeds of the mean rotation \[W\]; empty where no drawing says how the
+    /// gears roll.
+    pub contact_loss: Vec<f64>,
     /// Mean force of the shafts on every bearing and direction \[N\]; empty where not asked for.
     pub bearing_mean: Vec<f64>,
     /// Root mean square about the mean \[N\].
@@ -311,6 +314,7 @@ pub struct NvhErrors {
     pub contact_fraction: Vec<f64>,
     pub contact_impact_rate: Vec<f64>,
     pub contact_rattle_index: Vec<f64>,
+    pub contact_loss: Vec<f64>,
     pub bearing_mean: Vec<f64>,
     pub bearing_rms: Vec<f64>,
     pub torque_mean: Vec<f64>,

@@ -13,7 +13,7 @@ pub struct Direction {
     pub gains: Vec<MeshGain>,
     /// Along which of [`super::Model::lines`] it sees its deflection.
     pub line: usize,
-    /// What friction takes of the contact force and of the speed at which the gears turn against each
+    /// What friction takes of the contact force and of the speed at which the gears of the first mesh turn against each
     /// other, `μ_f Σ p |s|` \[m\]: p shares of pairs in the load, s their places on the path of contact. Negative
     /// where a pair that joins takes load from one that slides faster.
     pub rubbing: f64,

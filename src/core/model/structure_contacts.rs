@@ -178,7 +178,7 @@ pub(super) fn contact(
             .map(|share| -share.iter().zip(weights).map(|(s, w)| s * w).sum::<f64>())
             .collect();
         let gains = basis.gains(blocks, &seen, &acts);
-        let added = directions.add(gains, 0.0, &error, on_bearings);
+        let added = directions.add(gains, -arm * own.sliding, &error, on_bearings);
         known.push((law, added));
         added
     };
@@ -308,6 +308,7 @@ mod tests {
                 force: vec![0.2, 0.5],
                 tilt: Vec::new(),
                 rubbing: Default::default(),
+                sliding: 0.0,
                 cycles,
                 law,
                 copies: None,

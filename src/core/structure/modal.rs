@@ -183,6 +183,10 @@ pub struct StructureContact {
     /// What friction adds to it by Λ₀ \[1/√kg\] and by Λ₁ \[1/(m √kg)\] of [`ContactLaw::friction`]; empty without.
     #[serde(skip_serializing_if = "no_friction")]
     pub rubbing: [Vec<f64>; 2],
+    /// Speed at which its two gears turn against each other, by that of the gears of the first mesh \[1\]; 0 of what is no
+    /// mesh.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub sliding: f64,
     /// How many of its cycles, `[p, q]`: p in q cycles of the mesh.
     pub cycles: [u32; 2],
     /// What it bears.
@@ -205,6 +209,7 @@ impl StructureContact {
             force: participation.to_vec(),
             tilt: Vec::new(),
             rubbing: Default::default(),
+            sliding: 0.0,
             cycles: [1, 1],
             law: ContactLaw {
                 gap,
@@ -215,6 +220,14 @@ impl StructureContact {
             copies: None,
         }
     }
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde asks for a reference"
+)]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 fn no_friction(rubbing: &[Vec<f64>; 2]) -> bool {

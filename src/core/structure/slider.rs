@@ -17,6 +17,7 @@ impl StructureContact {
             force: participation.to_vec(),
             tilt: Vec::new(),
             rubbing: Default::default(),
+            sliding: 0.0,
             cycles: [1, 1],
             law: ContactLaw {
                 gap: if part == SliderPart::Spring { 0.0 } else { limit / stiffness },

@@ -82,11 +82,12 @@ pub(super) fn listed(column: &str) -> Option<Listed> {
 }
 
 /// The columns that list contacts.
-const CONTACT_LISTS: [&str; 4] = [
+const CONTACT_LISTS: [&str; 5] = [
     "contact_force",
     "contact_fraction",
     "contact_impact_rate",
     "contact_rattle_index",
+    "contact_loss",
 ];
 
 /// The columns, in file order.
@@ -133,8 +134,11 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
             &format!("Number of entries into each contact per second, {CONTACTS}"), error.contact_impact_rate;
         list "contact_rattle_index", "m/s^2", found.contact_rattle_index,
             &format!("rattle_index of each contact, {CONTACTS}; in rad/s^2 for stages of couplings"), error.contact_rattle_index;
+        list "contact_loss", "W", found.contact_loss,
+            &format!("Mean power lost in friction on each contact at the speeds of the mean rotation, {CONTACTS}; 0 for \
+                      contacts without friction or without gears, null where power_loss is"), error.contact_loss;
         f64 "power_loss", "W", found.power_loss,
-            "Mean power lost in friction on the flanks of the mesh. It is the friction coefficient times |force| \
+            "Mean power lost in friction on the flanks of the first mesh. It is the friction coefficient times |force| \
              times the sliding speed of the mean rotation; null for modal files and bevel gears", error.power_loss;
         f64 "power_transmitted", "W", found.power_transmitted,
             "Mean power through the mesh from the pinion to the wheel: force times speed of the base \

@@ -5,6 +5,7 @@
 //! integral of |F| over windows, exact where F keeps its sign and where it changes it.
 
 use super::rule::Seen;
+use super::sums::Sums;
 use crate::analysis::modal_series::{Series, TERMS, padded};
 use crate::analysis::outcome::{NvhErrors, NvhOutcome};
 use crate::model::{Model, Rolling};
@@ -23,7 +24,7 @@ pub(super) struct Losses {
     rolling: Rolling,
     /// Speed \[m/s\] that times |F| is the loss, by direction.
     speeds: Vec<f64>,
-    /// How many contacts are springs of the flanks.
+    /// How many contacts are springs of the flanks of the first mesh.
     flank_springs: usize,
 }
 
@@ -41,26 +42,40 @@ impl Losses {
         })
     }
 
-    /// Energy \[J\] lost on the flanks of the mesh over a window, with the force of the mesh as seen.
-    pub fn over(&self, set: InstructionSet, window: &Window<'_>, force: Option<&Seen<'_>>) -> f64 {
-        let of_mesh = (window.closed.iter()).filter(|closed| closed.contact < self.flank_springs);
-        let only = force.filter(|_| of_mesh.clone().count() == 1);
-        let lost = of_mesh.filter_map(|closed| {
+    /// Energy \[J\] lost on every contact over a window, with the force of the first mesh as seen.
+    pub fn each(
+        &self,
+        set: InstructionSet,
+        window: &Window<'_>,
+        force: Option<&Seen<'_>>,
+        mut lost: impl FnMut(usize, f64),
+    ) {
+        let is_of_first = |contact: usize| contact < self.flank_springs;
+        let of_first = (window.closed.iter()).filter(|closed| is_of_first(closed.contact));
+        let only = force.filter(|_| of_first.count() == 1);
+        for closed in window.closed {
             let speed = self.speeds[window.segments[closed.contact].direction];
-            (speed != 0.0).then(|| match only {
-                Some(force) => speed * modulus_seen(set, force),
-                None => speed * modulus(&padded(closed.force)),
-            })
-        });
-        window.duration * lost.sum::<f64>()
+            if speed == 0.0 {
+                continue;
+            }
+            let force = match only.filter(|_| is_of_first(closed.contact)) {
+                Some(force) => modulus_seen(set, force),
+                None => modulus(&padded(closed.force)),
+            };
+            lost(closed.contact, window.duration * speed * force);
+        }
     }
 
-    /// Writes what follows from the mean loss \[W\] of a record whose mean force is known.
-    pub fn tell(&self, loss: f64, found: &mut NvhOutcome) {
+    /// Writes what follows from the sums of a record whose mean force is known.
+    pub fn tell(&self, total: &Sums, found: &mut NvhOutcome) {
+        let loss = total.loss_of_first() / total.time;
         let through = self.rolling.base_speed * found.force_mean;
         found.friction_coefficient = Some(self.rolling.friction);
         found.power_transmitted = Some(through);
         found.power_loss = Some(loss);
+        found.contact_loss = (total.contacts.iter())
+            .map(|own| own.loss / total.time)
+            .collect();
         found.efficiency = (through != 0.0).then(|| 1.0 - loss / through.abs());
     }
 

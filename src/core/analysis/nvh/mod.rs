@@ -215,7 +215,7 @@ impl Nvh {
         let force_peak_errors;
         (found.force_peak_quantiles, force_peak_errors) = peaks(|cycle, _| cycle.force);
         if let Some(losses) = &self.losses {
-            losses.tell(total.loss / total.time, &mut found);
+            losses.tell(&total, &mut found);
         }
         found.impact_velocity_max = closed.contacts.fastest();
 
@@ -351,7 +351,9 @@ impl Observer for Nvh {
             sums.force[1] += tau * force.square();
         }
         if let Some(losses) = &self.losses {
-            sums.loss += losses.over(set, window, of_force.as_ref());
+            losses.each(set, window, of_force.as_ref(), |contact, lost| {
+                sums.contacts[self.places[contact].0].loss += lost;
+            });
         }
         for closed in window.closed {
             let (place, side) = self.places[closed.contact];

@@ -7,7 +7,7 @@
 use super::losses::Losses;
 use super::stretches::Summable;
 use crate::analysis::outcome::{NvhErrors, NvhOutcome};
-use crate::model::Flanks;
+use crate::model::{COAST_FLANK, DRIVE_FLANK, Flanks};
 use crate::numerics::statistics::standard_error;
 use num_complex::Complex64;
 
@@ -20,8 +20,6 @@ pub(super) struct Sums {
     pub moments: [f64; 4],
     /// ∫ (F − centre)^j dt, j = 1, 2.
     pub force: [f64; 2],
-    /// Energy lost in friction \[J\].
-    pub loss: f64,
     /// Time in drive contact, free flight, coast contact and contact on both flanks \[s\].
     pub times: [f64; Flanks::COUNT],
     /// Sum of δ'² at entries into contact on both flanks \[m²/s²\].
@@ -47,6 +45,8 @@ pub(super) struct OfContact {
     pub impacts: f64,
     /// Sum of |δ'| at entries \[m/s\].
     pub speed: f64,
+    /// Energy lost in friction \[J\].
+    pub loss: f64,
 }
 
 impl Sums {
@@ -57,6 +57,11 @@ impl Sums {
             contacts: vec![OfContact::default(); contacts],
             ..Self::default()
         }
+    }
+
+    /// Energy lost in friction on the flanks of the first mesh \[J\].
+    pub(super) fn loss_of_first(&self) -> f64 {
+        self.contacts[DRIVE_FLANK].loss + self.contacts[COAST_FLANK].loss
     }
 }
 
@@ -81,7 +86,6 @@ impl Summable for Sums {
         self.time += other.time;
         self.moments.add(&other.moments);
         self.force.add(&other.force);
-        self.loss += other.loss;
         self.times.add(&other.times);
         self.impact_square += other.impact_square;
         self.flights.add(&other.flights);
@@ -93,6 +97,7 @@ impl Summable for Sums {
             sum.force += other.force;
             sum.closed += other.closed;
             sum.impacts += other.impacts;
+            sum.loss += other.loss;
             sum.speed += other.speed;
         }
     }
@@ -324,8 +329,9 @@ pub(super) fn errors(
         // What goes through the mesh counts in the sense that it has on the whole.
         let through = |s: &Sums| losses.base_speed() * (s.force[0] + origin.centre[1] * s.time);
         let sense = through(total).signum();
-        let quotient = of_quotient(&|s| [s.loss, sense * through(s)]);
-        losses.tell_errors(quotient, error(&|s| s.loss), &mut found);
+        let quotient = of_quotient(&|s| [s.loss_of_first(), sense * through(s)]);
+        found.contact_loss = each(|own| own.loss);
+        losses.tell_errors(quotient, error(&|s| s.loss_of_first()), &mut found);
     }
     found
 }

@@ -368,6 +368,15 @@ impl TrainDrive {
         torques
     }
 
+    /// Speed at which the gears of a mesh turn against each other.
+    fn turning_against(&self, gears: [GearPlace; 2], layout: &Layout) -> f64 {
+        let [one, two] = gears.map(|place| self.gear(place));
+        let ratio = f64::from(one.teeth) / f64::from(two.teeth);
+        let in_ring = one.internal || two.internal;
+        let against = if in_ring { (1.0 - ratio).abs() } else { 1.0 + ratio };
+        layout.rolling[self.body_of(gears[0])].abs() * against
+    }
+
     /// Contacts beside the flanks of the first mesh.
     fn contacts(
         &self,
@@ -401,6 +410,8 @@ impl TrainDrive {
                     force: participation.clone(),
                     tilt: sided(&feels.tilt, off_middle),
                     rubbing: [&feels.friction, &feels.lever].map(|column| sided(column, rubs)),
+                    sliding: self.turning_against(mesh.gears, layout)
+                        / self.turning_against(self.gears, layout),
                     participation,
                     cycles,
                     law: match &mesh.law {
@@ -419,6 +430,7 @@ impl TrainDrive {
                     force: felt.clone(),
                     tilt: Vec::new(),
                     rubbing: Default::default(),
+                    sliding: 0.0,
                     participation: felt,
                     cycles: [1, 1],
                     law: law.clone(),

@@ -82,6 +82,7 @@ fn contact(table: &Section, issues: &mut Issues, modes: Option<usize>) -> Option
         force: force?.unwrap_or_else(|| participation.clone()),
         tilt: Vec::new(),
         rubbing: Default::default(),
+        sliding: 0.0,
         participation,
         // The schema bounds them far below the range of u32.
         cycles: cycles?.map(|count| count as u32),
