@@ -31,19 +31,22 @@ pub(super) fn ranked(folder: &Path, head: &ResultTable) -> Result<Vec<Rattle>, R
         return Ok(Vec::new());
     };
     let mut found: Vec<Rattle> = Vec::new();
-    // Of every contact its place among these.
-    let places: Vec<usize> = (column.elements.iter())
+    // Of every contact its place among these; the states of a dry slider do not rattle.
+    let places: Vec<Option<usize>> = (column.elements.iter())
         .map(|contact| {
+            if is_of_slider(contact) {
+                return None;
+            }
             let name = common(contact);
             let known = found.iter().position(|own| own.name == name);
-            known.unwrap_or_else(|| {
+            known.or_else(|| {
                 found.push(Rattle {
                     name: name.to_owned(),
                     mean: 0.0,
                     largest: 0.0,
                     point_id: 0,
                 });
-                found.len() - 1
+                Some(found.len() - 1)
             })
         })
         .collect();
@@ -58,7 +61,9 @@ pub(super) fn ranked(folder: &Path, head: &ResultTable) -> Result<Vec<Rattle>, R
             points += 1;
             let mut together = vec![0.0; found.len()];
             for (&place, index) in places.iter().zip(indices) {
-                together[place] += index.unwrap_or(0.0);
+                if let Some(place) = place {
+                    together[place] += index.unwrap_or(0.0);
+                }
             }
             for (own, index) in found.iter_mut().zip(together) {
                 own.mean += index;
@@ -77,6 +82,11 @@ pub(super) fn ranked(folder: &Path, head: &ResultTable) -> Result<Vec<Rattle>, R
     Ok(found)
 }
 
+fn is_of_slider(contact: &str) -> bool {
+    let states = [", slip forwards", ", slip backwards", ", stick"];
+    states.iter().any(|state| contact.ends_with(state))
+}
+
 /// What both contacts of a mesh or of a stage are called.
 fn common(contact: &str) -> &str {
     let flank = ["drive flank of ", "coast flank of "];
@@ -88,7 +98,7 @@ fn common(contact: &str) -> &str {
 
 #[cfg(test)]
 mod tests {
-    use super::common;
+    use super::{common, is_of_slider};
 
     #[test]
     fn contacts_of_a_mesh_and_of_a_stage_have_one_name() {
@@ -102,6 +112,8 @@ mod tests {
             ("stop of output", "stop of output"),
         ] {
             assert_eq!(common(contact), name);
+            assert!(!is_of_slider(contact));
         }
+        assert!(is_of_slider("friction 1 of engine and input, stick"));
     }
 }
