@@ -26,10 +26,11 @@ const ROUND_OFF: f64 = 1e-9;
 /// The structure of a grid's first point.
 pub struct Structure {
     frequencies: Frequencies,
-    teeth: u32,
+    /// Mesh cycles in a turn of the driver.
+    cycles: f64,
     /// What may resonate, and at which speeds of the grid.
     diagram: Campbell,
-    /// Pinion speed at which it was looked at \[rad/s\].
+    /// Speed of the driver at which it was looked at \[rad/s\].
     speed: f64,
     /// How many the grid has.
     count: usize,
@@ -54,7 +55,7 @@ impl Structure {
         };
         Ok(Self {
             frequencies: Frequencies::of(&model),
-            teeth: structure.teeth,
+            cycles: structure.cycles_per_turn(),
             diagram: campbell::of(job, &[], parts)?,
             speed: first.speed,
             count: structures(job),
@@ -62,10 +63,10 @@ impl Structure {
         })
     }
 
-    /// Pinion speed \[rad/s\] at which a harmonic of the mesh frequency meets a mode; none of a
+    /// Speed of the driver \[rad/s\] at which a harmonic of the mesh frequency meets a mode; none of a
     /// rigid motion.
     fn resonance(&self, mode: &NaturalMode, harmonic: u32) -> Option<f64> {
-        let order = f64::from(self.teeth * harmonic);
+        let order = self.cycles * f64::from(harmonic);
         (mode.frequency > 0.0).then(|| mode.frequency / order)
     }
 
@@ -113,7 +114,7 @@ impl Structure {
             (
                 String::new(),
                 format!(
-                    "n x {}: the pinion speed at which harmonic n of the mesh frequency equals the frequency of a \
+                    "n x {}: the speed of the driver at which harmonic n of the mesh frequency equals the frequency of a \
                      closed mode; * marks speeds in the grid",
                     unit.text
                 ),

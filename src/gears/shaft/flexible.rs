@@ -66,14 +66,14 @@ impl FlexibleDrive {
     /// One shaft in its sections, a hub among them.
     fn shaft(&self, pair: &TwoShafts, index: usize) -> Result<TrainShaft, ShaftError> {
         let body = pair.body(index)?;
-        let shaft = pair.shaft(index, self.shafts[index].overhang, body.rigid)?;
-        let mut sections = self.sections(index)?;
+        let mut shaft = pair.shaft(index, self.shafts[index].overhang, body.rigid)?;
         if let Some(hub) = body.hub {
             let bearings = [0, 1].map(|number| shaft.bearings[number].0);
-            let ends = hub_ends(hub, index + 1, shaft.gears[0].at, bearings)?;
-            sections = ShaftSection::thickened(&sections, ends, hub.diameter);
+            check_hub(hub, index + 1, shaft.gears[0].at, bearings)?;
         }
-        Ok(TrainShaft { sections, ..shaft })
+        shaft.gears[0].hub = body.hub;
+        shaft.sections = self.sections(index)?;
+        Ok(shaft)
     }
 
     /// The sections of a shaft without its hub, each in equal elements.
@@ -103,13 +103,8 @@ impl FlexibleDrive {
     }
 }
 
-/// Where along its shaft a hub begins and ends, about a gear between two bearings \[m\]. `number` of the shaft is 1 or 2.
-fn hub_ends(
-    hub: Hub,
-    number: usize,
-    gear: f64,
-    bearings: [f64; 2],
-) -> Result<[f64; 2], ShaftError> {
+/// That a hub about a gear ends between both bearings \[m\]. `number` of the shaft is 1 or 2.
+fn check_hub(hub: Hub, number: usize, gear: f64, bearings: [f64; 2]) -> Result<(), ShaftError> {
     let [start, end] = hub.ends(gear);
     let round_off = 8.0 * f64::EPSILON * bearings[1];
     if start < bearings[0] - round_off || end > bearings[1] + round_off {
@@ -119,7 +114,7 @@ fn hub_ends(
             room: 2.0 * (gear - bearings[0]).min(bearings[1] - gear),
         });
     }
-    Ok([start, end])
+    Ok(())
 }
 
 #[cfg(test)]

@@ -32,6 +32,9 @@ const RESIDUAL_BOUND: f64 = 1e-9;
 /// of the diagonal entries of their row and column: beyond what sums in another order leave.
 const ASYMMETRY_BOUND: f64 = 1e-10;
 
+/// Steps of inverse iteration until modes have failed.
+const MOST_STEPS: usize = 4;
+
 /// Fewest freedoms of which only the lowest modes are sought.
 const LARGE: usize = 400;
 
@@ -98,7 +101,7 @@ impl Modes {
         let shift = estimate[rigid.min(size - 1)].max(2.0 * dense_error);
         let pencil = Pencil::Dense(mass, stiffness);
         let refined = if shift > 0.0 {
-            refine(pencil, &estimate[..block], shape.subcols(0, block), shift)?
+            refined(pencil, &estimate[..block], shape.subcols(0, block), shift)?
         } else {
             // K = 0: every mode is rigid and there is nothing to refine.
             Self {
@@ -106,7 +109,6 @@ impl Modes {
                 shape: shape.subcols(0, block).to_owned(),
             }
         };
-        refined.check_residual(pencil, shift)?;
         refined.finish(pencil, shift, requested, rigid)
     }
 
@@ -130,13 +132,12 @@ impl Modes {
             return Ok(None);
         }
         let pencil = Pencil::Banded(&mass, &stiffness);
-        let refined = refine(
+        let refined = refined(
             pencil,
             &found.squared_frequency,
             found.shape.as_ref(),
             shift,
         )?;
-        refined.check_residual(pencil, shift)?;
         refined.finish(pencil, shift, requested, rigid).map(Some)
     }
 
@@ -271,6 +272,29 @@ fn dense(lower: &Mat<f64>, stiffness: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>),
     let (values, mut vectors) = eigen(&whole)?;
     solve_upper(lower, &mut vectors);
     Ok((values, vectors))
+}
+
+/// Modes that hold their equations: after one step of [`refine`], or more where stiffnesses are many decades apart.
+fn refined(
+    pencil: Pencil<'_>,
+    estimate: &[f64],
+    shape: MatRef<'_, f64>,
+    shift: f64,
+) -> Result<Modes, ShaftError> {
+    let mut found = refine(pencil, estimate, shape, shift)?;
+    for _ in 1..MOST_STEPS {
+        if found.check_residual(pencil, shift).is_ok() {
+            return Ok(found);
+        }
+        found = refine(
+            pencil,
+            &found.squared_frequency,
+            found.shape.as_ref(),
+            shift,
+        )?;
+    }
+    found.check_residual(pencil, shift)?;
+    Ok(found)
 }
 
 /// One block step of inverse iteration with Rayleigh–Ritz projection; see the module.

@@ -36,7 +36,7 @@ use super::assembly::Freedom;
 use super::disc::Disc;
 use super::drive::{Bearing, Drag};
 use super::error::ShaftError;
-use crate::gear::GearPair;
+use crate::gear::{GearPair, Hub};
 use crate::structure::{ContactLaw, SliderPart};
 use serde::Serialize;
 
@@ -179,8 +179,11 @@ pub struct TrainGear {
     pub helix_angle: f64,
     /// Face width \[m\].
     pub width: f64,
-    /// Its body.
+    /// Its body, without the hub.
     pub body: Disc,
+    /// What makes its shaft thicker; none of a gear that runs loose.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hub: Option<Hub>,
     /// How it runs on its shaft; none where it is fixed to it.
     pub loose: Option<LooseGear>,
 }
@@ -473,32 +476,19 @@ impl TrainShaft {
     pub fn length(&self) -> f64 {
         self.sections.iter().map(|section| section.length).sum()
     }
+
+    /// Outer diameter at a place of a section, hubs included \[m\].
+    fn outer_at(&self, section: &ShaftSection, at: f64) -> f64 {
+        let hubs = self.gears.iter().filter_map(|gear| {
+            let hub = gear.hub?;
+            let [start, end] = hub.ends(gear.at);
+            (start < at && at < end).then_some(hub.diameter)
+        });
+        hubs.fold(section.outer, f64::max)
+    }
 }
 
 impl ShaftSection {
-    /// Sections with an outer diameter \[m\] of at least `outer` between two places, as a hub gives them.
-    pub fn thickened(sections: &[Self], [from, to]: [f64; 2], outer: f64) -> Vec<Self> {
-        let near = 1e-9 * sections.iter().map(|section| section.length).sum::<f64>();
-        let mut end = 0.0;
-        let cut = sections.iter().flat_map(|section| {
-            let start = end;
-            end += section.length;
-            let [from, to] = [from, to].map(|at| at.clamp(start, end));
-            let parts = [
-                (from - start, section.outer),
-                (to - from, section.outer.max(outer)),
-                (end - to, section.outer),
-            ];
-            let parts = parts.into_iter().filter(move |(length, _)| *length > near);
-            parts.map(|(length, outer)| Self {
-                length,
-                outer,
-                ..*section
-            })
-        });
-        cut.collect()
-    }
-
     /// Which of the sections of a shaft is at a place, the thicker one where two meet.
     pub fn at(sections: &[Self], at: f64) -> Option<&Self> {
         let mut end = 0.0;

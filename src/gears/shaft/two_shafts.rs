@@ -50,6 +50,7 @@ impl TwoShafts<'_> {
             helix_angle: [1.0, -1.0][index] * gears.helix_angle,
             width: gears.face_width,
             body,
+            hub: None,
             loose: None,
         };
         let across = [0.0, gears.centre_distance()?][index];

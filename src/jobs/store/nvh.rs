@@ -17,7 +17,8 @@ const ORDER: &str = "ordered by shaft (pinion, wheel), bearing (first, second) a
 
 /// The order of contacts.
 const CONTACTS: &str = "ordered by mesh (the first mesh, then the meshes of [train]) with its drive and its coast \
-                        flank, then stages of couplings and stops, or the further contacts of a modal file";
+                        flank, then stages and dry hysteresis of couplings, then stops, or the further \
+                        contacts of a modal file";
 
 /// The order of torques.
 const TORQUES: &str = "in the shaft of the pinion and of the wheel, next to the free end; in a train, in every part \
@@ -126,8 +127,8 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         list "force_peak_quantiles", "N", found.force_peak_quantiles,
             &format!("Largest |mesh force| within a mesh cycle{PEAKS}"), error.force_peak_quantiles;
         list "contact_force", "N", found.contact_force,
-            &format!("Mean force that presses each contact together, {CONTACTS}. The mean torque on a gear \
-                      is the difference of the forces on its two flanks, multiplied by the base radius"), error.contact_force;
+            &format!("Mean force that presses each contact together, {CONTACTS}. In N m for couplings. The \
+                      mean torque on a gear is the difference of the forces on its two flanks, multiplied by the base radius"), error.contact_force;
         list "contact_fraction", "1", found.contact_fraction,
             &format!("Fraction of time while each contact is closed, {CONTACTS}"), error.contact_fraction;
         list "contact_impact_rate", "1/s", found.contact_impact_rate,
@@ -159,7 +160,7 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         f64 "power_in_stiffness", "W", found.power?.stiffness,
             "Mean power into the vibration from varying stiffness of contacts", error.power?.stiffness;
         f64 "power_out_contact", "W", found.power?.contact,
-            "Mean power out of the vibration by the dampers of all contacts, and by springs that open while compressed", error.power?.contact;
+            "Mean power out of the vibration by the dampers of all contacts, by dry sliders, and by springs that open while compressed", error.power?.contact;
         f64 "power_out_structure", "W", found.power?.structure,
             "Mean power out of the vibration by damping of the structure: modal damping, dampers and drag, \
              minus the power that cross-coupled springs feed in", error.power?.structure;

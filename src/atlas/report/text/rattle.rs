@@ -13,7 +13,7 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
     if all.iter().all(|own| own.largest == 0.0) {
         return;
     }
-    text.push_str("\nrattle by mesh (speeds of impacts per second, m/s²)\n");
+    text.push_str("\nrattle by mesh (speeds of impacts per second, m/s²; of stages rad/s²)\n");
     let shown = &all[..all.len().min(MOST)];
     let width = shown.iter().map(|own| own.name.chars().count()).max();
     let width = width.unwrap_or(0);

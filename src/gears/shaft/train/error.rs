@@ -252,11 +252,21 @@ pub enum TrainError {
     },
     /// Power leaves where nothing brings any.
     #[error(
-        "shaft `{shaft}` has an `output`, but no mesh and no coupling turns it; give this `output` to a shaft that turns"
+        "shaft `{shaft}` has an `output` but does not turn: its `motion` holds it, or no mesh and no coupling turns it; give this `output` \
+         to a shaft that turns"
     )]
     Idle {
         /// The shaft.
         shaft: String,
+    },
+    /// The power leaves where the motor gives it.
+    #[error(
+        "the driving shaft `{driver}` has an `output`: its power would go through no mesh; give `output` to the shafts that drive \
+         machines"
+    )]
+    OutputOfDriver {
+        /// The driving shaft.
+        driver: String,
     },
     /// The motor is not on the shaft of the first gear.
     #[error(

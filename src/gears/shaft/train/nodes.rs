@@ -187,7 +187,7 @@ impl TrainDrive {
             end += section.length;
             middle < end
         })?;
-        let polar = Section::hollow(section.outer, section.inner)
+        let polar = Section::hollow(shaft.outer_at(section, middle), section.inner)
             .ok()?
             .polar_moment();
         Some(Torsion {
@@ -212,7 +212,7 @@ impl TrainDrive {
         let own = nodes[0].1;
         for stretch in shaft.stretches(places) {
             let section = &shaft.sections[stretch.section];
-            let kind = Section::hollow(section.outer, section.inner)?;
+            let kind = Section::hollow(stretch.outer, section.inner)?;
             let (from, length) = (stretch.from, stretch.to - stretch.from);
             let fresh: Vec<f64> = (0..=stretch.elements as usize)
                 .map(|step| from + length * step as f64 / stretch.elements)

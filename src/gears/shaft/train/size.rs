@@ -11,6 +11,10 @@ const MOST_ELEMENTS: f64 = 4000.0;
 /// Matrices that the solution for the modes holds at once: mass and stiffness, three that couple, four of the dense solution.
 const MATRICES: f64 = 9.0;
 
+/// Part of the outer diameter within which the end of a hub takes a node that is there: a much shorter element than the others
+/// would only cost digits.
+const SLIVER: f64 = 1e-3;
+
 /// Freedoms of a node.
 const NODE_FREEDOMS: f64 = 6.0;
 
@@ -23,18 +27,20 @@ pub(super) struct Stretch {
     pub from: f64,
     /// To where \[m\].
     pub to: f64,
+    /// Outer diameter, hubs included \[m\].
+    pub outer: f64,
     /// Elements, a whole number; of a slip of a unit more than integers hold.
     pub elements: f64,
 }
 
 impl TrainShaft {
-    /// Longest beam element of a section \[m\].
-    fn longest_element(&self, section: usize) -> f64 {
+    /// Longest beam element of a section \[m\], where it has this outer diameter \[m\].
+    fn longest_element(&self, section: usize, outer: f64) -> f64 {
         let own = &self.sections[section];
-        own.element.or(self.element).unwrap_or(own.outer)
+        own.element.or(self.element).unwrap_or(outer)
     }
 
-    /// The stretches of a flexible shaft with nodes at these `places` \[m\], ascending.
+    /// The stretches of a flexible shaft with nodes at these `places` \[m\], ascending, and at the ends of hubs.
     pub(super) fn stretches(&self, places: &[f64]) -> Vec<Stretch> {
         let near = 1e-9 * self.length();
         let mut stretches = Vec::new();
@@ -46,13 +52,29 @@ impl TrainShaft {
             let mut stations: Vec<f64> = places.iter().filter(inside).copied().collect();
             stations.push(end);
             stations.dedup_by(|a, b| (*a - *b).abs() <= near);
+            let hubs = self
+                .gears
+                .iter()
+                .filter_map(|gear| Some((gear.hub?, gear.at)));
+            for at in hubs.flat_map(|(hub, at)| hub.ends(at)) {
+                let known = stations.iter().chain([&start]);
+                let apart = known
+                    .map(|other| (at - other).abs())
+                    .fold(f64::INFINITY, f64::min);
+                if inside(&&at) && apart > SLIVER * own.outer {
+                    stations.push(at);
+                }
+            }
+            stations.sort_by(f64::total_cmp);
             let mut from = start;
             for to in stations {
-                let elements = (to - from) / self.longest_element(section);
+                let outer = self.outer_at(own, 0.5 * (from + to));
+                let elements = (to - from) / self.longest_element(section, outer);
                 stretches.push(Stretch {
                     section,
                     from,
                     to,
+                    outer,
                     elements: (elements * (1.0 - 1e-9)).ceil().max(1.0),
                 });
                 from = to;
@@ -99,7 +121,7 @@ impl TrainDrive {
         Err(TrainError::TooFine {
             place,
             shaft: shaft.name.clone(),
-            element: shaft.longest_element(place[1]),
+            element: shaft.longest_element(place[1], shaft.sections[place[1]].outer),
             elements_of_section,
             elements,
             freedoms,

@@ -191,11 +191,19 @@ impl TrainDrive {
         if let Some(joined) = &self.housing {
             self.check_joints(joined, &axes, &turning)?;
         }
-        let idle =
-            |(shaft, speed): &(&TrainShaft, &Option<_>)| shaft.output != 0.0 && speed.is_none();
+        let idle = |(shaft, speed): &(&TrainShaft, &Option<Ratio>)| {
+            let turns = shaft.motion.turns() && speed.is_some_and(|speed| speed != Ratio::ZERO);
+            shaft.output != 0.0 && !turns
+        };
         if let Some((shaft, _)) = self.shafts.iter().zip(&speeds).find(idle) {
             return Err(TrainError::Idle {
                 shaft: shaft.name.clone(),
+            });
+        }
+        let driver = &self.shafts[self.driver];
+        if driver.output != 0.0 {
+            return Err(TrainError::OutputOfDriver {
+                driver: driver.name.clone(),
             });
         }
         let mut cycles = vec![[1, 1]];

@@ -252,6 +252,24 @@ fn bodies(
         }
     }
     let (diameter, length, thickness, rim) = (diameter?, length?, thickness?, rim?);
+    let too_thick = |thickness: [f64; 2], body: [f64; 2]| (0..2).any(|i| thickness[i] > body[i]);
+    if let Some((thickness, body)) = thickness
+        .zip(body_length)
+        .filter(|&(web, body)| too_thick(web, body))
+    {
+        let [web, body] = [thickness, body].map(|pair| pair.map(|length| 1e3 * length));
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                section.span_of("web_thickness"),
+                &section.path_of("web_thickness"),
+                format!("a web of {web:?} mm is thicker than its body of {body:?} mm"),
+            )
+            .label("too thick")
+            .remedy("make the web thinner, or remove it"),
+        );
+        return None;
+    }
     let length = length.or(body_length)?;
     Some([0, 1].map(|gear| BodyShape {
         hub: diameter.map(|diameter| Hub {

@@ -161,7 +161,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Reduction of tooth thickness along the reference circle, relative to the thickness that the profile shift gives."),
     key("train.shaft.*.gears.*.body", Kind::Table, ANY, r#"{ polar_inertia = "1e-3 kg*m^2" }"#)
         .otherwise("a homogeneous annulus between the shaft's outer diameter and the pitch circle")
-        .about("Inertia of the gear, if it is known."),
+        .about("Inertia of the gear, if it is known; of what is outside of its hub, if it has one."),
     quantity("train.shaft.*.gears.*.body.polar_inertia", Inertia, POSITIVE, r#""1e-3 kg*m^2""#)
         .about("Moment of inertia about the axis."),
     quantity("train.shaft.*.gears.*.body.transverse_inertia", Inertia, NON_NEGATIVE, r#""6e-4 kg*m^2""#).or("0")

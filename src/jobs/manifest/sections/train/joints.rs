@@ -29,6 +29,31 @@ const OF_NUMBERS: [&str; 3] = ["stiffness", "levels", "stiffness_harmonics"];
 /// Contacts that may stand beside the flanks of the first mesh.
 const MOST: usize = MOST_CONTACTS - 2;
 
+/// That no two gears mesh twice.
+fn given_once(
+    section: &Section,
+    issues: &mut Issues,
+    first: [GearPlace; 2],
+    read: &[TrainMesh],
+) -> Option<()> {
+    let tables = section.tables(issues, "mesh")?;
+    let alike = |a: [GearPlace; 2], b: [GearPlace; 2]| a == b || a == [b[1], b[0]];
+    for (number, (table, mesh)) in tables.iter().zip(read).enumerate() {
+        let earlier = read[..number].iter().map(|other| other.gears);
+        if std::iter::once(first)
+            .chain(earlier)
+            .any(|other| alike(other, mesh.gears))
+        {
+            let (span, path) = (table.span_of("gears"), table.path_of("gears"));
+            let what = "these gears already mesh in `train.gears` or in another [[train.mesh]]";
+            let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, what.to_owned());
+            issues.push(fault.label("given twice").remedy("remove one of both"));
+            return None;
+        }
+    }
+    Some(())
+}
+
 /// Further meshes of a train that is complete but for them; those of all planets, where the manifest has one for all.
 pub(super) fn meshes(
     section: &Section,
@@ -39,6 +64,7 @@ pub(super) fn meshes(
     let read = all(section, issues, "mesh", |table, issues| {
         mesh(table, issues, parts, train)
     })?;
+    given_once(section, issues, train.gears, &read)?;
     let pairs = std::iter::once(train.gears).chain(read.iter().map(|mesh| mesh.gears));
     let central = train.central_teeth(pairs);
     let others = |mesh: &TrainMesh| {

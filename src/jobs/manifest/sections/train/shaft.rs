@@ -65,12 +65,7 @@ fn shaft(
         toothed_on_shaft(table, issues, (&sections, density), names)
     });
     let gears = gears?;
-    let hubs = gears
-        .iter()
-        .filter_map(|(gear, drawn)| Some((gear.at, drawn.body[0].hub?)));
-    let sections = hubs.fold(sections, |sections, (at, hub)| {
-        ShaftSection::thickened(&sections, hub.ends(at), hub.diameter)
-    });
+    hubs_are_apart(table, issues, &gears)?;
     let (gears, drawn) = gears.into_iter().unzip();
     let shaft = TrainShaft {
         name: name?,
@@ -244,8 +239,8 @@ fn toothed_on_shaft(
     let has_hub = !internal && loose.is_none() && !sections.is_empty();
     let (gear, drawn) = toothed(table, issues, density, (bore, rim, has_hub))?;
     let at = at?;
-    if let Some(hub) = drawn.body[0].hub {
-        hub_fits(table, issues, (at, hub), (bore, sections))?;
+    if let Some(hub) = gear.hub {
+        hub_is_on_shaft(table, issues, (at, hub), sections)?;
     }
     let gear = TrainGear {
         name: name?,
@@ -257,41 +252,78 @@ fn toothed_on_shaft(
     Some((gear, drawn))
 }
 
-/// That a hub about a place is thicker than its shaft, whose sections reach as far.
-fn hub_fits(
+/// That no hub reaches under another gear of its shaft.
+fn hubs_are_apart(
+    table: &Section,
+    issues: &mut Issues,
+    gears: &[(TrainGear, ToothForm)],
+) -> Option<()> {
+    let tables = table.tables(issues, "gears")?;
+    for (own, (gear, _)) in tables.iter().zip(gears) {
+        let Some(hub) = gear.hub else { continue };
+        let reach = |other: &TrainGear| {
+            0.5 * other
+                .hub
+                .map_or(other.width, |hub| hub.length.max(other.width))
+        };
+        let touched = gears.iter().find(|(other, _)| {
+            let apart = (other.at - gear.at).abs();
+            other.name != gear.name && apart < (0.5 * hub.length + reach(other)) * (1.0 - 1e-9)
+        });
+        if let Some((other, _)) = touched {
+            let room = 2e3 * ((other.at - gear.at).abs() - reach(other)).max(0.0);
+            let what = format!(
+                "the hub of `{}` is {:.3} mm long and reaches under `{}`",
+                gear.name,
+                1e3 * hub.length,
+                other.name
+            );
+            let remedy = format!("make hub_length at most {room:.3} mm");
+            return hub_fault(own, issues, "hub_length", what, ["too long", &remedy]);
+        }
+    }
+    Some(())
+}
+
+/// That the sections of a shaft reach as far as a hub about a place.
+fn hub_is_on_shaft(
     table: &Section,
     issues: &mut Issues,
     (at, hub): (f64, Hub),
-    (bore, sections): (f64, &[ShaftSection]),
+    sections: &[ShaftSection],
 ) -> Option<()> {
-    let mut fault = |key: &str, what: String, [label, remedy]: [&str; 2]| {
-        let (span, path) = (table.span_of(key), table.path_of(key));
-        let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, what);
-        issues.push(fault.label(label).remedy(remedy));
-        None
-    };
-    if hub.diameter <= bore {
-        let [hub, bore] = [hub.diameter, bore].map(|diameter| 1e3 * diameter);
-        return fault(
-            "hub_diameter",
-            format!("a hub of {hub:.3} mm is not thicker than its shaft of {bore:.3} mm"),
-            ["too thin", "make it thicker, or remove it"],
-        );
-    }
     let length: f64 = sections.iter().map(|section| section.length).sum();
     let [start, end] = hub.ends(at);
     let beyond = (-start).max(end - length);
     if beyond <= 1e-9 * length {
         return Some(());
     }
-    let (hub, beyond) = (1e3 * hub.length, 1e3 * beyond);
-    fault(
-        if table.has("hub_length") { "hub_length" } else { "hub_diameter" },
-        format!(
-            "the hub is {hub:.3} mm long and reaches {beyond:.3} mm beyond the sections of its shaft"
-        ),
+    let [hub, beyond] = [hub.length, beyond].map(|length| 1e3 * length);
+    let what = format!(
+        "the hub is {hub} mm long and reaches {beyond:.6} mm beyond the sections of its shaft"
+    );
+    hub_fault(
+        table,
+        issues,
+        "hub_length",
+        what,
         ["too long", "shorten hub_length, or lengthen the sections"],
     )
+}
+
+/// A fault of a hub, at its diameter where the key is not given.
+fn hub_fault(
+    table: &Section,
+    issues: &mut Issues,
+    key: &str,
+    what: String,
+    [label, remedy]: [&str; 2],
+) -> Option<()> {
+    let key = if table.has(key) { key } else { "hub_diameter" };
+    let (span, path) = (table.span_of(key), table.path_of(key));
+    let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, what);
+    issues.push(fault.label(label).remedy(remedy));
+    None
 }
 
 /// A planet of `[train.planetary]`, and what the drawing says of it.
@@ -340,6 +372,7 @@ fn toothed(
             helix_angle: helix_angle?,
             width: width?,
             body: Disc::default(),
+            hub: None,
             loose: None,
         })
     };
@@ -359,32 +392,54 @@ fn toothed(
         );
     }
     form.ring = rim.map(|outer| outer.unwrap_or(pitch + RIM * gear.module));
+    let hub = form.body[0].hub;
     let body = match given? {
         Some(body) => body,
         None => {
-            let [outer, inner] = match form.ring {
-                None => [pitch, form.body[0].hub.map_or(bore, |hub| hub.diameter)],
-                Some(outer) => [outer, pitch],
+            let inside = ("the shaft", bore, "teeth");
+            let hub = hub.map(|hub| ("the hub", hub.diameter, "hub_diameter"));
+            let web = form.body[0].web;
+            let rim = web.map(|web| ("the inside of the rim", web.rim_diameter, "rim_diameter"));
+            let pitch = ("the pitch circle", pitch, "teeth");
+            let outside = form
+                .ring
+                .map(|outer| ("the outside of the ring", outer, "outer"));
+            let parts: Vec<_> = match outside {
+                None => [Some(inside), hub, rim, Some(pitch)]
+                    .into_iter()
+                    .flatten()
+                    .collect(),
+                Some(_) => [Some(pitch), rim, outside].into_iter().flatten().collect(),
             };
-            match Disc::webbed([outer, inner], gear.width, form.body[0].web, density) {
-                Ok(body) => body,
-                Err(error) => {
-                    issues.push(
-                        Diagnostic::new(
-                            DiagnosticKind::Inconsistent,
-                            table.span_of("teeth"),
-                            &table.path_of("teeth"),
-                            format!("a gear body from a diameter of {inner} m to one of {outer} m, with a pitch circle of {pitch} m: {error}"),
-                        )
-                        .label("does not fit")
-                        .remedy("check the module and the diameters, or give the body of the gear"),
-                    );
-                    return None;
-                }
-            }
+            lie_outside(table, issues, &parts)?;
+            let held = if outside.is_some() { pitch } else { hub.unwrap_or(inside) };
+            let outer = outside.unwrap_or(pitch);
+            Disc::webbed([outer.1, held.1], gear.width, web, density).ok()?
         }
     };
-    Some((TrainGear { body, ..gear }, form))
+    Some((TrainGear { body, hub, ..gear }, form))
+}
+
+/// That parts of a body lie outside of one another, in this order: what, diameter \[m\], key.
+fn lie_outside(table: &Section, issues: &mut Issues, parts: &[(&str, f64, &str)]) -> Option<()> {
+    let Some(wrong) = parts.windows(2).find(|pair| pair[0].1 >= pair[1].1) else {
+        return Some(());
+    };
+    let [(inside, inner, own), (outside, outer, other)] = [wrong[0], wrong[1]];
+    let key = [other, own]
+        .into_iter()
+        .find(|key| *key != "teeth" && table.has(key))
+        .unwrap_or("teeth");
+    let (span, path) = (table.span_of(key), table.path_of(key));
+    let [inner, outer] = [inner, outer].map(|diameter| 1e3 * diameter);
+    let what = format!("{outside} ({outer:.3} mm) must lie outside of {inside} ({inner:.3} mm)");
+    let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, what);
+    issues.push(
+        fault
+            .label("does not fit")
+            .remedy("check the module and the diameters, or give the body of the gear"),
+    );
+    None
 }
 
 /// Two gears as a pair whose drawing says nothing else, for a torque on the first one \[N m\].
