@@ -13,6 +13,12 @@ impl Model {
         self.blocks.len() - self.sliders.len()
     }
 
+    /// Whether flanks or other contacts that can part are closed, the states of dry sliders not counted.
+    pub fn touches(&self, active: ActiveSet) -> bool {
+        let is_of_slider = |contact| self.sliders.iter().any(|slider| slider.has(contact));
+        active.iter().any(|contact| !is_of_slider(contact))
+    }
+
     /// The closed contacts after a contact has opened or closed: where a slip begins the spring of its slider lets go.
     pub fn toggled(&self, active: ActiveSet, contact: usize) -> ActiveSet {
         let to = active.toggled(contact);

@@ -232,7 +232,7 @@ impl Model {
             "number of contacts",
             count,
             count <= most,
-            "at most 64, both flanks included",
+            "at most 128, both flanks included",
         )?;
         let (base, name) = (base_cycles(&contacts), "base period of all contacts");
         let fits = base <= MOST_BASE_CYCLES;

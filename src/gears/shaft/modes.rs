@@ -2,7 +2,7 @@
 //!
 //! With `M = L Lᵀ` the dense symmetric eigenproblem of `L⁻¹ K L⁻ᵀ` gives every mode, but
 //! each ω² with the error of the *largest*, which is many decades above the modes of
-//! interest. One block step of shifted inverse iteration with a Rayleigh–Ritz projection
+//! interest. Block steps (mostly one) of shifted inverse iteration with a Rayleigh–Ritz projection
 //! (Parlett, *The Symmetric Eigenvalue Problem*, chapters 11 and 14) on the requested
 //! modes alone,
 //!

@@ -1,5 +1,6 @@
 //! From a point's specification to the system that kernels integrate.
 
+use super::first_force;
 use super::further_meshes::{self, FurtherMeshError};
 use super::loaded_mesh::mean_stiffness;
 use super::mesh_tables::{MeshError, MeshTables};
@@ -246,8 +247,7 @@ fn with_mesh(
     };
     let mut error = point.excitation.transmission_error.clone();
     error.extend(lacking);
-    let force = point.load * structure.rated_force;
-    let friction = point.mesh.friction.coefficient(force, point.speed)?;
+    let friction = first_force::friction(structure, point)?;
     let drive = Drive {
         half_gap: point.mesh.half_gap,
         damping: match point.mesh.damping {

@@ -1,5 +1,6 @@
-//! What the flanks of the first mesh bear on average.
+//! What the flanks of the first mesh bear on average, and how they rub.
 
+use crate::gear::GearError;
 use crate::manifest::{PointSpec, StructureSource};
 use crate::structure::ModalStructure;
 
@@ -9,4 +10,14 @@ pub(super) fn first_force(structure: &ModalStructure, point: &PointSpec) -> f64 
         StructureSource::Train(train) => train.mean_forces(structure, point.load, point.speed)[0],
         _ => point.load * structure.rated_force,
     }
+}
+
+/// Coefficient of friction of the first mesh, at its mean force and the speed at which it rolls.
+///
+/// # Errors
+/// Those of the law of friction.
+pub(super) fn friction(structure: &ModalStructure, point: &PointSpec) -> Result<f64, GearError> {
+    let rolling = point.speed * structure.frame.rolling.abs();
+    let force = first_force(structure, point);
+    point.mesh.friction.coefficient(force, rolling)
 }

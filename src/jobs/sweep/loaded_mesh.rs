@@ -1,6 +1,6 @@
 //! Stiffness, errors and pairs in contact of meshes from the drawing, under the mean load and before the shafts tilt.
 
-use super::first_force::first_force;
+use super::first_force::{first_force, friction};
 use super::further_meshes::{self, FurtherMeshError};
 use super::mesh_divisions::course;
 use super::mesh_tables::{MeshError, MeshTables, flank_load};
@@ -60,7 +60,10 @@ pub fn loaded_mesh(
     meshes: &MeshTables,
 ) -> Result<LoadedMesh, MeshError> {
     let cycle = first_cycle(point, spec, structure, meshes)?;
-    let friction = point.mesh.friction.coefficient(cycle.force, point.speed)?;
+    let friction = match structure {
+        Some(structure) => friction(structure, point)?,
+        None => point.mesh.friction.coefficient(cycle.force, point.speed)?,
+    };
     Ok(LoadedMesh::of(spec, friction, &cycle))
 }
 

@@ -1,6 +1,6 @@
 //! Mesh tables of a job: fetched from the cache or computed, once for all points that share one.
 
-use super::first_force::first_force;
+use super::first_force::{first_force, friction};
 use super::mesh_divisions::{course, course_divisions, segments, spring_divisions};
 use super::near::Near;
 use crate::gear::{
@@ -161,7 +161,7 @@ impl MeshTables {
         let loaded = MeanLoad {
             force,
             on_coast,
-            friction: point.mesh.friction.coefficient(force.abs(), point.speed)?,
+            friction: friction(structure, point)?,
             misalignment: point.mesh.misalignment,
         };
         let tilt = || {

@@ -185,7 +185,7 @@ impl<K: Kernel> PointRun<'_, K> {
             excitation_repeats: last.recurrence.excitation_repeats(),
             torus_is_possible: torus::is_possible(self.model, &self.norm),
             events: all.events,
-            touched_throughout: all.events == 0 && self.trajectory.contact.touching(),
+            touched_throughout: all.events == 0 && self.model.touches(self.trajectory.contact),
             rhat: look.rhat,
             integrated: self.counters.cycles,
             measured: all.measured,

@@ -135,7 +135,8 @@ impl<K: Kernel> PointRun<'_, K> {
             let events = self.counters.events;
             self.plain_cycle(&mut ())?;
             recurrence.push(&self.trajectory.state);
-            let quiet = self.counters.events == events && self.trajectory.contact.touching();
+            let quiet =
+                self.counters.events == events && self.model.touches(self.trajectory.contact);
             if let Some(steady) = &mut steady
                 && steady.is_due(quiet, self.trajectory.cycle)
                 && self.stays_locked(steady.period())

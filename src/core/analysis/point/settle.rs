@@ -255,7 +255,7 @@ impl<K: Kernel> PointRun<'_, K> {
             orders.repeats(period);
         }
         let events = record.events;
-        let class = if events == 0 && self.trajectory.contact.touching() {
+        let class = if events == 0 && self.model.touches(self.trajectory.contact) {
             Class::SteadyContact(Some(period))
         } else {
             Class::Periodic(period)

@@ -77,7 +77,7 @@ impl<K: Kernel> PointRun<'_, K> {
             let integrated =
                 self.kernel
                     .advance(1, &mut ahead, &mut self.workspace, &mut (), &mut counters);
-            integrated.is_ok() && counters.events == 0 && ahead.contact.touching()
+            integrated.is_ok() && counters.events == 0 && self.model.touches(ahead.contact)
         })
     }
 

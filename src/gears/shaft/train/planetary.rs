@@ -183,7 +183,12 @@ impl TrainDrive {
             .filter(|(_, turns)| **turns)
             .map(|(own, _)| own)
         {
-            for (number, (_, own)) in (1..).zip(&shaft.bearings) {
+            let loose = shaft
+                .gears
+                .iter()
+                .filter_map(|gear| Some(gear.loose?.bearing));
+            let bearings = shaft.bearings.iter().map(|(_, own)| *own);
+            for (number, own) in (1..).zip(bearings.chain(loose)) {
                 let plain =
                     own.damping == [[0.0; 2]; 2] && own.cross == [0.0; 2] && own.rolling.is_none();
                 if own.x != own.y || !plain {

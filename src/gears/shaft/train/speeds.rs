@@ -214,6 +214,11 @@ impl TrainDrive {
             let speed = rolling[body].ok_or_else(|| TrainError::Apart {
                 body: self.body_name(body),
             })?;
+            if speed == Ratio::ZERO {
+                return Err(TrainError::Held {
+                    body: self.body_name(body),
+                });
+            }
             let ratio = speed * Ratio::new(i128::from(gear.teeth), i128::from(first));
             let (p, q) = (ratio.over.unsigned_abs(), ratio.under.unsigned_abs());
             match [u64::try_from(p), u64::try_from(q)] {

@@ -252,21 +252,24 @@ fn bodies(
         }
     }
     let (diameter, length, thickness, rim) = (diameter?, length?, thickness?, rim?);
-    let too_thick = |thickness: [f64; 2], body: [f64; 2]| (0..2).any(|i| thickness[i] > body[i]);
-    if let Some((thickness, body)) = thickness
-        .zip(body_length)
-        .filter(|&(web, body)| too_thick(web, body))
-    {
-        let [web, body] = [thickness, body].map(|pair| pair.map(|length| 1e3 * length));
+    let webs = thickness.zip(body_length);
+    let too_thick = webs.and_then(|(web, body)| {
+        (0..2)
+            .find(|&gear| web[gear] > body[gear])
+            .map(|gear| [web[gear], body[gear]])
+    });
+    if let Some(lengths) = too_thick {
+        let [web, body] = lengths.map(|length| 1e3 * length);
+        let (span, path) = (
+            section.span_of("web_thickness"),
+            section.path_of("web_thickness"),
+        );
+        let what = format!("a web of {web:.3} mm is thicker than its gear body of {body:.3} mm");
+        let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, what);
         issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                section.span_of("web_thickness"),
-                &section.path_of("web_thickness"),
-                format!("a web of {web:?} mm is thicker than its body of {body:?} mm"),
-            )
-            .label("too thick")
-            .remedy("make the web thinner, or remove it"),
+            fault
+                .label("too thick")
+                .remedy("make the web thinner, or remove it"),
         );
         return None;
     }

@@ -278,7 +278,11 @@ fn hubs_are_apart(
                 1e3 * hub.length,
                 other.name
             );
-            let remedy = format!("make hub_length at most {room:.3} mm");
+            let remedy = if room > 0.0 {
+                format!("make hub_length at most {room:.3} mm")
+            } else {
+                "move the gears apart, or remove the hub".to_owned()
+            };
             return hub_fault(own, issues, "hub_length", what, ["too long", &remedy]);
         }
     }
@@ -392,18 +396,28 @@ fn toothed(
         );
     }
     form.ring = rim.map(|outer| outer.unwrap_or(pitch + RIM * gear.module));
-    let hub = form.body[0].hub;
+    let inside = ("the shaft", bore, "teeth");
+    let hub = form.body[0]
+        .hub
+        .map(|hub| ("the hub", hub.diameter, "hub_diameter"));
+    let pitch = ("the pitch circle", pitch, "teeth");
+    let outside = form
+        .ring
+        .map(|outer| ("the outside of the ring", outer, "outer"));
     let body = match given? {
-        Some(body) => body,
+        Some(body) => {
+            let parts: Vec<_> = [Some(inside), hub, Some(pitch)]
+                .into_iter()
+                .flatten()
+                .collect();
+            if hub.is_some() {
+                lie_outside(table, issues, &parts)?;
+            }
+            body
+        }
         None => {
-            let inside = ("the shaft", bore, "teeth");
-            let hub = hub.map(|hub| ("the hub", hub.diameter, "hub_diameter"));
             let web = form.body[0].web;
             let rim = web.map(|web| ("the inside of the rim", web.rim_diameter, "rim_diameter"));
-            let pitch = ("the pitch circle", pitch, "teeth");
-            let outside = form
-                .ring
-                .map(|outer| ("the outside of the ring", outer, "outer"));
             let parts: Vec<_> = match outside {
                 None => [Some(inside), hub, rim, Some(pitch)]
                     .into_iter()
@@ -417,6 +431,7 @@ fn toothed(
             Disc::webbed([outer.1, held.1], gear.width, web, density).ok()?
         }
     };
+    let hub = form.body[0].hub;
     Some((TrainGear { body, hub, ..gear }, form))
 }
 
