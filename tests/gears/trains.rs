@@ -235,12 +235,13 @@ fn every_mesh_tells_its_losses() {
         advance_with(&kernel, &start, 500, &mut nvh);
         nvh.outcome().unwrap()
     };
-    let one = loss(&row(["a", "b"], ["b", "c"]));
-    // The first gear of the other description is slower, and the motor still drives the same shaft.
-    let other = row(["b", "c"], ["a", "b"])
-        .replace("rated_torque", "driver = \"one\"\nrated_torque")
-        .replace("speed = 100", "speed = 66.66666666666667");
-    let two = loss(&other);
+    // The motor drives the gear in the middle, and both others drive machines.
+    let between = |first, further| {
+        let both = row(first, further).replace("output = 1", "output = 0.5");
+        loss(&both.replace("name = \"one\"\n", "name = \"one\"\noutput = 0.5\n"))
+    };
+    let one = between(["b", "a"], ["b", "c"]);
+    let two = between(["b", "c"], ["b", "a"]);
     let [ab, bc] = [&one.contact_loss[..2], &one.contact_loss[2..]];
     println!("{ab:?} {bc:?} W");
     for (found, expected) in two.contact_loss.iter().zip(bc.iter().chain(ab)) {

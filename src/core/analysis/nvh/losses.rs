@@ -5,10 +5,9 @@
 //! integral of |F| over windows, exact where F keeps its sign and where it changes it.
 
 use super::rule::Seen;
-use super::sums::Sums;
 use crate::analysis::modal_series::{Series, TERMS, padded};
 use crate::analysis::outcome::{NvhErrors, NvhOutcome};
-use crate::model::{Model, Rolling};
+use crate::model::{COAST_FLANK, DRIVE_FLANK, Model, Rolling};
 use crate::numerics::legendre::{
     at_end, at_start, derivative, evaluate_with_derivatives, transforms24, variation,
 };
@@ -66,16 +65,14 @@ impl Losses {
         }
     }
 
-    /// Writes what follows from the sums of a record whose mean force is known.
-    pub fn tell(&self, total: &Sums, found: &mut NvhOutcome) {
-        let loss = total.loss_of_first() / total.time;
+    /// Writes what follows from the mean losses \[W\] of all contacts of a record whose mean force is known.
+    pub fn tell(&self, losses: Vec<f64>, found: &mut NvhOutcome) {
+        let loss = losses[DRIVE_FLANK] + losses[COAST_FLANK];
         let through = self.rolling.base_speed * found.force_mean;
         found.friction_coefficient = Some(self.rolling.friction);
         found.power_transmitted = Some(through);
         found.power_loss = Some(loss);
-        found.contact_loss = (total.contacts.iter())
-            .map(|own| own.loss / total.time)
-            .collect();
+        found.contact_loss = losses;
         found.efficiency = (through != 0.0).then(|| 1.0 - loss / through.abs());
     }
 

@@ -215,7 +215,8 @@ impl Nvh {
         let force_peak_errors;
         (found.force_peak_quantiles, force_peak_errors) = peaks(|cycle, _| cycle.force);
         if let Some(losses) = &self.losses {
-            losses.tell(&total, &mut found);
+            let of_contacts = total.contacts.iter().map(|own| own.loss / total.time);
+            losses.tell(of_contacts.collect(), &mut found);
         }
         found.impact_velocity_max = closed.contacts.fastest();
 
