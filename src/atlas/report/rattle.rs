@@ -2,6 +2,7 @@
 
 use super::error::ReportError;
 use crate::store::{ResultTable, TableKind};
+use crate::structure::SliderPart;
 use serde::Serialize;
 use std::path::Path;
 
@@ -83,8 +84,8 @@ pub(super) fn ranked(folder: &Path, head: &ResultTable) -> Result<Vec<Rattle>, R
 }
 
 fn is_of_slider(contact: &str) -> bool {
-    let states = [", slip forwards", ", slip backwards", ", stick"];
-    states.iter().any(|state| contact.ends_with(state))
+    let state = contact.rsplit_once(", ").map(|(_, state)| state);
+    SliderPart::ALL.iter().any(|(_, own)| Some(*own) == state)
 }
 
 /// What both contacts of a mesh or of a stage are called.

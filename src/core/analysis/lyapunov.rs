@@ -114,7 +114,7 @@ impl TangentGrowth {
             if i == 0 {
                 first = growth;
             }
-            // What a slip of a dry slider has forgotten stays nothing: its exponent is minus infinity.
+            // A tangent that a slip has made zero stays zero: its exponent is −∞.
             if length > 0.0 {
                 for x in self.tangents.vector_mut(i) {
                     *x /= length;

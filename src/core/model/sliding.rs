@@ -15,8 +15,7 @@ impl Model {
 
     /// Whether flanks or other contacts that can part are closed, the states of dry sliders not counted.
     pub fn touches(&self, active: ActiveSet) -> bool {
-        let is_of_slider = |contact| self.sliders.iter().any(|slider| slider.has(contact));
-        active.iter().any(|contact| !is_of_slider(contact))
+        active.iter().any(|contact| !self.is_of_slider(contact))
     }
 
     /// The closed contacts after a contact has opened or closed: where a slip begins the spring of its slider lets go.

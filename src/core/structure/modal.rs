@@ -197,28 +197,36 @@ pub struct StructureContact {
     pub copies: Option<usize>,
 }
 
+impl StructureContact {
+    /// A contact along one line that acts where it is seen, in the cycles of the mesh, without friction.
+    pub fn plain(name: String, participation: Vec<f64>, law: ContactLaw) -> Self {
+        Self {
+            name,
+            force: participation.clone(),
+            participation,
+            tilt: Vec::new(),
+            rubbing: Default::default(),
+            sliding: 0.0,
+            cycles: [1, 1],
+            law,
+            copies: None,
+        }
+    }
+}
+
 #[cfg(test)]
 impl StructureContact {
     /// A stop without friction, of a gap \[m\] and a constant stiffness \[N/m\], for tests.
     pub fn stop(participation: &[f64], gap: f64, stiffness: f64) -> Self {
         let mut series = [0.0; 8];
         series[0] = stiffness;
-        Self {
-            name: "stop".to_owned(),
-            participation: participation.to_vec(),
-            force: participation.to_vec(),
-            tilt: Vec::new(),
-            rubbing: Default::default(),
-            sliding: 0.0,
-            cycles: [1, 1],
-            law: ContactLaw {
-                gap,
-                stiffness: vec![(1.0, series)],
-                damping: 50.0,
-                ..ContactLaw::default()
-            },
-            copies: None,
-        }
+        let law = ContactLaw {
+            gap,
+            stiffness: vec![(1.0, series)],
+            damping: 50.0,
+            ..ContactLaw::default()
+        };
+        Self::plain("stop".to_owned(), participation.to_vec(), law)
     }
 }
 

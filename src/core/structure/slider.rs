@@ -11,21 +11,14 @@ impl StructureContact {
     pub fn slider(name: &str, participation: &[f64], stiffness: f64, limit: f64) -> [Self; 3] {
         let mut series = [0.0; 8];
         series[0] = stiffness;
-        SliderPart::ALL.map(|(part, suffix)| Self {
-            name: format!("{name}, {suffix}"),
-            participation: participation.to_vec(),
-            force: participation.to_vec(),
-            tilt: Vec::new(),
-            rubbing: Default::default(),
-            sliding: 0.0,
-            cycles: [1, 1],
-            law: ContactLaw {
+        SliderPart::ALL.map(|(part, suffix)| {
+            let law = ContactLaw {
                 gap: if part == SliderPart::Spring { 0.0 } else { limit / stiffness },
                 stiffness: vec![(1.0, series)],
                 slider: Some(part),
                 ..ContactLaw::default()
-            },
-            copies: None,
+            };
+            Self::plain(format!("{name}, {suffix}"), participation.to_vec(), law)
         })
     }
 }

@@ -271,11 +271,12 @@ fn with_mesh(
     Ok(model)
 }
 
-/// How the gears of a drawing roll on each other, at a part of the first one's speed where a carrier turns.
-fn rolling(point: &PointSpec, friction: f64, beside_carrier: f64) -> Option<Rolling> {
+/// How the gears of a drawing roll on each other. `relative` is the speed of the first gear relative to the carrier, by that of
+/// the driver.
+fn rolling(point: &PointSpec, friction: f64, relative: f64) -> Option<Rolling> {
     let gears = point.model.source.gears()?;
     let [pinion, wheel] = gears.teeth.map(f64::from);
-    let speed = point.speed * beside_carrier;
+    let speed = point.speed * relative;
     Some(Rolling {
         base_speed: gears.base_radii()[0] * speed,
         friction,

@@ -101,8 +101,8 @@ fn turned(column: usize) -> Option<(usize, f64)> {
 }
 
 impl Assembly {
-    /// Writes the inertia of the nodes that are `seen` so in a frame that turns about the axis, right-handed, at `ratio` times the
-    /// speed Ω of the pinion. A displacement u that is constant in the frame has the velocity `Ω_f S u`, so that
+    /// Writes the inertia of some nodes, those for which `seen` holds, in a frame that turns about the axis, right-handed, at
+    /// `ratio` times the speed Ω of the driver. A displacement u that is constant in the frame has the velocity `Ω_f S u`, so that
     ///
     /// ```text
     /// M (u'' + 2 Ω_f S u' − Ω_f² u) + Ω G (u' + Ω_f S u)

@@ -26,8 +26,8 @@ pub(super) struct Layout {
     /// Speed of each body about its axis, right-handed, in units of the driver's; 0 of one that
     /// stands still: first the shafts, then the loose gears. The first gear rolls forwards.
     pub speeds: Vec<f64>,
-    /// The same as the meshes see them: of what moves with planets beside the speed of the carrier; in units of the first
-    /// gear's own.
+    /// The same as the meshes see them, in units of the first gear's own speed. Speeds of what moves with planets are relative
+    /// to the carrier.
     pub rolling: Vec<f64>,
     /// Speed of the carrier of planets; 0 where the axes of all meshes stand still.
     pub carrier: f64,
@@ -48,14 +48,14 @@ type Form = [Ratio; 2];
 struct Joint {
     bodies: [usize; 2],
     ratio: Ratio,
-    /// Whether that holds beside the speed of the carrier.
-    beside_carrier: bool,
+    /// Whether both speeds are relative to the carrier.
+    relative_to_carrier: bool,
 }
 
 impl Joint {
     /// The speed of one body from that of the other.
     fn follow(&self, [own, carrier]: Form, ratio: Ratio) -> Form {
-        let frame = if self.beside_carrier { Ratio::ONE } else { Ratio::ZERO };
+        let frame = if self.relative_to_carrier { Ratio::ONE } else { Ratio::ZERO };
         [own * ratio, (carrier - frame) * ratio + frame]
     }
 }
@@ -293,14 +293,14 @@ impl TrainDrive {
                 Joint {
                     bodies: gears.map(|place| self.body_of(place)),
                     ratio: Ratio::new(z1 * i128::from(met.sense), z2),
-                    beside_carrier: gears.iter().any(|gear| self.is_planet(gear.shaft)),
+                    relative_to_carrier: gears.iter().any(|gear| self.is_planet(gear.shaft)),
                 }
             })
             .collect();
         joints.extend(self.couplings.iter().map(|coupling| Joint {
             bodies: coupling.shafts,
             ratio: Ratio::ONE,
-            beside_carrier: false,
+            relative_to_carrier: false,
         }));
         joints
     }

@@ -423,26 +423,12 @@ impl TrainDrive {
                 });
             }
         }
-        let mut one_sided =
-            |contacts: &mut Vec<StructureContact>, felt: Vec<f64>, law: &ContactLaw| {
-                contacts.push(StructureContact {
-                    name: name(),
-                    force: felt.clone(),
-                    tilt: Vec::new(),
-                    rubbing: Default::default(),
-                    sliding: 0.0,
-                    participation: felt,
-                    cycles: [1, 1],
-                    law: law.clone(),
-                    copies: None,
-                });
-            };
         for (number, coupling) in self.couplings.iter().enumerate() {
             let twist = solved.contact(&self.twist(number, layout, assembled));
             for stage in &coupling.stages {
                 for (side, _) in stage.side.ways() {
                     let felt = twist.iter().map(|w| side * w).collect();
-                    one_sided(&mut contacts, felt, &stage.law);
+                    contacts.push(StructureContact::plain(name(), felt, stage.law.clone()));
                 }
             }
         }
@@ -450,15 +436,16 @@ impl TrainDrive {
             let twist = solved.contact(&self.twist(number, layout, assembled));
             for own in &coupling.hysteresis {
                 let parts = StructureContact::slider("", &twist, own.stiffness, own.limit);
-                for part in parts {
-                    one_sided(&mut contacts, part.participation, &part.law);
-                }
+                contacts.extend(parts.map(|part| StructureContact {
+                    name: name(),
+                    ..part
+                }));
             }
         }
         for (number, stop) in self.stops.iter().enumerate() {
             let mut felt = solved.contact(&self.approach(number, assembled));
             felt[..solved.neutral.len()].fill(0.0);
-            one_sided(&mut contacts, felt, &stop.law);
+            contacts.push(StructureContact::plain(name(), felt, stop.law.clone()));
         }
         contacts
     }

@@ -11,6 +11,7 @@ use crate::shaft::{
     DrawnLaw, GearPlace, Hysteresis, MeshLaw, ShaftCoupling, Stage, StageSide, Stop, TrainDrive,
     TrainMesh,
 };
+use crate::structure::SliderPart;
 use std::f64::consts::PI;
 
 /// Keys of meshes from the drawing.
@@ -85,7 +86,8 @@ pub(super) fn meshes(
     }
     let stages = train.couplings.iter().flat_map(|coupling| &coupling.stages);
     let stages: usize = stages.map(Stage::contacts).sum();
-    let count = 2 * meshes.len() + stages + 3 * train.sliders() + train.stops.len();
+    let count =
+        2 * meshes.len() + stages + SliderPart::ALL.len() * train.sliders() + train.stops.len();
     if count > MOST {
         issues.push(
             Diagnostic::new(

@@ -406,12 +406,8 @@ fn toothed(
         .map(|outer| ("the outside of the ring", outer, "outer"));
     let body = match given? {
         Some(body) => {
-            let parts: Vec<_> = [Some(inside), hub, Some(pitch)]
-                .into_iter()
-                .flatten()
-                .collect();
-            if hub.is_some() {
-                lie_outside(table, issues, &parts)?;
+            if let Some(hub) = hub {
+                lie_outside(table, issues, &[inside, hub, pitch])?;
             }
             body
         }
