@@ -40,7 +40,7 @@ def trace(
     * `skip`: mesh cycles to discard before these, by default `run.transient`.
     * `samples_per_cycle`: samples per mesh cycle, evenly spaced from mesh phase 0.
     * `modal`: also records modal displacements [m sqrt(kg)] and velocities.
-    * `outputs`: also records torques, accelerations and rotations.
+    * `outputs`: also records deflections and forces of all meshes, torques, accelerations and rotations.
     * `swept`: starts from the sweep of the manifest up to this point, not from `run.initial`.
     """
     samples, events, stop = _gearatlas.trace(

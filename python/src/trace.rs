@@ -37,6 +37,7 @@ pub fn trace(
             bearings: true,
             torques: outputs,
             accelerations: outputs,
+            meshes: outputs,
             rotations: outputs,
             ..Signals::NONE
         },

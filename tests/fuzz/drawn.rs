@@ -177,6 +177,8 @@ impl Drawn {
                 constant_load: Vec::new(),
                 load_by_speed: Vec::new(),
                 harmonic_loads: Vec::new(),
+                meshes: Vec::new(),
+                shafts: Vec::new(),
             },
             drive: Drive {
                 coast: None,

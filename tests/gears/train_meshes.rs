@@ -36,12 +36,8 @@ fn bearing_means(model: &Model, [lead, cycles]: [u64; 2]) -> Vec<(String, f64)> 
     let kernel = volterra(model);
     let start = advance(&kernel, &model.start(&InitialState::Static), lead);
     let asked = Signals {
-        deflection: false,
-        force: false,
         bearings: true,
-        torques: false,
-        accelerations: false,
-        rotations: false,
+        ..Signals::NONE
     };
     let mut watched = Watched(Outputs::new(model, asked).unwrap());
     advance_with(&kernel, &start, cycles, &mut watched);
@@ -107,6 +103,16 @@ fn split(first: usize) -> String {
             at = if "ab".contains(name) { 0.03 } else { 0.09 }
         )
     };
+    // What the teeth of the gears lack goes with the gears, whichever mesh is the first one.
+    let errors = |mesh: [&str; 2], [key, driving, driven]: [&str; 3]| {
+        let teeth = if mesh == ["a", "b"] { 20 } else { 25 };
+        let deviations = (0..teeth).map(|tooth| format!("{}e-6", tooth * tooth % 7));
+        format!(
+            "gear_error = [{{ {key} = \"{driven}\", order = 1, amplitude = 6e-6, phase = 0.4 }}]\n\
+             pitch_deviation = {{ {driving} = [{}] }}",
+            deviations.collect::<Vec<_>>().join(", ")
+        )
+    };
     let bearings = "bearings = [{ at = 0, x = 2e8, y = 2e8, axial = 1e8, tilt = 1e4 }, { at = 0.12, x = 2e8, y = 2e8 }]";
     let section = "sections = [{ length = 0.12, outer = 0.03 }]";
     format!(
@@ -119,9 +125,9 @@ fn split(first: usize) -> String {
          discs = [{{ at = 0, polar_inertia = 2e-3 }}]\n\
          [[train.shaft]]\nname = \"right\"\norigin = [0.0762, 0, 0]\n{section}\n{bearings}\ngears = [{}]\noutput = 0.6\n\
          discs = [{{ at = 0, polar_inertia = 3e-3 }}]\n\
-         [[train.mesh]]\ngears = [\"{}\", \"{}\"]\nlaw = \"continuous\"\nshaft_tilt = true\ndamping = 1500\nfriction = 0.04\n\
+         [[train.mesh]]\ngears = [\"{}\", \"{}\"]\n{}\nlaw = \"continuous\"\nshaft_tilt = true\ndamping = 1500\nfriction = 0.04\n\
          [mesh]\nstiffness = \"continuous\"\nshaft_tilt = true\ncontact_damping = \"1500 N*s/m\"\nfriction = 0.04\n\
-         [excitation]\ntorque_ripple = [{{ shaft = \"pinion\", order = 2, amplitude = 60 }}]\n\
+         [excitation]\n{}\ntorque_ripple = [{{ shaft = \"pinion\", order = 2, amplitude = 60 }}]\n\
          [grid]\nload = 0.05\nspeed = 300\n[run]\ntransient = 100\ncycles = 1000\n[analyses]\nlyapunov = {{ exponents = 1 }}\n",
         one[0],
         one[1],
@@ -131,6 +137,8 @@ fn split(first: usize) -> String {
         gear("d", 34, 0.25, 2.5e-3),
         two[0],
         two[1],
+        errors(two, ["gear", "driving", "driven"]),
+        errors(one, ["shaft", "pinion", "wheel"]),
     )
 }
 
@@ -147,12 +155,28 @@ fn a_further_mesh_is_what_it_is_as_the_first() {
     let per_fifth = [4, 5];
     let mut told = Vec::new();
     let mut deflections = Vec::new();
+    let mut moved = Vec::new();
     for (model, cycles) in models.iter().zip(per_fifth) {
         let kernel = volterra(model);
         let start = advance(&kernel, &model.start(&InitialState::Rest), cycles);
-        let mut nvh = Nvh::new(model, 0);
-        let (end, _) = advance_with(&kernel, &start, fifths * cycles, &mut nvh);
-        told.push(nvh.outcome().unwrap());
+        let asked = Signals {
+            meshes: true,
+            ..Signals::NONE
+        };
+        let outputs = Watched(Outputs::new(model, asked).unwrap());
+        let mut watched = (Nvh::new(model, 0), outputs);
+        let (end, _) = advance_with(&kernel, &start, fifths * cycles, &mut watched);
+        told.push(watched.0.outcome().unwrap());
+        let of_meshes = [Quantity::MeshDeflection, Quantity::MeshForce];
+        let rms = of_meshes.map(|quantity| {
+            let [values, _] = watched.1.0.statistics(quantity);
+            values.rms
+        });
+        let own = [told[told.len() - 1].deflection_rms, told[told.len() - 1].force_std];
+        for (rms, own) in rms.iter().zip(own) {
+            assert!((rms[0] / own - 1.0).abs() < 1e-12, "{} {own}", rms[0]);
+        }
+        moved.push(rms);
         let at = |contact: usize| {
             let segment = &model.contacts[contact].cycles[0].segments[0];
             model.deflection_on(segment, 0, &end.state, 0.0).0
@@ -164,6 +188,11 @@ fn a_further_mesh_is_what_it_is_as_the_first() {
         let [one, two] = [deflections[0][mesh], deflections[1][1 - mesh]];
         println!("mesh {mesh}: {one} m, {two} m");
         assert!((one - two).abs() < 1e-9 * gap, "{one} {two}");
+        for (a, b) in moved[0].iter().zip(&moved[1]) {
+            let (a, b) = (a[mesh], b[1 - mesh]);
+            println!("  {a} {b}");
+            assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+        }
         for flank in [0, 1] {
             let [one, two] = [2 * mesh + flank, 2 * (1 - mesh) + flank];
             for (a, b) in [

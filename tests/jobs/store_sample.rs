@@ -11,7 +11,7 @@ use gearatlas::analysis::{
     AttractorOutcome, BasinShare, Bifurcation, CellOutcome, ChainRecord, ChaosOutcome, Character,
     Class, CourseOutcome, EvidenceOutcome, KaplanYorke, Kick, LyapunovMethod, LyapunovOutcome,
     MissedState, MultistabilityOutcome, NvhOutcome, OrbitOutcome, OrbitSurvey, OrderLine,
-    OrderReference, PoincareSample, PointOutcome, ProbeOutcome, SampleKind, SignalOrders, Spectrum,
+    PoincareSample, PointOutcome, ProbeOutcome, SampleKind, SignalOrders, Spectrum,
     SpectrumLine, SpectrumMethod, Status,
 };
 use gearatlas::model::Quantity;
@@ -79,7 +79,7 @@ fn row(point_id: u64) -> PointRow {
                 signal: "bearing pinion 1 x".to_owned(),
                 unit: "N".to_owned(),
                 lines: vec![OrderLine {
-                    reference: OrderReference::Mesh,
+                    reference: "mesh".to_owned(),
                     multiple: 1,
                     order: 1.0,
                     frequency: 200.0,

@@ -67,7 +67,7 @@ fn contact(name: &str, participation: Vec<f64>, gap: f64, levels: &[f64]) -> Str
 }
 
 /// A contact with a cycle of its own, three in five of the mesh.
-fn cycled(contact: StructureContact, error: Vec<(u32, f64, f64)>) -> StructureContact {
+fn cycled(contact: StructureContact, error: Vec<MeshHarmonic>) -> StructureContact {
     StructureContact {
         cycles: [3, 5],
         law: ContactLaw {
@@ -151,7 +151,7 @@ fn cases_of(release: Release) -> Vec<Case> {
                 4e-6,
                 &[3e8, 2e8],
             ),
-            vec![(1, 3e-6, 0.2)],
+            vec![MeshHarmonic::new(1, 3e-6, 0.2)],
         ),
         cycled(
             contact(

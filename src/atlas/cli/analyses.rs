@@ -46,6 +46,7 @@ pub(super) fn analyses(point: &PointSpec) -> String {
             (nvh.outputs.bearings, ", bearings"),
             (nvh.outputs.torques, ", torques"),
             (nvh.outputs.accelerations, ", accelerations"),
+            (nvh.outputs.meshes, ", meshes"),
             (nvh.power, ", power balance"),
         ];
         let more: String = more.iter().filter(|own| own.0).map(|own| own.1).collect();

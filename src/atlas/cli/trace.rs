@@ -37,7 +37,7 @@ pub struct TraceArgs {
     /// Also record modal displacements and velocities.
     #[arg(long)]
     pub modal: bool,
-    /// Also record torques, accelerations, and rotations of gears relative to the mean rotation, one column each.
+    /// Also record deflections and forces of all meshes, torques, accelerations, and rotations of gears relative to the mean rotation, one column each.
     #[arg(long)]
     pub outputs: bool,
     /// Write the files to this folder [default: results/JOB/trace-POINT].
@@ -97,6 +97,7 @@ pub fn run(args: &TraceArgs) -> ExitCode {
                 bearings: true,
                 torques: args.outputs,
                 accelerations: args.outputs,
+                meshes: args.outputs,
                 rotations: args.outputs,
                 ..Signals::NONE
             },

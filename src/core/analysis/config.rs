@@ -177,6 +177,9 @@ pub struct Signals {
     pub torques: bool,
     /// Accelerations of bearings and angular accelerations of shafts.
     pub accelerations: bool,
+    /// Deflections and forces of every mesh. Left out of the hash of manifests that do not ask for them.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub meshes: bool,
     /// Rotations of gears. Trajectories have them; manifests do not ask for them, and their hash does not see them.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub rotations: bool,
@@ -190,12 +193,13 @@ impl Signals {
         bearings: false,
         torques: false,
         accelerations: false,
+        meshes: false,
         rotations: false,
     };
 
     /// Whether any output of the structure is among them.
     pub fn any(self) -> bool {
-        self.bearings || self.torques || self.accelerations || self.rotations
+        self.bearings || self.torques || self.accelerations || self.meshes || self.rotations
     }
 
     /// Whether outputs of a quantity are among them.
@@ -204,6 +208,7 @@ impl Signals {
             Quantity::BearingForce => self.bearings,
             Quantity::Torque => self.torques,
             Quantity::Acceleration | Quantity::AngularAcceleration => self.accelerations,
+            Quantity::MeshDeflection | Quantity::MeshForce => self.meshes,
             Quantity::Rotation => self.rotations,
         }
     }
@@ -216,6 +221,7 @@ impl Signals {
             bearings: self.bearings || other.bearings,
             torques: self.torques || other.torques,
             accelerations: self.accelerations || other.accelerations,
+            meshes: self.meshes || other.meshes,
             rotations: self.rotations || other.rotations,
         }
     }

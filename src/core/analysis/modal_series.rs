@@ -163,6 +163,34 @@ impl<'a> ModalSeries<'a> {
         }
         out
     }
+
+    /// Deflection along one of the model's directions \[m\].
+    pub fn along(&self, direction: usize) -> Series {
+        let direction = &self.model.directions[direction];
+        let mut out = [0.0; TERMS];
+        for (i, gain) in direction.gains.iter().enumerate() {
+            for (row, w) in gain.deflection.into_iter().enumerate() {
+                if w != 0.0 {
+                    add_multiple(w, &self.component(i, row), &mut out);
+                }
+            }
+        }
+        for h in &self.model.lines[direction.line].transmission_error {
+            let phase = h.turned(self.window.cycle, self.window.start) + h.phase;
+            let cosine = cosine_series(h.angular_frequency, phase, self.window.duration);
+            add_multiple(-h.amplitude, &cosine, &mut out);
+        }
+        out
+    }
+}
+
+/// Adds a multiple of one series to another.
+pub fn add_multiple(factor: f64, series: &Series, sum: &mut Series) {
+    if factor != 0.0 {
+        for (sum, value) in sum.iter_mut().zip(series) {
+            *sum += factor * value;
+        }
+    }
 }
 
 /// Adds the response to an input given by its `responses`.

@@ -8,7 +8,7 @@
 use super::config::{NvhConfig, OrderConfig};
 use super::modal_series::Series;
 use super::nvh::stretches::{Stretches, Summable};
-use super::outcome::{OrderLine, OrderReference, SignalOrders};
+use super::outcome::{OrderLine, SignalOrders};
 use super::signal::Signal;
 use crate::model::Model;
 use crate::numerics::fourier::{Stretch, add_lines};
@@ -49,23 +49,24 @@ impl Summable for Sums {
 /// The multiples of one frequency.
 #[derive(Debug, Clone)]
 struct Family {
-    reference: OrderReference,
-    /// Mesh cycles in a period of the frequency.
-    teeth: u32,
+    /// What its orders are multiples of.
+    reference: String,
+    /// Its periods, `[p, q]`: p in q mesh cycles.
+    periods: [u32; 2],
     stretches: Stretches<Sums>,
 }
 
 impl Family {
-    fn new(reference: OrderReference, teeth: u32, count: usize, signals: usize) -> Self {
+    fn new(reference: String, periods: [u32; 2], count: u32, signals: usize) -> Self {
         let empty = Sums {
             time: 0.0,
-            lines: vec![vec![Complex64::ZERO; count]; signals],
+            lines: vec![vec![Complex64::ZERO; count as usize]; signals],
         };
-        let period = u64::from(teeth);
+        let period = u64::from(periods[1]);
         let length = CYCLES_PER_STRETCH.div_ceil(period) * period;
         Self {
             reference,
-            teeth,
+            periods,
             stretches: Stretches::new(empty, length),
         }
     }
@@ -93,9 +94,11 @@ impl Family {
     ) -> Vec<OrderLine> {
         let line = |(index, sum): (usize, &Complex64)| {
             let multiple = index as u32 + 1;
-            let order = f64::from(multiple) / f64::from(self.teeth);
+            let [p, q] = self.periods;
+            let order = f64::from(multiple) * f64::from(p) / f64::from(q);
             // A motion of period k holds multiples of 1/k of the mesh order.
-            let held = repeats.is_none_or(|k| (multiple * k).is_multiple_of(self.teeth));
+            let turns = |k: u32| u64::from(multiple) * u64::from(p) * u64::from(k);
+            let held = repeats.is_none_or(|k| turns(k).is_multiple_of(u64::from(q)));
             let value = if held { 2.0 / sums.time * sum } else { Complex64::ZERO };
             let amplitude = value.norm();
             let error = |part: fn(Complex64) -> f64| {
@@ -110,7 +113,7 @@ impl Family {
                 error.is_finite().then_some(error)
             };
             OrderLine {
-                reference: self.reference,
+                reference: self.reference.clone(),
                 multiple,
                 order,
                 frequency: order / mesh_period,
@@ -145,17 +148,26 @@ impl Orders {
     /// The orders asked for of a model, as a part of all that is asked.
     pub fn new(model: &Model, asked: &OrderConfig, all: &NvhConfig) -> Self {
         let signals = Signal::asked(model, asked.signals, all.computed());
-        let mesh = Family::new(OrderReference::Mesh, 1, asked.mesh as usize, signals.len());
-        let shafts = [OrderReference::Pinion, OrderReference::Wheel].into_iter();
-        let shafts = shafts.zip(model.teeth).filter_map(|(reference, teeth)| {
-            let teeth = teeth?;
-            // From the number of teeth on they are mesh orders, or between those.
-            let count = asked.shafts.min(teeth - 1) as usize;
-            (count > 0).then(|| Family::new(reference, teeth, count, signals.len()))
+        let count = signals.len();
+        let mut known = Vec::new();
+        let meshes = model.meshes.iter().filter(|mesh| {
+            let new = !known.contains(&mesh.cycles);
+            known.push(mesh.cycles);
+            new
+        });
+        let meshes = meshes.enumerate().map(|(number, mesh)| {
+            let name = if number == 0 { "mesh".to_owned() } else { format!("mesh {}", mesh.name) };
+            Family::new(name, mesh.cycles, asked.mesh, count)
+        });
+        let shafts = model.shafts.iter().filter_map(|(name, turns)| {
+            // From the mesh order on they are mesh orders, or between those.
+            let below = turns[1].div_ceil(turns[0]).saturating_sub(1);
+            let multiples = asked.shafts.min(below);
+            (multiples > 0).then(|| Family::new(name.clone(), *turns, multiples, count))
         });
         Self {
             period: model.period(),
-            families: std::iter::once(mesh).chain(shafts).collect(),
+            families: meshes.chain(shafts).collect(),
             centres: vec![0.0; signals.len()],
             series: Vec::with_capacity(signals.len()),
             signals,
@@ -218,8 +230,9 @@ impl Orders {
             series[0] -= centre;
         }
         for family in &mut self.families {
-            let slowest = TAU / (f64::from(family.teeth) * self.period);
-            let cycle = window.cycle % u64::from(family.teeth);
+            let [p, q] = family.periods;
+            let slowest = TAU * f64::from(p) / (f64::from(q) * self.period);
+            let cycle = window.cycle % u64::from(q);
             let middle = window.start + 0.5 * window.duration;
             let stretch = Stretch {
                 duration: window.duration,
@@ -251,7 +264,7 @@ impl Orders {
         closed.finish();
         let families: Vec<(&Family, Sums)> = (closed.families.iter())
             .filter_map(|family| {
-                let all = self.repeats.is_some() || family.teeth == 1;
+                let all = self.repeats.is_some() || family.periods[1] == 1;
                 Some((family, family.counted(all)?))
             })
             .collect();

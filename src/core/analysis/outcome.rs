@@ -265,6 +265,10 @@ pub struct NvhOutcome {
     pub acceleration_rms: Vec<f64>,
     /// Root mean square of the angular acceleration of every body \[rad/s²\].
     pub angular_acceleration_rms: Vec<f64>,
+    /// Root mean squares of the deflections of all meshes about their means \[m\]; empty where not asked for.
+    pub mesh_deflection_rms: Vec<f64>,
+    /// Those of their forces \[N\].
+    pub mesh_force_rms: Vec<f64>,
     /// Fraction of time in drive contact alone, free flight, coast contact alone, and contact on both
     /// flanks.
     pub fractions: [f64; Flanks::COUNT],
@@ -321,6 +325,8 @@ pub struct NvhErrors {
     pub torque_rms: Vec<f64>,
     pub acceleration_rms: Vec<f64>,
     pub angular_acceleration_rms: Vec<f64>,
+    pub mesh_deflection_rms: Vec<f64>,
+    pub mesh_force_rms: Vec<f64>,
     pub fractions: [f64; Flanks::COUNT],
 }
 
@@ -371,33 +377,11 @@ pub struct Spectrum {
     pub lines: Vec<SpectrumLine>,
 }
 
-/// What an order is a multiple of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum OrderReference {
-    /// The mesh frequency.
-    Mesh,
-    /// The speed of the pinion.
-    Pinion,
-    /// The speed of the wheel.
-    Wheel,
-}
-
-impl OrderReference {
-    /// The word stored in result files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Mesh => "mesh",
-            Self::Pinion => "pinion",
-            Self::Wheel => "wheel",
-        }
-    }
-}
-
 /// A signal at one order, `amplitude cos(ωt + phase)` with t from the start of mesh cycle 0.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OrderLine {
-    /// What the order is a multiple of.
-    pub reference: OrderReference,
+    /// What the order is a multiple of: `mesh`, `pinion`, `wheel`, or a further mesh or shaft by its name.
+    pub reference: String,
     /// Which multiple.
     pub multiple: u32,
     /// Multiple of the mesh frequency \[1\].

@@ -13,10 +13,10 @@
 //! window's mean.
 
 use super::config::Signals;
-use super::modal_series::{ModalMotion, Series, TERMS, padded};
+use super::modal_series::{ModalMotion, ModalSeries, Series, TERMS, add_multiple, padded};
 use super::nvh::stretches::Stretches;
 use super::precision::Size;
-use crate::model::{BearingOutput, Model, Output, Quantity};
+use crate::model::{BearingOutput, DRIVE_FLANK, Model, NamedMesh, Output, Quantity};
 use crate::numerics::statistics::standard_error;
 use crate::propagate::Window;
 use std::borrow::Cow;
@@ -27,7 +27,6 @@ const CYCLES_PER_STRETCH: u64 = 10;
 /// How an output follows from the blocks, what drives them, and the contacts.
 #[derive(Debug, Clone)]
 struct Law {
-    quantity: Quantity,
     /// By both components of each block.
     gain: Vec<[f64; 2]>,
     constant: f64,
@@ -43,7 +42,6 @@ impl Law {
         let shares = model.directions.iter().map(|own| &own.on_bearings);
         let by_force = shares.map(|shares| shares.get(index).copied().unwrap_or(0.0));
         Self {
-            quantity: Quantity::BearingForce,
             gain: bearing.gain.clone(),
             constant: bearing.constant,
             by_force: by_force.collect(),
@@ -52,11 +50,9 @@ impl Law {
     }
 
     fn of(model: &Model, output: &Output) -> Self {
-        let quantity = output.quantity;
         let own = &output.gain;
-        if !quantity.is_rate() {
+        if !output.quantity.is_rate() {
             return Self {
-                quantity,
                 gain: own.clone(),
                 constant: 0.0,
                 by_force: Vec::new(),
@@ -81,7 +77,6 @@ impl Law {
         });
         let constant = own.iter().zip(&model.blocks);
         Self {
-            quantity,
             gain: rate.collect(),
             constant: constant.map(|(&c, block)| dot(c, block.static_input)).sum(),
             by_force: by_force.collect(),
@@ -90,11 +85,15 @@ impl Law {
     }
 }
 
+/// What is told of every mesh.
+const OF_MESH: [Quantity; 2] = [Quantity::MeshDeflection, Quantity::MeshForce];
+
 /// Name and quantity of the outputs of a model that are wanted, in the order of their series.
 pub fn named(model: &Model, wanted: Signals) -> impl Iterator<Item = (String, Quantity)> {
     let bearings = (model.bearings.iter()).map(|own| (&own.name, Quantity::BearingForce));
     let outputs = (model.outputs.iter()).map(|own| (&own.name, own.quantity));
-    (bearings.chain(outputs))
+    let meshes = (model.meshes.iter()).flat_map(|own| OF_MESH.map(|quantity| (&own.name, quantity)));
+    (bearings.chain(outputs).chain(meshes))
         .filter(move |(_, quantity)| wanted.has(*quantity))
         .map(|(name, quantity)| (format!("{} {name}", quantity.name()), quantity))
 }
@@ -103,9 +102,12 @@ pub fn named(model: &Model, wanted: Signals) -> impl Iterator<Item = (String, Qu
 #[derive(Debug, Clone)]
 pub struct Outputs {
     motion: ModalMotion<'static>,
+    /// Of all outputs but those of meshes, which come last.
     laws: Vec<Law>,
+    /// The meshes whose deflections and forces are wanted.
+    meshes: Vec<NamedMesh>,
     /// As [`named`] tells them.
-    names: Vec<String>,
+    names: Vec<(String, Quantity)>,
     period: f64,
     /// The present window's values.
     series: Vec<Series>,
@@ -137,15 +139,17 @@ impl Outputs {
         let outputs = (model.outputs.iter())
             .filter(|own| wanted.has(own.quantity))
             .map(|output| Law::of(model, output));
-        let laws: Vec<Law> = bearings.chain(outputs).collect();
-        (!laws.is_empty()).then(|| Self {
+        let names: Vec<_> = named(model, wanted).collect();
+        let count = names.len();
+        (count > 0).then(|| Self {
             motion: ModalMotion::of(Cow::Owned(model.clone())),
             period: model.period(),
-            series: vec![[0.0; TERMS]; laws.len()],
-            centres: vec![0.0; laws.len()],
-            sums: vec![Stretches::new([0.0; 3], CYCLES_PER_STRETCH); laws.len()],
-            names: named(model, wanted).map(|(name, _)| name).collect(),
-            laws,
+            series: vec![[0.0; TERMS]; count],
+            centres: vec![0.0; count],
+            sums: vec![Stretches::new([0.0; 3], CYCLES_PER_STRETCH); count],
+            laws: bearings.chain(outputs).collect(),
+            meshes: if wanted.meshes { model.meshes.clone() } else { Vec::new() },
+            names,
             cycle: None,
             open: false,
             cycles: 0,
@@ -195,7 +199,12 @@ impl Outputs {
     /// Rebuilds the outputs on a window.
     pub fn rebuild(&mut self, window: &Window<'_>) -> &[Series] {
         let modal = self.motion.on(window);
-        for (series, law) in self.series.iter_mut().zip(&self.laws) {
+        let (places, meshes) = self.series.split_at_mut(self.laws.len());
+        for (own, series) in self.meshes.iter().zip(meshes.chunks_exact_mut(2)) {
+            series[0] = deflection(own, window, &modal);
+            series[1] = force(own, window);
+        }
+        for (series, law) in places.iter_mut().zip(&self.laws) {
             series.fill(0.0);
             series[0] = law.constant;
         }
@@ -205,16 +214,16 @@ impl Outputs {
                     continue;
                 }
                 let component = modal.component(block, row);
-                for (series, law) in self.series.iter_mut().zip(&self.laws) {
-                    add(law.gain[block][row], &component, series);
+                for (series, law) in places.iter_mut().zip(&self.laws) {
+                    add_multiple(law.gain[block][row], &component, series);
                 }
             }
         }
         for closed in window.closed {
             let direction = window.segments[closed.contact].direction;
             let force = padded(closed.force);
-            for (series, law) in self.series.iter_mut().zip(&self.laws) {
-                add(
+            for (series, law) in places.iter_mut().zip(&self.laws) {
+                add_multiple(
                     law.by_force.get(direction).copied().unwrap_or(0.0),
                     &force,
                     series,
@@ -222,8 +231,8 @@ impl Outputs {
             }
         }
         for (index, ripple) in modal.ripples().enumerate() {
-            for (series, law) in self.series.iter_mut().zip(&self.laws) {
-                add(
+            for (series, law) in places.iter_mut().zip(&self.laws) {
+                add_multiple(
                     law.by_ripple.get(index).copied().unwrap_or(0.0),
                     ripple,
                     series,
@@ -275,8 +284,8 @@ impl Outputs {
     /// having been integrated.
     pub fn statistics(&self, quantity: Quantity) -> [OutputStatistics; 2] {
         let mut found = [OutputStatistics::default(), OutputStatistics::default()];
-        let own = self.laws.iter().zip(self.sums.iter().zip(&self.centres));
-        for (_, (sums, centre)) in own.filter(|(law, _)| law.quantity == quantity) {
+        let own = self.names.iter().zip(self.sums.iter().zip(&self.centres));
+        for (_, (sums, centre)) in own.filter(|((_, own), _)| *own == quantity) {
             let mut sums = sums.clone();
             if self.open {
                 sums.advance();
@@ -315,19 +324,35 @@ impl Outputs {
                 rms,
             }
         };
-        (self.names.iter().map(String::as_str))
+        (self.names.iter().map(|(name, _)| name.as_str()))
             .zip(own.map(size))
             .collect()
     }
 }
 
-/// Adds a multiple of one series to another.
-fn add(factor: f64, series: &Series, sum: &mut Series) {
-    if factor != 0.0 {
-        for (sum, value) in sum.iter_mut().zip(series) {
-            *sum += factor * value;
-        }
+/// Deflection of a mesh along the line of its drive flank.
+fn deflection(mesh: &NamedMesh, window: &Window<'_>, modal: &ModalSeries<'_>) -> Series {
+    let [drive, _] = mesh.flanks;
+    let shown = window.closed.iter().find(|own| own.contact == drive);
+    match shown {
+        _ if drive == DRIVE_FLANK => padded(window.deflection),
+        Some(closed) => padded(closed.deflection),
+        None => modal.along(window.segments[drive].direction),
     }
+}
+
+/// Force of a mesh: of further ones coast flanks are seen along their own lines.
+fn force(mesh: &NamedMesh, window: &Window<'_>) -> Series {
+    let [drive, coast] = mesh.flanks;
+    if drive == DRIVE_FLANK {
+        return padded(window.force);
+    }
+    let mut sum = [0.0; TERMS];
+    for closed in window.closed {
+        let sign = f64::from(closed.contact == drive) - f64::from(closed.contact == coast);
+        add_multiple(sign, &padded(closed.force), &mut sum);
+    }
+    sum
 }
 
 #[cfg(test)]

@@ -199,6 +199,16 @@ impl Search {
                 &found.angular_acceleration_rms,
                 &errors.angular_acceleration_rms,
             ),
+            (
+                "mesh_deflection_rms",
+                &found.mesh_deflection_rms,
+                &errors.mesh_deflection_rms,
+            ),
+            (
+                "mesh_force_rms",
+                &found.mesh_force_rms,
+                &errors.mesh_force_rms,
+            ),
         ];
         for (name, values, errors) in rates {
             self.take_each(name, errors, |index| values[index]);
@@ -270,7 +280,7 @@ mod tests {
     use super::*;
     use crate::analysis::PowerOutcome;
     use crate::analysis::outcome::{
-        DurationOutcome, OrderLine, OrderReference, SpectrumLine, SpectrumMethod,
+        DurationOutcome, OrderLine, SpectrumLine, SpectrumMethod,
     };
 
     /// Statistics whose every error is 1 %, on the scale it counts against.
@@ -460,7 +470,7 @@ mod tests {
             signal: "force".to_owned(),
             unit: "N".to_owned(),
             lines: vec![OrderLine {
-                reference: OrderReference::Mesh,
+                reference: "mesh".to_owned(),
                 multiple: 1,
                 order: 1.0,
                 frequency: 1.0,

@@ -1,7 +1,7 @@
 //! Mesh and excitation of a drive, and where it is operated.
 
 use super::error::{ModelError, positive};
-use super::{FlankError, Release, STIFFNESS_TERMS, Stiffness};
+use super::{FlankError, MeshHarmonic, Release, STIFFNESS_TERMS, Stiffness};
 use crate::numerics::quadrature::GaussLegendre;
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -218,36 +218,6 @@ impl Division {
         (stiffness.iter().enumerate())
             .map(|(i, &level)| Self::level(end(i), level))
             .collect()
-    }
-}
-
-/// One harmonic of the transmission error: of the mesh, or of an order of a shaft.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct MeshHarmonic {
-    /// How often it repeats in so many mesh cycles as `cycles` says, ≥ 1.
-    pub harmonic: u32,
-    /// 1: `harmonic` is a multiple of the mesh frequency. The teeth of a gear: it is an order of its shaft.
-    pub cycles: u32,
-    /// Amplitude \[m\].
-    pub amplitude: f64,
-    /// Phase \[rad\].
-    pub phase: f64,
-}
-
-impl MeshHarmonic {
-    /// A harmonic of the mesh frequency, of some amplitude \[m\] and phase \[rad\].
-    pub const fn new(harmonic: u32, amplitude: f64, phase: f64) -> Self {
-        Self {
-            harmonic,
-            cycles: 1,
-            amplitude,
-            phase,
-        }
-    }
-
-    /// Turns of its phase in a mesh cycle.
-    pub fn turns_per_cycle(&self) -> f64 {
-        f64::from(self.harmonic) / f64::from(self.cycles)
     }
 }
 

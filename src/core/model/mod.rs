@@ -54,7 +54,7 @@ pub use contact::{
 pub use derivative::ShapeChange;
 pub use direction::{Direction, Line};
 pub use drive::{
-    CoastFlank, Division, Drive, DriveShaft, MeshHarmonic, OperatingPoint, SAME_PHASE,
+    CoastFlank, Division, Drive, DriveShaft, OperatingPoint, SAME_PHASE,
     StiffnessHarmonic, TorqueRipple,
 };
 pub use error::ModelError;
@@ -62,11 +62,12 @@ pub use excitation::{Ripple, TransmissionErrorHarmonic, turned};
 pub use flank_error::FlankError;
 pub use initial::{InitialState, TrajectoryState};
 pub use mesh::{MeshCycle, Segment, equal_parts};
-pub use output::{Output, Quantity};
+pub use output::{FIRST_MESH, NamedMesh, Output, Quantity};
 pub use release::Release;
 pub use rolling::Rolling;
 pub use slider::Slider;
 pub use stiffness::{STIFFNESS_TERMS, Stiffness};
+pub use crate::structure::MeshHarmonic;
 pub use system::Model;
 
 #[cfg(test)]

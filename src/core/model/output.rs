@@ -1,6 +1,7 @@
 //! What may be told of the structure beside the mesh: forces, torques, accelerations and rotations at places.
 
 use super::basis::Basis;
+use super::{COAST_FLANK, DRIVE_FLANK};
 use crate::structure::{ModalStructure, MotionKind, PlaceMotion, TorqueGain};
 
 /// What an output is.
@@ -16,6 +17,10 @@ pub enum Quantity {
     AngularAcceleration,
     /// Rotation of a gear beside the mean rotation \[rad\].
     Rotation,
+    /// Deflection of a mesh along the line of its drive flank \[m\].
+    MeshDeflection,
+    /// Force of a mesh \[N\], positive on its drive flank, negative on its coast flank.
+    MeshForce,
 }
 
 impl Quantity {
@@ -27,6 +32,8 @@ impl Quantity {
             Self::Acceleration => "acceleration",
             Self::AngularAcceleration => "angular acceleration",
             Self::Rotation => "rotation",
+            Self::MeshDeflection => "mesh deflection",
+            Self::MeshForce => "mesh force",
         }
     }
 
@@ -38,12 +45,47 @@ impl Quantity {
             Self::Acceleration => "m/s^2",
             Self::AngularAcceleration => "rad/s^2",
             Self::Rotation => "rad",
+            Self::MeshDeflection => "m",
+            Self::MeshForce => "N",
         }
     }
 
     /// Whether it is the rate of the sum that its gains give.
     pub fn is_rate(self) -> bool {
         matches!(self, Self::Acceleration | Self::AngularAcceleration)
+    }
+}
+
+/// What the only mesh of a structure without names is called.
+pub const FIRST_MESH: &str = "pinion and wheel";
+
+/// A mesh of the structure.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NamedMesh {
+    /// Its gears.
+    pub name: String,
+    /// Its drive flank and its coast flank, by their places among the model's contacts.
+    pub flanks: [usize; 2],
+    /// Its cycles, `[p, q]`: p in q of the first mesh.
+    pub cycles: [u32; 2],
+}
+
+impl NamedMesh {
+    /// Those of a structure, the first one's flanks being so many springs.
+    pub(super) fn of_structure(structure: &ModalStructure, flank_springs: usize) -> Vec<Self> {
+        let first = structure.meshes.first().map_or(FIRST_MESH, String::as_str);
+        let first = Self {
+            name: first.to_owned(),
+            flanks: [DRIVE_FLANK, COAST_FLANK],
+            cycles: [1, 1],
+        };
+        let further = structure.meshes.iter().skip(1).enumerate();
+        let further = further.map(|(number, name)| Self {
+            name: name.clone(),
+            flanks: [0, 1].map(|flank| flank_springs + 2 * number + flank),
+            cycles: structure.contacts[2 * number].cycles,
+        });
+        std::iter::once(first).chain(further).collect()
     }
 }
 

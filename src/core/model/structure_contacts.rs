@@ -40,7 +40,10 @@ pub(super) fn with_own_law<'c>(
         damping: drive.damping,
         phase: own.law.phase,
         error: (errors.iter())
-            .map(|error| (error.harmonic, error.amplitude, error.phase + turned))
+            .map(|error| MeshHarmonic {
+                phase: error.phase + turned,
+                ..*error
+            })
             .collect(),
         ..Division::law(mesh, drive.friction)
     };
@@ -83,7 +86,10 @@ impl ContactLaw {
             phase: self.phase,
             // Counted as its own deflection, which of coast flanks grows as that of the drive flanks falls.
             error: (self.error.iter())
-                .map(|&(harmonic, amplitude, phase)| (harmonic, amplitude, phase + turned))
+                .map(|own| MeshHarmonic {
+                    phase: own.phase + turned,
+                    ..*own
+                })
                 .collect(),
             ..Division::law(divisions, friction)
         })
@@ -136,13 +142,13 @@ pub(super) fn contact(
     positive("cycles of a contact", f64::from(p), inside, accepted)?;
     let ratio = f64::from(p) / f64::from(q);
     let error: Vec<_> = (law.error.iter())
-        .map(|&(harmonic, amplitude, phase)| {
-            let turns_per_cycle = f64::from(harmonic) * ratio;
+        .map(|own| {
+            let turns_per_cycle = own.turns_per_cycle() * ratio;
             TransmissionErrorHarmonic {
                 angular_frequency: TAU * turns_per_cycle / period,
                 turns_per_cycle,
-                amplitude,
-                phase: phase + TAU * f64::from(harmonic) * law.phase,
+                amplitude: own.amplitude,
+                phase: own.phase + TAU * own.turns_per_cycle() * law.phase,
             }
         })
         .collect();

@@ -6,7 +6,7 @@ use super::direction::Directions;
 use super::error::{ModelError, positive};
 use super::{
     ActiveSet, BearingOutput, Block, Contact, Direction, Division, Drive, Line, MOST_CONTACTS,
-    MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Output, Release, Ripple, Rolling, Segment,
+    MeshCycle, MeshGain, MeshHarmonic, NamedMesh, OperatingPoint, Output, Release, Ripple, Rolling, Segment,
     Slider, TransmissionErrorHarmonic,
 };
 use super::{bearing, clearance, drive as laws, flank_springs, one_set, structure_contacts};
@@ -16,6 +16,14 @@ use std::f64::consts::TAU;
 /// Tilt of a rotation about the shafts this small, relative to the largest of any mode, is
 /// round-off.
 const TILT_NOISE: f64 = 1e-9;
+
+/// The shafts of a structure whose turns are known.
+fn shafts(structure: &ModalStructure) -> Vec<(String, [u32; 2])> {
+    let of_gear = |name: &str, teeth: u32| (name.to_owned(), [1, teeth]);
+    let pinion = std::iter::once(of_gear("pinion", structure.teeth));
+    let wheel = structure.wheel_teeth.map(|teeth| of_gear("wheel", teeth));
+    (pinion.chain(wheel)).chain(structure.shafts.iter().cloned()).collect()
+}
 
 /// The piecewise-linear system at one operating point.
 ///
@@ -58,8 +66,11 @@ pub struct Model {
     /// Mass m_e that meets in an impact of the flanks, along the line of action \[kg\]:
     /// `1/m_e = Σ mesh²` over the rigid modes, over all modes where the mesh feels no rigid one.
     pub effective_mass: f64,
-    /// Teeth of pinion and wheel, where known.
-    pub teeth: [Option<u32>; 2],
+    /// Its meshes, the first one first.
+    pub meshes: Vec<NamedMesh>,
+    /// Names of shafts that turn at different speeds, each with its turns, `[p, q]`: p in q mesh cycles; pinion and wheel
+    /// first, where their teeth are known.
+    pub shafts: Vec<(String, [u32; 2])>,
     /// Dry sliders in series with springs.
     pub sliders: Vec<Slider>,
 }
@@ -269,7 +280,8 @@ impl Model {
             rolling: None,
             outputs,
             effective_mass: 1.0 / inverse_mass(structure),
-            teeth: [Some(structure.teeth), structure.wheel_teeth],
+            meshes: NamedMesh::of_structure(structure, flank_springs),
+            shafts: shafts(structure),
             sliders,
         };
         model.static_equilibrium()?;

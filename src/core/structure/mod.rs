@@ -1,10 +1,12 @@
 //! A linear structure in modal coordinates, as contacts feel it. Knows nothing of gears, files or motion.
 
+mod mesh_harmonic;
 mod modal;
 mod slider;
 mod slider_part;
 mod static_share;
 
+pub use mesh_harmonic::MeshHarmonic;
 pub use modal::{
     BearingGain, ContactLaw, Coupling, FlankParticipation, HarmonicLoad, MOST_BASE_CYCLES,
     MOST_CYCLES, ModalStructure, ModeCount, MotionKind, PlaceMotion, StructureContact, TorqueGain,

@@ -1,6 +1,6 @@
 //! What a structure looks like to the mesh: frequencies, damping, participations.
 
-use crate::structure::{SliderPart, StaticShare};
+use crate::structure::{MeshHarmonic, SliderPart, StaticShare};
 
 /// Most cycles of a contact and of the mesh in its base period: its tables are as many times larger.
 pub const MOST_CYCLES: u32 = 1000;
@@ -87,6 +87,13 @@ pub struct ModalStructure {
     pub load_by_speed: Vec<f64>,
     /// Loads that vary with time.
     pub harmonic_loads: Vec<HarmonicLoad>,
+    /// Names of its meshes, the first one's before those whose flanks are the first contacts, two each; empty of one mesh
+    /// alone.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub meshes: Vec<String>,
+    /// Names of shafts beside those of the first mesh, each with its turns, `[p, q]`: p in q mesh cycles.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub shafts: Vec<(String, [u32; 2])>,
 }
 
 /// A load `force cos(2π turns_per_cycle t/T + phase)`, T the mesh period.
@@ -264,8 +271,8 @@ pub struct ContactLaw {
     pub damping: f64,
     /// Phase in its cycle at the start of mesh cycle 0, in cycles.
     pub phase: f64,
-    /// Harmonics of its cycle in its error e: harmonic, amplitude \[m\], phase \[rad\].
-    pub error: Vec<(u32, f64, f64)>,
+    /// Harmonics of its error e; phases count from phase 0 of its cycle.
+    pub error: Vec<MeshHarmonic>,
     /// The part of a dry slider that it is; none of an ordinary contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slider: Option<SliderPart>,
@@ -454,6 +461,8 @@ impl ModalStructure {
             constant_load: Vec::new(),
             load_by_speed: Vec::new(),
             harmonic_loads: Vec::new(),
+            meshes: Vec::new(),
+            shafts: Vec::new(),
         }
     }
 
@@ -610,6 +619,8 @@ impl ModalStructure {
                 .map(|coupling| coupling.leading(self.modes(), retained)),
             constant_load: keep_any(&self.constant_load),
             load_by_speed: keep_any(&self.load_by_speed),
+            meshes: self.meshes.clone(),
+            shafts: self.shafts.clone(),
             harmonic_loads: (self.harmonic_loads.iter())
                 .map(|load| HarmonicLoad {
                     force: keep(&load.force),
@@ -671,6 +682,8 @@ mod tests {
             }),
             constant_load: column(7.0),
             load_by_speed: Vec::new(),
+            meshes: Vec::new(),
+            shafts: Vec::new(),
             harmonic_loads: vec![HarmonicLoad {
                 name: "shaker".to_owned(),
                 force: column(8.0),

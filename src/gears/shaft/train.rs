@@ -14,6 +14,7 @@ mod error;
 mod housing;
 mod loads;
 mod mesh;
+mod names;
 mod nodes;
 mod outputs;
 mod planetary;
@@ -37,7 +38,7 @@ use super::disc::Disc;
 use super::drive::{Bearing, Drag};
 use super::error::ShaftError;
 use crate::gear::{GearPair, Hub};
-use crate::structure::{ContactLaw, SliderPart};
+use crate::structure::ContactLaw;
 use serde::Serialize;
 
 /// A train of gears; the structure of the `train` model kind.
@@ -343,34 +344,6 @@ impl TrainDrive {
     pub fn spur_pair(&self) -> Option<GearPair> {
         let parallel = self.beside(self.gears).ok()?;
         parallel.map(|_| self.on_shafts(&self.pair, self.gears))
-    }
-
-    /// Names of all contacts: drive flank and coast flank of the first mesh and of every further one, then stages of couplings,
-    /// forward and backward, the states of their hysteresis, and stops.
-    pub fn contact_names(&self) -> Vec<String> {
-        let flanks = self.pairs().flat_map(|gears| {
-            let [one, two] = gears.map(|place| &self.gear(place).name);
-            ["drive", "coast"].map(|side| format!("{side} flank of {one} and {two}"))
-        });
-        let stages = self.couplings.iter().flat_map(|coupling| {
-            let [one, two] = coupling.shafts.map(|shaft| &self.shafts[shaft].name);
-            (1..)
-                .zip(&coupling.stages)
-                .flat_map(move |(number, stage)| {
-                    let ways = stage.side.ways().iter();
-                    ways.map(move |(_, way)| format!("stage {number} of {one} and {two}, {way}"))
-                })
-        });
-        let elements = self.couplings.iter().flat_map(|coupling| {
-            let [one, two] = coupling.shafts.map(|shaft| &self.shafts[shaft].name);
-            (1..=coupling.hysteresis.len()).flat_map(move |number| {
-                let element = format!("hysteresis {number} of {one} and {two}");
-                SliderPart::ALL.map(|(_, part)| format!("{element}, {part}"))
-            })
-        });
-        let stops = self.stops.iter();
-        let stops = stops.map(|stop| format!("stop of {}", self.shafts[stop.shaft].name));
-        flanks.chain(stages).chain(elements).chain(stops).collect()
     }
 
     /// Number of dry sliders.

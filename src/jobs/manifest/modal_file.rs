@@ -108,6 +108,8 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
             .filter(|column| acting(column))
             .unwrap_or_default(),
         harmonic_loads: harmonic_loads?,
+        meshes: Vec::new(),
+        shafts: Vec::new(),
     })
 }
 

@@ -76,6 +76,8 @@ pub(super) fn listed(column: &str) -> Option<Listed> {
         "bearing_mean" | "bearing_rms" => Listed::Output(Quantity::BearingForce),
         "torque_mean" | "torque_rms" => Listed::Output(Quantity::Torque),
         "acceleration_rms" => Listed::Output(Quantity::Acceleration),
+        "mesh_deflection_rms" => Listed::Output(Quantity::MeshDeflection),
+        "mesh_force_rms" => Listed::Output(Quantity::MeshForce),
         "angular_acceleration_rms" => Listed::Output(Quantity::AngularAcceleration),
         name if CONTACT_LISTS.contains(&name) => Listed::Contacts,
         _ => return None,
@@ -213,5 +215,9 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
              (base), ordered by shaft, bearing and free direction (x, y, axial)", error.acceleration_rms;
         list "angular_acceleration_rms", "rad/s^2", found.angular_acceleration_rms,
             "Root mean square of the angular acceleration of pinion and wheel, or of every shaft and loose gear of a train", error.angular_acceleration_rms;
+        list "mesh_deflection_rms", "m", found.mesh_deflection_rms,
+            "Root mean square of the deflection of each mesh about its mean, in the order of the meshes", error.mesh_deflection_rms;
+        list "mesh_force_rms", "N", found.mesh_force_rms,
+            "Root mean square of the force of each mesh about its mean, in the order of the meshes", error.mesh_force_rms;
     ]
 }

@@ -35,8 +35,9 @@ pub fn orders_table() -> Table<OrderRow> {
         u64 "point_id", "1", row.point_id, "The point, as in points.parquet";
         text "signal", "", &*row.signal, SIGNALS;
         text "unit", "", &*row.unit, "Unit of the signal, its amplitude and its standard error";
-        text "reference", "", row.line.reference.name(),
-            "Base frequency of the order: mesh (frequency), pinion or wheel (speed of its shaft)";
+        text "reference", "", &*row.line.reference,
+            "Base frequency of the order: mesh (frequency of the first mesh), pinion or wheel (speed of its shaft), a further \
+             mesh with its gears, or a further shaft";
         u32 "multiple", "1", row.line.multiple, "Multiple of the base frequency";
         f64 "order", "1", row.line.order, "Multiple of the mesh frequency";
         f64 "frequency", "Hz", row.line.frequency, "Frequency";

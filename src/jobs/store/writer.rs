@@ -43,6 +43,8 @@ impl Row for PointRow {
                 &found.torque_rms,
                 &found.acceleration_rms,
                 &found.angular_acceleration_rms,
+                &found.mesh_deflection_rms,
+                &found.mesh_force_rms,
             ];
             2 * lists.iter().map(|list| list.len()).sum::<usize>()
         });

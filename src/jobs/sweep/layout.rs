@@ -4,7 +4,7 @@ use super::build;
 use super::parts::structures;
 use crate::analysis::{Analyses, SliceConfig, SliceOf};
 use crate::manifest::{Axis, Job, Refine, StructureSource, Variant};
-use crate::model::{InitialState, Quantity};
+use crate::model::{FIRST_MESH, InitialState, Quantity};
 use crate::store::{AxisColumn, Listed, RefinedColumns, ResultLayout, Shard};
 use crate::structure::MotionKind;
 
@@ -94,6 +94,10 @@ fn names_of_outputs(variant: &Variant) -> Vec<(Listed, Vec<String>)> {
         of_kind.map(|motion| motion.name.clone()).collect()
     };
     let bearings = structure.bearings.iter().map(|own| own.name.clone());
+    let mut meshes = structure.meshes.clone();
+    if meshes.is_empty() {
+        meshes.push(FIRST_MESH.to_owned());
+    }
     let torques = structure.torques.iter().map(|own| own.name.clone());
     vec![
         (Listed::Output(Quantity::BearingForce), bearings.collect()),
@@ -106,6 +110,8 @@ fn names_of_outputs(variant: &Variant) -> Vec<(Listed, Vec<String>)> {
             Listed::Output(Quantity::AngularAcceleration),
             moving(MotionKind::Body),
         ),
+        (Listed::Output(Quantity::MeshDeflection), meshes.clone()),
+        (Listed::Output(Quantity::MeshForce), meshes),
     ]
 }
 

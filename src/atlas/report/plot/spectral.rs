@@ -10,13 +10,14 @@ use crate::store::{ResultTable, TableKind};
 
 /// What `signals` of the manifest calls the group of a signal, `bearing pinion 1 x`; none where it is of no group.
 fn group(signal: &str) -> Option<&'static str> {
-    const GROUPS: [(&str, &str); 6] = [
+    const GROUPS: [(&str, &str); 7] = [
         ("deflection", "deflection"),
         ("force", "force"),
         ("bearing", "bearings"),
         ("torque", "torques"),
         ("acceleration", "accelerations"),
         ("angular acceleration", "accelerations"),
+        ("mesh", "meshes"),
     ];
     let of = |(name, _): &&(&str, &str)| signal.starts_with(name);
     GROUPS.iter().find(of).map(|(_, word)| *word)

@@ -4,7 +4,7 @@
 //! depth passes zero the orbit grazes the contact, from outside (a maximum) or from inside (a minimum),
 //! and the sequence of contact changes becomes another.
 
-use crate::analysis::modal_series::{ModalMotion, Series, TERMS, cosine_series, padded};
+use crate::analysis::modal_series::{ModalMotion, Series, padded};
 use crate::model::Model;
 use crate::numerics::legendre::{derivative, evaluate, transforms24};
 use crate::numerics::roots::sign_changes;
@@ -174,7 +174,8 @@ impl<'m> Watch<'m> {
         } else if line == self.model.line(&window.segments[0]) {
             padded(window.deflection)
         } else {
-            self.along(segment.direction, window)
+            let motion = self.motion.get_or_insert_with(|| ModalMotion::new(self.model));
+            motion.on(window).along(segment.direction)
         };
         for a in &mut out {
             *a *= own.side;
@@ -187,33 +188,6 @@ impl<'m> Watch<'m> {
         let gap = transforms24()
             .interpolate(&transforms24().nodes().map(|x| own.gap(segment, time(x))[0]));
         std::array::from_fn(|n| out[n] - gap[n])
-    }
-
-    /// The deflection along a direction that the window does not show.
-    fn along(&mut self, direction: usize, window: &Window<'_>) -> Series {
-        let direction = &self.model.directions[direction];
-        let mut out = [0.0; TERMS];
-        if let Some(motion) = &mut self.motion {
-            let series = motion.on(window);
-            for (i, gain) in direction.gains.iter().enumerate() {
-                for row in 0..2 {
-                    let w = gain.deflection[row];
-                    if w != 0.0 {
-                        for (value, x) in out.iter_mut().zip(series.component(i, row)) {
-                            *value += w * x;
-                        }
-                    }
-                }
-            }
-        }
-        for h in &self.model.lines[direction.line].transmission_error {
-            let phase = h.turned(window.cycle, window.start) + h.phase;
-            let cosine = cosine_series(h.angular_frequency, phase, window.duration);
-            for (value, cos) in out.iter_mut().zip(cosine) {
-                *value -= h.amplitude * cos;
-            }
-        }
-        out
     }
 }
 
@@ -299,8 +273,8 @@ impl Observer for Watch<'_> {
 mod tests {
     use super::*;
     use crate::model::{
-        ActiveSet, COAST_FLANK, DRIVE_FLANK, Division, FlankError, InitialState, STIFFNESS_TERMS,
-        fixtures,
+        ActiveSet, COAST_FLANK, DRIVE_FLANK, Division, FlankError, InitialState, MeshHarmonic,
+        STIFFNESS_TERMS, fixtures,
     };
     use crate::propagate::{Counters, Kernel, Volterra};
     use crate::structure::StructureContact;
@@ -330,7 +304,7 @@ mod tests {
         let own = [0.9, 0.4, 0.2];
         let mut structure = fixtures::structure(&[0.0, 900.0, 4000.0], 0.01, &own, &own);
         let mut stop = StructureContact::stop(&[0.5, -0.7, 0.3], 1e-3, 3e8);
-        stop.law.error = vec![(1, 2e-6, 0.4)];
+        stop.law.error = vec![MeshHarmonic::new(1, 2e-6, 0.4)];
         structure.contacts = vec![stop];
         let mut drive = fixtures::two_level_mesh(1e-5);
         drive.mesh = Division::levels(&[4e8, 3e8], &[0.6]);

@@ -120,6 +120,10 @@ impl Recorders {
             let [torques, torque_errors] = outputs.statistics(Quantity::Torque);
             let [places, place_errors] = outputs.statistics(Quantity::Acceleration);
             let [bodies, body_errors] = outputs.statistics(Quantity::AngularAcceleration);
+            let [deflections, deflection_errors] = outputs.statistics(Quantity::MeshDeflection);
+            let [forces, force_errors] = outputs.statistics(Quantity::MeshForce);
+            found.mesh_deflection_rms = deflections.rms;
+            found.mesh_force_rms = forces.rms;
             found.bearing_mean = bearings.mean;
             found.bearing_rms = bearings.rms;
             found.torque_mean = torques.mean;
@@ -127,6 +131,8 @@ impl Recorders {
             found.acceleration_rms = places.rms;
             found.angular_acceleration_rms = bodies.rms;
             if let Some(stderr) = &mut found.stderr {
+                stderr.mesh_deflection_rms = deflection_errors.rms;
+                stderr.mesh_force_rms = force_errors.rms;
                 stderr.bearing_mean = bearing_errors.mean;
                 stderr.bearing_rms = bearing_errors.rms;
                 stderr.torque_mean = torque_errors.mean;

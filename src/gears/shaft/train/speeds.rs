@@ -35,6 +35,9 @@ pub(super) struct Layout {
     pub turning: Vec<bool>,
     /// Where the first mesh and each further one meet.
     pub meshes: Vec<PitchPoint>,
+    /// Turns of each body as the meshes see them, `[p, q]`: p in q cycles of the first mesh; none of bodies that stand still,
+    /// and where p or q is out of range.
+    pub turns: Vec<Option<[u32; 2]>>,
     /// Cycles of each mesh, `[p, q]`: p in q of the first mesh.
     pub cycles: Vec<[u32; 2]>,
     /// Cycles of the first mesh after which those that vary are as they were.
@@ -241,6 +244,12 @@ impl TrainDrive {
         if together > MOST_BASE_CYCLES {
             return Err(TrainError::LongTogether { cycles: together });
         }
+        let turns = |speed: &Option<Ratio>| {
+            let turns = (speed.as_ref()?.modulus()) * Ratio::new(1, i128::from(first));
+            let parts = [u32::try_from(turns.over).ok()?, u32::try_from(turns.under).ok()?];
+            (parts[0] > 0).then_some(parts)
+        };
+        let turns = rolling.iter().map(turns).collect();
         let values = |speeds: Vec<Option<Ratio>>| {
             let values = speeds.into_iter();
             values
@@ -255,6 +264,7 @@ impl TrainDrive {
             carrier: carrier.value(),
             turning,
             meshes,
+            turns,
             cycles,
         })
     }

@@ -291,6 +291,8 @@ impl TrainDrive {
             constant_load,
             load_by_speed,
             harmonic_loads: Vec::new(),
+            meshes: self.mesh_names(),
+            shafts: self.further_shafts(layout),
         })
     }
 

@@ -12,7 +12,7 @@ pub(in crate::manifest) use key::{
     Bounds, DefaultValue, Elsewhere, Key, Kind, SEED, SHARED, VARIABLE_TABLES, choice,
     draws_one_gear, integer,
 };
-pub(in crate::manifest) use keys::{FEWEST_CYCLES, HOUSING_FILE, MANIFEST, MODAL_FILE};
+pub(in crate::manifest) use keys::{FEWEST_CYCLES, HOUSING_FILE, MANIFEST, MODAL_FILE, OF_MESH};
 
 /// The keys of a file, table by table.
 pub(in crate::manifest) type Schema = &'static [&'static [Key]];

@@ -31,8 +31,8 @@ pub(super) fn read(
         let spectrum = optional(table, issues, "spectrum", spectrum);
         let orders = optional(table, issues, "orders", orders);
         let stop_at_stderr = stop_at_stderr(table, issues);
-        let [bearings, torques, accelerations, power] =
-            ["bearings", "torques", "accelerations", "power"]
+        let [bearings, torques, accelerations, meshes, power] =
+            ["bearings", "torques", "accelerations", "meshes", "power"]
                 .map(|name| table.boolean_or_default(issues, name));
         Some(NvhConfig {
             harmonics: harmonics?,
@@ -40,6 +40,7 @@ pub(super) fn read(
                 bearings: bearings?,
                 torques: torques?,
                 accelerations: accelerations?,
+                meshes: meshes?,
                 ..Signals::NONE
             },
             power: power?,
@@ -121,6 +122,7 @@ fn signals(table: &Section, issues: &mut Issues) -> Option<Signals> {
         bearings: words.contains(&"bearings"),
         torques: words.contains(&"torques"),
         accelerations: words.contains(&"accelerations"),
+        meshes: words.contains(&"meshes"),
         rotations: false,
     })
 }

@@ -47,9 +47,7 @@ pub(super) fn beside_stiffness(
         damping: damping?,
         // As many whole cycles as there may be change nothing, but digits and time.
         phase: phase?.rem_euclid(1.0),
-        error: (error?.iter())
-            .map(|h| (h.harmonic, h.amplitude, h.phase))
-            .collect(),
+        error: error?,
         ..ContactLaw::default()
     })
 }

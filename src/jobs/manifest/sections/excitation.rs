@@ -28,7 +28,12 @@ pub(super) fn read(
     } else {
         Some(None)
     };
-    let of_gears = errors_of_gears(section, issues, source);
+    // Without a structure its own faults have been reported.
+    let of_gears = source.map(|source| {
+        let teeth = [false, true].map(|wheel| teeth(source, wheel));
+        errors_of_gears(section, issues, ("shaft", ["pinion", "wheel"]), teeth)
+    });
+    let of_gears = of_gears.flatten();
     let ripples = section.tables(issues, "torque_ripple").map(|tables| {
         let read: Vec<_> = tables
             .iter()
@@ -108,80 +113,89 @@ fn harmonic(table: &Section, issues: &mut Issues) -> Option<MeshHarmonic> {
     Some(MeshHarmonic::new(harmonic, amplitude?, phase?))
 }
 
-/// What the gears' teeth lack by their number: errors of an order of a shaft.
-fn errors_of_gears(
-    section: &Section,
-    issues: &mut Issues,
-    source: Option<&StructureSource>,
-) -> Option<Vec<MeshHarmonic>> {
-    let teeth = |source: &StructureSource, wheel: bool| match source {
+/// Teeth of a gear of the first mesh, where known.
+fn teeth(source: &StructureSource, wheel: bool) -> Option<u32> {
+    match source {
         StructureSource::Modal(own) if wheel => own.wheel_teeth,
         StructureSource::Modal(own) => Some(own.teeth),
         // Gears on axes that cross have teeth, too.
         StructureSource::Train(train) => Some(train.pair.teeth[usize::from(wheel)]),
         drawn => drawn.gears().map(|gears| gears.teeth[usize::from(wheel)]),
-    };
+    }
+}
+
+/// What the teeth of the two gears of a mesh lack by their number: errors of an order of a shaft, by the word `key` that says
+/// which gear of `names` it is, whose number of teeth is known or not.
+pub(super) fn errors_of_gears(
+    section: &Section,
+    issues: &mut Issues,
+    (key, names): (&str, [&str; 2]),
+    teeth: [Option<u32>; 2],
+) -> Option<Vec<MeshHarmonic>> {
+    let orders = section.tables(issues, "gear_error")?;
+    let orders: Vec<_> = (orders.iter())
+        .map(|table| order(table, issues, (key, names), teeth))
+        .collect();
+    let mut whole = true;
     let mut all = Vec::new();
-    // Without a structure its own faults have been reported.
-    let mut whole = source.is_some();
-    for table in section.tables(issues, "gear_error")? {
-        let wheel = table.choice(issues, "shaft").map(|shaft| shaft == "wheel");
-        let order = table.integer(issues, "order");
-        let amplitude = table.quantity(issues, "amplitude");
-        let phase = table.quantity_or_default(issues, "phase");
-        let (Some(wheel), Some(order), Some(amplitude), Some(phase)) =
-            (wheel, order, amplitude, phase)
-        else {
-            whole = false;
-            continue;
-        };
-        let Some(source) = source else { continue };
-        match teeth(source, wheel) {
-            Some(teeth) => all.push(MeshHarmonic {
-                cycles: teeth,
-                ..MeshHarmonic::new(u32::try_from(order).ok()?, amplitude, phase)
-            }),
-            None => {
-                unknown_teeth(&table, issues, "shaft");
-                whole = false;
-            }
-        }
-    }
     if let Child::Present(deviation) = section.child(issues, "pitch_deviation") {
-        for (name, wheel) in [("pinion", false), ("wheel", true)] {
-            if !deviation.has(name) {
-                continue;
-            }
-            let Some(values) = deviation.quantities(issues, name, None) else {
-                whole = false;
-                continue;
-            };
-            let Some(source) = source else { continue };
-            match teeth(source, wheel) {
-                Some(teeth) if values.len() == teeth as usize => {
-                    all.extend(orders_of_teeth(&values));
-                }
-                Some(teeth) => {
-                    issues.push(
-                        Diagnostic::new(
-                            DiagnosticKind::Inconsistent,
-                            deviation.span_of(name),
-                            &deviation.path_of(name),
-                            format!("{} values for {teeth} teeth", values.len()),
-                        )
-                        .label("one value per tooth")
-                        .accepted(format!("give {teeth} lengths")),
-                    );
-                    whole = false;
-                }
-                None => {
-                    unknown_teeth(&deviation, issues, name);
-                    whole = false;
-                }
+        for (name, teeth) in names.into_iter().zip(teeth).filter(|(name, _)| deviation.has(name)) {
+            match deviations(&deviation, issues, name, teeth) {
+                Some(values) => all.extend(orders_of_teeth(&values)),
+                None => whole = false,
             }
         }
     }
-    whole.then_some(all)
+    let orders: Option<Vec<MeshHarmonic>> = orders.into_iter().collect();
+    let orders = orders?;
+    whole.then(|| [orders, all].concat())
+}
+
+/// An order of a gear.
+fn order(
+    table: &Section,
+    issues: &mut Issues,
+    (key, names): (&str, [&str; 2]),
+    teeth: [Option<u32>; 2],
+) -> Option<MeshHarmonic> {
+    let gear = table.choice(issues, key);
+    let order = table.integer(issues, "order");
+    let amplitude = table.quantity(issues, "amplitude");
+    let phase = table.quantity_or_default(issues, "phase");
+    let harmonic = MeshHarmonic::new(u32::try_from(order?).ok()?, amplitude?, phase?);
+    let Some(cycles) = teeth[usize::from(gear? == names[1])] else {
+        unknown_teeth(table, issues, key);
+        return None;
+    };
+    Some(MeshHarmonic { cycles, ..harmonic })
+}
+
+/// Deviations of the teeth of a gear, one each.
+fn deviations(
+    table: &Section,
+    issues: &mut Issues,
+    name: &str,
+    teeth: Option<u32>,
+) -> Option<Vec<f64>> {
+    let values = table.quantities(issues, name, None)?;
+    let Some(teeth) = teeth else {
+        unknown_teeth(table, issues, name);
+        return None;
+    };
+    if values.len() == teeth as usize {
+        return Some(values);
+    }
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            table.span_of(name),
+            &table.path_of(name),
+            format!("{} values for {teeth} teeth", values.len()),
+        )
+        .label("one value per tooth")
+        .accepted(format!("give {teeth} lengths")),
+    );
+    None
 }
 
 fn unknown_teeth(table: &Section, issues: &mut Issues, key: &str) {

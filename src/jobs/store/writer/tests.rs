@@ -11,7 +11,7 @@ use crate::analysis::{
     ChaosOutcome, Character, Class, CourseOutcome, CovariantOutcome, DurationOutcome,
     EvidenceOutcome, HorizonMeasure, HorizonOutcome, HorizonQuantity, KaplanYorke, Kick, LeftChaos,
     LyapunovMethod, LyapunovOutcome, MissedState, ModalState, MultistabilityOutcome, NvhErrors,
-    NvhOutcome, OrbitOutcome, OrbitSurvey, OrderLine, OrderReference, PoincareSample, PointOutcome,
+    NvhOutcome, OrbitOutcome, OrbitSurvey, OrderLine, PoincareSample, PointOutcome,
     PowerOutcome, ProbeOutcome, SampleKind, SignalOrders, Spectrum, SpectrumLine, SpectrumMethod,
     Status, TraceSample, TraceSink,
 };
@@ -137,6 +137,8 @@ fn full(point_id: u64) -> PointRow {
                 torque_rms: vec![35.0],
                 acceleration_rms: vec![36.0, 37.0],
                 angular_acceleration_rms: vec![38.0],
+                mesh_deflection_rms: vec![39.0, 40.0],
+                mesh_force_rms: vec![41.0, 42.0],
                 flights: DurationOutcome {
                     count: 22,
                     mean: Some(5e-5),
@@ -191,6 +193,8 @@ fn full(point_id: u64) -> PointRow {
                     torque_rms: vec![1.2e-8],
                     acceleration_rms: vec![1.3e-8, 1.4e-8],
                     angular_acceleration_rms: vec![1.5e-8],
+                    mesh_deflection_rms: vec![1.6e-8, 1.7e-8],
+                    mesh_force_rms: vec![1.8e-8, 1.9e-8],
                     fractions: [2e-7, 3e-7, 4e-7, 5e-7],
                 }),
             }),
@@ -218,7 +222,7 @@ fn full(point_id: u64) -> PointRow {
                 signal: "torque pinion".to_owned(),
                 unit: "N m".to_owned(),
                 lines: vec![OrderLine {
-                    reference: OrderReference::Pinion,
+                    reference: "pinion".to_owned(),
                     multiple: 2,
                     order: 0.1,
                     frequency: 20.0,
@@ -842,6 +846,10 @@ fn every_column_comes_back() {
         ("acceleration_rms_stderr", some([1.3e-8, 1.4e-8])),
         ("angular_acceleration_rms", some([38.0])),
         ("angular_acceleration_rms_stderr", some([1.5e-8])),
+        ("mesh_deflection_rms", some([39.0, 40.0])),
+        ("mesh_deflection_rms_stderr", some([1.6e-8, 1.7e-8])),
+        ("mesh_force_rms", some([41.0, 42.0])),
+        ("mesh_force_rms_stderr", some([1.8e-8, 1.9e-8])),
     ] {
         assert_eq!(points.lists(name), [Some(list), None], "{name}");
     }

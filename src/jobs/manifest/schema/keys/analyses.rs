@@ -17,6 +17,7 @@ const SIGNALS: &[&str] = &[
     "bearings",
     "torques",
     "accelerations",
+    "meshes",
 ];
 
 #[rustfmt::skip]
@@ -105,7 +106,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Spectra (spectra.parquet): exact lines of a motion that repeats, averaged power of any other motion."),
     key("analyses.nvh.spectrum.signals", Kind::List("signals"), ANY, r#"["force", "bearings"]"#).or(r#"["deflection", "force"]"#)
         .about("Signals whose spectra are computed: mesh deflection, mesh force, bearing forces, torques in shafts \
-                and couplings, or accelerations at bearings and of rotating bodies."),
+                and couplings, accelerations at bearings and of rotating bodies, or deflection and force of every mesh."),
     choice("analyses.nvh.spectrum.signals.*", SIGNALS, r#""bearings""#),
     integer("analyses.nvh.spectrum.highest_order", 1.0, 100.0, "32").or("10")
         .about("Highest multiple of the mesh frequency in the spectra."),
@@ -114,21 +115,23 @@ pub(super) const KEYS: &[Key] = &[
                 mesh cycles per segment. A segment is lengthened to whole periods of the excitation if it becomes at \
                 most four times as long. Shaft orders then lie on lines."),
     table("analyses.nvh.orders").otherwise("no orders")
-        .about("Amplitude and phase at multiples of the mesh frequency and of the speeds of both shafts (orders.parquet)."),
+        .about("Amplitude and phase at multiples of the frequency of every mesh and of the speed of every shaft (orders.parquet)."),
     key("analyses.nvh.orders.signals", Kind::List("signals"), ANY, r#"["bearings", "torques"]"#).or(r#"["deflection", "force"]"#)
         .about("Signals whose orders are computed. The same signals as for spectra are available."),
     choice("analyses.nvh.orders.signals.*", SIGNALS, r#""torques""#),
     integer("analyses.nvh.orders.mesh", 0.0, 1000.0, "5").or("10")
-        .about("Highest multiple of the mesh frequency; all multiples from 1 on are computed."),
+        .about("Highest multiple of the frequency of each mesh; all multiples from 1 on are computed."),
     integer("analyses.nvh.orders.shafts", 0.0, 1000.0, "8").or("4")
-        .about("Highest multiple of the speeds of the pinion's and the wheel's shaft, below the number of teeth. \
-                Averages run over whole revolutions."),
+        .about("Highest multiple of the speed of each shaft, below the frequency of the first mesh. Averages run over whole \
+                revolutions that are whole mesh cycles."),
     key("analyses.nvh.bearings", Kind::Boolean, ANY, "true").or("false")
         .about("Compute the mean and RMS of the bearing forces."),
     key("analyses.nvh.torques", Kind::Boolean, ANY, "true").or("false")
         .about("Compute the mean and RMS of the torques in flexible shafts and couplings."),
     key("analyses.nvh.accelerations", Kind::Boolean, ANY, "true").or("false")
         .about("Compute the RMS of accelerations at bearings and of angular accelerations of shafts."),
+    key("analyses.nvh.meshes", Kind::Boolean, ANY, "true").or("false")
+        .about("Compute the RMS of the deflection and of the force of every mesh."),
     key("analyses.nvh.power", Kind::Boolean, ANY, "true").or("false")
         .about("Compute the power balance of the vibration. Loads, transmission error and varying stiffness feed \
                 power in. Contact damping, structural damping and friction take power out."),

@@ -18,6 +18,7 @@ mod train;
 use super::Schema;
 use super::key::{Bounds, bounds};
 pub(in crate::manifest) use analyses::FEWEST_CYCLES;
+pub(in crate::manifest) use train::OF_MESH;
 
 /// The keys of a manifest.
 pub(in crate::manifest) static MANIFEST: Schema = &[

@@ -14,6 +14,9 @@ const SIDES: [&str; 3] = ["both", "forward", "backward"];
 
 const MOTIONS: [&str; 4] = ["all", "rotation", "lateral", "none"];
 
+/// The gears of a mesh, by their places in `gears`.
+pub(in crate::manifest) const OF_MESH: [&str; 2] = ["driving", "driven"];
+
 #[rustfmt::skip]
 pub(super) const KEYS: &[Key] = &[
     table("train").otherwise("an error with kind = \"train\"")
@@ -306,6 +309,31 @@ pub(super) const KEYS: &[Key] = &[
         .about("Amplitude."),
     quantity("train.mesh.*.transmission_error.*.phase", Angle, ANY, r#""90 deg""#).or("0")
         .about("Phase of the cosine at phase 0 of the mesh's cycle."),
+
+    key("train.mesh.*.gear_error", Kind::List("tables"), ANY, r#"[{ gear = "driven", order = 1, amplitude = "10 um" }]"#).or("[]")
+        .about("Transmission error of this mesh at an order of one of its gears, one table per order, as \
+                excitation.gear_error for the first mesh. Not for meshes of planets."),
+    table("train.mesh.*.gear_error.*"),
+    choice("train.mesh.*.gear_error.*.gear", &OF_MESH, r#""driving""#)
+        .about("The gear that has the error, by its place in `gears`."),
+    integer("train.mesh.*.gear_error.*.order", 1.0, 1000.0, "1")
+        .about("Multiple of the speed of that gear."),
+    quantity("train.mesh.*.gear_error.*.amplitude", Length, NON_NEGATIVE, r#""10 um""#)
+        .about("Amplitude along the line of action."),
+    quantity("train.mesh.*.gear_error.*.phase", Angle, ANY, r#""90 deg""#).or("0")
+        .about("Phase of the cosine at time 0."),
+    table("train.mesh.*.pitch_deviation").otherwise("none")
+        .about("Cumulative pitch deviations of the gears of this mesh, as excitation.pitch_deviation for the first mesh. \
+                Not for meshes of planets."),
+    key("train.mesh.*.pitch_deviation.driving", Kind::List("lengths, one per tooth"), ANY, r#"["0 um", "2 um", "-1 um"]"#)
+        .otherwise("none")
+        .about("Deviations of the driving gear, in the order in which its teeth engage. The first tooth engages at the \
+                start of the cycle of this mesh that runs at time 0."),
+    quantity("train.mesh.*.pitch_deviation.driving.*", Length, ANY, r#""2 um""#),
+    key("train.mesh.*.pitch_deviation.driven", Kind::List("lengths, one per tooth"), ANY, r#"["0 um", "2 um", "-1 um"]"#)
+        .otherwise("none")
+        .about("Deviations of the driven gear, in the same way."),
+    quantity("train.mesh.*.pitch_deviation.driven.*", Length, ANY, r#""2 um""#),
 
     key("train.coupling", Kind::List("tables"), ANY, r#"[{ shafts = ["engine", "input"], twist = "800 N*m/rad" }]"#).or("[]")
         .about("Springs and dampers between two shafts on one axis, one table `[[train.coupling]]` each. Use them for \

@@ -5,14 +5,16 @@ use super::shaft::{all, triple};
 use crate::gear::{EvenSharing, Flanks, GearPair, InternalPair, MeshTableSpec};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
+use crate::manifest::schema::OF_MESH;
+use crate::manifest::sections::excitation::errors_of_gears;
 use crate::manifest::sections::{contact_law, drawn_mesh};
-use crate::model::{Division, MOST_CONTACTS};
+use crate::model::{Division, MOST_CONTACTS, MeshHarmonic};
 use crate::shaft::{
     DrawnLaw, GearPlace, Hysteresis, MeshLaw, ShaftCoupling, Stage, StageSide, Stop, TrainDrive,
     TrainMesh,
 };
 use crate::structure::SliderPart;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 /// Keys of meshes from the drawing.
 const OF_DRAWING: [&str; 6] = [
@@ -175,6 +177,7 @@ fn mesh(
     };
     let law = drawn_or_given(table, issues, (train, gears), drawing.as_ref());
     let beside = contact_law::beside_stiffness(table, issues, gap);
+    let errors = gear_errors(table, issues, parts, (train, gears));
     let (drawing, law) = (drawing?, law?);
     let mut beside = beside?;
     let planet = parts.planets.and_then(Planets::first);
@@ -185,6 +188,10 @@ fn mesh(
     {
         beside.phase = phase_of_ring(&train.pair, ring).unwrap_or(0.0);
     }
+    beside.error.extend(errors?.into_iter().map(|own| MeshHarmonic {
+        phase: own.phase - TAU * own.turns_per_cycle() * beside.phase,
+        ..own
+    }));
     let friction = friction?;
     let steady = matches!(&law, Stiffness::Given(divisions) if divisions.len() == 1);
     let symmetry = if table.has("coast_symmetry") {
@@ -221,6 +228,29 @@ fn mesh(
         pressure_angle: drawing.pressure_angle()?,
         law,
     })
+}
+
+/// Errors of the two gears of a mesh, that go with their turns.
+fn gear_errors(
+    table: &Section,
+    issues: &mut Issues,
+    parts: &Parts,
+    (train, gears): (&TrainDrive, Option<[GearPlace; 2]>),
+) -> Option<Vec<MeshHarmonic>> {
+    let gears = gears?;
+    let teeth = gears.map(|gear| Some(train.gear(gear).teeth));
+    let errors = errors_of_gears(table, issues, ("gear", OF_MESH), teeth)?;
+    let planet = parts.planets.and_then(Planets::first);
+    let of_planets = planet.is_some_and(|own| gears.iter().any(|gear| gear.shaft == own.shaft));
+    if of_planets && !errors.is_empty() {
+        let key = if table.has("gear_error") { "gear_error" } else { "pitch_deviation" };
+        let what = "errors of single gears are not possible in meshes of planets".to_owned();
+        let (span, path) = (table.span_of(key), table.path_of(key));
+        let fault = Diagnostic::new(DiagnosticKind::Unavailable, span, &path, what);
+        issues.push(fault.label("all planets share this mesh").remedy("remove it"));
+        return None;
+    }
+    Some(errors)
 }
 
 /// Where the stiffness of a mesh comes from.

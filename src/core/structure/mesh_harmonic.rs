@@ -1,0 +1,31 @@
+//! What the teeth of a mesh lack, as harmonics.
+
+/// One harmonic of the transmission error of a mesh: of the mesh, or of an order of one of its shafts.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct MeshHarmonic {
+    /// How often it repeats in so many cycles of the mesh as `cycles` says, ≥ 1.
+    pub harmonic: u32,
+    /// 1: `harmonic` is a multiple of the mesh frequency. The teeth of a gear: it is an order of its shaft.
+    pub cycles: u32,
+    /// Amplitude \[m\].
+    pub amplitude: f64,
+    /// Phase \[rad\].
+    pub phase: f64,
+}
+
+impl MeshHarmonic {
+    /// A harmonic of the mesh frequency, of some amplitude \[m\] and phase \[rad\].
+    pub const fn new(harmonic: u32, amplitude: f64, phase: f64) -> Self {
+        Self {
+            harmonic,
+            cycles: 1,
+            amplitude,
+            phase,
+        }
+    }
+
+    /// Turns of its phase in a mesh cycle.
+    pub fn turns_per_cycle(&self) -> f64 {
+        f64::from(self.harmonic) / f64::from(self.cycles)
+    }
+}
