@@ -1,6 +1,6 @@
 //! Which modes are coupled, and which rigid motions are free of it?
 
-use super::parts::{DecouplingError, Direction};
+use super::parts::{DecouplingError, Direction, SVD_ROUND_OFF};
 use faer::Mat;
 
 /// Clears off-diagonal round-off and returns the connected components of what is left.
@@ -65,9 +65,10 @@ pub(super) fn isolate_rigid(
             let stack = Mat::from_fn(height, rest.len(), |row, c| entry(coupling, row, rest[c]));
             let failed = |_| DecouplingError::NoConvergence(named(part));
             let svd = stack.thin_svd().map_err(failed)?;
-            let small = (0..rest.len())
-                .filter(|k| svd.S().column_vector()[*k] <= 1.0)
-                .count();
+            let values = svd.S().column_vector();
+            // The decomposition itself loses some units in the last place of its largest value.
+            let round_off = (SVD_ROUND_OFF * values[0]).max(1.0);
+            let small = (0..rest.len()).filter(|k| values[*k] <= round_off).count();
             if small > 0 {
                 let last = rest.len() - 1;
                 let q = Mat::from_fn(rest.len(), rest.len(), |i, k| svd.V()[(i, last - k)]);

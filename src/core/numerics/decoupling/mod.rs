@@ -5,6 +5,7 @@
 //! `A = [[0, I], [-(W² + S), -D]]`. [`decouple`] finds a real `T` with `A T = T B`, where `B` is
 //! block diagonal with one real 2x2 block for each mode.
 
+mod clusters;
 mod components;
 mod decomposition;
 mod improvement;

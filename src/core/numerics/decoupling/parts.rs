@@ -2,6 +2,8 @@
 
 /// Entries below this fraction of the largest entry of their matrix are taken for round-off.
 pub(super) const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
+/// Singular values below this fraction of the largest are taken for round-off.
+pub(super) const SVD_ROUND_OFF: f64 = 256.0 * f64::EPSILON;
 /// Largest condition number of the scaled change of state that [`super::decouple`] accepts.
 ///
 /// Two coinciding complex pairs with a single eigenvector are split by round-off and reach 1e7 to
@@ -20,6 +22,12 @@ pub(super) const SPLIT: f64 = 16.0 * f64::EPSILON;
 pub(super) const COMPLEX: f64 = 1e-9;
 /// Differences of eigenvalues below this fraction of their size count as none.
 pub(super) const EQUAL: f64 = 1e-10;
+/// Complex eigenvalues closer than this fraction of the matrix norm are separated together.
+pub(super) const ALIKE: f64 = 1e-11;
+/// Distance of the shift of their inverse iteration from them, as a fraction of the matrix norm.
+pub(super) const BESIDE: f64 = 1e-9;
+/// Deviation from a multiple of the identity, as a fraction of the matrix norm, that is round-off.
+pub(super) const SCALAR: f64 = 1e-14;
 /// Residual, as a fraction of the matrix norm, above which an eigenvector is found again.
 pub(super) const POOR: f64 = 1e-10;
 /// Distance of the shift of inverse iteration from its eigenvalue, as a fraction of the matrix norm.

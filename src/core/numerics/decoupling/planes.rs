@@ -1,5 +1,6 @@
 //! The invariant planes of a matrix, each by two columns.
 
+use super::clusters::separate;
 use super::improvement::{dot, norm, unit_length};
 use super::parts::{
     Block, COMPLEX, Direction, OFFSET, PARALLEL_COSINE, PLANE_CONDITION, POOR, ROTATION_CONDITION,
@@ -38,10 +39,13 @@ pub(super) fn plane_bases(a: &Mat<f64>, kind: &[Direction]) -> Option<Vec<Block>
         .collect();
     let inner = Mat::from_fn(rest.len(), rest.len(), |i, j| a[(rest[i], rest[j])]);
     let eigen = inner.eigen().ok()?;
+    let values: Vec<c64> = eigen.S().column_vector().iter().copied().collect();
+    let mut vectors = eigen.U().to_owned();
+    separate(&inner, &values, &mut vectors, COMPLEX * inner.norm_l2());
     let mut real: Vec<(f64, Vec<f64>)> = Vec::new();
     for k in 0..rest.len() {
-        let value = eigen.S().column_vector()[k];
-        let mut vector = eigen.U().col(k).to_owned();
+        let value = values[k];
+        let mut vector = vectors.col(k).to_owned();
         if value.im >= 0.0 {
             refine_vector(&inner, value, &mut vector);
         }

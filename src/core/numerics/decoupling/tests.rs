@@ -444,3 +444,43 @@ fn three_nearly_parallel_eigenvectors_are_paired_once() {
         assert!(result.generators.iter().all(|b| determinant(b) > 0.0));
     }
 }
+
+/// Equal planets about a centre, each a chain of two bodies, in modes that hide their symmetry: all but one of each chain's
+/// pairs recur once less than there are planets, and vectors of round-off would be nearly parallel.
+#[test]
+fn equal_bodies_have_independent_eigenvectors() {
+    for planets in [3, 4, 5, 7] {
+        let n = 2 * planets + 1;
+        // From the centre to the first body, and from that to the second: stiffness and damping.
+        let chain = [[3e8, 900.0], [7e7, 300.0]];
+        let mut of_bodies = [(); 2].map(|()| Mat::<f64>::zeros(n, n));
+        let mut join = |i: usize, j: usize, law: [f64; 2]| {
+            for (matrix, value) in of_bodies.iter_mut().zip(law) {
+                matrix[(i, i)] += value;
+                matrix[(j, j)] += value;
+                matrix[(i, j)] -= value;
+                matrix[(j, i)] -= value;
+            }
+        };
+        for planet in 0..planets {
+            join(0, 1 + 2 * planet, chain[0]);
+            join(1 + 2 * planet, 2 + 2 * planet, chain[1]);
+        }
+        for i in 0..n {
+            of_bodies[0][(i, i)] += 5e7;
+            of_bodies[1][(i, i)] += 20.0;
+        }
+        let mut random = Random(77);
+        let turn = square(&random.matrix(n, 1.0), n).qr().compute_Q();
+        let [stiffness, damping] = of_bodies.map(|matrix| turn.transpose() * matrix * &turn);
+        let w = vec![5e3; n];
+        let rows = |matrix: &Mat<f64>, off: f64| -> Vec<f64> {
+            let entry =
+                |k: usize| matrix[(k / n, k % n)] - f64::from(u8::from(k / n == k % n)) * off;
+            (0..n * n).map(entry).collect()
+        };
+        let (d, s) = (rows(&damping, 0.0), rows(&stiffness, 2.5e7));
+        let found = checked(&w, &d, &s, &format!("{planets} planets"));
+        assert!(found.condition < 100.0, "{planets}: {:e}", found.condition);
+    }
+}

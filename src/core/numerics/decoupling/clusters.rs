@@ -1,0 +1,53 @@
+//! Eigenvectors of eigenvalues that coincide, as those of equal planets do.
+//!
+//! Back substitution gives such vectors by round-off: they may be nearly parallel although the eigenvalue has as many
+//! independent ones. Inverse iteration of a whole subspace finds orthonormal ones.
+
+use super::parts::{ALIKE, BESIDE, SCALAR};
+use faer::{Mat, prelude::*};
+
+/// Replaces the vectors, columns of `vectors`, of complex eigenvalues above the real axis that coincide.
+pub(super) fn separate(a: &Mat<f64>, values: &[c64], vectors: &mut Mat<c64>, smallest: f64) {
+    let size = a.norm_l2();
+    let mut left: Vec<usize> = (0..values.len())
+        .filter(|k| values[*k].im > smallest)
+        .collect();
+    while let Some(first) = left.first().copied() {
+        let alike = |k: &usize| (values[*k] - values[first]).norm() <= ALIKE * size;
+        let (cluster, others): (Vec<usize>, Vec<usize>) = left.into_iter().partition(alike);
+        left = others;
+        if cluster.len() > 1 {
+            let sum: c64 = cluster.iter().map(|k| values[*k]).sum();
+            let own = eigenvectors(a, sum / cluster.len() as f64, cluster.len(), size);
+            for (column, k) in cluster.into_iter().enumerate() {
+                for i in 0..a.nrows() {
+                    vectors[(i, k)] = own[(i, column)];
+                }
+            }
+        }
+    }
+}
+
+/// So many eigenvectors of an eigenvalue: any basis of their space where the matrix is a multiple of the identity on it, else
+/// the eigenvectors there.
+fn eigenvectors(a: &Mat<f64>, value: c64, count: usize, size: f64) -> Mat<c64> {
+    let n = a.nrows();
+    let complex = Mat::from_fn(n, n, |i, j| c64::from(a[(i, j)]));
+    let beside = Scale(value + c64::new(BESIDE * size, 0.0));
+    let shifted = &complex - Mat::<c64>::identity(n, n) * beside;
+    let lu = shifted.partial_piv_lu();
+    let turn = |i: usize, j: usize| c64::cis(((i + 1) * (j + 2)) as f64);
+    let mut basis = Mat::from_fn(n, count, turn);
+    for _ in 0..4 {
+        basis = lu.solve(&basis).qr().compute_thin_Q();
+    }
+    let on_it = basis.adjoint() * &complex * &basis;
+    let off = &on_it - Mat::<c64>::identity(count, count) * Scale(value);
+    if off.norm_l2() <= SCALAR * size {
+        return basis;
+    }
+    match on_it.eigen() {
+        Ok(eigen) => basis * eigen.U(),
+        Err(_) => basis,
+    }
+}
