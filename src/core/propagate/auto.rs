@@ -57,6 +57,9 @@ const MOST_MODES: usize = 24;
 /// The same of many contacts: measured at 24 modes (`benches/runs/2026-11-26-meshes-9b525da8`), an estimate beyond.
 const MOST_MODES_MET: usize = 80;
 
+/// Most sets of closed contacts at which they were seen to cost less: of more, a motion meets too many.
+const MOST_SETS_MET: usize = 1 << 20;
+
 /// Why `auto` takes a kernel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Why {
@@ -85,6 +88,13 @@ pub enum Why {
         /// The most at which closed modes are taken.
         most: usize,
     },
+    /// The structured kernel costs less: a motion meets many sets, and each is computed when it is met.
+    ManySets {
+        /// Sets of closed contacts.
+        sets: usize,
+        /// The most at which closed modes are taken.
+        most: usize,
+    },
     /// Tables are not the same on every processor.
     Portable,
     /// Closed modes do not take the drive.
@@ -104,6 +114,10 @@ impl Why {
         match ClosedModes::suits(model) {
             Err(error) => Self::Refused(error),
             Ok(_) if turns => Self::Turns,
+            Ok(size) if size.systems > MOST_SETS_MET => Self::ManySets {
+                sets: size.systems,
+                most: MOST_SETS_MET,
+            },
             Ok(size) => {
                 let few = size.systems <= ClosedModes::FEW;
                 let most = if few { MOST_MODES } else { MOST_MODES_MET };
@@ -144,6 +158,9 @@ impl fmt::Display for Why {
             Self::NoTable => f.write_str("no table for a set of closed contacts in the motion"),
             Self::Turns => f.write_str("gyroscopic terms change the structure with the speed"),
             Self::ManyModes { modes, most } => write!(f, "{modes} modes, more than {most}"),
+            Self::ManySets { sets, most } => {
+                write!(f, "{sets} sets of closed contacts, more than {most}")
+            }
             Self::Portable => f.write_str("instructions = \"portable\""),
             Self::Refused(error) => f.write_str(&error.cause()),
         }

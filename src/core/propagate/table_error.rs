@@ -58,13 +58,13 @@ pub enum TableError {
     },
     /// More systems than tables are made for.
     #[error(
-        "there are {count} sets of closed contacts, each with a separate table, but at most {most} tables are kept; \
-         set run.kernel = \"volterra\""
+        "{contacts} contacts may be closed in too many ways: tables take at most {most} contacts, with few levels of \
+         stiffness; set run.kernel = \"volterra\""
     )]
     TooManySets {
-        /// How many.
-        count: usize,
-        /// The most that are kept.
+        /// Contacts of the drive.
+        contacts: usize,
+        /// The most that tables take.
         most: usize,
     },
     /// Tables would be larger than they should be.

@@ -14,7 +14,7 @@ impl<'m> ClosedModes<'m> {
     /// A system that was entered.
     #[inline]
     pub(super) fn slot(&self, set: usize) -> &Slot<'m> {
-        match self.slots[set].get() {
+        match self.slots.get(set) {
             Some(slot) => slot,
             None => unreachable!("a set is entered before it is used"),
         }
@@ -33,14 +33,17 @@ impl<'m> ClosedModes<'m> {
     /// too much room.
     #[inline]
     pub(super) fn enter(&self, set: usize) -> Result<&Slot<'m>, TableError> {
-        match self.slots[set].get() {
+        match self.slots.get(set) {
             Some(slot) => Ok(slot),
             None => {
                 let made = self.made(set);
                 let slot = made.inspect_err(|error| {
                     self.refusal.get_or_init(|| *error);
                 })?;
-                Ok(self.slots[set].get_or_init(|| Box::new(slot)))
+                match self.slots.put(set, slot) {
+                    Some(slot) => Ok(slot),
+                    None => unreachable!("there is room for twice as many as may be met"),
+                }
             }
         }
     }
@@ -69,11 +72,7 @@ impl<'m> ClosedModes<'m> {
         } else {
             Err(TableError::TooLarge {
                 size: TableSize {
-                    systems: self
-                        .slots
-                        .iter()
-                        .filter(|slot| slot.get().is_some())
-                        .count(),
+                    systems: self.slots.count(),
                     bytes: taken,
                 },
                 most: MOST_BYTES,

@@ -25,6 +25,7 @@ mod series;
 mod sets;
 mod shown;
 mod slot;
+mod slots;
 mod system;
 mod workspace;
 
@@ -36,6 +37,7 @@ use excitation::{Frequencies, unresonant};
 use met::MOST_BYTES;
 use sets::{Sets, Stop};
 use slot::Slot;
+use slots::Slots;
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicUsize;
 
@@ -47,7 +49,7 @@ pub struct ClosedModes<'m> {
     bases: Bases<'m>,
     frequencies: Frequencies,
     /// The systems at this operating point, each from when it is met.
-    slots: Vec<OnceLock<Box<Slot<'m>>>>,
+    slots: Slots<Slot<'m>>,
     /// Bytes of the bases of those met.
     taken: AtomicUsize,
     /// Why one of them has no table.
@@ -66,7 +68,7 @@ pub struct ClosedModes<'m> {
 
 impl<'m> ClosedModes<'m> {
     /// Most sets of closed contacts of which all tables are made: of more, those that are met.
-    pub const FEW: usize = sets::FEW;
+    pub const FEW: usize = Sets::FEW;
 
     /// Builds the kernel of a model, bases included.
     ///
@@ -129,7 +131,11 @@ impl<'m> ClosedModes<'m> {
         let stops = sets.stops(model);
         all_unresonant(model, &sets, &bases, &frequencies)?;
         let own = Self {
-            slots: (0..sets.count()).map(|_| OnceLock::new()).collect(),
+            slots: if sets.are_few() {
+                Slots::of_all(sets.count())
+            } else {
+                Slots::of_met(MOST_BYTES / met::bytes(model.modes()))
+            },
             taken: AtomicUsize::new(0),
             refusal: OnceLock::new(),
             planned: blocks as usize + stops.iter().map(Vec::len).max().unwrap_or(0),

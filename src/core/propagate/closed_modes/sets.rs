@@ -3,14 +3,8 @@
 use crate::model::{ActiveSet, Model, Release};
 use crate::propagate::TableError;
 
-/// Most systems of which all tables are made.
-pub const FEW: usize = 256;
-
-/// Most systems of a drive.
-const MOST_SETS: usize = 1 << MOST_CONTACTS;
-
-/// Most contacts of a drive: each has two states or more.
-pub const MOST_CONTACTS: usize = 20;
+/// Most contacts of a drive.
+pub const MOST_CONTACTS: usize = 24;
 
 /// A time this close to a breakpoint, relative to the mesh period, is on it.
 pub const SAME_TIME: f64 = 1e-13;
@@ -85,14 +79,18 @@ impl Sets {
             sets.classes.push(classes);
             sets.of_segment.push(of_segment);
         }
-        if sets.count > MOST_SETS {
+        let contacts = model.contacts.len();
+        if contacts > MOST_CONTACTS || sets.count == usize::MAX {
             return Err(TableError::TooManySets {
-                count: sets.count,
-                most: MOST_SETS,
+                contacts,
+                most: MOST_CONTACTS,
             });
         }
         Ok(sets)
     }
+
+    /// Most systems of which all tables are made.
+    pub const FEW: usize = 256;
 
     /// Free flight: no contact is closed.
     pub const FREE: usize = 0;
@@ -104,7 +102,7 @@ impl Sets {
 
     /// Whether tables of all of them are made.
     pub fn are_few(&self) -> bool {
-        self.count <= FEW
+        self.count <= Self::FEW
     }
 
     /// The set in which every contact is closed at its stiffest.

@@ -1,0 +1,112 @@
+//! What a kernel keeps of the sets that it has met, each found by its number.
+
+use std::sync::OnceLock;
+
+/// A cell of the table: the number of a set, and what is kept of it.
+type Cell<S> = OnceLock<(usize, Box<S>)>;
+
+/// A table that only grows, so that readers take no lock.
+#[derive(Debug)]
+pub struct Slots<S> {
+    cells: Vec<Cell<S>>,
+    /// Whether every set has its own cell; else it has the first free one from that which its number points to.
+    own_cells: bool,
+}
+
+impl<S> Slots<S> {
+    /// Room for all of so many sets.
+    pub fn of_all(sets: usize) -> Self {
+        Self {
+            cells: (0..sets).map(|_| OnceLock::new()).collect(),
+            own_cells: true,
+        }
+    }
+
+    /// Room for so many of any number of sets, and as much again, so that few look for their cells long.
+    pub fn of_met(most: usize) -> Self {
+        Self {
+            own_cells: false,
+            ..Self::of_all(2 * most.max(1))
+        }
+    }
+
+    /// The cells in which a set may be, in turn.
+    fn cells(&self, set: usize) -> impl Iterator<Item = &Cell<S>> {
+        /// 2⁶⁴ divided by the golden ratio: neighbouring numbers fall far apart.
+        const SPREAD: u64 = 0x9e37_79b9_7f4a_7c15;
+        let spread = (set as u64).wrapping_mul(SPREAD) >> 32;
+        let home = if self.own_cells { set } else { spread as usize % self.cells.len() };
+        self.cells[home..].iter().chain(&self.cells[..home])
+    }
+
+    /// What is kept of a set, where it was met.
+    #[inline]
+    pub fn get(&self, set: usize) -> Option<&S> {
+        for cell in self.cells(set) {
+            let (own, kept) = cell.get()?;
+            if *own == set {
+                return Some(kept);
+            }
+        }
+        None
+    }
+
+    /// Keeps something of a set, unless another thread has done so; gives what is kept, or nothing if there is no room.
+    pub fn put(&self, set: usize, new: S) -> Option<&S> {
+        let mut new = Some((set, Box::new(new)));
+        for cell in self.cells(set) {
+            if let Some(made) = new.take()
+                && let Err(left) = cell.set(made)
+            {
+                new = Some(left);
+            }
+            if let Some((own, kept)) = cell.get()
+                && *own == set
+            {
+                return Some(kept);
+            }
+        }
+        None
+    }
+
+    /// How many were met.
+    pub fn count(&self) -> usize {
+        self.cells
+            .iter()
+            .filter(|cell| cell.get().is_some())
+            .count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two threads keep the same sets, in opposite order: each set has one entry, its own, and the table takes no more
+    /// than it has room for.
+    #[test]
+    fn every_set_is_kept_once() {
+        let most = 1000;
+        // Neighbours, and numbers that differ in their high digits only.
+        let set = |number: usize| {
+            if number.is_multiple_of(2) { number } else { number << 40 }
+        };
+        let slots = Slots::of_met(most);
+        let fill = |numbers: &mut dyn Iterator<Item = usize>| {
+            for number in numbers {
+                let kept = slots.put(set(number), number);
+                assert_eq!(kept, Some(&number));
+                assert_eq!(slots.get(set(number)), Some(&number));
+            }
+        };
+        std::thread::scope(|scope| {
+            scope.spawn(|| fill(&mut (0..most)));
+            scope.spawn(|| fill(&mut (0..most).rev()));
+        });
+        assert_eq!(slots.count(), most);
+        assert_eq!(slots.get(set(most)), None);
+        let all = (0..2 * most).filter(|number| slots.put(set(*number), *number).is_some());
+        assert_eq!(all.count(), 2 * most);
+        assert_eq!(slots.put(set(2 * most), 0), None);
+    }
+}
