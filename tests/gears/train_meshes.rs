@@ -172,7 +172,10 @@ fn a_further_mesh_is_what_it_is_as_the_first() {
             let [values, _] = watched.1.0.statistics(quantity);
             values.rms
         });
-        let own = [told[told.len() - 1].deflection_rms, told[told.len() - 1].force_std];
+        let own = [
+            told[told.len() - 1].deflection_rms,
+            told[told.len() - 1].force_std,
+        ];
         for (rms, own) in rms.iter().zip(own) {
             assert!((rms[0] / own - 1.0).abs() < 1e-12, "{} {own}", rms[0]);
         }

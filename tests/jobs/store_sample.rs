@@ -11,8 +11,8 @@ use gearatlas::analysis::{
     AttractorOutcome, BasinShare, Bifurcation, CellOutcome, ChainRecord, ChaosOutcome, Character,
     Class, CourseOutcome, EvidenceOutcome, KaplanYorke, Kick, LyapunovMethod, LyapunovOutcome,
     MissedState, MultistabilityOutcome, NvhOutcome, OrbitOutcome, OrbitSurvey, OrderLine,
-    PoincareSample, PointOutcome, ProbeOutcome, SampleKind, SignalOrders, Spectrum,
-    SpectrumLine, SpectrumMethod, Status,
+    PoincareSample, PointOutcome, ProbeOutcome, SampleKind, SignalOrders, Spectrum, SpectrumLine,
+    SpectrumMethod, Status,
 };
 use gearatlas::model::Quantity;
 use gearatlas::report::{Style, Summary, render};

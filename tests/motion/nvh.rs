@@ -6,8 +6,8 @@ use crate::common;
 use common::advance::{Events, advance_with, settled, volterra};
 use common::{forty_modes, model, model_at, one_degree, six_modes, two_modes};
 use gearatlas::analysis::{
-    Effort, LyapunovConfig, Nvh, NvhConfig, NvhOutcome, OrderConfig, PointConfig,
-    PointOutcome, Section, Signals, Spectrum, SpectrumConfig, investigate,
+    Effort, LyapunovConfig, Nvh, NvhConfig, NvhOutcome, OrderConfig, PointConfig, PointOutcome,
+    Section, Signals, Spectrum, SpectrumConfig, investigate,
 };
 use gearatlas::model::{
     ActiveSet, Division, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, Quantity,
@@ -527,12 +527,7 @@ fn ask_orders(model: &Model, cycles: u64) -> PointOutcome {
 }
 
 /// A signal's amplitude and phase as a complex number, by what it is an order of.
-fn order(
-    found: &PointOutcome,
-    signal: &str,
-    reference: &str,
-    multiple: u32,
-) -> Complex64 {
+fn order(found: &PointOutcome, signal: &str, reference: &str, multiple: u32) -> Complex64 {
     let own = found.orders.iter().find(|own| own.signal == signal);
     let mut lines = own.expect(signal).lines.iter();
     let line = lines.find(|line| line.reference == reference && line.multiple == multiple);
@@ -599,13 +594,7 @@ fn orders_of_a_linear_oscillator_are_its_response() {
     let error = Complex64::from_polar(1e-7, -0.6);
     let meshing = response(omega, w * c64(k, omega * c) * error);
     for (reference, multiple, omega, q, e) in [
-        (
-            "pinion",
-            2,
-            2.0 * point.speed,
-            ripple,
-            Complex64::ZERO,
-        ),
+        ("pinion", 2, 2.0 * point.speed, ripple, Complex64::ZERO),
         ("mesh", 1, omega, meshing, error),
     ] {
         let deflection = w * q - e;

@@ -71,7 +71,9 @@ COLUMNS = {
     "bearing_mean": LIST, "bearing_mean_stderr": LIST, "bearing_rms": LIST,
     "bearing_rms_stderr": LIST, "torque_mean": LIST, "torque_mean_stderr": LIST, "torque_rms": LIST,
     "torque_rms_stderr": LIST, "acceleration_rms": LIST, "acceleration_rms_stderr": LIST,
-    "angular_acceleration_rms": LIST, "angular_acceleration_rms_stderr": LIST, "misalignment_loaded": F64, "load_centre": F64, "mesh_stiffness": F64,
+    "angular_acceleration_rms": LIST, "angular_acceleration_rms_stderr": LIST,
+    "mesh_deflection_rms": LIST, "mesh_deflection_rms_stderr": LIST, "mesh_force_rms": LIST,
+    "mesh_force_rms_stderr": LIST, "misalignment_loaded": F64, "load_centre": F64, "mesh_stiffness": F64,
     "contact_ratio_loaded": F64, "transmission_error_pp": F64, "energy_residual": F64, "grazing_count": U64, "cycles": U64,
     "measured_cycles": U64, "nvh_cycles": U64, "kernel": TEXT, "wall_time": F64, "worker": U32, "numa_node": U32,
 }  # fmt: skip

@@ -45,7 +45,7 @@ pub struct PlotArgs {
     /// Draw these mesh orders in `orders` [default: 1,2,3].
     #[arg(long, value_parser = order, value_delimiter = ',', value_name = "ORDER,...")]
     pub orders: Vec<f64>,
-    /// Draw this signal in `orders` and `waterfall`: deflection, force, "bearing ..." [default: deflection].
+    /// Draw this signal in `orders` and `waterfall`: deflection, force, "mesh force ...", "bearing ..." [default: deflection].
     #[arg(long, value_name = "NAME")]
     pub signal: Option<String>,
     /// Draw the waterfall over frequency instead of order.

@@ -1,8 +1,8 @@
-//! Amplitude and phase of signals at multiples of the mesh frequency and of both shafts' speeds.
+//! Amplitude and phase of signals at multiples of the frequency of every mesh and of the speed of every shaft.
 //!
 //! `c = 2/T ∫ f e^{−iωt} dt` is the exact integral of the windows' series, t counted from the start of
-//! mesh cycle 0: `f = … + |c| cos(ωt + arg c)`. Orders of a shaft are taken over whole revolutions, so
-//! that neither the mean nor mesh orders leak into them. Standard errors are those of the parts of
+//! mesh cycle 0: `f = … + |c| cos(ωt + arg c)`. Orders of a shaft or of a further mesh are taken
+//! over whole periods of it that are whole cycles of the first mesh, so that neither the mean nor mesh orders leak into them. Standard errors are those of the parts of
 //! c over successive stretches, along c and across it.
 
 use super::config::{NvhConfig, OrderConfig};
@@ -284,8 +284,8 @@ mod tests {
     use super::*;
     use crate::analysis::config::Signals;
     use crate::analysis::modal_series::cosine_series;
-    use crate::model::OperatingPoint;
     use crate::model::fixtures::{constant_mesh, one_mode};
+    use crate::model::{NamedMesh, OperatingPoint};
     use crate::numerics::random::Stream;
     use crate::structure::ModalStructure;
 
@@ -313,8 +313,8 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_record_in_two_parts_has_the_orders_of_the_whole() {
+    /// What is asked of a pinion of five teeth.
+    fn asked() -> (Model, OrderConfig, NvhConfig) {
         let structure = ModalStructure {
             teeth: 5,
             ..one_mode(1.0)
@@ -340,6 +340,38 @@ mod tests {
             orders: Some(asked),
             stop_at_stderr: None,
         };
+        (model, asked, all)
+    }
+
+    /// The same wave is an order of whatever turns so: of the pinion, of a mesh with two cycles in five, of a slow shaft.
+    #[test]
+    fn every_mesh_and_shaft_has_its_orders() {
+        let (mut model, asked, all) = asked();
+        model.meshes.push(NamedMesh {
+            name: "c and d".to_owned(),
+            flanks: [2, 3],
+            cycles: [2, 5],
+        });
+        model.shafts.push(("shaft slow".to_owned(), [2, 15]));
+        let mut orders = Orders::new(&model, &asked, &all);
+        show(&mut orders, 0..720);
+        let found = orders.outcome();
+        for (reference, multiple) in [("pinion", 2), ("mesh c and d", 1), ("shaft slow", 3)] {
+            let mut lines = found[0].lines.iter();
+            let line = lines.find(|own| own.reference == reference && own.multiple == multiple);
+            let line = line.unwrap();
+            assert!((line.order - 0.4).abs() < 1e-15 && (line.frequency - 0.4).abs() < 1e-15);
+            assert!(
+                (line.amplitude - 2.0).abs() < 4.0 * line.stderr.unwrap(),
+                "{line:?}"
+            );
+            assert!((line.phase.unwrap() - 0.7).abs() < 4.0 * line.phase_stderr.unwrap());
+        }
+    }
+
+    #[test]
+    fn a_record_in_two_parts_has_the_orders_of_the_whole() {
+        let (model, asked, all) = asked();
         let record = |cycles: std::ops::Range<u64>| {
             let mut orders = Orders::new(&model, &asked, &all);
             show(&mut orders, cycles);

@@ -92,7 +92,8 @@ const OF_MESH: [Quantity; 2] = [Quantity::MeshDeflection, Quantity::MeshForce];
 pub fn named(model: &Model, wanted: Signals) -> impl Iterator<Item = (String, Quantity)> {
     let bearings = (model.bearings.iter()).map(|own| (&own.name, Quantity::BearingForce));
     let outputs = (model.outputs.iter()).map(|own| (&own.name, own.quantity));
-    let meshes = (model.meshes.iter()).flat_map(|own| OF_MESH.map(|quantity| (&own.name, quantity)));
+    let meshes =
+        (model.meshes.iter()).flat_map(|own| OF_MESH.map(|quantity| (&own.name, quantity)));
     (bearings.chain(outputs).chain(meshes))
         .filter(move |(_, quantity)| wanted.has(*quantity))
         .map(|(name, quantity)| (format!("{} {name}", quantity.name()), quantity))

@@ -279,9 +279,7 @@ pub fn loosest(
 mod tests {
     use super::*;
     use crate::analysis::PowerOutcome;
-    use crate::analysis::outcome::{
-        DurationOutcome, OrderLine, SpectrumLine, SpectrumMethod,
-    };
+    use crate::analysis::outcome::{DurationOutcome, OrderLine, SpectrumLine, SpectrumMethod};
 
     /// Statistics whose every error is 1 %, on the scale it counts against.
     fn even() -> NvhOutcome {

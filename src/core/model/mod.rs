@@ -45,6 +45,7 @@ mod structure_contacts;
 mod system;
 mod unfelt;
 
+pub use crate::structure::MeshHarmonic;
 pub use basis::{Basis, Coupled};
 pub use bearing::BearingOutput;
 pub use block::{Block, MeshGain};
@@ -54,8 +55,8 @@ pub use contact::{
 pub use derivative::ShapeChange;
 pub use direction::{Direction, Line};
 pub use drive::{
-    CoastFlank, Division, Drive, DriveShaft, OperatingPoint, SAME_PHASE,
-    StiffnessHarmonic, TorqueRipple,
+    CoastFlank, Division, Drive, DriveShaft, OperatingPoint, SAME_PHASE, StiffnessHarmonic,
+    TorqueRipple,
 };
 pub use error::ModelError;
 pub use excitation::{Ripple, TransmissionErrorHarmonic, turned};
@@ -67,7 +68,6 @@ pub use release::Release;
 pub use rolling::Rolling;
 pub use slider::Slider;
 pub use stiffness::{STIFFNESS_TERMS, Stiffness};
-pub use crate::structure::MeshHarmonic;
 pub use system::Model;
 
 #[cfg(test)]

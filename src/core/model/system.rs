@@ -6,8 +6,8 @@ use super::direction::Directions;
 use super::error::{ModelError, positive};
 use super::{
     ActiveSet, BearingOutput, Block, Contact, Direction, Division, Drive, Line, MOST_CONTACTS,
-    MeshCycle, MeshGain, MeshHarmonic, NamedMesh, OperatingPoint, Output, Release, Ripple, Rolling, Segment,
-    Slider, TransmissionErrorHarmonic,
+    MeshCycle, MeshGain, MeshHarmonic, NamedMesh, OperatingPoint, Output, Release, Ripple, Rolling,
+    Segment, Slider, TransmissionErrorHarmonic,
 };
 use super::{bearing, clearance, drive as laws, flank_springs, one_set, structure_contacts};
 use crate::structure::{FlankParticipation, MOST_BASE_CYCLES, ModalStructure, SliderPart};
@@ -22,7 +22,9 @@ fn shafts(structure: &ModalStructure) -> Vec<(String, [u32; 2])> {
     let of_gear = |name: &str, teeth: u32| (name.to_owned(), [1, teeth]);
     let pinion = std::iter::once(of_gear("pinion", structure.teeth));
     let wheel = structure.wheel_teeth.map(|teeth| of_gear("wheel", teeth));
-    (pinion.chain(wheel)).chain(structure.shafts.iter().cloned()).collect()
+    (pinion.chain(wheel))
+        .chain(structure.shafts.iter().cloned())
+        .collect()
 }
 
 /// The piecewise-linear system at one operating point.

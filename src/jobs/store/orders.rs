@@ -22,10 +22,10 @@ pub struct OrderRow {
 impl Row for OrderRow {}
 
 /// What the column of an amplitude holds, by signal.
-pub(super) const AMPLITUDE_UNITS: &str = "m (deflection) or N (force) or N (bearing) or N m (torque) or m/s^2 (acceleration) or rad/s^2 (angular acceleration)";
+pub(super) const AMPLITUDE_UNITS: &str = "m (deflection) or N (force) or m (mesh deflection) or N (mesh force) or N (bearing) or N m (torque) or m/s^2 (acceleration) or rad/s^2 (angular acceleration)";
 
 /// What signals there are.
-pub(super) const SIGNALS: &str = "deflection; force; bearing with shaft, number and direction; torque with \
+pub(super) const SIGNALS: &str = "deflection; force; mesh deflection and mesh force with both gears; bearing with shaft, number and direction; torque with \
                                   shaft or coupling; acceleration with bearing and direction; angular \
                                   acceleration with shaft or loose gear";
 

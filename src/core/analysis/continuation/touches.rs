@@ -174,7 +174,9 @@ impl<'m> Watch<'m> {
         } else if line == self.model.line(&window.segments[0]) {
             padded(window.deflection)
         } else {
-            let motion = self.motion.get_or_insert_with(|| ModalMotion::new(self.model));
+            let motion = self
+                .motion
+                .get_or_insert_with(|| ModalMotion::new(self.model));
             motion.on(window).along(segment.direction)
         };
         for a in &mut out {

@@ -18,8 +18,8 @@ impl TrainDrive {
     /// forward and backward, the states of their hysteresis, and stops.
     pub fn contact_names(&self) -> Vec<String> {
         let meshes = self.mesh_names().into_iter();
-        let flanks =
-            meshes.flat_map(|mesh| ["drive", "coast"].map(|side| format!("{side} flank of {mesh}")));
+        let flanks = meshes
+            .flat_map(|mesh| ["drive", "coast"].map(|side| format!("{side} flank of {mesh}")));
         let stages = self.couplings.iter().flat_map(|coupling| {
             let [one, two] = coupling.shafts.map(|shaft| &self.shafts[shaft].name);
             (1..)

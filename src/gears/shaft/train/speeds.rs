@@ -246,7 +246,10 @@ impl TrainDrive {
         }
         let turns = |speed: &Option<Ratio>| {
             let turns = (speed.as_ref()?.modulus()) * Ratio::new(1, i128::from(first));
-            let parts = [u32::try_from(turns.over).ok()?, u32::try_from(turns.under).ok()?];
+            let parts = [
+                u32::try_from(turns.over).ok()?,
+                u32::try_from(turns.under).ok()?,
+            ];
             (parts[0] > 0).then_some(parts)
         };
         let turns = rolling.iter().map(turns).collect();

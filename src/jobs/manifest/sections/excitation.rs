@@ -139,7 +139,11 @@ pub(super) fn errors_of_gears(
     let mut whole = true;
     let mut all = Vec::new();
     if let Child::Present(deviation) = section.child(issues, "pitch_deviation") {
-        for (name, teeth) in names.into_iter().zip(teeth).filter(|(name, _)| deviation.has(name)) {
+        for (name, teeth) in names
+            .into_iter()
+            .zip(teeth)
+            .filter(|(name, _)| deviation.has(name))
+        {
             match deviations(&deviation, issues, name, teeth) {
                 Some(values) => all.extend(orders_of_teeth(&values)),
                 None => whole = false,

@@ -11,9 +11,9 @@ use crate::analysis::{
     ChaosOutcome, Character, Class, CourseOutcome, CovariantOutcome, DurationOutcome,
     EvidenceOutcome, HorizonMeasure, HorizonOutcome, HorizonQuantity, KaplanYorke, Kick, LeftChaos,
     LyapunovMethod, LyapunovOutcome, MissedState, ModalState, MultistabilityOutcome, NvhErrors,
-    NvhOutcome, OrbitOutcome, OrbitSurvey, OrderLine, PoincareSample, PointOutcome,
-    PowerOutcome, ProbeOutcome, SampleKind, SignalOrders, Spectrum, SpectrumLine, SpectrumMethod,
-    Status, TraceSample, TraceSink,
+    NvhOutcome, OrbitOutcome, OrbitSurvey, OrderLine, PoincareSample, PointOutcome, PowerOutcome,
+    ProbeOutcome, SampleKind, SignalOrders, Spectrum, SpectrumLine, SpectrumMethod, Status,
+    TraceSample, TraceSink,
 };
 use crate::model::Quantity;
 use crate::model::{ActiveSet, COAST_FLANK};

@@ -188,10 +188,12 @@ fn mesh(
     {
         beside.phase = phase_of_ring(&train.pair, ring).unwrap_or(0.0);
     }
-    beside.error.extend(errors?.into_iter().map(|own| MeshHarmonic {
-        phase: own.phase - TAU * own.turns_per_cycle() * beside.phase,
-        ..own
-    }));
+    beside
+        .error
+        .extend(errors?.into_iter().map(|own| MeshHarmonic {
+            phase: own.phase - TAU * own.turns_per_cycle() * beside.phase,
+            ..own
+        }));
     let friction = friction?;
     let steady = matches!(&law, Stiffness::Given(divisions) if divisions.len() == 1);
     let symmetry = if table.has("coast_symmetry") {
@@ -247,7 +249,11 @@ fn gear_errors(
         let what = "errors of single gears are not possible in meshes of planets".to_owned();
         let (span, path) = (table.span_of(key), table.path_of(key));
         let fault = Diagnostic::new(DiagnosticKind::Unavailable, span, &path, what);
-        issues.push(fault.label("all planets share this mesh").remedy("remove it"));
+        issues.push(
+            fault
+                .label("all planets share this mesh")
+                .remedy("remove it"),
+        );
         return None;
     }
     Some(errors)
