@@ -737,6 +737,21 @@ fn sets_that_do_not_fit_are_refused() {
             "has the name `planet 2`",
         ),
         (
+            "gears = [\"sun\", \"planet\"]",
+            "gears = [\"sun\", \"planet 2\"]",
+            "write \"planet\": it stands for every planet",
+        ),
+        (
+            "gears = [\"planet\", \"ring\"]",
+            "gears = [\"planet 2\", \"ring\"]",
+            "write \"planet\": it stands for every planet",
+        ),
+        (
+            "rated_torque",
+            "driver = \"planet 1\"\nrated_torque",
+            "no motor drives one of them alone",
+        ),
+        (
             "name = \"annulus\"",
             "name = \"annulus\"\norigin = [\"10 um\", 0, 0]",
             "not on the axis of the carrier",

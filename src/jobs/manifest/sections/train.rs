@@ -44,7 +44,7 @@ pub(super) fn read(
     let couplings = joints::couplings(section, issues, &parts);
     let stops = joints::stops(section, issues, &parts);
     let driver = if section.has("driver") {
-        parts.shaft(section, issues, "driver")
+        parts.driver(section, issues)
     } else {
         gears.map(|[first, _]| first.shaft)
     };
