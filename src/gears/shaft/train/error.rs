@@ -277,6 +277,15 @@ pub enum TrainError {
         /// The driving shaft.
         driver: String,
     },
+    /// A speed that is no ratio of whole numbers of a size that can be reckoned with.
+    #[error(
+        "the speed of `{body}` is too long a ratio of whole numbers: too many numbers of teeth on the way from the first mesh have \
+         no common divisors; choose others"
+    )]
+    LongRatio {
+        /// What turns.
+        body: String,
+    },
     /// A mesh whose cycles have no short common period with the first one's.
     #[error(
         "the mesh of `{}` and `{}` has {p} cycles in {q} cycles of the first mesh, but at most 1000 are allowed; \
