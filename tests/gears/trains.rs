@@ -512,6 +512,11 @@ fn bad_trains_get_one_clear_error_each() {
         ),
         (
             r#"width = "25 mm""#,
+            r#"width = "25 mm", hub_diameter = "40 mm", hub_length = "75 mm""#,
+            "the hub of `z20` is 75.000 mm long and covers bearing 1 at 40.000 mm",
+        ),
+        (
+            r#"width = "25 mm""#,
             r#"width = "25 mm", hub_diameter = "29 mm""#,
             "the hub (29.000 mm) must lie outside of the shaft (30.000 mm)",
         ),

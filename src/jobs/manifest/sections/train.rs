@@ -1,6 +1,7 @@
 //! `[train]`: the names in it looked up, everything else read by one file a part.
 
 mod housing;
+mod hubs;
 mod joints;
 mod parts;
 mod planetary;
