@@ -718,7 +718,13 @@ fn sets_that_do_not_fit_are_refused() {
         (
             "x = 1e8, y = 1e8",
             "x = 1e8, y = 2e8",
-            "not the same in all directions",
+            "bearing 1 of shaft `input` is not the same in all directions",
+        ),
+        (
+            "rated_torque = \"100 N*m\"\n[[train.shaft]]\nname = \"input\"\ngears = [{ ",
+            "driver = \"carrier\"\nrated_torque = \"100 N*m\"\n[[train.shaft]]\nname = \"input\"\n\
+             gears = [{ loose = { x = 1e8, y = 2e8, axial = 1e7, tilt = 1e4 }, ",
+            "the bearing of the loose gear `sun` is not the same in all directions",
         ),
         (
             "stiffness = \"constant\"\nmean_stiffness = 5e8",

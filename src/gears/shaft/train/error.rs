@@ -75,15 +75,13 @@ pub enum TrainError {
     },
     /// A bearing that the turning carrier would feel turn.
     #[error(
-        "bearing {bearing} of shaft `{shaft}` is not the same in all directions, or has dampers, rolling elements or \
+        "{bearing} is not the same in all directions, or has dampers, rolling elements or \
          cross-coupled springs, but the model turns with the carrier `{carrier}`; give it equal x and y alone, or hold the \
          carrier"
     )]
     UnequalBearing {
-        /// The shaft.
-        shaft: String,
-        /// Which of its bearings, from 1.
-        bearing: usize,
+        /// Which one.
+        bearing: String,
         /// The shaft of the pins.
         carrier: String,
     },
