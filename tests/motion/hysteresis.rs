@@ -6,7 +6,7 @@ mod pieces;
 
 use crate::common;
 use common::advance::{Events, advance, advance_with, volterra};
-use gearatlas::analysis::{EnergyAudit, EnergyNorm, Power, orbits};
+use gearatlas::analysis::{EnergyAudit, EnergyNorm, Power, TangentGrowth, orbits};
 use gearatlas::manifest;
 use gearatlas::model::{Drive, InitialState, Model, OperatingPoint, TrajectoryState};
 use gearatlas::numerics::random::Stream;
@@ -432,6 +432,43 @@ fn tangents_are_derivatives() {
         found.events == 4 && sizes.len() == 3 && sizes[2] < 1e-12,
         "{sizes:?}"
     );
+}
+
+/// The exponents are the logarithms of the multipliers: −∞ of the orbit that slips, 0 of a slider that sticks.
+#[test]
+fn exponents_of_slips_are_minus_infinity() {
+    let sticking = Oscillator {
+        load: 0.01,
+        ..FORCED
+    };
+    for (own, slips) in [(FORCED, true), (sticking, false)] {
+        let model = own.model();
+        let (kernel, norm) = (volterra(&model), EnergyNorm::new(&model));
+        let mut at = advance(&kernel, &model.start(&InitialState::Rest), 400);
+        let mut growth = TangentGrowth::new(&norm, model.modes(), 3, &mut Stream::new(1, 0, 0));
+        let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
+        for cycle in 0..500 {
+            if cycle == 100 {
+                growth.restart();
+            }
+            let tangents = growth.tangents();
+            kernel
+                .advance_cycle(&mut at, tangents, &mut workspace, &mut (), &mut counters)
+                .unwrap();
+            growth.cycle(&norm);
+        }
+        let found = growth.exponents().unwrap();
+        println!("{found:?}");
+        let sum = found[..2].iter().sum::<f64>();
+        if slips {
+            let orbit = orbit(&model, 400);
+            let expected: f64 = orbit.multipliers[..2].iter().map(|m| m.norm().ln()).sum();
+            assert!((sum - expected).abs() < 1e-9, "{found:?} {expected}");
+            assert_eq!(found[2], f64::NEG_INFINITY);
+        } else {
+            assert!(found[0].abs() < 1e-9 && found[2] > -10.0, "{found:?}");
+        }
+    }
 }
 
 /// A clutch with two elements behind a rattling mesh, its modes coupled by dampers and drag.
