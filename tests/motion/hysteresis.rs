@@ -12,7 +12,7 @@ use gearatlas::model::{Drive, InitialState, Model, OperatingPoint, TrajectorySta
 use gearatlas::numerics::random::Stream;
 use gearatlas::propagate::{Counters, Kernel, Observer, Tangents, Window};
 use gearatlas::reference::{Extended, Reference};
-use gearatlas::structure::{HarmonicLoad, ModalStructure, StructureContact};
+use gearatlas::structure::{Coupling, HarmonicLoad, ModalStructure, StructureContact};
 use pieces::{Oscillator, State};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -469,6 +469,37 @@ fn exponents_of_slips_are_minus_infinity() {
             assert!(found[0].abs() < 1e-9 && found[2] > -10.0, "{found:?}");
         }
     }
+}
+
+/// A load that its slider cannot hold: drag ends its acceleration, and the motion repeats but for the place that it has
+/// slipped to.
+#[test]
+fn a_slip_without_end_repeats() {
+    let mut structure = ModalStructure::of_modes(&[0.0, 1.1], 0.05, &[0.0, 1.0], &[0.0, 1.0]);
+    structure.coupling = Some(Coupling {
+        damping: vec![0.4, 0.0, 0.0, 0.0],
+        gyroscopic: vec![0.0; 4],
+        stiffness: vec![0.0; 4],
+    });
+    structure.constant_load = vec![1.0, 0.0];
+    structure.harmonic_loads = vec![HarmonicLoad {
+        name: "load".to_owned(),
+        force: vec![0.1, 0.5],
+        turns_per_cycle: 1.0,
+        phase: 0.4,
+    }];
+    let model = model(structure, 6.5, &[(&[1.0, 0.2], 2.0, 0.3)]);
+    assert_eq!(EnergyNorm::new(&model).dimension(), 4);
+    let found = orbit(&model, 100);
+    let end = advance(&volterra(&model), &found.start, 1);
+    let slipped = end.state[0] - found.start.state[0];
+    println!("residual {:.1e}, slips by {slipped}", found.residual);
+    let expected = 6.5 * (1.0 - 0.3) / 0.4;
+    assert!(
+        (slipped / expected - 1.0).abs() < 1e-9,
+        "{slipped} {expected}"
+    );
+    assert!(found.multipliers.iter().all(|m| m.norm() < 0.9));
 }
 
 /// A clutch with two elements behind a rattling mesh, its modes coupled by dampers and drag.
