@@ -310,7 +310,9 @@ fn toothed(
     let form = gear::of_one(table, issues, width, pair.as_ref());
     let (gear, mut form) = (gear?, form?);
     let pitch = 2.0 * gear.pitch_radius();
-    if !has_hub {
+    if has_hub {
+        gear::hub_is_whole(table, issues);
+    } else {
         form.body[0].hub = None;
         let where_none = "on planets, rings, loose gears and shafts without sections";
         table.without_effect(
