@@ -718,7 +718,13 @@ fn sets_that_do_not_fit_are_refused() {
         (
             "x = 1e8, y = 1e8",
             "x = 1e8, y = 2e8",
-            "not the same in all directions",
+            "bearing 1 of shaft `input` is not the same in all directions",
+        ),
+        (
+            "rated_torque = \"100 N*m\"\n[[train.shaft]]\nname = \"input\"\ngears = [{ ",
+            "driver = \"carrier\"\nrated_torque = \"100 N*m\"\n[[train.shaft]]\nname = \"input\"\n\
+             gears = [{ loose = { x = 1e8, y = 2e8, axial = 1e7, tilt = 1e4 }, ",
+            "the bearing of the loose gear `sun` is not the same in all directions",
         ),
         (
             "stiffness = \"constant\"\nmean_stiffness = 5e8",
@@ -735,6 +741,21 @@ fn sets_that_do_not_fit_are_refused() {
             "name = \"annulus\"",
             "name = \"planet 2\"",
             "has the name `planet 2`",
+        ),
+        (
+            "gears = [\"sun\", \"planet\"]",
+            "gears = [\"sun\", \"planet 2\"]",
+            "write \"planet\": it stands for every planet",
+        ),
+        (
+            "gears = [\"planet\", \"ring\"]",
+            "gears = [\"planet 2\", \"ring\"]",
+            "write \"planet\": it stands for every planet",
+        ),
+        (
+            "rated_torque",
+            "driver = \"planet 1\"\nrated_torque",
+            "no motor drives one of them alone",
         ),
         (
             "name = \"annulus\"",

@@ -512,6 +512,11 @@ fn bad_trains_get_one_clear_error_each() {
         ),
         (
             r#"width = "25 mm""#,
+            r#"width = "25 mm", hub_diameter = "40 mm", hub_length = "75 mm""#,
+            "the hub of `z20` is 75.000 mm long and covers bearing 1 at 40.000 mm",
+        ),
+        (
+            r#"width = "25 mm""#,
             r#"width = "25 mm", hub_diameter = "29 mm""#,
             "the hub (29.000 mm) must lie outside of the shaft (30.000 mm)",
         ),
@@ -532,6 +537,50 @@ fn bad_trains_get_one_clear_error_each() {
         ),
     ] {
         let message = bad(from, to);
+        assert!(message.contains(told), "{message}");
+    }
+}
+
+/// Stages in a row whose numbers of teeth are prime: exact speeds exceed 127 bits behind many of them.
+#[test]
+fn speeds_of_many_prime_stages_are_refused() {
+    let prime = |n: &u32| (2..*n).all(|divisor| !n.is_multiple_of(divisor));
+    let teeth: Vec<u32> = (101..).filter(prime).take(40).collect();
+    let train = |stages: usize| {
+        let (mut shafts, mut meshes, mut x) = (String::new(), String::new(), 0.0);
+        for shaft in 0..=stages {
+            let gear = |side: &str, stage: usize, z: u32| {
+                let at = 20 * stage;
+                format!(
+                    "{{ name = \"{side} {stage}\", at = \"{at} mm\", teeth = {z}, module = 1e-3, width = 1e-2 }}"
+                )
+            };
+            let wheel = shaft
+                .checked_sub(1)
+                .map(|stage| gear("wheel", stage, teeth[2 * stage + 1]));
+            let pinion = (shaft < stages).then(|| gear("pinion", shaft, teeth[2 * shaft]));
+            let gears: Vec<String> = wheel.into_iter().chain(pinion).collect();
+            let gears = gears.join(", ");
+            shafts += &format!(
+                "[[train.shaft]]\nname = \"{shaft}\"\nmotion = \"rotation\"\norigin = [{x:?}, 0, 0]\ngears = [{gears}]\n"
+            );
+            x += 0.5e-3 * f64::from(teeth[2 * shaft] + teeth[2 * shaft + 1]);
+            if (1..stages).contains(&shaft) {
+                meshes += &format!(
+                    "[[train.mesh]]\ngears = [\"pinion {shaft}\", \"wheel {shaft}\"]\nstiffness = 1e8\nhalf_gap = 1e-5\n"
+                );
+            }
+        }
+        format!(
+            "[job]\nname = \"long\"\n[model]\nkind = \"train\"\n[train]\ngears = [\"pinion 0\", \"wheel 0\"]\nrated_torque = 1\n\
+             {shafts}{meshes}[mesh]\nhalf_gap = 1e-5\nstiffness = \"constant\"\nmean_stiffness = 1e8\n[grid]\nload = 1\nspeed = 100\n"
+        )
+    };
+    for (stages, told) in [
+        (10, "but at most 1000 are allowed"),
+        (19, "is too long a ratio of whole numbers"),
+    ] {
+        let message = refusal(&train(stages));
         assert!(message.contains(told), "{message}");
     }
 }

@@ -52,6 +52,27 @@ fn a_helix_angle_in_a_train_is_told_its_place() {
     );
 }
 
+/// No hub is offered where a gear cannot have one, and no number is told in hundreds of digits.
+#[test]
+fn remedies_help_and_numbers_are_short() {
+    for (gear, remedy) in [
+        ("planetary", "remove it"),
+        ("shaft.0.gears.0", "remove it, or add hub_diameter"),
+    ] {
+        let key = format!("train.{gear}.hub_length");
+        let job = changed("trains/planetary.toml", &[&format!("{key}=10 mm")]).unwrap();
+        let told = job.warnings.diagnostics.iter();
+        let told: Vec<&Diagnostic> = told.filter(|word| word.key == key).collect();
+        assert_eq!(told.len(), 1, "{told:?}");
+        assert_eq!(told[0].remedy.as_deref(), Some(remedy));
+    }
+    let stiff = changed("quickstart.toml", &["mesh.mean_stiffness=1e300"]).unwrap();
+    let words = manifest::advice(&stiff);
+    let word = words.iter().find(|word| word.key == "mesh.mean_stiffness");
+    let message = &word.unwrap().message;
+    assert!(message.contains(" is 5.000e292 N/(mm um)"), "{message}");
+}
+
 /// A bare number is in metres.
 #[test]
 fn a_length_without_its_unit_is_shown_one() {

@@ -6,13 +6,13 @@ mod pieces;
 
 use crate::common;
 use common::advance::{Events, advance, advance_with, volterra};
-use gearatlas::analysis::{EnergyAudit, EnergyNorm, Power, orbits};
+use gearatlas::analysis::{EnergyAudit, EnergyNorm, Power, TangentGrowth, orbits};
 use gearatlas::manifest;
 use gearatlas::model::{Drive, InitialState, Model, OperatingPoint, TrajectoryState};
 use gearatlas::numerics::random::Stream;
 use gearatlas::propagate::{Counters, Kernel, Observer, Tangents, Window};
 use gearatlas::reference::{Extended, Reference};
-use gearatlas::structure::{HarmonicLoad, ModalStructure, StructureContact};
+use gearatlas::structure::{Coupling, HarmonicLoad, ModalStructure, StructureContact};
 use pieces::{Oscillator, State};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -432,6 +432,74 @@ fn tangents_are_derivatives() {
         found.events == 4 && sizes.len() == 3 && sizes[2] < 1e-12,
         "{sizes:?}"
     );
+}
+
+/// The exponents are the logarithms of the multipliers: −∞ of the orbit that slips, 0 of a slider that sticks.
+#[test]
+fn exponents_of_slips_are_minus_infinity() {
+    let sticking = Oscillator {
+        load: 0.01,
+        ..FORCED
+    };
+    for (own, slips) in [(FORCED, true), (sticking, false)] {
+        let model = own.model();
+        let (kernel, norm) = (volterra(&model), EnergyNorm::new(&model));
+        let mut at = advance(&kernel, &model.start(&InitialState::Rest), 400);
+        let mut growth = TangentGrowth::new(&norm, model.modes(), 3, &mut Stream::new(1, 0, 0));
+        let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
+        for cycle in 0..500 {
+            if cycle == 100 {
+                growth.restart();
+            }
+            let tangents = growth.tangents();
+            kernel
+                .advance_cycle(&mut at, tangents, &mut workspace, &mut (), &mut counters)
+                .unwrap();
+            growth.cycle(&norm);
+        }
+        let found = growth.exponents().unwrap();
+        println!("{found:?}");
+        let sum = found[..2].iter().sum::<f64>();
+        if slips {
+            let orbit = orbit(&model, 400);
+            let expected: f64 = orbit.multipliers[..2].iter().map(|m| m.norm().ln()).sum();
+            assert!((sum - expected).abs() < 1e-9, "{found:?} {expected}");
+            assert_eq!(found[2], f64::NEG_INFINITY);
+        } else {
+            assert!(found[0].abs() < 1e-9 && found[2] > -10.0, "{found:?}");
+        }
+    }
+}
+
+/// A load that its slider cannot hold: drag ends its acceleration, and the motion repeats but for the place that it has
+/// slipped to.
+#[test]
+fn a_slip_without_end_repeats() {
+    let mut structure = ModalStructure::of_modes(&[0.0, 1.1], 0.05, &[0.0, 1.0], &[0.0, 1.0]);
+    structure.coupling = Some(Coupling {
+        damping: vec![0.4, 0.0, 0.0, 0.0],
+        gyroscopic: vec![0.0; 4],
+        stiffness: vec![0.0; 4],
+    });
+    structure.constant_load = vec![1.0, 0.0];
+    structure.harmonic_loads = vec![HarmonicLoad {
+        name: "load".to_owned(),
+        force: vec![0.1, 0.5],
+        turns_per_cycle: 1.0,
+        phase: 0.4,
+    }];
+    let model = model(structure, 6.5, &[(&[1.0, 0.2], 2.0, 0.3)]);
+    assert_eq!(EnergyNorm::new(&model).dimension(), 4);
+    let found = orbit(&model, 100);
+    let end = advance(&volterra(&model), &found.start, 1);
+    let slipped = end.state[0] - found.start.state[0];
+    println!("residual {:.1e}, slips by {slipped}", found.residual);
+    let expected = 6.5 * (1.0 - 0.3) / 0.4;
+    assert!(
+        (slipped / expected - 1.0).abs() < 1e-9,
+        "{slipped} {expected}"
+    );
+    assert!(found.multipliers.iter().all(|m| m.norm() < 0.9));
 }
 
 /// A clutch with two elements behind a rattling mesh, its modes coupled by dampers and drag.

@@ -87,9 +87,18 @@ pub fn causes(point: &PointSpec, mesh: &GearMesh) -> Vec<Cause> {
             DriveShaft::Pinion => "pinion",
             DriveShaft::Wheel => "wheel",
         };
+        let on = match (&point.model.source, ripple.shaft) {
+            (StructureSource::Train(train), DriveShaft::Pinion) => {
+                format!("the driving shaft `{}`", train.shafts[train.driver].name)
+            }
+            (StructureSource::Train(train), DriveShaft::Wheel) => {
+                format!("shaft `{}`", train.shafts[train.gears[1].shaft].name)
+            }
+            _ => format!("the {shaft} shaft"),
+        };
         push(
             format!(
-                "torque ripple on the {shaft} shaft (order {}, {} N*m)",
+                "torque ripple on {on} (order {}, {} N*m)",
                 ripple.order, ripple.amplitude
             ),
             json!({

@@ -30,8 +30,8 @@ pub struct PlotArgs {
     pub sources: Vec<PathBuf>,
     /// Draw these kinds of pictures and columns of the results, separated by commas; see below
     /// [default: all kinds possible with the data].
-    #[arg(long, value_parser = Names, value_delimiter = ',', value_name = "KIND|COLUMN,...", hide_possible_values = true)]
-    pub what: Vec<Asked>,
+    #[arg(long, value_parser = Names, value_name = "KIND|COLUMN,...", hide_possible_values = true)]
+    pub what: Vec<Vec<Asked>>,
     /// Draw curves over this axis instead of maps [default: the axis with most values].
     #[arg(long, value_name = "AXIS")]
     pub over: Option<String>,
@@ -109,15 +109,19 @@ static COLUMNS: LazyLock<Vec<String>> = LazyLock::new(|| {
 struct Names;
 
 impl TypedValueParser for Names {
-    type Value = Asked;
+    type Value = Vec<Asked>;
 
     fn parse_ref(
         &self,
         command: &clap::Command,
         argument: Option<&Arg>,
         value: &OsStr,
-    ) -> Result<Asked, clap::Error> {
-        Asked::from_str.parse_ref(command, argument, value)
+    ) -> Result<Vec<Asked>, clap::Error> {
+        let text = String::from_utf8_lossy(value.as_encoded_bytes());
+        let names = separated(&text).into_iter().map(OsStr::new);
+        names
+            .map(|name| Asked::from_str.parse_ref(command, argument, name))
+            .collect()
     }
 
     fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
@@ -127,6 +131,17 @@ impl TypedValueParser for Names {
         let columns = COLUMNS.iter().map(|name| PossibleValue::new(&**name));
         Some(Box::new(kinds.chain(columns)))
     }
+}
+
+/// The names of a list with commas between. Those in brackets are of a name itself, such as
+/// `contact_force[stage 1 of engine and input, forward]`.
+fn separated(text: &str) -> Vec<&str> {
+    let mut depth = 0_i32;
+    text.split(|letter| {
+        depth += i32::from(letter == '[') - i32::from(letter == ']');
+        letter == ',' && depth <= 0
+    })
+    .collect()
 }
 
 /// A unit known here.
@@ -188,7 +203,7 @@ pub fn run(args: &PlotArgs) -> ExitCode {
         Err(None) => return ExitCode::from(BAD_INPUT),
     };
     let mut request = PlotRequest {
-        what: args.what.clone(),
+        what: args.what.concat(),
         over: args.over.clone(),
         by: args.by.clone(),
         point,
@@ -363,4 +378,21 @@ fn write(drawn: &Drawn, folder: &Path, format: Format) -> Result<Vec<PathBuf>, S
         }
     }
     Ok(files)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::separated;
+
+    #[test]
+    fn commas_in_brackets_separate_no_names() {
+        for (text, names) in [
+            ("lambda,force_peak", &["lambda", "force_peak"][..]),
+            ("a[one, two],b[3]", &["a[one, two]", "b[3]"]),
+            ("a[one, two", &["a[one, two"]),
+            ("a],b", &["a]", "b"]),
+        ] {
+            assert_eq!(separated(text), names);
+        }
+    }
 }

@@ -1,8 +1,9 @@
 //! What the structure of a manifest vibrates like, for `atlas check`: natural frequencies, mesh
 //! resonances, base period.
 
+use super::campbell;
 use super::point::number;
-use super::{campbell, resonances};
+use super::resonances::{self, fixed};
 use crate::analysis::{ClosedMode, Frequencies, NaturalMode, excitation_period};
 use crate::manifest::{Job, PointSpec, StructureSource};
 use crate::numerics::integers::least_multiple;
@@ -159,7 +160,8 @@ impl Structure {
                     None => format!("{:>9} ", "-"),
                     Some(speed) => {
                         let mark = if self.is_in_grid(speed) { '*' } else { ' ' };
-                        format!("{:>9.0}{mark}", speed * self.unit().factor)
+                        let speed = fixed(speed * self.unit().factor, 0);
+                        format!("{speed:>9}{mark}")
                     }
                 };
             }
@@ -225,6 +227,10 @@ pub fn check_size(point: &PointSpec) -> Result<(), String> {
 fn columns(mode: &NaturalMode, [frequency, ratio]: [usize; 2]) -> String {
     match mode.ratio() {
         None => format!("{:>frequency$} {:>ratio$}", "rigid", "-"),
-        Some(value) => format!("{:>frequency$.1} {value:>ratio$.4}", mode.frequency / TAU),
+        Some(value) => format!(
+            "{:>frequency$} {:>ratio$}",
+            fixed(mode.frequency / TAU, 1),
+            fixed(value, 4)
+        ),
     }
 }

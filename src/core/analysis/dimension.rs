@@ -57,11 +57,12 @@ pub fn kaplan_yorke(
     let stretches = series.first()?.len();
     let deviations: Vec<f64> = (0..stretches)
         .map(|t| {
-            slopes
+            // Exponents of −∞ have no weight.
+            let terms = slopes
                 .iter()
                 .zip(series)
-                .map(|(slope, s)| slope * s[t])
-                .sum()
+                .filter(|(slope, _)| **slope != 0.0);
+            terms.map(|(slope, s)| slope * s[t]).sum()
         })
         .collect();
     Some(KaplanYorke {
@@ -117,6 +118,20 @@ mod tests {
             (found.stderr / exact - 1.0).abs() < 1e-12,
             "{found:?} {exact}"
         );
+    }
+
+    /// As of an orbit on which a dry slider slips.
+    #[test]
+    fn an_exponent_of_minus_infinity_leaves_no_doubt() {
+        let first: Vec<f64> = (0..64).map(|i| 0.5 + 0.1 * f64::from(i % 7 - 3)).collect();
+        let lost = [f64::NEG_INFINITY; 64];
+        let exponents = [0.5, f64::NEG_INFINITY];
+        let found = kaplan_yorke(&[&first, &lost], &exponents, 0.0, 2).unwrap();
+        assert_eq!((found.value, found.stderr), (1.0, 0.0));
+        let third = [-1.0; 64];
+        let exponents = [0.5, -1.0, f64::NEG_INFINITY];
+        let found = kaplan_yorke(&[&first, &third, &lost], &exponents, 0.0, 3).unwrap();
+        assert_eq!((found.value, found.stderr), (1.5, standard_error(&first)));
     }
 
     #[test]

@@ -1,8 +1,9 @@
 //! At which frequencies does the structure vibrate, its contacts open, or those closed that bear the
 //! static load?
 //!
-//! Open, every block is a pair of eigenvalues `−ζω ± ω√(ζ² − 1)`, whatever couples the modes. With contacts j
-//! closed by springs k_j and dampers c_j along w_j it is the undamped modes of
+//! Open, every block is a pair of eigenvalues `−ζω ± ω√(ζ² − 1)`, whatever couples the modes. Dry sliders stick in small
+//! vibrations: their springs count as contacts that are closed, in open frequencies too. With contacts j closed by springs
+//! k_j and dampers c_j along w_j it is the undamped modes of
 //!
 //! ```text
 //! (K + Σ k w wᵀ) φ = ω² φ,      φᵀ φ = 1,      2ζω = φᵀ (C + Σ c w wᵀ) φ
@@ -12,7 +13,7 @@
 //! them little, are left out. `Σ k (wᵀφ)²/ω²` is the part of a mode's elastic energy that contacts store.
 //! Where the static load closes none, the drive flanks are closed.
 
-use crate::model::{ActiveSet, DRIVE_FLANK, Model};
+use crate::model::{ActiveSet, Block, DRIVE_FLANK, Model};
 use crate::numerics::linalg::symmetric_eigen;
 use faer::Mat;
 
@@ -47,7 +48,7 @@ pub struct ClosedMode {
 /// Modes of a structure, in ascending frequency.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frequencies {
-    /// With all contacts open.
+    /// With all contacts open, and dry sliders stuck.
     pub open: Vec<NaturalMode>,
     /// With the contacts of [`Self::contacts`] closed by their mean stiffness; empty where the
     /// eigenvalues are not found.
@@ -59,13 +60,16 @@ pub struct Frequencies {
 impl Frequencies {
     /// Those of a model.
     pub fn of(model: &Model) -> Self {
-        let modes = &model.blocks[..model.modes_of_structure()];
-        let mut open: Vec<NaturalMode> = (modes.iter())
-            .map(|block| NaturalMode {
+        let mut open: Vec<NaturalMode> = if model.sliders.is_empty() {
+            let of_block = |block: &Block| NaturalMode {
                 frequency: block.natural_frequency(),
                 decay: 0.0 - block.growth(),
-            })
-            .collect();
+            };
+            model.blocks.iter().map(of_block).collect()
+        } else {
+            let stuck = closed_modes(model, ActiveSet::FREE).unwrap_or_default();
+            stuck.into_iter().map(|own| own.mode).collect()
+        };
         open.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
         let contacts = match model.bearing_contacts() {
             ActiveSet::FREE => ActiveSet::DRIVE,
@@ -95,7 +99,6 @@ struct Spring {
 
 fn closed_modes(model: &Model, contacts: ActiveSet) -> Option<Vec<ClosedMode>> {
     let n = model.modes();
-    // In small vibrations dry sliders stick.
     let stuck = model.sliders.iter().map(|slider| slider.spring());
     let springs: Vec<Spring> = (contacts.iter().chain(stuck))
         .map(|contact| {
@@ -191,7 +194,7 @@ enum Matrix {
 mod tests {
     use super::*;
     use crate::model::{OperatingPoint, fixtures};
-    use crate::structure::{Coupling, ModalStructure};
+    use crate::structure::{Coupling, ModalStructure, StructureContact};
 
     fn of(structure: &ModalStructure) -> Frequencies {
         let point = OperatingPoint {
@@ -218,6 +221,18 @@ mod tests {
         };
         assert!(!coasting.on_drive_flanks());
         assert!((closed.mode.decay - 0.2).abs() < 1e-15);
+    }
+
+    /// A stuck slider of stiffness 5 beside it: `ω² = 4 + 5` open, `4 + 5 + 3 w²` closed, of which it stores 5/21.
+    #[test]
+    fn a_stuck_slider_is_a_spring() {
+        let mut structure = ModalStructure::of_modes(&[2.0], 0.0, &[2.0], &[1.0]);
+        structure.contacts = StructureContact::slider("element", &[1.0], 5.0, 1.0).into();
+        let found = of(&structure);
+        assert_eq!(found.open.len(), 1);
+        assert!((found.open[0].frequency - 3.0).abs() < 1e-14);
+        assert!((found.closed[0].mode.frequency - 21f64.sqrt()).abs() < 1e-14);
+        assert!((found.closed[0].mesh_share - 17.0 / 21.0).abs() < 1e-14);
     }
 
     /// Two rotations: one stays rigid, the other vibrates on the mesh, `ω² = k Σ w²`.

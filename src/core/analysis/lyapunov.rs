@@ -4,6 +4,10 @@
 //! orthonormalised once a mesh cycle in the energy norm, the neutral pair projected out
 //! (Benettin et al. 1980, Shimada & Nagashima 1979); the logarithms of their lengths average
 //! to the exponents. Standard errors come from block averages.
+//!
+//! A slip of a dry slider takes a dimension from the tangents: the exponent of the last one is −∞. What orthogonalisation
+//! leaves of that tangent is round-off. It counts as none where no more tangents than there are sliders are so short. Other
+//! tangents are as short as they are: a strong damper may contract them as much.
 
 use super::averages::CycleAverages;
 use super::norm::EnergyNorm;
@@ -11,6 +15,9 @@ use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::Stream;
 use crate::numerics::statistics::mean;
 use crate::propagate::Tangents;
+
+/// Part of a tangent that orthogonalisation leaves of one in the span of those before: some tens of units of round-off.
+const ROUND_OFF: f64 = 1e-13;
 
 /// Growth of tangent vectors.
 #[derive(Debug, Clone)]
@@ -97,8 +104,11 @@ impl TangentGrowth {
     /// the triangular factor. That of the first length is returned.
     fn orthonormalise(&mut self, norm: &EnergyNorm, mut tell: impl FnMut(f64)) -> f64 {
         let mut first = 0.0;
+        let left = norm.dimension_in_slip();
         for i in 0..self.tangents.count() {
             norm.project(self.tangents.vector_mut(i));
+            let noise =
+                if i < left { 0.0 } else { ROUND_OFF * norm.length(self.tangents.vector(i)) };
             for j in 0..i {
                 let along = norm.product(self.tangents.vector(j), self.tangents.vector(i));
                 tell(along);
@@ -109,12 +119,12 @@ impl TangentGrowth {
             }
             let length = norm.length(self.tangents.vector(i));
             tell(length);
-            let growth = length.ln();
+            let growth = if length > noise { length.ln() } else { f64::NEG_INFINITY };
             self.averages[i].push(growth);
             if i == 0 {
                 first = growth;
             }
-            // A tangent that a slip has made zero stays zero: its exponent is −∞.
+            // What is round-off goes on as a direction, which grows as any other where nothing slips any more.
             if length > 0.0 {
                 for x in self.tangents.vector_mut(i) {
                     *x /= length;

@@ -20,6 +20,8 @@ pub struct EnergyNorm {
     unfelt: Vec<(usize, Vec<f64>)>,
     /// Norm of the rigid displacement that closes the half gap: the natural unit of a state.
     unit: f64,
+    /// Number of dry sliders.
+    sliders: usize,
 }
 
 impl EnergyNorm {
@@ -54,6 +56,7 @@ impl EnergyNorm {
             weights,
             unfelt,
             unit: mesh * model.half_gap / participation.sqrt(),
+            sliders: model.sliders.len(),
         }
     }
 
@@ -70,6 +73,7 @@ impl EnergyNorm {
             weights,
             unfelt: Vec::new(),
             unit: model.half_gap / participation.sqrt(),
+            sliders: model.sliders.len(),
         }
     }
 
@@ -81,6 +85,11 @@ impl EnergyNorm {
     /// Dimension of the space without the neutral pair: the number of exponents.
     pub fn dimension(&self) -> usize {
         self.felt().len()
+    }
+
+    /// Number of independent tangents that are left where every dry slider slips.
+    pub fn dimension_in_slip(&self) -> usize {
+        self.dimension() - self.sliders
     }
 
     /// Indices of the components that count: all but the neutral pair.

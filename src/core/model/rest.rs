@@ -17,7 +17,7 @@
 //! and trust region problems, Math. Program. 76, 1997). Friction, and springs that are not symmetric, come in by parts:
 //! on each part what they add is a load, renewed until the closed contacts stay the same. Where that way ends, because
 //! contacts lock, every combination of at most sixteen contacts is tried: where none is in balance, there is no equilibrium.
-//! Of more contacts that stays open.
+//! Of more contacts that stays open. Contacts that nothing stretches, those of dry sliders, stay open and are not among them.
 
 use super::ActiveSet;
 use crate::numerics::linalg;
@@ -100,6 +100,14 @@ pub(super) struct Bearer {
     pub push: Vec<f64>,
     /// By how much it gives way to a unit of each contact's force, B \[m/N\].
     pub yielding: Vec<f64>,
+}
+
+impl Bearer {
+    /// Whether any motion stretches it, or the load has.
+    fn may_close(&self) -> bool {
+        let moves = |gains: &[f64]| gains.iter().any(|gain| *gain != 0.0);
+        self.reach > 0.0 || moves(&self.along) || moves(&self.yielding)
+    }
 }
 
 /// A state of rest.
@@ -333,18 +341,26 @@ impl Contacts {
         loaded
     }
 
+    /// The contacts that may close.
+    fn tried(&self) -> Vec<usize> {
+        (0..self.bearers.len())
+            .filter(|&contact| self.bearers[contact].may_close())
+            .collect()
+    }
+
     /// Any state of rest, each combination of closed contacts taken near a place.
     fn any_at(&self, place: &[f64]) -> Option<Rest> {
-        let count = self.bearers.len();
-        if count > MOST_TRIED {
+        let tried = self.tried();
+        if tried.len() > MOST_TRIED {
             return None;
         }
         let combination = |bits: u32| {
-            (0..count)
-                .filter(|contact| bits >> contact & 1 == 1)
+            let closed = (tried.iter().enumerate()).filter(|(place, _)| bits >> place & 1 == 1);
+            closed
+                .map(|(_, contact)| *contact)
                 .fold(ActiveSet::FREE, ActiveSet::toggled)
         };
-        (0..1_u32 << count)
+        (0..1_u32 << tried.len())
             .map(|bits| self.with_closed(combination(bits), place))
             .find(|rest| self.faults(rest).is_empty() && !self.drifts_into_one(rest))
     }
@@ -398,7 +414,7 @@ pub(super) fn settle(smooth: &Contacts, whole: &Contacts, from: &Rest) -> Result
         match smooth.with_friction(&smooth.towards(whole, next), &rest) {
             Ok(found) => (rest, part) = (found, next),
             Err(faults) if step < least => {
-                let count = whole.bearers.len();
+                let count = whole.tried().len();
                 return whole.any_at(&rest.place).ok_or_else(|| Unrest {
                     untried: (count > MOST_TRIED).then_some([count, MOST_TRIED]),
                     ..unrest(faults, next)
@@ -408,4 +424,31 @@ pub(super) fn settle(smooth: &Contacts, whole: &Contacts, from: &Rest) -> Result
         }
     }
     Ok(rest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One contact beside twenty that nothing stretches: what is tried is that one alone.
+    #[test]
+    fn contacts_that_nothing_stretches_are_not_tried() {
+        let bearer = |felt: f64| Bearer {
+            reach: -1.0,
+            size: 1.0,
+            stiffness: 2.0,
+            along: vec![felt],
+            push: vec![felt],
+            yielding: vec![0.0; 21],
+        };
+        let mut bearers = vec![bearer(0.0); 21];
+        bearers[20] = bearer(1.0);
+        let contacts = Contacts {
+            bearers,
+            load: vec![3.0],
+        };
+        assert_eq!(contacts.tried(), [20]);
+        let rest = contacts.any_at(&[0.0]).unwrap();
+        assert_eq!((rest.forces[20], rest.place), (3.0, vec![2.5]));
+    }
 }

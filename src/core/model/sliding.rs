@@ -4,7 +4,7 @@
 
 use super::{ActiveSet, Model, Release, Segment, Slider};
 
-/// Round-off of a deflection, in units of the places that it is the difference of.
+/// Round-off of a deflection, in units of the sizes of the terms that it is the sum of.
 const ROUND_OFF: f64 = 1e-13;
 
 impl Model {
@@ -85,10 +85,18 @@ impl Model {
     ) -> usize {
         let segment = &segments[slider.spring()];
         let (stretch, rate) = self.deflection_on(segment, cycle, state, time);
+        let n = self.blocks.len();
+        let gains = self.directions[segment.direction].gains.iter().enumerate();
+        let size: f64 = gains
+            .map(|(i, gain)| {
+                let [x, y] = gain.deflection;
+                (x * state[i]).abs() + (y * state[n + i]).abs()
+            })
+            .sum();
         let slips = |slip: &usize| {
             let Self { contacts, .. } = self;
             let (side, most) = (contacts[*slip].side, contacts[*slip].half_gap);
-            let noise = ROUND_OFF * (most + state[slider.block].abs());
+            let noise = ROUND_OFF * (most + size);
             side * stretch >= most - noise && side * rate > 0.0
         };
         (slider.slips().into_iter().find(slips)).unwrap_or(slider.spring())
@@ -102,5 +110,32 @@ impl Model {
     /// Whether a contact is a slip of a dry slider.
     pub fn is_slip(&self, contact: usize) -> bool {
         self.contacts[contact].release == Release::Slip
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::model::{Model, OperatingPoint, fixtures};
+    use crate::structure::{ModalStructure, StructureContact};
+
+    /// A stretch that is short of its limit by the round-off of two large displacements is at its limit.
+    #[test]
+    fn round_off_of_large_displacements_hides_no_slip() {
+        let mut structure = ModalStructure::of_modes(&[1.0; 2], 0.0, &[1.0, 0.0], &[1.0, 0.0]);
+        structure.contacts = StructureContact::slider("element", &[1.0, -1.0], 1.0, 1e-3).into();
+        let point = OperatingPoint {
+            load: 0.0,
+            speed: 1.0,
+        };
+        let model = Model::new(&structure, &fixtures::constant_mesh(1e4, 1.0), point).unwrap();
+        let [forwards, _] = model.sliders[0].slips();
+        let segments = model.segments_at(0, 0.0);
+        for (first, slips) in [(1000.001, true), (1000.000_999, false)] {
+            let short = 1e-3 - (first - 1000.0);
+            assert!(short > 1e-16, "{short}");
+            let state = [first, 1000.0, 0.0, 1.0, 0.0, 0.0];
+            let active = model.active_set(&segments, 0, &state, 0.0);
+            assert_eq!(active.holds(forwards), slips, "{first}");
+        }
     }
 }

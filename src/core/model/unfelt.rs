@@ -10,14 +10,36 @@ const AT_REST: f64 = 1e-9;
 
 impl Model {
     /// Displacements, in states, that no contact feels and no force acts on, but for the neutral
-    /// pair: under drag, the rotation of the whole drive.
+    /// pair: under drag, the rotation of the whole drive. Dry sliders may go along: what only they hold has no place of its own.
     pub fn unfelt_displacements(&self) -> Vec<Vec<f64>> {
         let n = self.modes();
-        let neutral = |i: &&usize| !self.neutral.contains(i);
-        (self.basis.unfelt().iter().filter(neutral))
-            .map(|&i| {
+        let felt = |contact: usize| {
+            let cycles = self.contacts[contact].cycles.iter();
+            let segments = cycles.flat_map(|cycle| &cycle.segments);
+            segments.map(|segment| self.participations(segment.direction)[0].clone())
+        };
+        let sliders: Vec<(usize, Vec<f64>)> = (self.sliders.iter())
+            .filter_map(|slider| Some((slider.block, felt(slider.spring()).next()?)))
+            .collect();
+        let held = |mode: usize| {
+            let others = (0..self.contacts.len()).filter(|&own| !self.is_of_slider(own));
+            others.flat_map(felt).any(|along| {
+                let largest = along.iter().fold(0.0_f64, |most, w| most.max(w.abs()));
+                along[mode].abs() > UNFELT * largest
+            })
+        };
+        let (alone, rest) = self.basis.rigid().split_at(self.basis.unfelt().len());
+        let with_sliders = rest
+            .iter()
+            .filter(|&&mode| !sliders.is_empty() && !held(mode));
+        (alone.iter().chain(with_sliders))
+            .filter(|mode| !self.neutral.contains(mode))
+            .map(|&mode| {
                 let mut modes = vec![0.0; 2 * n];
-                modes[i] = 1.0;
+                modes[mode] = 1.0;
+                for (block, along) in &sliders {
+                    modes[*block] = along[mode];
+                }
                 let mut state = self.basis.state_of_turned(&modes);
                 let largest = state.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
                 for x in &mut state {

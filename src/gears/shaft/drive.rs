@@ -121,15 +121,40 @@ impl Pedestal {
     }
 }
 
-/// Which motions of a shaft a model releases beside its rotation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Released {
-    /// None.
-    Rotation,
-    /// x and y.
-    Translation,
-    /// x, y, z and both tilts.
+/// Which motions of a shaft are free.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+pub enum Motion {
+    /// All six.
     All,
+    /// The rotation about its axis, and x and y.
+    Translation,
+    /// The rotation about its axis; mounts are rigid.
+    Rotation,
+    /// All but the rotation, which is held where torques would act.
+    Lateral,
+    /// None.
+    None,
+}
+
+impl Motion {
+    /// Whether the shaft may turn.
+    pub(super) fn turns(self) -> bool {
+        matches!(self, Self::All | Self::Translation | Self::Rotation)
+    }
+
+    /// What is held everywhere, beside the rotation.
+    pub(super) fn held(self) -> &'static [Freedom] {
+        match self {
+            Self::All | Self::Lateral => &[],
+            Self::Translation => &Freedom::ALL[2..5],
+            Self::Rotation | Self::None => &Freedom::ALL[..5],
+        }
+    }
+
+    /// Whether it may move otherwise.
+    pub(super) fn yields(self) -> bool {
+        self.held().len() < 5
+    }
 }
 
 /// One bearing in an assembly.
@@ -187,7 +212,7 @@ pub(super) fn check(
     gears: &GearPair,
     shafts: &[Shaft; 2],
     density: f64,
-    released: Released,
+    motion: Motion,
 ) -> Result<(), ShaftError> {
     positive("module [m]", gears.module)?;
     positive("rated torque [N m]", gears.rated_torque)?;
@@ -196,7 +221,7 @@ pub(super) fn check(
     positive("density [kg/m^3]", density)?;
     for (number, shaft) in (1..).zip(shafts) {
         shaft.check_dimensions(number)?;
-        shaft.check_held(number, released)?;
+        shaft.check_held(number, motion)?;
     }
     Ok(())
 }
@@ -223,17 +248,17 @@ impl Shaft {
         Ok(())
     }
 
-    /// That the bearings hold whatever is released. `number` is 1 or 2.
-    fn check_held(&self, number: usize, released: Released) -> Result<(), ShaftError> {
+    /// That the bearings hold whatever may move. `number` is 1 or 2.
+    fn check_held(&self, number: usize, motion: Motion) -> Result<(), ShaftError> {
         let supports =
             |pick: fn(&Bearing) -> f64| self.bearings.iter().filter(|b| pick(b) > 0.0).count();
         // A line is held in a plane by two springs, or by one and a tilt spring.
-        let upright = released != Released::All || supports(|b| b.tilt) > 0;
+        let upright = motion == Motion::Translation || supports(|b| b.tilt) > 0;
         let held = |count: usize| count == 2 || (count == 1 && upright);
-        let needed = match released {
-            Released::Rotation => return Ok(()),
-            Released::Translation => 2,
-            Released::All => 3,
+        let needed = match motion {
+            Motion::Rotation | Motion::None => return Ok(()),
+            Motion::Translation => 2,
+            Motion::All | Motion::Lateral => 3,
         };
         let directions = [
             ("along the line of centres", held(supports(|b| b.x))),

@@ -1,7 +1,7 @@
 //! The flexible drive as a train of two: Timoshenko shafts on bearings, rigid gear bodies centred on their node, end
 //! inertias on overhangs.
 
-use super::drive::{self, FlexibleDrive, Released};
+use super::drive::{self, FlexibleDrive, Motion};
 use super::error::ShaftError;
 use super::train::{ShaftSection, TrainDrive, TrainShaft};
 use super::two_shafts::TwoShafts;
@@ -29,7 +29,7 @@ impl FlexibleDrive {
         retained: usize,
         mta: bool,
     ) -> Result<ModalStructure, ShaftError> {
-        drive::check(&self.gears, &self.shafts, self.density, Released::All)?;
+        drive::check(&self.gears, &self.shafts, self.density, Motion::All)?;
         let mut structure = self.train()?.modes(modes, retained, mta)?;
         // From the gear to the load: a train counts along its shaft.
         for wheel in structure.torques.iter_mut().skip(1) {

@@ -18,14 +18,14 @@ mod two_shafts;
 pub use assembly::{AssembledMatrices, Assembly, CouplingMatrices, Freedom, NODE_FREEDOMS};
 pub use beam::{BeamElement, ELEMENT_FREEDOMS, ElementMatrix, Material, Section};
 pub use disc::Disc;
-pub use drive::{Bearing, Drag, FlexibleDrive, Pedestal, Shaft};
+pub use drive::{Bearing, Drag, FlexibleDrive, Motion, Pedestal, Shaft};
 pub use error::ShaftError;
 pub use modes::Modes;
 pub use rigid::{RigidDrive, Tier};
 pub use rolling::{RING_FREEDOMS, Ring, RollingBearing, RollingElement, RollingLaw, RollingLoad};
 pub use train::{
     BesideEachOther, DrawnLaw, GearPlace, Housing, HousingError, HousingJoint, HousingNode,
-    HousingPoint, Hysteresis, JoinedHousing, LoadedBearing, LooseGear, MeshLaw, Motion, Planet,
+    HousingPoint, Hysteresis, JoinedHousing, LoadedBearing, LooseGear, MeshLaw, Planet,
     PlanetarySet, ShaftCoupling, ShaftSection, Stage, StageSide, Stop, TrainDrive, TrainError,
     TrainGear, TrainMesh, TrainShaft, phase_of_planet,
 };

@@ -7,9 +7,9 @@
 //! what is released of them.
 
 use super::disc::Disc;
-use super::drive::{self, Pedestal, Released, Shaft};
+use super::drive::{self, Motion, Pedestal, Shaft};
 use super::error::ShaftError;
-use super::train::{Motion, TrainDrive, TrainShaft};
+use super::train::{TrainDrive, TrainShaft};
 use super::two_shafts::TwoShafts;
 use crate::gear::GearPair;
 use crate::structure::ModalStructure;
@@ -53,11 +53,11 @@ impl Tier {
         }
     }
 
-    fn released(self) -> Released {
+    fn motion(self) -> Motion {
         match self {
-            Self::Torsional => Released::Rotation,
-            Self::Translational => Released::Translation,
-            Self::Tilting | Self::Pedestal => Released::All,
+            Self::Torsional => Motion::Rotation,
+            Self::Translational => Motion::Translation,
+            Self::Tilting | Self::Pedestal => Motion::All,
         }
     }
 }
@@ -98,8 +98,7 @@ impl RigidDrive {
         retained: usize,
         mta: bool,
     ) -> Result<ModalStructure, ShaftError> {
-        let released = self.tier.released();
-        drive::check(&self.gears, &self.shafts, self.density, released)?;
+        drive::check(&self.gears, &self.shafts, self.density, self.tier.motion())?;
         self.train()?.modes(modes, retained, mta)
     }
 
@@ -125,11 +124,7 @@ impl RigidDrive {
         let rod = Disc::annulus(own.diameter, own.inner_diameter, length, self.density)?;
         let middle = first_bearing + 0.5 * (own.span - own.overhang);
         shaft.discs.push((middle, rod));
-        shaft.motion = match self.tier {
-            Tier::Torsional => Motion::Rotation,
-            Tier::Translational => Motion::Translation,
-            Tier::Tilting | Tier::Pedestal => Motion::All,
-        };
+        shaft.motion = self.tier.motion();
         if self.tier == Tier::Pedestal {
             let pedestals = self.pedestals.ok_or(ShaftError::NoPedestals)?;
             for ((_, bearing), pedestal) in shaft.bearings.iter_mut().zip(pedestals[index]) {

@@ -33,9 +33,8 @@ pub use housing::{Housing, HousingError, HousingJoint, HousingNode, HousingPoint
 pub use mesh::{DrawnLaw, MeshLaw, TrainMesh};
 pub use planetary::{Planet, PlanetarySet, phase_of_planet};
 
-use super::assembly::Freedom;
 use super::disc::Disc;
-use super::drive::{Bearing, Drag};
+use super::drive::{Bearing, Drag, Motion};
 use super::error::ShaftError;
 use crate::gear::{GearPair, Hub};
 use crate::structure::ContactLaw;
@@ -123,42 +122,6 @@ pub struct ShaftSection {
     /// Longest beam element \[m\]; none: that of the shaft.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub element: Option<f64>,
-}
-
-/// Which motions of a shaft are free.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub enum Motion {
-    /// All six.
-    All,
-    /// The rotation about its axis, and x and y.
-    Translation,
-    /// The rotation about its axis; mounts are rigid.
-    Rotation,
-    /// All but the rotation, which is held where torques would act.
-    Lateral,
-    /// None.
-    None,
-}
-
-impl Motion {
-    /// Whether the shaft may turn.
-    fn turns(self) -> bool {
-        matches!(self, Self::All | Self::Translation | Self::Rotation)
-    }
-
-    /// What is held everywhere, beside the rotation.
-    fn held(self) -> &'static [Freedom] {
-        match self {
-            Self::All | Self::Lateral => &[],
-            Self::Translation => &Freedom::ALL[2..5],
-            Self::Rotation | Self::None => &Freedom::ALL[..5],
-        }
-    }
-
-    /// Whether it may move otherwise.
-    fn yields(self) -> bool {
-        self.held().len() < 5
-    }
 }
 
 /// A gear: a rigid annulus from the bore to the pitch circle, if its body is not given.

@@ -2,9 +2,9 @@
 
 use super::body::GearBody;
 use super::disc::Disc;
-use super::drive::Shaft;
+use super::drive::{Motion, Shaft};
 use super::error::ShaftError;
-use super::train::{GearPlace, Motion, TrainDrive, TrainGear, TrainShaft};
+use super::train::{GearPlace, TrainDrive, TrainGear, TrainShaft};
 use crate::gear::GearPair;
 
 /// What flexible and rigid drives have in common.

@@ -125,7 +125,7 @@ fn motion_columns() -> Vec<Column<PointRow>> {
             "Method for lambda_max. tangent: mean growth of tangent vectors; multipliers: from the Floquet \
              multipliers of the settled orbit; birkhoff: weighted mean growth on a torus";
         list "exponents", "1/cycle", &*row.lyapunov()?.exponents,
-            "Lyapunov exponents per mesh cycle, largest first";
+            "Lyapunov exponents per mesh cycle, largest first; those of -infinity, of dry sliders that slip, are omitted";
         list "exponents_stderr", "1/cycle", &*row.lyapunov()?.errors,
             "Standard error of each exponent, from block averages";
         f64 "kaplan_yorke", "1", row.lyapunov()?.dimension?.value,

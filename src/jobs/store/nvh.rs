@@ -129,14 +129,14 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         list "force_peak_quantiles", "N", found.force_peak_quantiles,
             &format!("Largest |mesh force| within a mesh cycle{PEAKS}"), error.force_peak_quantiles;
         list "contact_force", "N", found.contact_force,
-            &format!("Mean force that presses each contact together, {CONTACTS}. In N m for couplings. The \
+            &format!("Mean force that presses each contact together, {CONTACTS}. In N m for stages and hysteresis elements of couplings. The \
                       mean torque on a gear is the difference of the forces on its two flanks, multiplied by the base radius"), error.contact_force;
         list "contact_fraction", "1", found.contact_fraction,
             &format!("Fraction of time while each contact is closed, {CONTACTS}"), error.contact_fraction;
         list "contact_impact_rate", "1/s", found.contact_impact_rate,
             &format!("Number of entries into each contact per second, {CONTACTS}"), error.contact_impact_rate;
         list "contact_rattle_index", "m/s^2", found.contact_rattle_index,
-            &format!("rattle_index of each contact, {CONTACTS}; in rad/s^2 for stages of couplings"), error.contact_rattle_index;
+            &format!("rattle_index of each contact, {CONTACTS}; in rad/s^2 for stages and hysteresis elements of couplings"), error.contact_rattle_index;
         list "contact_loss", "W", found.contact_loss,
             &format!("Mean power lost in friction on each contact at the speeds of the mean rotation, {CONTACTS}; 0 for \
                       contacts without friction or without gears, null where power_loss is"), error.contact_loss;

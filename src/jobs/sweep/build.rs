@@ -53,9 +53,10 @@ pub enum BuildError {
     Slice(#[from] SliceError),
     /// The motion is too fast for the mesh cycle.
     #[error(
-        "one mesh cycle would take {windows:.0} windows (at most {MOST_WINDOWS}): the fastest motion, \
+        "one mesh cycle would take {} windows (at most {MOST_WINDOWS}): the fastest motion, \
          {rate:.1e} rad/s, is too fast for the mesh period of {period:.1e} s; check the units of mesh \
-         stiffness and damping, omit high modes, or raise the speed"
+         stiffness and damping, omit high modes, or raise the speed",
+        whole(*windows)
     )]
     TooFast {
         /// Windows a mesh cycle.
@@ -70,6 +71,11 @@ pub enum BuildError {
 /// Most windows in a mesh cycle: some milliseconds a cycle, so that a job can still be
 /// called off and a mistaken unit does not cost a night.
 const MOST_WINDOWS: f64 = 20_000.0;
+
+/// A count, in scientific form where it is too long to read.
+fn whole(count: f64) -> String {
+    if count < 1e9 { format!("{count:.0}") } else { format!("{count:.2e}") }
+}
 
 /// Whether a kernel gets through a mesh cycle of a model in reasonable time.
 ///
@@ -112,8 +118,8 @@ fn structured_instead(model: &Model) -> String {
         )
     } else {
         format!(
-            "run.kernel = \"volterra\" does not help: it would take {windows:.0} windows (at most \
-             {MOST_WINDOWS})"
+            "run.kernel = \"volterra\" does not help: it would take {} windows (at most {MOST_WINDOWS})",
+            whole(windows)
         )
     }
 }
@@ -332,5 +338,26 @@ pub fn questions(point: &PointSpec, seed: PointSeed) -> PointConfig {
             .map(|asked| asked.section.clone())
             .unwrap_or_default(),
         nvh: analyses.nvh,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_count_beyond_all_reason_is_short() {
+        let error = |windows| BuildError::TooFast {
+            windows,
+            rate: 1e150,
+            period: 1e-3,
+        };
+        for (windows, told) in [
+            (1e148, "take 1.00e148 windows"),
+            (25_000.4, "take 25000 windows"),
+        ] {
+            let said = error(windows).to_string();
+            assert!(said.contains(told), "{said}");
+        }
     }
 }

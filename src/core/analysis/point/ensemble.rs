@@ -264,6 +264,14 @@ impl<K: Kernel> PointRun<'_, K> {
             0.0
         };
         let dimension = kaplan_yorke(&series, &exponents, zero, self.growth_norm.dimension());
+        // Those of −∞ are the smallest, and are left out.
+        let lost = |exponent: &f64| *exponent == f64::NEG_INFINITY;
+        let told = exponents
+            .iter()
+            .position(lost)
+            .map_or(series.len(), |own| own.max(1));
+        exponents.truncate(told);
+        errors.truncate(told);
         let twin = all.twin.as_ref().map(Twin::excess);
         Some(LyapunovOutcome {
             dimension,
@@ -274,8 +282,9 @@ impl<K: Kernel> PointRun<'_, K> {
                 Some(_) => LyapunovMethod::Birkhoff,
                 None => LyapunovMethod::Tangent,
             },
-            course: (self.questions.lyapunov)
-                .and_then(|asked| course(&series, growth.averages().stretch(), asked.course)),
+            course: (self.questions.lyapunov).and_then(|asked| {
+                course(&series[..told], growth.averages().stretch(), asked.course)
+            }),
             exponents,
             errors,
         })

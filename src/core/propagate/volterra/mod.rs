@@ -88,6 +88,8 @@ pub struct Volterra<'m> {
     instructions: InstructionSet,
     /// Contacts that let go where their force vanishes.
     never_pull: ActiveSet,
+    /// Contacts that are states of dry sliders.
+    of_sliders: ActiveSet,
     /// Times closer than this before a breakpoint are on it \[s\].
     on_breakpoint: f64,
     /// Deflections beyond which a motion has diverged, of every line, in the units of its contacts.
@@ -132,15 +134,19 @@ impl<'m> Volterra<'m> {
         event_limit: u32,
         instructions: InstructionSet,
     ) -> Self {
-        let never_pull = (model.contacts.iter().enumerate())
-            .filter(|(_, contact)| contact.release == Release::Force)
-            .fold(ActiveSet::FREE, |set, (index, _)| set.toggled(index));
+        let released_by = |law: fn(Release) -> bool| {
+            (0..model.contacts.len())
+                .filter(|&contact| law(model.contacts[contact].release))
+                .fold(ActiveSet::FREE, ActiveSet::toggled)
+        };
+        let never_pull = released_by(|law| law == Release::Force);
         Self {
             farthest: super::farthest(&model),
             tables: VolterraTables::new(&model, tolerance, instructions),
             event_limit,
             instructions,
             never_pull,
+            of_sliders: released_by(Release::of_slider),
             on_breakpoint: if never_pull.touching() {
                 // Where the stiffness steps a contact may take hold inside a window of free flight.
                 ON_BREAKPOINT * model.period()

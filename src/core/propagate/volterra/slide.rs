@@ -13,7 +13,7 @@ use super::position::{Position, SAME_TIME, Track};
 use super::release::Place;
 use super::shapes::{Series, TERMS};
 use super::workspace::Workspace;
-use crate::model::{ActiveSet, Slider};
+use crate::model::ActiveSet;
 use crate::numerics::legendre::{self, transforms24};
 use crate::propagate::Counters;
 use crate::propagate::events::{Crossing, ROUND_OFF};
@@ -47,12 +47,7 @@ impl Volterra<'_> {
         counters: &mut Counters,
     ) -> Option<(Crossing, Place)> {
         let sliders = &self.model.sliders;
-        let own = |slider: &Slider| [slider.slips()[0], slider.slips()[1], slider.spring()];
-        let aside = sliders
-            .iter()
-            .flat_map(own)
-            .fold(ActiveSet::FREE, ActiveSet::toggled);
-        let sets = [active, aside];
+        let sets = [active, self.of_sliders];
         let mut first = self.first_of_contacts(position, track, sets, limit, workspace, counters);
         for &slider in sliders {
             let solution = &workspace.solutions[track.place_of(slider.spring())];

@@ -75,15 +75,13 @@ pub enum TrainError {
     },
     /// A bearing that the turning carrier would feel turn.
     #[error(
-        "bearing {bearing} of shaft `{shaft}` is not the same in all directions, or has dampers, rolling elements or \
+        "{bearing} is not the same in all directions, or has dampers, rolling elements or \
          cross-coupled springs, but the model turns with the carrier `{carrier}`; give it equal x and y alone, or hold the \
          carrier"
     )]
     UnequalBearing {
-        /// The shaft.
-        shaft: String,
-        /// Which of its bearings, from 1.
-        bearing: usize,
+        /// Which one.
+        bearing: String,
         /// The shaft of the pins.
         carrier: String,
     },
@@ -276,6 +274,15 @@ pub enum TrainError {
     Driver {
         /// The driving shaft.
         driver: String,
+    },
+    /// A speed that is no ratio of whole numbers of a size that can be reckoned with.
+    #[error(
+        "the speed of `{body}` is too long a ratio of whole numbers: too many numbers of teeth on the way from the first mesh have \
+         no common divisors; choose others"
+    )]
+    LongRatio {
+        /// What turns.
+        body: String,
     },
     /// A mesh whose cycles have no short common period with the first one's.
     #[error(

@@ -1,10 +1,10 @@
 //! From the description of a train to an assembly, and which node is what.
 
 use super::speeds::Layout;
-use super::{GearPlace, Motion, Planet, TrainDrive, TrainError, TrainShaft};
+use super::{GearPlace, Planet, TrainDrive, TrainError, TrainShaft};
 use crate::shaft::assembly::{Assembly, Freedom};
 use crate::shaft::beam::{Material, Section};
-use crate::shaft::drive::Support;
+use crate::shaft::drive::{Motion, Support};
 use crate::shaft::error::ShaftError;
 use std::collections::BTreeSet;
 

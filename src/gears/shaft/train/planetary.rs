@@ -183,18 +183,20 @@ impl TrainDrive {
             .filter(|(_, turns)| **turns)
             .map(|(own, _)| own)
         {
-            let loose = shaft
-                .gears
-                .iter()
-                .filter_map(|gear| Some(gear.loose?.bearing));
-            let bearings = shaft.bearings.iter().map(|(_, own)| *own);
-            for (number, own) in (1..).zip(bearings.chain(loose)) {
+            let loose = (shaft.gears.iter()).filter_map(|gear| {
+                let name = format!("the bearing of the loose gear `{}`", gear.name);
+                Some((name, gear.loose?.bearing))
+            });
+            let bearings = (1..).zip(&shaft.bearings).map(|(number, (_, own))| {
+                let name = format!("bearing {number} of shaft `{}`", shaft.name);
+                (name, *own)
+            });
+            for (bearing, own) in bearings.chain(loose) {
                 let plain =
                     own.damping == [[0.0; 2]; 2] && own.cross == [0.0; 2] && own.rolling.is_none();
                 if own.x != own.y || !plain {
                     return Err(TrainError::UnequalBearing {
-                        shaft: shaft.name.clone(),
-                        bearing: number,
+                        bearing,
                         carrier: carrier(),
                     });
                 }

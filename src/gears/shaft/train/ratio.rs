@@ -3,7 +3,8 @@
 use crate::numerics::integers::greatest_divisor;
 use std::ops::{Add, Div, Mul, Sub};
 
-/// A ratio of whole numbers in lowest terms, the denominator positive.
+/// A ratio of whole numbers in lowest terms, the denominator positive; [`Ratio::TOO_LARGE`] where these exceed their type, and
+/// of all that is reckoned from it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Ratio {
     pub over: i128,
@@ -14,7 +15,12 @@ impl Ratio {
     pub const ZERO: Self = Self { over: 0, under: 1 };
     pub const ONE: Self = Self { over: 1, under: 1 };
 
+    pub const TOO_LARGE: Self = Self { over: 0, under: 0 };
+
     pub fn new(over: i128, under: i128) -> Self {
+        if under == 0 {
+            return Self::TOO_LARGE;
+        }
         let divisor = greatest_divisor(over.unsigned_abs(), under.unsigned_abs()) as i128;
         let sign = if under < 0 { -1 } else { 1 };
         Self {
@@ -27,6 +33,26 @@ impl Ratio {
         Self::new(self.over.abs(), self.under)
     }
 
+    /// A product by its factors; each numerator has no divisor with its own denominator.
+    fn product(one: Self, two: Self) -> Option<Self> {
+        let [a, b] = [
+            Self::new(one.over, two.under),
+            Self::new(two.over, one.under),
+        ];
+        Some(Self {
+            over: a.over.checked_mul(b.over)?,
+            under: a.under.checked_mul(b.under)?,
+        })
+    }
+
+    fn sum(one: Self, two: Self) -> Option<Self> {
+        let common = greatest_divisor(one.under.unsigned_abs(), two.under.unsigned_abs()) as i128;
+        let [a, b] = [one, two].map(|own| own.under.checked_div(common));
+        let over = one.over.checked_mul(b?)?;
+        let over = over.checked_add(two.over.checked_mul(a?)?)?;
+        Some(Self::new(over, a?.checked_mul(two.under)?))
+    }
+
     pub fn value(self) -> f64 {
         self.over as f64 / self.under as f64
     }
@@ -36,8 +62,7 @@ impl Add for Ratio {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
-        let over = self.over * other.under + other.over * self.under;
-        Self::new(over, self.under * other.under)
+        Self::sum(self, other).unwrap_or(Self::TOO_LARGE)
     }
 }
 
@@ -53,7 +78,7 @@ impl Mul for Ratio {
     type Output = Self;
 
     fn mul(self, other: Self) -> Self {
-        Self::new(self.over * other.over, self.under * other.under)
+        Self::product(self, other).unwrap_or(Self::TOO_LARGE)
     }
 }
 
@@ -62,6 +87,38 @@ impl Div for Ratio {
 
     /// Of a divisor that is not 0.
     fn div(self, other: Self) -> Self {
-        Self::new(self.over * other.under, self.under * other.over)
+        let sign = other.over.signum();
+        let turned = Self {
+            over: sign * other.under,
+            under: sign * other.over,
+        };
+        self * turned
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_too_large_stays_so() {
+        let large = Ratio::new(i128::MAX, 3);
+        assert_eq!(large + large - large, Ratio::TOO_LARGE);
+        assert_eq!(
+            large * Ratio::new(3, 2) / Ratio::new(i128::MAX, 2),
+            Ratio::ONE
+        );
+        assert_eq!(large / Ratio::new(-1, 3), Ratio::new(-i128::MAX, 1));
+        let above = large * Ratio::new(2, 1);
+        for made in [
+            above + Ratio::ONE,
+            Ratio::ZERO * above,
+            Ratio::ONE / above,
+            above.modulus(),
+        ] {
+            assert_eq!(made, Ratio::TOO_LARGE);
+        }
+        let fine = Ratio::new(1, i128::MAX);
+        assert_eq!(fine + fine - fine, fine);
     }
 }

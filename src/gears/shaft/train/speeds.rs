@@ -223,6 +223,7 @@ impl TrainDrive {
                 });
             }
             let ratio = speed * Ratio::new(i128::from(gear.teeth), i128::from(first));
+            self.is_exact(ratio, body)?;
             let (p, q) = (ratio.over.unsigned_abs(), ratio.under.unsigned_abs());
             match [u64::try_from(p), u64::try_from(q)] {
                 [Ok(p), Ok(q)] if p <= u64::from(MOST_CYCLES) && q <= u64::from(MOST_CYCLES) => {
@@ -319,7 +320,7 @@ impl TrainDrive {
     }
 
     /// Speeds of the bodies that anything connects with the first gear.
-    fn forms(&self, joints: &[Joint]) -> Vec<Option<Form>> {
+    fn forms(&self, joints: &[Joint]) -> Result<Vec<Option<Form>>, TrainError> {
         let bodies = self.shafts.len() + self.loose_gears().count();
         let mut forms: Vec<Option<Form>> = vec![None; bodies];
         let beside = if self.planetary.is_some() { Ratio::ONE } else { Ratio::ZERO };
@@ -340,14 +341,32 @@ impl TrainDrive {
                 }
             }
         }
-        forms
+        for (body, form) in forms.iter().enumerate() {
+            for part in form.iter().flatten() {
+                self.is_exact(*part, body)?;
+            }
+        }
+        Ok(forms)
+    }
+
+    /// That a speed, of a body or from its joints, is a ratio of whole numbers that are not too large.
+    fn is_exact(&self, speed: Ratio, body: usize) -> Result<(), TrainError> {
+        if speed != Ratio::TOO_LARGE {
+            return Ok(());
+        }
+        Err(TrainError::LongRatio {
+            body: self.body_name(body),
+        })
     }
 
     /// Speed of the carrier where the first gear rolls at 1: of what is held, or joined in two ways, it is one only.
     fn carrier_speed(&self, joints: &[Joint], forms: &[Option<Form>]) -> Result<Ratio, TrainError> {
         let mut found: Option<(&String, Ratio)> = None;
         let held = self.shafts.iter().zip(forms);
-        for (shaft, form) in held.filter(|(shaft, _)| !shaft.motion.turns()) {
+        for (body, (shaft, form)) in held
+            .enumerate()
+            .filter(|(_, (shaft, _))| !shaft.motion.turns())
+        {
             let Some([own, carrier]) = *form else {
                 continue;
             };
@@ -357,6 +376,7 @@ impl TrainDrive {
                 });
             }
             let speed = Ratio::ZERO - own / carrier;
+            self.is_exact(speed, body)?;
             match found {
                 Some((first, known)) if known != speed => {
                     return Err(TrainError::AllHeld {
@@ -379,7 +399,9 @@ impl TrainDrive {
                 speed = Some(Ratio::ZERO - own / carrier);
             }
             let now = speed.unwrap_or(Ratio::ZERO);
-            if own + carrier * now != Ratio::ZERO {
+            let left = own + carrier * now;
+            self.is_exact(left, two)?;
+            if left != Ratio::ZERO {
                 return Err(TrainError::Locked {
                     body: self.body_name(joint.bodies[1]),
                     speeds: [form, expected].map(|form| (form[0] + form[1] * now).value()),
@@ -395,7 +417,7 @@ impl TrainDrive {
     /// Speeds of the bodies: what is held stands still.
     fn speeds(&self, meshes: &[PitchPoint], members: &[bool]) -> Result<Speeds, TrainError> {
         let joints = self.joints(meshes);
-        let forms = self.forms(&joints);
+        let forms = self.forms(&joints)?;
         let carrier = self.carrier_speed(&joints, &forms)?;
         let absolute = |[own, of_carrier]: Form| own + of_carrier * carrier;
         let driver = forms[self.driver].map(absolute);
@@ -414,12 +436,18 @@ impl TrainDrive {
             form.map(|form| absolute(form) - beside)
         });
         let unit = driver.modulus();
-        Ok(Speeds {
+        let solved = Speeds {
             rolling: rolling.collect(),
             speeds: (forms.iter())
                 .map(|form| form.map(|form| absolute(form) / unit))
                 .collect(),
             carrier: carrier / unit,
-        })
+        };
+        for (body, (speed, rolling)) in solved.speeds.iter().zip(&solved.rolling).enumerate() {
+            for own in speed.iter().chain(rolling) {
+                self.is_exact(*own, body)?;
+            }
+        }
+        Ok(solved)
     }
 }

@@ -5,6 +5,7 @@
 use super::sizes;
 use crate::analysis::Effort;
 use crate::gear::GearPair;
+use crate::manifest::schema::number;
 use crate::manifest::slip::length;
 use crate::manifest::{DampingSpec, StructureSource, Variant};
 use std::f64::consts::PI;
@@ -152,9 +153,9 @@ fn mesh(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
             !(STIFFNESS[0]..=STIFFNESS[1]).contains(&each),
             "mesh.mean_stiffness",
             format!(
-                "{mean:.3e} N/m over a face of {} is {:.3} N/(mm um); steel gears have 10 to 25",
+                "{mean:.3e} N/m over a face of {} is {} N/(mm um); steel gears have 10 to 25",
                 length(gears.face_width),
-                1e-9 * each
+                short(1e-9 * each, 3)
             ),
         );
     }
@@ -162,16 +163,27 @@ fn mesh(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
         found.add(
             ratio > MOST_DAMPING,
             "mesh.contact_damping",
-            format!("a damping ratio of {ratio} is unusually high for gear contacts (measured: 0.01 to 0.2)"),
+            format!(
+                "a damping ratio of {} is unusually high for gear contacts (measured: 0.01 to 0.2)",
+                number(ratio)
+            ),
         );
     }
     if let Some(friction) = mesh.friction.constant() {
         found.add(
             friction > MOST_FRICTION,
             "mesh.friction",
-            format!("a coefficient of {friction} is typical of dry, seizing flanks; lubricated flanks have 0.02 to 0.1"),
+            format!(
+                "a coefficient of {} is typical of dry, seizing flanks; lubricated flanks have 0.02 to 0.1",
+                number(friction)
+            ),
         );
     }
+}
+
+/// A number to so many decimals, in scientific form where it is too long to read.
+fn short(value: f64, decimals: usize) -> String {
+    if value < 1e9 { format!("{value:.decimals$}") } else { format!("{value:.3e}") }
 }
 
 /// Deflection of the mesh under the rated force \[m\]; 0 where it is not known.
@@ -206,8 +218,9 @@ fn excitation(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
             amplitude > MOST_RIPPLE * gears.rated_torque,
             &format!("excitation.torque_ripple.{index}.amplitude"),
             format!(
-                "{amplitude} N m is {:.0} times the rated torque, which is unusually large",
-                amplitude / gears.rated_torque
+                "{} N m is {} times the rated torque, which is unusually large",
+                number(amplitude),
+                short(amplitude / gears.rated_torque, 0)
             ),
         );
     }

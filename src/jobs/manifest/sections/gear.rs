@@ -73,6 +73,7 @@ fn form(
     } else {
         Some([None; 2])
     };
+    hub_is_whole(section, issues);
     let shape = shape(section, issues, body_length);
     Some(ToothForm {
         profile_shift: profile_shift?,
@@ -214,6 +215,18 @@ pub(super) fn plane_of(module: f64, width: f64) -> Plane {
     if width > WIDE * FRAC_PI_2 * module { Plane::Strain } else { Plane::Stress }
 }
 
+/// Tells of a length without a hub, where there may be one.
+pub(super) fn hub_is_whole(section: &Section, issues: &mut Issues) {
+    if !section.has("hub_diameter") {
+        section.without_effect(
+            issues,
+            &["hub_length"],
+            "without hub_diameter",
+            "remove it, or add hub_diameter",
+        );
+    }
+}
+
 /// Hubs and webs; none where a key has faults.
 fn bodies(
     section: &Section,
@@ -235,14 +248,6 @@ fn bodies(
     };
     let thickness = optional(section, issues, "web_thickness");
     let rim = optional(section, issues, "rim_diameter");
-    if !section.has("hub_diameter") {
-        section.without_effect(
-            issues,
-            &["hub_length"],
-            "without hub_diameter",
-            "remove it, or add hub_diameter",
-        );
-    }
     for (one, other) in [
         ("web_thickness", "rim_diameter"),
         ("rim_diameter", "web_thickness"),

@@ -1,6 +1,7 @@
 //! `[train]`: the names in it looked up, everything else read by one file a part.
 
 mod housing;
+mod hubs;
 mod joints;
 mod parts;
 mod planetary;
@@ -44,7 +45,7 @@ pub(super) fn read(
     let couplings = joints::couplings(section, issues, &parts);
     let stops = joints::stops(section, issues, &parts);
     let driver = if section.has("driver") {
-        parts.shaft(section, issues, "driver")
+        parts.driver(section, issues)
     } else {
         gears.map(|[first, _]| first.shaft)
     };

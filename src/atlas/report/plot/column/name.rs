@@ -41,10 +41,13 @@ impl Element {
                 if let Some(exactly) = names.iter().position(|name| name == wanted) {
                     return vec![exactly];
                 }
-                let has = |name: &str, word: &str| name.split_whitespace().any(|own| own == word);
+                let words = |name: &str| -> Vec<String> {
+                    let words = name.split([' ', ',']).filter(|word| !word.is_empty());
+                    words.map(str::to_owned).collect()
+                };
                 let meant = |place: &usize| {
-                    let mut words = wanted.split_whitespace();
-                    words.all(|word| has(&names[*place], word))
+                    let own = words(&names[*place]);
+                    words(wanted).iter().all(|word| own.contains(word))
                 };
                 (0..names.len().min(length)).filter(meant).collect()
             }
@@ -203,6 +206,15 @@ mod tests {
         assert_eq!(among("x"), [0, 2, 3]);
         assert_eq!(among("x pinion"), [0]);
         assert_eq!(among("in"), [] as [usize; 0]);
+        let stages = [
+            "stage 1 of engine and input, forward",
+            "stage 1 of engine and input, backward",
+        ];
+        let stages = stages.map(str::to_owned);
+        let of_stages = |text: &str| Element::Name(text.to_owned()).among(&stages, 2);
+        assert_eq!(of_stages("stage 1 of engine and input, forward"), [0]);
+        assert_eq!(of_stages("input"), [0, 1]);
+        assert_eq!(of_stages("input, backward"), [1]);
         assert_eq!(Element::Number(4).among(&[], 4), [3]);
         assert_eq!(Element::Number(5).among(&names, 4), [] as [usize; 0]);
     }

@@ -30,11 +30,11 @@ pub(super) const KEYS: &[Key] = &[
         .about("Mean load as a fraction of the rated torque. Below 0 the drive coasts: the wheel drives the pinion on \
                 the coast flanks."),
     key("grid.torque", Kind::Axis(Torque), ANY, r#"{ values = ["-8 N m", "2 N m", "15 N m"] }"#).otherwise("from `load`")
-        .about("Mean torque on the pinion, instead of `load`. Below 0 the drive coasts on its coast flanks. At 0 \
-                nothing presses the flanks together; a mesh computed from [gear] then needs resolution = \"pairs\". \
-                Needs a rated torque, so it cannot be used with a modal file."),
+        .about("Mean torque on the pinion, instead of `load`. In a train: on the driving shaft. Below 0 the drive coasts on \
+                its coast flanks. At 0 nothing presses the flanks together; a mesh computed from [gear] then needs \
+                resolution = \"pairs\". Needs a rated torque, so it cannot be used with a modal file."),
     key("grid.speed", Kind::Axis(AngularSpeed), POSITIVE, r#"{ values = ["600 rad/s", "700 rad/s"] }"#).otherwise("none; required here or as a column of `points`")
-        .about("Speed of the pinion."),
+        .about("Speed of the pinion. In a train: speed of the driving shaft, `train.driver`."),
     key("grid.tied", Kind::List("lists of the names of axes"), ANY, r#"[["load", "speed"]]"#).or("[]")
         .about("Axes that advance together instead of being combined. Each list names axes with the same number of \
                 values: the first values of all make one point, the second values the next. Lists and ranges can be \

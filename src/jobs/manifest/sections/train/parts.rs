@@ -37,10 +37,39 @@ impl Planets {
 }
 
 impl Parts<'_> {
+    /// All shafts but planets, which come last and have numbered names.
+    fn named(&self) -> &[TrainShaft] {
+        let planet = self.planets.and_then(Planets::first);
+        &self.shafts[..planet.map_or(self.shafts.len(), |first| first.shaft)]
+    }
+
     /// A shaft by the name that stands as a value.
     pub fn shaft(&self, section: &Section, issues: &mut Issues, key: &str) -> Option<usize> {
         let name = section.text(issues, key)?;
         self.shaft_named(section, issues, key, name)
+    }
+
+    /// Whether a name is that of a single planet.
+    fn is_planet(&self, name: &str) -> bool {
+        let planets = &self.shafts[self.named().len()..];
+        planets.iter().any(|own| own.name == name)
+    }
+
+    /// The shaft that the motor drives, which is no planet.
+    pub fn driver(&self, section: &Section, issues: &mut Issues) -> Option<usize> {
+        let found = self.shaft(section, issues, "driver")?;
+        let named = self.named();
+        if found < named.len() {
+            return Some(found);
+        }
+        let name = &self.shafts[found].name;
+        let known: Vec<&str> = named.iter().map(|own| own.name.as_str()).collect();
+        let what = format!("`{name}` is one of the planets, and no motor drives one of them alone");
+        let fault = misnamed(section, "driver", "driver", what, &known);
+        issues.push(fault.remedy(
+            "name the shaft of the sun, the ring or the carrier, or one that is coupled to it",
+        ));
+        None
     }
 
     fn shaft_named(
@@ -53,7 +82,9 @@ impl Parts<'_> {
         let found = self.shafts.iter().position(|shaft| shaft.name == name);
         if found.is_none() {
             let known: Vec<&str> = self.shafts.iter().map(|s| s.name.as_str()).collect();
-            unknown_name(section, issues, key, ("shaft", name), &known);
+            let what = format!("there is no shaft `{name}`");
+            issues
+                .push(misnamed(section, key, "shaft", what, &known).suggestion(near(name, &known)));
         }
         found
     }
@@ -75,7 +106,7 @@ impl Parts<'_> {
     ) -> Option<[GearPlace; 2]> {
         let both: [&str; 2] = section.texts(issues, key, Some(2))?.try_into().ok()?;
         let all = || {
-            let shafts = self.shafts.iter().enumerate();
+            let shafts = self.named().iter().enumerate();
             shafts.flat_map(|(shaft, on)| {
                 let gears = on.gears.iter().enumerate();
                 gears.map(move |(gear, own)| (own.name.as_str(), GearPlace { shaft, gear }))
@@ -88,7 +119,19 @@ impl Parts<'_> {
             if place.is_none() {
                 let common = self.planets.map(|planets| planets.name.as_str());
                 let known: Vec<&str> = all().map(|(name, _)| name).chain(common).collect();
-                unknown_name(section, issues, key, ("gear", name), &known);
+                issues.push(match self.planets.filter(|_| self.is_planet(name)) {
+                    Some(planets) => {
+                        let what = format!("`{name}` is one of the planets, which mesh alike");
+                        misnamed(section, key, "gear", what, &known).remedy(format!(
+                            "write \"{}\": it stands for every planet",
+                            planets.name
+                        ))
+                    }
+                    None => {
+                        let what = format!("there is no gear `{name}`");
+                        misnamed(section, key, "gear", what, &known).suggestion(near(name, &known))
+                    }
+                });
             }
             place.map(|(_, place)| place)
         });
@@ -275,24 +318,24 @@ fn stand_beside(pair: &mut GearPair, beside: &BesideEachOther) {
     }
 }
 
-fn unknown_name(
+/// The fault of a name that none of these has.
+fn misnamed(
     section: &Section,
-    issues: &mut Issues,
     key: &str,
-    (what, name): (&str, &str),
+    what: &str,
+    message: String,
     known: &[&str],
-) {
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::OutOfRange,
-            section.span_of(key),
-            &section.path_of(key),
-            format!("there is no {what} `{name}`"),
-        )
-        .label(format!("not a {what} of [train]"))
-        .accepted(crate::manifest::schema::quoted(known))
-        .suggestion(
-            crate::manifest::schema::nearest(name, known).map(|near| format!("\"{near}\"")),
-        ),
-    );
+) -> Diagnostic {
+    Diagnostic::new(
+        DiagnosticKind::OutOfRange,
+        section.span_of(key),
+        &section.path_of(key),
+        message,
+    )
+    .label(format!("not a {what} of [train]"))
+    .accepted(crate::manifest::schema::quoted(known))
+}
+
+fn near(name: &str, known: &[&str]) -> Option<String> {
+    crate::manifest::schema::nearest(name, known).map(|near| format!("\"{near}\""))
 }

@@ -1,7 +1,8 @@
 //! The tables `[[train.shaft]]`.
 
+use super::hubs::{hub_is_on_shaft, hubs_are_apart, hubs_leave_bearings};
 use super::rolling;
-use crate::gear::{GearPair, Hub, ToothForm};
+use crate::gear::{GearPair, ToothForm};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::sections::gear;
@@ -66,6 +67,8 @@ fn shaft(
     });
     let gears = gears?;
     hubs_are_apart(table, issues, &gears)?;
+    let bearings = bearings?;
+    hubs_leave_bearings(table, issues, &gears, &bearings)?;
     let (gears, drawn) = gears.into_iter().unzip();
     let shaft = TrainShaft {
         name: name?,
@@ -76,7 +79,7 @@ fn shaft(
         motion: motion?,
         discs: discs?,
         gears,
-        bearings: bearings?,
+        bearings,
         torque_at: torque_at?,
         output: output?,
         drag: drag?,
@@ -252,84 +255,6 @@ fn toothed_on_shaft(
     Some((gear, drawn))
 }
 
-/// That no hub reaches under another gear of its shaft.
-fn hubs_are_apart(
-    table: &Section,
-    issues: &mut Issues,
-    gears: &[(TrainGear, ToothForm)],
-) -> Option<()> {
-    let tables = table.tables(issues, "gears")?;
-    for (own, (gear, _)) in tables.iter().zip(gears) {
-        let Some(hub) = gear.hub else { continue };
-        let reach = |other: &TrainGear| {
-            0.5 * other
-                .hub
-                .map_or(other.width, |hub| hub.length.max(other.width))
-        };
-        let touched = gears.iter().find(|(other, _)| {
-            let apart = (other.at - gear.at).abs();
-            other.name != gear.name && apart < (0.5 * hub.length + reach(other)) * (1.0 - 1e-9)
-        });
-        if let Some((other, _)) = touched {
-            let room = 2e3 * ((other.at - gear.at).abs() - reach(other)).max(0.0);
-            let what = format!(
-                "the hub of `{}` is {:.3} mm long and reaches under `{}`",
-                gear.name,
-                1e3 * hub.length,
-                other.name
-            );
-            let remedy = if room > 0.0 {
-                format!("make hub_length at most {room:.3} mm")
-            } else {
-                "move the gears apart, or remove the hub".to_owned()
-            };
-            return hub_fault(own, issues, "hub_length", what, ["too long", &remedy]);
-        }
-    }
-    Some(())
-}
-
-/// That the sections of a shaft reach as far as a hub about a place.
-fn hub_is_on_shaft(
-    table: &Section,
-    issues: &mut Issues,
-    (at, hub): (f64, Hub),
-    sections: &[ShaftSection],
-) -> Option<()> {
-    let length: f64 = sections.iter().map(|section| section.length).sum();
-    let [start, end] = hub.ends(at);
-    let beyond = (-start).max(end - length);
-    if beyond <= 1e-9 * length {
-        return Some(());
-    }
-    let [hub, beyond] = [hub.length, beyond].map(|length| 1e3 * length);
-    let what = format!(
-        "the hub is {hub} mm long and reaches {beyond:.6} mm beyond the sections of its shaft"
-    );
-    hub_fault(
-        table,
-        issues,
-        "hub_length",
-        what,
-        ["too long", "shorten hub_length, or lengthen the sections"],
-    )
-}
-
-/// A fault of a hub, at its diameter where the key is not given.
-fn hub_fault(
-    table: &Section,
-    issues: &mut Issues,
-    key: &str,
-    what: String,
-    [label, remedy]: [&str; 2],
-) -> Option<()> {
-    let key = if table.has(key) { key } else { "hub_diameter" };
-    let (span, path) = (table.span_of(key), table.path_of(key));
-    let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, what);
-    issues.push(fault.label(label).remedy(remedy));
-    None
-}
-
 /// A planet of `[train.planetary]`, and what the drawing says of it.
 pub(super) fn planet(
     table: &Section,
@@ -385,7 +310,9 @@ fn toothed(
     let form = gear::of_one(table, issues, width, pair.as_ref());
     let (gear, mut form) = (gear?, form?);
     let pitch = 2.0 * gear.pitch_radius();
-    if !has_hub {
+    if has_hub {
+        gear::hub_is_whole(table, issues);
+    } else {
         form.body[0].hub = None;
         let where_none = "on planets, rings, loose gears and shafts without sections";
         table.without_effect(

@@ -1,0 +1,116 @@
+//! Do hubs fit between what else stands on their shaft?
+
+use crate::gear::{Hub, ToothForm};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::Section;
+use crate::shaft::{Bearing, ShaftSection, TrainGear};
+
+/// That no hub reaches under another gear of its shaft.
+pub(super) fn hubs_are_apart(
+    table: &Section,
+    issues: &mut Issues,
+    gears: &[(TrainGear, ToothForm)],
+) -> Option<()> {
+    let tables = table.tables(issues, "gears")?;
+    for (own, (gear, _)) in tables.iter().zip(gears) {
+        let Some(hub) = gear.hub else { continue };
+        let reach = |other: &TrainGear| {
+            0.5 * other
+                .hub
+                .map_or(other.width, |hub| hub.length.max(other.width))
+        };
+        let touched = gears.iter().find(|(other, _)| {
+            let apart = (other.at - gear.at).abs();
+            other.name != gear.name && apart < (0.5 * hub.length + reach(other)) * (1.0 - 1e-9)
+        });
+        if let Some((other, _)) = touched {
+            let room = 2e3 * ((other.at - gear.at).abs() - reach(other)).max(0.0);
+            let what = format!(
+                "the hub of `{}` is {:.3} mm long and reaches under `{}`",
+                gear.name,
+                1e3 * hub.length,
+                other.name
+            );
+            let remedy = if room > 0.0 {
+                format!("make hub_length at most {room:.3} mm")
+            } else {
+                "move the gears apart, or remove the hub".to_owned()
+            };
+            return hub_fault(own, issues, "hub_length", what, ["too long", &remedy]);
+        }
+    }
+    Some(())
+}
+
+/// That no hub covers a bearing of its shaft.
+pub(super) fn hubs_leave_bearings(
+    table: &Section,
+    issues: &mut Issues,
+    gears: &[(TrainGear, ToothForm)],
+    bearings: &[(f64, Bearing)],
+) -> Option<()> {
+    let tables = table.tables(issues, "gears")?;
+    for (own, (gear, _)) in tables.iter().zip(gears) {
+        let Some(hub) = gear.hub else { continue };
+        let room = |bearing: &(f64, Bearing)| 2.0 * (bearing.0 - gear.at).abs();
+        let nearest = (1..)
+            .zip(bearings)
+            .min_by(|(_, a), (_, b)| room(a).total_cmp(&room(b)));
+        let covered = nearest.filter(|(_, own)| room(own) < hub.length * (1.0 - 1e-9));
+        if let Some((number, bearing)) = covered {
+            let what = format!(
+                "the hub of `{}` is {:.3} mm long and covers bearing {number} at {:.3} mm",
+                gear.name,
+                1e3 * hub.length,
+                1e3 * bearing.0
+            );
+            let remedy = match room(bearing) {
+                0.0 => "move the gear or the bearing, or remove the hub".to_owned(),
+                room => format!("make hub_length at most {:.3} mm", 1e3 * room),
+            };
+            return hub_fault(own, issues, "hub_length", what, ["too long", &remedy]);
+        }
+    }
+    Some(())
+}
+
+/// That the sections of a shaft reach as far as a hub about a place.
+pub(super) fn hub_is_on_shaft(
+    table: &Section,
+    issues: &mut Issues,
+    (at, hub): (f64, Hub),
+    sections: &[ShaftSection],
+) -> Option<()> {
+    let length: f64 = sections.iter().map(|section| section.length).sum();
+    let [start, end] = hub.ends(at);
+    let beyond = (-start).max(end - length);
+    if beyond <= 1e-9 * length {
+        return Some(());
+    }
+    let [hub, beyond] = [hub.length, beyond].map(|length| 1e3 * length);
+    let what = format!(
+        "the hub is {hub} mm long and reaches {beyond:.6} mm beyond the sections of its shaft"
+    );
+    hub_fault(
+        table,
+        issues,
+        "hub_length",
+        what,
+        ["too long", "shorten hub_length, or lengthen the sections"],
+    )
+}
+
+/// A fault of a hub, at its diameter where the key is not given.
+fn hub_fault(
+    table: &Section,
+    issues: &mut Issues,
+    key: &str,
+    what: String,
+    [label, remedy]: [&str; 2],
+) -> Option<()> {
+    let key = if table.has(key) { key } else { "hub_diameter" };
+    let (span, path) = (table.span_of(key), table.path_of(key));
+    let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, what);
+    issues.push(fault.label(label).remedy(remedy));
+    None
+}
