@@ -35,7 +35,7 @@ fn modal(slider: &str) -> Result<Job, String> {
 #[test]
 fn elements_are_read() {
     for (job, sliders, limit) in [
-        (clutch(&[]).unwrap(), 2, 1.0),
+        (clutch(&[]).unwrap(), 2, 0.4),
         (modal(SLIDER).unwrap(), 1, 20.0),
     ] {
         let point = job.points.at(0);
@@ -62,15 +62,15 @@ fn elements_are_read() {
 fn faulty_elements_are_refused() {
     let positive = "greater than 0";
     for (from, to, told) in [
-        ("limit = \"1 N*m\"", "limit = \"-1 N*m\"", positive),
-        ("limit = \"1 N*m\"", "limit = 0", positive),
+        ("limit = \"0.4 N*m\"", "limit = \"-1 N*m\"", positive),
+        ("limit = \"0.4 N*m\"", "limit = 0", positive),
         ("stiffness = \"150 N*m/rad\"", "stiffness = 0", positive),
         (
             "stiffness = \"150 N*m/rad\", ",
             "",
             "hysteresis.0.stiffness",
         ),
-        (", limit = \"1 N*m\"", "", "hysteresis.0.limit"),
+        (", limit = \"0.4 N*m\"", "", "hysteresis.0.limit"),
     ] {
         let said = clutch(&[(from, to)]).unwrap_err();
         println!("{said}\n");
@@ -98,14 +98,14 @@ fn faulty_elements_are_refused() {
 
 #[test]
 fn what_excludes_sliders_is_refused() {
-    let run = "cycles = 20000";
+    let run = "cycles = 40000";
     for (from, to, key) in [
         (
             run,
-            "cycles = 20000\nkernel = \"closed_modes\"",
+            "cycles = 40000\nkernel = \"closed_modes\"",
             "run.kernel",
         ),
-        (run, "cycles = 20000\nkernel = \"stepping\"", "run.kernel"),
+        (run, "cycles = 40000\nkernel = \"stepping\"", "run.kernel"),
         (
             "exponents = 1 }",
             "exponents = 1 }\ncovariant = {}",
@@ -113,7 +113,7 @@ fn what_excludes_sliders_is_refused() {
         ),
         (
             run,
-            "cycles = 20000\n[continuation]\nover = \"speed\"",
+            "cycles = 40000\n[continuation]\nover = \"speed\"",
             "continuation.over",
         ),
     ] {
@@ -125,6 +125,6 @@ fn what_excludes_sliders_is_refused() {
         );
     }
     for kernel in ["volterra", "auto"] {
-        clutch(&[(run, &format!("cycles = 20000\nkernel = \"{kernel}\""))]).unwrap();
+        clutch(&[(run, &format!("cycles = 40000\nkernel = \"{kernel}\""))]).unwrap();
     }
 }

@@ -8,7 +8,7 @@ use crate::common;
 use common::advance::{Events, advance, advance_with, volterra};
 use gearatlas::analysis::{EnergyAudit, EnergyNorm, Power, TangentGrowth, orbits};
 use gearatlas::manifest;
-use gearatlas::model::{Drive, InitialState, Model, OperatingPoint, TrajectoryState};
+use gearatlas::model::{DRIVE_FLANK, Drive, InitialState, Model, OperatingPoint, TrajectoryState};
 use gearatlas::numerics::random::Stream;
 use gearatlas::propagate::{Counters, Kernel, Observer, Tangents, Window};
 use gearatlas::reference::{Extended, Reference};
@@ -506,12 +506,13 @@ fn a_slip_without_end_repeats() {
 #[test]
 fn a_clutch_follows_the_reference() {
     let text = include_str!("../../manifests/trains/clutch-hysteresis.toml");
-    let job = manifest::parse(text, "clutch.toml", Path::new(".")).unwrap();
+    let text = text.replace("amplitude = \"120 N*m\"", "amplitude = \"800 N*m\"");
+    let job = manifest::parse(&text, "clutch.toml", Path::new(".")).unwrap();
     let model = common::parts().model(&job.points.at(2)).unwrap();
     assert!(model.basis.coupled().is_some() && model.sliders.len() == 2);
     let (kernel, norm) = (volterra(&model), EnergyNorm::new(&model));
     let mut start = advance(&kernel, &model.start(&InitialState::Static), 2700);
-    let (mut slips, mut worst) = (0, [0.0_f64; 2]);
+    let (mut slips, mut rattles, mut worst) = (0, false, [0.0_f64; 2]);
     for _ in 0..12 {
         let mut seen = Events::default();
         let (end, _) = advance_with(&kernel, &start, 9, &mut seen);
@@ -524,17 +525,19 @@ fn a_clutch_follows_the_reference() {
             .iter()
             .filter(|event| model.is_slip(event.contact))
             .count();
+        rattles |= seen.0.iter().any(|event| event.contact == DRIVE_FLANK);
         for (worst, state) in worst.iter_mut().zip([&end.state, &passage.end.state]) {
             *worst = worst.max(norm.length(&exact.difference(state)) / norm.unit());
         }
         start = end;
     }
+    assert!(rattles);
     println!(
         "{slips} slips; kernel off by {:.1e}, reference by {:.1e}",
         worst[0], worst[1]
     );
     assert!(slips > 10, "{slips}");
-    assert!(worst[0] < 1e-10 && worst[1] < 1e-10, "{worst:?}");
+    assert!(worst[0] < 1e-9 && worst[1] < 1e-10, "{worst:?}");
 }
 
 /// A block on a spring, dragged by a belt that the element does not slow down: the force drifts at a constant rate while it
