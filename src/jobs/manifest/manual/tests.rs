@@ -157,15 +157,20 @@ fn train(path: &str) -> String {
         format!("{{ name = \"{name}\", origin = [{x}, 0, 0], {section}, gears = [{gears}] }}")
     });
     let wave = "[{ harmonic = 1, amplitude = 1e-6 }]";
-    let waves = ["stiffness_harmonics", "transmission_error"]
-        .map(|name| {
-            if path.starts_with(&format!("train.mesh.*.{name}.")) {
-                format!("{name} = {wave}, ")
-            } else {
-                String::new()
-            }
-        })
-        .concat();
+    let order = "[{ gear = \"driven\", order = 1, amplitude = 1e-6 }]";
+    let waves = [
+        ("stiffness_harmonics", wave),
+        ("transmission_error", wave),
+        ("gear_error", order),
+    ]
+    .map(|(name, wave)| {
+        if path.starts_with(&format!("train.mesh.*.{name}.")) {
+            format!("{name} = {wave}, ")
+        } else {
+            String::new()
+        }
+    })
+    .concat();
     let mesh =
         format!("{{ {waves}gears = [\"one b\", \"two b\"], half_gap = 1e-5, stiffness = 3e8 }}");
     let stages = if path.starts_with("train.coupling.*.stages.") {
