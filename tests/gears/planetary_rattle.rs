@@ -77,7 +77,9 @@ fn twenty_cycles_are_those_of_the_reference() {
         );
         assert!(found.events.len() > 20);
         assert!(found.apart < 1e-10, "{:e}", found.apart);
-        assert!(found.late < 1e-11, "{:e}", found.late);
+        // What a round-off of the start becomes.
+        let grown = 1e-12 * found.growth;
+        assert!(found.late < grown, "{:e} {grown:e}", found.late);
     }
 }
 
