@@ -131,7 +131,8 @@ mod tests {
         let third = [-1.0; 64];
         let exponents = [0.5, -1.0, f64::NEG_INFINITY];
         let found = kaplan_yorke(&[&first, &third, &lost], &exponents, 0.0, 3).unwrap();
-        assert_eq!((found.value, found.stderr), (1.5, standard_error(&first)));
+        assert_eq!(found.value, 1.5);
+        assert!((found.stderr / standard_error(&first) - 1.0).abs() < 1e-12);
     }
 
     #[test]
