@@ -39,12 +39,7 @@ pub(super) fn with_own_law<'c>(
         gap: drive.half_gap,
         damping: drive.damping,
         phase: own.law.phase,
-        error: (errors.iter())
-            .map(|error| MeshHarmonic {
-                phase: error.phase + turned,
-                ..*error
-            })
-            .collect(),
+        error: errors.iter().map(|error| error.ahead(turned)).collect(),
         ..Division::law(mesh, drive.friction)
     };
     Ok(Cow::Owned(StructureContact { law, ..own.clone() }))
@@ -85,12 +80,7 @@ impl ContactLaw {
             damping: self.damping,
             phase: self.phase,
             // Counted as its own deflection, which of coast flanks grows as that of the drive flanks falls.
-            error: (self.error.iter())
-                .map(|own| MeshHarmonic {
-                    phase: own.phase + turned,
-                    ..*own
-                })
-                .collect(),
+            error: self.error.iter().map(|own| own.ahead(turned)).collect(),
             ..Division::law(divisions, friction)
         })
     }

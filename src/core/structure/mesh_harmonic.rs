@@ -24,6 +24,15 @@ impl MeshHarmonic {
         }
     }
 
+    /// The same with a phase that is so much larger \[rad\].
+    #[must_use]
+    pub fn ahead(self, turned: f64) -> Self {
+        Self {
+            phase: self.phase + turned,
+            ..self
+        }
+    }
+
     /// Turns of its phase in a mesh cycle.
     pub fn turns_per_cycle(&self) -> f64 {
         f64::from(self.harmonic) / f64::from(self.cycles)

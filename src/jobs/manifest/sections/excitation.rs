@@ -28,12 +28,8 @@ pub(super) fn read(
     } else {
         Some(None)
     };
-    // Without a structure its own faults have been reported.
-    let of_gears = source.map(|source| {
-        let teeth = [false, true].map(|wheel| teeth(source, wheel));
-        errors_of_gears(section, issues, ("shaft", ["pinion", "wheel"]), teeth)
-    });
-    let of_gears = of_gears.flatten();
+    let teeth = source.map(|source| [false, true].map(|wheel| teeth(source, wheel)));
+    let of_gears = errors_of_gears(section, issues, ("shaft", ["pinion", "wheel"]), teeth);
     let ripples = section.tables(issues, "torque_ripple").map(|tables| {
         let read: Vec<_> = tables
             .iter()
@@ -125,25 +121,26 @@ fn teeth(source: &StructureSource, wheel: bool) -> Option<u32> {
 }
 
 /// What the teeth of the two gears of a mesh lack by their number: errors of an order of a shaft, by the word `key` that says
-/// which gear of `names` it is, whose number of teeth is known or not.
+/// which gear of `names` it is. `teeth` says whose number of teeth is known; none where faults of the gears are reported
+/// already.
 pub(super) fn errors_of_gears(
     section: &Section,
     issues: &mut Issues,
     (key, names): (&str, [&str; 2]),
-    teeth: [Option<u32>; 2],
+    teeth: Option<[Option<u32>; 2]>,
 ) -> Option<Vec<MeshHarmonic>> {
     let orders = section.tables(issues, "gear_error")?;
     let orders: Vec<_> = (orders.iter())
         .map(|table| order(table, issues, (key, names), teeth))
         .collect();
-    let mut whole = true;
+    let mut whole = teeth.is_some();
     let mut all = Vec::new();
     if let Child::Present(deviation) = section.child(issues, "pitch_deviation") {
-        for (name, teeth) in names
-            .into_iter()
-            .zip(teeth)
-            .filter(|(name, _)| deviation.has(name))
-        {
+        for (gear, name) in names.into_iter().enumerate() {
+            if !deviation.has(name) {
+                continue;
+            }
+            let teeth = teeth.map(|teeth| teeth[gear]);
             match deviations(&deviation, issues, name, teeth) {
                 Some(values) => all.extend(orders_of_teeth(&values)),
                 None => whole = false,
@@ -160,14 +157,14 @@ fn order(
     table: &Section,
     issues: &mut Issues,
     (key, names): (&str, [&str; 2]),
-    teeth: [Option<u32>; 2],
+    teeth: Option<[Option<u32>; 2]>,
 ) -> Option<MeshHarmonic> {
     let gear = table.choice(issues, key);
     let order = table.integer(issues, "order");
     let amplitude = table.quantity(issues, "amplitude");
     let phase = table.quantity_or_default(issues, "phase");
     let harmonic = MeshHarmonic::new(u32::try_from(order?).ok()?, amplitude?, phase?);
-    let Some(cycles) = teeth[usize::from(gear? == names[1])] else {
+    let Some(cycles) = teeth?[usize::from(gear? == names[1])] else {
         unknown_teeth(table, issues, key);
         return None;
     };
@@ -179,10 +176,10 @@ fn deviations(
     table: &Section,
     issues: &mut Issues,
     name: &str,
-    teeth: Option<u32>,
+    teeth: Option<Option<u32>>,
 ) -> Option<Vec<f64>> {
     let values = table.quantities(issues, name, None)?;
-    let Some(teeth) = teeth else {
+    let Some(teeth) = teeth? else {
         unknown_teeth(table, issues, name);
         return None;
     };
@@ -334,5 +331,26 @@ mod tests {
         }
         // Equal teeth have no error.
         assert!(orders_of_teeth(&[3e-6; 12]).is_empty());
+    }
+
+    /// Faults of the gears hide none of what is said of their errors.
+    #[test]
+    fn errors_of_gears_are_read_beside_faults_of_the_gears() {
+        let text = include_str!("../../../../manifests/quickstart.toml");
+        let faults = "gear_error = [{ shaft = \"pinion\", order = 0, amplitude = 1e-6 }]\n\
+                      pitch_deviation = { wheel = [\"1 s\"] }\n";
+        let text = text
+            .replacen("teeth = [20, 30]", "teeth = [20, 1]", 1)
+            .replacen(
+                "\ntransmission_error",
+                &format!("\n{faults}transmission_error"),
+                1,
+            );
+        let told = crate::manifest::parse(&text, "m.toml", std::path::Path::new(""))
+            .unwrap_err()
+            .to_string();
+        for key in ["gear.teeth", "gear_error.0.order", "pitch_deviation.wheel"] {
+            assert!(told.contains(key), "{key}: {told}");
+        }
     }
 }

@@ -188,12 +188,8 @@ fn mesh(
     {
         beside.phase = phase_of_ring(&train.pair, ring).unwrap_or(0.0);
     }
-    beside
-        .error
-        .extend(errors?.into_iter().map(|own| MeshHarmonic {
-            phase: own.phase - TAU * own.turns_per_cycle() * beside.phase,
-            ..own
-        }));
+    let at_start = |own: MeshHarmonic| own.ahead(-TAU * own.turns_per_cycle() * beside.phase);
+    (beside.error).extend(errors?.into_iter().map(at_start));
     let friction = friction?;
     let steady = matches!(&law, Stiffness::Given(divisions) if divisions.len() == 1);
     let symmetry = if table.has("coast_symmetry") {
@@ -239,9 +235,9 @@ fn gear_errors(
     parts: &Parts,
     (train, gears): (&TrainDrive, Option<[GearPlace; 2]>),
 ) -> Option<Vec<MeshHarmonic>> {
-    let gears = gears?;
-    let teeth = gears.map(|gear| Some(train.gear(gear).teeth));
+    let teeth = gears.map(|gears| gears.map(|gear| Some(train.gear(gear).teeth)));
     let errors = errors_of_gears(table, issues, ("gear", OF_MESH), teeth)?;
+    let gears = gears?;
     let planet = parts.planets.and_then(Planets::first);
     let of_planets = planet.is_some_and(|own| gears.iter().any(|gear| gear.shaft == own.shaft));
     if of_planets && !errors.is_empty() {
