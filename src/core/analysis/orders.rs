@@ -2,7 +2,8 @@
 //!
 //! `c = 2/T ∫ f e^{−iωt} dt` is the exact integral of the windows' series, t counted from the start of
 //! mesh cycle 0: `f = … + |c| cos(ωt + arg c)`. Orders of a shaft or of a further mesh are taken
-//! over whole periods of it that are whole cycles of the first mesh, so that neither the mean nor mesh orders leak into them. Standard errors are those of the parts of
+//! over whole periods of it that are whole cycles of the first mesh, so that neither the mean nor mesh
+//! orders leak into them. Standard errors are those of the parts of
 //! c over successive stretches, along c and across it.
 
 use super::config::{NvhConfig, OrderConfig};

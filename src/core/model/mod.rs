@@ -63,7 +63,7 @@ pub use excitation::{Ripple, TransmissionErrorHarmonic, turned};
 pub use flank_error::FlankError;
 pub use initial::{InitialState, TrajectoryState};
 pub use mesh::{MeshCycle, Segment, equal_parts};
-pub use output::{FIRST_MESH, NamedMesh, Output, Quantity};
+pub use output::{NamedMesh, Output, Quantity};
 pub use release::Release;
 pub use rolling::Rolling;
 pub use slider::Slider;

@@ -56,9 +56,6 @@ impl Quantity {
     }
 }
 
-/// What the only mesh of a structure without names is called.
-pub const FIRST_MESH: &str = "pinion and wheel";
-
 /// A mesh of the structure.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NamedMesh {
@@ -73,19 +70,21 @@ pub struct NamedMesh {
 impl NamedMesh {
     /// Those of a structure, the first one's flanks being so many springs.
     pub(super) fn of_structure(structure: &ModalStructure, flank_springs: usize) -> Vec<Self> {
-        let first = structure.meshes.first().map_or(FIRST_MESH, String::as_str);
-        let first = Self {
-            name: first.to_owned(),
-            flanks: [DRIVE_FLANK, COAST_FLANK],
-            cycles: [1, 1],
+        let of_mesh = |(number, name): (usize, String)| match number.checked_sub(1) {
+            None => Self {
+                name,
+                flanks: [DRIVE_FLANK, COAST_FLANK],
+                cycles: [1, 1],
+            },
+            Some(further) => Self {
+                name,
+                flanks: [0, 1].map(|flank| flank_springs + 2 * further + flank),
+                cycles: structure.contacts[2 * further].cycles,
+            },
         };
-        let further = structure.meshes.iter().skip(1).enumerate();
-        let further = further.map(|(number, name)| Self {
-            name: name.clone(),
-            flanks: [0, 1].map(|flank| flank_springs + 2 * number + flank),
-            cycles: structure.contacts[2 * number].cycles,
-        });
-        std::iter::once(first).chain(further).collect()
+        (structure.mesh_names().into_iter().enumerate())
+            .map(of_mesh)
+            .collect()
     }
 }
 

@@ -466,6 +466,15 @@ impl ModalStructure {
         }
     }
 
+    /// Names of its meshes, the first one's first.
+    pub fn mesh_names(&self) -> Vec<String> {
+        if self.meshes.is_empty() {
+            vec!["pinion and wheel".to_owned()]
+        } else {
+            self.meshes.clone()
+        }
+    }
+
     /// What the drive flanks feel.
     pub fn drive_flank(&self) -> FlankParticipation {
         FlankParticipation {

@@ -4,7 +4,7 @@ use super::build;
 use super::parts::structures;
 use crate::analysis::{Analyses, SliceConfig, SliceOf};
 use crate::manifest::{Axis, Job, Refine, StructureSource, Variant};
-use crate::model::{FIRST_MESH, InitialState, Quantity};
+use crate::model::{InitialState, Quantity};
 use crate::store::{AxisColumn, Listed, RefinedColumns, ResultLayout, Shard};
 use crate::structure::MotionKind;
 
@@ -94,10 +94,7 @@ fn names_of_outputs(variant: &Variant) -> Vec<(Listed, Vec<String>)> {
         of_kind.map(|motion| motion.name.clone()).collect()
     };
     let bearings = structure.bearings.iter().map(|own| own.name.clone());
-    let mut meshes = structure.meshes.clone();
-    if meshes.is_empty() {
-        meshes.push(FIRST_MESH.to_owned());
-    }
+    let meshes = structure.mesh_names();
     let torques = structure.torques.iter().map(|own| own.name.clone());
     vec![
         (Listed::Output(Quantity::BearingForce), bearings.collect()),

@@ -111,6 +111,7 @@ impl Touches {
 #[derive(Debug)]
 pub struct Watch<'m> {
     model: &'m Model,
+    /// Made where a window does not show what is asked.
     motion: Option<ModalMotion<'m>>,
     /// Whether every depth was rising.
     rising: Vec<Option<bool>>,
@@ -128,7 +129,7 @@ impl<'m> Watch<'m> {
     pub fn new(model: &'m Model) -> Self {
         Self {
             model,
-            motion: (model.lines.len() > 1).then(|| ModalMotion::new(model)),
+            motion: None,
             rising: vec![None; model.contacts.len()],
             first: vec![None; model.contacts.len()],
             touches: Touches::default(),
