@@ -16,8 +16,7 @@ use crate::store::{
     Exchange, IoFault, Journal, ProgramRecord, Purpose, Refusal, RetryRecord, RunRecord, Stopwatch,
     StoreError, TableRecord, Totals, mixed, remove_stale, replace, statuses, write_run,
 };
-use crate::sweep::Prepared;
-use crate::sweep::{self, Options, Share, SweepError, Watcher};
+use crate::sweep::{Options, Prepared, Share, Sweep, SweepError, Watcher};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -52,63 +51,112 @@ fn retry(
     let lock = Journal::open(folder, &job.hash, args.shard, true)?;
     remove_stale(folder)?;
     let found = failed(folder, args, &record.tables)?;
-    let points: BTreeSet<u64> = Share::of_shard(job, args.shard)
-        .with(&found)
-        .ids()
-        .collect();
-    let anew = retry_folder(folder, args);
-    if anew.is_symlink() {
-        let fault = IoFault {
-            path: anew,
-            action: "create",
-            purpose: Purpose::Results,
-            refusal: Refusal::SymbolicLink,
-        };
-        return Err(StoreError::from(fault).into());
-    }
+    let retry = Retry {
+        args,
+        job,
+        folder,
+        points: Share::of_shard(job, args.shard)
+            .with(&found)
+            .ids()
+            .collect(),
+        anew: retry_folder(folder, args),
+    };
+    retry.refuse_link()?;
     let mut voice = Console::new(args, job, folder);
-    let mut text = format!(
-        "{} has no failed points, so there is nothing to compute\n",
-        folder.display()
-    );
-    if !points.is_empty() {
+    let text = if retry.points.is_empty() {
+        let folder = folder.display();
+        format!("{folder} has no failed points, so there is nothing to compute\n")
+    } else {
         let mut process = match Process::prepare(&left(folder)) {
             Ok(process) => process,
             Err(error) => return Ok(fail(1, &format!("cannot watch for signals: {error}"))),
         };
-        let mut journal = journal(&anew, job, &points)?;
-        let parts = Prepared::new(args.tables.store());
-        let options = Options {
-            threads: args.threads.count(),
-            pinning: args.pinning(),
-            shard: args.shard,
-            only: Some(&points),
-            most_failures: args.max_failures,
-        };
-        for warning in &process.warnings {
-            voice.warning(warning);
-        }
-        let watch = Stopwatch::start();
-        let swept = sweep::run(
-            job,
-            &anew,
-            options,
-            &parts,
-            &mut journal,
-            process.topology.as_ref(),
-            &process.called_off,
-            &mut voice,
-        );
-        let finished = match swept {
-            Ok(finished) => finished,
+        match retry.compute(&mut process, &mut record, &mut voice) {
+            Ok(Ended::Exchanged(text)) => text,
+            Ok(Ended::Cut(status, text)) => {
+                lock.abandon();
+                return Ok(voice.close(&record, status, &text));
+            }
             Err(error) => {
                 drop(voice);
                 lock.abandon();
                 return Err(error);
             }
+        }
+    };
+    // Of one that was killed with nothing left to do but to say so.
+    record.warnings.retain(|warning| warning != AMID);
+    latest(&mut record.tables);
+    recount(&mut record, folder, args)?;
+    write_run(folder, &record)?;
+    // Last: until the record is written, the same command has to find it.
+    discard(&retry.anew)?;
+    lock.abandon();
+    Ok(voice.close(&record, status(&record), &text))
+}
+
+/// Points to be computed again.
+struct Retry<'a> {
+    args: &'a RunArgs,
+    job: &'a Job,
+    folder: &'a Path,
+    points: BTreeSet<u64>,
+    /// Where they are computed.
+    anew: PathBuf,
+}
+
+/// How the computation ended, and what is printed of it.
+enum Ended {
+    Exchanged(String),
+    /// Before its end, with an exit status.
+    Cut(u8, String),
+}
+
+impl Retry<'_> {
+    /// Refuses a link in the place of the folder.
+    fn refuse_link(&self) -> Result<(), StoreError> {
+        if !self.anew.is_symlink() {
+            return Ok(());
+        }
+        let fault = IoFault {
+            path: self.anew.clone(),
+            action: "create",
+            purpose: Purpose::Results,
+            refusal: Refusal::SymbolicLink,
         };
+        Err(fault.into())
+    }
+
+    /// Computes the points and puts them in the place of the failed ones.
+    fn compute(
+        &self,
+        process: &mut Process,
+        record: &mut RunRecord,
+        voice: &mut Console<'_>,
+    ) -> Result<Ended, SweepError> {
+        let (args, folder) = (self.args, self.folder);
+        let mut journal = journal(&self.anew, self.job, &self.points)?;
+        let parts = Prepared::new(args.tables.store());
+        for warning in &process.warnings {
+            voice.warning(warning);
+        }
+        let watch = Stopwatch::start();
+        let sweep = Sweep {
+            job: self.job,
+            folder: &self.anew,
+            options: Options {
+                threads: args.threads.count(),
+                pinning: args.pinning(),
+                shard: args.shard,
+                only: Some(&self.points),
+                most_failures: args.max_failures,
+            },
+            parts: &parts,
+            topology: process.topology.as_ref(),
+            called_off: &process.called_off,
+        };
+        let finished = sweep.run(&mut journal, voice)?;
         if finished.written.missing > 0 {
-            lock.abandon();
             let status = if finished.gave_up { FAILED_POINTS } else { INTERRUPTED };
             let text = format!(
                 "interrupted: {} of {} points are missing, and {} is unchanged; the same command continues\n",
@@ -116,40 +164,22 @@ fn retry(
                 finished.points,
                 folder.display()
             );
-            return Ok(voice.close(&record, status, &text));
+            return Ok(Ended::Cut(status, text));
         }
-        let exchange = Exchange {
-            folder,
-            shard: args.shard,
-            tables: &record.tables,
-            points: &points,
-            anew: &anew,
-            added: &finished.written.tables,
-        };
-        record.tables = replace(exchange, |tables| {
-            let mut either = record.clone();
-            either.tables.extend(tables.iter().cloned());
-            either.warnings.push(AMID.into());
-            write_run(folder, &either)
-        })?;
+        self.exchange(record, &finished.written.tables)?;
         process.warnings.extend(parts.warnings());
         record.warnings.append(&mut process.warnings);
-        let (used, here) = (&mut record.machine.instructions, instructions());
-        if used.iter().all(|name| name != here) {
-            used.push(here.to_owned());
-        }
-        let mixed = mixed(used).filter(|warning| !record.warnings.contains(warning));
-        record.warnings.extend(mixed);
+        note_instructions(record);
         let retry = RetryRecord {
             started: watch.started(),
             finished: watch.now(),
             program: ProgramRecord::current(),
-            points: points.len() as u64,
+            points: self.points.len() as u64,
             failed: finished.progress.failed,
             cycles: finished.progress.cycles,
             wall_time: watch.elapsed().as_secs_f64(),
         };
-        text = format!(
+        let text = format!(
             "{} points computed again in {:.1} s, {} failed\nresults in {}\n",
             retry.points,
             retry.wall_time,
@@ -157,16 +187,37 @@ fn retry(
             folder.display()
         );
         record.retries.push(retry);
+        Ok(Ended::Exchanged(text))
     }
-    // Of one that was killed with nothing left to do but to say so.
-    record.warnings.retain(|warning| warning != AMID);
-    latest(&mut record.tables);
-    recount(&mut record, folder, args)?;
-    write_run(folder, &record)?;
-    // Last: until the record is written, the same command has to find it.
-    discard(&anew)?;
-    lock.abandon();
-    Ok(voice.close(&record, status(&record), &text))
+
+    /// Puts the points of new tables in the place of the old ones.
+    fn exchange(&self, record: &mut RunRecord, added: &[TableRecord]) -> Result<(), StoreError> {
+        let exchange = Exchange {
+            folder: self.folder,
+            shard: self.args.shard,
+            tables: &record.tables,
+            points: &self.points,
+            anew: &self.anew,
+            added,
+        };
+        record.tables = replace(exchange, |tables| {
+            let mut either = record.clone();
+            either.tables.extend(tables.iter().cloned());
+            either.warnings.push(AMID.into());
+            write_run(self.folder, &either)
+        })?;
+        Ok(())
+    }
+}
+
+/// Adds the instruction set of this process to those of a record.
+fn note_instructions(record: &mut RunRecord) {
+    let (used, here) = (&mut record.machine.instructions, instructions());
+    if used.iter().all(|name| name != here) {
+        used.push(here.to_owned());
+    }
+    let mixed = mixed(used).filter(|warning| !record.warnings.contains(warning));
+    record.warnings.extend(mixed);
 }
 
 /// Leaves one table of each name, the one that was to take the place of the others.

@@ -177,34 +177,13 @@ impl Summary {
             census.take(points, extra);
         })?;
         let mut axes = census.axes(&head)?;
-        let Census {
-            points,
-            statuses,
-            classes,
-            cycles,
-            worker_time,
-            worst_energy,
-            open_balances,
-            with_exponent,
-            chaotic,
-            mut lifetimes,
-            transient,
-            with_evidence,
-            unverified,
-            with_twin,
-            twin_disagrees,
-            troubled,
-            coexisting,
-            all,
-            ..
-        } = census;
-        let mut all = all.unwrap_or_default();
+        let mut all = census.all.take().unwrap_or_default();
         all.sort_unstable_by_key(|point| point.point_id);
         if let Some(refined) = &refined {
             complete(&mut axes, refined, &all);
         }
-        let tied = Tied::of(&head, &axes, points);
-        let mut map = Map::new(&axes, &tied, refined.as_ref()).filter(|_| points > 0);
+        let tied = Tied::of(&head, &axes, census.points);
+        let mut map = Map::new(&axes, &tied, refined.as_ref()).filter(|_| census.points > 0);
         match (&mut map, &refined) {
             (Some(map), Some(refined)) => map.fill(&Plane::new(refined, &all), &all),
             (Some(map), None) => scan(folder, &head, |points, _| {
@@ -220,77 +199,76 @@ impl Summary {
                 branches::branches(&attractors, &all, &axes, along, &held)
             },
         );
-        let over = |time: f64, cycles: u64| (cycles > 0).then(|| time / cycles as f64);
-        // Of a job that went on later, what the last part integrated: its wall time is that part's.
-        let integrated: u64 = runs.iter().map(|run| run.totals.cycles).sum();
-        let wall_time =
-            (!runs.is_empty()).then(|| runs.iter().map(|run| run.totals.wall_time).sum());
-        let recorded: u64 = runs.iter().map(|run| run.totals.points).sum();
-        let shown = |text: &str| printable(text).into_owned();
-        let (chaotic_points, chaotic) = chaotic.finish(livelier);
-        (lifetimes.transient_points, lifetimes.transient) = transient.finish(shorter_lived);
-        let (twin_disagrees_points, twin_disagrees) = twin_disagrees.finish(by_id);
-        let (troubled_points, troubled) = troubled.finish(by_id);
         let transitions = transitions::read(folder)?;
         let mut transition_counts = BTreeMap::new();
         for found in &transitions {
             *transition_counts.entry(found.what.clone()).or_insert(0) += 1;
         }
-        let mut coexisting_points = coexisting;
-        coexisting_points.sort_by_key(|point| point.point_id);
-        let followed = followed.map(|own| FollowedSummary::of(&own));
-        Ok(Self {
+        let mut own = Self {
             folder: folder.to_path_buf(),
-            job: runs.first().map(|run| shown(&run.job)),
-            state: state(&runs),
-            shards: runs
-                .first()
-                .and_then(|run| Some([runs.len(), run.shard?.count as usize])),
-            points,
-            expected: recorded.max(points as u64),
-            statuses,
-            classes: in_order(classes),
-            cycles,
-            wall_time,
-            wall_time_per_cycle: wall_time.and_then(|time| over(time, integrated)),
-            worker_time_per_cycle: over(worker_time, cycles),
             carried_along: head.metadata("carried_along").map(shown),
             transitions,
             transition_counts,
             refined,
-            followed,
-            units: runs.first().map(axis_units).unwrap_or_default(),
+            followed: followed.map(|own| FollowedSummary::of(&own)),
             axes,
             tied,
-            with_exponent,
-            chaotic_points,
-            chaotic,
-            lifetimes,
             rattle: rattle::ranked(folder, &head)?,
-            with_evidence,
-            unverified_points: unverified,
-            with_twin,
-            twin_disagrees_points,
-            twin_disagrees,
-            coexisting: coexistence::read(folder, &coexisting_points)?,
-            coexisting_points,
             attractors,
             branches,
             orbits,
-            troubled_points,
-            troubled,
-            worst_energy,
-            open_balances,
-            warnings: if runs.is_empty() {
-                vec![UNRECORDED.to_owned()]
-            } else {
-                (runs.iter().flat_map(|run| &run.warnings))
-                    .map(|warning| shown(warning))
-                    .collect()
-            },
             map,
             all,
-        })
+            ..Self::default()
+        };
+        own.take_census(census);
+        own.take_runs(&runs);
+        own.coexisting = coexistence::read(folder, &own.coexisting_points)?;
+        Ok(own)
+    }
+
+    /// Takes what was counted.
+    fn take_census(&mut self, census: Census) {
+        self.points = census.points;
+        self.statuses = census.statuses;
+        self.classes = in_order(census.classes);
+        self.cycles = census.cycles;
+        self.worker_time_per_cycle = over(census.worker_time, census.cycles);
+        self.worst_energy = census.worst_energy;
+        self.open_balances = census.open_balances;
+        self.with_exponent = census.with_exponent;
+        self.with_evidence = census.with_evidence;
+        self.unverified_points = census.unverified;
+        self.with_twin = census.with_twin;
+        self.lifetimes = census.lifetimes;
+        (self.chaotic_points, self.chaotic) = census.chaotic.finish(livelier);
+        let transient = census.transient.finish(shorter_lived);
+        (self.lifetimes.transient_points, self.lifetimes.transient) = transient;
+        (self.twin_disagrees_points, self.twin_disagrees) = census.twin_disagrees.finish(by_id);
+        (self.troubled_points, self.troubled) = census.troubled.finish(by_id);
+        self.coexisting_points = census.coexisting;
+        (self.coexisting_points).sort_by_key(|point| point.point_id);
+    }
+
+    /// Takes what the records of the runs say.
+    fn take_runs(&mut self, runs: &[RunRecord]) {
+        let recorded: u64 = runs.iter().map(|run| run.totals.points).sum();
+        self.expected = recorded.max(self.points as u64);
+        self.state = state(runs);
+        let Some(first) = runs.first() else {
+            self.warnings = vec![UNRECORDED.to_owned()];
+            return;
+        };
+        self.job = Some(shown(&first.job));
+        self.shards = (first.shard).map(|shard| [runs.len(), shard.count as usize]);
+        self.units = axis_units(first);
+        // Of a job that went on later, what the last part integrated: its wall time is that part's.
+        let integrated: u64 = runs.iter().map(|run| run.totals.cycles).sum();
+        let wall_time = runs.iter().map(|run| run.totals.wall_time).sum();
+        self.wall_time = Some(wall_time);
+        self.wall_time_per_cycle = over(wall_time, integrated);
+        let warnings = runs.iter().flat_map(|run| &run.warnings);
+        self.warnings = warnings.map(|warning| shown(warning)).collect();
     }
 
     /// Of a folder without points.
@@ -304,6 +282,16 @@ impl Summary {
             ..Self::default()
         }
     }
+}
+
+/// A time per cycle, where there are any.
+fn over(time: f64, cycles: u64) -> Option<f64> {
+    (cycles > 0).then(|| time / cycles as f64)
+}
+
+/// A text without what would upset a terminal.
+fn shown(text: &str) -> String {
+    printable(text).into_owned()
 }
 
 /// Units that the manifest of a run gives axes, by name.

@@ -17,6 +17,7 @@
 //! contacts may be closed at once. Time is a whole number of mesh cycles and a time within the
 //! cycle, so that long runs lose no digits.
 
+mod assembly;
 mod basis;
 mod bearing;
 mod block;

@@ -1,21 +1,17 @@
 //! The model of one operating point, built from a structure and a mesh.
 
+use super::assembly::{Assembled, Assembly};
 use super::basis::Basis;
 use super::contact::base_cycles;
 use super::direction::Directions;
 use super::error::{ModelError, positive};
 use super::{
-    ActiveSet, BearingOutput, Block, Contact, Direction, Division, Drive, Line, MOST_CONTACTS,
-    MeshCycle, MeshGain, MeshHarmonic, NamedMesh, OperatingPoint, Output, Release, Ripple, Rolling,
-    Segment, Slider, TransmissionErrorHarmonic,
+    ActiveSet, BearingOutput, Block, Contact, Direction, Drive, Line, MeshCycle, MeshGain,
+    NamedMesh, OperatingPoint, Output, Ripple, Rolling, Segment, Slider, TransmissionErrorHarmonic,
 };
-use super::{bearing, clearance, drive as laws, flank_springs, one_set, structure_contacts};
-use crate::structure::{FlankParticipation, MOST_BASE_CYCLES, ModalStructure, SliderPart};
+use super::{clearance, drive as laws};
+use crate::structure::ModalStructure;
 use std::f64::consts::TAU;
-
-/// Tilt of a rotation about the shafts this small, relative to the largest of any mode, is
-/// round-off.
-const TILT_NOISE: f64 = 1e-9;
 
 /// The shafts of a structure whose turns are known.
 fn shafts(structure: &ModalStructure) -> Vec<(String, [u32; 2])> {
@@ -91,57 +87,16 @@ impl Model {
         drive: &Drive,
         point: OperatingPoint,
     ) -> Result<Self, ModelError> {
-        positive("speed", point.speed, point.speed > 0.0, "above 0 rad/s")?;
-        positive("load", point.load, true, "finite")?;
-        positive(
-            "half gap",
-            drive.half_gap,
-            drive.half_gap > 0.0,
-            "above 0 m",
-        )?;
-        positive(
-            "damping",
-            drive.damping,
-            drive.damping >= 0.0,
-            "at least 0 N s/m",
-        )?;
-        let cycles = || {
-            let coast = drive.coast.iter();
-            let coast = coast.flat_map(|coast| std::iter::once(&coast.mesh).chain(&coast.further));
-            std::iter::once(&drive.mesh)
-                .chain(&drive.further)
-                .chain(coast)
-        };
-        let smallest = (cycles().flatten())
-            .map(|division| division.stiffness.smallest())
-            .fold(f64::INFINITY, f64::min);
-        positive("mesh stiffness", smallest, smallest > 0.0, "above 0 N/m")?;
-        for cycle in cycles() {
-            laws::ends_are_in_order(cycle)?;
-        }
-
+        check_ranges(drive, point)?;
         let (basis, mut generators) = Basis::new(structure, point.speed)?;
         let sliders = Slider::of_structure(structure, 2 * (1 + drive.further.len()));
         let basis = basis.with_sliders(sliders.len());
         // A slider rests unless it slips.
         generators.resize(generators.len() + sliders.len(), [[0.0; 2]; 2]);
-        let rotate = |values: &[f64]| basis.turn(values);
-
-        let rated: Vec<f64> = (rotate(&structure.torque).iter())
+        let rated: Vec<f64> = (basis.turn(&structure.torque).iter())
             .map(|t| t * structure.rated_force)
             .collect();
-        let mut load: Vec<f64> = rated.iter().map(|t| t * point.load).collect();
-        // The mean drag comes on top of what is in proportion to the load.
-        let speed = point.speed;
-        for (factor, column) in [
-            (1.0, &structure.constant_load),
-            (speed, &structure.load_by_speed),
-            (speed * speed, &structure.frame.load),
-        ] {
-            for (load, own) in load.iter_mut().zip(rotate_any(&basis, column)) {
-                *load += factor * own;
-            }
-        }
+        let load = mean_load(structure, &basis, &rated, point);
         let rated_input = basis.input(&rated);
         let blocks: Vec<Block> = (generators.into_iter().zip(basis.input(&load)))
             .map(|(generator, static_input)| Block {
@@ -150,107 +105,19 @@ impl Model {
             })
             .collect();
         let period = TAU / (structure.cycles_per_turn() * point.speed);
-        let apart = (basis.rigid().split_last()).map_or(&[][..], |(_, apart)| apart);
-        let flank = |own: &FlankParticipation| FlankParticipation {
-            mesh: unfelt(rotate(&own.mesh), apart),
-            tilt: untilted(rotate(&own.tilt), apart),
-            friction: rotate(&own.friction),
-            lever: rotate(&own.lever),
-            residual_flexibility: own.residual_flexibility,
+        let assembly = Assembly {
+            structure,
+            drive,
+            basis: &basis,
+            blocks: &blocks,
+            sliders: &sliders,
+            period,
         };
-        let mut directions = Directions::default();
-        let shares = [
-            bearing::on_each(structure, |share| share.drive),
-            bearing::on_each(structure, |share| match structure.coast {
-                Some(_) => share.coast,
-                None => share.drive,
-            }),
-        ];
-        let mut cycle =
-            |own: &FlankParticipation, mesh: &[Division], error: &[MeshHarmonic], first: Spring| {
-                let error: Vec<_> = (error.iter())
-                    .map(|harmonic| TransmissionErrorHarmonic::of_mesh(harmonic, period))
-                    .collect();
-                let flank = flank(own);
-                let Spring { damping, side } = first;
-                let which = directions.of_flank(
-                    &flank,
-                    mesh,
-                    drive.friction,
-                    &error,
-                    &shares[side],
-                    (&basis, &blocks),
-                );
-                MeshCycle::new(period, mesh, &which, damping)
-            };
-        let of_drive_flank = structure.drive_flank();
-        let on_drive = flank_springs::of_flank(&drive.mesh, &drive.further, &of_drive_flank)?;
-        let on_coast = match &drive.coast {
-            None => None,
-            Some(coast) => {
-                let own = structure.coast.as_ref().unwrap_or(&of_drive_flank);
-                Some((
-                    coast,
-                    own,
-                    flank_springs::of_flank(&coast.mesh, &coast.further, own)?,
-                ))
-            }
-        };
-        let mut flanks = Vec::new();
-        for (number, mesh) in on_drive.iter().enumerate() {
-            // The damper of a flank is that of its first spring.
-            let damping = if number == 0 { drive.damping } else { 0.0 };
-            let [of_drive, of_coast] = [0, 1].map(|side| Spring { damping, side });
-            let on_drive = cycle(&of_drive_flank, mesh, &drive.transmission_error, of_drive);
-            let on_coast = match &on_coast {
-                None => on_drive.clone(),
-                Some((coast, own, springs)) => {
-                    cycle(own, &springs[number], &coast.transmission_error, of_coast)
-                }
-            };
-            flanks.extend(
-                [(1.0, on_drive), (-1.0, on_coast)].map(|(side, cycle)| Contact {
-                    side,
-                    half_gap: drive.half_gap,
-                    cycles: vec![cycle],
-                    release: release(drive.release, damping),
-                }),
-            );
-        }
-        let flank_springs = flanks.len();
-        let further = (structure.contacts.iter().enumerate())
-            .map(|(number, own)| {
-                let own = &structure_contacts::with_own_law(own, drive)?;
-                let release = match own.law.slider {
-                    None => release(drive.release, own.law.damping),
-                    Some(SliderPart::Spring) => Release::Stick,
-                    Some(_) => Release::Slip,
-                };
-                let slider = sliders
-                    .iter()
-                    .find(|slider| slider.has(flank_springs + number));
-                let slider = slider.map(|slider| slider.block);
-                let on_bearings = bearing::on_each(structure, |share| {
-                    share.contacts.get(number).copied().unwrap_or_default()
-                });
-                let to = (&basis, &blocks[..], slider);
-                structure_contacts::contact(own, release, period, &mut directions, &on_bearings, to)
-            })
-            .collect::<Result<Vec<_>, _>>()?;
-        let mut contacts: Vec<Contact> = flanks.into_iter().chain(further).collect();
-        one_set::merge(&mut contacts);
-        let most = MOST_CONTACTS as f64;
-        let count = contacts.len() as f64;
-        positive(
-            "number of contacts",
-            count,
-            count <= most,
-            "at most 128, both flanks included",
-        )?;
-        let (base, name) = (base_cycles(&contacts), "base period of all contacts");
-        let fits = base <= MOST_BASE_CYCLES;
-        positive(name, base as f64, fits, "at most 10000 mesh cycles")?;
-        let Directions { directions, lines } = directions;
+        let Assembled {
+            contacts,
+            flank_springs,
+            directions: Directions { directions, lines },
+        } = assembly.contacts()?;
         clearance::has_room(&contacts, &directions)?;
         let unfelt = |i: usize| (directions.iter()).all(|d| d.gains[i].deflection[0] == 0.0);
         let neutral = (basis.rigid().iter().copied())
@@ -438,18 +305,6 @@ impl Model {
     }
 }
 
-/// A spring of the drive flanks (`side` 0) or the coast flanks (1), and its damping \[N s/m\].
-struct Spring {
-    damping: f64,
-    side: usize,
-}
-
-/// When a contact of some damping \[N s/m\] lets go: a spring alone has no force where δ is back at
-/// the gap.
-fn release(asked: Release, damping: f64) -> Release {
-    if damping > 0.0 { asked } else { Release::Deflection }
-}
-
 /// `Σ mesh²` over the rigid modes, over all modes where the mesh feels no rigid one \[1/kg\].
 fn inverse_mass(structure: &ModalStructure) -> f64 {
     let sum = |rigid_only: bool| -> f64 {
@@ -462,24 +317,59 @@ fn inverse_mass(structure: &ModalStructure) -> f64 {
     if of_rigid > 0.0 { of_rigid } else { sum(false) }
 }
 
-/// A participation without the round-off of the rotation: those of the rigid blocks that no mesh feels
-/// are zero by construction of the basis.
-fn unfelt(mut mesh: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
-    for &i in rigid {
-        mesh[i] = 0.0;
+/// Refuses an operating point or a drive with a value out of its range.
+fn check_ranges(drive: &Drive, point: OperatingPoint) -> Result<(), ModelError> {
+    positive("speed", point.speed, point.speed > 0.0, "above 0 rad/s")?;
+    positive("load", point.load, true, "finite")?;
+    positive(
+        "half gap",
+        drive.half_gap,
+        drive.half_gap > 0.0,
+        "above 0 m",
+    )?;
+    positive(
+        "damping",
+        drive.damping,
+        drive.damping >= 0.0,
+        "at least 0 N s/m",
+    )?;
+    let cycles = || {
+        let coast = drive.coast.iter();
+        let coast = coast.flat_map(|coast| std::iter::once(&coast.mesh).chain(&coast.further));
+        std::iter::once(&drive.mesh)
+            .chain(&drive.further)
+            .chain(coast)
+    };
+    let smallest = (cycles().flatten())
+        .map(|division| division.stiffness.smallest())
+        .fold(f64::INFINITY, f64::min);
+    positive("mesh stiffness", smallest, smallest > 0.0, "above 0 N/m")?;
+    for cycle in cycles() {
+        laws::ends_are_in_order(cycle)?;
     }
-    mesh
+    Ok(())
 }
 
-/// A tilt without round-off: a rotation about the shafts does not tilt them.
-fn untilted(mut tilt: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
-    let noise = TILT_NOISE * tilt.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
-    for &i in rigid {
-        if tilt[i].abs() <= noise {
-            tilt[i] = 0.0;
+/// Mean loads of the turned modes: their part of the rated ones, and what the speed adds.
+fn mean_load(
+    structure: &ModalStructure,
+    basis: &Basis,
+    rated: &[f64],
+    point: OperatingPoint,
+) -> Vec<f64> {
+    let mut load: Vec<f64> = rated.iter().map(|t| t * point.load).collect();
+    // The mean drag comes on top of what is in proportion to the load.
+    let speed = point.speed;
+    for (factor, column) in [
+        (1.0, &structure.constant_load),
+        (speed, &structure.load_by_speed),
+        (speed * speed, &structure.frame.load),
+    ] {
+        for (load, own) in load.iter_mut().zip(rotate_any(basis, column)) {
+            *load += factor * own;
         }
     }
-    tilt
+    load
 }
 
 /// Turned modal values, of which there may be none.

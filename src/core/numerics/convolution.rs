@@ -12,6 +12,7 @@
 
 use super::legendre::polynomials;
 use super::quadrature::GaussLegendre;
+use multiversion::multiversion;
 use std::sync::OnceLock;
 
 /// `C[k][m][n]` for k < `K` and m, n < `P`: kernel term k acting on input term m, projected on
@@ -67,17 +68,7 @@ impl<const K: usize, const P: usize> Convolution<K, P> {
     /// Columns of the Volterra operator with kernel `Σ kernel[k] P_k` on a window of length
     /// Δ: `out[m][n]` is output coefficient n of input term m.
     pub fn operator(&self, kernel: &[f64; K], delta: f64) -> [[f64; P]; P] {
-        let mut out = [[0.0; P]; P];
-        for (k, (h, plane)) in kernel.iter().zip(&self.table).enumerate() {
-            let scale = h * delta;
-            for (m, (column, source)) in out.iter_mut().zip(plane).enumerate() {
-                let orders = Self::orders(k, m);
-                for (o, c) in column[orders.clone()].iter_mut().zip(&source[orders]) {
-                    *o += scale * c;
-                }
-            }
-        }
-        out
+        combined(&kernel.map(|h| h * delta), &self.table)
     }
 
     /// Output coefficients of the constant input 1: the first column of the operator.
@@ -103,6 +94,20 @@ impl<const K: usize, const P: usize> Convolution<K, P> {
             }
         }
     }
+}
+
+/// The sum of planes, each times its scale. Zeros of the planes are added too: whole columns are faster than their parts.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx2", "x86_64+avx2"))]
+fn combined<const P: usize>(scales: &[f64], planes: &[[[f64; P]; P]]) -> [[f64; P]; P] {
+    let mut out = [[0.0; P]; P];
+    for (m, column) in out.iter_mut().enumerate() {
+        for (scale, plane) in scales.iter().zip(planes) {
+            for (sum, c) in column.iter_mut().zip(&plane[m]) {
+                *sum += scale * c;
+            }
+        }
+    }
+    out
 }
 
 /// The convolution of 24-term inputs with 32-term kernels.

@@ -3,7 +3,7 @@
 
 use super::Prepared;
 use super::recorder::Watcher;
-use super::run::{Finished, Options, SweepError, run};
+use super::run::{Finished, Options, Sweep, SweepError};
 use crate::manifest::Job;
 use crate::store::{
     Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, Stopwatch,
@@ -93,17 +93,15 @@ impl JobRun<'_> {
             watcher.warning(warning);
         }
         let watch = Stopwatch::start();
-        let swept = run(
+        let sweep = Sweep {
             job,
             folder,
             options,
-            &parts,
-            &mut journal,
+            parts: &parts,
             topology,
             called_off,
-            watcher,
-        );
-        let finished = match swept {
+        };
+        let finished = match sweep.run(&mut journal, watcher) {
             Ok(finished) => finished,
             Err(error) => {
                 journal.abandon();

@@ -60,7 +60,7 @@ pub use parts::{Prepared, structures};
 pub use point::Worker;
 pub use point_kernel::{KernelTally, PointKernel};
 pub use recorder::{Begun, Progress, Watcher};
-pub use run::{Finished, Options, SweepError, run};
+pub use run::{Finished, Options, Sweep, SweepError};
 pub use sensitivity::{Sensitivities, Sensitivity, SensitivityError, sensitivities};
 pub use trace::{PointTrace, PointTraceError};
 pub use turns::Share;

@@ -92,205 +92,275 @@ impl SweepError {
     }
 }
 
-/// Runs a job and writes its tables to `folder`. Points in the journal are taken over, the
-/// others are computed and appended to it; it is the caller's to remove once everything
-/// else is written. Raising `called_off` drops the points in flight; what is finished is
-/// written.
-///
-/// # Errors
-/// Threads cannot be started, or results cannot be written; the sweep then stops.
-#[expect(
-    clippy::too_many_arguments,
-    reason = "a job, its places and its watchers"
-)]
-pub fn run(
-    job: &Job,
-    folder: &Path,
-    options: Options<'_>,
-    parts: &Prepared,
-    journal: &mut Journal,
-    topology: Option<&Topology>,
-    called_off: &AtomicBool,
-    watcher: &mut dyn Watcher,
-) -> Result<Finished, SweepError> {
-    let length = job.chain_length();
-    let mut share = Share::of_shard(job, options.shard);
-    if let Some(only) = options.only {
-        share = share.with(only);
-    }
-    let shard = options.shard.filter(|_| options.only.is_none());
-    let mut writer = ResultWriter::create(folder, &layout(job, shard), [])?;
-    let mut progress = Progress {
-        open: job.refine.is_some(),
-        ..Progress::default()
-    };
-    let mut refinement = job.refine.as_ref().map(Refinement::new);
-    if refinement.is_none() {
-        writer.expect(share.clone().ids());
-    }
-    let mut kernels = KernelTally::default();
-    let mut taken_over = TakenOver::replay(job, journal, |row| {
-        progress.count(&row);
-        kernels.count(&row);
-        match &mut refinement {
-            Some(refinement) => {
-                refinement.learn(&row);
-                Ok(())
-            }
-            None => writer.push(row),
+/// A job to be run, and what it is run with.
+#[derive(Debug, Clone, Copy)]
+pub struct Sweep<'a> {
+    /// The job.
+    pub job: &'a Job,
+    /// Where its tables are written.
+    pub folder: &'a Path,
+    /// How it is to be run.
+    pub options: Options<'a>,
+    /// Structures and mesh tables.
+    pub parts: &'a Prepared,
+    /// The machine, where it can be described.
+    pub topology: Option<&'a Topology>,
+    /// Drops the points in flight once it is raised; what is finished is written.
+    pub called_off: &'a AtomicBool,
+}
+
+/// What a journal has of a sweep.
+struct TakenUp {
+    writer: ResultWriter,
+    progress: Progress,
+    kernels: KernelTally,
+    refinement: Option<Refinement>,
+    /// Points that are to be computed, or were.
+    share: Share,
+    taken_over: TakenOver,
+}
+
+impl Sweep<'_> {
+    /// Runs the job and writes its tables. Points in the journal are taken over, the others are computed and appended
+    /// to it; it is the caller's to remove once everything else is written.
+    ///
+    /// # Errors
+    /// Threads cannot be started, or results cannot be written; the sweep then stops.
+    pub fn run(
+        &self,
+        journal: &mut Journal,
+        watcher: &mut dyn Watcher,
+    ) -> Result<Finished, SweepError> {
+        let Self {
+            job,
+            options,
+            parts,
+            topology,
+            called_off,
+            ..
+        } = *self;
+        let mut own = self.take_up(journal)?;
+        let crew = start_workers(job, &own.share, options, topology)?;
+        let threads = crew.threads;
+        if let Some(refinement) = &mut own.refinement {
+            own.share = Share::of_points(refinement.next_round());
+            own.taken_over = TakenOver::default();
         }
-    })?;
-    progress.resumed = progress.done;
-    let crew = start_workers(job, &share, options, topology)?;
-    let threads = crew.threads;
-    if let Some(refinement) = &mut refinement {
-        share = Share::of_points(refinement.next_round());
-        taken_over = TakenOver::default();
-    }
-    progress.points = match &refinement {
-        Some(refinement) => refinement.points(),
-        None => share.points() as u64,
-    };
-    let asked = crew.places.to_string();
-    watcher.begun(&Begun {
-        progress,
-        threads,
-        asked: &asked,
-        obtained: &crew.obtained,
-    });
+        own.progress.points = match &own.refinement {
+            Some(refinement) => refinement.points(),
+            None => own.share.points() as u64,
+        };
+        let asked = crew.places.to_string();
+        watcher.begun(&Begun {
+            progress: own.progress,
+            threads,
+            asked: &asked,
+            obtained: &crew.obtained,
+        });
+        self.prepare(&own, &crew, watcher);
 
-    let shards = shard.map_or(1, |shard| shard.count as usize);
-    let left = (0..share.chains()).filter(|&place| !taken_over.has(&share, place));
-    let firsts = left.map(|place| share.id(place * length));
-    let mut tables = 0;
-    let mut prepared = || {
-        tables += 1;
-        watcher.prepared(tables);
-    };
-    (crew.pool).install(|| parts.prepare(job, firsts, called_off, &mut prepared));
-    for warning in parts.meshes().warnings() {
-        watcher.warning(&warning);
-    }
-
-    let copies = copies(&crew.places);
-    let rooms = topology.map_or_else(Vec::new, |topology| topology.rooms(&copies));
-    let of_nodes: Vec<Prepared> = rooms.into_iter().map(|room| parts.on_node(room)).collect();
-    let nodes = of_nodes.len();
-    let written = AtomicU64::new(match &refinement {
-        // Its points do not wait in memory for others.
-        Some(_) => u64::MAX / 2,
-        None => progress.done - writer.waiting() as u64,
-    });
-    let points = AtomicU64::new(progress.points);
-    let refinement = refinement.map(Mutex::new);
-    let (sender, receiver) = bounded(CHANNEL);
-    let ended = std::thread::scope(|scope| {
-        let recorder = Recorder {
-            writer,
-            journal,
-            progress,
-            kernels,
-            watcher: &mut *watcher,
-            begun: Instant::now(),
+        let copies = copies(&crew.places);
+        let rooms = topology.map_or_else(Vec::new, |topology| topology.rooms(&copies));
+        let of_nodes: Vec<Prepared> = rooms.into_iter().map(|room| parts.on_node(room)).collect();
+        let written = AtomicU64::new(match &own.refinement {
+            // Its points do not wait in memory for others.
+            Some(_) => u64::MAX / 2,
+            None => own.progress.done - own.writer.waiting() as u64,
+        });
+        let points = AtomicU64::new(own.progress.points);
+        let refinement = own.refinement.map(Mutex::new);
+        let shared = Shared {
+            sweep: self,
+            crew: &crew,
+            of_nodes: &of_nodes,
+            copies: &copies,
             written: &written,
             points: &points,
             refinement: refinement.as_ref(),
-            most_failures: options.most_failures,
-            called_off,
         };
-        let record = move || {
-            let recorded = recorder.record_all(&receiver);
-            if recorded.is_err() {
-                // Nothing more can be kept: no use in computing on.
-                called_off.store(true, Ordering::Relaxed);
-            }
-            recorded
-        };
-        let writing = std::thread::Builder::new()
-            .spawn_scoped(scope, record)
-            .map_err(|error| SweepError::threads(threads + 1, &error))?;
-        let mut queue = Queue::new(job, share, taken_over, shards, threads, nodes);
-        loop {
-            let round = Round {
-                job,
-                queue: &queue,
-                parts,
-                of_nodes: &of_nodes,
-                copies: &copies,
+        let (sender, receiver) = bounded(CHANNEL);
+        let ended = std::thread::scope(|scope| {
+            let recorder = Recorder {
+                writer: own.writer,
+                journal,
+                progress: own.progress,
+                kernels: own.kernels,
+                watcher: &mut *watcher,
+                begun: Instant::now(),
                 written: &written,
+                points: &points,
                 refinement: refinement.as_ref(),
-                topology,
+                most_failures: options.most_failures,
                 called_off,
             };
-            crew.pool
-                .broadcast(|context| round.work(context.index(), &sender));
-            let Some(refinement) = &refinement else {
+            let record = move || {
+                let recorded = recorder.record_all(&receiver);
+                if recorded.is_err() {
+                    // Nothing more can be kept: no use in computing on.
+                    called_off.store(true, Ordering::Relaxed);
+                }
+                recorded
+            };
+            let writing = std::thread::Builder::new()
+                .spawn_scoped(scope, record)
+                .map_err(|error| SweepError::threads(threads + 1, &error))?;
+            shared.compute(own.share, own.taken_over, &sender);
+            drop(sender);
+            let recorded = writing
+                .join()
+                .unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
+            Ok::<_, SweepError>(recorded)
+        });
+        for warning in parts.kernels().warnings() {
+            watcher.warning(&warning);
+        }
+        let recorded = ended?;
+        Ok(Finished {
+            points: points.into_inner(),
+            progress: recorded.progress,
+            kernels: recorded.kernels,
+            written: recorded.written,
+            threads,
+            asked,
+            copies_obtained: copies_obtained(&of_nodes, &copies, topology),
+            copies_asked: copies.to_string(),
+            obtained: crew.obtained,
+            gave_up: recorded.gave_up,
+        })
+    }
+
+    /// The part of a split job that its points belong to.
+    fn shard(&self) -> Option<Shard> {
+        let Options { shard, only, .. } = self.options;
+        shard.filter(|_| only.is_none())
+    }
+
+    /// Takes over the points in the journal.
+    fn take_up(&self, journal: &mut Journal) -> Result<TakenUp, SweepError> {
+        let (job, options) = (self.job, self.options);
+        let mut share = Share::of_shard(job, options.shard);
+        if let Some(only) = options.only {
+            share = share.with(only);
+        }
+        let mut writer = ResultWriter::create(self.folder, &layout(job, self.shard()), [])?;
+        let mut progress = Progress {
+            open: job.refine.is_some(),
+            ..Progress::default()
+        };
+        let mut refinement = job.refine.as_ref().map(Refinement::new);
+        if refinement.is_none() {
+            writer.expect(share.clone().ids());
+        }
+        let mut kernels = KernelTally::default();
+        let taken_over = TakenOver::replay(job, journal, |row| {
+            progress.count(&row);
+            kernels.count(&row);
+            match &mut refinement {
+                Some(refinement) => {
+                    refinement.learn(&row);
+                    Ok(())
+                }
+                None => writer.push(row),
+            }
+        })?;
+        progress.resumed = progress.done;
+        Ok(TakenUp {
+            writer,
+            progress,
+            kernels,
+            refinement,
+            share,
+            taken_over,
+        })
+    }
+
+    /// Makes structures and mesh tables of the points that are left.
+    fn prepare(&self, own: &TakenUp, crew: &Workers, watcher: &mut dyn Watcher) {
+        let length = self.job.chain_length();
+        // What writes is not shared with the workers.
+        let TakenUp {
+            share, taken_over, ..
+        } = own;
+        let left = (0..share.chains()).filter(|&place| !taken_over.has(share, place));
+        let firsts = left.map(|place| share.id(place * length));
+        let mut tables = 0;
+        let mut prepared = || {
+            tables += 1;
+            watcher.prepared(tables);
+        };
+        (crew.pool).install(|| {
+            (self.parts).prepare(self.job, firsts, self.called_off, &mut prepared);
+        });
+        for warning in self.parts.meshes().warnings() {
+            watcher.warning(&warning);
+        }
+    }
+}
+
+/// What the workers of a sweep share.
+struct Shared<'a> {
+    sweep: &'a Sweep<'a>,
+    crew: &'a Workers,
+    of_nodes: &'a [Prepared],
+    copies: &'a Copies,
+    written: &'a AtomicU64,
+    points: &'a AtomicU64,
+    refinement: Option<&'a Mutex<Refinement>>,
+}
+
+impl Shared<'_> {
+    /// Computes all points of a share, and of a refined grid those of all rounds.
+    fn compute(&self, share: Share, taken_over: TakenOver, sender: &Sender<PointRow>) {
+        let Sweep {
+            job,
+            parts,
+            called_off,
+            ..
+        } = *self.sweep;
+        let shards = (self.sweep.shard()).map_or(1, |shard| shard.count as usize);
+        let queue = |share, taken_over| {
+            let (threads, nodes) = (self.crew.threads, self.of_nodes.len());
+            Queue::new(job, share, taken_over, shards, threads, nodes)
+        };
+        let mut present = queue(share, taken_over);
+        loop {
+            (self.crew.pool).broadcast(|context| self.work(&present, context.index(), sender));
+            let Some(refinement) = self.refinement else {
                 break;
             };
             let next = lock(refinement).next_round();
             if next.is_empty() {
                 break;
             }
-            points.store(lock(refinement).points(), Ordering::Relaxed);
+            let known = lock(refinement).points();
+            self.points.store(known, Ordering::Relaxed);
             if called_off.load(Ordering::Relaxed) {
                 break;
             }
-            crew.pool
-                .install(|| parts.prepare(job, next.iter().copied(), called_off, &mut || ()));
-            let (share, none) = (Share::of_points(next), TakenOver::default());
-            queue = Queue::new(job, share, none, shards, threads, nodes);
+            let firsts = next.iter().copied();
+            (self.crew.pool).install(|| parts.prepare(job, firsts, called_off, &mut || ()));
+            present = queue(Share::of_points(next), TakenOver::default());
         }
-        drop(sender);
-        let recorded = writing
-            .join()
-            .unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
-        Ok::<_, SweepError>(recorded)
-    });
-    for warning in parts.kernels().warnings() {
-        watcher.warning(&warning);
     }
-    let recorded = ended?;
-    Ok(Finished {
-        points: points.into_inner(),
-        progress: recorded.progress,
-        kernels: recorded.kernels,
-        written: recorded.written,
-        threads,
-        asked,
-        obtained: crew.obtained,
-        copies_obtained: copies_obtained(&of_nodes, &copies, topology),
-        copies_asked: copies.to_string(),
-        gave_up: recorded.gave_up,
-    })
-}
 
-/// Chains that are computed without waiting for the results of others: all of a job, or a round of
-/// a refined grid.
-struct Round<'a> {
-    job: &'a Job,
-    queue: &'a Queue<'a>,
-    parts: &'a Prepared,
-    of_nodes: &'a [Prepared],
-    copies: &'a Copies,
-    written: &'a AtomicU64,
-    refinement: Option<&'a Mutex<Refinement>>,
-    topology: Option<&'a Topology>,
-    called_off: &'a AtomicBool,
-}
-
-impl Round<'_> {
-    /// What the worker of a number does until nothing is left or the run is called off.
-    fn work(&self, index: usize, sender: &Sender<PointRow>) {
-        let (job, called_off) = (self.job, self.called_off);
+    /// What the worker of a number does until nothing is left or the run is called off. Its chains are computed without
+    /// waiting for the results of others: all of a job, or a round of a refined grid.
+    fn work(&self, queue: &Queue<'_>, index: usize, sender: &Sender<PointRow>) {
+        let Sweep {
+            job,
+            topology,
+            called_off,
+            ..
+        } = *self.sweep;
         let worker = Worker {
             index: index as u32,
-            topology: self.topology,
+            topology,
         };
         let copy = self.copies.of_worker.get(index).copied().flatten();
-        let parts = copy.map_or(self.parts, |copy| &self.of_nodes[copy]);
+        let parts = copy.map_or(self.sweep.parts, |copy| &self.of_nodes[copy]);
         let written = || self.written.load(Ordering::Relaxed);
         let pause = || std::thread::sleep(Duration::from_millis(1));
-        self.queue.serve(written, pause, copy, called_off, |turn| {
+        queue.serve(written, pause, copy, called_off, |turn| {
             let ChainTask {
                 first, mut link, ..
             } = turn;

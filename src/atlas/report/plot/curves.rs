@@ -1,7 +1,7 @@
 //! Bifurcation curves in the plane of both followed axes, over the map of the largest exponent where
 //! points have both.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use super::axis::{Axis, padded, range};
 use super::axis_units::AxisUnits;
@@ -134,37 +134,47 @@ fn picture(
             }
         }
     }
-    let noted = || curves.iter().flat_map(|curve| curve.codimension_two());
-    let notes: BTreeSet<&str> = noted().map(|(_, note)| note).collect();
-    let notes: Vec<&str> = notes.into_iter().collect();
-    for (at, note) in noted() {
-        let index = notes.iter().position(|own| own == &note).unwrap_or(0);
-        symbol(&mut canvas, place(axes.map(|axis| at[axis])), index);
+    let mut notes: BTreeMap<&str, Vec<Place>> = BTreeMap::new();
+    for (at, note) in curves.iter().flat_map(|curve| curve.codimension_two()) {
+        let at = place(axes.map(|axis| at[axis]));
+        notes.entry(note).or_default().push(at);
     }
+    for (index, places) in notes.values().enumerate() {
+        (places.iter()).for_each(|at| symbol(&mut canvas, *at, index));
+    }
+    key(&mut canvas, &kinds, &notes, map.as_ref());
+    canvas
+}
+
+/// Says beside the picture what curves and symbols are.
+fn key(
+    canvas: &mut Canvas,
+    kinds: &BTreeMap<&str, Shown>,
+    notes: &BTreeMap<&str, Vec<Place>>,
+    map: Option<&Map<'_>>,
+) {
     let mut y = 84.0;
     let mut line = |canvas: &mut Canvas, text: &str| {
         let at = [MARGIN, y];
         y += entry(canvas, at, text);
         at
     };
-    for (kind, shown) in &kinds {
+    for (kind, shown) in kinds {
         let text = match (*kind, shown.visible) {
             (ONSET, true) => name(kind),
             (ONSET, false) => format!("{} (beyond)", name(kind)),
             (kind, _) => format!("{} ({})", name(kind), shown.curves),
         };
-        let [x, y] = line(&mut canvas, &text);
+        let [x, y] = line(canvas, &text);
         canvas.line(&[[x, y], [x + SAMPLE, y]], colour(kind), width(kind));
     }
-    for (index, note) in notes.iter().enumerate() {
-        let count = noted().filter(|(_, own)| own == note).count();
-        let [x, y] = line(&mut canvas, &format!("{note} ({count})"));
-        symbol(&mut canvas, [x + 11.0, y], index);
+    for (index, (note, places)) in notes.iter().enumerate() {
+        let [x, y] = line(canvas, &format!("{note} ({})", places.len()));
+        symbol(canvas, [x + 11.0, y], index);
     }
-    if let Some(map) = &map {
-        map.key(&mut canvas, y + 8.0);
+    if let Some(map) = map {
+        map.key(canvas, y + 8.0);
     }
-    canvas
 }
 
 /// What is drawn of a kind.

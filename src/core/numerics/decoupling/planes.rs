@@ -9,161 +9,272 @@ use super::parts::{
 use faer::{Mat, prelude::*};
 use std::cmp::Reverse;
 
+/// A real eigenvalue and its eigenvector of the inner matrix.
+type RealPair = (f64, Vec<f64>);
+
 /// Starting values of the blocks, from the eigenvectors of the matrix without its known columns.
 pub(super) fn plane_bases(a: &Mat<f64>, kind: &[Direction]) -> Option<Vec<Block>> {
-    let (m, size) = (kind.len(), a.nrows());
-    let with = |wanted| (0..m).filter(move |i| kind[*i] == wanted);
-    let (free, zero): (Vec<usize>, Vec<usize>) = (
-        with(Direction::Free).collect(),
-        with(Direction::Unsprung).collect(),
-    );
-    let rest: Vec<usize> = (0..size)
-        .filter(|k| match kind[k % m] {
+    let columns = Columns::new(a, kind);
+    let inner = columns.inner();
+    let mut blocks = columns.free_blocks();
+    let real = columns.complex_blocks(&inner, &mut blocks)?;
+    let left = columns.rigid_blocks(real, &mut blocks)?;
+    for [(l1, y1), (l2, y2)] in paired(left) {
+        let sine = (1.0 - dot(&y1, &y2).abs()).max(f64::MIN_POSITIVE);
+        let plane = plane(&inner, [y1, y2], (2.0 / sine).sqrt(), l1 + l2, l1 * l2)?;
+        let generator = project(&inner, &plane);
+        blocks.push(columns.lift(plane, generator, false));
+    }
+    (blocks.len() == kind.len()).then_some(blocks)
+}
+
+/// The columns of a matrix: those of free directions and of unsprung displacements are known, the rest makes the inner
+/// matrix.
+struct Columns<'a> {
+    a: &'a Mat<f64>,
+    rest: Vec<usize>,
+    free: Vec<usize>,
+    zero: Vec<usize>,
+}
+
+impl<'a> Columns<'a> {
+    fn new(a: &'a Mat<f64>, kind: &[Direction]) -> Self {
+        let m = kind.len();
+        let with = |wanted| (0..m).filter(move |i| kind[*i] == wanted).collect();
+        let rest = (0..a.nrows()).filter(|k| match kind[k % m] {
             Direction::General => true,
             Direction::Free => false,
             Direction::Unsprung => *k >= m,
-        })
-        .collect();
-    let unit = |k: usize| {
-        (0..size)
-            .map(|i| if i == k { 1.0 } else { 0.0 })
-            .collect::<Vec<f64>>()
-    };
-    let mut blocks: Vec<Block> = free
-        .iter()
-        .map(|i| Block {
-            columns: [unit(*i), unit(m + i)],
-            generator: [[0.0, a[(*i, m + i)]], [0.0, 0.0]],
-            rotation: false,
-        })
-        .collect();
-    let inner = Mat::from_fn(rest.len(), rest.len(), |i, j| a[(rest[i], rest[j])]);
-    let eigen = inner.eigen().ok()?;
-    let values: Vec<c64> = eigen.S().column_vector().iter().copied().collect();
-    let mut vectors = eigen.U().to_owned();
-    separate(&inner, &values, &mut vectors, COMPLEX * inner.norm_l2());
-    let mut real: Vec<(f64, Vec<f64>)> = Vec::new();
-    for k in 0..rest.len() {
-        let value = values[k];
-        let mut vector = vectors.col(k).to_owned();
-        if value.im >= 0.0 {
-            refine_vector(&inner, value, &mut vector);
+        });
+        Self {
+            a,
+            rest: rest.collect(),
+            free: with(Direction::Free),
+            zero: with(Direction::Unsprung),
         }
-        let parts = [
-            vector.iter().map(|v| v.re).collect::<Vec<f64>>(),
-            vector.iter().map(|v| v.im).collect(),
-        ];
-        if value.im == 0.0 {
-            let length = norm(&parts[0]);
-            real.push((value.re, parts[0].iter().map(|v| v / length).collect()));
-        } else if value.im > 0.0 {
-            let (p, q, r) = (
-                dot(&parts[0], &parts[0]),
-                dot(&parts[1], &parts[1]),
-                dot(&parts[0], &parts[1]),
-            );
-            let spread = ((p - q).powi(2) + 4.0 * r * r).sqrt();
-            let condition = ((p + q + spread) / (p + q - spread).max(f64::MIN_POSITIVE)).sqrt();
-            if value.im <= SPLIT * inner.norm_l2() && condition <= ROTATION_CONDITION {
+    }
+
+    /// The matrix without the known columns.
+    fn inner(&self) -> Mat<f64> {
+        let (rest, size) = (&self.rest, self.rest.len());
+        Mat::from_fn(size, size, |i, j| self.a[(rest[i], rest[j])])
+    }
+
+    /// A block for each free direction.
+    fn free_blocks(&self) -> Vec<Block> {
+        let (a, size) = (self.a, self.a.nrows());
+        let m = size / 2;
+        let unit = |k: usize| {
+            (0..size)
+                .map(|i| if i == k { 1.0 } else { 0.0 })
+                .collect::<Vec<f64>>()
+        };
+        (self.free.iter())
+            .map(|i| Block {
+                columns: [unit(*i), unit(m + i)],
+                generator: [[0.0, a[(*i, m + i)]], [0.0, 0.0]],
+                rotation: false,
+            })
+            .collect()
+    }
+
+    /// Adds a block for each pair of complex eigenvalues of the inner matrix; gives the real ones.
+    fn complex_blocks(&self, inner: &Mat<f64>, blocks: &mut Vec<Block>) -> Option<Vec<RealPair>> {
+        let eigen = inner.eigen().ok()?;
+        let values: Vec<c64> = eigen.S().column_vector().iter().copied().collect();
+        let mut vectors = eigen.U().to_owned();
+        let size = inner.norm_l2();
+        separate(inner, &values, &mut vectors, COMPLEX * size);
+        let mut real = Vec::new();
+        for (k, value) in values.into_iter().enumerate() {
+            // Its conjugate has the same plane.
+            if value.im < 0.0 {
+                continue;
+            }
+            let mut vector = vectors.col(k).to_owned();
+            refine_vector(inner, value, &mut vector);
+            let parts = [
+                vector.iter().map(|v| v.re).collect::<Vec<f64>>(),
+                vector.iter().map(|v| v.im).collect(),
+            ];
+            if value.im == 0.0 {
+                let length = norm(&parts[0]);
+                real.push((value.re, parts[0].iter().map(|v| v / length).collect()));
+                continue;
+            }
+            let condition = condition(&parts);
+            if value.im <= SPLIT * size && condition <= ROTATION_CONDITION {
                 // Round-off has split a double real eigenvalue with two eigenvectors.
                 real.extend(orthonormal(parts).map(|vector| (value.re, vector)));
-            } else if value.im > COMPLEX * inner.norm_l2() && condition <= ROTATION_CONDITION {
+            } else if value.im > COMPLEX * size && condition <= ROTATION_CONDITION {
                 let generator = [[value.re, value.im], [-value.im, value.re]];
-                blocks.push(lift(a, &rest, &free, &zero, parts, generator, true));
+                blocks.push(self.lift(parts, generator, true));
             } else {
-                let plane = plane(
-                    &inner,
-                    parts,
-                    condition,
-                    2.0 * value.re,
-                    value.re.powi(2) + value.im.powi(2),
-                )?;
-                let generator = project(&inner, &plane);
-                blocks.push(lift(a, &rest, &free, &zero, plane, generator, false));
+                let (trace, det) = (2.0 * value.re, value.re.powi(2) + value.im.powi(2));
+                let plane = plane(inner, parts, condition, trace, det)?;
+                let generator = project(inner, &plane);
+                blocks.push(self.lift(plane, generator, false));
             }
         }
+        Some(real)
     }
-    // A zero eigenvalue of a rigid displacement shares a block with the slow decay of its speed,
-    // whose eigenvector is nearly parallel to the displacement when the drag is light.
-    let feed =
-        |y: &[f64], j: usize| -> f64 { rest.iter().zip(y).map(|(k, v)| a[(j, *k)] * v).sum() };
-    let feeds = |y: &[f64]| zero.iter().map(|j| feed(y, *j)).collect::<Vec<f64>>();
-    let slowness = |x: &(f64, Vec<f64>)| norm(&feeds(&x.1)) / x.0.abs();
-    real.sort_by(|x, y| slowness(y).total_cmp(&slowness(x)));
-    let mut taken: Vec<Vec<f64>> = Vec::new();
-    let mut partners: Vec<(Vec<f64>, f64, Vec<f64>)> = Vec::new();
-    let mut left: Vec<(f64, Vec<f64>)> = Vec::new();
-    for (value, y) in real {
-        let u = feeds(&y);
-        let remainder = outside(&u, &taken);
-        if taken.len() < zero.len() && norm(&remainder) >= 0.1 * norm(&u) && norm(&u) > 0.0 {
-            taken.push(unit_length(&remainder));
-            partners.push((unit_length(&u), value, y));
-        } else {
-            left.push((value, y));
+
+    /// Adds the blocks of the unsprung displacements; gives the real eigenvalues that are left.
+    ///
+    /// A zero eigenvalue of a rigid displacement shares a block with the slow decay of its speed, whose eigenvector is nearly
+    /// parallel to the displacement when the drag is light.
+    fn rigid_blocks(
+        &self,
+        mut real: Vec<RealPair>,
+        blocks: &mut Vec<Block>,
+    ) -> Option<Vec<RealPair>> {
+        let count = self.zero.len();
+        let slowness = |x: &RealPair| norm(&self.feeds(&x.1)) / x.0.abs();
+        real.sort_by(|x, y| slowness(y).total_cmp(&slowness(x)));
+        let mut taken: Vec<Vec<f64>> = Vec::new();
+        let mut partners: Vec<(Vec<f64>, RealPair)> = Vec::new();
+        let mut left: Vec<RealPair> = Vec::new();
+        for pair in real {
+            let u = self.feeds(&pair.1);
+            let remainder = outside(&u, &taken);
+            if taken.len() < count && norm(&remainder) >= 0.1 * norm(&u) && norm(&u) > 0.0 {
+                taken.push(unit_length(&remainder));
+                partners.push((unit_length(&u), pair));
+            } else {
+                left.push(pair);
+            }
         }
-    }
-    // Displacements without a partner complete the basis; an odd one takes any real eigenvalue.
-    let mut spare: Vec<Vec<f64>> = Vec::new();
-    while taken.len() < zero.len() {
-        let axes = (0..zero.len()).map(|k| {
-            outside(
-                &(0..zero.len())
-                    .map(|i| f64::from(u8::from(i == k)))
-                    .collect::<Vec<_>>(),
-                &taken,
-            )
-        });
-        let next = unit_length(&axes.max_by(|x, y| norm(x).total_cmp(&norm(y)))?);
-        taken.push(next.clone());
-        spare.push(next);
-    }
-    let spread = |r: &[f64]| {
-        let mut column = vec![0.0; size];
-        zero.iter().zip(r).for_each(|(j, v)| column[*j] = *v);
-        column
-    };
-    if spare.len() % 2 == 1 {
-        let (value, y) = left.pop()?;
-        partners.push((spare.pop()?, value, y));
-    }
-    for pair in spare.chunks_exact(2) {
-        blocks.push(Block {
-            columns: [spread(&pair[0]), spread(&pair[1])],
+        // Displacements without a partner complete the basis; an odd one takes any real eigenvalue.
+        let mut spare: Vec<Vec<f64>> = Vec::new();
+        while taken.len() < count {
+            let axis = |k: usize| (0..count).map(move |i| f64::from(u8::from(i == k)));
+            let axes = (0..count).map(|k| outside(&axis(k).collect::<Vec<_>>(), &taken));
+            let next = unit_length(&axes.max_by(|x, y| norm(x).total_cmp(&norm(y)))?);
+            taken.push(next.clone());
+            spare.push(next);
+        }
+        if spare.len() % 2 == 1 {
+            partners.push((spare.pop()?, left.pop()?));
+        }
+        blocks.extend(spare.chunks_exact(2).map(|pair| Block {
+            columns: [self.spread(&pair[0]), self.spread(&pair[1])],
             generator: [[0.0; 2]; 2],
             rotation: false,
-        });
+        }));
+        blocks.extend((partners.into_iter()).map(|(r, pair)| self.partnered(&r, pair)));
+        Some(left)
     }
-    for (r, value, y) in partners {
-        let u = feeds(&y);
-        let beta = dot(&r, &u);
+
+    /// The block of an unsprung displacement r and of a real eigenvalue.
+    fn partnered(&self, r: &[f64], (value, y): RealPair) -> Block {
+        let u = self.feeds(&y);
+        let beta = dot(r, &u);
         // The second column stays off `r`, so no division by a small decay rate takes place.
-        let mut second = lift(
-            a,
-            &rest,
-            &free,
-            &[],
-            [y.clone(), y],
-            [[value, 0.0], [0.0, value]],
-            true,
-        )
-        .columns[1]
-            .clone();
-        for (k, j) in zero.iter().enumerate() {
+        let twice = [y.clone(), y];
+        let mut second = self.lift_beside(&[], twice, [[value, 0.0], [0.0, value]], true);
+        let mut second = std::mem::take(&mut second.columns[1]);
+        for (k, j) in self.zero.iter().enumerate() {
             let x = u[k] - beta * r[k];
             second[*j] = if x.abs() > ROUND_OFF * norm(&u) { x / value } else { 0.0 };
         }
         let length = norm(&second);
         second.iter_mut().for_each(|v| *v /= length);
-        let generator = [[0.0, beta / length], [0.0, value]];
-        blocks.push(Block {
-            columns: [spread(&r), second],
-            generator,
+        Block {
+            columns: [self.spread(r), second],
+            generator: [[0.0, beta / length], [0.0, value]],
             rotation: false,
-        });
+        }
     }
-    // Nearly parallel real eigenvectors share a block; the others are paired by their eigenvalues.
-    let mut pairs: Vec<[(f64, Vec<f64>); 2]> = Vec::new();
+
+    /// What a vector of the inner matrix does to the unsprung displacements.
+    fn feeds(&self, y: &[f64]) -> Vec<f64> {
+        let feed = |j: &usize| {
+            self.rest
+                .iter()
+                .zip(y)
+                .map(|(k, v)| self.a[(*j, *k)] * v)
+                .sum()
+        };
+        self.zero.iter().map(feed).collect()
+    }
+
+    /// A column of unsprung displacements.
+    fn spread(&self, r: &[f64]) -> Vec<f64> {
+        let mut column = vec![0.0; self.a.nrows()];
+        (self.zero.iter().zip(r)).for_each(|(j, v)| column[*j] = *v);
+        column
+    }
+
+    /// Completes two columns `Y` of the inner matrix by the coordinates whose columns are known.
+    ///
+    /// With `J` the known columns and `C` the rows of the matrix there, `X B - J X = C Y`.
+    fn lift(&self, y: [Vec<f64>; 2], b: [[f64; 2]; 2], rotation: bool) -> Block {
+        self.lift_beside(&self.zero, y, b, rotation)
+    }
+
+    /// The same with some of the unsprung displacements alone.
+    fn lift_beside(
+        &self,
+        zero: &[usize],
+        y: [Vec<f64>; 2],
+        b: [[f64; 2]; 2],
+        rotation: bool,
+    ) -> Block {
+        let Self { a, rest, free, .. } = self;
+        let m = a.nrows() / 2;
+        let det = b[0][0] * b[1][1] - b[0][1] * b[1][0];
+        let solve = |u: [f64; 2]| {
+            [
+                (u[0] * b[1][1] - u[1] * b[1][0]) / det,
+                (u[1] * b[0][0] - u[0] * b[0][1]) / det,
+            ]
+        };
+        let feed = |j: usize| {
+            [0, 1].map(|c: usize| {
+                rest.iter()
+                    .zip(&y[c])
+                    .map(|(k, v)| a[(j, *k)] * v)
+                    .sum::<f64>()
+            })
+        };
+        let mut full = [vec![0.0; 2 * m], vec![0.0; 2 * m]];
+        let mut set = |j: usize, x: [f64; 2]| [0, 1].map(|c: usize| full[c][j] = x[c]);
+        for (i, k) in rest.iter().enumerate() {
+            set(*k, [y[0][i], y[1][i]]);
+        }
+        for j in zero {
+            set(*j, solve(feed(*j)));
+        }
+        for i in free {
+            let speed = solve(feed(m + i));
+            set(m + i, speed);
+            set(*i, solve(speed.map(|v| a[(*i, m + i)] * v)));
+        }
+        let generator = if rotation || rest.len() == 2 * m {
+            b
+        } else {
+            // The longer columns are made orthonormal again, and the block follows them.
+            full = orthonormal(full);
+            project(a, &full)
+        };
+        Block {
+            columns: full,
+            generator,
+            rotation,
+        }
+    }
+}
+
+/// Condition number of the real and the imaginary part of an eigenvector.
+fn condition([re, im]: &[Vec<f64>; 2]) -> f64 {
+    let (p, q, r) = (dot(re, re), dot(im, im), dot(re, im));
+    let spread = ((p - q).powi(2) + 4.0 * r * r).sqrt();
+    ((p + q + spread) / (p + q - spread).max(f64::MIN_POSITIVE)).sqrt()
+}
+
+/// Pairs of real eigenvalues: nearly parallel eigenvectors share a block, the others are paired by their eigenvalues.
+fn paired(mut left: Vec<RealPair>) -> Vec<[RealPair; 2]> {
+    let mut pairs = Vec::new();
     let mut close: Vec<(f64, usize, usize)> = (0..left.len())
         .flat_map(|i| (0..i).map(move |j| (i, j)))
         .map(|(i, j)| (dot(&left[i].1, &left[j].1).abs(), i, j))
@@ -183,13 +294,7 @@ pub(super) fn plane_bases(a: &Mat<f64>, kind: &[Direction]) -> Option<Vec<Block>
     }
     left.sort_by(|x, y| x.0.total_cmp(&y.0));
     pairs.extend(left.chunks_exact(2).map(|c| [c[0].clone(), c[1].clone()]));
-    for [(l1, y1), (l2, y2)] in pairs {
-        let sine = (1.0 - dot(&y1, &y2).abs()).max(f64::MIN_POSITIVE);
-        let plane = plane(&inner, [y1, y2], (2.0 / sine).sqrt(), l1 + l2, l1 * l2)?;
-        let generator = project(&inner, &plane);
-        blocks.push(lift(a, &rest, &free, &zero, plane, generator, false));
-    }
-    (blocks.len() == m).then_some(blocks)
+    pairs
 }
 
 /// Inverse iteration for an eigenvector that back substitution left inaccurate, which happens among
@@ -214,61 +319,6 @@ pub(super) fn refine_vector(a: &Mat<f64>, value: c64, vector: &mut Col<c64>) {
     for _ in 0..3 {
         let next = lu.solve(&*vector);
         *vector = &next * Scale(c64::from(1.0 / next.norm_l2()));
-    }
-}
-
-/// Completes two columns `Y` of the inner matrix by the coordinates whose columns are known.
-///
-/// With `J` the known columns and `C` the rows of the matrix there, `X B - J X = C Y`.
-pub(super) fn lift(
-    a: &Mat<f64>,
-    rest: &[usize],
-    free: &[usize],
-    zero: &[usize],
-    y: [Vec<f64>; 2],
-    b: [[f64; 2]; 2],
-    rotation: bool,
-) -> Block {
-    let m = a.nrows() / 2;
-    let det = b[0][0] * b[1][1] - b[0][1] * b[1][0];
-    let solve = |u: [f64; 2]| {
-        [
-            (u[0] * b[1][1] - u[1] * b[1][0]) / det,
-            (u[1] * b[0][0] - u[0] * b[0][1]) / det,
-        ]
-    };
-    let feed = |j: usize| {
-        [0, 1].map(|c: usize| {
-            rest.iter()
-                .zip(&y[c])
-                .map(|(k, v)| a[(j, *k)] * v)
-                .sum::<f64>()
-        })
-    };
-    let mut full = [vec![0.0; 2 * m], vec![0.0; 2 * m]];
-    let mut set = |j: usize, x: [f64; 2]| [0, 1].map(|c: usize| full[c][j] = x[c]);
-    for (i, k) in rest.iter().enumerate() {
-        set(*k, [y[0][i], y[1][i]]);
-    }
-    for j in zero {
-        set(*j, solve(feed(*j)));
-    }
-    for i in free {
-        let speed = solve(feed(m + i));
-        set(m + i, speed);
-        set(*i, solve(speed.map(|v| a[(*i, m + i)] * v)));
-    }
-    let generator = if rotation || rest.len() == 2 * m {
-        b
-    } else {
-        // The longer columns are made orthonormal again, and the block follows them.
-        full = orthonormal(full);
-        project(a, &full)
-    };
-    Block {
-        columns: full,
-        generator,
-        rotation,
     }
 }
 

@@ -10,12 +10,15 @@ pub(super) struct Sheet {
     pub columns: Vec<SheetColumn>,
 }
 
+/// A unit and where it stands, if there is one.
+type Unit = Option<(String, Span)>;
+
 /// A column of a sheet.
 #[derive(Debug)]
 pub(super) struct SheetColumn {
     pub name: String,
     pub span: Span,
-    pub unit: Option<(String, Span)>,
+    pub unit: Unit,
     /// Where each number stands, the number, and how it is written.
     pub cells: Vec<(Span, f64, String)>,
 }
@@ -29,148 +32,169 @@ struct Cell<'t> {
 
 /// The columns of a text; none where it has faults, reported.
 pub(super) fn read(source: usize, text: &str, issues: &mut Issues) -> Option<Sheet> {
-    let span = |start: usize, length: usize| Span {
-        source,
-        start,
-        end: start + length,
-    };
-    let fault = |kind, at: Span, message: String| Diagnostic::new(kind, at, "grid.points", message);
+    let before = issues.count();
     let mut lines = lines(text);
     let Some((start, head)) = lines.next() else {
-        let nothing = fault(
-            DiagnosticKind::Empty,
-            span(0, 0),
-            "the list of points is empty".to_owned(),
-        );
-        issues.push(nothing.label("no entries").remedy(
-            "begin with a header line of names and units, such as speed [rpm],torque [N m]; then give one line of numbers per point",
-        ));
+        let at = Cell { text: "", start: 0 };
+        let mut reader = Reader::new(source, ',', issues);
+        let message = "the list of points is empty".to_owned();
+        reader.fault(DiagnosticKind::Empty, at, message, "no entries", "begin with a header line of names and units, such as speed [rpm],torque [N m]; then give one line of numbers per point");
         return None;
     };
-    let parting = *[',', ';', '\t']
-        .iter()
-        .find(|c| head.contains(**c))
-        .unwrap_or(&',');
-    let mut columns: Vec<SheetColumn> = Vec::new();
-    for cell in cells(head, start, parting) {
-        let (name, unit) = match cell.text.split_once('[') {
-            None => (cell.text, None),
-            Some((name, rest)) => {
-                let at = cell.start + name.len() + 1;
-                let Some(unit) = rest.trim_end().strip_suffix(']') else {
-                    let open = fault(
-                        DiagnosticKind::Syntax,
-                        span(cell.start, cell.text.len()),
-                        format!("the bracket of the unit in `{}` is not closed", cell.text),
-                    );
-                    issues.push(
-                        open.label("no ]")
-                            .remedy("write the unit in brackets, such as speed [rpm]"),
-                    );
-                    return None;
-                };
-                let own = (unit.trim().to_owned(), span(at, unit.len()));
-                // A ratio has no unit, or 1.
-                (
-                    name.trim_end(),
-                    (!["", "1", "-"].contains(&own.0.as_str())).then_some(own),
-                )
-            }
-        };
-        let at = span(cell.start, cell.text.len());
-        let twice = columns.iter().any(|column| column.name == name);
-        if name.is_empty() || twice {
-            let (kind, message, label, remedy) = if twice {
-                (
-                    DiagnosticKind::DuplicateKey,
-                    format!("the column `{name}` is given twice"),
-                    "second time",
-                    "keep one of the two",
-                )
-            } else {
-                (
-                    DiagnosticKind::UnknownAxis,
-                    "a column has no name".to_owned(),
-                    "here",
-                    "name the column after an axis of the grid, or remove it",
-                )
-            };
-            issues.push(fault(kind, at, message).label(label).remedy(remedy));
-            return None;
-        }
-        columns.push(SheetColumn {
-            name: name.to_owned(),
-            span: span(cell.start, name.len()),
-            unit,
-            cells: Vec::new(),
-        });
-    }
-    let before = issues.count();
+    let separators = [',', ';', '\t'];
+    let parting = (separators.into_iter()).find(|c| head.contains(*c));
+    let mut reader = Reader::new(source, parting.unwrap_or(','), issues);
+    let mut columns = reader.header(start, head)?;
     let mut points = 0;
     for (start, line) in lines {
-        let found: Vec<Cell<'_>> = cells(line, start, parting).collect();
-        if found.len() != columns.len() {
-            let message = format!(
-                "a line has {} values, but the header has {} columns",
-                found.len(),
-                columns.len()
-            );
-            let remedy = match parting {
-                ',' if found.len() > columns.len() => {
-                    "give one value per column; write numbers with a decimal point"
-                }
-                _ => "give one value per column",
-            };
-            let wrong = fault(
-                DiagnosticKind::Inconsistent,
-                span(start, line.len()),
-                message,
-            );
-            issues.push(wrong.label("this line").remedy(remedy));
-            continue;
+        points += usize::from(reader.line(start, line, &mut columns));
+    }
+    if points == 0 && reader.issues.count() == before {
+        let message = "the list has a header but no points".to_owned();
+        let (at, remedy) = (
+            Cell { text: head, start },
+            "give at least one line of numbers",
+        );
+        reader.fault(DiagnosticKind::Empty, at, message, "no lines below", remedy);
+    }
+    (reader.issues.count() == before).then_some(Sheet { columns })
+}
+
+/// Reads lines and reports their faults.
+struct Reader<'i> {
+    source: usize,
+    parting: char,
+    issues: &'i mut Issues,
+}
+
+impl<'i> Reader<'i> {
+    fn new(source: usize, parting: char, issues: &'i mut Issues) -> Self {
+        Self {
+            source,
+            parting,
+            issues,
         }
-        points += 1;
-        for (column, cell) in columns.iter_mut().zip(found) {
-            let at = span(cell.start, cell.text.len());
-            match cell.text.parse::<f64>() {
-                Ok(number) if number.is_finite() => {
-                    column.cells.push((at, number, cell.text.to_owned()));
-                }
-                _ => {
-                    let message = match cell.text {
-                        "" => format!("`{}` has no value here", column.name),
-                        text => format!("`{text}` of `{}` is not a number", column.name),
-                    };
-                    let remedy = if cell.text.contains(',') {
-                        format!(
-                            "write it with a decimal point: {}",
-                            cell.text.replace(',', ".")
-                        )
-                    } else {
-                        "give a number; the unit belongs in the header of the column, such as speed [rpm]"
-                                .to_owned()
-                    };
-                    issues.push(
-                        fault(DiagnosticKind::WrongType, at, message)
-                            .label("not a number")
-                            .remedy(remedy),
-                    );
-                }
+    }
+
+    fn span(&self, start: usize, length: usize) -> Span {
+        Span {
+            source: self.source,
+            start,
+            end: start + length,
+        }
+    }
+
+    fn fault(
+        &mut self,
+        kind: DiagnosticKind,
+        at: Cell<'_>,
+        message: String,
+        label: &str,
+        remedy: impl Into<String>,
+    ) {
+        let at = self.span(at.start, at.text.len());
+        let found = Diagnostic::new(kind, at, "grid.points", message);
+        self.issues.push(found.label(label).remedy(remedy));
+    }
+
+    /// Columns of a header line, without numbers.
+    fn header(&mut self, start: usize, head: &str) -> Option<Vec<SheetColumn>> {
+        let mut columns: Vec<SheetColumn> = Vec::new();
+        for cell in cells(head, start, self.parting) {
+            let (name, unit) = self.name_and_unit(cell)?;
+            if name.is_empty() {
+                let message = "a column has no name".to_owned();
+                let remedy = "name the column after an axis of the grid, or remove it";
+                self.fault(DiagnosticKind::UnknownAxis, cell, message, "here", remedy);
+                return None;
             }
+            if columns.iter().any(|column| column.name == name) {
+                let message = format!("the column `{name}` is given twice");
+                let (kind, remedy) = (DiagnosticKind::DuplicateKey, "keep one of the two");
+                self.fault(kind, cell, message, "second time", remedy);
+                return None;
+            }
+            columns.push(SheetColumn {
+                name: name.to_owned(),
+                span: self.span(cell.start, name.len()),
+                unit,
+                cells: Vec::new(),
+            });
         }
+        Some(columns)
     }
-    if points == 0 && issues.count() == before {
-        let none = fault(
-            DiagnosticKind::Empty,
-            span(start, head.len()),
-            "the list has a header but no points".to_owned(),
-        );
-        issues.push(
-            none.label("no lines below")
-                .remedy("give at least one line of numbers"),
+
+    /// Name of a column and its unit.
+    fn name_and_unit<'t>(&mut self, cell: Cell<'t>) -> Option<(&'t str, Unit)> {
+        let Some((name, rest)) = cell.text.split_once('[') else {
+            return Some((cell.text, None));
+        };
+        let Some(unit) = rest.trim_end().strip_suffix(']') else {
+            let message = format!("the bracket of the unit in `{}` is not closed", cell.text);
+            let remedy = "write the unit in brackets, such as speed [rpm]";
+            self.fault(DiagnosticKind::Syntax, cell, message, "no ]", remedy);
+            return None;
+        };
+        let span = self.span(cell.start + name.len() + 1, unit.len());
+        let unit = unit.trim();
+        // A ratio has no unit, or 1.
+        let has_unit = !["", "1", "-"].contains(&unit);
+        Some((name.trim_end(), has_unit.then(|| (unit.to_owned(), span))))
+    }
+
+    /// Adds the numbers of a line to their columns; tells whether it has one for each.
+    fn line(&mut self, start: usize, line: &str, columns: &mut [SheetColumn]) -> bool {
+        let found: Vec<Cell<'_>> = cells(line, start, self.parting).collect();
+        let (given, asked) = (found.len(), columns.len());
+        if given != asked {
+            let message = format!("a line has {given} values, but the header has {asked} columns");
+            let remedy = if self.parting == ',' && given > asked {
+                "give one value per column; write numbers with a decimal point"
+            } else {
+                "give one value per column"
+            };
+            let at = Cell { text: line, start };
+            self.fault(
+                DiagnosticKind::Inconsistent,
+                at,
+                message,
+                "this line",
+                remedy,
+            );
+            return false;
+        }
+        for (column, cell) in columns.iter_mut().zip(found) {
+            self.number(cell, column);
+        }
+        true
+    }
+
+    /// Adds a number to its column.
+    fn number(&mut self, cell: Cell<'_>, column: &mut SheetColumn) {
+        let Cell { text, start } = cell;
+        if let Some(number) = text.parse().ok().filter(|number: &f64| number.is_finite()) {
+            let at = self.span(start, text.len());
+            column.cells.push((at, number, text.to_owned()));
+            return;
+        }
+        let message = match text {
+            "" => format!("`{}` has no value here", column.name),
+            text => format!("`{text}` of `{}` is not a number", column.name),
+        };
+        let remedy = if text.contains(',') {
+            format!("write it with a decimal point: {}", text.replace(',', "."))
+        } else {
+            "give a number; the unit belongs in the header of the column, such as speed [rpm]"
+                .to_owned()
+        };
+        self.fault(
+            DiagnosticKind::WrongType,
+            cell,
+            message,
+            "not a number",
+            remedy,
         );
     }
-    (issues.count() == before).then_some(Sheet { columns })
 }
 
 /// The lines that count, each with the place where it starts.

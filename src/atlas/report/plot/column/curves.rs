@@ -22,41 +22,15 @@ pub(super) fn draw(
     request: &PlotRequest,
 ) -> Result<Drawn, PlotError> {
     let axes = axes(sources, request)?;
-    let mut names: Vec<&str> = Vec::new();
-    for series in group.iter().flatten() {
-        if !names.contains(&&*series.name) {
-            names.push(&series.name);
-        }
-    }
-    let unit = group
-        .iter()
-        .flatten()
-        .next()
-        .map_or("", |series| &series.unit);
-    let parts: Vec<&str> = group[0].iter().map(|series| &*series.part).collect();
-    let label = match (&names[..], &parts[..]) {
-        ([name], [part]) if !part.is_empty() => format!("{name}, {part}"),
-        ([name], _) => (*name).to_owned(),
-        _ => common(&names),
-    };
+    let names = names(group);
+    let unit = (group.iter().flatten().next()).map_or("", |series| &series.unit);
+    let label = label(&names, group);
     let scale = Scale::new(&label, unit, &request.display)?;
-    // Pictures by what is held, in the order met.
-    let mut order: Vec<String> = Vec::new();
-    let mut plans: BTreeMap<String, Plan> = BTreeMap::new();
-    let mut dropped = 0;
-    for (place, source) in sources.iter().enumerate() {
-        let mut free = vec![axes.over[place]];
-        free.extend(axes.by[place]);
-        let (slices, all) = source.results.slices_of_both(&free);
-        dropped += all - slices.len();
-        for slice in &slices {
-            if !plans.contains_key(&slice.suffix) {
-                order.push(slice.suffix.clone());
-            }
-            let plan = plans.entry(slice.suffix.clone()).or_default();
-            plan.take(place, source, slice, &group[place], &axes, &scale);
-        }
-    }
+    let Plans {
+        order,
+        plans,
+        dropped,
+    } = Plans::of(sources, group, &axes, &scale);
     let first = &sources[0].results;
     let over = &first.summary.axes[axes.over[0]];
     let mut ends: Vec<f64> = Vec::new();
@@ -95,27 +69,10 @@ pub(super) fn draw(
     let up = scale.axis(range(ends.into_iter()));
     let mut drawn = Drawn::sliced(&label, order.len(), order.len() + dropped);
     let jobs: Vec<&str> = sources.iter().map(|source| &*source.name).collect();
-    let by = axes
-        .by
-        .iter()
-        .flatten()
-        .next()
-        .map(|&by| first.summary.axes.get(by));
-    let by = by.flatten().map(|axis| axis.name.as_str());
-    let mut file: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
-    if let ([_], [part]) = (&names[..], &parts[..]) {
-        file[0] += &file_part(part);
-    }
-    let mut file = file.join("+").replace(' ', "-");
-    if request.over.is_some() || by.is_some() {
-        file += &format!("-over-{}", over.name);
-    }
-    if let Some(by) = by {
-        file += &format!("-by-{by}");
-    }
-    if jobs.len() > 1 {
-        file += &format!("-with-{}", jobs[1..].join("+"));
-    }
+    let by = axes.by.iter().flatten().next();
+    let by = by.and_then(|&by| first.summary.axes.get(by));
+    let along = (request.over.is_some() || by.is_some()).then_some(&*over.name);
+    let file = file(&names, group, [along, by.map(|axis| &*axis.name)], &jobs);
     for suffix in &order {
         let plan = &plans[suffix];
         let title = format!(
@@ -157,6 +114,83 @@ pub(super) fn draw(
             .push(Picture::new(format!("{file}{suffix}"), canvas));
     }
     Ok(drawn)
+}
+
+/// Pictures by what is held.
+struct Plans {
+    /// In the order met.
+    order: Vec<String>,
+    plans: BTreeMap<String, Plan>,
+    /// Slices that no picture shows.
+    dropped: usize,
+}
+
+impl Plans {
+    fn of(sources: &[Source<'_>], group: &[Vec<Series>], axes: &Axes, scale: &Scale) -> Self {
+        let mut own = Self {
+            order: Vec::new(),
+            plans: BTreeMap::new(),
+            dropped: 0,
+        };
+        for (place, source) in sources.iter().enumerate() {
+            let mut free = vec![axes.over[place]];
+            free.extend(axes.by[place]);
+            let (slices, all) = source.results.slices_of_both(&free);
+            own.dropped += all - slices.len();
+            for slice in &slices {
+                if !own.plans.contains_key(&slice.suffix) {
+                    own.order.push(slice.suffix.clone());
+                }
+                let plan = own.plans.entry(slice.suffix.clone()).or_default();
+                plan.take(place, source, slice, &group[place], axes, scale);
+            }
+        }
+        own
+    }
+}
+
+/// Names of the columns, each once.
+fn names(group: &[Vec<Series>]) -> Vec<&str> {
+    let mut names: Vec<&str> = Vec::new();
+    for series in group.iter().flatten() {
+        if !names.contains(&&*series.name) {
+            names.push(&series.name);
+        }
+    }
+    names
+}
+
+/// What the columns are called together.
+fn label(names: &[&str], group: &[Vec<Series>]) -> String {
+    match (names, &group[0][..]) {
+        ([name], [series]) if !series.part.is_empty() => format!("{name}, {}", series.part),
+        ([name], _) => (*name).to_owned(),
+        _ => common(names),
+    }
+}
+
+/// The beginning of file names: the columns, the axes over and by which curves are drawn, and the jobs behind the first.
+fn file(
+    names: &[&str],
+    group: &[Vec<Series>],
+    [over, by]: [Option<&str>; 2],
+    jobs: &[&str],
+) -> String {
+    let mut file = names.join("+");
+    if let ([_], [series]) = (names, &group[0][..]) {
+        file += &file_part(&series.part);
+    }
+    let mut file = file.replace(' ', "-");
+    if let Some(over) = over {
+        file += &format!("-over-{over}");
+    }
+    if let Some(by) = by {
+        file += &format!("-by-{by}");
+    }
+    if jobs.len() > 1 {
+        file += &format!("-with-{}", jobs[1..].join("+"));
+    }
+    file
 }
 
 /// What some columns of one unit are called together: what their names have in common.

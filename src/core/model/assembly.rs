@@ -1,0 +1,201 @@
+//! The contacts of a model: the springs of both flanks of the first mesh, then those of the structure.
+
+use super::basis::Basis;
+use super::contact::base_cycles;
+use super::direction::Directions;
+use super::error::{ModelError, positive};
+use super::{
+    Block, Contact, Division, Drive, MOST_CONTACTS, MeshCycle, MeshHarmonic, Release, Slider,
+    TransmissionErrorHarmonic,
+};
+use super::{bearing, flank_springs, one_set, structure_contacts};
+use crate::structure::{FlankParticipation, MOST_BASE_CYCLES, ModalStructure, SliderPart};
+
+/// Tilt of a rotation about the shafts this small, relative to the largest of any mode, is
+/// round-off.
+const TILT_NOISE: f64 = 1e-9;
+
+/// What contacts are assembled from.
+pub struct Assembly<'a> {
+    pub structure: &'a ModalStructure,
+    pub drive: &'a Drive,
+    pub basis: &'a Basis,
+    pub blocks: &'a [Block],
+    pub sliders: &'a [Slider],
+    /// Mesh cycle \[s\].
+    pub period: f64,
+}
+
+/// The contacts, and the directions in which they meet the blocks.
+pub struct Assembled {
+    pub contacts: Vec<Contact>,
+    /// How many of them are springs of the flanks.
+    pub flank_springs: usize,
+    pub directions: Directions,
+}
+
+/// The drive flanks or the coast flanks of the first mesh.
+struct Side<'a> {
+    flank: FlankParticipation,
+    error: &'a [MeshHarmonic],
+    /// Static forces on every bearing per unit of its force.
+    on_bearings: Vec<[f64; 4]>,
+}
+
+impl Assembly<'_> {
+    /// Assembles the contacts.
+    ///
+    /// # Errors
+    /// Springs on several lines that would share a residual flexibility, too many contacts, too long a base period.
+    pub fn contacts(&self) -> Result<Assembled, ModelError> {
+        let mut directions = Directions::default();
+        let mut contacts = self.flanks(&mut directions)?;
+        let flank_springs = contacts.len();
+        for number in 0..self.structure.contacts.len() {
+            contacts.push(self.of_structure(number, flank_springs, &mut directions)?);
+        }
+        one_set::merge(&mut contacts);
+        let (name, count) = ("number of contacts", contacts.len() as f64);
+        let fits = count <= MOST_CONTACTS as f64;
+        positive(name, count, fits, "at most 128, both flanks included")?;
+        let (name, base) = ("base period of all contacts", base_cycles(&contacts));
+        let fits = base <= MOST_BASE_CYCLES;
+        positive(name, base as f64, fits, "at most 10000 mesh cycles")?;
+        Ok(Assembled {
+            contacts,
+            flank_springs,
+            directions,
+        })
+    }
+
+    /// The springs of both flanks in turn.
+    fn flanks(&self, directions: &mut Directions) -> Result<Vec<Contact>, ModelError> {
+        let (structure, drive) = (self.structure, self.drive);
+        let of_drive_flank = structure.drive_flank();
+        let on_drive = flank_springs::of_flank(&drive.mesh, &drive.further, &of_drive_flank)?;
+        let drive_side = Side {
+            flank: self.turned(&of_drive_flank),
+            error: &drive.transmission_error,
+            on_bearings: bearing::on_each(structure, |share| share.drive),
+        };
+        let coast = match &drive.coast {
+            None => None,
+            Some(coast) => {
+                let own = structure.coast.as_ref().unwrap_or(&of_drive_flank);
+                let springs = flank_springs::of_flank(&coast.mesh, &coast.further, own)?;
+                let side = Side {
+                    flank: self.turned(own),
+                    error: &coast.transmission_error,
+                    on_bearings: bearing::on_each(structure, |share| match structure.coast {
+                        Some(_) => share.coast,
+                        None => share.drive,
+                    }),
+                };
+                Some((side, springs))
+            }
+        };
+        let mut contacts = Vec::new();
+        for (number, mesh) in on_drive.iter().enumerate() {
+            // The damper of a flank is that of its first spring.
+            let damping = if number == 0 { drive.damping } else { 0.0 };
+            let on_drive = self.cycle(&drive_side, mesh, damping, directions);
+            let on_coast = match &coast {
+                None => on_drive.clone(),
+                Some((side, springs)) => self.cycle(side, &springs[number], damping, directions),
+            };
+            contacts.extend(
+                [(1.0, on_drive), (-1.0, on_coast)].map(|(side, cycle)| Contact {
+                    side,
+                    half_gap: drive.half_gap,
+                    cycles: vec![cycle],
+                    release: release(drive.release, damping),
+                }),
+            );
+        }
+        Ok(contacts)
+    }
+
+    /// The mesh cycle of a spring with some damping \[N s/m\].
+    fn cycle(
+        &self,
+        side: &Side<'_>,
+        mesh: &[Division],
+        damping: f64,
+        directions: &mut Directions,
+    ) -> MeshCycle {
+        let error: Vec<_> = (side.error.iter())
+            .map(|harmonic| TransmissionErrorHarmonic::of_mesh(harmonic, self.period))
+            .collect();
+        let which = directions.of_flank(
+            &side.flank,
+            mesh,
+            self.drive.friction,
+            &error,
+            &side.on_bearings,
+            (self.basis, self.blocks),
+        );
+        MeshCycle::new(self.period, mesh, &which, damping)
+    }
+
+    /// What a flank feels of the turned modes, without the round-off of rotations that it does not feel.
+    fn turned(&self, own: &FlankParticipation) -> FlankParticipation {
+        let basis = self.basis;
+        let apart = (basis.rigid().split_last()).map_or(&[][..], |(_, apart)| apart);
+        FlankParticipation {
+            mesh: unfelt(basis.turn(&own.mesh), apart),
+            tilt: untilted(basis.turn(&own.tilt), apart),
+            friction: basis.turn(&own.friction),
+            lever: basis.turn(&own.lever),
+            residual_flexibility: own.residual_flexibility,
+        }
+    }
+
+    /// A contact of the structure.
+    fn of_structure(
+        &self,
+        number: usize,
+        flank_springs: usize,
+        directions: &mut Directions,
+    ) -> Result<Contact, ModelError> {
+        let own = &structure_contacts::with_own_law(&self.structure.contacts[number], self.drive)?;
+        let release = match own.law.slider {
+            None => release(self.drive.release, own.law.damping),
+            Some(SliderPart::Spring) => Release::Stick,
+            Some(_) => Release::Slip,
+        };
+        let slider = (self.sliders.iter())
+            .find(|slider| slider.has(flank_springs + number))
+            .map(|slider| slider.block);
+        let on_bearings = bearing::on_each(self.structure, |share| {
+            share.contacts.get(number).copied().unwrap_or_default()
+        });
+        let to = (self.basis, self.blocks, slider);
+        structure_contacts::contact(own, release, self.period, directions, &on_bearings, to)
+    }
+}
+
+/// When a contact of some damping \[N s/m\] lets go: a spring alone has no force where δ is back at
+/// the gap.
+fn release(asked: Release, damping: f64) -> Release {
+    if damping > 0.0 { asked } else { Release::Deflection }
+}
+
+/// A participation without the round-off of the rotation: those of the rigid blocks that no mesh feels
+/// are zero by construction of the basis.
+fn unfelt(mut mesh: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
+    for &i in rigid {
+        mesh[i] = 0.0;
+    }
+    mesh
+}
+
+/// A tilt without round-off: a rotation about the shafts does not tilt them.
+fn untilted(mut tilt: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
+    let noise = TILT_NOISE * tilt.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
+    for &i in rigid {
+        if tilt[i].abs() <= noise {
+            tilt[i] = 0.0;
+        }
+    }
+    tilt
+}
