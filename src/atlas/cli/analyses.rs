@@ -1,6 +1,6 @@
 //! Which analyses are asked of a point, in words.
 
-use crate::analysis::{GrowthNorm, Section, SliceOf};
+use crate::analysis::{GrowthNorm, NvhConfig, Section, SliceOf};
 use crate::manifest::PointSpec;
 
 /// All of them with their settings, separated by commas.
@@ -39,22 +39,7 @@ pub(super) fn analyses(point: &PointSpec) -> String {
         };
         format!("poincare ({} samples{section}{refine})", poincare.samples)
     });
-    let nvh = analyses.nvh.map(|nvh| {
-        let spectra = if nvh.spectrum.is_some() { ", spectra" } else { "" };
-        let more = [
-            (nvh.orders.is_some(), ", orders"),
-            (nvh.outputs.bearings, ", bearings"),
-            (nvh.outputs.torques, ", torques"),
-            (nvh.outputs.accelerations, ", accelerations"),
-            (nvh.outputs.meshes, ", meshes"),
-            (nvh.power, ", power balance"),
-        ];
-        let more: String = more.iter().filter(|own| own.0).map(|own| own.1).collect();
-        let stop = nvh.stop_at_stderr.map_or(String::new(), |bound| {
-            format!(", until relative standard error {bound}")
-        });
-        format!("nvh ({} harmonics{spectra}{more}{stop})", nvh.harmonics)
-    });
+    let nvh = analyses.nvh.map(nvh);
     let multistability = analyses.multistability.map(|asked| {
         let slice = asked.slice.map_or_else(String::new, |slice| {
             let [first, second] = slice.modes.map(|mode| mode + 1);
@@ -104,4 +89,21 @@ pub(super) fn analyses(point: &PointSpec) -> String {
     .flatten()
     .collect();
     if all.is_empty() { "none".to_owned() } else { all.join(", ") }
+}
+
+fn nvh(nvh: NvhConfig) -> String {
+    let spectra = if nvh.spectrum.is_some() { ", spectra" } else { "" };
+    let more = [
+        (nvh.orders.is_some(), ", orders"),
+        (nvh.outputs.bearings, ", bearings"),
+        (nvh.outputs.torques, ", torques"),
+        (nvh.outputs.accelerations, ", accelerations"),
+        (nvh.outputs.meshes, ", meshes"),
+        (nvh.power, ", power balance"),
+    ];
+    let more: String = more.iter().filter(|own| own.0).map(|own| own.1).collect();
+    let stop = nvh.stop_at_stderr.map_or(String::new(), |bound| {
+        format!(", until relative standard error {bound}")
+    });
+    format!("nvh ({} harmonics{spectra}{more}{stop})", nvh.harmonics)
 }

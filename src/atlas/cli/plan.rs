@@ -12,7 +12,7 @@ use crate::manifest::Job;
 use crate::report::size_text;
 use crate::store::{Characteristics, Shard, StoreError};
 use crate::sweep::Prepared;
-use crate::sweep::{self, Forecast, Interval, Options};
+use crate::sweep::{self, Forecast, Interval, Options, Sweep};
 use crate::topology::Source;
 use clap::Args;
 use serde_json::json;
@@ -68,21 +68,20 @@ pub fn run(args: &PlanArgs) -> ExitCode {
         Ok(scratch) => scratch,
         Err(error) => return fail(1, &format!("cannot make a temporary folder: {error}")),
     };
-    let options = Options {
-        threads: args.threads.count(),
-        shard: args.shard,
-        ..Options::default()
-    };
     let parts = Prepared::new(args.tables.store());
-    let found = sweep::forecast(
-        &job,
-        options,
-        &parts,
-        process.topology.as_ref(),
-        BUDGET,
-        &process.called_off,
-        scratch.path(),
-    );
+    let sweep = Sweep {
+        job: &job,
+        folder: scratch.path(),
+        options: Options {
+            threads: args.threads.count(),
+            shard: args.shard,
+            ..Options::default()
+        },
+        parts: &parts,
+        topology: process.topology.as_ref(),
+        called_off: &process.called_off,
+    };
+    let found = sweep::forecast(&sweep, BUDGET);
     match found {
         Err(error) => fail(1, &with_causes(&error)),
         Ok(None) => ExitCode::from(super::INTERRUPTED),

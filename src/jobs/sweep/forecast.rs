@@ -12,7 +12,7 @@ use super::layout::layout;
 use super::parts::{Prepared, tables_wanted};
 use super::point::Worker;
 use super::queue::work;
-use super::run::{Options, SweepError, pieces, start_workers};
+use super::run::{Sweep, SweepError, Workers, pieces, start_workers};
 use super::trial::{Tried, try_out};
 use super::turns::Share;
 use crate::manifest::Job;
@@ -94,20 +94,20 @@ pub struct Forecast {
 }
 
 /// Tries out a few points for at most about `budget` (tables that they need come on top, and are kept
-/// for the run), and says what the run will take; nothing where `called_off` was raised meanwhile. Result files
-/// are tried out in `scratch`, an empty folder.
+/// for the run), and says what the run will take; nothing where the sweep was called off meanwhile. Result files
+/// are tried out in its folder, which is to be empty.
 ///
 /// # Errors
-/// Threads cannot be started, or `scratch` cannot be written.
-pub fn forecast(
-    job: &Job,
-    options: Options<'_>,
-    parts: &Prepared,
-    topology: Option<&Topology>,
-    budget: Duration,
-    called_off: &AtomicBool,
-    scratch: &Path,
-) -> Result<Option<Forecast>, SweepError> {
+/// Threads cannot be started, or the folder cannot be written.
+pub fn forecast(sweep: &Sweep<'_>, budget: Duration) -> Result<Option<Forecast>, SweepError> {
+    let Sweep {
+        job,
+        folder: scratch,
+        options,
+        parts,
+        topology,
+        called_off,
+    } = *sweep;
     let length = job.chain_length();
     let share = Share::of_shard(job, options.shard);
     let crew = start_workers(job, &share, options, topology)?;
@@ -137,40 +137,8 @@ pub fn forecast(
         over: AtomicBool::new(false),
         tried: Mutex::default(),
     };
-    let next = AtomicUsize::new(0);
-    let (done, waiting) = channel::<()>();
-    std::thread::scope(|scope| {
-        let over = &calibration.over;
-        let watch = move || {
-            let started = Instant::now();
-            while waiting.recv_timeout(LOOK_UP) == Err(RecvTimeoutError::Timeout) {
-                if started.elapsed() >= budget || called_off.load(Ordering::Relaxed) {
-                    over.store(true, Ordering::Relaxed);
-                }
-            }
-        };
-        std::thread::Builder::new()
-            .spawn_scoped(scope, watch)
-            .map_err(|error| SweepError::threads(threads + 1, &error))?;
-        crew.pool.broadcast(|context| {
-            let worker = Worker {
-                index: context.index() as u32,
-                topology,
-            };
-            if load.shared && worker.index > 0 {
-                // The others help with the point.
-                return;
-            }
-            while let Some(&n) = places.get(next.fetch_add(1, Ordering::Relaxed)) {
-                if over.load(Ordering::Relaxed) || calibration.is_enough() {
-                    return;
-                }
-                calibration.try_out(share.id(n), worker);
-            }
-        });
-        drop(done);
-        Ok::<_, SweepError>(())
-    })?;
+    let points = places.iter().map(|&n| share.id(n)).collect::<Vec<_>>();
+    calibration.try_all(&points, &crew, topology, (budget, called_off))?;
     if called_off.load(Ordering::Relaxed) {
         return Ok(None);
     }
@@ -230,6 +198,53 @@ struct Calibration<'a> {
 }
 
 impl Calibration<'_> {
+    /// Tries out points in turn until their time is known well enough, for about `budget` at most.
+    ///
+    /// # Errors
+    /// A thread cannot be started.
+    fn try_all(
+        &self,
+        points: &[usize],
+        crew: &Workers,
+        topology: Option<&Topology>,
+        (budget, called_off): (Duration, &AtomicBool),
+    ) -> Result<(), SweepError> {
+        let next = AtomicUsize::new(0);
+        let (done, waiting) = channel::<()>();
+        std::thread::scope(|scope| {
+            let over = &self.over;
+            let watch = move || {
+                let started = Instant::now();
+                while waiting.recv_timeout(LOOK_UP) == Err(RecvTimeoutError::Timeout) {
+                    if started.elapsed() >= budget || called_off.load(Ordering::Relaxed) {
+                        over.store(true, Ordering::Relaxed);
+                    }
+                }
+            };
+            std::thread::Builder::new()
+                .spawn_scoped(scope, watch)
+                .map_err(|error| SweepError::threads(crew.threads + 1, &error))?;
+            crew.pool.broadcast(|context| {
+                let worker = Worker {
+                    index: context.index() as u32,
+                    topology,
+                };
+                if self.load.shared && worker.index > 0 {
+                    // The others help with the point.
+                    return;
+                }
+                while let Some(&id) = points.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    if over.load(Ordering::Relaxed) || self.is_enough() {
+                        return;
+                    }
+                    self.try_out(id, worker);
+                }
+            });
+            drop(done);
+            Ok(())
+        })
+    }
+
     fn tried(&self) -> MutexGuard<'_, Vec<Tried>> {
         self.tried.lock().unwrap_or_else(PoisonError::into_inner)
     }

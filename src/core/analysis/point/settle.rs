@@ -14,7 +14,7 @@ use crate::analysis::outcome::{
 use crate::analysis::recurrence::excitation_period;
 use crate::analysis::spectrum::{Lines, Spectra};
 use crate::model::TrajectoryState;
-use crate::numerics::linalg::{eigenpair, eigenvalues};
+use crate::numerics::linalg::{EigenPair, eigenpair, eigenvalues};
 use crate::numerics::product_moduli::{Logarithm, logarithms, round_off};
 use crate::propagate::{Counters, Kernel};
 use faer::Mat;
@@ -188,41 +188,85 @@ impl<K: Kernel> PointRun<'_, K> {
                 let told = round_off(first, leading.norm()) <= TOLD;
                 let direction =
                     if asked.twin && told { eigenpair(first.as_ref(), leading) } else { None };
-                let twin = match direction {
-                    Some(pair) => twins::leading_exponent(
-                        self.model,
-                        self.kernel,
-                        &self.norm,
-                        &start,
-                        period,
-                        &pair.vector,
-                        &mut self.workspace,
-                    )?,
-                    None => None,
-                };
-                // Those that drown in round-off are the smallest, and are left out.
-                let known = exponents.iter().take_while(|own| own.error.is_finite());
-                let (exponents, errors) = known.map(|own| (own.value, own.error)).unzip();
-                Some(LyapunovOutcome {
-                    exponents,
-                    errors,
-                    // States that are drawn to a periodic orbit end on so many points.
-                    dimension: (largest < -NEUTRAL).then_some(KaplanYorke {
-                        value: 0.0,
-                        stderr: 0.0,
-                    }),
-                    twin: twin.map(|t| t.exponent),
-                    twin_stderr: twin.map(|t| t.error),
-                    twin_agrees: twin.map(|t| t.agrees),
-                    method: LyapunovMethod::Multipliers,
-                    course: None,
-                })
+                Some(self.multiplier_outcome(&start, period, &exponents, direction)?)
             }
             None => None,
         };
         if self.energy_residual.is_none() {
             self.audit(u64::from(period))?;
         }
+        let mut instruments = self.measure_period(period)?;
+        let record = &mut instruments.record;
+        let events = record.events;
+        let class = if events == 0 && self.model.touches(self.trajectory.contact) {
+            Class::SteadyContact(Some(period))
+        } else {
+            Class::Periodic(period)
+        };
+        let reason = match class {
+            Class::SteadyContact(_) if period == 1 => {
+                format!("repeats every cycle and never leaves contact; {how}")
+            }
+            Class::SteadyContact(_) => {
+                format!("repeats after {period} cycles and never leaves contact; {how}")
+            }
+            _ => format!(
+                "repeats after {} with {events} events in {}; {how}",
+                cycles(period.into()),
+                cycles(record.measured)
+            ),
+        };
+        Ok(Some(self.outcome(
+            Status::Ok,
+            reason,
+            Some(class),
+            lyapunov,
+            record,
+        )))
+    }
+
+    /// Exponents of an orbit by its multipliers, with those of a twin that starts along an eigenvector.
+    fn multiplier_outcome(
+        &mut self,
+        start: &TrajectoryState,
+        period: u32,
+        exponents: &[Logarithm],
+        direction: Option<EigenPair>,
+    ) -> Result<LyapunovOutcome, Interruption> {
+        let twin = match direction {
+            Some(pair) => twins::leading_exponent(
+                self.model,
+                self.kernel,
+                &self.norm,
+                start,
+                period,
+                &pair.vector,
+                &mut self.workspace,
+            )?,
+            None => None,
+        };
+        let largest = exponents.first().map_or(f64::NAN, |own| own.value);
+        // Those that drown in round-off are the smallest, and are left out.
+        let known = exponents.iter().take_while(|own| own.error.is_finite());
+        let (exponents, errors) = known.map(|own| (own.value, own.error)).unzip();
+        Ok(LyapunovOutcome {
+            exponents,
+            errors,
+            // States that are drawn to a periodic orbit end on so many points.
+            dimension: (largest < -NEUTRAL).then_some(KaplanYorke {
+                value: 0.0,
+                stderr: 0.0,
+            }),
+            twin: twin.map(|t| t.exponent),
+            twin_stderr: twin.map(|t| t.error),
+            twin_agrees: twin.map(|t| t.agrees),
+            method: LyapunovMethod::Multipliers,
+            course: None,
+        })
+    }
+
+    /// Measures one period of a motion that repeats.
+    fn measure_period(&mut self, period: u32) -> Result<Instruments, Interruption> {
         // Tangents and twin have told what they can.
         let asked = PointConfig {
             lyapunov: None,
@@ -254,32 +298,7 @@ impl<K: Kernel> PointRun<'_, K> {
         if let Some(orders) = &mut record.watch.orders {
             orders.repeats(period);
         }
-        let events = record.events;
-        let class = if events == 0 && self.model.touches(self.trajectory.contact) {
-            Class::SteadyContact(Some(period))
-        } else {
-            Class::Periodic(period)
-        };
-        let reason = match class {
-            Class::SteadyContact(_) if period == 1 => {
-                format!("repeats every cycle and never leaves contact; {how}")
-            }
-            Class::SteadyContact(_) => {
-                format!("repeats after {period} cycles and never leaves contact; {how}")
-            }
-            _ => format!(
-                "repeats after {} with {events} events in {}; {how}",
-                cycles(period.into()),
-                cycles(record.measured)
-            ),
-        };
-        Ok(Some(self.outcome(
-            Status::Ok,
-            reason,
-            Some(class),
-            lyapunov,
-            record,
-        )))
+        Ok(instruments)
     }
 
     /// As many exponents as are asked for, one at least, of an orbit with this map of a period,
