@@ -9,7 +9,7 @@ use gearatlas::store::{
     ColumnKind, Journal, PointRow, ResultTable, RunRecord, StoreError, TableKind, TableStore,
     read_runs, verify,
 };
-use gearatlas::sweep::{Begun, Options, Prepared, Progress, Watcher, run};
+use gearatlas::sweep::{Begun, Options, Prepared, Progress, Sweep, Watcher};
 use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;
@@ -35,18 +35,15 @@ static POINTS: LazyLock<Vec<u8>> = LazyLock::new(|| {
         threads: Some(1),
         ..Options::default()
     };
-    let go_on = AtomicBool::new(false);
-    run(
-        &job,
-        &here,
+    let sweep = Sweep {
+        job: &job,
+        folder: &here,
         options,
-        &parts,
-        &mut journal,
-        None,
-        &go_on,
-        &mut Nobody,
-    )
-    .expect("a run");
+        parts: &parts,
+        topology: None,
+        called_off: &AtomicBool::new(false),
+    };
+    sweep.run(&mut journal, &mut Nobody).expect("a run");
     fs::read(here.join("points.parquet")).expect("its table")
 });
 

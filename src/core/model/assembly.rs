@@ -199,3 +199,15 @@ fn untilted(mut tilt: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
     }
     tilt
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tilts_of_rotations_are_kept_beyond_round_off() {
+        let kept = untilted(vec![1e-12, 0.5, -1.0, 1e-12], &[0, 1]);
+        assert_eq!(kept, [0.0, 0.5, -1.0, 1e-12]);
+        assert_eq!(unfelt(vec![0.5, 0.1, 1e-17], &[2]), [0.5, 0.1, 0.0]);
+    }
+}

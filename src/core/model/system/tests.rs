@@ -1,5 +1,5 @@
 use super::*;
-use crate::model::{DriveShaft, FlankError, TorqueRipple};
+use crate::model::{Division, DriveShaft, FlankError, TorqueRipple};
 use crate::model::{InitialState, MeshHarmonic, fixtures};
 use crate::structure::Coupling;
 
@@ -155,13 +155,6 @@ fn ripple_needs_a_known_shaft_and_modes_may_be_overdamped() {
             .spread()
             .is_some()
     );
-}
-
-#[test]
-fn tilts_of_rotations_are_kept_beyond_round_off() {
-    let kept = untilted(vec![1e-12, 0.5, -1.0, 1e-12], &[0, 1]);
-    assert_eq!(kept, [0.0, 0.5, -1.0, 1e-12]);
-    assert_eq!(unfelt(vec![0.5, 0.1, 1e-17], &[2]), [0.5, 0.1, 0.0]);
 }
 
 /// Under drag the rotation of the whole drive is no neutral pair: it rests wherever it is put, unless a
