@@ -48,7 +48,7 @@ fn a_helix_angle_in_a_train_is_told_its_place() {
     let module = fault("quickstart.toml", &["mesh.module=0.004"]);
     assert_eq!(
         module.suggestion.as_deref(),
-        Some("`module` belongs in [gear] or [train.planetary]")
+        Some("`module` belongs in [gear] or [[train.planetary]]")
     );
 }
 

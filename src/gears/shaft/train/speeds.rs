@@ -2,6 +2,7 @@
 //! mesh?
 
 use super::axes::{Axis, BesideEachOther, PitchPoint, PlacedGear};
+use super::equations::{Equations, TooLong};
 use super::ratio::Ratio;
 use super::{GearPlace, ShaftCoupling, TrainDrive, TrainError, TrainShaft};
 use crate::numerics::integers::least_multiple;
@@ -27,11 +28,15 @@ pub(super) struct Layout {
     /// stands still: first the shafts, then the loose gears. The first gear rolls forwards.
     pub speeds: Vec<f64>,
     /// The same as the meshes see them, in units of the first gear's own speed. Speeds of what moves with planets are relative
-    /// to the carrier.
+    /// to their carrier.
     pub rolling: Vec<f64>,
-    /// Speed of the carrier of planets; 0 where the axes of all meshes stand still.
-    pub carrier: f64,
-    /// Whether each shaft is written in the frame of the carrier while that turns.
+    /// How fast the first gear rolls, in units of the driver's speed.
+    pub unit: f64,
+    /// Speed of the carrier of each planetary set.
+    pub carriers: Vec<f64>,
+    /// The set in whose frame each shaft is written; none in the frame of space.
+    pub frames: Vec<Option<usize>>,
+    /// Whether that frame turns.
     pub turning: Vec<bool>,
     /// Where the first mesh and each further one meet.
     pub meshes: Vec<PitchPoint>,
@@ -44,30 +49,38 @@ pub(super) struct Layout {
     pub base_cycles: usize,
 }
 
-/// Speed of a body as a sum of two: how fast the first gear rolls, and, of trains with planets, the carrier turns.
-type Form = [Ratio; 2];
-
 /// How the speed of its second body follows from that of its first.
 struct Joint {
     bodies: [usize; 2],
     ratio: Ratio,
-    /// Whether both speeds are relative to the carrier.
-    relative_to_carrier: bool,
+    /// What both speeds are relative to.
+    carrier: Option<usize>,
 }
 
 impl Joint {
-    /// The speed of one body from that of the other.
-    fn follow(&self, [own, carrier]: Form, ratio: Ratio) -> Form {
-        let frame = if self.relative_to_carrier { Ratio::ONE } else { Ratio::ZERO };
-        [own * ratio, (carrier - frame) * ratio + frame]
+    /// `(ω₁ − ω_c) r − (ω₂ − ω_c) = 0`.
+    fn equation(&self) -> impl Iterator<Item = (usize, Ratio)> {
+        let [one, two] = self.bodies;
+        let carrier = self.carrier.map(|own| (own, Ratio::ONE - self.ratio));
+        let bodies = [(one, self.ratio), (two, Ratio::ZERO - Ratio::ONE)];
+        bodies.into_iter().chain(carrier)
+    }
+
+    /// The speed that it requires of its second body.
+    fn asks(&self, known: &Equations) -> Option<Ratio> {
+        let frame = match self.carrier {
+            Some(carrier) => known.value(carrier)?,
+            None => Ratio::ZERO,
+        };
+        Some((known.value(self.bodies[0])? - frame) * self.ratio + frame)
     }
 }
 
-/// Exact speeds of the bodies that anything connects with the first gear; see [`Layout`].
+/// Exact speeds of the bodies that anything connects with the driver; see [`Layout`].
 struct Speeds {
     speeds: Vec<Option<Ratio>>,
     rolling: Vec<Option<Ratio>>,
-    carrier: Ratio,
+    unit: Ratio,
 }
 
 impl TrainDrive {
@@ -159,8 +172,8 @@ impl TrainDrive {
     /// # Errors
     /// [`TrainError`].
     pub fn body_speeds(&self) -> Result<Vec<(String, f64)>, TrainError> {
-        let planets = self.planetary.iter().flat_map(|set| &set.planets);
-        let alike: Vec<usize> = planets.skip(1).map(|planet| planet.shaft).collect();
+        let alike = (self.planetary.iter()).flat_map(|set| set.planets.iter().skip(1));
+        let alike: Vec<usize> = alike.map(|planet| planet.shaft).collect();
         let speeds = self.layout()?.speeds.into_iter().enumerate();
         let told = speeds.filter(|(body, _)| !alike.contains(body));
         Ok(told
@@ -177,19 +190,22 @@ impl TrainDrive {
         let meshes = (self.pairs())
             .map(|gears| self.met(gears, &axes))
             .collect::<Result<Vec<_>, _>>()?;
+        self.sets_are_apart()?;
         self.check_first()?;
-        let members = self.members();
-        let solved = self.speeds(&meshes, &members)?;
+        let frames = self.frames();
         let Speeds {
             speeds,
             rolling,
-            carrier,
-        } = solved;
-        let turning: Vec<bool> = (members.iter())
-            .map(|member| *member && carrier != Ratio::ZERO)
+            unit,
+        } = self.speeds(&meshes, &frames)?;
+        let carrier = |set: usize| speeds[self.planetary[set].carrier].unwrap_or(Ratio::ZERO);
+        let turning: Vec<bool> = (frames.iter())
+            .map(|frame| frame.is_some_and(|set| carrier(set) != Ratio::ZERO))
             .collect();
-        if let Some(set) = &self.planetary {
-            self.check_planets(set, &axes, [&members, &turning])?;
+        self.meshes_are_of_planets(&turning)?;
+        self.supports_are_round(&frames, &turning)?;
+        for set in 0..self.planetary.len() {
+            self.check_planets(set, &axes, &frames)?;
         }
         if let Some(joined) = &self.housing {
             self.check_joints(joined, &axes, &turning)?;
@@ -218,9 +234,7 @@ impl TrainDrive {
                 body: self.body_name(body),
             })?;
             if speed == Ratio::ZERO {
-                return Err(TrainError::Held {
-                    body: self.body_name(body),
-                });
+                return Err(self.stands(mesh.gears));
             }
             let ratio = speed * Ratio::new(i128::from(gear.teeth), i128::from(first));
             self.is_exact(ratio, body)?;
@@ -262,10 +276,14 @@ impl TrainDrive {
         };
         Ok(Layout {
             base_cycles: together,
+            carriers: (0..self.planetary.len())
+                .map(|set| carrier(set).value())
+                .collect(),
             axes,
             speeds: values(speeds),
             rolling: values(rolling),
-            carrier: carrier.value(),
+            unit: unit.value(),
+            frames,
             turning,
             meshes,
             turns,
@@ -307,141 +325,172 @@ impl TrainDrive {
                 Joint {
                     bodies: gears.map(|place| self.body_of(place)),
                     ratio: Ratio::new(z1 * i128::from(met.sense), z2),
-                    relative_to_carrier: gears.iter().any(|gear| self.is_planet(gear.shaft)),
+                    carrier: self.set_of_mesh(gears).map(|set| self.planetary[set].carrier),
                 }
             })
             .collect();
         joints.extend(self.couplings.iter().map(|coupling| Joint {
             bodies: coupling.shafts,
             ratio: Ratio::ONE,
-            relative_to_carrier: false,
+            carrier: None,
         }));
         joints
     }
 
-    /// Speeds of the bodies that anything connects with the first gear.
-    fn forms(&self, joints: &[Joint]) -> Result<Vec<Option<Form>>, TrainError> {
+    /// The equations of all joints that anything connects with the driver, and which bodies they reach.
+    fn equations(&self, joints: &[Joint]) -> Result<(Equations, Vec<bool>), TrainError> {
         let bodies = self.shafts.len() + self.loose_gears().count();
-        let mut forms: Vec<Option<Form>> = vec![None; bodies];
-        let beside = if self.planetary.is_some() { Ratio::ONE } else { Ratio::ZERO };
-        forms[self.body_of(self.gears[0])] = Some([Ratio::ONE, beside]);
-        if let Some(set) = &self.planetary {
-            forms[set.carrier] = Some([Ratio::ZERO, Ratio::ONE]);
+        let mut equations = Equations::new(bodies, self.driver);
+        let mut reached = vec![false; bodies];
+        reached[self.driver] = true;
+        let mut left: Vec<&Joint> = joints.iter().collect();
+        // From the driver outwards: each speed follows at once from those before, by the shortest ratio.
+        while let Some(next) = (left.iter())
+            .position(|own| own.bodies.into_iter().chain(own.carrier).any(|body| reached[body]))
+        {
+            let joint = left.remove(next);
+            for body in joint.bodies.into_iter().chain(joint.carrier) {
+                reached[body] = true;
+            }
+            let [one, two] = joint.bodies;
+            let speeds = (equations.value(two), joint.asks(&equations));
+            let stand = |known: &Equations| {
+                let stands = |body: &usize| known.value(*body) == Some(Ratio::ZERO);
+                [one, two].iter().filter(|body| stands(body)).count()
+            };
+            let before = stand(&equations);
+            let turns = equations.add(joint.equation());
+            let turns = turns.map_err(|long| self.long_ratio(long))?;
+            // Nothing is held yet: what stops both bodies has contradicted what joins them otherwise.
+            if !turns || before == 0 && stand(&equations) == 2 {
+                return Err(match speeds {
+                    (Some(found), Some(asked)) => TrainError::Locked {
+                        body: self.body_name(two),
+                        speeds: [found, asked].map(Ratio::value),
+                    },
+                    _ => TrainError::Contradiction {
+                        bodies: [one, two].map(|body| self.body_name(body)),
+                        driver: self.shafts[self.driver].name.clone(),
+                    },
+                });
+            }
         }
-        // Each round reaches what is one joint further away.
-        for _ in 0..bodies {
-            for joint in joints {
-                let [one, two] = joint.bodies;
-                match (forms[one], forms[two]) {
-                    (Some(form), None) => forms[two] = Some(joint.follow(form, joint.ratio)),
-                    (None, Some(form)) => {
-                        forms[one] = Some(joint.follow(form, Ratio::ONE / joint.ratio));
-                    }
-                    _ => {}
+        Ok((equations, reached))
+    }
+
+    /// Adds that what is held stands still.
+    fn hold(&self, joined: &Equations, reached: &[bool]) -> Result<Equations, TrainError> {
+        let shafts = self.shafts.iter().enumerate();
+        let held = shafts.filter(|(body, shaft)| reached[*body] && !shaft.motion.turns());
+        let held: Vec<usize> = held.map(|(body, _)| body).collect();
+        let with = |all: &[usize]| -> Result<Option<Equations>, TrainError> {
+            let mut equations = joined.clone();
+            for &body in all {
+                let turns = equations.add([(body, Ratio::ONE)]);
+                if !turns.map_err(|long| self.long_ratio(long))? {
+                    return Ok(None);
                 }
             }
+            Ok(Some(equations))
+        };
+        if let Some(equations) = with(&held)? {
+            return Ok(equations);
         }
-        for (body, form) in forms.iter().enumerate() {
-            for part in form.iter().flatten() {
-                self.is_exact(*part, body)?;
+        // The first that stops the driver, and one without which it would not.
+        let mut last = 0;
+        while with(&held[..=last])?.is_some() {
+            last += 1;
+        }
+        for other in 0..last {
+            let mut rest = held[..=last].to_vec();
+            rest.remove(other);
+            if with(&rest)?.is_some() {
+                return Err(TrainError::AllHeld {
+                    held: [held[other], held[last]].map(|body| self.body_name(body)),
+                });
             }
         }
-        Ok(forms)
+        let told = if self.planetary.is_empty() { held[last] } else { self.driver };
+        Err(TrainError::Held {
+            body: self.body_name(told),
+        })
+    }
+
+    fn long_ratio(&self, TooLong(body): TooLong) -> TrainError {
+        TrainError::LongRatio {
+            body: self.body_name(body),
+        }
     }
 
     /// That a speed, of a body or from its joints, is a ratio of whole numbers that are not too large.
     fn is_exact(&self, speed: Ratio, body: usize) -> Result<(), TrainError> {
-        if speed != Ratio::TOO_LARGE {
-            return Ok(());
-        }
-        Err(TrainError::LongRatio {
-            body: self.body_name(body),
-        })
+        if speed == Ratio::TOO_LARGE { Err(self.long_ratio(TooLong(body))) } else { Ok(()) }
     }
 
-    /// Speed of the carrier where the first gear rolls at 1: of what is held, or joined in two ways, it is one only.
-    fn carrier_speed(&self, joints: &[Joint], forms: &[Option<Form>]) -> Result<Ratio, TrainError> {
-        let mut found: Option<(&String, Ratio)> = None;
-        let held = self.shafts.iter().zip(forms);
-        for (body, (shaft, form)) in held
-            .enumerate()
-            .filter(|(_, (shaft, _))| !shaft.motion.turns())
-        {
-            let Some([own, carrier]) = *form else {
-                continue;
-            };
-            if carrier == Ratio::ZERO {
-                return Err(TrainError::Held {
-                    body: shaft.name.clone(),
-                });
-            }
-            let speed = Ratio::ZERO - own / carrier;
-            self.is_exact(speed, body)?;
-            match found {
-                Some((first, known)) if known != speed => {
-                    return Err(TrainError::AllHeld {
-                        held: [first, &shaft.name].map(String::clone),
-                    });
-                }
-                Some(_) => {}
-                None => found = Some((&shaft.name, speed)),
-            }
-        }
-        let mut speed = found.map(|(_, speed)| speed);
-        for joint in joints {
-            let [one, two] = joint.bodies;
-            let (Some(before), Some(form)) = (forms[one], forms[two]) else {
-                continue;
-            };
-            let expected = joint.follow(before, joint.ratio);
-            let [own, carrier] = [0, 1].map(|part| expected[part] - form[part]);
-            if speed.is_none() && carrier != Ratio::ZERO {
-                speed = Some(Ratio::ZERO - own / carrier);
-            }
-            let now = speed.unwrap_or(Ratio::ZERO);
-            let left = own + carrier * now;
-            self.is_exact(left, two)?;
-            if left != Ratio::ZERO {
-                return Err(TrainError::Locked {
-                    body: self.body_name(joint.bodies[1]),
-                    speeds: [form, expected].map(|form| (form[0] + form[1] * now).value()),
-                });
-            }
-        }
-        match (speed, &self.planetary) {
-            (None, Some(_)) => Err(TrainError::NothingHeld),
-            (speed, _) => Ok(speed.unwrap_or(Ratio::ZERO)),
+    /// Why gears that mesh do not roll on each other.
+    fn stands(&self, gears: [GearPlace; 2]) -> TrainError {
+        let bodies = gears.map(|gear| self.body_of(gear));
+        let held = |body: &usize| {
+            let shaft = self.shafts.get(*body);
+            shaft.is_some_and(|own| !own.motion.turns())
+        };
+        match bodies.iter().find(|body| held(body)) {
+            Some(&body) if self.set_of_mesh(gears).is_none() => TrainError::Held {
+                body: self.body_name(body),
+            },
+            _ => TrainError::NotRolling {
+                gears: gears.map(|place| self.gear(place).name.clone()),
+            },
         }
     }
 
     /// Speeds of the bodies: what is held stands still.
-    fn speeds(&self, meshes: &[PitchPoint], members: &[bool]) -> Result<Speeds, TrainError> {
-        let joints = self.joints(meshes);
-        let forms = self.forms(&joints)?;
-        let carrier = self.carrier_speed(&joints, &forms)?;
-        let absolute = |[own, of_carrier]: Form| own + of_carrier * carrier;
-        let driver = forms[self.driver].map(absolute);
-        let alone = |speed: &Ratio| self.planetary.is_some() || *speed == Ratio::ONE;
-        let driver = driver.filter(alone).ok_or_else(|| TrainError::Driver {
-            driver: self.shafts[self.driver].name.clone(),
-        })?;
-        if driver == Ratio::ZERO {
-            return Err(TrainError::Held {
-                body: self.shafts[self.driver].name.clone(),
+    fn speeds(
+        &self,
+        meshes: &[PitchPoint],
+        frames: &[Option<usize>],
+    ) -> Result<Speeds, TrainError> {
+        let (joined, reached) = self.equations(&self.joints(meshes))?;
+        let equations = self.hold(&joined, &reached)?;
+        let name = |body: usize| self.body_name(body);
+        let first = self.body_of(self.gears[0]);
+        // Without planets the speed of a point is that of the first gear.
+        let alone = self.planetary.is_empty() && equations.value(first) != Some(Ratio::ONE);
+        if !reached[first] || alone {
+            return Err(TrainError::Driver {
+                driver: name(self.driver),
             });
         }
-        let is_member = |body: usize| members[self.shaft_of(body)];
-        let rolling = forms.iter().enumerate().map(|(body, form)| {
-            let beside = if is_member(body) { carrier } else { Ratio::ZERO };
-            form.map(|form| absolute(form) - beside)
-        });
-        let unit = driver.modulus();
+        let free: Vec<String> = (0..reached.len())
+            .filter(|&body| reached[body] && equations.value(body).is_none())
+            .filter(|&body| !self.is_planet(body))
+            .map(|body| format!("`{}`", name(body)))
+            .collect();
+        if !free.is_empty() {
+            return Err(TrainError::NothingHeld {
+                free: free.join(", "),
+                driver: name(self.driver),
+            });
+        }
+        let speed = |body: usize| equations.value(body).filter(|_| reached[body]);
+        self.frames_are_one(frames, speed)?;
+        let rolls = |body: usize| {
+            let frame = frames[self.shaft_of(body)].map(|set| self.planetary[set].carrier);
+            let beside = frame.map_or(Some(Ratio::ZERO), speed);
+            Some(speed(body)? - beside?)
+        };
+        let unit = rolls(first).unwrap_or(Ratio::ZERO);
+        self.is_exact(unit, first)?;
+        if unit == Ratio::ZERO {
+            return Err(self.stands(self.gears));
+        }
+        // The first gear rolls forwards.
+        let sense = unit / unit.modulus();
+        let bodies = || 0..reached.len();
         let solved = Speeds {
-            rolling: rolling.collect(),
-            speeds: (forms.iter())
-                .map(|form| form.map(|form| absolute(form) / unit))
-                .collect(),
-            carrier: carrier / unit,
+            speeds: bodies().map(|body| Some(speed(body)? * sense)).collect(),
+            rolling: bodies().map(|body| Some(rolls(body)? / unit)).collect(),
+            unit: unit.modulus(),
         };
         for (body, (speed, rolling)) in solved.speeds.iter().zip(&solved.rolling).enumerate() {
             for own in speed.iter().chain(rolling) {
