@@ -699,7 +699,11 @@ fn sets_that_do_not_fit_are_refused() {
             "angles = [0, \"120 deg\", \"241 deg\"]",
             "`planet 3` does not fit between the teeth at 241",
         ),
-        ("count = 3", "count = 6", "planets `planet 1` and `planet 2` touch"),
+        (
+            "count = 3",
+            "count = 6",
+            "planets `planet 1` and `planet 2` touch",
+        ),
         (
             "count = 3",
             "count = 3\npin_errors = [0, 0]",

@@ -1,8 +1,6 @@
 //! Two planetary sets in one train: speeds, balance, frequencies by hand, rattle, and what is refused.
 
-use crate::planetary::{
-    Plane, Set, frequencies_beside, in_contact, job, model, of_train, refusal,
-};
+use crate::planetary::{Plane, Set, frequencies_beside, in_contact, job, model, of_train, refusal};
 use crate::planetary_frames::{at_rest, train};
 use crate::planetary_rattle::{compare, hardly_disturbed};
 use gearatlas::shaft::{MeshLaw, TrainDrive};
@@ -58,7 +56,7 @@ fn speeds(text: &str) -> impl Fn(&str) -> f64 {
 /// Another set of other teeth and three planets.
 fn other() -> Set {
     Set {
-        teeth: [40, 25, 90],
+        teeth: [36, 27, 90],
         ..Set::lin_parker(3)
     }
 }
@@ -67,28 +65,34 @@ fn close(found: f64, exact: f64) {
     assert!((found / exact - 1.0).abs() < 1e-15, "{found} {exact}");
 }
 
-/// Willis for each set: 120 carrier = 24 sun + 96 ring, and 130 carrier = 40 sun + 90 ring.
+/// Willis for each set: 120 carrier = 24 sun + 96 ring, and 126 carrier = 36 sun + 90 ring.
 #[test]
 fn speeds_follow_from_all_teeth() {
     let text = two([&Set::lin_parker(3), &other()], TWIST);
     let speed = speeds(&text);
     close(speed("input b"), 1.0 / 5.0);
-    close(speed("carrier b"), 4.0 / 65.0);
+    close(speed("carrier b"), 2.0 / 35.0);
     // ω_p = ω_c − (ω_s − ω_c) z_s/z_p.
     close(speed("planet 1"), 1.0 / 5.0 - 4.0 / 5.0 * 24.0 / 36.0);
-    let (sun, carrier) = (1.0 / 5.0, 4.0 / 65.0);
-    close(speed("planet b 1"), carrier - (sun - carrier) * 40.0 / 25.0);
+    let (sun, carrier) = (1.0 / 5.0, 2.0 / 35.0);
+    close(speed("planet b 1"), carrier - (sun - carrier) * 36.0 / 27.0);
     assert_eq!([speed("annulus"), speed("annulus b")], [0.0; 2]);
 
-    // One ring held, the other driven by the first sun: 130 carrier = 40/5 + 90.
-    let driven = text.replace("[\"annulus b\", \"housing b\"]", "[\"annulus b\", \"input\"]");
-    close(speeds(&driven)("carrier b"), (40.0 / 5.0 + 90.0) / 130.0);
+    // One ring held, the other driven by the first sun: 126 carrier = 36/5 + 90.
+    let driven = text.replace(
+        "[\"annulus b\", \"housing b\"]",
+        "[\"annulus b\", \"input\"]",
+    );
+    close(speeds(&driven)("carrier b"), (36.0 / 5.0 + 90.0) / 126.0);
 
     // A split: both suns drive, the first carrier turns the second ring.
     let split = text
         .replace("[\"carrier\", \"input b\"]", "[\"input\", \"input b\"]")
-        .replace("[\"annulus b\", \"housing b\"]", "[\"annulus b\", \"carrier\"]");
-    close(speeds(&split)("carrier b"), (40.0 + 90.0 / 5.0) / 130.0);
+        .replace(
+            "[\"annulus b\", \"housing b\"]",
+            "[\"annulus b\", \"carrier\"]",
+        );
+    close(speeds(&split)("carrier b"), (36.0 + 90.0 / 5.0) / 126.0);
 }
 
 /// The shipped gearbox has the ratio of the published teeth: 75/19 · 111/18 · 95/24.
@@ -111,7 +115,10 @@ fn torques_and_power_balance() {
     let speed = speeds(&text);
     let forces = at_rest(&model(&job(&text)));
     let own = train(&text);
-    let angles = [own.pair.operating_pressure_angle().unwrap(), own.meshes[8].pressure_angle];
+    let angles = [
+        own.pair.operating_pressure_angle().unwrap(),
+        own.meshes[8].pressure_angle,
+    ];
     assert_eq!(own.mesh_names()[9], "sun b and planet b 1");
     let mut power = 0.0;
     let mut driving = 100.0;
@@ -179,7 +186,9 @@ fn by_hand(sets: [&Set; 2], ratio: f64) -> Vec<(f64, f64)> {
             stiffness += set.stiffness * &felt * felt.transpose();
         }
         let size = plane.neutral.len();
-        neutral.rows_mut(at, size).copy_from(&(speed * &plane.neutral));
+        neutral
+            .rows_mut(at, size)
+            .copy_from(&(speed * &plane.neutral));
     }
     let mut twist = DVector::zeros(n);
     (twist[5], twist[sizes[0] + 2]) = (1.0, -1.0);
@@ -209,7 +218,10 @@ fn two_sets_are_those_of_an_assembly_by_hand() {
             let near = found.iter().map(|own| (own.0 / frequency - 1.0).abs());
             worst = worst.max(near.fold(f64::INFINITY, f64::min));
         }
-        println!("{speed} rad/s: {} modes in the planes, {worst:.1e}", exact.len());
+        println!(
+            "{speed} rad/s: {} modes in the planes, {worst:.1e}",
+            exact.len()
+        );
         assert_eq!(exact.len(), 3 * (7 + 6) - 1);
         assert!(worst < 1e-10, "{worst:e}");
     }
@@ -218,28 +230,43 @@ fn two_sets_are_those_of_an_assembly_by_hand() {
 /// Of two coupled sets that rattle the events and states are those of the reference.
 #[test]
 fn two_sets_rattle_as_the_reference_says() {
-    for gyroscopic in [false, true] {
-        let set = |pins: &str| Set {
-            gyroscopic,
-            speed: 800.0,
-            levels: true,
-            more: format!("pin_errors = {pins}"),
-            ..Set::lin_parker(3)
-        };
-        let sets = [set("[8e-6, 0, 3e-6]"), set("[0, 6e-6, 0]")];
-        let model = model(&job(&two([&sets[0], &sets[1]], TWIST)));
-        assert_eq!(model.contacts.len(), 24);
-        let found = compare(&model, &hardly_disturbed(&model), 10);
-        let of_second = found.events.iter().filter(|contact| **contact >= 12).count();
-        println!(
-            "gyroscopic {gyroscopic}: {} events, {of_second} of the second set, states {:.1e} half gaps, times {:.1e} cycles",
-            found.events.len(),
-            found.apart,
-            found.late
-        );
-        assert!(found.events.len() > 20 && of_second > 4);
-        assert!(found.apart < 1e-10, "{:e}", found.apart);
+    for (load, pins, cycles) in [
+        (0.2, ["[8e-6, 0, 3e-6]", "[0, 6e-6, 0]"], 10),
+        (0.1, ["[8e-6, 0, 3e-6]", "[0, 6e-6, 0]"], 15),
+        (0.2, ["[8e-6, 0, 3e-6]", "[0, 20e-6, 8e-6]"], 10),
+        (0.5, ["[8e-6, 0, 3e-6]", "[0, 30e-6, 12e-6]"], 15),
+        (0.1, ["[8e-6, 0, 3e-6]", "[0, 12e-6, 5e-6]"], 20),
+        (0.05, ["[8e-6, 0, 3e-6]", "[0, 12e-6, 5e-6]"], 20),
+    ] {
+        for gyroscopic in [false, true] {
+            let set = |pins: &str| Set {
+                gyroscopic,
+                speed: 800.0,
+                levels: true,
+                more: format!("pin_errors = {pins}"),
+                ..Set::lin_parker(3)
+            };
+            let sets = pins.map(set);
+            let text = two([&sets[0], &sets[1]], TWIST);
+            let model = model(&job(
+                &text.replace("load = 1\n", &format!("load = {load}\n"))
+            ));
+            assert_eq!(model.contacts.len(), 24);
+            let found = compare(&model, &hardly_disturbed(&model), cycles);
+            let of_second = found
+                .events
+                .iter()
+                .filter(|contact| **contact >= 12)
+                .count();
+            println!(
+                "load {load} {pins:?} gyroscopic {gyroscopic}: {} events, {of_second} of the second set, states {:.1e} half gaps, times {:.1e} cycles",
+                found.events.len(),
+                found.apart,
+                found.late
+            );
+        }
     }
+    panic!();
 }
 
 /// Both sets have the phases of their own gears: those of the second are counted in the sense in which its sun rolls.
@@ -270,7 +297,8 @@ fn phases_are_those_of_each_set() {
         assert!((a - b).abs() < 1e-12, "{first:?} {second:?}");
     }
     assert!((first[0] - 2.0 / 3.0).abs() < 1e-12 && (first[1] - 1.0 / 3.0).abs() < 1e-12);
-    let [first, second] = ["planet 1 and ring", "planet b 1 and ring b"].map(|name| phases(&own, name));
+    let [first, second] =
+        ["planet 1 and ring", "planet b 1 and ring b"].map(|name| phases(&own, name));
     assert!((first[0] - second[0]).abs() < 1e-12);
     // Of a second sun that rolls backwards the planets come in the other order.
     let back = text
@@ -300,7 +328,7 @@ fn faults_of_two_sets_are_told() {
     let good = two([&Set::lin_parker(3), &other()], TWIST);
     job(&good);
     let shared = "\"annulus b\", \"carrier b\"";
-    let all: [(&[[&str; 2]], &str); 13] = [
+    let all: [(&[[&str; 2]], &str); 14] = [
         (
             &[["twist = 4e5\n", "twist = 4e5\nradial = 1e6\n"]],
             "the coupling of `carrier` and `input b` moves across the axis with the sets of the carriers `carrier` and `carrier b`",
@@ -329,6 +357,10 @@ fn faults_of_two_sets_are_told() {
                 "[[train.coupling]]\nshafts = [\"carrier b\", \"housing b\"]\nat = [0, 0]\ntwist = 1e6\n[[train.planetary]]",
             ]],
             "`housing` and `housing b` are both held",
+        ),
+        (
+            &[["count = 3\n", "angles = []\n"]],
+            "a planetary set has no planets",
         ),
         (
             &[["name = \"planet b\"", "name = \"planet\""]],
@@ -397,8 +429,12 @@ fn sets_of_one_speed_share_a_frame() {
         .replace("[\"carrier\", \"input b\"]", "[\"input\", \"input b\"]");
     let speed = speeds(&shared);
     assert_eq!([speed("annulus b"), speed("input b")], [0.0, 1.0]);
-    let seats = two([&set, &other()], TWIST).replace("\"annulus b\", \"housing b\"", "\"annulus b\", \"housing\"");
-    job(&seats.replace("\"housing\"]\nat = [0, 0]\n", "\"housing\"]\nat = [0, 0]\nradial = 1e8\n"));
+    let seats = two([&set, &other()], TWIST)
+        .replace("\"annulus b\", \"housing b\"", "\"annulus b\", \"housing\"");
+    job(&seats.replace(
+        "\"housing\"]\nat = [0, 0]\n",
+        "\"housing\"]\nat = [0, 0]\nradial = 1e8\n",
+    ));
 }
 
 /// Meshes that repeat together after more than ten thousand cycles are refused with this number.

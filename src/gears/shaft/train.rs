@@ -14,6 +14,7 @@ mod equations;
 mod error;
 mod frames;
 mod housing;
+mod kinematics;
 mod loads;
 mod mesh;
 mod names;

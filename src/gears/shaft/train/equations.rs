@@ -102,7 +102,10 @@ mod tests {
         let mut set = Equations::new(3, 1);
         let willis = [(0, ratio(19, 1)), (1, ratio(-75, 1)), (2, ratio(56, 1))];
         assert_eq!(set.add(willis), Ok(true));
-        assert_eq!([0, 1, 2].map(|own| set.value(own)), [None, Some(Ratio::ONE), None]);
+        assert_eq!(
+            [0, 1, 2].map(|own| set.value(own)),
+            [None, Some(Ratio::ONE), None]
+        );
         assert_eq!(set.add([(2, Ratio::ONE)]), Ok(true));
         assert_eq!(set.value(0), Some(ratio(75, 19)));
         assert_eq!(set.value(2), Some(Ratio::ZERO));

@@ -52,11 +52,11 @@ impl TrainDrive {
         frames: &[Option<usize>],
         speed: impl Fn(usize) -> T,
     ) -> Result<(), TrainError> {
-        let shared = self.planetary.iter().filter_map(|set| {
+        let mut shared = self.planetary.iter().filter_map(|set| {
             let first = self.planetary[frames[set.carrier]?].carrier;
             (speed(first) != speed(set.carrier)).then_some([first, set.carrier])
         });
-        let Some(carriers) = shared.into_iter().next() else {
+        let Some(carriers) = shared.next() else {
             return Ok(());
         };
         let all = self.across();

@@ -235,11 +235,16 @@ impl TrainDrive {
             return Ok(());
         }
         for (number, &speed) in layout.carriers.iter().enumerate() {
-            let moves = |shaft: usize| layout.turning[shaft] && layout.frames[shaft] == Some(number);
+            let moves =
+                |shaft: usize| layout.turning[shaft] && layout.frames[shaft] == Some(number);
             let marked: Vec<bool> = (0..self.shafts.len()).map(moves).collect();
             let mut turns = assembled.nodes_of(&marked);
             let loose = self.loose_gears().zip(&assembled.loose);
-            turns.extend(loose.filter(|(gear, _)| moves(gear.shaft)).map(|(_, node)| node));
+            turns.extend(
+                loose
+                    .filter(|(gear, _)| moves(gear.shaft))
+                    .map(|(_, node)| node),
+            );
             if !turns.is_empty() {
                 (assembled.assembly).in_turning_frame(speed, |node| turns.contains(&node));
             }
@@ -258,9 +263,9 @@ impl TrainDrive {
 
     /// Centrifugal forces on the planets, per square of the driver's speed.
     pub(super) fn centrifugal_forces(&self, layout: &Layout, assembled: &Assembled) -> Terms {
-        let planets = self.planets().filter(|(number, _, _)| {
-            self.gyroscopic && layout.carriers[*number] != 0.0
-        });
+        let planets = self
+            .planets()
+            .filter(|(number, _, _)| self.gyroscopic && layout.carriers[*number] != 0.0);
         planets
             .flat_map(|(number, set, planet)| {
                 let [x, y] = arm_vector(&layout.axes, set, planet.shaft);

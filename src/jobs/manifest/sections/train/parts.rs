@@ -21,6 +21,9 @@ pub(super) struct Parts<'a> {
     pub planets: &'a [Planets],
 }
 
+/// Gears of a mesh, and which of `[[train.mesh]]` it is; none of these where it is the first one.
+pub(super) type SunMesh = ([GearPlace; 2], Option<usize>);
+
 /// Planets of a set, and where they stand.
 pub(super) struct Planets {
     pub set: PlanetarySet,
@@ -28,8 +31,8 @@ pub(super) struct Planets {
     pub name: String,
     /// From the first one \[rad\].
     pub angles: Vec<f64>,
-    /// Their mesh with an external gear, and which of [[train.mesh]] has it; none of these where it is the first mesh.
-    pub sun: Option<([GearPlace; 2], Option<usize>)>,
+    /// Their mesh with an external gear.
+    pub sun: Option<SunMesh>,
 }
 
 impl Planets {
@@ -41,7 +44,8 @@ impl Planets {
 
     /// Whether their mesh with a sun names the sun first.
     pub fn sun_drives(&self) -> bool {
-        self.sun.is_some_and(|(gears, _)| Some(gears[1]) == self.first())
+        self.sun
+            .is_some_and(|(gears, _)| Some(gears[1]) == self.first())
     }
 
     /// Whether a name is that of all planets or, as far as it can be told, of one of them.
@@ -184,7 +188,9 @@ impl Parts<'_> {
             let error = TrainError::PlanetsMesh { gears };
             let (span, path) = (section.span_of(key), section.path_of(key));
             let kind = DiagnosticKind::Inconsistent;
-            issues.push(Diagnostic::new(kind, span, &path, error.to_string()).label("both are planets"));
+            issues.push(
+                Diagnostic::new(kind, span, &path, error.to_string()).label("both are planets"),
+            );
             return None;
         } else if a.module != b.module {
             Some(format!(

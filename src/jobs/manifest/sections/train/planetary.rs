@@ -1,6 +1,6 @@
 //! The tables `[[train.planetary]]`: planets as rigid bodies, one shaft each, and the meshes that each has like the first.
 
-use super::parts::{Parts, Planets};
+use super::parts::{Parts, Planets, SunMesh};
 use super::rolling;
 use super::shaft;
 use crate::gear::ToothForm;
@@ -33,8 +33,8 @@ pub(super) fn read(
             radii.push(radius);
         }
     }
-    if planets.len() < tables.len() || tables.is_empty() {
-        return planets.is_empty().then_some(planets).filter(|_| tables.is_empty());
+    if planets.len() < tables.len() {
+        return None;
     }
     for (number, radius) in radii.into_iter().enumerate() {
         let parts = Parts {
@@ -54,16 +54,19 @@ fn names(tables: &[Section], issues: &mut Issues, shafts: &[TrainShaft]) -> Opti
         let given = table.has("name");
         if given { table.text(issues, "name") } else { Some("planet") }.map(str::to_owned)
     });
-    let names = names.collect::<Vec<_>>().into_iter().collect::<Option<Vec<String>>>()?;
+    let names = names
+        .collect::<Vec<_>>()
+        .into_iter()
+        .collect::<Option<Vec<String>>>()?;
     let of_shaft = |shaft: &TrainShaft| {
         let gears = shaft.gears.iter().map(|gear| gear.name.clone());
         gears.chain([shaft.name.clone()]).collect::<Vec<_>>()
     };
     let of_shafts: Vec<String> = shafts.iter().flat_map(of_shaft).collect();
     for (number, (table, name)) in tables.iter().zip(&names).enumerate() {
-        let other = names[..number].iter().find(|other| {
-            Planets::has_name(name, other) || Planets::has_name(other, name)
-        });
+        let other = names[..number]
+            .iter()
+            .find(|other| Planets::has_name(name, other) || Planets::has_name(other, name));
         let taken = of_shafts.iter().find(|own| Planets::has_name(name, own));
         let what = match (other, taken) {
             (Some(other), _) => format!(
@@ -203,7 +206,15 @@ fn carrier(
 fn angles(table: &Section, issues: &mut Issues) -> Option<Vec<f64>> {
     if table.has("angles") {
         table.given_twice(issues, &["count"], "angles", "give the number of planets");
-        return table.quantities(issues, "angles", None);
+        let angles = table.quantities(issues, "angles", None)?;
+        if angles.is_empty() {
+            let (span, path) = (table.span_of("angles"), table.path_of("angles"));
+            let what = "a planetary set has no planets".to_owned();
+            let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, what);
+            issues.push(fault.label("give one angle per planet"));
+            return None;
+        }
+        return Some(angles);
     }
     let count = table.integer(issues, "count")?;
     Some((0..count).map(|i| TAU * i as f64 / count as f64).collect())
@@ -235,13 +246,12 @@ fn bearing(table: &Section, issues: &mut Issues, width: Option<f64>) -> Option<B
 
 impl Parts<'_> {
     /// The mesh of a set with an external gear, the first that is named.
-    #[allow(clippy::type_complexity)]
     fn sun_of(
         &self,
         section: &Section,
         issues: &mut Issues,
         set: usize,
-    ) -> Option<Option<([GearPlace; 2], Option<usize>)>> {
+    ) -> Option<Option<SunMesh>> {
         let first = (self.gears(section, issues, "gears")?, None);
         let tables = section.tables(issues, "mesh")?;
         let mut meshes = vec![first];
@@ -250,7 +260,11 @@ impl Parts<'_> {
         }
         let own = self.planets[set].first()?;
         let external = |gear: &GearPlace| !self.shafts[gear.shaft].gears[gear.gear].internal;
-        Some(meshes.into_iter().find(|(gears, _)| gears.contains(&own) && gears.iter().all(external)))
+        Some(
+            meshes
+                .into_iter()
+                .find(|(gears, _)| gears.contains(&own) && gears.iter().all(external)),
+        )
     }
 }
 
@@ -299,10 +313,14 @@ impl Planets {
     /// Distance of sun and planets without backlash.
     fn tight_distance(&self, parts: &Parts) -> Result<f64, String> {
         let Some((sun, _)) = self.sun else {
-            return Err(format!("no mesh joins `{}` and an external gear", self.name));
+            return Err(format!(
+                "no mesh joins `{}` and an external gear",
+                self.name
+            ));
         };
         let pair = parts.pair(sun, 1.0);
-        pair.tight_centre_distance().map_err(|error| error.to_string())
+        pair.tight_centre_distance()
+            .map_err(|error| error.to_string())
     }
 
     /// The meshes of the other planets of this set that a mesh of the first one stands for, in a train that has these alone.
