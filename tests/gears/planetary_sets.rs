@@ -153,7 +153,10 @@ fn softly_joined_sets_are_those_alone() {
     let joined = in_contact(&model(&job(&two([&sets[0], &sets[1]], 1e-2))));
     let mut worst = 0.0_f64;
     for set in &sets {
-        for own in in_contact(&set.model()) {
+        for own in in_contact(&set.model())
+            .into_iter()
+            .filter(|own| *own > 1.0)
+        {
             let near = joined.iter().map(|other| (other / own - 1.0).abs());
             worst = worst.max(near.fold(f64::INFINITY, f64::min));
         }
@@ -230,43 +233,29 @@ fn two_sets_are_those_of_an_assembly_by_hand() {
 /// Of two coupled sets that rattle the events and states are those of the reference.
 #[test]
 fn two_sets_rattle_as_the_reference_says() {
-    for (load, pins, cycles) in [
-        (0.2, ["[8e-6, 0, 3e-6]", "[0, 6e-6, 0]"], 10),
-        (0.1, ["[8e-6, 0, 3e-6]", "[0, 6e-6, 0]"], 15),
-        (0.2, ["[8e-6, 0, 3e-6]", "[0, 20e-6, 8e-6]"], 10),
-        (0.5, ["[8e-6, 0, 3e-6]", "[0, 30e-6, 12e-6]"], 15),
-        (0.1, ["[8e-6, 0, 3e-6]", "[0, 12e-6, 5e-6]"], 20),
-        (0.05, ["[8e-6, 0, 3e-6]", "[0, 12e-6, 5e-6]"], 20),
-    ] {
-        for gyroscopic in [false, true] {
-            let set = |pins: &str| Set {
-                gyroscopic,
-                speed: 800.0,
-                levels: true,
-                more: format!("pin_errors = {pins}"),
-                ..Set::lin_parker(3)
-            };
-            let sets = pins.map(set);
-            let text = two([&sets[0], &sets[1]], TWIST);
-            let model = model(&job(
-                &text.replace("load = 1\n", &format!("load = {load}\n"))
-            ));
-            assert_eq!(model.contacts.len(), 24);
-            let found = compare(&model, &hardly_disturbed(&model), cycles);
-            let of_second = found
-                .events
-                .iter()
-                .filter(|contact| **contact >= 12)
-                .count();
-            println!(
-                "load {load} {pins:?} gyroscopic {gyroscopic}: {} events, {of_second} of the second set, states {:.1e} half gaps, times {:.1e} cycles",
-                found.events.len(),
-                found.apart,
-                found.late
-            );
-        }
+    for gyroscopic in [false, true] {
+        let sets = ["[8e-6, 0, 3e-6]", "[0, 12e-6, 5e-6]"].map(|pins| Set {
+            gyroscopic,
+            speed: 800.0,
+            levels: true,
+            more: format!("pin_errors = {pins}"),
+            ..Set::lin_parker(3)
+        });
+        let text = two([&sets[0], &sets[1]], TWIST);
+        let model = model(&job(&text.replace("load = 1\n", "load = 0.05\n")));
+        assert_eq!(model.contacts.len(), 24);
+        let found = compare(&model, &hardly_disturbed(&model), 6);
+        let second = found.events.iter().filter(|contact| **contact >= 12);
+        let of_second = second.count();
+        println!(
+            "gyroscopic {gyroscopic}: {} events, {of_second} of the second set, states {:.1e} half gaps, times {:.1e} cycles",
+            found.events.len(),
+            found.apart,
+            found.late
+        );
+        assert!(found.events.len() > 20 && of_second > 4);
+        assert!(found.apart < 1e-10, "{:e}", found.apart);
     }
-    panic!();
 }
 
 /// Both sets have the phases of their own gears: those of the second are counted in the sense in which its sun rolls.

@@ -6,7 +6,6 @@
 //! all of them, but a force across it would turn. Sets whose carriers have one speed may share a frame.
 
 use super::axes::Axis;
-use super::planetary::arm;
 use super::{PlanetarySet, Stop, TrainDrive, TrainError};
 use crate::shaft::drive::Motion;
 
@@ -161,4 +160,17 @@ impl TrainDrive {
             None => Ok(()),
         }
     }
+}
+
+/// From the axis of the carrier to the one of a shaft, in the carrier's frame \[m\].
+pub(super) fn arm_vector(axes: &[Axis], set: &PlanetarySet, shaft: usize) -> [f64; 2] {
+    let carrier = axes[set.carrier];
+    let [x, y, _] = carrier.local(axes[shaft].at(0.0) - carrier.at(0.0));
+    [x, y]
+}
+
+/// The same as angle \[rad\] and distance \[m\].
+pub(super) fn arm(axes: &[Axis], set: &PlanetarySet, shaft: usize) -> (f64, f64) {
+    let [x, y] = arm_vector(axes, set, shaft);
+    (y.atan2(x), x.hypot(y))
 }

@@ -1,6 +1,6 @@
 //! From the description of a train to an assembly, and which node is what.
 
-use super::planetary::arm_vector;
+use super::frames::arm_vector;
 use super::speeds::Layout;
 use super::{GearPlace, Planet, PlanetarySet, TrainDrive, TrainError, TrainShaft};
 use crate::shaft::assembly::{Assembly, Freedom};

@@ -13,6 +13,7 @@
 
 use super::axes::Axis;
 use super::contacts::Terms;
+use super::frames::{arm, arm_vector};
 use super::nodes::Assembled;
 use super::speeds::{Layout, sense};
 use super::{GearPlace, TrainDrive, TrainError, TrainShaft};
@@ -303,17 +304,4 @@ impl TrainDrive {
         forces.retain(|(_, _, force)| *force != 0.0);
         forces
     }
-}
-
-/// From the axis of the carrier to the one of a shaft, in the carrier's frame \[m\].
-pub(super) fn arm_vector(axes: &[Axis], set: &PlanetarySet, shaft: usize) -> [f64; 2] {
-    let carrier = axes[set.carrier];
-    let [x, y, _] = carrier.local(axes[shaft].at(0.0) - carrier.at(0.0));
-    [x, y]
-}
-
-/// The same as angle \[rad\] and distance \[m\].
-pub(super) fn arm(axes: &[Axis], set: &PlanetarySet, shaft: usize) -> (f64, f64) {
-    let [x, y] = arm_vector(axes, set, shaft);
-    (y.atan2(x), x.hypot(y))
 }
