@@ -346,6 +346,10 @@ fn with(text: &str, key: &Key, line: &str) -> String {
         return text.replacen(&open, &format!("{open} {line}{comma}"), 1);
     }
     if let Some(list) = table.strip_suffix(".*") {
+        let header = format!("[[{list}]]");
+        if text.contains(&header) {
+            return text.replacen(&header, &format!("{header}\n{line}"), 1);
+        }
         let open = format!("{} = [{{", list.rsplit('.').next().unwrap());
         assert!(text.contains(&open), "{}", key.path);
         let comma = if line.is_empty() { "" } else { "," };
