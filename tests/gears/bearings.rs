@@ -653,7 +653,7 @@ fn planets_and_loose_gears_stand_on_rolling_bearings() {
     let text = text.replacen("bearing = { radial = \"2e8 N/m\" }", needles, 1);
     let own = train(&text);
     let bearings = own.loaded_bearings().unwrap();
-    let set = own.planetary.as_ref().unwrap();
+    let set = &own.planetary[0];
     assert_eq!(bearings.len(), set.planets.len());
     let speeds = own.body_speeds().unwrap();
     let carrier = &own.shafts[set.carrier].name;

@@ -29,6 +29,7 @@ mod mesh_teeth;
 mod planetary;
 mod planetary_frames;
 mod planetary_rattle;
+mod planetary_sets;
 mod ring_teeth;
 mod sharing;
 mod structure_published;

@@ -146,7 +146,7 @@ impl Set {
              body = {{ {} }} }}]\n{}\n\
              [[train.shaft]]\nname = \"housing\"\nmotion = \"none\"\n\
              [[train.coupling]]\nshafts = [\"annulus\", \"housing\"]\nat = [0, 0]\ntwist = {:e}\n\
-             [train.planetary]\ncarrier = \"carrier\"\ncount = {}\nteeth = {zp}\nmodule = {module:e}\nwidth = \"30 mm\"\n\
+             [[train.planetary]]\ncarrier = \"carrier\"\ncount = {}\nteeth = {zp}\nmodule = {module:e}\nwidth = \"30 mm\"\n\
              radius = {:e}\npressure_angle = \"{degrees} deg\"\nprofile_shift = {of_planet:e}\nbody = {{ {} }}\n\
              bearing = {{ radial = {:e}, axial = 1e7, tilt = 1e4 }}\n{}\n\
              [[train.mesh]]\ngears = [\"planet\", \"ring\"]\nhalf_gap = \"20 um\"\n{}\ndamping = 300\n\
@@ -697,9 +697,13 @@ fn sets_that_do_not_fit_are_refused() {
         (
             "count = 3",
             "angles = [0, \"120 deg\", \"241 deg\"]",
-            "planet 3 does not fit between the teeth at 241",
+            "`planet 3` does not fit between the teeth at 241",
         ),
-        ("count = 3", "count = 6", "planets 1 and 2 touch"),
+        (
+            "count = 3",
+            "count = 6",
+            "planets `planet 1` and `planet 2` touch",
+        ),
         (
             "count = 3",
             "count = 3\npin_errors = [0, 0]",

@@ -29,7 +29,7 @@ fn text(set: &Set, [driver, driven, held]: [usize; 3]) -> String {
         )
 }
 
-fn train(text: &str) -> Arc<TrainDrive> {
+pub fn train(text: &str) -> Arc<TrainDrive> {
     match &job(text).points.at(0).model.source {
         StructureSource::Train(train) => train.clone(),
         _ => unreachable!(),
@@ -43,7 +43,7 @@ fn speeds(text: &str) -> [f64; 3] {
 }
 
 /// Forces of all meshes at rest, drive flanks positive \[N\].
-fn at_rest(model: &Model) -> Vec<f64> {
+pub fn at_rest(model: &Model) -> Vec<f64> {
     let start = model.start(&InitialState::Static);
     let segments = model.segments_at(0, 0.0);
     let forces = segments
@@ -152,10 +152,10 @@ fn star(set: &Set) -> String {
     let (before, rest) = whole
         .split_once("[[train.shaft]]\nname = \"housing\"")
         .unwrap();
-    let (_, after) = rest.split_once("[train.planetary]").unwrap();
+    let (_, after) = rest.split_once("[[train.planetary]]").unwrap();
     // The carrier has no freedoms.
     let modes = |less: usize| format!("modes = {}", 6 * (3 + set.planets) - less);
-    format!("{before}[train.planetary]{after}")
+    format!("{before}[[train.planetary]]{after}")
         .replacen(&modes(0), &modes(6), 1)
         .replacen(
             "name = \"carrier\"\n",
@@ -172,7 +172,7 @@ fn star(set: &Set) -> String {
 /// The same as shafts with axes in space, no carrier, and the meshes one by one.
 fn plain(set: &Set) -> String {
     let whole = star(set);
-    let (before, rest) = whole.split_once("[train.planetary]").unwrap();
+    let (before, rest) = whole.split_once("[[train.planetary]]").unwrap();
     let (planets, after) = rest.split_once("[[train.mesh]]").unwrap();
     let (mesh, end) = after.split_once("[mesh]").unwrap();
     let (first, carrier) = before
@@ -314,11 +314,11 @@ fn with_stage(set: &Set) -> String {
         .replace(&format!("modes = {modes}"), &format!("modes = {}", modes + 12))
         .replacen("[train]\n", "[train]\ndriver = \"motor\"\n", 1)
         .replacen(
-            "[train.planetary]\n",
+            "[[train.planetary]]\n",
             &format!(
                 "{}{}[[train.coupling]]\nshafts = [\"second\", \"input\"]\nat = [0, 0]\n\
                  twist = {TWIST:e}\n[[train.mesh]]\ngears = [\"pinion\", \"wheel\"]\nhalf_gap = \"20 um\"\n\
-                 stiffness = {:e}\ndamping = 300\n[train.planetary]\n",
+                 stiffness = {:e}\ndamping = 300\n[[train.planetary]]\n",
                 shaft("motor", 0.08, ("pinion", 20), BODIES[0]),
                 shaft("second", 0.0, ("wheel", 60), BODIES[1]),
                 set.stiffness

@@ -20,19 +20,19 @@ const PINS: [f64; 4] = [8e-6, 0.0, 3e-6, 0.0];
 const ERROR: f64 = 5e-6;
 
 /// What is compared after some cycles.
-struct Compared {
+pub struct Compared {
     /// Distance of the states, in half gaps.
-    apart: f64,
+    pub apart: f64,
     /// Largest distance of the times of an event, in cycles.
-    late: f64,
+    pub late: f64,
     /// Contacts that opened or closed, in order.
-    events: Vec<usize>,
+    pub events: Vec<usize>,
     /// By how much a displacement has grown.
-    growth: f64,
+    pub growth: f64,
 }
 
 /// `volterra` against the reference, which must meet the same events.
-fn compare(model: &Model, start: &TrajectoryState, cycles: u64) -> Compared {
+pub fn compare(model: &Model, start: &TrajectoryState, cycles: u64) -> Compared {
     let mut seen = Events::default();
     let (end, _) = advance_with(&volterra(model), start, cycles, &mut seen);
     let exact = Reference::new(model).advance(start, cycles).unwrap();
@@ -84,7 +84,7 @@ fn twenty_cycles_are_those_of_the_reference() {
 }
 
 /// A fifth of the way to where [`disturbed`] starts, from which motion grows little.
-fn hardly_disturbed(model: &Model) -> TrajectoryState {
+pub fn hardly_disturbed(model: &Model) -> TrajectoryState {
     let rest = model.start(&InitialState::Static).state;
     let far = disturbed(model).state;
     let state = rest
@@ -276,10 +276,10 @@ fn more_than_64_contacts_are_those_of_the_reference() {
         .text()
         .replace("[train]\n", "[train]\ndriver = \"motor\"\n");
     let mut text = text.replace(
-        "[train.planetary]\n",
+        "[[train.planetary]]\n",
         "[[train.shaft]]\nname = \"motor\"\nmotion = \"rotation\"\ndiscs = [{ at = 0, polar_inertia = 1e-3 }]\n\
          [[train.coupling]]\nshafts = [\"motor\", \"input\"]\nat = [0, 0]\ntwist = 5e3\n\
-         stages = [{ gap = 0.0199, stiffness = 5e4, damping = 1 }]\n[train.planetary]\n",
+         stages = [{ gap = 0.0199, stiffness = 5e4, damping = 1 }]\n[[train.planetary]]\n",
     );
     for planet in 1..=16 {
         text += &format!(

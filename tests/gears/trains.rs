@@ -577,7 +577,7 @@ fn speeds_of_many_prime_stages_are_refused() {
         )
     };
     for (stages, told) in [
-        (10, "but at most 1000 are allowed"),
+        (10, "but at most 10000 are allowed"),
         (19, "is too long a ratio of whole numbers"),
     ] {
         let message = refusal(&train(stages));

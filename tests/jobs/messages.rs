@@ -48,7 +48,7 @@ fn a_helix_angle_in_a_train_is_told_its_place() {
     let module = fault("quickstart.toml", &["mesh.module=0.004"]);
     assert_eq!(
         module.suggestion.as_deref(),
-        Some("`module` belongs in [gear] or [train.planetary]")
+        Some("`module` belongs in [gear]")
     );
 }
 
@@ -56,7 +56,7 @@ fn a_helix_angle_in_a_train_is_told_its_place() {
 #[test]
 fn remedies_help_and_numbers_are_short() {
     for (gear, remedy) in [
-        ("planetary", "remove it"),
+        ("planetary.0", "remove it"),
         ("shaft.0.gears.0", "remove it, or add hub_diameter"),
     ] {
         let key = format!("train.{gear}.hub_length");

@@ -10,6 +10,7 @@ fn every_template_is_a_job_of_its_own() {
         "drawing",
         "train",
         "planetary",
+        "wind-turbine",
         "idle-rattle",
         "clutch",
     ] {

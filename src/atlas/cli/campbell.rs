@@ -74,6 +74,14 @@ pub fn of(job: &Job, orders: &[f64], parts: &Prepared) -> Result<Campbell, Strin
         order: order * cycles,
         of_mesh: true,
     });
+    let further = further_meshes(&structure);
+    let further = further.iter().flat_map(|(name, ratio)| {
+        orders.iter().map(move |order| Ray {
+            name: format!("{} × {name}", to_digits(*order, 4)),
+            order: order * cycles * ratio,
+            of_mesh: true,
+        })
+    });
     let shafts = [
         ("pinion", DriveShaft::Pinion, Some(1.0)),
         (
@@ -116,8 +124,24 @@ pub fn of(job: &Job, orders: &[f64], parts: &Prepared) -> Result<Campbell, Strin
         speeds,
         open,
         closed,
-        rays: mesh.chain(shafts).collect(),
+        rays: mesh.chain(further).chain(shafts).collect(),
     })
+}
+
+/// Meshes of other frequencies than the first, one of each frequency, such as that of each planetary set: their names, and
+/// their cycles in a cycle of the first mesh.
+fn further_meshes(structure: &ModalStructure) -> Vec<(String, f64)> {
+    let mut known = vec![[1, 1]];
+    let names = structure.mesh_names().into_iter().skip(1);
+    let meshes = names.zip(structure.contacts.iter().step_by(2));
+    meshes
+        .filter_map(|(name, contact)| {
+            let [p, q] = contact.cycles;
+            let new = !known.contains(&[p, q]);
+            known.push([p, q]);
+            new.then(|| (format!("mesh of {name}"), f64::from(p) / f64::from(q)))
+        })
+        .collect()
 }
 
 /// Modes at every speed. Without gyroscopic terms, which alone go with the speed, all are those of one.

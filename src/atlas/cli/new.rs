@@ -32,6 +32,8 @@ pub enum Template {
     Train,
     /// A planetary set whose ring is held.
     Planetary,
+    /// A wind turbine gearbox: two planetary sets and a helical stage.
+    WindTurbine,
     /// An idling gearbox with loose gears.
     IdleRattle,
     /// A two-stage clutch damper and the gearbox behind it.
@@ -51,6 +53,7 @@ impl Template {
             Self::Drawing => shipped!("manifests/flex80-table.toml"),
             Self::Train => shipped!("manifests/trains/two-stage.toml"),
             Self::Planetary => shipped!("manifests/trains/planetary.toml"),
+            Self::WindTurbine => shipped!("manifests/trains/wind-turbine.toml"),
             Self::IdleRattle => shipped!("manifests/trains/idle-rattle.toml"),
             Self::Clutch => shipped!("manifests/trains/clutch.toml"),
         }

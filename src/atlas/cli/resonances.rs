@@ -41,7 +41,7 @@ pub fn lines(diagram: &Campbell, unit: &Unit) -> Vec<(String, String)> {
         if !told.is_empty() {
             lines.push((
                 String::new(),
-                format!("{:<11}{}", ray.name, told.join("; ")),
+                format!("{:<10} {}", ray.name, told.join("; ")),
             ));
         }
     }

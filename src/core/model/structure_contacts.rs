@@ -127,7 +127,7 @@ pub(super) fn contact(
         "at least 0 N s/m",
     )?;
     positive("contact gap", law.gap, true, "finite")?;
-    let accepted = "a ratio of whole numbers from 1 to 1000";
+    let accepted = "a ratio of whole numbers from 1 to 10000";
     let inside = (1..=MOST_CYCLES).contains(&p) && (1..=MOST_CYCLES).contains(&q);
     positive("cycles of a contact", f64::from(p), inside, accepted)?;
     let ratio = f64::from(p) / f64::from(q);

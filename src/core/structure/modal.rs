@@ -2,8 +2,8 @@
 
 use crate::structure::{MeshHarmonic, SliderPart, StaticShare};
 
-/// Most cycles of a contact and of the mesh in its base period: its tables are as many times larger.
-pub const MOST_CYCLES: u32 = 1000;
+/// Most cycles of a contact and of the mesh in its base period: where it varies its tables are as many times larger.
+pub const MOST_CYCLES: u32 = 10_000;
 
 /// Most mesh cycles after which all contacts are as they were: where tables are made, some megabytes for every hundred.
 pub const MOST_BASE_CYCLES: usize = 10_000;

@@ -215,7 +215,7 @@ pub enum GearError {
     /// Nothing says where the body of a gear is held.
     #[error(
         "gear {gear} has no bore, on which its body stands; give `bore` in the table of this gear (of planets \
-         train.planetary.bore), or the diameter of its shaft"
+         train.planetary.*.bore), or the diameter of its shaft"
     )]
     NoBore {
         /// 1 = pinion, 2 = wheel.

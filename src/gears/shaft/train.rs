@@ -10,8 +10,11 @@ mod axes;
 mod balance;
 mod bearings;
 mod contacts;
+mod equations;
 mod error;
+mod frames;
 mod housing;
+mod kinematics;
 mod loads;
 mod mesh;
 mod names;
@@ -55,8 +58,8 @@ pub struct TrainDrive {
     pub couplings: Vec<ShaftCoupling>,
     /// What shafts may strike.
     pub stops: Vec<Stop>,
-    /// Planets on pins of a carrier.
-    pub planetary: Option<PlanetarySet>,
+    /// Planets on pins of carriers, set by set.
+    pub planetary: Vec<PlanetarySet>,
     /// What bearings stand on, where that is not the ground.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub housing: Option<JoinedHousing>,
@@ -377,8 +380,11 @@ impl TrainDrive {
     /// The groups that may turn without a contact that feels it. Planets roll on what is held.
     fn free_of_contacts(&self, group: &[usize]) -> Vec<usize> {
         let mut free = self.free(group);
-        let rolling = self.planetary.as_ref().map(|set| group[set.carrier]);
-        free.extend(rolling.filter(|own| !free.contains(own)));
+        for rolling in self.planetary.iter().map(|set| group[set.carrier]) {
+            if !free.contains(&rolling) {
+                free.push(rolling);
+            }
+        }
         free
     }
 

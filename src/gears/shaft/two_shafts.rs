@@ -80,7 +80,7 @@ impl TwoShafts<'_> {
             meshes: Vec::new(),
             couplings: Vec::new(),
             stops: Vec::new(),
-            planetary: None,
+            planetary: Vec::new(),
             housing: None,
             driver: 0,
             young_modulus: 0.0,

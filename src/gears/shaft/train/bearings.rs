@@ -156,8 +156,7 @@ impl TrainDrive {
         assembled: &Assembled,
     ) -> Result<Vec<Yielding>, ShaftError> {
         let mut all = Vec::new();
-        let planets = self.planetary.iter().flat_map(|set| &set.planets).count();
-        let first_planet = assembled.supports.len() - planets;
+        let first_planet = assembled.supports.len() - self.planets().count();
         for (number, (_, support)) in assembled.supports.iter().enumerate() {
             let Some(rolling) = support.stiffness.rolling else {
                 continue;

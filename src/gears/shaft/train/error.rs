@@ -33,14 +33,16 @@ pub enum TrainError {
     },
     /// Planets that cannot be assembled.
     #[error(
-        "planet {planet} does not fit between the teeth at {angle:.6} degrees from planet 1: with {} and {} teeth of \
+        "`{planet}` does not fit between the teeth at {angle:.6} degrees from `{first}`: with {} and {} teeth of \
          the central gears, planets fit at whole multiples of 360/{} degrees; move it to {nearest:.6} degrees, or \
          change a number of teeth",
         teeth[0], teeth[1], teeth[0] + teeth[1]
     )]
     Assembly {
-        /// Which planet, from 1.
-        planet: usize,
+        /// Which planet.
+        planet: String,
+        /// The first planet of its set.
+        first: String,
         /// Its angle \[degrees\].
         angle: f64,
         /// Teeth of the external and of the internal central gear.
@@ -50,13 +52,13 @@ pub enum TrainError {
     },
     /// Planets that touch each other.
     #[error(
-        "planets {} and {} touch: their axes are {apart:.6e} m apart, but their tip diameter is {tip:.6e} m; use \
+        "planets `{}` and `{}` touch: their axes are {apart:.6e} m apart, but their tip diameter is {tip:.6e} m; use \
          fewer planets, or change the numbers of teeth",
         planets[0], planets[1]
     )]
     PlanetsTouch {
-        /// The planets, from 1.
-        planets: [usize; 2],
+        /// The planets.
+        planets: [String; 2],
         /// Distance of their axes \[m\].
         apart: f64,
         /// Their tip diameter \[m\].
@@ -162,12 +164,60 @@ pub enum TrainError {
         /// Largest clearance of its bearings \[m\].
         clearance: f64,
     },
-    /// A planetary set of which nothing is held.
+    /// Two sets that would have one frame.
     #[error(
-        "the planetary set can turn in two ways; hold the ring, the sun or the carrier: give its shaft \
-         motion = \"lateral\" or \"none\", or couple it to a shaft that is held"
+        "{what} moves across the axis with the sets of the carriers `{}` and `{}`, which turn at different speeds: its \
+         forces there would turn in one of their frames; give each set shafts of its own, and join them by a \
+         [[train.coupling]] with `twist` (and `axial`) alone",
+        carriers[0], carriers[1]
     )]
-    NothingHeld,
+    TwoFrames {
+        /// What joins them.
+        what: String,
+        /// The shafts of the pins.
+        carriers: [String; 2],
+    },
+    /// A carrier on pins of another.
+    #[error(
+        "the carrier `{planet}` is one of the planets, and planets carry no planets; name the shaft of a carrier, a sun or a \
+         ring, or one that is coupled to it"
+    )]
+    CarrierIsPlanet {
+        /// The planet.
+        planet: String,
+    },
+    /// A mesh of two planets.
+    #[error(
+        "`{}` and `{}` are planets: planets mesh with gears on the axis of their carrier alone; name such a gear, and join \
+         two sets by a [[train.coupling]]",
+        gears[0], gears[1]
+    )]
+    PlanetsMesh {
+        /// The planets.
+        gears: [String; 2],
+    },
+    /// Members of planetary sets that may turn though the driver stands.
+    #[error(
+        "the train can turn in two ways: the speeds of {free} do not follow from that of the driver `{driver}`; hold one \
+         member of their planetary set, the ring, the sun or the carrier: give its shaft motion = \"lateral\" or \
+         \"none\", or couple it to a shaft that is held"
+    )]
+    NothingHeld {
+        /// The members.
+        free: String,
+        /// The driving shaft.
+        driver: String,
+    },
+    /// Gears that move as one body.
+    #[error(
+        "gears `{}` and `{}` do not roll on each other: their shafts and the carrier turn at one speed, or stand still; \
+         check what is held, and what couplings join",
+        gears[0], gears[1]
+    )]
+    NotRolling {
+        /// The gears.
+        gears: [String; 2],
+    },
     /// More than one held member, which locks the set.
     #[error("`{}` and `{}` are both held, so the planetary set cannot turn; release one of them", held[0], held[1])]
     AllHeld {
@@ -222,7 +272,7 @@ pub enum TrainError {
     },
     /// Two ways through the train that give a shaft different speeds.
     #[error(
-        "the train locks: two meshes require `{body}` to turn at {} and at {} times the speed of the first gear; \
+        "the train locks: two meshes require `{body}` to turn at {} and at {} times the speed of the driver; \
          check the numbers of teeth",
         speeds[0], speeds[1]
     )]
@@ -231,6 +281,18 @@ pub enum TrainError {
         body: String,
         /// Both speeds.
         speeds: [f64; 2],
+    },
+    /// A joint with which the train cannot turn, whatever the speeds of its bodies.
+    #[error(
+        "the train locks: with what joins `{}` and `{}`, these or the driver `{driver}` cannot turn; check the numbers of teeth, and \
+         what couplings join",
+        bodies[0], bodies[1]
+    )]
+    Contradiction {
+        /// What is joined.
+        bodies: [String; 2],
+        /// The driving shaft.
+        driver: String,
     },
     /// A mesh drives a shaft whose rotation is held.
     #[error(
@@ -286,7 +348,7 @@ pub enum TrainError {
     },
     /// A mesh whose cycles have no short common period with the first one's.
     #[error(
-        "the mesh of `{}` and `{}` has {p} cycles in {q} cycles of the first mesh, but at most 1000 are allowed; \
+        "the mesh of `{}` and `{}` has {p} cycles in {q} cycles of the first mesh, but at most 10000 are allowed; \
          choose other numbers of teeth",
         gears[0], gears[1]
     )]

@@ -1,5 +1,6 @@
 //! Meshes of a train beside its first one, and what their flanks bear.
 
+use super::speeds::sense;
 use super::{GearPlace, TrainDrive, TrainError};
 use crate::gear::MeshTableSpec;
 use crate::structure::ContactLaw;
@@ -75,6 +76,14 @@ impl MeshLaw {
 }
 
 impl TrainDrive {
+    /// The sense in which a gear rolls as its meshes see it, where the first gear rolls forwards: −1 or 1.
+    ///
+    /// # Errors
+    /// [`TrainError`].
+    pub fn rolling_sense(&self, gear: GearPlace) -> Result<f64, TrainError> {
+        Ok(sense(self.layout()?.rolling[self.body_of(gear)]))
+    }
+
     /// Gives drawn meshes whose first gear turns backwards the opposite helix. Seen from the other end of its shaft, where
     /// it turns forwards, the hand is the same, but places across the face change their sign; so do the lines of contact.
     ///

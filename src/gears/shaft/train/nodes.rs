@@ -1,7 +1,8 @@
 //! From the description of a train to an assembly, and which node is what.
 
+use super::frames::arm_vector;
 use super::speeds::Layout;
-use super::{GearPlace, Planet, TrainDrive, TrainError, TrainShaft};
+use super::{GearPlace, Planet, PlanetarySet, TrainDrive, TrainError, TrainShaft};
 use crate::shaft::assembly::{Assembly, Freedom};
 use crate::shaft::beam::{Material, Section};
 use crate::shaft::drive::{Motion, Support};
@@ -101,8 +102,8 @@ impl TrainDrive {
             assembly.add_drag(ends[0], Some(ends[1]), coupling.damping)?;
         }
         let mut pins = Vec::new();
-        for planet in self.planetary.iter().flat_map(|set| &set.planets) {
-            let (pin, support) = self.pin(&mut assembly, planet, layout, &shafts)?;
+        for (_, set, planet) in self.planets() {
+            let (pin, support) = self.pin(&mut assembly, (set, planet), layout, &shafts)?;
             supports.push((self.shafts[planet.shaft].name.clone(), support));
             pins.push(pin);
         }
@@ -114,7 +115,7 @@ impl TrainDrive {
             supports,
             housing,
         };
-        self.turn_with_carrier(&mut assembled, layout)?;
+        self.turn_with_carriers(&mut assembled, layout)?;
         Ok(assembled)
     }
 
@@ -232,15 +233,11 @@ impl TrainDrive {
     fn pin(
         &self,
         assembly: &mut Assembly,
-        planet: &Planet,
+        (set, planet): (&PlanetarySet, &Planet),
         layout: &Layout,
         shafts: &[ShaftNodes],
     ) -> Result<(usize, Support), ShaftError> {
-        let Some(set) = &self.planetary else {
-            return Err(ShaftError::NoElement { stretch: "a pin" });
-        };
-        let carrier = layout.axes[set.carrier];
-        let [x, y, _] = carrier.local(layout.axes[planet.shaft].at(0.0) - carrier.at(0.0));
+        let [x, y] = arm_vector(&layout.axes, set, planet.shaft);
         let nodes = &shafts[set.carrier];
         let (body, along) = if self.shafts[set.carrier].sections.is_empty() {
             (nodes.own.start, set.at)

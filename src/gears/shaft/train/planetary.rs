@@ -3,21 +3,20 @@
 //! A carrier turns, and with it the places where gears mesh. The train is written in the frame that
 //! turns with the carrier at its mean speed: planets keep their places there, and the directions of
 //! all meshes are constant. What stands still has to feel the same in all directions for that, unless the carrier is
-//! held. The gears roll as if the carrier stood still ([`Layout::rolling`]); the speeds follow from the one member that
-//! is held.
+//! held. The gears roll as if the carrier stood still ([`Layout::rolling`]); the speeds follow from the members that
+//! are held ([`super::equations`]).
 //!
-//! In this frame are the members of the set: carrier, planets, the shafts whose gears mesh with these, and what couplings
-//! join to them across the axis. Other shafts, whose couplings to members leave them the motions across the axis, keep
-//! the frame of space: turning about the axis and moving along it are the same in both.
+//! Every set has a frame of its own ([`super::frames`]).
 //!
 //! The neutral rotation is that of the whole set at its mean speeds, the carrier taking its planets along:
 //! a planet at r moves by `Ω_c e_z × r` and turns at its own speed.
 
 use super::axes::Axis;
 use super::contacts::Terms;
+use super::frames::{arm, arm_vector};
 use super::nodes::Assembled;
 use super::speeds::{Layout, sense};
-use super::{GearPlace, Stop, TrainDrive, TrainError, TrainShaft};
+use super::{GearPlace, TrainDrive, TrainError, TrainShaft};
 use crate::shaft::assembly::Freedom;
 use crate::shaft::drive::Bearing;
 use crate::shaft::error::ShaftError;
@@ -29,9 +28,6 @@ const IN_PLACE: f64 = 1e-3;
 
 /// Part of a cycle that is rounding.
 const ROUNDING: f64 = 1e-9;
-
-/// Distance of two axes that are one, in units of the distance of the pins.
-const CENTRAL: f64 = 1e-9;
 
 /// Planets on pins of a carrier.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -84,15 +80,50 @@ pub fn phase_of_planet(teeth: u32, sense: f64, angle: f64) -> f64 {
 }
 
 impl TrainDrive {
+    /// All planets, set by set, with the numbers of their sets.
+    pub(super) fn planets(&self) -> impl Iterator<Item = (usize, &PlanetarySet, &Planet)> {
+        let sets = self.planetary.iter().enumerate();
+        sets.flat_map(|(number, set)| set.planets.iter().map(move |own| (number, set, own)))
+    }
+
+    /// The set of which a shaft is a planet.
+    pub(super) fn set_of_planet(&self, shaft: usize) -> Option<usize> {
+        let mut planets = self.planets();
+        planets
+            .find(|(_, _, planet)| planet.shaft == shaft)
+            .map(|(set, _, _)| set)
+    }
+
     /// Whether a shaft is a planet.
     pub(super) fn is_planet(&self, shaft: usize) -> bool {
-        let mut planets = self.planetary.iter().flat_map(|set| &set.planets);
-        planets.any(|planet| planet.shaft == shaft)
+        self.set_of_planet(shaft).is_some()
+    }
+
+    /// The set whose planet is one of two gears that mesh.
+    pub(super) fn set_of_mesh(&self, gears: [GearPlace; 2]) -> Option<usize> {
+        let [one, two] = gears.map(|gear| self.set_of_planet(gear.shaft));
+        one.or(two)
+    }
+
+    /// That no carrier is a planet, and no mesh joins planets of two sets: nothing places these against each other.
+    pub(super) fn sets_are_apart(&self) -> Result<(), TrainError> {
+        let mut carriers = self.planetary.iter().map(|set| set.carrier);
+        if let Some(carrier) = carriers.find(|&shaft| self.is_planet(shaft)) {
+            return Err(TrainError::CarrierIsPlanet {
+                planet: self.shafts[carrier].name.clone(),
+            });
+        }
+        let both = |gears: &[GearPlace; 2]| gears.iter().all(|gear| self.is_planet(gear.shaft));
+        self.pairs().find(both).map_or(Ok(()), |gears| {
+            Err(TrainError::PlanetsMesh {
+                gears: gears.map(|place| self.gear(place).name.clone()),
+            })
+        })
     }
 
     /// That the first mesh is one of the planets, where there are any.
     pub(super) fn check_first(&self) -> Result<(), TrainError> {
-        if self.planetary.is_none() || self.gears.iter().any(|gear| self.is_planet(gear.shaft)) {
+        if self.planetary.is_empty() || self.gears.iter().any(|gear| self.is_planet(gear.shaft)) {
             return Ok(());
         }
         Err(TrainError::FirstOfPlanets {
@@ -100,127 +131,28 @@ impl TrainDrive {
         })
     }
 
-    /// Which shafts move with the planets.
-    pub(super) fn members(&self) -> Vec<bool> {
-        let Some(set) = &self.planetary else {
-            return vec![false; self.shafts.len()];
-        };
-        let across = (self.couplings.iter())
-            .filter(|coupling| coupling.stiffness[0] > 0.0 || coupling.stiffness[2] > 0.0)
-            .map(|coupling| coupling.shafts);
-        let meshing = (self.pairs().map(|gears| gears.map(|gear| gear.shaft)))
-            .filter(|shafts| shafts.iter().any(|&shaft| self.is_planet(shaft)));
-        let group = self.groups(across.chain(meshing).chain(set.pins()));
-        (0..self.shafts.len())
-            .map(|shaft| group[shaft] == group[set.carrier])
-            .collect()
-    }
-
-    /// That the members of the set are central, those that turn with its frame may, and the planets fit.
+    /// That the members of a set are central, and its planets fit.
     pub(super) fn check_planets(
         &self,
-        set: &PlanetarySet,
+        number: usize,
         axes: &[Axis],
-        [members, turning]: [&[bool]; 2],
+        frames: &[Option<usize>],
     ) -> Result<(), TrainError> {
-        self.members_are_central(set, axes, members)?;
-        self.meshes_are_of_planets(turning)?;
-        self.supports_are_round(set, turning)?;
+        let set = &self.planetary[number];
+        self.members_are_central(set, axes, frames)?;
         self.planets_fit(set, axes)?;
-        self.planets_assemble(set, axes)
-    }
-
-    /// That the members of the set lie on the axis of the carrier, planets beside it.
-    fn members_are_central(
-        &self,
-        set: &PlanetarySet,
-        axes: &[Axis],
-        members: &[bool],
-    ) -> Result<(), TrainError> {
-        let carrier = axes[set.carrier];
-        let radius = (set.planets.first()).map_or(0.0, |planet| arm(axes, set, planet.shaft).1);
-        for (shaft, own) in self
-            .shafts
-            .iter()
-            .enumerate()
-            .filter(|(shaft, _)| members[*shaft])
-        {
-            let along = (axes[shaft].along() - carrier.along()).norm() < CENTRAL;
-            let central = self.is_planet(shaft) || arm(axes, set, shaft).1 <= CENTRAL * radius;
-            if !(along && central) {
-                return Err(TrainError::OffCentre {
-                    what: own.name.clone(),
-                    carrier: self.shafts[set.carrier].name.clone(),
-                });
-            }
-        }
-        Ok(())
-    }
-
-    /// That meshes without a planet are those of shafts that keep the frame of space.
-    fn meshes_are_of_planets(&self, turning: &[bool]) -> Result<(), TrainError> {
-        let beside = self
-            .pairs()
-            .filter(|gears| !gears.iter().any(|gear| self.is_planet(gear.shaft)));
-        let mut gears = beside.flatten();
-        match gears.find(|gear| turning[gear.shaft]) {
-            Some(gear) => Err(TrainError::GearBesidePlanets {
-                gear: self.gear(gear).name.clone(),
-                shaft: self.shafts[gear.shaft].name.clone(),
-            }),
-            None => Ok(()),
-        }
-    }
-
-    /// That bearings and stops against the ground are the same in all directions, where they are seen to turn. Those of
-    /// rolling elements are stiffer along their load.
-    fn supports_are_round(&self, set: &PlanetarySet, turning: &[bool]) -> Result<(), TrainError> {
-        let carrier = || self.shafts[set.carrier].name.clone();
-        for shaft in self
-            .shafts
-            .iter()
-            .zip(turning)
-            .filter(|(_, turns)| **turns)
-            .map(|(own, _)| own)
-        {
-            let loose = (shaft.gears.iter()).filter_map(|gear| {
-                let name = format!("the bearing of the loose gear `{}`", gear.name);
-                Some((name, gear.loose?.bearing))
-            });
-            let bearings = (1..).zip(&shaft.bearings).map(|(number, (_, own))| {
-                let name = format!("bearing {number} of shaft `{}`", shaft.name);
-                (name, *own)
-            });
-            for (bearing, own) in bearings.chain(loose) {
-                let plain =
-                    own.damping == [[0.0; 2]; 2] && own.cross == [0.0; 2] && own.rolling.is_none();
-                if own.x != own.y || !plain {
-                    return Err(TrainError::UnequalBearing {
-                        bearing,
-                        carrier: carrier(),
-                    });
-                }
-            }
-        }
-        let across = |stop: &&Stop| turning[stop.shaft] && stop.direction[..2] != [0.0; 2];
-        match self.stops.iter().find(across) {
-            Some(stop) => Err(TrainError::StopAcross {
-                shaft: self.shafts[stop.shaft].name.clone(),
-                carrier: carrier(),
-            }),
-            None => Ok(()),
-        }
+        self.planets_assemble(number, axes)
     }
 
     /// That no two planets touch.
     fn planets_fit(&self, set: &PlanetarySet, axes: &[Axis]) -> Result<(), TrainError> {
         let tip = set.tip_diameter;
         for (second, two) in set.planets.iter().enumerate() {
-            for (first, one) in set.planets[..second].iter().enumerate() {
+            for one in &set.planets[..second] {
                 let apart = (axes[one.shaft].at(0.0) - axes[two.shaft].at(0.0)).norm();
                 if apart <= tip {
                     return Err(TrainError::PlanetsTouch {
-                        planets: [first + 1, second + 1],
+                        planets: [one, two].map(|own| self.shafts[own.shaft].name.clone()),
                         apart,
                         tip,
                     });
@@ -231,8 +163,9 @@ impl TrainDrive {
     }
 
     /// That every planet finds spaces on the external and on the internal central gear at once.
-    fn planets_assemble(&self, set: &PlanetarySet, axes: &[Axis]) -> Result<(), TrainError> {
-        let Some([external, internal]) = self.central_teeth(self.pairs()) else {
+    fn planets_assemble(&self, number: usize, axes: &[Axis]) -> Result<(), TrainError> {
+        let set = &self.planetary[number];
+        let Some([external, internal]) = self.central_teeth(number, self.pairs()) else {
             return Ok(());
         };
         let together = f64::from(external + internal);
@@ -240,12 +173,13 @@ impl TrainDrive {
             .planets
             .first()
             .map_or(0.0, |own| arm(axes, set, own.shaft).0);
-        for (number, planet) in (1..).zip(&set.planets) {
+        for planet in &set.planets {
             let turns = (arm(axes, set, planet.shaft).0 - first).rem_euclid(TAU) / TAU;
             let place = turns * together;
             if (place - place.round()).abs() > IN_PLACE {
                 return Err(TrainError::Assembly {
-                    planet: number,
+                    planet: self.shafts[planet.shaft].name.clone(),
+                    first: self.shafts[set.planets[0].shaft].name.clone(),
                     angle: 360.0 * turns,
                     teeth: [external, internal],
                     nearest: 360.0 * place.round() / together,
@@ -255,10 +189,14 @@ impl TrainDrive {
         Ok(())
     }
 
-    /// Teeth of the external and of the internal gear that mesh with planets; none unless there are both.
-    pub fn central_teeth(&self, pairs: impl Iterator<Item = [GearPlace; 2]>) -> Option<[u32; 2]> {
+    /// Teeth of the external and of the internal gear that mesh with planets of a set; none unless there are both.
+    pub fn central_teeth(
+        &self,
+        set: usize,
+        pairs: impl Iterator<Item = [GearPlace; 2]>,
+    ) -> Option<[u32; 2]> {
         let mut teeth = [None; 2];
-        for gears in pairs.filter(|gears| gears.iter().any(|gear| self.is_planet(gear.shaft))) {
+        for gears in pairs.filter(|gears| self.set_of_mesh(*gears) == Some(set)) {
             for gear in gears.into_iter().filter(|gear| !self.is_planet(gear.shaft)) {
                 let own = self.gear(gear);
                 teeth[usize::from(own.internal)] = Some(own.teeth);
@@ -267,18 +205,16 @@ impl TrainDrive {
         Some([teeth[0]?, teeth[1]?])
     }
 
-    /// How planets move as the carrier takes them along at its mean speed.
+    /// How planets move as their carriers take them along at their mean speeds.
     pub(super) fn orbits(&self, layout: &Layout, assembled: &Assembled) -> Terms {
-        let planets = self.planetary.iter().flat_map(|set| {
-            let planets = set.planets.iter();
-            planets.map(|planet| (planet.shaft, arm_vector(&layout.axes, set, planet.shaft)))
-        });
-        planets
-            .flat_map(|(shaft, [x, y])| {
-                let node = assembled.at(shaft, 0.0);
+        self.planets()
+            .flat_map(|(number, set, planet)| {
+                let [x, y] = arm_vector(&layout.axes, set, planet.shaft);
+                let node = assembled.at(planet.shaft, 0.0);
+                let turning = layout.carriers[number];
                 [
-                    (node, Freedom::X, -layout.carrier * y),
-                    (node, Freedom::Y, layout.carrier * x),
+                    (node, Freedom::X, -turning * y),
+                    (node, Freedom::Y, turning * x),
                 ]
             })
             .collect()
@@ -290,50 +226,51 @@ impl TrainDrive {
         gears.map(|gear| gear.body.mass).sum()
     }
 
-    /// Writes an assembly in the frame of the carrier, where anything is to feel that it turns.
-    pub(super) fn turn_with_carrier(
+    /// Writes an assembly in the frames of the carriers, where anything is to feel that they turn.
+    pub(super) fn turn_with_carriers(
         &self,
         assembled: &mut Assembled,
         layout: &Layout,
     ) -> Result<(), ShaftError> {
-        let Some(set) = self
-            .planetary
-            .as_ref()
-            .filter(|_| self.feels_the_frame(layout))
-        else {
+        if !self.gyroscopic {
             return Ok(());
-        };
-        let mut turns = assembled.nodes_of(&layout.turning);
-        let loose = self.loose_gears().zip(&assembled.loose);
-        turns.extend(
-            loose
-                .filter(|(gear, _)| layout.turning[gear.shaft])
-                .map(|(_, node)| node),
-        );
-        (assembled.assembly).in_turning_frame(layout.carrier, |node| turns.contains(&node));
-        for (number, planet) in set.planets.iter().enumerate() {
-            let nodes = [assembled.at(planet.shaft, 0.0), assembled.pins[number]];
-            let arm = arm_vector(&layout.axes, set, planet.shaft);
-            let mass = self.planet_mass(planet);
-            let assembly = &mut assembled.assembly;
-            assembly.add_mass_on_pin(nodes, mass, arm, layout.carrier)?;
+        }
+        for (number, &speed) in layout.carriers.iter().enumerate() {
+            let moves =
+                |shaft: usize| layout.turning[shaft] && layout.frames[shaft] == Some(number);
+            let marked: Vec<bool> = (0..self.shafts.len()).map(moves).collect();
+            let mut turns = assembled.nodes_of(&marked);
+            let loose = self.loose_gears().zip(&assembled.loose);
+            turns.extend(
+                loose
+                    .filter(|(gear, _)| moves(gear.shaft))
+                    .map(|(_, node)| node),
+            );
+            if !turns.is_empty() {
+                (assembled.assembly).in_turning_frame(speed, |node| turns.contains(&node));
+            }
+        }
+        for (index, (number, set, planet)) in self.planets().enumerate() {
+            let speed = layout.carriers[number];
+            if speed != 0.0 {
+                let nodes = [assembled.at(planet.shaft, 0.0), assembled.pins[index]];
+                let arm = arm_vector(&layout.axes, set, planet.shaft);
+                let mass = self.planet_mass(planet);
+                (assembled.assembly).add_mass_on_pin(nodes, mass, arm, speed)?;
+            }
         }
         Ok(())
     }
 
-    fn feels_the_frame(&self, layout: &Layout) -> bool {
-        self.gyroscopic && layout.carrier != 0.0
-    }
-
-    /// Centrifugal forces on the planets, per square of the pinion's speed.
+    /// Centrifugal forces on the planets, per square of the driver's speed.
     pub(super) fn centrifugal_forces(&self, layout: &Layout, assembled: &Assembled) -> Terms {
-        let turns = self.feels_the_frame(layout);
-        let sets = self.planetary.iter().filter(|_| turns);
-        let planets = sets.flat_map(|set| set.planets.iter().map(move |planet| (set, planet)));
+        let planets = self
+            .planets()
+            .filter(|(number, _, _)| self.gyroscopic && layout.carriers[*number] != 0.0);
         planets
-            .flat_map(|(set, planet)| {
+            .flat_map(|(number, set, planet)| {
                 let [x, y] = arm_vector(&layout.axes, set, planet.shaft);
-                let pull = self.planet_mass(planet) * layout.carrier.powi(2);
+                let pull = self.planet_mass(planet) * layout.carriers[number].powi(2);
                 let node = assembled.at(planet.shaft, 0.0);
                 [(node, Freedom::X, pull * x), (node, Freedom::Y, pull * y)]
             })
@@ -341,23 +278,19 @@ impl TrainDrive {
     }
 
     /// How far the pin of a planet stands out of its place, in x and y \[m\].
-    pub(super) fn pin_place(&self, number: usize, layout: &Layout) -> [f64; 2] {
-        let Some(set) = &self.planetary else {
+    pub(super) fn pin_place(&self, index: usize, layout: &Layout) -> [f64; 2] {
+        let Some((number, set, planet)) = self.planets().nth(index) else {
             return [0.0; 2];
         };
-        let planet = &set.planets[number];
         let [x, y] = arm_vector(&layout.axes, set, planet.shaft);
-        let ahead = sense(layout.carrier) * planet.pin_error / x.hypot(y);
+        let ahead = sense(layout.carriers[number]) * planet.pin_error / x.hypot(y);
         [-ahead * y, ahead * x]
     }
 
     /// Forces of the bearings of planets whose pins stand out of place, on planets and carrier.
     pub(super) fn pin_forces(&self, layout: &Layout, assembled: &Assembled) -> Terms {
         let mut forces = Terms::new();
-        let Some(set) = &self.planetary else {
-            return forces;
-        };
-        let bearings = assembled.supports.len() - set.planets.len();
+        let bearings = assembled.supports.len() - self.planets().count();
         for (number, (_, support)) in assembled.supports[bearings..].iter().enumerate() {
             let place = self.pin_place(number, layout);
             for (freedom, moved) in [Freedom::X, Freedom::Y].into_iter().zip(place) {
@@ -371,17 +304,4 @@ impl TrainDrive {
         forces.retain(|(_, _, force)| *force != 0.0);
         forces
     }
-}
-
-/// From the axis of the carrier to the one of a shaft, in the carrier's frame \[m\].
-fn arm_vector(axes: &[Axis], set: &PlanetarySet, shaft: usize) -> [f64; 2] {
-    let carrier = axes[set.carrier];
-    let [x, y, _] = carrier.local(axes[shaft].at(0.0) - carrier.at(0.0));
-    [x, y]
-}
-
-/// The same as angle \[rad\] and distance \[m\].
-fn arm(axes: &[Axis], set: &PlanetarySet, shaft: usize) -> (f64, f64) {
-    let [x, y] = arm_vector(axes, set, shaft);
-    (y.atan2(x), x.hypot(y))
 }

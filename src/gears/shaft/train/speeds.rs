@@ -2,6 +2,7 @@
 //! mesh?
 
 use super::axes::{Axis, BesideEachOther, PitchPoint, PlacedGear};
+use super::kinematics::Speeds;
 use super::ratio::Ratio;
 use super::{GearPlace, ShaftCoupling, TrainDrive, TrainError, TrainShaft};
 use crate::numerics::integers::least_multiple;
@@ -27,11 +28,15 @@ pub(super) struct Layout {
     /// stands still: first the shafts, then the loose gears. The first gear rolls forwards.
     pub speeds: Vec<f64>,
     /// The same as the meshes see them, in units of the first gear's own speed. Speeds of what moves with planets are relative
-    /// to the carrier.
+    /// to their carrier.
     pub rolling: Vec<f64>,
-    /// Speed of the carrier of planets; 0 where the axes of all meshes stand still.
-    pub carrier: f64,
-    /// Whether each shaft is written in the frame of the carrier while that turns.
+    /// How fast the first gear rolls, in units of the driver's speed.
+    pub unit: f64,
+    /// Speed of the carrier of each planetary set.
+    pub carriers: Vec<f64>,
+    /// The set in whose frame each shaft is written; none in the frame of space.
+    pub frames: Vec<Option<usize>>,
+    /// Whether that frame turns.
     pub turning: Vec<bool>,
     /// Where the first mesh and each further one meet.
     pub meshes: Vec<PitchPoint>,
@@ -42,32 +47,6 @@ pub(super) struct Layout {
     pub cycles: Vec<[u32; 2]>,
     /// Cycles of the first mesh after which those that vary are as they were.
     pub base_cycles: usize,
-}
-
-/// Speed of a body as a sum of two: how fast the first gear rolls, and, of trains with planets, the carrier turns.
-type Form = [Ratio; 2];
-
-/// How the speed of its second body follows from that of its first.
-struct Joint {
-    bodies: [usize; 2],
-    ratio: Ratio,
-    /// Whether both speeds are relative to the carrier.
-    relative_to_carrier: bool,
-}
-
-impl Joint {
-    /// The speed of one body from that of the other.
-    fn follow(&self, [own, carrier]: Form, ratio: Ratio) -> Form {
-        let frame = if self.relative_to_carrier { Ratio::ONE } else { Ratio::ZERO };
-        [own * ratio, (carrier - frame) * ratio + frame]
-    }
-}
-
-/// Exact speeds of the bodies that anything connects with the first gear; see [`Layout`].
-struct Speeds {
-    speeds: Vec<Option<Ratio>>,
-    rolling: Vec<Option<Ratio>>,
-    carrier: Ratio,
 }
 
 impl TrainDrive {
@@ -95,7 +74,7 @@ impl TrainDrive {
     }
 
     /// The shaft of a body: itself, or the one that a loose gear runs on.
-    fn shaft_of(&self, body: usize) -> usize {
+    pub(super) fn shaft_of(&self, body: usize) -> usize {
         let loose = body.checked_sub(self.shafts.len());
         let place = loose.and_then(|number| self.loose_gears().nth(number));
         place.map_or(body, |place| place.shaft)
@@ -159,8 +138,8 @@ impl TrainDrive {
     /// # Errors
     /// [`TrainError`].
     pub fn body_speeds(&self) -> Result<Vec<(String, f64)>, TrainError> {
-        let planets = self.planetary.iter().flat_map(|set| &set.planets);
-        let alike: Vec<usize> = planets.skip(1).map(|planet| planet.shaft).collect();
+        let alike = (self.planetary.iter()).flat_map(|set| set.planets.iter().skip(1));
+        let alike: Vec<usize> = alike.map(|planet| planet.shaft).collect();
         let speeds = self.layout()?.speeds.into_iter().enumerate();
         let told = speeds.filter(|(body, _)| !alike.contains(body));
         Ok(told
@@ -177,19 +156,22 @@ impl TrainDrive {
         let meshes = (self.pairs())
             .map(|gears| self.met(gears, &axes))
             .collect::<Result<Vec<_>, _>>()?;
+        self.sets_are_apart()?;
         self.check_first()?;
-        let members = self.members();
-        let solved = self.speeds(&meshes, &members)?;
+        let frames = self.frames();
         let Speeds {
             speeds,
             rolling,
-            carrier,
-        } = solved;
-        let turning: Vec<bool> = (members.iter())
-            .map(|member| *member && carrier != Ratio::ZERO)
+            unit,
+        } = self.speeds(&meshes, &frames)?;
+        let carrier = |set: usize| speeds[self.planetary[set].carrier].unwrap_or(Ratio::ZERO);
+        let turning: Vec<bool> = (frames.iter())
+            .map(|frame| frame.is_some_and(|set| carrier(set) != Ratio::ZERO))
             .collect();
-        if let Some(set) = &self.planetary {
-            self.check_planets(set, &axes, [&members, &turning])?;
+        self.meshes_are_of_planets(&turning)?;
+        self.supports_are_round(&frames, &turning)?;
+        for set in 0..self.planetary.len() {
+            self.check_planets(set, &axes, &frames)?;
         }
         if let Some(joined) = &self.housing {
             self.check_joints(joined, &axes, &turning)?;
@@ -218,9 +200,7 @@ impl TrainDrive {
                 body: self.body_name(body),
             })?;
             if speed == Ratio::ZERO {
-                return Err(TrainError::Held {
-                    body: self.body_name(body),
-                });
+                return Err(self.stands(mesh.gears));
             }
             let ratio = speed * Ratio::new(i128::from(gear.teeth), i128::from(first));
             self.is_exact(ratio, body)?;
@@ -262,10 +242,14 @@ impl TrainDrive {
         };
         Ok(Layout {
             base_cycles: together,
+            carriers: (0..self.planetary.len())
+                .map(|set| carrier(set).value())
+                .collect(),
             axes,
             speeds: values(speeds),
             rolling: values(rolling),
-            carrier: carrier.value(),
+            unit: unit.value(),
+            frames,
             turning,
             meshes,
             turns,
@@ -297,157 +281,5 @@ impl TrainDrive {
         } else {
             Ok(())
         }
-    }
-
-    /// How the speeds of bodies follow from each other.
-    fn joints(&self, meshes: &[PitchPoint]) -> Vec<Joint> {
-        let mut joints: Vec<Joint> = (self.pairs().zip(meshes))
-            .map(|(gears, met)| {
-                let [z1, z2] = gears.map(|place| i128::from(self.gear(place).teeth));
-                Joint {
-                    bodies: gears.map(|place| self.body_of(place)),
-                    ratio: Ratio::new(z1 * i128::from(met.sense), z2),
-                    relative_to_carrier: gears.iter().any(|gear| self.is_planet(gear.shaft)),
-                }
-            })
-            .collect();
-        joints.extend(self.couplings.iter().map(|coupling| Joint {
-            bodies: coupling.shafts,
-            ratio: Ratio::ONE,
-            relative_to_carrier: false,
-        }));
-        joints
-    }
-
-    /// Speeds of the bodies that anything connects with the first gear.
-    fn forms(&self, joints: &[Joint]) -> Result<Vec<Option<Form>>, TrainError> {
-        let bodies = self.shafts.len() + self.loose_gears().count();
-        let mut forms: Vec<Option<Form>> = vec![None; bodies];
-        let beside = if self.planetary.is_some() { Ratio::ONE } else { Ratio::ZERO };
-        forms[self.body_of(self.gears[0])] = Some([Ratio::ONE, beside]);
-        if let Some(set) = &self.planetary {
-            forms[set.carrier] = Some([Ratio::ZERO, Ratio::ONE]);
-        }
-        // Each round reaches what is one joint further away.
-        for _ in 0..bodies {
-            for joint in joints {
-                let [one, two] = joint.bodies;
-                match (forms[one], forms[two]) {
-                    (Some(form), None) => forms[two] = Some(joint.follow(form, joint.ratio)),
-                    (None, Some(form)) => {
-                        forms[one] = Some(joint.follow(form, Ratio::ONE / joint.ratio));
-                    }
-                    _ => {}
-                }
-            }
-        }
-        for (body, form) in forms.iter().enumerate() {
-            for part in form.iter().flatten() {
-                self.is_exact(*part, body)?;
-            }
-        }
-        Ok(forms)
-    }
-
-    /// That a speed, of a body or from its joints, is a ratio of whole numbers that are not too large.
-    fn is_exact(&self, speed: Ratio, body: usize) -> Result<(), TrainError> {
-        if speed != Ratio::TOO_LARGE {
-            return Ok(());
-        }
-        Err(TrainError::LongRatio {
-            body: self.body_name(body),
-        })
-    }
-
-    /// Speed of the carrier where the first gear rolls at 1: of what is held, or joined in two ways, it is one only.
-    fn carrier_speed(&self, joints: &[Joint], forms: &[Option<Form>]) -> Result<Ratio, TrainError> {
-        let mut found: Option<(&String, Ratio)> = None;
-        let held = self.shafts.iter().zip(forms);
-        for (body, (shaft, form)) in held
-            .enumerate()
-            .filter(|(_, (shaft, _))| !shaft.motion.turns())
-        {
-            let Some([own, carrier]) = *form else {
-                continue;
-            };
-            if carrier == Ratio::ZERO {
-                return Err(TrainError::Held {
-                    body: shaft.name.clone(),
-                });
-            }
-            let speed = Ratio::ZERO - own / carrier;
-            self.is_exact(speed, body)?;
-            match found {
-                Some((first, known)) if known != speed => {
-                    return Err(TrainError::AllHeld {
-                        held: [first, &shaft.name].map(String::clone),
-                    });
-                }
-                Some(_) => {}
-                None => found = Some((&shaft.name, speed)),
-            }
-        }
-        let mut speed = found.map(|(_, speed)| speed);
-        for joint in joints {
-            let [one, two] = joint.bodies;
-            let (Some(before), Some(form)) = (forms[one], forms[two]) else {
-                continue;
-            };
-            let expected = joint.follow(before, joint.ratio);
-            let [own, carrier] = [0, 1].map(|part| expected[part] - form[part]);
-            if speed.is_none() && carrier != Ratio::ZERO {
-                speed = Some(Ratio::ZERO - own / carrier);
-            }
-            let now = speed.unwrap_or(Ratio::ZERO);
-            let left = own + carrier * now;
-            self.is_exact(left, two)?;
-            if left != Ratio::ZERO {
-                return Err(TrainError::Locked {
-                    body: self.body_name(joint.bodies[1]),
-                    speeds: [form, expected].map(|form| (form[0] + form[1] * now).value()),
-                });
-            }
-        }
-        match (speed, &self.planetary) {
-            (None, Some(_)) => Err(TrainError::NothingHeld),
-            (speed, _) => Ok(speed.unwrap_or(Ratio::ZERO)),
-        }
-    }
-
-    /// Speeds of the bodies: what is held stands still.
-    fn speeds(&self, meshes: &[PitchPoint], members: &[bool]) -> Result<Speeds, TrainError> {
-        let joints = self.joints(meshes);
-        let forms = self.forms(&joints)?;
-        let carrier = self.carrier_speed(&joints, &forms)?;
-        let absolute = |[own, of_carrier]: Form| own + of_carrier * carrier;
-        let driver = forms[self.driver].map(absolute);
-        let alone = |speed: &Ratio| self.planetary.is_some() || *speed == Ratio::ONE;
-        let driver = driver.filter(alone).ok_or_else(|| TrainError::Driver {
-            driver: self.shafts[self.driver].name.clone(),
-        })?;
-        if driver == Ratio::ZERO {
-            return Err(TrainError::Held {
-                body: self.shafts[self.driver].name.clone(),
-            });
-        }
-        let is_member = |body: usize| members[self.shaft_of(body)];
-        let rolling = forms.iter().enumerate().map(|(body, form)| {
-            let beside = if is_member(body) { carrier } else { Ratio::ZERO };
-            form.map(|form| absolute(form) - beside)
-        });
-        let unit = driver.modulus();
-        let solved = Speeds {
-            rolling: rolling.collect(),
-            speeds: (forms.iter())
-                .map(|form| form.map(|form| absolute(form) / unit))
-                .collect(),
-            carrier: carrier / unit,
-        };
-        for (body, (speed, rolling)) in solved.speeds.iter().zip(&solved.rolling).enumerate() {
-            for own in speed.iter().chain(rolling) {
-                self.is_exact(*own, body)?;
-            }
-        }
-        Ok(solved)
     }
 }

@@ -246,7 +246,7 @@ impl TrainDrive {
         let driving = torque_on(self.driver, sense(layout.speeds[self.driver]));
         // A torque on the shaft of a loose gear has neither the speed nor the sense of the gear.
         let fixed = |place: &GearPlace| self.gear(*place).loose.is_none();
-        let wheel = Some(self.gears[1]).filter(|place| fixed(place) && self.planetary.is_none());
+        let wheel = Some(self.gears[1]).filter(|place| fixed(place) && self.planetary.is_empty());
         let wheel = wheel.map(|place| torque_on(place.shaft, layout.speeds[place.shaft].signum()));
 
         // Torques per newton of rated force, whose neutral parts cancel but for round-off.
@@ -267,7 +267,7 @@ impl TrainDrive {
             teeth: self.pair.teeth[0],
             wheel_teeth: Some(self.pair.teeth[1]),
             frame: TurningFrame {
-                rolling: layout.speeds[self.body_of(self.gears[0])] - layout.carrier,
+                rolling: layout.unit,
                 stiffness: Vec::new(),
                 load: self.centrifugal_load(solved, layout, assembled),
             },

@@ -220,7 +220,7 @@ fn rolling(path: &str) -> Option<&'static str> {
 /// A manifest with planets, in which a key of theirs is absent.
 fn planetary(path: &str) -> String {
     let text = include_str!("../../../../manifests/trains/planetary.toml");
-    let (before, own) = text.split_once("[train.planetary]").unwrap();
+    let (before, own) = text.split_once("[[train.planetary]]").unwrap();
     let bodies = if path.contains(".body.") { "body = { polar_inertia = 1e-3 }" } else { "" };
     let own = own.replacen("thinning = \"40 um\"\n", "", 1).replacen(
         "bore = \"24 mm\"\n",
@@ -232,12 +232,12 @@ fn planetary(path: &str) -> String {
         let (_, tail) = rest.split_once('}').unwrap();
         format!("{head}bearing = {{ {rolling} }}{tail}")
     });
-    format!("{before}[train.planetary]{own}")
+    format!("{before}[[train.planetary]]{own}")
 }
 
 /// A manifest in which a key has an effect where it stands.
 fn surroundings(path: &str) -> String {
-    if path.starts_with("train.planetary.") {
+    if path.starts_with("train.planetary.*.") {
         return planetary(path);
     }
     if path.starts_with("train.") {
@@ -346,6 +346,10 @@ fn with(text: &str, key: &Key, line: &str) -> String {
         return text.replacen(&open, &format!("{open} {line}{comma}"), 1);
     }
     if let Some(list) = table.strip_suffix(".*") {
+        let header = format!("[[{list}]]");
+        if text.contains(&header) {
+            return text.replacen(&header, &format!("{header}\n{line}"), 1);
+        }
         let open = format!("{} = [{{", list.rsplit('.').next().unwrap());
         assert!(text.contains(&open), "{}", key.path);
         let comma = if line.is_empty() { "" } else { "," };

@@ -42,7 +42,7 @@ pub(in crate::manifest) enum Elsewhere {
 pub(in crate::manifest) const SHARED: [(&str, &str, Elsewhere); 4] = [
     ("shafts.<shaft>", "shafts", Elsewhere::EitherShaft),
     ("train.shaft.*.gears.*", "gear", Elsewhere::OneGear),
-    ("train.planetary", "gear", Elsewhere::OneGear),
+    ("train.planetary.*", "gear", Elsewhere::OneGear),
     ("train.mesh.*", "mesh", Elsewhere::FurtherMesh),
 ];
 

@@ -43,7 +43,7 @@ pub(super) fn read(
     let spec = of_drawing(section, issues, gears, continuous, pairs);
     let (pairs, spec) = (pairs?, spec?);
     if let Some(StructureSource::Train(train)) = drive.source
-        && train.planetary.is_some()
+        && !train.planetary.is_empty()
         && pairs.is_some()
     {
         issues.push(

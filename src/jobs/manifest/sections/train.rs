@@ -39,7 +39,7 @@ pub(super) fn read(
     let parts = Parts {
         shafts: &shafts,
         drawn: &drawn,
-        planets: planets.as_ref(),
+        planets: &planets,
     };
     let gears = parts.gears(section, issues, "gears");
     let couplings = joints::couplings(section, issues, &parts);
@@ -57,7 +57,7 @@ pub(super) fn read(
         meshes: Vec::new(),
         couplings: couplings?,
         stops: stops?,
-        planetary: planets.as_ref().map(|planets| planets.set.clone()),
+        planetary: planets.iter().map(|own| own.set.clone()).collect(),
         housing,
         driver: driver?,
         young_modulus: young_modulus?,
@@ -90,18 +90,19 @@ pub(super) fn read(
     if let Err(error) = train.check().and_then(|()| train.turn_helices()) {
         let fault = match error {
             TrainError::TooFine { place, .. } => too_fine(issues, &tables, &train, place, &error),
-            _ => Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                section.span,
-                "train",
-                error.to_string(),
-            )
-            .label("these shafts and gears do not form a train"),
+            _ => no_train(section, &error),
         };
         issues.push(fault);
         return None;
     }
     Some(train)
+}
+
+/// The fault of shafts and gears that are none together.
+fn no_train(section: &Section, error: &TrainError) -> Diagnostic {
+    let kind = DiagnosticKind::Inconsistent;
+    Diagnostic::new(kind, section.span, "train", error.to_string())
+        .label("these shafts and gears do not form a train")
 }
 
 /// The load under which rolling bearings have their stiffness; `Some(None)` without such bearings.

@@ -141,7 +141,7 @@ pub(super) const KEYS: &[Key] = &[
     key("contact.*.cycles", Kind::List("2 whole numbers"), ANY, "[3, 5]").of_length(2).or("[1, 1]")
         .about("Speed of the contact's cycle: `[p, q]` for p of its cycles in q mesh cycles. It follows from the \
                 numbers of teeth. For a mesh on a shaft with two gears, it is the ratio of their numbers of teeth."),
-    integer("contact.*.cycles.*", 1.0, 1000.0, "3"),
+    integer("contact.*.cycles.*", 1.0, 10000.0, "3"),
     quantity("contact.*.phase", Ratio, ANY, "0.25").or("0")
         .about("Phase of the contact's cycle at time 0, in cycles of the contact."),
     key("contact.*.transmission_error", Kind::List("tables"), ANY, r#"[{ harmonic = 1, amplitude = "2 um" }]"#).or("[]")

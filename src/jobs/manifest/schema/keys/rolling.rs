@@ -69,4 +69,4 @@ pub(super) const OF_SHAFT: &[Key] = of_bearing!("train.shaft.*.bearings.*", "`x`
 pub(super) const OF_LOOSE: &[Key] = of_bearing!("train.shaft.*.gears.*.loose", "`x` and `y`");
 
 /// Those of the bearing of a planet.
-pub(super) const OF_PLANET: &[Key] = of_bearing!("train.planetary.bearing", "`radial`");
+pub(super) const OF_PLANET: &[Key] = of_bearing!("train.planetary.*.bearing", "`radial`");

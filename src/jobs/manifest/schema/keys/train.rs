@@ -188,69 +188,70 @@ pub(super) const KEYS: &[Key] = &[
     quantity("train.shaft.*.gears.*.loose.drag_torque", Torque, NON_NEGATIVE, r#""0.05 N*m""#).or("0")
         .about("Constant torque of the shaft against the gear's rotation on it."),
 
-    key("train.planetary", Kind::Table, ANY, r#"{ carrier = "carrier", count = 3, teeth = 35, module = "2 mm", width = "20 mm", bearing = { radial = "1e8 N/m" } }"#)
-        .otherwise("no planets")
-        .about("Planets on pins of a carrier, between sun and ring on its axis. \
-                `train.gears` and `train.mesh.*.gears` name the planets by their common name, and one table \
-                describes the meshes of all of them: planets differ by their phase, which follows from their angles. \
-                One shaft of the sun, the ring and the carrier must be held: motion = \"lateral\" or \"none\", or a \
-                coupling to such a shaft. If that is not the carrier, the model turns with the carrier. Bearings of the \
-                set must then be equal in all directions. Gears beside the set stand on shafts of their own, with any \
-                bearings and axes, which couplings join to the set in `twist` and `axial` only."),
-    key("train.planetary.carrier", Kind::Text, ANY, r#""carrier""#)
+    key("train.planetary", Kind::List("tables"), ANY, r#"[{ carrier = "carrier", count = 3, teeth = 35, module = "2 mm", width = "20 mm", bearing = { radial = "1e8 N/m" } }]"#).or("[]")
+        .about("Planetary sets, one table `[[train.planetary]]` each: planets on pins of a carrier, between sun and ring on \
+                its axis. `train.gears` and `train.mesh.*.gears` name the planets of a set by their common name, and one \
+                table describes the meshes of all of them: planets differ by their phase, which follows from their angles. \
+                The speeds of all shafts must follow from that of the driver. Of a single set one shaft of the sun, the \
+                ring and the carrier must be held: motion = \"lateral\" or \"none\", or a coupling to such a shaft. \
+                If the carrier turns, the model of the set turns with it. Bearings of the set must then be equal in all \
+                directions. Gears beside the set, and members of another set, stand on shafts of their own, which \
+                couplings join to the set in `twist` and `axial` only."),
+    table("train.planetary.*"),
+    key("train.planetary.*.carrier", Kind::Text, ANY, r#""carrier""#)
         .about("The shaft that has the pins."),
-    quantity("train.planetary.at", Length, ANY, r#""40 mm""#).or("0")
+    quantity("train.planetary.*.at", Length, ANY, r#""40 mm""#).or("0")
         .about("Position of the middle of the planets on the carrier."),
-    quantity("train.planetary.radius", Length, POSITIVE, r#""90 mm""#).otherwise("the distance at which sun and planet have no backlash but that of thinning")
+    quantity("train.planetary.*.radius", Length, POSITIVE, r#""90 mm""#).otherwise("the distance at which sun and planet have no backlash but that of thinning")
         .about("Distance of the pins from the axis."),
-    integer("train.planetary.count", 1.0, 16.0, "3").otherwise("none; required without `angles`")
+    integer("train.planetary.*.count", 1.0, 16.0, "3").otherwise("none; required without `angles`")
         .about("Number of planets, equally spaced."),
-    key("train.planetary.angles", Kind::List("angles, one per planet"), ANY, r#"[0, "120 deg", "240 deg"]"#).otherwise("equal angles")
+    key("train.planetary.*.angles", Kind::List("angles, one per planet"), ANY, r#"[0, "120 deg", "240 deg"]"#).otherwise("equal angles")
         .about("Angle of each planet about the axis, from the first planet. Planets fit where the angle times the sum \
                 of the teeth of sun and ring is a whole number of turns."),
-    quantity("train.planetary.angles.*", Angle, ANY, r#""120 deg""#),
-    key("train.planetary.name", Kind::Text, ANY, r#""idler""#).or(r#""planet""#)
-        .about("Common name of the planets. Their bodies and gears have this name and their number."),
-    integer("train.planetary.teeth", 4.0, 1000.0, "35")
+    quantity("train.planetary.*.angles.*", Angle, ANY, r#""120 deg""#),
+    key("train.planetary.*.name", Kind::Text, ANY, r#""idler""#).or(r#""planet""#)
+        .about("Common name of the planets, another one in each set. Their bodies and gears have this name and their number."),
+    integer("train.planetary.*.teeth", 4.0, 1000.0, "35")
         .about("Number of teeth of a planet."),
-    quantity("train.planetary.module", Length, POSITIVE, r#""2 mm""#)
+    quantity("train.planetary.*.module", Length, POSITIVE, r#""2 mm""#)
         .about("Module, equal to that of sun and ring."),
-    quantity("train.planetary.width", Length, POSITIVE, r#""20 mm""#)
+    quantity("train.planetary.*.width", Length, POSITIVE, r#""20 mm""#)
         .about("Face width of a planet, which is also the length of its body."),
-    quantity("train.planetary.pressure_angle", Angle, bounds(0.0, true, FRAC_PI_4, true), r#""25 deg""#).or(r#""20 deg""#)
+    quantity("train.planetary.*.pressure_angle", Angle, bounds(0.0, true, FRAC_PI_4, true), r#""25 deg""#).or(r#""20 deg""#)
         .about("Pressure angle of the basic rack."),
-    quantity("train.planetary.helix_angle", Angle, bounds(-FRAC_PI_4, true, FRAC_PI_4, true), r#""-20 deg""#).or("0")
+    quantity("train.planetary.*.helix_angle", Angle, bounds(-FRAC_PI_4, true, FRAC_PI_4, true), r#""-20 deg""#).or("0")
         .about("Helix angle of a planet at its reference cylinder, positive if right-handed."),
-    quantity("train.planetary.tip_diameter", Length, POSITIVE, r#""74 mm""#)
+    quantity("train.planetary.*.tip_diameter", Length, POSITIVE, r#""74 mm""#)
         .otherwise("from the rack, with its tip clearance at the sun (ISO 21771)")
         .about("Tip diameter of a planet."),
-    quantity("train.planetary.profile_shift", Ratio, bounds(-1.0, false, 2.0, false), "0.3").or("0")
+    quantity("train.planetary.*.profile_shift", Ratio, bounds(-1.0, false, 2.0, false), "0.3").or("0")
         .about("Profile shift coefficient of a planet."),
-    quantity("train.planetary.thinning", Length, NON_NEGATIVE, r#""40 um""#).or("0")
+    quantity("train.planetary.*.thinning", Length, NON_NEGATIVE, r#""40 um""#).or("0")
         .about("Reduction of tooth thickness of a planet along the reference circle."),
-    quantity("train.planetary.bore", Length, NON_NEGATIVE, r#""30 mm""#).or("0")
+    quantity("train.planetary.*.bore", Length, NON_NEGATIVE, r#""30 mm""#).or("0")
         .about("Bore of a planet."),
-    key("train.planetary.body", Kind::Table, ANY, r#"{ polar_inertia = "1e-3 kg*m^2", mass = "0.6 kg" }"#)
+    key("train.planetary.*.body", Kind::Table, ANY, r#"{ polar_inertia = "1e-3 kg*m^2", mass = "0.6 kg" }"#)
         .otherwise("a homogeneous annulus between the bore and the pitch circle")
         .about("Inertia of a planet, if it is known."),
-    quantity("train.planetary.body.polar_inertia", Inertia, POSITIVE, r#""1e-3 kg*m^2""#)
+    quantity("train.planetary.*.body.polar_inertia", Inertia, POSITIVE, r#""1e-3 kg*m^2""#)
         .about("Moment of inertia about the axis."),
-    quantity("train.planetary.body.transverse_inertia", Inertia, NON_NEGATIVE, r#""6e-4 kg*m^2""#).or("0")
+    quantity("train.planetary.*.body.transverse_inertia", Inertia, NON_NEGATIVE, r#""6e-4 kg*m^2""#).or("0")
         .about("Moment of inertia about a diameter."),
-    quantity("train.planetary.body.mass", Mass, NON_NEGATIVE, r#""0.6 kg""#).or("0")
+    quantity("train.planetary.*.body.mass", Mass, NON_NEGATIVE, r#""0.6 kg""#).or("0")
         .about("Mass."),
-    table("train.planetary.bearing")
+    table("train.planetary.*.bearing")
         .about("Bearing of a planet on its pin."),
-    quantity("train.planetary.bearing.radial", Stiffness, POSITIVE, r#""1e8 N/m""#).otherwise("none; required without `ball` or `roller`")
+    quantity("train.planetary.*.bearing.radial", Stiffness, POSITIVE, r#""1e8 N/m""#).otherwise("none; required without `ball` or `roller`")
         .about("Radial stiffness."),
-    quantity("train.planetary.bearing.axial", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#).otherwise("the radial stiffness; 0 with `ball` or `roller`")
+    quantity("train.planetary.*.bearing.axial", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#).otherwise("the radial stiffness; 0 with `ball` or `roller`")
         .about("Stiffness along the axis."),
-    quantity("train.planetary.bearing.tilt", TiltStiffness, NON_NEGATIVE, r#""2e4 N*m/rad""#).otherwise("the radial stiffness times the square of the width / 12; 0 with `ball` or `roller`")
+    quantity("train.planetary.*.bearing.tilt", TiltStiffness, NON_NEGATIVE, r#""2e4 N*m/rad""#).otherwise("the radial stiffness times the square of the width / 12; 0 with `ball` or `roller`")
         .about("Stiffness against tilting."),
-    key("train.planetary.pin_errors", Kind::List("lengths, one per planet"), ANY, r#"["30 um", 0, 0]"#).otherwise("0 for every planet")
+    key("train.planetary.*.pin_errors", Kind::List("lengths, one per planet"), ANY, r#"["30 um", 0, 0]"#).otherwise("0 for every planet")
         .about("Distance of each pin from its nominal position along the circle, positive in the direction in which \
                 the carrier turns."),
-    quantity("train.planetary.pin_errors.*", Length, ANY, r#""30 um""#),
+    quantity("train.planetary.*.pin_errors.*", Length, ANY, r#""30 um""#),
 
     key("train.housing", Kind::Table, ANY, r#"{ file = "housing-box.toml" }"#).otherwise("bearings stand on the ground")
         .about("A housing from a finite-element program, as reduced matrices over named nodes. Bearings that name a node \

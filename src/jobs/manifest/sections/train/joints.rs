@@ -1,5 +1,6 @@
 //! The tables `[[train.mesh]]`, `[[train.coupling]]` and `[[train.stop]]`.
 
+use super::no_train;
 use super::parts::{Parts, Planets, TIGHT};
 use super::shaft::{all, triple};
 use crate::gear::{EvenSharing, Flanks, GearPair, InternalPair, MeshTableSpec};
@@ -11,7 +12,7 @@ use crate::manifest::sections::{contact_law, drawn_mesh};
 use crate::model::{Division, MOST_CONTACTS, MeshHarmonic};
 use crate::shaft::{
     DrawnLaw, GearPlace, Hysteresis, MeshLaw, ShaftCoupling, Stage, StageSide, Stop, TrainDrive,
-    TrainMesh,
+    TrainError, TrainMesh,
 };
 use crate::structure::SliderPart;
 use std::f64::consts::{PI, TAU};
@@ -65,27 +66,39 @@ pub(super) fn meshes(
     train: &TrainDrive,
 ) -> Option<Vec<TrainMesh>> {
     let read = all(section, issues, "mesh", |table, issues| {
-        mesh(table, issues, parts, train)
+        mesh((section, table), issues, parts, train)
     })?;
     given_once(section, issues, train.gears, &read)?;
-    let pairs = std::iter::once(train.gears).chain(read.iter().map(|mesh| mesh.gears));
-    let central = train.central_teeth(pairs);
-    let others = |mesh: &TrainMesh| {
-        parts
-            .planets
-            .map_or_else(Vec::new, |planets| planets.others(train, mesh, central))
+    // How central gears roll shows once every set has the meshes of its first planet.
+    let draft = TrainDrive {
+        meshes: read.clone(),
+        ..train.clone()
+    };
+    let others = |mesh: &TrainMesh| -> Result<Vec<TrainMesh>, TrainError> {
+        let sets = parts.planets.iter().enumerate();
+        let all = sets.map(|(set, planets)| planets.others(&draft, set, mesh));
+        Ok(all.collect::<Result<Vec<_>, _>>()?.concat())
     };
     let first = TrainMesh {
         gears: train.gears,
         pressure_angle: train.pair.operating_pressure_angle().ok()?,
         law: MeshLaw::OfFirst { phase: 0.0 },
     };
-    let mut meshes = others(&first);
-    for mesh in read {
-        let of_others = others(&mesh);
-        meshes.push(mesh);
-        meshes.extend(of_others);
-    }
+    let with_others = || -> Result<Vec<TrainMesh>, TrainError> {
+        let mut meshes = others(&first)?;
+        for mesh in &read {
+            meshes.push(mesh.clone());
+            meshes.extend(others(mesh)?);
+        }
+        Ok(meshes)
+    };
+    let meshes = match with_others() {
+        Ok(meshes) => meshes,
+        Err(error) => {
+            issues.push(no_train(section, &error));
+            return None;
+        }
+    };
     let stages = train.couplings.iter().flat_map(|coupling| &coupling.stages);
     let stages: usize = stages.map(Stage::contacts).sum();
     let count =
@@ -148,7 +161,7 @@ impl Drawing {
 }
 
 fn mesh(
-    table: &Section,
+    (section, table): (&Section, &Section),
     issues: &mut Issues,
     parts: &Parts,
     train: &TrainDrive,
@@ -180,13 +193,12 @@ fn mesh(
     let errors = gear_errors(table, issues, parts, (train, gears));
     let (drawing, law) = (drawing?, law?);
     let mut beside = beside?;
-    let planet = parts.planets.and_then(Planets::first);
-    let sun_drives = planet.is_some_and(|planet| {
-        train.gears[1] == planet && gears.is_some_and(|gears| gears.contains(&planet))
-    });
-    if let (Drawing::Ring(_, ring, true), true, false) = (&drawing, sun_drives, table.has("phase"))
-    {
-        beside.phase = phase_of_ring(&train.pair, ring).unwrap_or(0.0);
+    let planets = gears.and_then(|gears| parts.set_of(gears));
+    let planets = planets.filter(|own| own.sun_drives() && !table.has("phase"));
+    if let (Drawing::Ring(_, ring, true), Some(planets)) = (&drawing, planets) {
+        let sun = parts.sun_pair(section, train, planets);
+        let behind = sun.and_then(|sun| phase_of_ring(&sun, ring)).unwrap_or(0.0);
+        beside.phase = behind + phase_of_sun(section, planets);
     }
     let at_start = |own: MeshHarmonic| own.ahead(-TAU * own.turns_per_cycle() * beside.phase);
     (beside.error).extend(errors?.into_iter().map(at_start));
@@ -238,9 +250,7 @@ fn gear_errors(
     let teeth = gears.map(|gears| gears.map(|gear| Some(train.gear(gear).teeth)));
     let errors = errors_of_gears(table, issues, ("gear", OF_MESH), teeth)?;
     let gears = gears?;
-    let planet = parts.planets.and_then(Planets::first);
-    let of_planets = planet.is_some_and(|own| gears.iter().any(|gear| gear.shaft == own.shaft));
-    if of_planets && !errors.is_empty() {
+    if parts.set_of(gears).is_some() && !errors.is_empty() {
         let key = if table.has("gear_error") { "gear_error" } else { "pitch_deviation" };
         let what = "errors of single gears are not possible in meshes of planets".to_owned();
         let (span, path) = (table.span_of(key), table.path_of(key));
@@ -341,6 +351,18 @@ fn drawn_or_given(
     let continuous = law == "continuous";
     let spec = drawn_mesh::of_drawing(table, issues, Some(&pair), continuous, Some(None));
     Some(Stiffness::Drawn(Box::new(spec??), misalignment?))
+}
+
+/// Phase of the mesh of a sun and its first planet, as its own table gives it.
+fn phase_of_sun(section: &Section, planets: &Planets) -> f64 {
+    let mut none = Issues::default();
+    let number = planets.sun.and_then(|(_, number)| number);
+    let phase = number.and_then(|number| {
+        let tables = section.tables(&mut none, "mesh")?;
+        let table = tables.get(number).filter(|table| table.has("phase"))?;
+        table.quantity(&mut none, "phase")
+    });
+    phase.unwrap_or(0.0)
 }
 
 /// Phase of the ring's mesh with the first planet against the sun's, the first mesh, where a sun of a drawing drives.

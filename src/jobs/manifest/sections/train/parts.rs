@@ -5,7 +5,9 @@ use crate::gear::{Flanks, GearError, GearPair, InternalPair, Tooth, ToothForm};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::sections::gear;
-use crate::shaft::{BesideEachOther, GearPlace, PlanetarySet, TrainDrive, TrainGear, TrainShaft};
+use crate::shaft::{
+    BesideEachOther, GearPlace, PlanetarySet, TrainDrive, TrainError, TrainGear, TrainShaft,
+};
 
 /// A centre distance this near to the one without backlash, as a part of it, is that one.
 pub(super) const TIGHT: f64 = 1e-9;
@@ -15,17 +17,22 @@ pub(super) struct Parts<'a> {
     pub shafts: &'a [TrainShaft],
     /// What the drawing says of each gear beside, shaft by shaft.
     pub drawn: &'a [Vec<ToothForm>],
-    /// Planets among the shafts.
-    pub planets: Option<&'a Planets>,
+    /// Planets among the shafts, set by set.
+    pub planets: &'a [Planets],
 }
 
-/// Planets of a train, and where they stand.
+/// Gears of a mesh, and which of `[[train.mesh]]` it is; none of these where it is the first one.
+pub(super) type SunMesh = ([GearPlace; 2], Option<usize>);
+
+/// Planets of a set, and where they stand.
 pub(super) struct Planets {
     pub set: PlanetarySet,
     /// What the manifest calls all of them.
     pub name: String,
     /// From the first one \[rad\].
     pub angles: Vec<f64>,
+    /// Their mesh with an external gear.
+    pub sun: Option<SunMesh>,
 }
 
 impl Planets {
@@ -34,12 +41,24 @@ impl Planets {
         let shaft = self.set.planets.first()?.shaft;
         Some(GearPlace { shaft, gear: 0 })
     }
+
+    /// Whether their mesh with a sun names the sun first.
+    pub fn sun_drives(&self) -> bool {
+        self.sun
+            .is_some_and(|(gears, _)| Some(gears[1]) == self.first())
+    }
+
+    /// Whether a name is that of all planets or, as far as it can be told, of one of them.
+    pub fn has_name(name: &str, other: &str) -> bool {
+        let number = other.strip_prefix(name).map(str::trim);
+        number.is_some_and(|number| number.is_empty() || number.parse::<u32>().is_ok())
+    }
 }
 
 impl Parts<'_> {
     /// All shafts but planets, which come last and have numbered names.
     fn named(&self) -> &[TrainShaft] {
-        let planet = self.planets.and_then(Planets::first);
+        let planet = self.planets.first().and_then(Planets::first);
         &self.shafts[..planet.map_or(self.shafts.len(), |first| first.shaft)]
     }
 
@@ -49,10 +68,32 @@ impl Parts<'_> {
         self.shaft_named(section, issues, key, name)
     }
 
-    /// Whether a name is that of a single planet.
-    fn is_planet(&self, name: &str) -> bool {
-        let planets = &self.shafts[self.named().len()..];
-        planets.iter().any(|own| own.name == name)
+    /// The set of which this is the name of a single planet.
+    fn set_of_planet(&self, name: &str) -> Option<&Planets> {
+        let is_it = |shaft: usize| self.shafts[shaft].name == name;
+        (self.planets.iter()).find(|own| own.set.planets.iter().any(|own| is_it(own.shaft)))
+    }
+
+    /// The set whose first planet is one of two gears.
+    pub fn set_of(&self, gears: [GearPlace; 2]) -> Option<&Planets> {
+        let has = |own: &&Planets| own.first().is_some_and(|first| gears.contains(&first));
+        self.planets.iter().find(has)
+    }
+
+    /// The drawing of the mesh of a sun and these planets, where it is known.
+    pub fn sun_pair(
+        &self,
+        section: &Section,
+        train: &TrainDrive,
+        planets: &Planets,
+    ) -> Option<GearPair> {
+        match planets.sun? {
+            (_, None) => Some(train.pair.clone()),
+            // What is wrong with it that mesh tells.
+            (gears, _) => self
+                .drawing(section, &mut Issues::default(), train, gears, "gears")
+                .map(|(pair, _)| pair),
+        }
     }
 
     /// The shaft that the motor drives, which is no planet.
@@ -113,13 +154,13 @@ impl Parts<'_> {
             })
         };
         let found = both.map(|name| {
-            let planets = self.planets.filter(|planets| planets.name == name);
+            let planets = self.planets.iter().find(|planets| planets.name == name);
             let place =
                 (all().find(|(own, _)| *own == name)).or_else(|| Some((name, planets?.first()?)));
             if place.is_none() {
-                let common = self.planets.map(|planets| planets.name.as_str());
+                let common = self.planets.iter().map(|planets| planets.name.as_str());
                 let known: Vec<&str> = all().map(|(name, _)| name).chain(common).collect();
-                issues.push(match self.planets.filter(|_| self.is_planet(name)) {
+                issues.push(match self.set_of_planet(name) {
                     Some(planets) => {
                         let what = format!("`{name}` is one of the planets, which mesh alike");
                         misnamed(section, key, "gear", what, &known).remedy(format!(
@@ -142,6 +183,15 @@ impl Parts<'_> {
         );
         let unlike = if one == two {
             Some("it is the same gear twice".to_owned())
+        } else if [one, two].iter().all(|own| own.shaft >= self.named().len()) {
+            let gears = [a, b].map(|own| own.name.trim_end_matches(" 1").to_owned());
+            let error = TrainError::PlanetsMesh { gears };
+            let (span, path) = (section.span_of(key), section.path_of(key));
+            let kind = DiagnosticKind::Inconsistent;
+            issues.push(
+                Diagnostic::new(kind, span, &path, error.to_string()).label("both are planets"),
+            );
+            return None;
         } else if a.module != b.module {
             Some(format!(
                 "their modules are {} m and {} m",
@@ -206,9 +256,9 @@ impl Parts<'_> {
         let [own, ring] = inside_out.map(|place| train.gear(place));
         let drawn = inside_out.map(|place| &self.drawn[place.shaft][place.gear]);
         // The mesh with the sun has cut the tips of planets.
-        let cut = (train.gears[1] == inside_out[0])
-            .then(|| Tooth::tip_radius_of(&train.pair, 1).ok())
-            .flatten();
+        let planets = self.set_of(gears).filter(|own| own.sun_drives());
+        let sun = planets.and_then(|planets| self.sun_pair(section, train, planets));
+        let cut = sun.and_then(|sun| Tooth::tip_radius_of(&sun, 1).ok());
         let tips = [(own, drawn[0], 1.0), (ring, drawn[1], -1.0)].map(|(gear, form, outwards)| {
             let addendum = gear.module * (form.rack.addendum + form.profile_shift[0]);
             let given = form.tip_diameter[0].map(|diameter| 0.5 * diameter);

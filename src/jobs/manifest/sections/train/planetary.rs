@@ -1,43 +1,108 @@
-//! The table `[train.planetary]`: planets as rigid bodies, one shaft each, and the meshes that each has like the first.
+//! The tables `[[train.planetary]]`: planets as rigid bodies, one shaft each, and the meshes that each has like the first.
 
-use super::parts::{Parts, Planets};
+use super::parts::{Parts, Planets, SunMesh};
 use super::rolling;
 use super::shaft;
 use crate::gear::ToothForm;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
-use crate::manifest::reader::{Child, Section};
+use crate::manifest::reader::Section;
 use crate::shaft::{
-    Bearing, Drag, GearPlace, Motion, Planet, PlanetarySet, TrainDrive, TrainMesh, TrainShaft,
-    phase_of_planet,
+    Bearing, Drag, GearPlace, Motion, Planet, PlanetarySet, TrainDrive, TrainError, TrainMesh,
+    TrainShaft, phase_of_planet,
 };
 use std::f64::consts::TAU;
 
 /// Part of a tooth by which an angle of a planet may be rounded.
 const ROUNDED: f64 = 1e-3;
 
-/// Adds the planets to the shafts; `Some(None)` without any.
+/// Adds the planets of all sets to the shafts.
 pub(super) fn read(
     section: &Section,
     issues: &mut Issues,
     density: f64,
     (shafts, drawn): (&mut Vec<TrainShaft>, &mut Vec<Vec<ToothForm>>),
-) -> Option<Option<Planets>> {
-    let table = match section.child(issues, "planetary") {
-        Child::Absent => return Some(None),
-        Child::Invalid => return None,
-        Child::Present(table) => table,
+) -> Option<Vec<Planets>> {
+    let tables = section.tables(issues, "planetary")?;
+    let names = names(&tables, issues, shafts)?;
+    let mut planets = Vec::with_capacity(tables.len());
+    let mut radii = Vec::with_capacity(tables.len());
+    let named = shafts.len();
+    for table in &tables {
+        if let Some((own, radius)) = set(table, issues, density, (shafts, drawn), (named, &names)) {
+            planets.push(own);
+            radii.push(radius);
+        }
+    }
+    if planets.len() < tables.len() {
+        return None;
+    }
+    for (number, radius) in radii.into_iter().enumerate() {
+        let parts = Parts {
+            shafts: &*shafts,
+            drawn: &*drawn,
+            planets: &planets,
+        };
+        planets[number].sun = parts.sun_of(section, issues, number)?;
+        planets[number].place(section, issues, (shafts, drawn), radius)?;
+    }
+    Some(planets)
+}
+
+/// The common names of the planets of every set, each of one set alone.
+fn names(tables: &[Section], issues: &mut Issues, shafts: &[TrainShaft]) -> Option<Vec<String>> {
+    let names = tables.iter().map(|table| {
+        let given = table.has("name");
+        if given { table.text(issues, "name") } else { Some("planet") }.map(str::to_owned)
+    });
+    let names = names
+        .collect::<Vec<_>>()
+        .into_iter()
+        .collect::<Option<Vec<String>>>()?;
+    let of_shaft = |shaft: &TrainShaft| {
+        let gears = shaft.gears.iter().map(|gear| gear.name.clone());
+        gears.chain([shaft.name.clone()]).collect::<Vec<_>>()
     };
-    let parts = Parts {
-        shafts: &*shafts,
-        drawn: &*drawn,
-        planets: None,
-    };
-    let carrier = parts.shaft(&table, issues, "carrier");
+    let of_shafts: Vec<String> = shafts.iter().flat_map(of_shaft).collect();
+    for (number, (table, name)) in tables.iter().zip(&names).enumerate() {
+        let other = names[..number]
+            .iter()
+            .find(|other| Planets::has_name(name, other) || Planets::has_name(other, name));
+        let taken = of_shafts.iter().find(|own| Planets::has_name(name, own));
+        let what = match (other, taken) {
+            (Some(other), _) => format!(
+                "two planetary sets call their planets `{other}` and `{name}`, so that single planets have one name"
+            ),
+            (None, Some(own)) => {
+                format!("a shaft or gear has the name `{own}`, which is that of a planet")
+            }
+            (None, None) => continue,
+        };
+        let (span, path) = (table.span, &table.path);
+        issues.push(
+            Diagnostic::new(DiagnosticKind::Inconsistent, span, path, what)
+                .label("names must differ")
+                .remedy("give the planets another name, such as name = \"idler\""),
+        );
+        return None;
+    }
+    Some(names)
+}
+
+/// Adds the planets of one set, which are placed later: at a distance \[m\] if it is given. Its carrier is one of the
+/// `named` first shafts.
+fn set(
+    table: &Section,
+    issues: &mut Issues,
+    density: f64,
+    (shafts, drawn): (&mut Vec<TrainShaft>, &mut Vec<Vec<ToothForm>>),
+    (named, names): (usize, &[String]),
+) -> Option<(Planets, Option<f64>)> {
+    let carrier = carrier(table, issues, (&shafts[..named], &drawn[..named]), names);
     let at = table.quantity_or_default(issues, "at");
-    let angles = angles(&table, issues);
-    let gear = shaft::planet(&table, issues, density);
+    let angles = angles(table, issues);
+    let gear = shaft::planet(table, issues, density);
     let width = gear.as_ref().map(|(gear, _)| gear.width);
-    let bearing = bearing(&table, issues, width);
+    let bearing = bearing(table, issues, width);
     let errors = if table.has("pin_errors") {
         table.quantities(issues, "pin_errors", None)
     } else {
@@ -62,28 +127,8 @@ pub(super) fn read(
         );
         return None;
     }
+    let (bearing, radius) = (bearing?, radius?);
     let name = gear.name.clone();
-    let taken = |own: &String| {
-        let number = own.strip_prefix(&name).map(str::trim);
-        number.is_some_and(|number| number.is_empty() || number.parse::<u32>().is_ok())
-    };
-    let names = |shaft: &TrainShaft| {
-        let gears = shaft.gears.iter().map(|gear| gear.name.clone());
-        gears.chain([shaft.name.clone()]).collect::<Vec<_>>()
-    };
-    if let Some(own) = shafts.iter().flat_map(names).find(taken) {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                table.span,
-                "train.planetary",
-                format!("a shaft or gear has the name `{own}`, which is that of a planet"),
-            )
-            .label("names must differ")
-            .remedy("give the planets another name, such as name = \"idler\""),
-        );
-        return None;
-    }
     let tip_diameter = drawing.tip_diameter[0].unwrap_or_else(|| {
         let addendum = drawing.rack.addendum + drawing.profile_shift[0];
         2.0 * (gear.pitch_radius() + gear.module * addendum)
@@ -118,19 +163,58 @@ pub(super) fn read(
         carrier,
         at,
         planets: planets.collect(),
-        bearing: bearing?,
+        bearing,
         tip_diameter,
     };
-    let mut planets = Planets { set, name, angles };
-    planets.place(section, issues, (shafts, drawn), radius?)?;
-    Some(Some(planets))
+    let planets = Planets {
+        set,
+        name,
+        angles,
+        sun: None,
+    };
+    Some((planets, radius))
+}
+
+/// The shaft with the pins, which is no planet of any set.
+fn carrier(
+    table: &Section,
+    issues: &mut Issues,
+    (shafts, drawn): (&[TrainShaft], &[Vec<ToothForm>]),
+    names: &[String],
+) -> Option<usize> {
+    let planets = &[];
+    let parts = Parts {
+        shafts,
+        drawn,
+        planets,
+    };
+    let name = table.text(issues, "carrier")?;
+    let known = shafts.iter().any(|shaft| shaft.name == name);
+    if known || !names.iter().any(|own| Planets::has_name(own, name)) {
+        return parts.shaft(table, issues, "carrier");
+    }
+    let error = TrainError::CarrierIsPlanet {
+        planet: name.to_owned(),
+    };
+    let (span, path) = (table.span_of("carrier"), table.path_of("carrier"));
+    let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, error.to_string());
+    issues.push(fault.label("this is a planet"));
+    None
 }
 
 /// Angles of the planets from the first one \[rad\].
 fn angles(table: &Section, issues: &mut Issues) -> Option<Vec<f64>> {
     if table.has("angles") {
         table.given_twice(issues, &["count"], "angles", "give the number of planets");
-        return table.quantities(issues, "angles", None);
+        let angles = table.quantities(issues, "angles", None)?;
+        if angles.is_empty() {
+            let (span, path) = (table.span_of("angles"), table.path_of("angles"));
+            let what = "a planetary set has no planets".to_owned();
+            let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, what);
+            issues.push(fault.label("give one angle per planet"));
+            return None;
+        }
+        return Some(angles);
     }
     let count = table.integer(issues, "count")?;
     Some((0..count).map(|i| TAU * i as f64 / count as f64).collect())
@@ -160,10 +244,34 @@ fn bearing(table: &Section, issues: &mut Issues, width: Option<f64>) -> Option<B
     })
 }
 
+impl Parts<'_> {
+    /// The mesh of a set with an external gear, the first that is named.
+    fn sun_of(
+        &self,
+        section: &Section,
+        issues: &mut Issues,
+        set: usize,
+    ) -> Option<Option<SunMesh>> {
+        let first = (self.gears(section, issues, "gears")?, None);
+        let tables = section.tables(issues, "mesh")?;
+        let mut meshes = vec![first];
+        for (number, table) in tables.iter().enumerate() {
+            meshes.push((self.gears(table, issues, "gears")?, Some(number)));
+        }
+        let own = self.planets[set].first()?;
+        let external = |gear: &GearPlace| !self.shafts[gear.shaft].gears[gear.gear].internal;
+        Some(
+            meshes
+                .into_iter()
+                .find(|(gears, _)| gears.contains(&own) && gears.iter().all(external)),
+        )
+    }
+}
+
 impl Planets {
     /// Puts the planets between the teeth, at a distance from the axis \[m\] that is given or leaves no backlash.
     fn place(
-        &mut self,
+        &self,
         section: &Section,
         issues: &mut Issues,
         (shafts, drawn): (&mut [TrainShaft], &[Vec<ToothForm>]),
@@ -172,12 +280,11 @@ impl Planets {
         let parts = Parts {
             shafts: &*shafts,
             drawn,
-            planets: Some(self),
+            planets: &[],
         };
-        let gears = parts.gears(section, issues, "gears")?;
         let radius = match radius {
             Some(radius) => radius,
-            None => match parts.pair(gears, 1.0).tight_centre_distance() {
+            None => match self.tight_distance(&parts) {
                 Ok(radius) => radius,
                 Err(error) => {
                     issues.push(
@@ -190,7 +297,7 @@ impl Planets {
                             ),
                         )
                         .label("these gears")
-                        .remedy("give train.planetary.radius"),
+                        .remedy(format!("give `radius` of the planets `{}`", self.name)),
                     );
                     return None;
                 }
@@ -203,31 +310,45 @@ impl Planets {
         Some(())
     }
 
-    /// The meshes of the other planets that a mesh of the first one stands for; `central` as of
-    /// [`TrainDrive::central_teeth`].
+    /// Distance of sun and planets without backlash.
+    fn tight_distance(&self, parts: &Parts) -> Result<f64, String> {
+        let Some((sun, _)) = self.sun else {
+            return Err(format!(
+                "no mesh joins `{}` and an external gear",
+                self.name
+            ));
+        };
+        let pair = parts.pair(sun, 1.0);
+        pair.tight_centre_distance()
+            .map_err(|error| error.to_string())
+    }
+
+    /// The meshes of the other planets of this set that a mesh of the first one stands for, in a train that has these alone.
     pub fn others(
         &self,
         train: &TrainDrive,
+        set: usize,
         mesh: &TrainMesh,
-        central: Option<[u32; 2]>,
-    ) -> Vec<TrainMesh> {
+    ) -> Result<Vec<TrainMesh>, TrainError> {
         let of_planet = |place: &GearPlace| Some(*place) == self.first();
         let Some(own) = mesh.gears.iter().find(|place| !of_planet(place)) else {
-            return Vec::new();
+            return Ok(Vec::new());
         };
-        if !mesh.gears.iter().any(of_planet) {
-            return Vec::new();
+        if !mesh.gears.iter().any(of_planet) || self.angles.len() == 1 {
+            return Ok(Vec::new());
         }
+        let read = train.meshes.iter().map(|mesh| mesh.gears);
+        let central = train.central_teeth(set, std::iter::once(train.gears).chain(read));
+        let sense = train.rolling_sense(*own)?;
         let from = self.angles[0];
         let others = self.set.planets[1..].iter().zip(&self.angles[1..]);
         let gear = train.gear(*own);
-        others
+        Ok(others
             .map(|(planet, &angle)| {
                 let place = GearPlace {
                     shaft: planet.shaft,
                     gear: 0,
                 };
-                let sense = self.sense(train, *own);
                 let ahead = phase_of_planet(gear.teeth, sense, exact(central, angle - from));
                 TrainMesh {
                     gears: mesh
@@ -237,19 +358,7 @@ impl Planets {
                     pressure_angle: mesh.pressure_angle,
                 }
             })
-            .collect()
-    }
-
-    /// The sense in which a central gear rolls on the planets, where the first gear of the train rolls forwards.
-    fn sense(&self, train: &TrainDrive, central: GearPlace) -> f64 {
-        let forwards = |internal: bool| if internal { 1.0 } else { -1.0 };
-        let first = train.gears[0];
-        let planets = if Some(first) == self.first() {
-            1.0
-        } else {
-            forwards(train.gear(first).internal)
-        };
-        planets * forwards(train.gear(central).internal)
+            .collect())
     }
 }
 

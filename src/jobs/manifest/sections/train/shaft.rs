@@ -255,7 +255,7 @@ fn toothed_on_shaft(
     Some((gear, drawn))
 }
 
-/// A planet of `[train.planetary]`, and what the drawing says of it.
+/// A planet of `[[train.planetary]]`, and what the drawing says of it.
 pub(super) fn planet(
     table: &Section,
     issues: &mut Issues,

@@ -1,0 +1,124 @@
+//! Linear equations without constant terms over the speeds of bodies, solved exactly.
+//!
+//! Each equation is written in what is not yet determined by the others, so that a solution needs no second pass. All
+//! speeds are to follow from one of them, the *reference*: no other unknown gives way to it.
+
+use super::ratio::Ratio;
+
+/// An unknown that follows from the others by a ratio which is too long.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct TooLong(pub usize);
+
+/// Equations and what they determine.
+#[derive(Debug, Clone)]
+pub(super) struct Equations {
+    unknowns: usize,
+    reference: usize,
+    /// Each with the unknown that it gives: its part there is 1, and 0 in all other equations.
+    rows: Vec<(usize, Vec<Ratio>)>,
+}
+
+impl Equations {
+    pub fn new(unknowns: usize, reference: usize) -> Self {
+        Self {
+            unknowns,
+            reference,
+            rows: Vec::new(),
+        }
+    }
+
+    /// Adds `Σ part · unknown = 0`; whether the reference may still be other than 0.
+    pub fn add(
+        &mut self,
+        terms: impl IntoIterator<Item = (usize, Ratio)>,
+    ) -> Result<bool, TooLong> {
+        let mut own = vec![Ratio::ZERO; self.unknowns];
+        for (unknown, part) in terms {
+            own[unknown] = own[unknown] + part;
+        }
+        for (given, row) in &self.rows {
+            eliminate(&mut own, row, *given)?;
+        }
+        let left = |unknown: &usize| own[*unknown] != Ratio::ZERO;
+        let others = (0..self.unknowns).filter(|unknown| *unknown != self.reference);
+        let Some(given) = others.chain([self.reference]).find(left) else {
+            return Ok(true);
+        };
+        let unit = own[given];
+        for part in own.iter_mut().filter(|part| **part != Ratio::ZERO) {
+            *part = *part / unit;
+        }
+        is_short(&own)?;
+        for (_, row) in &mut self.rows {
+            eliminate(row, &own, given)?;
+        }
+        self.rows.push((given, own));
+        Ok(given != self.reference)
+    }
+
+    /// An unknown where the reference is 1; none if it may still be anything.
+    pub fn value(&self, unknown: usize) -> Option<Ratio> {
+        if unknown == self.reference {
+            return Some(Ratio::ONE);
+        }
+        let (_, row) = self.rows.iter().find(|(given, _)| *given == unknown)?;
+        let free = (row.iter().enumerate())
+            .any(|(at, part)| at != unknown && at != self.reference && *part != Ratio::ZERO);
+        (!free).then_some(Ratio::ZERO - row[self.reference])
+    }
+}
+
+/// Takes an unknown out of an equation by one that gives it.
+fn eliminate(row: &mut [Ratio], by: &[Ratio], given: usize) -> Result<(), TooLong> {
+    let times = row[given];
+    if times == Ratio::ZERO {
+        return Ok(());
+    }
+    for (part, other) in row.iter_mut().zip(by) {
+        if *other != Ratio::ZERO {
+            *part = *part - *other * times;
+        }
+    }
+    is_short(row)
+}
+
+fn is_short(row: &[Ratio]) -> Result<(), TooLong> {
+    let long = row.iter().position(|part| *part == Ratio::TOO_LARGE);
+    long.map_or(Ok(()), |unknown| Err(TooLong(unknown)))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    fn ratio(over: i128, under: i128) -> Ratio {
+        Ratio::new(over, under)
+    }
+
+    /// Willis: 19 sun + 56 ring = 75 carrier; a ring that is held leaves 75/19.
+    #[test]
+    fn a_held_member_leaves_one_way_to_turn() {
+        let mut set = Equations::new(3, 1);
+        let willis = [(0, ratio(19, 1)), (1, ratio(-75, 1)), (2, ratio(56, 1))];
+        assert_eq!(set.add(willis), Ok(true));
+        assert_eq!(
+            [0, 1, 2].map(|own| set.value(own)),
+            [None, Some(Ratio::ONE), None]
+        );
+        assert_eq!(set.add([(2, Ratio::ONE)]), Ok(true));
+        assert_eq!(set.value(0), Some(ratio(75, 19)));
+        assert_eq!(set.value(2), Some(Ratio::ZERO));
+        // What follows says nothing, what contradicts stops the reference.
+        assert_eq!(set.add([(0, ratio(19, 1)), (1, ratio(-75, 1))]), Ok(true));
+        assert_eq!(set.clone().add([(0, Ratio::ONE)]), Ok(false));
+    }
+
+    #[test]
+    fn long_ratios_are_told() {
+        let mut chain = Equations::new(3, 0);
+        let large = ratio(i128::MAX, 1);
+        assert_eq!(chain.add([(1, Ratio::ONE), (0, large)]), Ok(true));
+        assert_eq!(chain.add([(2, Ratio::ONE), (1, large)]), Err(TooLong(0)));
+    }
+}

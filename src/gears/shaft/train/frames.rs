@@ -1,0 +1,176 @@
+//! In which frame is every shaft written?
+//!
+//! In the frame of a planetary set, that of its carrier, are the members of the set: carrier, planets, the shafts whose gears
+//! mesh with these, and what couplings join to them across the axis. Other shafts keep the frame of space. Couplings
+//! between two frames leave the motions across the axis free: turning about the axis and moving along it are the same in
+//! all of them, but a force across it would turn. Sets whose carriers have one speed may share a frame.
+
+use super::axes::Axis;
+use super::{PlanetarySet, Stop, TrainDrive, TrainError};
+use crate::shaft::drive::Motion;
+
+/// Distance of two axes that are one, in units of the distance of the pins.
+const CENTRAL: f64 = 1e-9;
+
+/// What joins two shafts across their axis.
+struct Across {
+    shafts: [usize; 2],
+    coupling: bool,
+}
+
+impl TrainDrive {
+    /// What moves together across its axis. A shaft without motions is the same in every frame.
+    fn across(&self) -> Vec<Across> {
+        let pins = self.planetary.iter().flat_map(PlanetarySet::pins);
+        let meshing = (self.pairs().map(|gears| gears.map(|gear| gear.shaft)))
+            .filter(|shafts| shafts.iter().any(|&shaft| self.is_planet(shaft)));
+        let moves = |shaft: &usize| self.shafts[*shaft].motion != Motion::None;
+        let coupled = (self.couplings.iter())
+            .filter(|coupling| coupling.stiffness[0] > 0.0 || coupling.stiffness[2] > 0.0)
+            .map(|coupling| coupling.shafts)
+            .filter(|shafts| shafts.iter().all(moves));
+        let joined = |coupling: bool| move |shafts: [usize; 2]| Across { shafts, coupling };
+        (pins.chain(meshing).map(joined(false)))
+            .chain(coupled.map(joined(true)))
+            .collect()
+    }
+
+    /// The set in whose frame each shaft is written, the first of those that share it; none in the frame of space.
+    pub(super) fn frames(&self) -> Vec<Option<usize>> {
+        let group = self.groups(self.across().into_iter().map(|own| own.shafts));
+        let sets = |shaft: usize| {
+            let mut carriers = self.planetary.iter().map(|set| group[set.carrier]);
+            carriers.position(|own| own == group[shaft])
+        };
+        (0..self.shafts.len()).map(sets).collect()
+    }
+
+    /// That sets in one frame have carriers of one speed, by the `speed` of bodies.
+    pub(super) fn frames_are_one<T: PartialEq>(
+        &self,
+        frames: &[Option<usize>],
+        speed: impl Fn(usize) -> T,
+    ) -> Result<(), TrainError> {
+        let mut shared = self.planetary.iter().filter_map(|set| {
+            let first = self.planetary[frames[set.carrier]?].carrier;
+            (speed(first) != speed(set.carrier)).then_some([first, set.carrier])
+        });
+        let Some(carriers) = shared.next() else {
+            return Ok(());
+        };
+        let all = self.across();
+        let joins = |count: &usize| {
+            let group = self.groups(all[..=*count].iter().map(|own| own.shafts));
+            group[carriers[0]] == group[carriers[1]]
+        };
+        let name = |shaft: usize| self.shafts[shaft].name.clone();
+        let culprit = (0..all.len()).find(joins).map(|last| &all[last]);
+        let what = culprit.map_or_else(String::new, |own| match own {
+            Across {
+                shafts: [one, two],
+                coupling: true,
+            } => format!("the coupling of `{}` and `{}`", name(*one), name(*two)),
+            Across { shafts, .. } => {
+                let central = shafts.iter().find(|shaft| !self.is_planet(**shaft));
+                format!("shaft `{}`", name(*central.unwrap_or(&shafts[0])))
+            }
+        });
+        Err(TrainError::TwoFrames {
+            what,
+            carriers: carriers.map(name),
+        })
+    }
+
+    /// That the members of a set lie on the axis of the carrier, planets beside it.
+    pub(super) fn members_are_central(
+        &self,
+        set: &PlanetarySet,
+        axes: &[Axis],
+        frames: &[Option<usize>],
+    ) -> Result<(), TrainError> {
+        let carrier = axes[set.carrier];
+        let radius = (set.planets.first()).map_or(0.0, |planet| arm(axes, set, planet.shaft).1);
+        for (shaft, own) in (self.shafts.iter().enumerate())
+            .filter(|(shaft, _)| frames[*shaft] == frames[set.carrier])
+        {
+            let along = (axes[shaft].along() - carrier.along()).norm() < CENTRAL;
+            let central = self.is_planet(shaft) || arm(axes, set, shaft).1 <= CENTRAL * radius;
+            if !(along && central) {
+                return Err(TrainError::OffCentre {
+                    what: own.name.clone(),
+                    carrier: self.shafts[set.carrier].name.clone(),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// That meshes without a planet are those of shafts that keep the frame of space.
+    pub(super) fn meshes_are_of_planets(&self, turning: &[bool]) -> Result<(), TrainError> {
+        let beside = self
+            .pairs()
+            .filter(|gears| !gears.iter().any(|gear| self.is_planet(gear.shaft)));
+        let mut gears = beside.flatten();
+        match gears.find(|gear| turning[gear.shaft]) {
+            Some(gear) => Err(TrainError::GearBesidePlanets {
+                gear: self.gear(gear).name.clone(),
+                shaft: self.shafts[gear.shaft].name.clone(),
+            }),
+            None => Ok(()),
+        }
+    }
+
+    /// That bearings and stops against the ground are the same in all directions, where they are seen to turn. Those of
+    /// rolling elements are stiffer along their load.
+    pub(super) fn supports_are_round(
+        &self,
+        frames: &[Option<usize>],
+        turning: &[bool],
+    ) -> Result<(), TrainError> {
+        let carrier = |shaft: usize| {
+            let set = frames[shaft].and_then(|set| self.planetary.get(set));
+            set.map_or_else(String::new, |set| self.shafts[set.carrier].name.clone())
+        };
+        for (index, shaft) in (self.shafts.iter().enumerate()).filter(|(own, _)| turning[*own]) {
+            let loose = (shaft.gears.iter()).filter_map(|gear| {
+                let name = format!("the bearing of the loose gear `{}`", gear.name);
+                Some((name, gear.loose?.bearing))
+            });
+            let bearings = (1..).zip(&shaft.bearings).map(|(number, (_, own))| {
+                let name = format!("bearing {number} of shaft `{}`", shaft.name);
+                (name, *own)
+            });
+            for (bearing, own) in bearings.chain(loose) {
+                let plain =
+                    own.damping == [[0.0; 2]; 2] && own.cross == [0.0; 2] && own.rolling.is_none();
+                if own.x != own.y || !plain {
+                    return Err(TrainError::UnequalBearing {
+                        bearing,
+                        carrier: carrier(index),
+                    });
+                }
+            }
+        }
+        let across = |stop: &&Stop| turning[stop.shaft] && stop.direction[..2] != [0.0; 2];
+        match self.stops.iter().find(across) {
+            Some(stop) => Err(TrainError::StopAcross {
+                shaft: self.shafts[stop.shaft].name.clone(),
+                carrier: carrier(stop.shaft),
+            }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// From the axis of the carrier to the one of a shaft, in the carrier's frame \[m\].
+pub(super) fn arm_vector(axes: &[Axis], set: &PlanetarySet, shaft: usize) -> [f64; 2] {
+    let carrier = axes[set.carrier];
+    let [x, y, _] = carrier.local(axes[shaft].at(0.0) - carrier.at(0.0));
+    [x, y]
+}
+
+/// The same as angle \[rad\] and distance \[m\].
+pub(super) fn arm(axes: &[Axis], set: &PlanetarySet, shaft: usize) -> (f64, f64) {
+    let [x, y] = arm_vector(axes, set, shaft);
+    (y.atan2(x), x.hypot(y))
+}

@@ -1,0 +1,234 @@
+//! Exact speeds of the bodies of a train: what joins them, what is held, and what follows for all.
+
+use super::axes::PitchPoint;
+use super::equations::{Equations, TooLong};
+use super::ratio::Ratio;
+use super::{GearPlace, TrainDrive, TrainError};
+
+/// How the speed of its second body follows from that of its first.
+struct Joint {
+    bodies: [usize; 2],
+    ratio: Ratio,
+    /// What both speeds are relative to.
+    carrier: Option<usize>,
+}
+
+impl Joint {
+    /// `(ω₁ − ω_c) r − (ω₂ − ω_c) = 0`.
+    fn equation(&self) -> impl Iterator<Item = (usize, Ratio)> {
+        let [one, two] = self.bodies;
+        let carrier = self.carrier.map(|own| (own, Ratio::ONE - self.ratio));
+        let bodies = [(one, self.ratio), (two, Ratio::ZERO - Ratio::ONE)];
+        bodies.into_iter().chain(carrier)
+    }
+
+    /// The speed that it requires of its second body.
+    fn asks(&self, known: &Equations) -> Option<Ratio> {
+        let frame = match self.carrier {
+            Some(carrier) => known.value(carrier)?,
+            None => Ratio::ZERO,
+        };
+        Some((known.value(self.bodies[0])? - frame) * self.ratio + frame)
+    }
+}
+
+/// Exact speeds of the bodies that anything connects with the driver; see [`Layout`](super::speeds::Layout).
+pub(super) struct Speeds {
+    pub speeds: Vec<Option<Ratio>>,
+    pub rolling: Vec<Option<Ratio>>,
+    pub unit: Ratio,
+}
+
+impl TrainDrive {
+    /// How the speeds of bodies follow from each other.
+    fn joints(&self, meshes: &[PitchPoint]) -> Vec<Joint> {
+        let mut joints: Vec<Joint> = (self.pairs().zip(meshes))
+            .map(|(gears, met)| {
+                let [z1, z2] = gears.map(|place| i128::from(self.gear(place).teeth));
+                Joint {
+                    bodies: gears.map(|place| self.body_of(place)),
+                    ratio: Ratio::new(z1 * i128::from(met.sense), z2),
+                    carrier: self
+                        .set_of_mesh(gears)
+                        .map(|set| self.planetary[set].carrier),
+                }
+            })
+            .collect();
+        joints.extend(self.couplings.iter().map(|coupling| Joint {
+            bodies: coupling.shafts,
+            ratio: Ratio::ONE,
+            carrier: None,
+        }));
+        joints
+    }
+
+    /// The equations of all joints that anything connects with the driver, and which bodies they reach.
+    fn equations(&self, joints: &[Joint]) -> Result<(Equations, Vec<bool>), TrainError> {
+        let bodies = self.shafts.len() + self.loose_gears().count();
+        let mut equations = Equations::new(bodies, self.driver);
+        let mut reached = vec![false; bodies];
+        reached[self.driver] = true;
+        let mut left: Vec<&Joint> = joints.iter().collect();
+        // From the driver outwards: each speed follows at once from those before, by the shortest ratio.
+        while let Some(next) = (left.iter()).position(|own| {
+            own.bodies
+                .into_iter()
+                .chain(own.carrier)
+                .any(|body| reached[body])
+        }) {
+            let joint = left.remove(next);
+            for body in joint.bodies.into_iter().chain(joint.carrier) {
+                reached[body] = true;
+            }
+            let [one, two] = joint.bodies;
+            let speeds = (equations.value(two), joint.asks(&equations));
+            let stand = |known: &Equations| {
+                let stands = |body: &usize| known.value(*body) == Some(Ratio::ZERO);
+                [one, two].iter().filter(|body| stands(body)).count()
+            };
+            let before = stand(&equations);
+            let turns = equations.add(joint.equation());
+            let turns = turns.map_err(|long| self.long_ratio(long))?;
+            // Nothing is held yet: what stops both bodies has contradicted what joins them otherwise.
+            if !turns || before == 0 && stand(&equations) == 2 {
+                return Err(match speeds {
+                    (Some(found), Some(asked)) => TrainError::Locked {
+                        body: self.body_name(two),
+                        speeds: [found, asked].map(Ratio::value),
+                    },
+                    _ => TrainError::Contradiction {
+                        bodies: [one, two].map(|body| self.body_name(body)),
+                        driver: self.shafts[self.driver].name.clone(),
+                    },
+                });
+            }
+        }
+        Ok((equations, reached))
+    }
+
+    /// Adds that what is held stands still.
+    fn hold(&self, joined: &Equations, reached: &[bool]) -> Result<Equations, TrainError> {
+        let shafts = self.shafts.iter().enumerate();
+        let held = shafts.filter(|(body, shaft)| reached[*body] && !shaft.motion.turns());
+        let held: Vec<usize> = held.map(|(body, _)| body).collect();
+        let with = |all: &[usize]| -> Result<Option<Equations>, TrainError> {
+            let mut equations = joined.clone();
+            for &body in all {
+                let turns = equations.add([(body, Ratio::ONE)]);
+                if !turns.map_err(|long| self.long_ratio(long))? {
+                    return Ok(None);
+                }
+            }
+            Ok(Some(equations))
+        };
+        if let Some(equations) = with(&held)? {
+            return Ok(equations);
+        }
+        // The first that stops the driver, and one without which it would not.
+        let mut last = 0;
+        while with(&held[..=last])?.is_some() {
+            last += 1;
+        }
+        for other in 0..last {
+            let mut rest = held[..=last].to_vec();
+            rest.remove(other);
+            if with(&rest)?.is_some() {
+                return Err(TrainError::AllHeld {
+                    held: [held[other], held[last]].map(|body| self.body_name(body)),
+                });
+            }
+        }
+        let told = if self.planetary.is_empty() { held[last] } else { self.driver };
+        Err(TrainError::Held {
+            body: self.body_name(told),
+        })
+    }
+
+    fn long_ratio(&self, TooLong(body): TooLong) -> TrainError {
+        TrainError::LongRatio {
+            body: self.body_name(body),
+        }
+    }
+
+    /// That a speed, of a body or from its joints, is a ratio of whole numbers that are not too large.
+    pub(super) fn is_exact(&self, speed: Ratio, body: usize) -> Result<(), TrainError> {
+        if speed == Ratio::TOO_LARGE {
+            Err(self.long_ratio(TooLong(body)))
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Why gears that mesh do not roll on each other.
+    pub(super) fn stands(&self, gears: [GearPlace; 2]) -> TrainError {
+        let bodies = gears.map(|gear| self.body_of(gear));
+        let held = |body: &usize| {
+            let shaft = self.shafts.get(*body);
+            shaft.is_some_and(|own| !own.motion.turns())
+        };
+        match bodies.iter().find(|body| held(body)) {
+            Some(&body) if self.set_of_mesh(gears).is_none() => TrainError::Held {
+                body: self.body_name(body),
+            },
+            _ => TrainError::NotRolling {
+                gears: gears.map(|place| self.gear(place).name.clone()),
+            },
+        }
+    }
+
+    /// Speeds of the bodies: what is held stands still.
+    pub(super) fn speeds(
+        &self,
+        meshes: &[PitchPoint],
+        frames: &[Option<usize>],
+    ) -> Result<Speeds, TrainError> {
+        let (joined, reached) = self.equations(&self.joints(meshes))?;
+        let equations = self.hold(&joined, &reached)?;
+        let name = |body: usize| self.body_name(body);
+        let first = self.body_of(self.gears[0]);
+        // Without planets the speed of a point is that of the first gear.
+        let alone = self.planetary.is_empty() && equations.value(first) != Some(Ratio::ONE);
+        if !reached[first] || alone {
+            return Err(TrainError::Driver {
+                driver: name(self.driver),
+            });
+        }
+        let free: Vec<String> = (0..reached.len())
+            .filter(|&body| reached[body] && equations.value(body).is_none())
+            .filter(|&body| !self.is_planet(body))
+            .map(|body| format!("`{}`", name(body)))
+            .collect();
+        if !free.is_empty() {
+            return Err(TrainError::NothingHeld {
+                free: free.join(", "),
+                driver: name(self.driver),
+            });
+        }
+        let speed = |body: usize| equations.value(body).filter(|_| reached[body]);
+        self.frames_are_one(frames, speed)?;
+        let rolls = |body: usize| {
+            let frame = frames[self.shaft_of(body)].map(|set| self.planetary[set].carrier);
+            let beside = frame.map_or(Some(Ratio::ZERO), speed);
+            Some(speed(body)? - beside?)
+        };
+        let unit = rolls(first).unwrap_or(Ratio::ZERO);
+        self.is_exact(unit, first)?;
+        if unit == Ratio::ZERO {
+            return Err(self.stands(self.gears));
+        }
+        // The first gear rolls forwards.
+        let sense = unit / unit.modulus();
+        let bodies = || 0..reached.len();
+        let solved = Speeds {
+            speeds: bodies().map(|body| Some(speed(body)? * sense)).collect(),
+            rolling: bodies().map(|body| Some(rolls(body)? / unit)).collect(),
+            unit: unit.modulus(),
+        };
+        for (body, (speed, rolling)) in solved.speeds.iter().zip(&solved.rolling).enumerate() {
+            for own in speed.iter().chain(rolling) {
+                self.is_exact(*own, body)?;
+            }
+        }
+        Ok(solved)
+    }
+}
