@@ -1,6 +1,7 @@
 //! Lines of `atlas check` on the resonances that a Campbell diagram of the same manifest marks.
 
 use crate::report::{Campbell, Contacts, NEAR_GRID, Resonance, Unit};
+use crate::units::short;
 
 /// Resonances of an order that are told.
 const MOST: usize = 6;
@@ -9,9 +10,9 @@ const MOST: usize = 6;
 pub fn lines(diagram: &Campbell, unit: &Unit) -> Vec<(String, String)> {
     let [low, high] = diagram.grid.map(|speed| speed * unit.factor);
     let span = if low == high {
-        fixed(low, 0)
+        short(low, 0)
     } else {
-        format!("{} ... {}", fixed(low, 0), fixed(high, 0))
+        format!("{} ... {}", short(low, 0), short(high, 0))
     };
     let intro = format!(
         "{} at which an order has the frequency of a mode, in the grid ({span}) or within {:.0} % of it",
@@ -29,7 +30,7 @@ pub fn lines(diagram: &Campbell, unit: &Unit) -> Vec<(String, String)> {
         let told = [Contacts::Closed, Contacts::Open].map(|contacts| {
             let of_state = of_ray.iter().filter(|one| one.contacts == contacts);
             let mut told: Vec<String> = (of_state.clone().take(MOST))
-                .map(|one| format!("{} (mode {})", fixed(one.speed * unit.factor, 0), one.mode))
+                .map(|one| format!("{} (mode {})", short(one.speed * unit.factor, 0), one.mode))
                 .collect();
             let more = of_state.count().saturating_sub(MOST);
             if more > 0 {
@@ -46,24 +47,4 @@ pub fn lines(diagram: &Campbell, unit: &Unit) -> Vec<(String, String)> {
         }
     }
     lines
-}
-
-/// A number to so many decimals, in scientific form where that is too long for a column.
-pub fn fixed(value: f64, decimals: usize) -> String {
-    if value.abs() < 1e7 {
-        format!("{value:.decimals$}")
-    } else {
-        format!("{value:.2e}")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::fixed;
-
-    #[test]
-    fn long_numbers_fit_their_columns() {
-        assert_eq!(fixed(1234.56, 1), "1234.6");
-        assert_eq!(fixed(1.2345e150, 1), "1.23e150");
-    }
 }

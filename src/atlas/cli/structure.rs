@@ -3,12 +3,13 @@
 
 use super::campbell;
 use super::point::number;
-use super::resonances::{self, fixed};
+use super::resonances;
 use crate::analysis::{ClosedMode, Frequencies, NaturalMode, excitation_period};
 use crate::manifest::{Job, PointSpec, StructureSource};
 use crate::numerics::integers::least_multiple;
 use crate::report::{Campbell, Unit};
 use crate::sweep::{Prepared, build, structures};
+use crate::units::short;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
@@ -160,7 +161,7 @@ impl Structure {
                     None => format!("{:>9} ", "-"),
                     Some(speed) => {
                         let mark = if self.is_in_grid(speed) { '*' } else { ' ' };
-                        let speed = fixed(speed * self.unit().factor, 0);
+                        let speed = short(speed * self.unit().factor, 0);
                         format!("{speed:>9}{mark}")
                     }
                 };
@@ -229,8 +230,8 @@ fn columns(mode: &NaturalMode, [frequency, ratio]: [usize; 2]) -> String {
         None => format!("{:>frequency$} {:>ratio$}", "rigid", "-"),
         Some(value) => format!(
             "{:>frequency$} {:>ratio$}",
-            fixed(mode.frequency / TAU, 1),
-            fixed(value, 4)
+            short(mode.frequency / TAU, 1),
+            short(value, 4)
         ),
     }
 }

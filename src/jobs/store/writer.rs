@@ -36,6 +36,13 @@ impl Row for PointRow {
             let lists = [
                 &found.harmonics,
                 &found.suborders,
+                &found.deflection_peak_quantiles,
+                &found.force_peak_quantiles,
+                &found.contact_force,
+                &found.contact_fraction,
+                &found.contact_impact_rate,
+                &found.contact_rattle_index,
+                &found.contact_loss,
                 &found.impact_velocity_quantiles,
                 &found.bearing_mean,
                 &found.bearing_rms,

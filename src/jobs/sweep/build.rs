@@ -17,6 +17,7 @@ use crate::propagate::{KernelChoice, TableError, Volterra};
 use crate::shaft::ShaftError;
 use crate::store::MeshUnderLoad;
 use crate::structure::ModalStructure;
+use crate::units::short;
 use std::f64::consts::{PI, TAU};
 
 /// Why a point's system cannot be built.
@@ -56,7 +57,7 @@ pub enum BuildError {
         "one mesh cycle would take {} windows (at most {MOST_WINDOWS}): the fastest motion, \
          {rate:.1e} rad/s, is too fast for the mesh period of {period:.1e} s; check the units of mesh \
          stiffness and damping, omit high modes, or raise the speed",
-        whole(*windows)
+        short(*windows, 0)
     )]
     TooFast {
         /// Windows a mesh cycle.
@@ -71,11 +72,6 @@ pub enum BuildError {
 /// Most windows in a mesh cycle: some milliseconds a cycle, so that a job can still be
 /// called off and a mistaken unit does not cost a night.
 const MOST_WINDOWS: f64 = 20_000.0;
-
-/// A count, in scientific form where it is too long to read.
-fn whole(count: f64) -> String {
-    if count < 1e9 { format!("{count:.0}") } else { format!("{count:.2e}") }
-}
 
 /// Whether a kernel gets through a mesh cycle of a model in reasonable time.
 ///
@@ -119,7 +115,7 @@ fn structured_instead(model: &Model) -> String {
     } else {
         format!(
             "run.kernel = \"volterra\" does not help: it would take {} windows (at most {MOST_WINDOWS})",
-            whole(windows)
+            short(windows, 0)
         )
     }
 }

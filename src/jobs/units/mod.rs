@@ -11,6 +11,15 @@ mod tests;
 
 use expression::{Exponents, UnitError};
 
+/// A number to so many decimals, in scientific form where that would be too long to read.
+pub fn short(value: f64, decimals: usize) -> String {
+    if value.abs() < 1e7 {
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.2e}")
+    }
+}
+
 /// What a quantity measures, and so which units it accepts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Dimension {

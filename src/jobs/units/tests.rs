@@ -199,3 +199,10 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn long_numbers_have_a_short_form() {
+    assert_eq!(short(1234.56, 1), "1234.6");
+    assert_eq!(short(1.2345e150, 1), "1.23e150");
+    assert_eq!(short(-1.2345e150, 0), "-1.23e150");
+}

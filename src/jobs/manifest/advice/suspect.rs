@@ -8,6 +8,7 @@ use crate::gear::GearPair;
 use crate::manifest::schema::number;
 use crate::manifest::slip::length;
 use crate::manifest::{DampingSpec, StructureSource, Variant};
+use crate::units::short;
 use std::f64::consts::PI;
 
 /// Largest load and speed of a grid.
@@ -179,11 +180,6 @@ fn mesh(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
             ),
         );
     }
-}
-
-/// A number to so many decimals, in scientific form where it is too long to read.
-fn short(value: f64, decimals: usize) -> String {
-    if value < 1e9 { format!("{value:.decimals$}") } else { format!("{value:.3e}") }
 }
 
 /// Deflection of the mesh under the rated force \[m\]; 0 where it is not known.
