@@ -70,7 +70,7 @@ fn remedies_help_and_numbers_are_short() {
     let words = manifest::advice(&stiff);
     let word = words.iter().find(|word| word.key == "mesh.mean_stiffness");
     let message = &word.unwrap().message;
-    assert!(message.contains(" is 5.000e292 N/(mm um)"), "{message}");
+    assert!(message.contains(" is 5.00e292 N/(mm um)"), "{message}");
 }
 
 /// A bare number is in metres.
