@@ -65,10 +65,20 @@ impl Balance {
     }
 }
 
-/// The force that the load alone asks of the mesh \[N\]: the rated torque over the pinion's base radius.
+/// The force that the load alone asks of the mesh \[N\]: the rated torque over the pinion's base radius. Of a first gear
+/// that another shaft drives, the torque that leaves it the power of the driver; its coast flanks bear it.
 fn asked_for(point: &PointSpec) -> f64 {
     let gears = point.model.source.gears().unwrap();
-    point.load * gears.rated_torque / gears.base_radii()[0]
+    let asked = point.load * gears.rated_torque / gears.base_radii()[0];
+    match &point.model.source {
+        StructureSource::Train(train) if train.gears[0].shaft != train.driver => {
+            let own = &train.shafts[train.gears[0].shaft].name;
+            let speeds = train.body_speeds().unwrap();
+            let (_, speed) = speeds.iter().find(|(name, _)| name == own).unwrap();
+            -asked / speed.abs()
+        }
+        _ => asked,
+    }
 }
 
 /// The force of the first mesh at rest \[N\], of drives without friction.
