@@ -316,12 +316,12 @@ mod tests {
             stiffness: vec![(1.0, [1e8, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])],
             ..ContactLaw::default()
         };
-        for cycles in [[1, 1], [1000, 1], [1, 1000]] {
+        for cycles in [[1, 1], [MOST_CYCLES, 1], [1, MOST_CYCLES]] {
             let model = build(cycles, law.clone()).unwrap();
             // One level of stiffness is the same in every cycle.
             assert_eq!(model.contacts[2].cycles.len(), 1);
         }
-        for cycles in [[0, 1], [1, 0], [1001, 1], [1, 1001]] {
+        for cycles in [[0, 1], [1, 0], [MOST_CYCLES + 1, 1], [1, MOST_CYCLES + 1]] {
             let refused = build(cycles, law.clone()).unwrap_err();
             let about = "cycles of a contact";
             assert!(matches!(refused, ModelError::OutOfRange { name, .. } if name == about));
