@@ -15,7 +15,8 @@ use crate::report::numbers::number;
 const RIGHT: f64 = 690.0;
 const TOP: f64 = 72.0;
 const BOTTOM: f64 = 526.0;
-/// Right end of the canvas, and letters of the key \[px\].
+/// From the diagram to its key, right end of the canvas, and letters of the key \[px\].
+const KEY: f64 = 86.0;
 const EDGE: f64 = 946.0;
 const KEY_SIZE: f64 = 11.5;
 /// Most resonances listed beside the diagram.
@@ -241,20 +242,15 @@ impl Campbell {
                 .iter()
                 .all(|other| (other - baseline).abs() > TICK_SIZE)
             {
-                canvas.text(
-                    [to[0] + 6.0, baseline],
-                    &ray.name,
-                    TICK_SIZE,
-                    RED,
-                    Anchor::Start,
-                );
+                let (name, size) = fitted(&brief(&ray.name), TICK_SIZE, 8.0, KEY - 17.0);
+                canvas.text([to[0] + 6.0, baseline], &name, size, RED, Anchor::Start);
                 taken.push(baseline);
             }
         }
     }
 
     fn key(&self, canvas: &mut Canvas, met: &[Resonance], unit: &Unit) {
-        let x = RIGHT + 86.0;
+        let x = RIGHT + KEY;
         let mut y = TOP + 6.0;
         let mut say = |canvas: &mut Canvas, text: &str, colour: Colour| {
             let (text, size) = fitted(text, KEY_SIZE, 8.0, EDGE - x);
@@ -289,7 +285,7 @@ impl Campbell {
                 "{} {}: {}, mode {}",
                 number(resonance.speed * unit.factor),
                 unit.text,
-                resonance.excitation,
+                brief(&resonance.excitation),
                 resonance.mode
             );
             let bold = resonance.mesh_share >= IN_MESH;
@@ -305,6 +301,11 @@ impl Campbell {
         say(canvas, &format!("{open} with contacts open: grey"), SOFT);
         canvas.line(&[[x - 8.0, TOP], [x - 8.0, BOTTOM]], FAINT, 1.0);
     }
+}
+
+/// The name of an order as short as the picture needs it: `2 × mesh of a and b` as `2 × a/b`.
+fn brief(name: &str) -> String {
+    name.replace("mesh of ", "").replace(" and ", "/")
 }
 
 #[cfg(test)]
