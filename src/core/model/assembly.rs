@@ -35,9 +35,9 @@ pub struct Assembled {
 }
 
 /// The drive flanks or the coast flanks of the first mesh.
-struct Side<'a> {
+struct Side {
     flank: FlankParticipation,
-    error: &'a [MeshHarmonic],
+    error: Vec<TransmissionErrorHarmonic>,
     /// Static forces on every bearing per unit of its force.
     on_bearings: Vec<[f64; 4]>,
 }
@@ -75,7 +75,7 @@ impl Assembly<'_> {
         let on_drive = flank_springs::of_flank(&drive.mesh, &drive.further, &of_drive_flank)?;
         let drive_side = Side {
             flank: self.turned(&of_drive_flank),
-            error: &drive.transmission_error,
+            error: self.errors(&drive.transmission_error),
             on_bearings: bearing::on_each(structure, |share| share.drive),
         };
         let coast = match &drive.coast {
@@ -85,7 +85,7 @@ impl Assembly<'_> {
                 let springs = flank_springs::of_flank(&coast.mesh, &coast.further, own)?;
                 let side = Side {
                     flank: self.turned(own),
-                    error: &coast.transmission_error,
+                    error: self.errors(&coast.transmission_error),
                     on_bearings: bearing::on_each(structure, |share| match structure.coast {
                         Some(_) => share.coast,
                         None => share.drive,
@@ -118,26 +118,30 @@ impl Assembly<'_> {
     /// The mesh cycle of a spring with some damping \[N s/m\].
     fn cycle(
         &self,
-        side: &Side<'_>,
+        side: &Side,
         mesh: &[Division],
         damping: f64,
         directions: &mut Directions,
     ) -> MeshCycle {
-        let error: Vec<_> = (side.error.iter())
-            .map(|harmonic| TransmissionErrorHarmonic::of_mesh(harmonic, self.period))
-            .collect();
         let which = directions.of_flank(
             &side.flank,
             mesh,
             self.drive.friction,
-            &error,
+            &side.error,
             &side.on_bearings,
             (self.basis, self.blocks),
         );
         MeshCycle::new(self.period, mesh, &which, damping)
     }
 
-    /// What a flank feels of the turned modes, without the round-off of rotations that it does not feel.
+    /// The transmission error of a flank over time.
+    fn errors(&self, of_mesh: &[MeshHarmonic]) -> Vec<TransmissionErrorHarmonic> {
+        (of_mesh.iter())
+            .map(|harmonic| TransmissionErrorHarmonic::of_mesh(harmonic, self.period))
+            .collect()
+    }
+
+    /// Participations of a flank in the turned modes. Rotations that do not move the flank have exactly zero.
     fn turned(&self, own: &FlankParticipation) -> FlankParticipation {
         let basis = self.basis;
         let apart = (basis.rigid().split_last()).map_or(&[][..], |(_, apart)| apart);
