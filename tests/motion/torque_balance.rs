@@ -65,8 +65,8 @@ impl Balance {
     }
 }
 
-/// The force that the load alone asks of the mesh \[N\]: the rated torque over the pinion's base radius. Of a first gear
-/// that another shaft drives, the torque that leaves it the power of the driver; its coast flanks bear it.
+/// The force that the load alone requires of the mesh \[N\]: the rated torque over the pinion's base radius. If another
+/// shaft drives the first gear, the power of the driver gives the torque, and the coast flanks bear it.
 fn asked_for(point: &PointSpec) -> f64 {
     let gears = point.model.source.gears().unwrap();
     let asked = point.load * gears.rated_torque / gears.base_radii()[0];

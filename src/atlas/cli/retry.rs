@@ -105,7 +105,7 @@ struct Retry<'a> {
     anew: PathBuf,
 }
 
-/// How the computation ended, and what is printed of it.
+/// How the computation ended, with the text to print.
 enum Ended {
     Exchanged(String),
     /// Before its end, with an exit status.
@@ -113,7 +113,7 @@ enum Ended {
 }
 
 impl Retry<'_> {
-    /// Refuses a link in the place of the folder.
+    /// Refuses a symbolic link in place of the folder.
     fn refuse_link(&self) -> Result<(), StoreError> {
         if !self.anew.is_symlink() {
             return Ok(());

@@ -289,7 +289,7 @@ fn over(time: f64, cycles: u64) -> Option<f64> {
     (cycles > 0).then(|| time / cycles as f64)
 }
 
-/// A text without what would upset a terminal.
+/// A text whose control characters are made visible.
 fn shown(text: &str) -> String {
     printable(text).into_owned()
 }

@@ -92,7 +92,7 @@ impl SweepError {
     }
 }
 
-/// A job to be run, and what it is run with.
+/// A job, its output folder and the resources of its run.
 #[derive(Debug, Clone, Copy)]
 pub struct Sweep<'a> {
     /// The job.
@@ -109,7 +109,7 @@ pub struct Sweep<'a> {
     pub called_off: &'a AtomicBool,
 }
 
-/// What a journal has of a sweep.
+/// The state of a sweep after its journal was read.
 struct TakenUp {
     writer: ResultWriter,
     progress: Progress,
@@ -277,7 +277,7 @@ impl Sweep<'_> {
     /// Makes structures and mesh tables of the points that are left.
     fn prepare(&self, own: &TakenUp, crew: &Workers, watcher: &mut dyn Watcher) {
         let length = self.job.chain_length();
-        // What writes is not shared with the workers.
+        // The writer cannot be shared with the workers.
         let TakenUp {
             share, taken_over, ..
         } = own;
@@ -297,7 +297,7 @@ impl Sweep<'_> {
     }
 }
 
-/// What the workers of a sweep share.
+/// State that the workers of a sweep share.
 struct Shared<'a> {
     sweep: &'a Sweep<'a>,
     crew: &'a Workers,
