@@ -71,6 +71,7 @@ mod steady_contact;
 mod stepping;
 mod torque_balance;
 mod trace;
+mod varying_speed;
 mod verdicts;
 mod volterra;
 

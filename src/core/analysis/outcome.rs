@@ -52,7 +52,7 @@ impl TryFrom<Stop> for Status {
         match stop {
             Stop::Diverged { .. } | Stop::FarStart { .. } => Ok(Self::Diverged),
             Stop::EventStorm { .. } => Ok(Self::EventStorm),
-            Stop::Stuck { .. } | Stop::Refused { .. } => Ok(Self::Failed),
+            Stop::Stuck { .. } | Stop::Refused { .. } | Stop::Backwards { .. } => Ok(Self::Failed),
             Stop::CalledOff { .. } => Err(CalledOff),
         }
     }

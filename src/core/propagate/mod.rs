@@ -18,6 +18,7 @@ pub mod saltation;
 mod stepping;
 mod table_error;
 mod tangents;
+pub mod varying_speed;
 pub(crate) mod vectors;
 mod volterra;
 
@@ -104,6 +105,15 @@ pub enum Stop {
         cycle: u64,
         /// Why it has none.
         error: TableError,
+    },
+    /// The mean rotation comes to rest or turns back.
+    #[error(
+        "the drive comes to rest or turns back in mesh cycle {cycle}: give speeds and torques under which it keeps running \
+         forwards"
+    )]
+    Backwards {
+        /// The mesh cycle.
+        cycle: u64,
     },
     /// Nobody waits for the rest: the trajectory is as good as any.
     #[error("interrupted in mesh cycle {cycle}")]

@@ -43,6 +43,8 @@ pub struct Extended<'m> {
     order: usize,
     /// Longest step \[s\].
     step: f64,
+    /// How fast the speed grows, by that of the model \[1/s\].
+    acceleration: f64,
 }
 
 /// A contact opens or closes, its time to all digits.
@@ -104,7 +106,15 @@ impl<'m> Extended<'m> {
             structure: Structure::new(model),
             order: order.max(2),
             step: 1.0 / fastest_rate(model),
+            acceleration: 0.0,
         }
+    }
+
+    /// The same integrator of a drive whose speed grows evenly, by so much of the model's a second: times within a mesh cycle
+    /// are those of the model's speed then, `T · phase`.
+    pub fn accelerated(mut self, acceleration: f64) -> Self {
+        self.acceleration = acceleration;
+        self
     }
 
     /// The same integrator with steps `factor` ≥ 1 times shorter.
@@ -130,6 +140,7 @@ impl<'m> Extended<'m> {
             segments: self.model.segments_at(start.cycle, 0.0),
             crossed: ActiveSet::FREE,
             forceless: ActiveSet::FREE,
+            speed: DoubleDouble::ONE,
             state: start
                 .state
                 .iter()
@@ -161,6 +172,8 @@ struct Integration<'e> {
     crossed: ActiveSet,
     /// Contacts whose push has vanished there, right after they let go or took hold again.
     forceless: ActiveSet,
+    /// By that of the model.
+    speed: DoubleDouble,
     state: Vec<DoubleDouble>,
     crossings: Vec<ExtendedCrossing>,
 }
@@ -178,17 +191,15 @@ impl Integration<'_> {
             self.segments = model.segments_at(self.cycle, model.period() * inside);
             self.turn(start, time);
             while time < end {
-                let rest = end - time;
+                let rest = self.time_to_pass(end - time);
                 let steps = (rest.value() / self.extended.step).ceil().max(1.0);
                 let length = rest / DoubleDouble::exact(steps);
-                match self.step(time, length)? {
-                    Some(crossing) => {
-                        time = crossing;
-                        met += 1;
-                    }
-                    None if steps == 1.0 => time = end,
-                    None => time += length,
-                }
+                let (passed, place) = self.step(time, length)?;
+                met += u32::from(place.is_some());
+                let last = steps == 1.0 && place.is_none();
+                time = if last { end } else { passed };
+                let part = place.unwrap_or(DoubleDouble::ONE);
+                self.speed += length * part * self.extended.acceleration;
                 if met > CROSSING_LIMIT {
                     return Err(ReferenceError::Chatter {
                         cycle: self.cycle,
@@ -201,6 +212,19 @@ impl Integration<'_> {
         self.let_slide(self.contact, boundary(1.0));
         self.cycle += 1;
         Ok(())
+    }
+
+    /// Time \[s\] in which a time at the model's speed passes.
+    fn time_to_pass(&self, passed: DoubleDouble) -> DoubleDouble {
+        let half = 0.5 * self.extended.acceleration;
+        let mut time = passed / self.speed;
+        if half != 0.0 {
+            for _ in 0..8 {
+                let off = time * (self.speed + time * half) - passed;
+                time = time - off / (self.speed + time * (2.0 * half));
+            }
+        }
+        time
     }
 
     /// Takes up new lines and gaps, where contacts may open and close.
@@ -279,16 +303,21 @@ impl Integration<'_> {
         }
     }
 
-    /// One step, or to the first event, whose time is given.
+    /// One step, or to the first event: the time reached, at the model's speed, and the place of the event on the step.
     fn step(
         &mut self,
         time: DoubleDouble,
         length: DoubleDouble,
-    ) -> Result<Option<DoubleDouble>, ReferenceError> {
+    ) -> Result<(DoubleDouble, Option<DoubleDouble>), ReferenceError> {
         let extended = self.extended;
+        let passed = [
+            self.speed * length,
+            length * length * (0.5 * extended.acceleration),
+        ];
         let instant = Instant {
             cycle: self.cycle,
             time,
+            passed,
             segments: &self.segments,
             contact: self.contact,
         };
@@ -308,10 +337,10 @@ impl Integration<'_> {
         self.forceless = ActiveSet::FREE;
         let Some((place, contact, met)) = first else {
             self.state = series.state_at(DoubleDouble::ONE);
-            return Ok(None);
+            return Ok((time + passed[0] + passed[1], None));
         };
         self.state = series.state_at(place);
-        let reached = time + length * place;
+        let reached = time + place * (passed[0] + passed[1] * place);
         if met != Met::Freedom {
             self.cross(contact, reached);
         }
@@ -325,7 +354,7 @@ impl Integration<'_> {
             Met::Surface | Met::Freedom => self.crossed = own,
             Met::NoForce => self.forceless = own,
         }
-        Ok(Some(reached))
+        Ok((reached, Some(place)))
     }
 
     /// The first place of a step of some length \[s\] where a contact opens, closes or comes free, and

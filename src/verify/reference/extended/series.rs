@@ -25,6 +25,8 @@ pub(super) struct Instant<'a> {
     pub cycle: u64,
     /// Time within the mesh cycle \[s\].
     pub time: DoubleDouble,
+    /// Time at the model's speed that passes on the step, by `u` and its square \[s\].
+    pub passed: [DoubleDouble; 2],
     /// The segment of every contact.
     pub segments: &'a [Segment],
     pub contact: ActiveSet,
@@ -106,9 +108,9 @@ impl Structure {
     ) -> DoubleDouble {
         let n = model.modes();
         let line = &model.lines[model.line(segment)];
-        let error = transmission_error(line, cycle, time, DoubleDouble::ZERO, 0);
+        let error = error_harmonics(line, cycle, time, [DoubleDouble::ZERO; 2], 0);
         let blocks = self.directions[segment.direction].iter().enumerate();
-        blocks.fold(-error[0][0], |sum, (i, block)| {
+        blocks.fold(-error[0], |sum, (i, block)| {
             sum + state[i] * block.deflection[0] + state[n + i] * block.deflection[1]
         })
     }
@@ -132,13 +134,16 @@ impl Structure {
                 let phase = DoubleDouble::exact(r.phase)
                     + DoubleDouble::HALF_PI * 4.0 * turns
                     + instant.time * r.angular_frequency;
-                (cosine(phase, length * r.angular_frequency, order), &r.input)
+                (
+                    cosine(phase, turns_by(instant.passed, r.angular_frequency), order),
+                    &r.input,
+                )
             })
             .collect();
         let errors: Vec<_> = (model.lines.iter())
-            .map(|line| transmission_error(line, instant.cycle, instant.time, length, order))
+            .map(|line| transmission_error(line, instant, length, order))
             .collect();
-        let on_step = |segment: &Segment, series| on_step(model, instant, segment, length, series);
+        let on_step = |segment: &Segment, series| on_step(model, instant, segment, series);
         let lacks: Vec<_> = (instant.segments.iter())
             .map(|segment| on_step(segment, segment.error.coefficients()))
             .collect();
@@ -275,14 +280,12 @@ impl ClosedSeries<'_> {
     }
 }
 
-/// Coefficients on the step of a Legendre series over the segment, as many as it has: with
-/// `x = x₀ + σ u` the place within the segment, the derivatives of `Σ a P` at x₀ by Legendre's
-/// recurrence, differentiated.
+/// Coefficients on the step of a Legendre series over the segment: with `x = x₀ + σ₁ u + σ₂ u²` the place within the segment,
+/// those of `Σ a P(x)` by Legendre's recurrence.
 fn on_step(
     model: &Model,
     instant: &Instant<'_>,
     segment: &Segment,
-    length: DoubleDouble,
     series: &[f64; STIFFNESS_TERMS],
 ) -> Vec<DoubleDouble> {
     let terms = series.iter().rposition(|&a| a != 0.0).map_or(1, |n| n + 1);
@@ -292,18 +295,21 @@ fn on_step(
         DoubleDouble::exact(segment.end),
     );
     let width = end - start;
-    let phase = instant.time / DoubleDouble::exact(model.period());
-    let x = (phase - start) * 2.0 / width - one;
-    let scale = length * 2.0 / (DoubleDouble::exact(model.period()) * width);
-    // polynomials[n][m]: coefficient m of P_n(x₀ + σ u).
-    let mut polynomials = vec![vec![DoubleDouble::ZERO; terms]; terms];
+    let period = DoubleDouble::exact(model.period());
+    let x = (instant.time / period - start) * 2.0 / width - one;
+    let places = instant.passed.map(|passed| passed * 2.0 / (period * width));
+    let place = [x, places[0], places[1]];
+    let even = places[1].value() == 0.0;
+    let length = if even { terms } else { 2 * terms - 1 };
+    // polynomials[n][m]: coefficient m of P_n(x(u)).
+    let mut polynomials = vec![vec![DoubleDouble::ZERO; length]; terms];
     polynomials[0][0] = one;
     for n in 1..terms {
         let k = n as f64;
-        for m in 0..=n {
-            let mut value = polynomials[n - 1][m] * x;
-            if m > 0 {
-                value += polynomials[n - 1][m - 1] * scale;
+        for m in 0..length {
+            let mut value = DoubleDouble::ZERO;
+            for (power, factor) in place.iter().enumerate().take(m + 1) {
+                value += polynomials[n - 1][m - power] * *factor;
             }
             value = value * (2.0 * k - 1.0);
             if n > 1 {
@@ -312,7 +318,7 @@ fn on_step(
             polynomials[n][m] = value / DoubleDouble::exact(k);
         }
     }
-    (0..terms)
+    (0..length)
         .map(|m| {
             let column = polynomials.iter().zip(series);
             column.fold(DoubleDouble::ZERO, |sum, (p, &a)| sum + p[m] * a)
@@ -320,43 +326,65 @@ fn on_step(
         .collect()
 }
 
-/// Coefficients of the transmission error of a line and of its rate.
+/// Coefficients of the transmission error of a line and of its rate over a step of some length \[s\].
 fn transmission_error(
     line: &Line,
-    cycle: u64,
-    time: DoubleDouble,
+    instant: &Instant<'_>,
     length: DoubleDouble,
     order: usize,
 ) -> Vec<[DoubleDouble; 2]> {
-    let mut sum = vec![[DoubleDouble::ZERO; 2]; order + 1];
+    let error = error_harmonics(line, instant.cycle, instant.time, instant.passed, order + 1);
+    let pairs = error.windows(2).enumerate();
+    pairs
+        .map(|(j, pair)| [pair[0], pair[1] * (j + 1) as f64 / length])
+        .collect()
+}
+
+/// Coefficients of the transmission error of a line.
+fn error_harmonics(
+    line: &Line,
+    cycle: u64,
+    time: DoubleDouble,
+    passed: [DoubleDouble; 2],
+    order: usize,
+) -> Vec<DoubleDouble> {
+    let mut sum = vec![DoubleDouble::ZERO; order + 1];
     for h in &line.transmission_error {
-        let omega = h.angular_frequency;
         let whole = DoubleDouble::product(cycle as f64, h.turns_per_cycle);
         let turns = whole - whole.floor();
+        let omega = h.angular_frequency;
         let phase =
             DoubleDouble::HALF_PI * 4.0 * turns + time * omega + DoubleDouble::exact(h.phase);
-        // −sin φ is the cosine a quarter turn later.
-        let value = cosine(phase, length * omega, order);
-        let rate = cosine(phase + DoubleDouble::HALF_PI, length * omega, order);
-        let speed = DoubleDouble::product(h.amplitude, omega);
-        for (j, entry) in sum.iter_mut().enumerate() {
-            entry[0] += value[j] * h.amplitude;
-            entry[1] += rate[j] * speed;
+        let value = cosine(phase, turns_by(passed, omega), order);
+        for (entry, value) in sum.iter_mut().zip(value) {
+            *entry += value * h.amplitude;
         }
     }
     sum
 }
 
-/// Coefficients of `cos(phase + turn u)`.
-fn cosine(phase: DoubleDouble, turn: DoubleDouble, order: usize) -> Vec<DoubleDouble> {
+/// Turn of a wave of some angular frequency \[rad/s\] on a step, by `u` and its square.
+fn turns_by(passed: [DoubleDouble; 2], omega: f64) -> [DoubleDouble; 2] {
+    passed.map(|passed| passed * omega)
+}
+
+/// Coefficients of `cos(phase + turn₁ u + turn₂ u²)`: `c' = −φ' s`, `s' = φ' c`.
+fn cosine(
+    phase: DoubleDouble,
+    [first, second]: [DoubleDouble; 2],
+    order: usize,
+) -> Vec<DoubleDouble> {
     let (sin, cos) = phase.sin_cos();
-    let derivatives = [cos, -sin, -cos, sin];
-    let mut power = DoubleDouble::ONE;
-    (0..=order)
-        .map(|j| {
-            let coefficient = power * derivatives[j % 4];
-            power = power * turn / DoubleDouble::exact((j + 1) as f64);
-            coefficient
-        })
-        .collect()
+    let (mut sines, mut cosines) = (vec![sin], vec![cos]);
+    for j in 0..order {
+        let slope = |own: &[DoubleDouble]| {
+            let further = j.checked_sub(1).map(|before| own[before] * 2.0 * second);
+            let sum = own[j] * first + further.unwrap_or(DoubleDouble::ZERO);
+            sum / DoubleDouble::exact((j + 1) as f64)
+        };
+        let (c, s) = (-slope(&sines), slope(&cosines));
+        cosines.push(c);
+        sines.push(s);
+    }
+    cosines
 }

@@ -1,0 +1,147 @@
+//! What the constant inputs of a model follow: the load, the speed, torques on its shafts.
+
+use super::Model;
+use crate::structure::ModalStructure;
+
+/// What a constant input follows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LoadTerm {
+    /// The load, as a fraction of the rated one.
+    Rated,
+    /// Nothing: it is always there.
+    Constant,
+    /// The speed Ω of the operating point \[rad/s\].
+    Speed,
+    /// Its square.
+    SpeedSquared,
+    /// A torque on the pinion's shaft \[N m\], beside the rated load.
+    PinionTorque,
+    /// A torque on the wheel's shaft \[N m\], beside the rated load.
+    WheelTorque,
+}
+
+/// How many there are.
+pub const LOAD_TERMS: usize = 6;
+
+/// The inputs of a model by what they follow, the mean rotation left out: blocks that the mesh does not feel have none.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadTerms {
+    /// Inputs of the blocks per unit of each [`LoadTerm`], in their order.
+    pub inputs: [Vec<[f64; 2]>; LOAD_TERMS],
+    /// Static force of modes left out on every bearing, per unit of each \[N\].
+    pub on_bearings: Vec<[f64; LOAD_TERMS]>,
+    /// Angular acceleration of the pinion's shaft per unit torque on the pinion's and on the wheel's shaft, the drive turning as
+    /// a rigid body \[1/(kg m²)\]; none where it does not turn freely or the torques' places are not known.
+    pub mobility: Option<[f64; 2]>,
+}
+
+impl Model {
+    /// Its inputs by what they follow; `structure` is the one that it was built of.
+    pub fn load_terms(&self, structure: &ModalStructure) -> LoadTerms {
+        let basis = &self.basis;
+        let of_values = |values: &[f64], scale: f64| -> Vec<[f64; 2]> {
+            if values.is_empty() {
+                return vec![[0.0; 2]; self.blocks.len()];
+            }
+            let scaled: Vec<f64> = basis.turn(values).iter().map(|v| scale * v).collect();
+            basis.input(&scaled)
+        };
+        let torques = [&structure.pinion_torque, &structure.wheel_torque]
+            .map(|values| of_values(values.as_deref().unwrap_or_default(), 1.0));
+        let mobility = self.mobility(structure, &torques);
+        let [pinion, wheel] = torques;
+        let mut inputs = [
+            of_values(&structure.torque, structure.rated_force),
+            of_values(&structure.constant_load, 1.0),
+            of_values(&structure.load_by_speed, 1.0),
+            of_values(&structure.frame.load, 1.0),
+            pinion,
+            wheel,
+        ];
+        for &block in &self.neutral {
+            inputs
+                .iter_mut()
+                .for_each(|inputs| inputs[block] = [0.0; 2]);
+        }
+        let share = |bearing: &crate::structure::BearingGain| {
+            let own = &bearing.left_out;
+            let [pinion, wheel] = own.shaft_torques;
+            [
+                own.torque * structure.rated_force,
+                own.constant_load,
+                own.load_by_speed,
+                own.frame_load,
+                pinion,
+                wheel,
+            ]
+        };
+        LoadTerms {
+            inputs,
+            on_bearings: structure.bearings.iter().map(share).collect(),
+            mobility,
+        }
+    }
+
+    /// [`LoadTerms::mobility`], from the inputs that torques on both shafts are.
+    fn mobility(
+        &self,
+        structure: &ModalStructure,
+        [pinion, wheel]: &[Vec<[f64; 2]>; 2],
+    ) -> Option<[f64; 2]> {
+        let places = [
+            structure.pinion_torque.as_ref()?,
+            structure.wheel_torque.as_ref()?,
+        ];
+        let [rotation, _] = self.basis.output(&self.basis.turn(places[0]));
+        let free = || self.neutral.iter().copied();
+        let of =
+            |inputs: &[[f64; 2]]| -> f64 { free().map(|i| rotation[i][0] * inputs[i][1]).sum() };
+        let mobility = [of(pinion), of(wheel)];
+        (mobility[0] > 0.0).then_some(mobility)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{OperatingPoint, fixtures};
+
+    /// Two rigid rotations without shafts between: what the load and the speed add up to is the model's own input, and the
+    /// pinion's shaft is turned by all inertia.
+    #[test]
+    fn inputs_add_up_to_those_of_the_point() {
+        let (a, b) = (0.8, 0.6);
+        let mut structure =
+            fixtures::structure(&[0.0, 0.0, 900.0], 0.01, &[a, b, 0.4], &[a, b, 0.4]);
+        structure.constant_load = vec![3.0, -2.0, 1.0];
+        structure.load_by_speed = vec![0.1, 0.0, 0.2];
+        // Radii of 1: unit torques pull along the line of action, one against the other.
+        structure.pinion_torque = Some(vec![a, 0.0, 0.4]);
+        structure.wheel_torque = Some(vec![0.0, -b, 0.1]);
+        let point = OperatingPoint {
+            load: 0.3,
+            speed: 70.0,
+        };
+        let model = Model::new(&structure, &fixtures::two_level_mesh(1e-5), point).unwrap();
+        let terms = model.load_terms(&structure);
+        assert_eq!(model.neutral.len(), 1);
+        for i in (0..3).filter(|i| !model.neutral.contains(i)) {
+            for part in 0..2 {
+                let factors = [point.load, 1.0, point.speed, point.speed.powi(2), 0.0, 0.0];
+                let sum: f64 = (terms.inputs.iter().zip(factors))
+                    .map(|(inputs, factor)| factor * inputs[i][part])
+                    .sum();
+                let own = model.blocks[i].static_input[part];
+                assert!(
+                    (sum - own).abs() <= 1e-12 * own.abs(),
+                    "{i} {part}: {sum} {own}"
+                );
+            }
+        }
+        // Both shafts turn by the same angle: J = 1/a² + 1/b².
+        let inertia = 1.0 / (a * a) + 1.0 / (b * b);
+        let [pinion, wheel] = terms.mobility.unwrap();
+        assert!((pinion * inertia - 1.0).abs() < 1e-14, "{pinion}");
+        assert!((wheel.abs() * inertia - 1.0).abs() < 1e-14, "{wheel}");
+    }
+}

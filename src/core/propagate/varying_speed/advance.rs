@@ -1,0 +1,431 @@
+//! From window to window.
+
+use super::powers::{Course, Sum, composed, length as terms_of, value, value_and_slope};
+use super::search::{Found, Met};
+use super::stretch::Stretch;
+use super::watch::{MovingEvent, MovingWindow, Watch};
+use super::window::{self, Closed, Law, Motions, Task};
+use super::{Motion, VaryingSpeed};
+use crate::model::{ActiveSet, LOAD_TERMS, Segment};
+use crate::propagate::vectors::{Aligned, TERMS};
+use crate::propagate::{Counters, Stop};
+use std::f64::consts::TAU;
+
+/// Radians of the fastest rate on a window: 2²⁴/24! is below round-off.
+const LONGEST: f64 = 2.0;
+
+/// Part of a mesh cycle, or of a window, that sums are rounded by.
+const ROUNDING: f64 = 1e-14;
+
+/// Largest last terms of a series, relative to their sum.
+const TAIL: f64 = 4.0 * f64::EPSILON;
+
+/// Most halvings of a window whose series does not end.
+const HALVINGS: u32 = 8;
+
+/// Scratch memory of the kernel.
+#[derive(Debug, Clone)]
+pub struct Workspace {
+    motions: Motions,
+    segments: Vec<Segment>,
+    /// Mesh phase up to which they hold.
+    end: f64,
+}
+
+impl Workspace {
+    pub(super) fn new(kernel: &VaryingSpeed) -> Self {
+        let (system, model) = (&kernel.system, &kernel.model);
+        let (lines, contacts) = (model.lines.len(), model.contacts.len());
+        let nothing = [0.0; TERMS];
+        let closed = Closed {
+            contact: 0,
+            line: 0,
+            direction: 0,
+            side: 1.0,
+            damping: 0.0,
+        };
+        let mut own = Self {
+            motions: Motions {
+                components: [0, 1].map(|_| Aligned::zeros(TERMS * system.padded)),
+                deflections: vec![nothing; lines],
+                rates: vec![nothing; lines],
+                sizes: vec![0.0; lines],
+                errors: vec![[nothing; 2]; lines],
+                waves: vec![[nothing; 2]; system.turns.len()],
+                ripples: vec![nothing; system.ripples.len()],
+                lines: vec![[0; 2]; lines],
+                line_of: vec![0; contacts],
+                damping: vec![0.0; contacts],
+                closed: vec![closed; contacts],
+                forces: vec![nothing; contacts],
+                laws: vec![Law::ZERO; contacts],
+            },
+            segments: model.segments_at(0, 0.0),
+            end: 0.0,
+        };
+        let Motions {
+            closed,
+            forces,
+            lines,
+            ..
+        } = &mut own.motions;
+        (closed.clear(), forces.clear(), lines.clear());
+        own
+    }
+}
+
+/// Where a window starts and how far it reaches.
+struct Reach {
+    /// Its length \[s\].
+    length: f64,
+    /// Mesh cycles that pass, by powers of u.
+    cycles: Course,
+    /// Load terms.
+    loads: [Course; LOAD_TERMS],
+    /// Whether it ends at the end of the segments.
+    at_end: bool,
+}
+
+impl VaryingSpeed {
+    /// Advances a motion to the end of a stretch, shows windows and events to `watch`, and adds the work done to `counters`.
+    /// Allocates nothing.
+    ///
+    /// # Errors
+    /// [`Stop`] where the motion diverges, too many events fall in a mesh cycle, or the drive does not run forwards; the motion is then
+    /// unspecified.
+    pub fn advance<W: Watch>(
+        &self,
+        motion: &mut Motion,
+        stretch: &Stretch,
+        workspace: &mut Workspace,
+        watch: &mut W,
+        counters: &mut Counters,
+    ) -> Result<(), Stop> {
+        if !stretch.runs_forwards() {
+            return Err(Stop::Backwards {
+                cycle: motion.cycle,
+            });
+        }
+        let begin = motion.time;
+        let cycles = self.cycles_per_radian * stretch.fastest();
+        let longest = LONGEST / self.system.fastest_at(cycles);
+        self.load(motion, workspace);
+        let mut phase = Sum::of(motion.phase);
+        let mut start = Sum::of(0.0);
+        while start.value < stretch.duration {
+            let left = stretch.duration - start.value;
+            let mut length = longest.min(left);
+            let mut reach = self.reach(motion, stretch, (start.value, length), workspace);
+            self.expand(motion, &reach, workspace);
+            for _ in 0..HALVINGS {
+                if ends(&workspace.motions) {
+                    break;
+                }
+                length = 0.5 * reach.length;
+                reach = self.reach(motion, stretch, (start.value, length), workspace);
+                self.expand(motion, &reach, workspace);
+            }
+            counters.windows += 1;
+            self.check_range(motion, &workspace.motions)?;
+            let found = self.first_event(
+                (motion.contact, motion.standing),
+                reach.length,
+                &workspace.motions,
+                counters,
+            );
+            let part = found.map_or(1.0, |found| found.place);
+            if part > 0.0 {
+                watch.window(&MovingWindow {
+                    kernel: self,
+                    motions: &workspace.motions,
+                    time: motion.time,
+                    duration: part * reach.length,
+                    part,
+                    cycle: motion.cycle,
+                    phase: motion.phase,
+                    cycles: reach.cycles,
+                    loads: reach.loads,
+                    contact: motion.contact,
+                });
+                window::move_to(
+                    self.instructions,
+                    part,
+                    self.system.padded,
+                    &mut workspace.motions.components,
+                );
+                match found {
+                    None if reach.length == left => start = Sum::of(stretch.duration),
+                    _ => start.add(part * reach.length),
+                }
+                motion.time = begin + start.value;
+                motion.standing = [ActiveSet::FREE; 2];
+                phase.add(value(&reach.cycles, part));
+                motion.phase = phase.value;
+            }
+            match found {
+                Some(found) => self.meet(found, motion, &reach, workspace, watch, counters)?,
+                None if reach.at_end => {
+                    self.pass_end(motion, workspace, counters);
+                    phase = Sum::of(motion.phase);
+                }
+                None => {}
+            }
+        }
+        self.store(motion, workspace);
+        Ok(())
+    }
+
+    /// How far a window of some length at most reaches: to the end of the segments.
+    fn reach(
+        &self,
+        motion: &Motion,
+        stretch: &Stretch,
+        (start, length): (f64, f64),
+        workspace: &Workspace,
+    ) -> Reach {
+        let (cycles, loads) = stretch.on_window(self, start, length);
+        let left = workspace.end - motion.phase;
+        let own = Reach {
+            length,
+            cycles,
+            loads,
+            at_end: false,
+        };
+        if value(&cycles, 1.0) < left - ROUNDING {
+            return own;
+        }
+        // Newton's method from the mean rate; the phase grows all the time.
+        let mut part = left / value(&cycles, 1.0);
+        for _ in 0..20 {
+            let [passed, slope] = value_and_slope(&cycles, part);
+            let correction = (left - passed) / slope;
+            part += correction;
+            if correction.abs() <= f64::EPSILON * part {
+                break;
+            }
+        }
+        let part = part.clamp(0.0, 1.0);
+        let length = part * length;
+        let shorter = |course: &mut Course| {
+            let mut scale = 1.0;
+            for a in course {
+                *a *= scale;
+                scale *= part;
+            }
+        };
+        let Reach {
+            mut cycles,
+            mut loads,
+            ..
+        } = own;
+        shorter(&mut cycles);
+        loads.iter_mut().for_each(shorter);
+        Reach {
+            length,
+            cycles,
+            loads,
+            at_end: true,
+        }
+    }
+
+    /// The series of a window.
+    fn expand(&self, motion: &Motion, reach: &Reach, workspace: &mut Workspace) {
+        let Workspace {
+            motions, segments, ..
+        } = workspace;
+        for (wave, turns) in motions.waves.iter_mut().zip(&self.system.turns) {
+            let whole = (motion.cycle as f64 * turns).fract();
+            let angle = reach.cycles.map(|a| TAU * turns * a);
+            *wave = window::wave(TAU * (whole + turns * motion.phase), &angle);
+        }
+        for (line, parts) in self.system.error_waves.iter().enumerate() {
+            let error = window::sum_of_waves(parts, &motions.waves);
+            let rate = std::array::from_fn(|j| {
+                let next = error.get(j + 1).copied().unwrap_or(0.0);
+                (j + 1) as f64 / reach.length * next
+            });
+            motions.errors[line] = [error, rate];
+        }
+        for (ripple, part) in motions.ripples.iter_mut().zip(&self.system.ripple_waves) {
+            *ripple = window::sum_of_waves(std::slice::from_ref(part), &motions.waves);
+        }
+        for ((law, segment), contact) in motions
+            .laws
+            .iter_mut()
+            .zip(segments.iter())
+            .zip(&self.model.contacts)
+        {
+            let constant = segment.stiffness.is_constant() && segment.error.is_none();
+            if constant {
+                *law = Law::ZERO;
+                law.stiffness[0] = segment.stiffness.mean();
+            } else {
+                let mut at = reach
+                    .cycles
+                    .map(|a| 2.0 / (segment.end - segment.start) * a);
+                at[0] = segment.place(motion.phase);
+                composed(segment.stiffness.coefficients(), &at, &mut law.stiffness);
+                composed(segment.error.coefficients(), &at, &mut law.gap);
+                law.stiffness_terms = terms_of(&law.stiffness);
+            }
+            law.gap[0] += contact.half_gap;
+        }
+        let task = Task {
+            length: reach.length,
+            loads: reach.loads,
+        };
+        window::expand(self.instructions, &self.system, &task, motions);
+    }
+
+    /// Refuses deflections that are no motion.
+    fn check_range(&self, motion: &Motion, motions: &Motions) -> Result<(), Stop> {
+        for &[line, _] in &motions.lines {
+            // Written so that what is no number is refused.
+            let within = motions.deflections[line][0].abs() <= self.farthest[line];
+            if !within {
+                return Err(Stop::Diverged {
+                    cycle: motion.cycle,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Lets an event happen.
+    fn meet<W: Watch>(
+        &self,
+        found: Found,
+        motion: &mut Motion,
+        reach: &Reach,
+        workspace: &mut Workspace,
+        watch: &mut W,
+        counters: &mut Counters,
+    ) -> Result<(), Stop> {
+        let place = match found.met {
+            Met::Surface | Met::Freedom => 0,
+            Met::NoForce => 1,
+        };
+        if motion.standing[place].holds(found.contact) != found.stands {
+            motion.standing[place] = motion.standing[place].toggled(found.contact);
+        }
+        if found.met == Met::Freedom {
+            return Ok(());
+        }
+        let from = motion.contact;
+        motion.contact = self.model.toggled(from, found.contact);
+        motion.events += 1;
+        if motion.events > self.event_limit {
+            return Err(Stop::EventStorm {
+                cycle: motion.cycle,
+                limit: self.event_limit,
+            });
+        }
+        counters.events += 1;
+        watch.event(&MovingEvent {
+            time: motion.time,
+            cycle: motion.cycle,
+            phase: motion.phase,
+            speed: value_and_slope(&reach.cycles, found.place)[1] / reach.length,
+            from,
+            to: motion.contact,
+            contact: found.contact,
+            rate: found.rate,
+        });
+        self.set_closed(motion.contact, workspace);
+        Ok(())
+    }
+
+    /// Takes up the next segments.
+    fn pass_end(&self, motion: &mut Motion, workspace: &mut Workspace, counters: &mut Counters) {
+        motion.phase = workspace.end;
+        if motion.phase >= 1.0 {
+            motion.phase = 0.0;
+            motion.cycle += 1;
+            motion.events = 0;
+            counters.cycles += 1;
+        }
+        // Stiffness steps, and beyond a change of gap or line nothing stands on a surface.
+        motion.standing = [ActiveSet::FREE; 2];
+        self.set_segments(motion, workspace);
+    }
+
+    /// Takes up the segments at the phase of a motion.
+    fn set_segments(&self, motion: &Motion, workspace: &mut Workspace) {
+        let ends = &self.ends[(motion.cycle % self.ends.len() as u64) as usize];
+        let next = ends
+            .iter()
+            .copied()
+            .find(|end| *end > motion.phase + ROUNDING);
+        workspace.end = next.unwrap_or(1.0);
+        let inside = 0.5 * (motion.phase + workspace.end);
+        let motions = &mut workspace.motions;
+        motions.lines.clear();
+        for (index, contact) in self.model.contacts.iter().enumerate() {
+            let cycle = contact.cycle(motion.cycle);
+            let segment = cycle.segment_at(inside * cycle.period);
+            workspace.segments[index] = *segment;
+            let line = self.model.line(segment);
+            motions.line_of[index] = line;
+            motions.damping[index] = segment.damping;
+            if motions.lines.iter().all(|[known, _]| *known != line) {
+                motions.lines.push([line, segment.direction]);
+            }
+        }
+        self.set_closed(motion.contact, workspace);
+    }
+
+    /// Takes up the closed contacts.
+    fn set_closed(&self, active: ActiveSet, workspace: &mut Workspace) {
+        let Workspace {
+            motions, segments, ..
+        } = workspace;
+        motions.closed.clear();
+        motions.forces.clear();
+        for contact in active.iter() {
+            let segment = &segments[contact];
+            motions.closed.push(Closed {
+                contact,
+                line: motions.line_of[contact],
+                direction: segment.direction,
+                side: self.model.contacts[contact].side,
+                damping: segment.damping,
+            });
+            motions.forces.push([0.0; TERMS]);
+        }
+    }
+
+    /// Takes a motion up.
+    fn load(&self, motion: &Motion, workspace: &mut Workspace) {
+        let n = self.model.modes();
+        let (first, second) = motion.state.split_at(n);
+        for (own, state) in workspace.motions.components.iter_mut().zip([first, second]) {
+            own[..n].copy_from_slice(state);
+            own[n..self.system.padded].fill(0.0);
+        }
+        self.set_segments(motion, workspace);
+    }
+
+    /// Hands its state back.
+    fn store(&self, motion: &mut Motion, workspace: &Workspace) {
+        let n = self.model.modes();
+        let (first, second) = motion.state.split_at_mut(n);
+        for (own, state) in workspace.motions.components.iter().zip([first, second]) {
+            state.copy_from_slice(&own[..n]);
+        }
+    }
+}
+
+/// Whether the series of a window have come to their ends.
+fn ends(motions: &Motions) -> bool {
+    let short = |series: &[f64; TERMS]| {
+        let sum: f64 = series.iter().map(|a| a.abs()).sum();
+        let tail = series[TERMS - 1].abs() + series[TERMS - 2].abs();
+        // What is no number does not get better.
+        !(tail > TAIL * sum)
+    };
+    motions
+        .lines
+        .iter()
+        .all(|[line, _]| short(&motions.deflections[*line]))
+        && motions.forces.iter().all(short)
+}

@@ -1,0 +1,188 @@
+//! The drive while its speed varies.
+//!
+//! Mesh phase, transmission errors, stiffness and ripple follow the mean rotation, whatever course that takes over time: on a
+//! [`Stretch`] it is a polynomial, and so are loads. A motion starts and stops at any time. The mean rotation is the rigid one of the whole drive,
+//! on which no mesh force acts. Where it is accelerated, the torque that turns all inertia goes through the shafts and
+//! meshes: [`Stretch::accelerated`] gives it.
+//!
+//! Motions are integrated in power series ([`window`]) that know no fixed speed, so that nothing is built anew while it varies.
+
+mod advance;
+mod powers;
+mod search;
+mod stretch;
+mod system;
+mod watch;
+mod window;
+
+pub use advance::Workspace;
+pub use powers::{COURSE_TERMS, Course, Powers, value};
+pub use stretch::Stretch;
+pub use watch::{MovingEvent, MovingSignal, MovingWindow, Watch};
+
+use super::InstructionSet;
+use super::vectors::Aligned;
+use crate::model::{ActiveSet, LOAD_TERMS, LoadTerm, Model, TrajectoryState};
+use crate::structure::ModalStructure;
+use std::f64::consts::TAU;
+use system::{Rows, System};
+use window::Motions;
+
+/// Why a drive cannot run at a speed that varies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum VaryingSpeedError {
+    /// Its modes change with the speed.
+    #[error(
+        "gyroscopic terms or a turning frame change the modes with the speed; leave them out (shafts.gyroscopic = false)"
+    )]
+    Gyroscopic,
+    /// It has dry sliders.
+    #[error(
+        "a dry slider cannot be integrated at a speed that varies; replace it by a spring with a damper"
+    )]
+    Sliders,
+}
+
+/// A motion of a drive whose speed varies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Motion {
+    /// First components of all blocks, then second components: length 2N.
+    pub state: Vec<f64>,
+    /// The contacts that are closed.
+    pub contact: ActiveSet,
+    /// Mesh cycle.
+    pub cycle: u64,
+    /// Mesh phase in \[0, 1).
+    pub phase: f64,
+    /// Time \[s\].
+    pub time: f64,
+    /// Contacts that have opened or closed right here, on their surfaces and where their force vanishes.
+    pub(super) standing: [ActiveSet; 2],
+    /// Contacts that have opened or closed in this mesh cycle.
+    pub(super) events: u32,
+}
+
+/// The kernel of a drive whose speed varies.
+#[derive(Debug, Clone)]
+pub struct VaryingSpeed {
+    model: Model,
+    system: System,
+    /// Mesh cycles per radian of the pinion.
+    cycles_per_radian: f64,
+    /// As of [`crate::model::LoadTerms`].
+    mobility: Option<[f64; 2]>,
+    on_bearings: Vec<[f64; LOAD_TERMS]>,
+    outputs: Vec<Rows>,
+    bearings: Vec<Rows>,
+    /// Mesh phases of every cycle of a base period at which a segment ends.
+    ends: Vec<Vec<f64>>,
+    /// Deflections beyond which a motion has diverged.
+    farthest: Vec<f64>,
+    event_limit: u32,
+    instructions: InstructionSet,
+}
+
+impl VaryingSpeed {
+    /// The kernel of a model, at whatever speed that stands, of a structure.
+    ///
+    /// * `event_limit`: most events in a mesh cycle before integration stops.
+    ///
+    /// # Errors
+    /// Modes change with the speed, or there are dry sliders.
+    pub fn new(
+        structure: &ModalStructure,
+        model: &Model,
+        event_limit: u32,
+        instructions: InstructionSet,
+    ) -> Result<Self, VaryingSpeedError> {
+        let turns = model.basis.coupled().is_some_and(|coupled| coupled.turns);
+        if turns || !structure.frame.stiffness.is_empty() {
+            return Err(VaryingSpeedError::Gyroscopic);
+        }
+        if !model.sliders.is_empty() {
+            return Err(VaryingSpeedError::Sliders);
+        }
+        let loads = model.load_terms(structure);
+        let system = System::new(model, &loads);
+        let rows = |gain: &Vec<[f64; 2]>| -> Rows {
+            [0, 1].map(|part| {
+                let mut row = Aligned::zeros(system.padded);
+                for (entry, pair) in row.iter_mut().zip(gain) {
+                    *entry = pair[part];
+                }
+                row
+            })
+        };
+        Ok(Self {
+            cycles_per_radian: structure.cycles_per_turn() / TAU,
+            mobility: loads.mobility,
+            on_bearings: loads.on_bearings,
+            outputs: model
+                .outputs
+                .iter()
+                .map(|output| rows(&output.gain))
+                .collect(),
+            bearings: model
+                .bearings
+                .iter()
+                .map(|bearing| rows(&bearing.gain))
+                .collect(),
+            ends: (0..model.base_cycles() as u64)
+                .map(|cycle| model.segment_ends(cycle))
+                .collect(),
+            farthest: super::farthest(model),
+            system,
+            model: model.clone(),
+            event_limit,
+            instructions,
+        })
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// Mesh cycles per radian of the pinion.
+    pub fn cycles_per_radian(&self) -> f64 {
+        self.cycles_per_radian
+    }
+
+    /// Mean angular acceleration of the pinion \[rad/s²\] under torques on the pinion's and the wheel's shaft \[N m\], each positive in
+    /// its own sense of running; none where the drive does not turn freely.
+    pub fn mean_acceleration(&self, torques: [f64; 2]) -> Option<f64> {
+        let [pinion, wheel] = self.mobility?;
+        Some(pinion * torques[0] + wheel * torques[1])
+    }
+
+    /// A motion that goes on from a trajectory, at time 0.
+    pub fn start(&self, trajectory: &TrajectoryState) -> Motion {
+        Motion {
+            state: trajectory.state.clone(),
+            contact: trajectory.contact,
+            cycle: trajectory.cycle,
+            phase: 0.0,
+            time: 0.0,
+            standing: [ActiveSet::FREE; 2],
+            events: 0,
+        }
+    }
+
+    /// Scratch memory.
+    pub fn workspace(&self) -> Workspace {
+        Workspace::new(self)
+    }
+
+    /// The line of a contact, whose segments are those of the last window.
+    fn line_of(&self, contact: usize, motions: &Motions) -> usize {
+        motions.line_of[contact]
+    }
+}
+
+/// Place of a load term among all.
+fn place(term: LoadTerm) -> usize {
+    term as usize
+}
+
+#[cfg(test)]
+mod tests;

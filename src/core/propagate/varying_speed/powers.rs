@@ -1,0 +1,196 @@
+//! Power series on a window, in `u = t/h ∈ [0, 1]`, and polynomials of time on a stretch.
+
+use crate::numerics::legendre::polynomials;
+use crate::numerics::quadrature::GaussLegendre;
+use crate::propagate::vectors::{Row, TERMS};
+use std::sync::OnceLock;
+
+/// Coefficients by powers of u.
+pub type Powers = [f64; TERMS];
+
+/// Most coefficients of what is given over a stretch.
+pub const COURSE_TERMS: usize = 5;
+
+/// What is given over a stretch: coefficients by powers of time \[s\] since its start.
+pub type Course = [f64; COURSE_TERMS];
+
+/// A sum that keeps what rounding takes off it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sum {
+    /// Its value.
+    pub value: f64,
+    rest: f64,
+}
+
+impl Sum {
+    /// A number.
+    pub fn of(value: f64) -> Self {
+        Self { value, rest: 0.0 }
+    }
+
+    /// Adds a number that is smaller, or of the same size.
+    pub fn add(&mut self, term: f64) {
+        let term = term + self.rest;
+        let sum = self.value + term;
+        self.rest = term - (sum - self.value);
+        self.value = sum;
+    }
+}
+
+/// The value at a place.
+pub fn value(series: &[f64], place: f64) -> f64 {
+    series.iter().rev().fold(0.0, |sum, a| sum * place + a)
+}
+
+/// Value and derivative at a place.
+pub fn value_and_slope(series: &[f64], place: f64) -> [f64; 2] {
+    let [mut sum, mut slope] = [0.0; 2];
+    for a in series.iter().rev() {
+        slope = slope * place + sum;
+        sum = sum * place + a;
+    }
+    [sum, slope]
+}
+
+/// A course on a window that starts at a time \[s\] of the stretch and has some length \[s\]: by powers of u.
+pub fn on_window(course: &Course, start: f64, length: f64) -> Course {
+    let mut own = *course;
+    // Horner's scheme, again and again: coefficients about `start`.
+    for first in 0..COURSE_TERMS - 1 {
+        for k in (first..COURSE_TERMS - 1).rev() {
+            own[k] += start * own[k + 1];
+        }
+    }
+    let mut scale = 1.0;
+    for a in &mut own {
+        *a *= scale;
+        scale *= length;
+    }
+    own
+}
+
+/// The rate of a course.
+pub fn rate(course: &Course) -> Course {
+    std::array::from_fn(|k| {
+        let next = course.get(k + 1).copied().unwrap_or(0.0);
+        (k + 1) as f64 * next
+    })
+}
+
+/// The square of a course that is linear, quadratic or constant; of others what its first terms give.
+pub fn product(a: &Course, b: &Course) -> Course {
+    std::array::from_fn(|k| (0..=k).map(|m| a[m] * b[k - m]).sum())
+}
+
+/// A Legendre series in a place that is a polynomial of u: Clenshaw's recurrence with series for numbers.
+pub fn composed(legendre: &[f64], place: &Course, out: &mut Powers) {
+    let (mut next, mut after) = ([0.0; TERMS], [0.0; TERMS]);
+    for (n, a) in legendre.iter().enumerate().rev() {
+        let k = n as f64;
+        let [up, down] = [(2.0 * k + 1.0) / (k + 1.0), (k + 1.0) / (k + 2.0)];
+        let mut now = [0.0; TERMS];
+        for (m, p) in place.iter().enumerate() {
+            for j in m..TERMS {
+                now[j] += up * p * next[j - m];
+            }
+        }
+        for (now, after) in now.iter_mut().zip(&after) {
+            *now -= down * after;
+        }
+        now[0] += a;
+        (after, next) = (next, now);
+    }
+    *out = next;
+}
+
+/// Terms up to the last that is not zero, at least one.
+pub fn length(series: &Powers) -> usize {
+    series.iter().rposition(|a| *a != 0.0).map_or(1, |n| n + 1)
+}
+
+/// The same as a Legendre series on the window.
+pub fn to_legendre(series: &Powers) -> Powers {
+    let rows = legendre_of_powers();
+    let mut out = [0.0; TERMS];
+    for (a, row) in series.iter().zip(rows) {
+        for (sum, p) in out.iter_mut().zip(&row.0) {
+            *sum += a * p;
+        }
+    }
+    out
+}
+
+/// Legendre series of all powers of u.
+fn legendre_of_powers() -> &'static [Row; TERMS] {
+    static ROWS: OnceLock<[Row; TERMS]> = OnceLock::new();
+    ROWS.get_or_init(|| {
+        let rule = GaussLegendre::new(TERMS);
+        let mut rows = [Row::ZERO; TERMS];
+        let mut p = [0.0; TERMS];
+        for (x, weight) in rule.nodes.iter().zip(&rule.weights) {
+            polynomials(*x, &mut p);
+            let mut power = *weight;
+            for row in &mut rows {
+                for (n, (sum, p)) in row.0.iter_mut().zip(&p).enumerate() {
+                    *sum += (n as f64 + 0.5) * power * p;
+                }
+                power *= 0.5 * (x + 1.0);
+            }
+        }
+        rows
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::legendre;
+
+    /// Ten thousand tenths of a thousandth are one.
+    #[test]
+    fn sums_of_many_terms_are_exact() {
+        let mut sum = Sum::of(0.0);
+        for _ in 0..10_000 {
+            sum.add(1e-4);
+        }
+        assert_eq!(sum.value, 1.0);
+    }
+
+    #[test]
+    fn courses_move_with_the_window() {
+        let course = [2.0, -1.0, 3.0, 0.5, -0.25];
+        let own = on_window(&course, 0.7, 0.2);
+        for u in [0.0, 0.3, 1.0] {
+            let exact = value(&course, 0.7 + 0.2 * u);
+            assert!((value(&own, u) - exact).abs() < 1e-15 * 8.0, "{u}");
+        }
+        let [value, slope] = value_and_slope(&course, 0.4);
+        let step = 1e-6;
+        let difference =
+            (super::value(&course, 0.4 + step) - super::value(&course, 0.4 - step)) / (2.0 * step);
+        assert!((slope - difference).abs() < 1e-8 && value == super::value(&course, 0.4));
+        assert!((super::value(&rate(&course), 0.4) - slope).abs() < 1e-14);
+        assert_eq!(
+            product(&[1.0, 2.0, 0.0, 0.0, 0.0], &[3.0, 0.0, 1.0, 0.0, 0.0]),
+            [3.0, 6.0, 1.0, 2.0, 0.0]
+        );
+    }
+
+    #[test]
+    fn series_are_what_they_were_in_another_variable() {
+        let legendre = [0.3, -0.2, 0.5, 0.1, 0.0, 0.7, 0.0, -0.4];
+        let place = [-0.9, 0.6, 0.03, 0.005, 0.0];
+        let mut powers = [0.0; TERMS];
+        composed(&legendre, &place, &mut powers);
+        let back = to_legendre(&powers);
+        for u in [0.0, 0.2, 0.9] {
+            let exact = legendre::evaluate(&legendre, value(&place, u));
+            assert!((value(&powers, u) - exact).abs() < 1e-14, "{u}");
+            assert!(
+                (legendre::evaluate(&back, 2.0 * u - 1.0) - exact).abs() < 1e-13,
+                "{u}"
+            );
+        }
+        assert_eq!((length(&[0.0; TERMS]), length(&powers) > 8), (1, true));
+    }
+}

@@ -1,0 +1,209 @@
+//! What happens first on a window?
+//!
+//! An open contact closes where δ rises to its gap. A closed one opens where δ falls back to it or, if it never pulls, where
+//! its force vanishes; what has let go so is compressed still, and takes hold again where the force that it would have rises to zero, until it
+//! comes free.
+
+use super::VaryingSpeed;
+use super::powers::{Powers, to_legendre, value, value_and_slope};
+use super::window::{Law, Motions};
+use crate::model::{ActiveSet, Release};
+use crate::numerics::legendre;
+use crate::propagate::Counters;
+use crate::propagate::events::{Guard, Margin, ROUND_OFF};
+use crate::propagate::vectors::TERMS;
+use crate::propagate::volterra::lanes;
+
+/// What a contact meets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Met {
+    /// Its surface.
+    Surface,
+    /// The zero of its force.
+    NoForce,
+    /// Its surface, having let go before: nothing changes.
+    Freedom,
+}
+
+/// What comes first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    /// Where, in parts of the window.
+    pub place: f64,
+    /// The contact.
+    pub contact: usize,
+    /// What it meets.
+    pub met: Met,
+    /// Whether the contact stands there, to rounding.
+    pub stands: bool,
+    /// Rate of its deflection against its surface \[m/s\].
+    pub rate: f64,
+}
+
+/// A margin that ends a contact's state where it turns negative.
+struct Candidate {
+    margin: Powers,
+    noise: f64,
+    /// Whether it is zero where the window starts.
+    known: bool,
+    met: Met,
+}
+
+impl VaryingSpeed {
+    /// What happens first on a window of some length \[s\].
+    pub(super) fn first_event(
+        &self,
+        (active, standing): (ActiveSet, [ActiveSet; 2]),
+        length: f64,
+        motions: &Motions,
+        counters: &mut Counters,
+    ) -> Option<Found> {
+        let mut first: Option<Found> = None;
+        for contact in 0..self.model.contacts.len() {
+            if self.is_behind(contact, active, motions) {
+                continue;
+            }
+            for candidate in self
+                .candidates(contact, active, standing, length, motions)
+                .into_iter()
+                .flatten()
+            {
+                let limit = first.map_or(1.0, |found| found.place);
+                let Some(place) = self.exit(&candidate, limit, counters) else {
+                    continue;
+                };
+                if first.is_none_or(|first| place < first.place) {
+                    let indentation = self.indentation(contact, motions);
+                    let start = value(&candidate.margin, 0.0);
+                    first = Some(Found {
+                        place,
+                        contact,
+                        met: candidate.met,
+                        stands: place > 0.0 || start.abs() <= candidate.noise,
+                        rate: self.model.contacts[contact].side
+                            * value_and_slope(&indentation, place)[1]
+                            / length,
+                    });
+                }
+            }
+        }
+        first
+    }
+
+    /// Whether an open contact is out of reach while one on the other side of its line is closed.
+    fn is_behind(&self, contact: usize, active: ActiveSet, motions: &Motions) -> bool {
+        let contacts = &self.model.contacts;
+        let opposite = |other: usize| {
+            motions.line_of[other] == motions.line_of[contact]
+                && contacts[other].side == -contacts[contact].side
+        };
+        !active.holds(contact) && active.iter().any(opposite)
+    }
+
+    /// What may end the state of a contact.
+    fn candidates(
+        &self,
+        contact: usize,
+        active: ActiveSet,
+        [crossed, forceless]: [ActiveSet; 2],
+        length: f64,
+        motions: &Motions,
+    ) -> [Option<Candidate>; 2] {
+        let own = &self.model.contacts[contact];
+        let closed = active.holds(contact);
+        let line = motions.line_of[contact];
+        let noise = ROUND_OFF * (motions.sizes[line] + self.model.half_gap);
+        let known = crossed.holds(contact);
+        let inside = if closed { 1.0 } else { -1.0 };
+        // Most contacts are far from any change.
+        let law = &motions.laws[contact];
+        let reach: f64 = (motions.deflections[line][1..].iter().zip(&law.gap[1..]))
+            .map(|(d, b)| d.abs() + b.abs())
+            .sum();
+        let middle = own.side * motions.deflections[line][0] - law.gap[0];
+        if own.release != Release::Force && !known && inside * middle > reach + noise {
+            return [None, None];
+        }
+        let indentation = self.indentation(contact, motions);
+        let signed = |series: &Powers, sign: f64| series.map(|a| sign * a);
+        let surface = |sign: f64, known: bool, met: Met| Candidate {
+            margin: signed(&indentation, sign),
+            noise,
+            known,
+            met,
+        };
+        let compressed = !known && indentation[0] > 0.0;
+        if own.release != Release::Force || !(closed || compressed) {
+            return [Some(surface(inside, known, Met::Surface)), None];
+        }
+        let segment_damping = motions.damping[contact];
+        let push = push(&indentation, law, segment_damping, length);
+        let noise_of_push =
+            noise * (bound(&law.stiffness) + segment_damping * TERMS as f64 / length);
+        let by_force = Candidate {
+            margin: signed(&push, inside),
+            noise: noise_of_push,
+            known: forceless.holds(contact),
+            met: Met::NoForce,
+        };
+        let other = match closed {
+            false => Some(surface(1.0, false, Met::Freedom)),
+            // Beyond a step of line or gap.
+            true if !known && indentation[0] < -noise => Some(surface(1.0, false, Met::Surface)),
+            true => None,
+        };
+        [Some(by_force), other]
+    }
+
+    /// `s δ − b` of a contact \[m\].
+    fn indentation(&self, contact: usize, motions: &Motions) -> Powers {
+        let side = self.model.contacts[contact].side;
+        let deflection = &motions.deflections[motions.line_of[contact]];
+        let gap = &motions.laws[contact].gap;
+        std::array::from_fn(|j| side * deflection[j] - gap[j])
+    }
+
+    /// Where a margin turns negative, up to a place of the window.
+    fn exit(&self, candidate: &Candidate, limit: f64, counters: &mut Counters) -> Option<f64> {
+        let margin = to_legendre(&candidate.margin);
+        if !candidate.known && margin[0] > legendre::variation(&margin) + candidate.noise {
+            counters.certified += 1;
+            return None;
+        }
+        let guard = Guard {
+            margin: Margin {
+                contact: 0,
+                closed: true,
+                scale: 1.0,
+                shift: 0.0,
+            },
+            crossed: candidate.known,
+            gap_error: None,
+        };
+        let found = lanes::first_crossing(
+            self.instructions,
+            &margin,
+            candidate.noise,
+            &[guard],
+            2.0 * limit - 1.0,
+            counters,
+        );
+        found.map(|found| 0.5 * (found.x + 1.0))
+    }
+}
+
+/// `k (s δ − b) + c (s δ' − b')` \[N\].
+fn push(indentation: &Powers, law: &Law, damping: f64, length: f64) -> Powers {
+    std::array::from_fn(|j| {
+        let next = indentation.get(j + 1).copied().unwrap_or(0.0);
+        let spring: f64 = (0..law.stiffness_terms.min(j + 1))
+            .map(|m| law.stiffness[m] * indentation[j - m])
+            .sum();
+        spring + damping * (j + 1) as f64 / length * next
+    })
+}
+
+/// A bound of a series on its window.
+fn bound(series: &Powers) -> f64 {
+    series.iter().map(|a| a.abs()).sum()
+}

@@ -1,0 +1,79 @@
+//! The course of speed and loads over a stretch of time.
+
+use super::powers::{Course, on_window, product, rate, value};
+use super::{VaryingSpeed, place};
+use crate::model::{LOAD_TERMS, LoadTerm};
+
+/// Rotation and loads over a stretch of time, by powers of time \[s\] since its start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stretch {
+    /// Its length \[s\].
+    pub duration: f64,
+    /// Angle that the pinion turns on average \[rad\], 0 at the start.
+    pub turned: Course,
+    /// Load, as a fraction of the rated one.
+    pub load: Course,
+    /// Torques on the pinion's and the wheel's shaft beside that \[N m\], each positive in its own sense of running.
+    pub torques: [Course; 2],
+}
+
+impl Stretch {
+    /// One of constant speed \[rad/s\] and load.
+    pub fn steady(duration: f64, speed: f64, load: f64) -> Self {
+        let mut own = Self {
+            duration,
+            turned: Course::default(),
+            load: Course::default(),
+            torques: [Course::default(); 2],
+        };
+        (own.turned[1], own.load[0]) = (speed, load);
+        own
+    }
+
+    /// The same with the torque on the pinion's shaft that accelerates the whole drive as its course asks; without it where the
+    /// drive does not turn freely.
+    #[must_use]
+    pub fn accelerated(mut self, kernel: &VaryingSpeed) -> Self {
+        if let Some([mobility, _]) = kernel.mobility {
+            let acceleration = rate(&rate(&self.turned));
+            for (torque, a) in self.torques[0].iter_mut().zip(acceleration) {
+                *torque += a / mobility;
+            }
+        }
+        self
+    }
+
+    /// Whether the drive runs forwards all the time: its speed has no zero between places of a fine grid.
+    pub(super) fn runs_forwards(&self) -> bool {
+        const PLACES: u32 = 64;
+        let speed = rate(&self.turned);
+        (0..=PLACES).all(|k| value(&speed, f64::from(k) / f64::from(PLACES) * self.duration) > 0.0)
+    }
+
+    /// Largest speed \[rad/s\], or a bound of it.
+    pub(super) fn fastest(&self) -> f64 {
+        let sizes = rate(&self.turned).map(f64::abs);
+        value(&sizes, self.duration)
+    }
+
+    /// Mesh cycles that pass on a window that starts at a time \[s\], and load terms there, by powers of u.
+    pub(super) fn on_window(
+        &self,
+        kernel: &VaryingSpeed,
+        start: f64,
+        length: f64,
+    ) -> (Course, [Course; LOAD_TERMS]) {
+        let turned = on_window(&self.turned, start, length);
+        let speed = rate(&turned).map(|a| a / length);
+        let mut cycles = turned.map(|a| kernel.cycles_per_radian * a);
+        cycles[0] = 0.0;
+        let mut loads = [Course::default(); LOAD_TERMS];
+        loads[place(LoadTerm::Rated)] = on_window(&self.load, start, length);
+        loads[place(LoadTerm::Constant)][0] = 1.0;
+        loads[place(LoadTerm::Speed)] = speed;
+        loads[place(LoadTerm::SpeedSquared)] = product(&speed, &speed);
+        loads[place(LoadTerm::PinionTorque)] = on_window(&self.torques[0], start, length);
+        loads[place(LoadTerm::WheelTorque)] = on_window(&self.torques[1], start, length);
+        (cycles, loads)
+    }
+}

@@ -1,0 +1,210 @@
+//! At constant speed the motion is that of the other kernels; while it varies, closed forms.
+
+use super::*;
+use crate::model::{Drive, InitialState, OperatingPoint, Release, fixtures};
+use crate::propagate::{Counters, Event, Kernel, Observer, Volterra, Window};
+
+/// Phases of events and what is closed behind them; the mesh period.
+struct Events(Vec<(f64, ActiveSet)>, f64);
+
+impl Observer for Events {
+    const WINDOWS: bool = false;
+
+    fn window(&mut self, _: &Window<'_>) {}
+
+    fn event(&mut self, event: &Event) {
+        self.0
+            .push((event.cycle as f64 + event.time / self.1, event.to));
+    }
+}
+
+/// The same.
+#[derive(Default)]
+struct Phases(Vec<(f64, ActiveSet)>);
+
+impl Watch for Phases {
+    fn event(&mut self, event: &MovingEvent) {
+        self.0.push((event.cycle as f64 + event.phase, event.to));
+    }
+}
+
+fn structure() -> ModalStructure {
+    let mesh = [0.8, 0.6, 0.5, 0.4];
+    let mut own = fixtures::structure(&[0.0, 0.0, 2500.0, 9000.0], 0.02, &mesh, &mesh);
+    own.pinion_torque = Some(vec![16.0, 0.0, 5.0, 3.0]);
+    own.wheel_torque = Some(vec![0.0, -8.0, 2.0, 1.0]);
+    own
+}
+
+fn drives() -> Vec<Drive> {
+    let mut sloping = fixtures::two_level_mesh(1e-5);
+    sloping.mesh[0].stiffness =
+        crate::model::Stiffness::series([4e8, 3e7, -1e7, 4e6, 0.0, 0.0, 0.0, 0.0]);
+    sloping.mesh[1].error =
+        crate::model::FlankError::series([2e-6, 1e-6, -5e-7, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let mut never_pulls = fixtures::two_level_mesh(1e-5);
+    never_pulls.release = Release::Force;
+    let mut both = sloping.clone();
+    both.release = Release::Force;
+    vec![fixtures::two_level_mesh(1e-5), sloping, never_pulls, both]
+}
+
+/// Cut into stretches of any length, a mesh cycle is that of the structured kernel: events and end.
+#[test]
+fn constant_speed_is_the_motion_of_the_other_kernels() {
+    let structure = structure();
+    for (case, drive) in drives().into_iter().enumerate() {
+        let point = fixtures::strong_rattle();
+        let model = Model::new(&structure, &drive, point).unwrap();
+        let mut trajectory = model.start(&InitialState::Static);
+        let kernel = Volterra::new(&model, f64::EPSILON, 1000);
+        let (mut counters, mut met) = (Counters::default(), 0);
+        let mut room = kernel.workspace();
+        let kernels: Vec<VaryingSpeed> = (InstructionSet::available().into_iter())
+            .map(|set| VaryingSpeed::new(&structure, &model, 1000, set).unwrap())
+            .collect();
+        for _ in 0..40 {
+            let mut motions: Vec<Motion> =
+                kernels.iter().map(|own| own.start(&trajectory)).collect();
+            let mut seen = Events(Vec::new(), model.period());
+            kernel
+                .advance(1, &mut trajectory, &mut room, &mut seen, &mut counters)
+                .unwrap();
+            met += seen.0.len();
+            for (own, motion) in kernels.iter().zip(&mut motions) {
+                let (mut room, mut phases) = (own.workspace(), Phases::default());
+                for part in [0.31, 0.009, 0.4, 0.281] {
+                    let stretch = Stretch::steady(part * model.period(), point.speed, point.load);
+                    own.advance(motion, &stretch, &mut room, &mut phases, &mut counters)
+                        .unwrap();
+                }
+                // What the next cycle begins with is not of this one.
+                let end = trajectory.cycle as f64 - 1e-12;
+                phases.0.retain(|(phase, _)| *phase < end);
+                assert_eq!(
+                    phases.0.len(),
+                    seen.0.len(),
+                    "{case}: {:?} {:?}",
+                    phases.0,
+                    seen.0
+                );
+                for ((phase, to), (known, known_to)) in phases.0.iter().zip(&seen.0) {
+                    assert_eq!(to, known_to);
+                    let off = phase - known;
+                    assert!(off.abs() < 2e-12, "{case} {phase}: {off:e}");
+                }
+                let passed = motion.cycle as f64 + motion.phase - trajectory.cycle as f64;
+                assert!(passed.abs() < 1e-14, "{case}: {passed:e}");
+                for (i, (x, known)) in motion.state.iter().zip(&trajectory.state).enumerate() {
+                    let scale = [1e-5, 1e-5 / model.period()][i / model.modes()];
+                    assert!(
+                        (x - known).abs() < 1e-11 * scale,
+                        "{case} {i}: {:e}",
+                        (x - known) / scale
+                    );
+                }
+            }
+        }
+        assert!(met > 60, "{case}: {met}");
+    }
+}
+
+/// Two rigid gears in lasting contact, accelerated at the pinion: the mesh bears the load and turns the wheel.
+#[test]
+fn acceleration_loads_the_mesh() {
+    let (a, b) = (0.8, 0.6);
+    let mut structure = fixtures::structure(&[0.0, 0.0], 0.0, &[a, b], &[a, b]);
+    // Pitch radius 20 mm of the pinion, 30 mm of the wheel.
+    let radii = [0.02, 0.03];
+    structure.pinion_torque = Some(vec![a / radii[0], 0.0]);
+    structure.wheel_torque = Some(vec![0.0, -b / radii[1]]);
+    let drive = Drive {
+        damping: 5e4,
+        ..fixtures::constant_mesh(1e-5, 4e8)
+    };
+    let point = OperatingPoint {
+        load: 0.5,
+        speed: 60.0,
+    };
+    let model = Model::new(&structure, &drive, point).unwrap();
+    let kernel = VaryingSpeed::new(&structure, &model, 100, InstructionSet::best()).unwrap();
+    // Moments of inertia: mass along the line of action 1/a² and 1/b².
+    let inertia = [radii[0].powi(2) / (a * a), radii[1].powi(2) / (b * b)];
+    let ratio = radii[0] / radii[1];
+    let reduced = inertia[0] + ratio * ratio * inertia[1];
+    let found = 1.0 / kernel.mean_acceleration([1.0, 0.0]).unwrap();
+    assert!((found / reduced - 1.0).abs() < 1e-13, "{found} {reduced}");
+    // A load on the wheel acts as one on the pinion, by the ratio of teeth.
+    let of_wheel = kernel.mean_acceleration([0.0, 1.0]).unwrap() * reduced;
+    assert!((of_wheel - ratio).abs() < 1e-13, "{of_wheel}");
+
+    struct Last(f64);
+    impl Watch for Last {
+        fn window(&mut self, window: &MovingWindow<'_>) {
+            self.0 = value(&window.mesh_force(), window.part);
+        }
+    }
+    let acceleration = 400.0;
+    let mut stretch = Stretch::steady(0.5, point.speed, point.load);
+    stretch.turned[2] = 0.5 * acceleration;
+    let stretch = stretch.accelerated(&kernel);
+    let mut motion = kernel.start(&model.start(&InitialState::Static));
+    let (mut last, mut counters) = (Last(0.0), Counters::default());
+    kernel
+        .advance(
+            &mut motion,
+            &stretch,
+            &mut kernel.workspace(),
+            &mut last,
+            &mut counters,
+        )
+        .unwrap();
+    let exact = point.load * structure.rated_force + inertia[1] * acceleration * ratio / radii[1];
+    assert!((last.0 / exact - 1.0).abs() < 1e-10, "{} {exact}", last.0);
+    // 60 rad/s over 0.5 s and half of 400 rad/s² over it: 80 rad.
+    let cycles = motion.cycle as f64 + motion.phase;
+    assert!(
+        (cycles / (80.0 * 20.0 / TAU) - 1.0).abs() < 1e-14,
+        "{cycles}"
+    );
+}
+
+/// A drive that comes to rest, or a state that is no motion, ends the integration.
+#[test]
+fn what_cannot_go_on_stops() {
+    let structure = structure();
+    let drive = fixtures::two_level_mesh(1e-5);
+    let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+    let kernel = VaryingSpeed::new(&structure, &model, 2, InstructionSet::best()).unwrap();
+    let start = model.start(&InitialState::Static);
+    let advanced = |stretch: &Stretch, motion: &mut Motion| {
+        let mut counters = Counters::default();
+        kernel.advance(
+            motion,
+            stretch,
+            &mut kernel.workspace(),
+            &mut (),
+            &mut counters,
+        )
+    };
+    let mut braked = Stretch::steady(0.1, 10.0, 0.1);
+    braked.turned[2] = -51.0;
+    let found = advanced(&braked, &mut kernel.start(&start));
+    assert_eq!(found, Err(crate::propagate::Stop::Backwards { cycle: 0 }));
+    let mut lost = kernel.start(&start);
+    lost.state[3] = f64::NAN;
+    let steady = Stretch::steady(0.1, 1200.0, 0.05);
+    let found = advanced(&steady, &mut lost);
+    assert!(
+        matches!(found, Err(crate::propagate::Stop::Diverged { .. })),
+        "{found:?}"
+    );
+    let found = advanced(&steady, &mut kernel.start(&start));
+    assert!(
+        matches!(
+            found,
+            Err(crate::propagate::Stop::EventStorm { limit: 2, .. })
+        ),
+        "{found:?}"
+    );
+}

@@ -1,0 +1,305 @@
+//! The motion on one window, as power series.
+//!
+//! Between breakpoints and events `z' = A z + s(t) − Σ g F`, with forces `F = k (δ − s b) + c (δ' − s b')` of the closed
+//! contacts and deflections `δ = w·z − e`. Stiffness, gaps, errors and loads are power series of `u = t/h`, whatever course the speed takes,
+//! and so is the motion: coefficient j + 1 of z follows from those up to j. Windows are so short that 24 terms leave out what
+//! round-off would.
+
+use super::powers::{COURSE_TERMS, Course, Powers};
+use super::system::{Gains, Rows, System, Wave};
+use crate::model::LOAD_TERMS;
+use crate::propagate::vectors::{Aligned, InstructionSet, LANES, TERMS, Vector, for_each_set};
+
+/// A closed contact on a window.
+#[derive(Debug, Clone, Copy)]
+pub struct Closed {
+    /// Its place among the contacts.
+    pub contact: usize,
+    /// Its line.
+    pub line: usize,
+    /// Its direction.
+    pub direction: usize,
+    /// +1 or −1.
+    pub side: f64,
+    /// c \[N s/m\].
+    pub damping: f64,
+}
+
+/// Stiffness and gap of a contact on a window.
+#[derive(Debug, Clone, Copy)]
+pub struct Law {
+    /// k \[N/m\].
+    pub stiffness: Powers,
+    /// Terms of it.
+    pub stiffness_terms: usize,
+    /// b \[m\].
+    pub gap: Powers,
+}
+
+impl Law {
+    /// Nothing.
+    pub const ZERO: Self = Self {
+        stiffness: [0.0; TERMS],
+        stiffness_terms: 1,
+        gap: [0.0; TERMS],
+    };
+}
+
+/// What drives a window.
+#[derive(Debug, Clone, Copy)]
+pub struct Task {
+    /// Its length \[s\].
+    pub length: f64,
+    /// What each load term is there.
+    pub loads: [Course; LOAD_TERMS],
+}
+
+/// The series of a window, and what they are made of.
+#[derive(Debug, Clone)]
+pub struct Motions {
+    /// First and second components of the blocks: padded rows, one a power of u.
+    pub components: [Aligned; 2],
+    /// Deflections of the lines in use \[m\].
+    pub deflections: Vec<Powers>,
+    /// Their rates \[m/s\].
+    pub rates: Vec<Powers>,
+    /// Sum of the sizes of a deflection's parts where the window starts \[m\].
+    pub sizes: Vec<f64>,
+    /// Errors of the lines and their rates.
+    pub errors: Vec<[Powers; 2]>,
+    /// Cosine and sine of every wave.
+    pub waves: Vec<[Powers; 2]>,
+    /// Factors of the ripples.
+    pub ripples: Vec<Powers>,
+    /// Lines in use, each with a direction along it.
+    pub lines: Vec<[usize; 2]>,
+    /// Line of every contact.
+    pub line_of: Vec<usize>,
+    /// Damping of every contact \[N s/m\].
+    pub damping: Vec<f64>,
+    /// The closed contacts.
+    pub closed: Vec<Closed>,
+    /// Force of each of these \[N\].
+    pub forces: Vec<Powers>,
+    /// Laws of all contacts.
+    pub laws: Vec<Law>,
+}
+
+/// `Σ factor · wave`.
+pub fn sum_of_waves(parts: &[Wave], waves: &[[Powers; 2]]) -> Powers {
+    let mut out = [0.0; TERMS];
+    for part in parts {
+        let [cos, sin] = &waves[part.wave];
+        for (j, sum) in out.iter_mut().enumerate() {
+            *sum += part.cos * cos[j] + part.sin * sin[j];
+        }
+    }
+    out
+}
+
+/// Cosine and sine of `start + Σ angle u^k` \[rad\]; the constant of `angle` does not count.
+pub fn wave(start: f64, angle: &Course) -> [Powers; 2] {
+    let (mut cos, mut sin) = ([0.0; TERMS], [0.0; TERMS]);
+    (sin[0], cos[0]) = start.sin_cos();
+    let slopes: [f64; COURSE_TERMS - 1] = std::array::from_fn(|m| (m + 1) as f64 * angle[m + 1]);
+    for j in 0..TERMS - 1 {
+        let [mut c, mut s] = [0.0; 2];
+        for (m, slope) in slopes.iter().enumerate().take(j + 1) {
+            c -= slope * sin[j - m];
+            s += slope * cos[j - m];
+        }
+        let share = 1.0 / (j + 1) as f64;
+        (cos[j + 1], sin[j + 1]) = (share * c, share * s);
+    }
+    [cos, sin]
+}
+
+/// `Σ rows · components` at a power of u; rows without entries are zero.
+#[inline(always)]
+fn along<V: Vector>(rows: [&[f64]; 2], components: [&[f64]; 2]) -> f64 {
+    let mut sums = [V::zero(); 2];
+    for part in 0..2 {
+        for at in (0..rows[part].len()).step_by(LANES) {
+            let component = V::read(&components[part][at..]);
+            sums[part] = V::read(&rows[part][at..]).multiply_add(component, sums[part]);
+        }
+    }
+    sums[0].plus(sums[1]).sum()
+}
+
+/// `Σ |row · component|`.
+#[inline(always)]
+fn size_along<V: Vector>(rows: [&[f64]; 2], components: [&[f64]; 2]) -> f64 {
+    let mut sum = V::zero();
+    for part in 0..2 {
+        for at in (0..rows[part].len()).step_by(LANES) {
+            let component = V::read(&components[part][at..]);
+            sum = sum.plus(V::read(&rows[part][at..]).times(component).size());
+        }
+    }
+    sum.sum()
+}
+
+for_each_set! {
+    /// The series of a window from the components at its start, which are the first of `own`.
+    fn expand(system: &System, task: &Task, own: &mut Motions) = expand_body
+}
+
+#[inline(always)]
+fn expand_body<V: Vector>(system: &System, task: &Task, own: &mut Motions) {
+    let n = system.padded;
+    let none: &[f64] = &[];
+    for j in 0..TERMS {
+        let now = [
+            &own.components[0][j * n..(j + 1) * n],
+            &own.components[1][j * n..(j + 1) * n],
+        ];
+        for &[line, direction] in &own.lines {
+            let Gains {
+                deflection, rate, ..
+            } = &system.directions[direction];
+            let (mut seen, mut moved): ([&[f64]; 2], [&[f64]; 2]) =
+                ([&deflection[0], none], [none, &deflection[0]]);
+            if !system.modal {
+                seen = [&deflection[0], &deflection[1]];
+                moved = [&rate[0], &rate[1]];
+            }
+            let error = &own.errors[line];
+            if j == 0 {
+                own.sizes[line] = size_along::<V>(seen, now) + error[0][0].abs();
+            }
+            own.deflections[line][j] = along::<V>(seen, now) - error[0][j];
+            own.rates[line][j] = along::<V>(moved, now) - error[1][j];
+        }
+        for k in 0..own.closed.len() {
+            let Closed {
+                contact,
+                line,
+                side,
+                damping,
+                ..
+            } = own.closed[k];
+            let law = &own.laws[contact];
+            let mut rate = own.rates[line][j];
+            if j + 1 < TERMS {
+                rate -= side * (j + 1) as f64 / task.length * law.gap[j + 1];
+            }
+            let mut sum = damping * rate;
+            for m in 0..law.stiffness_terms.min(j + 1) {
+                sum += law.stiffness[m] * (own.deflections[line][j - m] - side * law.gap[j - m]);
+            }
+            own.forces[k][j] = sum;
+        }
+        if j + 1 < TERMS {
+            step::<V>(system, task, own, j);
+        }
+    }
+}
+
+/// Coefficient j + 1 of the components.
+#[inline(always)]
+fn step<V: Vector>(system: &System, task: &Task, own: &mut Motions, j: usize) {
+    let n = system.padded;
+    let share = V::splat(task.length / (j + 1) as f64);
+    let [a, b, c, d] = &system.generator;
+    let [first, second] = &mut own.components;
+    let (before, after) = first.split_at_mut((j + 1) * n);
+    let (x, next_x) = (&before[j * n..], &mut after[..n]);
+    let (before, after) = second.split_at_mut((j + 1) * n);
+    let (y, next_y) = (&before[j * n..], &mut after[..n]);
+    let modal = system.modal;
+    for at in (0..n).step_by(LANES) {
+        let (x, y) = (V::read(&x[at..]), V::read(&y[at..]));
+        let mut rates = [y, V::read(&c[at..]).times(x)];
+        rates[1] = V::read(&d[at..]).multiply_add(y, rates[1]);
+        if !modal {
+            rates[0] = V::read(&a[at..]).multiply_add(x, V::read(&b[at..]).times(y));
+        }
+        for k in 0..own.closed.len() {
+            let input = &system.directions[own.closed[k].direction].input;
+            add::<V>(input, -own.forces[k][j], at, modal, &mut rates);
+        }
+        if j < COURSE_TERMS {
+            for k in 0..LOAD_TERMS {
+                if let Some(input) = &system.loads[k] {
+                    add::<V>(input, task.loads[k][j], at, modal, &mut rates);
+                }
+            }
+        }
+        for k in 0..system.ripples.len() {
+            add::<V>(&system.ripples[k], own.ripples[k][j], at, modal, &mut rates);
+        }
+        rates[0].times(share).write(&mut next_x[at..]);
+        rates[1].times(share).write(&mut next_y[at..]);
+    }
+}
+
+/// Adds an input to the rates of a lane group; of modes it acts on velocities alone.
+#[inline(always)]
+fn add<V: Vector>(rows: &Rows, factor: f64, at: usize, modal: bool, rates: &mut [V; 2]) {
+    let factor = V::splat(factor);
+    rates[1] = V::read(&rows[1][at..]).multiply_add(factor, rates[1]);
+    if !modal {
+        rates[0] = V::read(&rows[0][at..]).multiply_add(factor, rates[0]);
+    }
+}
+
+for_each_set! {
+    /// The components at a place of the window, padded, into the first power's rows.
+    fn move_to(place: f64, padded: usize, components: &mut [Aligned; 2]) = move_to_body
+}
+
+#[inline(always)]
+fn move_to_body<V: Vector>(place: f64, padded: usize, components: &mut [Aligned; 2]) {
+    let place = V::splat(place);
+    for own in components {
+        for at in (0..padded).step_by(LANES) {
+            let mut sum = V::zero();
+            for j in (0..TERMS).rev() {
+                sum = sum.multiply_add(place, V::read(&own[j * padded + at..]));
+            }
+            sum.write(&mut own[at..]);
+        }
+    }
+}
+
+for_each_set! {
+    /// `Σ rows · components` as a series.
+    fn seen_along(rows: [&[f64]; 2], components: &[Aligned; 2], out: &mut Powers) = seen_along_body
+}
+
+#[inline(always)]
+fn seen_along_body<V: Vector>(rows: [&[f64]; 2], components: &[Aligned; 2], out: &mut Powers) {
+    let n = rows[0].len();
+    for (j, out) in out.iter_mut().enumerate() {
+        let now = [
+            &components[0][j * n..(j + 1) * n],
+            &components[1][j * n..(j + 1) * n],
+        ];
+        *out = along::<V>(rows, now);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::propagate::varying_speed::powers::value;
+
+    #[test]
+    fn waves_of_chirps_are_their_closed_forms() {
+        let angle = [0.0, 0.9, -0.03, 0.01, 0.005];
+        let [cos, sin] = wave(0.4, &angle);
+        for u in [0.0, 0.3, 0.7, 1.0] {
+            let exact = (0.4 + value(&angle, u)).sin_cos();
+            assert!((value(&cos, u) - exact.1).abs() < 1e-14);
+            assert!((value(&sin, u) - exact.0).abs() < 1e-14);
+        }
+        let parts = [Wave {
+            wave: 0,
+            cos: 2.0,
+            sin: -1.0,
+        }];
+        let sum = sum_of_waves(&parts, &[[cos, sin]]);
+        assert_eq!(sum[3], 2.0 * cos[3] - sin[3]);
+    }
+}

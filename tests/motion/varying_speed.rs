@@ -1,0 +1,69 @@
+//! A drive whose speed grows, against the integrator in extended precision, and slow growth against fixed speeds.
+
+#![allow(clippy::unwrap_used)]
+
+use crate::common;
+use common::advance::settled;
+use gearatlas::analysis::EnergyNorm;
+use gearatlas::model::{ActiveSet, Model};
+use gearatlas::propagate::varying_speed::{MovingEvent, Stretch, VaryingSpeed, Watch};
+use gearatlas::propagate::{Counters, InstructionSet};
+use gearatlas::reference::Extended;
+
+/// Events: cycle, phase, closed contacts behind.
+#[derive(Default)]
+struct Events(Vec<(u64, f64, ActiveSet)>);
+
+impl Watch for Events {
+    fn event(&mut self, event: &MovingEvent) {
+        self.0.push((event.cycle, event.phase, event.to));
+    }
+}
+
+/// One mesh cycle of a growing speed after another, each from the state of the last: events and ends. The growth of 5 % a
+/// cycle is far beyond that of test benches.
+#[test]
+fn growing_speed_is_exact_to_round_off() {
+    let drives = [
+        ("one degree", common::one_degree()),
+        ("six modes", common::six_modes()),
+        ("forty modes", common::forty_modes()),
+    ];
+    for (name, drive) in drives {
+        let model = common::model(&drive);
+        let kernel = VaryingSpeed::new(&drive.0, &model, 1000, InstructionSet::best()).unwrap();
+        let (period, growth) = (model.period(), 0.05);
+        // ṡ = 1 + a t passes one period T after τ = (√(1 + 2 a T) − 1)/a.
+        let a = growth / period;
+        let duration = 2.0 * period / (1.0 + (1.0 + 2.0 * growth).sqrt());
+        let speed = 1.0 / (kernel.cycles_per_radian() * period);
+        let mut stretch = Stretch::steady(duration, speed, model.load);
+        stretch.turned[2] = 0.5 * a * speed;
+        let extended = Extended::new(&model).accelerated(a);
+        let mut start = settled(&model, 40);
+        let (mut state, mut time, mut events) = (0.0f64, 0.0f64, 0);
+        for _ in 0..40 {
+            let exact = extended.advance(&start, 1).unwrap();
+            let mut motion = kernel.start(&start);
+            let (mut seen, mut counters) = (Events::default(), Counters::default());
+            let mut room = kernel.workspace();
+            kernel
+                .advance(&mut motion, &stretch, &mut room, &mut seen, &mut counters)
+                .unwrap();
+            assert_eq!(seen.0.len(), exact.crossings.len(), "{name}");
+            for ((_, phase, to), known) in seen.0.iter().zip(&exact.crossings) {
+                assert_eq!(*to, known.to, "{name}");
+                time = time.max((phase - known.time.value() / period).abs());
+            }
+            let norm = EnergyNorm::new(&model);
+            let off = norm.length(&exact.difference(&motion.state)) / norm.unit();
+            state = state.max(off);
+            events += seen.0.len();
+            start = exact.end();
+        }
+        println!("{name}: state {state:.1e}, event phase {time:.1e}, {events} events");
+        assert!(events > 40, "{name} does not rattle");
+        assert!(state < 1e-12, "{name}: {state:e}");
+        assert!(time < 1e-12, "{name}: {time:e}");
+    }
+}
