@@ -32,9 +32,11 @@ mod resonances;
 mod retry;
 pub mod run;
 mod run_args;
+pub mod runup;
 pub mod sensitivity;
 pub mod show;
 mod size;
+pub mod sound;
 mod status;
 mod structure;
 pub mod table;
@@ -104,6 +106,10 @@ enum Command {
     Sensitivity(sensitivity::SensitivityArgs),
     /// Record the trajectory of one point with its events
     Trace(trace::TraceArgs),
+    /// Run one drive up or down in speed, and write order tracks, levels and spectra
+    Runup(runup::RunupArgs),
+    /// Write a signal of a run-up as a WAV file
+    Sound(sound::SoundArgs),
     /// Measure memory, arithmetic and kernels of this machine
     Machine(machine::MachineArgs),
     /// Compute and keep the mesh table of a manifest's gears; `atlas plot` draws it
@@ -150,6 +156,8 @@ fn carry_out() -> ExitCode {
         Command::Export(args) => export::run(&args),
         Command::Sensitivity(args) => sensitivity::run(&args),
         Command::Trace(args) => trace::run(&args),
+        Command::Runup(args) => runup::run(&args),
+        Command::Sound(args) => sound::run(&args),
         Command::Machine(args) => machine::run(&args),
         Command::Table(args) => table::run(&args),
         Command::Verify(args) => verify::run(&args),

@@ -11,8 +11,10 @@ mod error;
 mod format;
 mod request;
 mod survey;
+mod wav;
 
 pub use error::ExportError;
 pub use format::{Format, Lists};
 pub use request::{ExportRequest, Exported, export, survey_folder};
 pub use survey::{Surveyed, SurveyedColumn};
+pub use wav::{SoundError, WavFile, WavRequest, write_wav};

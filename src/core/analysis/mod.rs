@@ -34,6 +34,7 @@ mod power;
 mod power_outcome;
 mod precision;
 mod recurrence;
+pub mod run_up;
 pub mod sensitivity;
 mod signal;
 mod spectrum;

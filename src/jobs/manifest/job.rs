@@ -4,7 +4,7 @@ use super::axis::{AxisKey, AxisValues};
 use super::expand::PointResolver;
 use super::grid_dimension::GridDimension;
 use super::points::Points;
-use super::spec::{Axis, Carried, ContinuationSpec, PointSpec, Refine};
+use super::spec::{Axis, Carried, ContinuationSpec, PointSpec, Refine, RunUpSpec};
 use super::{ManifestText, Warnings};
 
 /// A whole job.
@@ -39,6 +39,8 @@ pub struct Job {
     pub between: PointResolver,
     /// What orbits are followed over, where that is asked for.
     pub continuation: Option<ContinuationSpec>,
+    /// The run-up, where one is asked for.
+    pub run_up: Option<RunUpSpec>,
 }
 
 impl Job {

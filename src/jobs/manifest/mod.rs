@@ -214,6 +214,8 @@ fn judge(
         retained,
     );
 
+    let run_up =
+        sections::read_run_up(&Section::root(&tree, schema::MANIFEST), &mut issues);
     operating_point::check(&axes.valid, judged.variants(), &mut issues);
     if let Some(start) = syntax_error {
         keep_certain(&mut issues, source, start);
@@ -253,6 +255,7 @@ fn judge(
                 between,
                 points,
                 continuation: continuation.flatten(),
+                run_up: run_up.flatten(),
             })
         }
         _ => Err(ManifestErrors::new(issues)),

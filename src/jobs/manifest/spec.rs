@@ -2,10 +2,12 @@
 //! validated. Everything is SI; nothing here knows how it was typed.
 
 mod continuation;
+mod run_up;
 mod mesh;
 mod refine;
 
 pub use continuation::ContinuationSpec;
+pub use run_up::RunUpSpec;
 pub use mesh::{CoastSpec, DampingSpec, FrictionSpec, MeshSpec, StiffnessSpec, TwoLevels};
 pub use refine::{Criterion, Refine};
 

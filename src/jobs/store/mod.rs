@@ -53,6 +53,7 @@ mod refined;
 mod reorder;
 mod replace;
 mod run;
+mod run_up;
 mod table;
 mod table_cache;
 mod table_kind;
@@ -101,6 +102,10 @@ pub use replace::{Exchange, replace, statuses};
 pub use run::{
     KernelRecord, MachineRecord, PlacementRecord, ProgramRecord, RetryRecord, RunRecord, RunState,
     ShardRecord, Totals, mixed, run_path, write_run,
+};
+pub use run_up::{
+    contact_changes_table, levels_table, order_tracks_table, signals_table, spectrogram_table,
+    write_run_up,
 };
 pub use table::{Column, Table};
 pub use table_cache::{

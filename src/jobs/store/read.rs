@@ -369,7 +369,12 @@ impl ResultTable {
 pub fn present_tables(folder: &Path) -> Result<Vec<TableKind>, StoreError> {
     let mut named: Vec<TableRecord> = Vec::new();
     // One table of each command that writes a record.
-    for kind in [TableKind::Points, TableKind::Branches, TableKind::Trace] {
+    for kind in [
+        TableKind::Points,
+        TableKind::Branches,
+        TableKind::Trace,
+        TableKind::Signals,
+    ] {
         named.extend(recorded(folder, kind)?.unwrap_or_default());
     }
     let is_there = |kind: &&TableKind| {

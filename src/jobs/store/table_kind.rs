@@ -7,6 +7,9 @@ pub(super) const FOLLOW_RECORD: &str = "follow.json";
 /// What vouches for the tables of `atlas trace`.
 pub(super) const TRACE_RECORD: &str = "trace.json";
 
+/// What vouches for the tables of `atlas runup`.
+pub(super) const RUNUP_RECORD: &str = "runup.json";
+
 /// A result table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
 #[strum(serialize_all = "snake_case", suffix = ".parquet")]
@@ -41,6 +44,16 @@ pub enum TableKind {
     Trace,
     /// One row a change of contact state of a traced trajectory.
     Events,
+    /// One row an instant of a run-up.
+    Signals,
+    /// One row an order of a signal at a speed of a run-up.
+    OrderTracks,
+    /// One row a signal at a speed of a run-up.
+    Levels,
+    /// One row a spectrum of a signal at a time of a run-up.
+    Spectrogram,
+    /// One row an opening or closing of a contact in a run-up.
+    ContactChanges,
 }
 
 impl TableKind {
@@ -63,6 +76,11 @@ impl TableKind {
         match self {
             Self::Branches | Self::Bifurcations | Self::Curves => Some(FOLLOW_RECORD),
             Self::Trace | Self::Events => Some(TRACE_RECORD),
+            Self::Signals
+            | Self::OrderTracks
+            | Self::Levels
+            | Self::Spectrogram
+            | Self::ContactChanges => Some(RUNUP_RECORD),
             _ => None,
         }
     }
@@ -90,6 +108,11 @@ impl TableKind {
             Self::Horizon => "add `lyapunov = {}` and `horizon = {}` to [analyses] of the manifest",
             Self::Branches | Self::Bifurcations | Self::Curves => "`atlas follow` writes it",
             Self::Trace | Self::Events => "`atlas trace` writes it",
+            Self::Signals
+            | Self::OrderTracks
+            | Self::Levels
+            | Self::Spectrogram
+            | Self::ContactChanges => "`atlas runup` writes it",
         }
     }
 

@@ -40,15 +40,17 @@ impl EventRow {
         self.event.time / self.period
     }
 
-    fn kind(&self) -> &'static str {
-        match (self.event.contact, self.event.closes()) {
-            (DRIVE_FLANK, true) => "drive_entry",
-            (DRIVE_FLANK, false) => "drive_release",
-            (COAST_FLANK, true) => "coast_entry",
-            (COAST_FLANK, false) => "coast_release",
-            (_, true) => "entry",
-            (_, false) => "release",
-        }
+}
+
+/// What a contact does as it closes or opens.
+pub(super) fn event_kind(contact: usize, closes: bool) -> &'static str {
+    match (contact, closes) {
+        (DRIVE_FLANK, true) => "drive_entry",
+        (DRIVE_FLANK, false) => "drive_release",
+        (COAST_FLANK, true) => "coast_entry",
+        (COAST_FLANK, false) => "coast_release",
+        (_, true) => "entry",
+        (_, false) => "release",
     }
 }
 
@@ -91,7 +93,7 @@ pub fn trace_table(modal: bool, outputs: &[[String; 2]]) -> Table<TraceSample> {
 }
 
 /// `bearing_pinion_1_x`, a number behind the second of two outputs of one name.
-fn column_names(outputs: &[[String; 2]]) -> Vec<String> {
+pub(super) fn column_names(outputs: &[[String; 2]]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for [signal, _] in outputs {
         let base = signal.replace(' ', "_");
@@ -109,7 +111,7 @@ pub fn events_table() -> Table<EventRow> {
         f64 "time", "s", (row.event.cycle as f64 + row.phase()) * row.period, TIME;
         u64 "cycle", "mesh cycles", row.event.cycle, CYCLE;
         f64 "phase", "1", row.phase(), PHASE;
-        text "kind", "", row.kind(),
+        text "kind", "", event_kind(row.event.contact, row.event.closes()),
             "drive_entry, drive_release, coast_entry or coast_release; entry or release of a further contact";
         f64 "rate", "m/s", row.event.rate, "Rate of the deflection at the event, along the line of the contact";
         u64 "contact", "", row.event.contact as u64 + 1,

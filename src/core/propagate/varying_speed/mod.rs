@@ -16,7 +16,7 @@ mod watch;
 mod window;
 
 pub use advance::Workspace;
-pub use powers::{COURSE_TERMS, Course, Powers, value};
+pub use powers::{COURSE_TERMS, Course, Powers, value, value_and_slope};
 pub use stretch::Stretch;
 pub use watch::{MovingEvent, MovingSignal, MovingWindow, Watch};
 

@@ -199,6 +199,25 @@ impl MovingSignal {
         meshes.chain(bearings).chain(outputs).collect()
     }
 
+    /// Whether it is the deflection of the first mesh, or its force; none of all else.
+    pub fn first_mesh(&self) -> Option<bool> {
+        match self.place {
+            Place::Deflection(DRIVE_FLANK) => Some(true),
+            Place::FirstForce => Some(false),
+            _ => None,
+        }
+    }
+
+    /// Its name in tables, `deflection`, `force` or the quantity with its place, and its unit.
+    pub fn named(&self) -> [String; 2] {
+        let name = match self.first_mesh() {
+            Some(true) => "deflection".to_owned(),
+            Some(false) => "force".to_owned(),
+            None => format!("{} {}", self.quantity.name(), self.name),
+        };
+        [name, self.quantity.unit().to_owned()]
+    }
+
     /// Its series on a window.
     pub fn on(&self, window: &MovingWindow<'_>) -> Powers {
         match self.place {

@@ -52,6 +52,10 @@ pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, St
         let why = "is only used by `atlas follow`, not by `atlas run`";
         found.push(("continuation".to_owned(), why.to_owned()));
     }
+    if job.run_up.is_some() {
+        let why = "is only used by `atlas runup`, not by `atlas run`";
+        found.push(("runup".to_owned(), why.to_owned()));
+    }
     if first.load == 0.0
         && job
             .axes

@@ -315,6 +315,9 @@ fn surroundings(path: &str) -> String {
             );
         }
         "grid.displacement" => put("[grid]", "[grid]\norder = \"sweep-up\"\nalong = \"speed\""),
+        _ if path.starts_with("runup.") => {
+            text.push_str("[runup]\nspeed = { from = 10, to = 20, in = 1 }\n");
+        }
         "continuation.curves" => text.push_str("[continuation]\nsecond = \"load\"\n"),
         _ if path.starts_with("continuation.states.") => {
             let still = ["0"; 12].join(", ");
@@ -393,7 +396,8 @@ fn hash(text: &str) -> String {
     match manifest::parse(text, "test.toml", root()) {
         // What is followed changes no result of a run, and so not the hash.
         Ok(job) => {
-            blake3::hash(format!("{} {:?}", job.hash, job.continuation).as_bytes()).to_string()
+            let others = format!("{} {:?} {:?}", job.hash, job.continuation, job.run_up);
+            blake3::hash(others.as_bytes()).to_string()
         }
         Err(errors) => errors.to_string(),
     }

@@ -114,7 +114,7 @@ fn orders(table: &Section, issues: &mut Issues) -> Option<OrderConfig> {
     })
 }
 
-fn signals(table: &Section, issues: &mut Issues) -> Option<Signals> {
+pub(super) fn signals(table: &Section, issues: &mut Issues) -> Option<Signals> {
     let words = table.choices_or_default(issues, "signals")?;
     Some(Signals {
         deflection: words.contains(&"deflection"),

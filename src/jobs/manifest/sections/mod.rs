@@ -21,6 +21,7 @@ mod optional;
 mod orbits;
 mod poincare;
 mod run;
+mod runup;
 mod shafts;
 mod slice;
 mod slices;
@@ -43,6 +44,7 @@ use backlash::Surroundings;
 pub(super) use continuation::read as read_continuation;
 use drive_kind::DriveKind;
 pub(super) use job::read as read_job;
+pub(super) use runup::read as read_run_up;
 
 /// Whether a tier feels a key of `[shafts]` or of one shaft.
 pub(super) fn feels(tier: Tier, key: &str) -> bool {

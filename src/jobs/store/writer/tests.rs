@@ -513,6 +513,11 @@ fn columns_units_and_descriptions() {
             TableKind::Curves => curves_table(&layout().axes).listing(),
             TableKind::Trace => trace_table(true, &outputs()).listing(),
             TableKind::Events => events_table().listing(),
+            TableKind::Signals => signals_table(&outputs()).listing(),
+            TableKind::OrderTracks => order_tracks_table().listing(),
+            TableKind::Levels => levels_table().listing(),
+            TableKind::Spectrogram => spectrogram_table().listing(),
+            TableKind::ContactChanges => contact_changes_table().listing(),
         };
         let name = kind.file_name().strip_suffix(".parquet").unwrap();
         insta::assert_snapshot!(name, listed);

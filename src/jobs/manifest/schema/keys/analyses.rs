@@ -11,7 +11,7 @@ pub(in crate::manifest) const FEWEST_CYCLES: u64 = 320;
 const ABSENT: &str = "not computed";
 
 /// What spectra and orders may be taken of.
-const SIGNALS: &[&str] = &[
+pub(super) const SIGNALS: &[&str] = &[
     "deflection",
     "force",
     "bearings",

@@ -12,6 +12,7 @@ mod modal_file;
 mod model;
 mod rolling;
 mod run;
+mod runup;
 mod shafts;
 mod train;
 
@@ -36,6 +37,7 @@ pub(in crate::manifest) static MANIFEST: Schema = &[
     run::KEYS,
     analyses::KEYS,
     continuation::KEYS,
+    runup::KEYS,
 ];
 
 /// The keys of a modal file.

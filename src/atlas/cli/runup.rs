@@ -1,0 +1,177 @@
+//! `atlas runup m.toml`: one run-up or run-down, as a test bench records it.
+
+use super::manifest_args::ManifestArgs;
+use super::point::{self, PointArg};
+use super::process::{NOTHING_WRITTEN, Process, begin_writing};
+use super::table::TablesFolder;
+use super::threads::Threads;
+use super::{BAD_INPUT, FAILED_POINTS, INTERRUPTED, answer, fail, start_threads};
+use crate::analysis::run_up::{RunUp, RunUpConfig};
+use crate::manifest::Job;
+use crate::report::to_digits;
+use crate::store::{TableKind, table_path, write_run_up};
+use crate::sweep::{PointRunUp, Prepared, RunUpError};
+use clap::Args;
+use serde_json::json;
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Arguments of `atlas runup`.
+#[derive(Debug, Args)]
+pub struct RunupArgs {
+    #[command(flatten)]
+    manifest: ManifestArgs,
+    #[command(flatten)]
+    point: PointArg,
+    /// Write the files to this folder [default: results/JOB/runup-POINT].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replace files that already exist.
+    #[arg(long)]
+    pub overwrite: bool,
+    #[command(flatten)]
+    threads: Threads,
+    #[command(flatten)]
+    tables: TablesFolder,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Runs one drive up: status 0 when done, 2 for bad input, 3 where the motion could not be integrated to the end, 130 when
+/// interrupted.
+pub fn run(args: &RunupArgs) -> ExitCode {
+    let job = match args.manifest.admit() {
+        Ok(job) => job,
+        Err(status) => return status,
+    };
+    let Some(spec) = &job.run_up else {
+        let remedy = "the manifest has no table [runup]; add `[runup]` with `speed = { from = \"600 rpm\", to = \"6000 rpm\", in = \"10 s\" }`";
+        return fail(BAD_INPUT, remedy);
+    };
+    // The speed of a point is of no effect: without a choice, the first point serves.
+    let chosen = if args.point.text.is_empty() { "0" } else { &args.point.text };
+    let point = match point::admit(&job, chosen) {
+        Ok(point) => point,
+        Err(status) => return status,
+    };
+    let folder = args.out.clone().unwrap_or_else(|| {
+        let name = match args.point.text.as_str() {
+            "" => "runup".to_owned(),
+            _ => format!("runup-{}", point.label),
+        };
+        Path::new("results").join(&job.name).join(name)
+    });
+    let signals = table_path(&folder, TableKind::Signals, None);
+    if signals.exists() && !args.overwrite {
+        let message = format!(
+            "`{}` already exists; choose another folder with --out, or replace the run-up with --overwrite",
+            signals.display()
+        );
+        return fail(BAD_INPUT, &message);
+    }
+    let process = match Process::prepare(NOTHING_WRITTEN) {
+        Ok(process) => process,
+        Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
+    };
+    if let Err(message) = start_threads(&args.threads) {
+        return fail(1, &message);
+    }
+    let parts = Prepared::new(args.tables.store());
+    let run_up = PointRunUp {
+        point: &point.spec,
+        spec,
+        parts: &parts,
+    };
+    let (config, run) = match run_up.record(&process.called_off) {
+        Ok(recorded) => recorded,
+        Err(RunUpError::CalledOff) => return fail(INTERRUPTED, NOTHING_WRITTEN),
+        Err(error) => return fail(BAD_INPUT, &error.to_string()),
+    };
+    begin_writing();
+    let text = if args.json {
+        format!("{:#}\n", summary_json(&job, &config, &run, &folder))
+    } else {
+        summary(&job, &config, &run, &folder)
+    };
+    let stop = run.stop;
+    if let Err(error) = write_run_up(&folder, &metadata(&job, &point.values, &config), &config, run) {
+        return fail(1, &error.to_string());
+    }
+    let status = answer(&text, ExitCode::SUCCESS);
+    match stop {
+        None => status,
+        Some(stop) => fail(
+            FAILED_POINTS,
+            &format!("the run-up ended early: {stop}; the files hold the motion before that"),
+        ),
+    }
+}
+
+/// What the tables keep of where they come from.
+fn metadata(
+    job: &Job,
+    values: &[(String, f64)],
+    config: &RunUpConfig,
+) -> Vec<(&'static str, String)> {
+    let point: serde_json::Map<String, serde_json::Value> =
+        values.iter().map(|(name, value)| (name.clone(), json!(value))).collect();
+    vec![
+        ("job", job.name.clone()),
+        ("manifest_hash", job.hash.clone()),
+        ("point", serde_json::Value::Object(point).to_string()),
+        ("sample_rate", json!({ "value": config.sample_rate, "unit": "Hz" }).to_string()),
+    ]
+}
+
+/// The files of a run-up, the first one by its own head.
+fn files(folder: &Path) -> [(&'static str, String); 5] {
+    let own = |kind| table_path(folder, kind, None).display().to_string();
+    [
+        ("files", own(TableKind::Signals)),
+        ("", own(TableKind::OrderTracks)),
+        ("", own(TableKind::Levels)),
+        ("", own(TableKind::Spectrogram)),
+        ("", own(TableKind::ContactChanges)),
+    ]
+}
+
+fn summary(job: &Job, config: &RunUpConfig, run: &RunUp, folder: &Path) -> String {
+    let [from, to] = config.speed.map(|speed| to_digits(speed * 60.0 / TAU, 5));
+    let [first, last] = config.load.map(|load| to_digits(load, 4));
+    let mut lines = vec![
+        ("run-up", format!("{}: {from} to {to} rpm in {} s, load {first} to {last}", job.name, config.duration)),
+        ("passed", format!("{:.0} mesh cycles", run.cycles)),
+        ("events", format!("{}, {:.2} per cycle", run.events.len(), run.events.len() as f64 / run.cycles)),
+    ];
+    for (signal, [name, unit]) in run.signals.iter().enumerate() {
+        let own = || run.levels.iter().filter(|level| level.signal == signal);
+        if let Some(loudest) = own().max_by(|a, b| a.rms.total_cmp(&b.rms)) {
+            lines.push((
+                if signal == 0 { "loudest" } else { "" },
+                format!(
+                    "{name}: {} {unit} RMS at {} rpm",
+                    to_digits(loudest.rms, 4),
+                    to_digits(loudest.speed * 60.0 / TAU, 4)
+                ),
+            ));
+        }
+    }
+    lines.extend(files(folder));
+    lines.iter().map(|(head, line)| format!("{head:<10}{line}\n")).collect()
+}
+
+fn summary_json(job: &Job, config: &RunUpConfig, run: &RunUp, folder: &Path) -> serde_json::Value {
+    json!({
+        "job": job.name,
+        "speed": config.speed,
+        "load": config.load,
+        "duration": config.duration,
+        "cycles": run.cycles,
+        "events": run.events.len(),
+        "signals": run.signals.iter().map(|[name, unit]| json!({ "name": name, "unit": unit })).collect::<Vec<_>>(),
+        "stop": run.stop.map(|stop| stop.to_string()),
+        "files": files(folder).map(|(_, path)| path),
+    })
+}

@@ -1,0 +1,60 @@
+//! `atlas sound results/x/runup`: a signal of a run-up as a WAV file, because engineers listen.
+
+use super::process::begin_writing;
+use super::{BAD_INPUT, answer, fail};
+use crate::export::{SoundError, WavRequest, write_wav};
+use clap::Args;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Arguments of `atlas sound`.
+#[derive(Debug, Args)]
+pub struct SoundArgs {
+    /// A folder that `atlas runup` wrote.
+    #[arg(value_name = "FOLDER")]
+    folder: PathBuf,
+    /// The column of signals.parquet to hear [default: the first signal].
+    #[arg(long, value_name = "COLUMN")]
+    signal: Option<String>,
+    /// Value of the signal, about its mean, that stands for full scale, in the signal's unit [default: its largest value].
+    #[arg(long, value_name = "VALUE")]
+    full_scale: Option<f64>,
+    /// Write this file [default: FOLDER/COLUMN.wav].
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Replace a file that already exists.
+    #[arg(long)]
+    overwrite: bool,
+}
+
+/// Writes the sound file: status 0 when done, 2 for bad input.
+pub fn run(args: &SoundArgs) -> ExitCode {
+    begin_writing();
+    let request = WavRequest {
+        folder: &args.folder,
+        signal: args.signal.as_deref(),
+        full_scale: args.full_scale,
+        out: args.out.as_deref(),
+        overwrite: args.overwrite,
+    };
+    match write_wav(&request) {
+        Ok(written) => {
+            let clipped = match written.clipped {
+                0 => String::new(),
+                count => format!("clipped   {count} samples beyond full scale; raise --full-scale\n"),
+            };
+            let text = format!(
+                "sound     {}, {} s at {} samples per second, 24 bit\nscale     full scale is {} {} about the mean\n{clipped}file      {}\n",
+                written.signal,
+                written.samples as f64 / f64::from(written.rate),
+                written.rate,
+                written.full_scale,
+                written.unit,
+                written.path.display()
+            );
+            answer(&text, ExitCode::SUCCESS)
+        }
+        Err(error @ SoundError::Write { .. }) => fail(1, &error.to_string()),
+        Err(error) => fail(BAD_INPUT, &error.to_string()),
+    }
+}

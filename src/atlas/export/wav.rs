@@ -1,0 +1,160 @@
+//! A signal of a run-up as sound: a WAV file of 24 bits, full scale standing for a value of the signal.
+
+use crate::store::{ResultTable, StoreError, TableKind};
+use hound::{SampleFormat, WavSpec, WavWriter};
+use std::path::{Path, PathBuf};
+
+/// Columns of `signals.parquet` that are no signals.
+const NO_SIGNALS: [&str; 3] = ["time", "speed", "load"];
+
+/// Largest sample of 24 bits.
+const LARGEST: f64 = 8_388_607.0;
+
+/// What is asked for.
+#[derive(Debug)]
+pub struct WavRequest<'a> {
+    /// A folder that `atlas runup` wrote.
+    pub folder: &'a Path,
+    /// Column of `signals.parquet`; none for the first signal.
+    pub signal: Option<&'a str>,
+    /// Value about the mean that is full scale, in the signal's unit; none for the largest that there is.
+    pub full_scale: Option<f64>,
+    /// The file; none for one beside the table.
+    pub out: Option<&'a Path>,
+    /// Whether it may be there.
+    pub overwrite: bool,
+}
+
+/// What was written.
+#[derive(Debug)]
+pub struct WavFile {
+    /// The column.
+    pub signal: String,
+    /// Its unit.
+    pub unit: String,
+    /// Value of full scale.
+    pub full_scale: f64,
+    /// Samples a second.
+    pub rate: u32,
+    /// Samples.
+    pub samples: usize,
+    /// Samples beyond full scale.
+    pub clipped: usize,
+    /// Where.
+    pub path: PathBuf,
+}
+
+/// Why there is no sound.
+#[derive(Debug, thiserror::Error)]
+pub enum SoundError {
+    /// The table cannot be read.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// There is no such column.
+    #[error("there is no signal `{name}`; signals of this run-up: {known}")]
+    Unknown {
+        /// The name.
+        name: String,
+        /// Those that there are.
+        known: String,
+    },
+    /// Full scale is no positive number.
+    #[error("a full scale of {value} is not a positive number: give the value, about the mean, that the loudest sample has")]
+    Scale {
+        /// The value.
+        value: f64,
+    },
+    /// The signal is too short, does not vary, or has no rate.
+    #[error("the signal `{name}` does not vary, so that there is nothing to hear")]
+    Silent {
+        /// Its name.
+        name: String,
+    },
+    /// The file is there.
+    #[error("`{}` already exists; choose another file with --out, or replace it with --overwrite", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file cannot be written.
+    #[error("cannot write `{}`: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: hound::Error,
+    },
+}
+
+/// Writes a signal as a WAV file.
+///
+/// # Errors
+/// [`SoundError`].
+pub fn write_wav(request: &WavRequest<'_>) -> Result<WavFile, SoundError> {
+    let table = ResultTable::read(request.folder, TableKind::Signals)?;
+    let units = table.units()?;
+    let heads = ResultTable::head(request.folder, TableKind::Signals)?.columns()?;
+    let known: Vec<&str> = (heads.iter().map(|head| head.name.as_str()))
+        .filter(|name| !NO_SIGNALS.contains(name))
+        .collect();
+    let name = request.signal.or(known.first().copied()).unwrap_or_default().to_owned();
+    if !known.contains(&name.as_str()) {
+        return Err(SoundError::Unknown {
+            name,
+            known: known.join(", "),
+        });
+    }
+    if let Some(value) = request.full_scale.filter(|value| !(value.is_finite() && *value > 0.0)) {
+        return Err(SoundError::Scale { value });
+    }
+    let column = |name: &str| -> Result<Vec<f64>, StoreError> {
+        Ok(table.f64(name)?.into_iter().map(Option::unwrap_or_default).collect())
+    };
+    let (values, times) = (column(&name)?, column("time")?);
+    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    let largest = values.iter().map(|v| (v - mean).abs()).fold(0.0, f64::max);
+    let [Some(first), Some(second)] = [0, 1].map(|at| times.get(at)) else {
+        return Err(SoundError::Silent { name });
+    };
+    if largest == 0.0 {
+        return Err(SoundError::Silent { name });
+    }
+    let path = request.out.map_or_else(
+        || request.folder.join(format!("{name}.wav")),
+        Path::to_path_buf,
+    );
+    if path.exists() && !request.overwrite {
+        return Err(SoundError::Exists { path });
+    }
+    let full_scale = request.full_scale.unwrap_or(largest);
+    let rate = (1.0 / (second - first)).round() as u32;
+    let scaled: Vec<f64> = values.iter().map(|v| (v - mean) / full_scale).collect();
+    write(&path, rate, &scaled).map_err(|source| SoundError::Write {
+        path: path.clone(),
+        source,
+    })?;
+    Ok(WavFile {
+        unit: units.get(&name).cloned().unwrap_or_default(),
+        clipped: scaled.iter().filter(|v| v.abs() > 1.0).count(),
+        samples: values.len(),
+        signal: name,
+        full_scale,
+        rate,
+        path,
+    })
+}
+
+/// Writes values in units of full scale.
+fn write(path: &Path, rate: u32, values: &[f64]) -> Result<(), hound::Error> {
+    let spec = WavSpec {
+        channels: 1,
+        sample_rate: rate,
+        bits_per_sample: 24,
+        sample_format: SampleFormat::Int,
+    };
+    let mut writer = WavWriter::create(path, spec)?;
+    for value in values {
+        writer.write_sample((LARGEST * value.clamp(-1.0, 1.0)).round() as i32)?;
+    }
+    writer.finalize()
+}

@@ -1,0 +1,212 @@
+//! Orders and levels over stretches of some revolutions that overlap by half.
+
+use super::RunUpConfig;
+use crate::model::Flanks;
+use crate::propagate::varying_speed::MovingEvent;
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// Signals at even mesh phases.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Phases {
+    /// Samples a mesh cycle.
+    pub per_cycle: u64,
+    /// Number of the first one, counted from mesh phase 0 of cycle 0.
+    pub first: u64,
+    /// Signal after signal.
+    pub values: Vec<Vec<f64>>,
+    /// Time of each \[s\].
+    pub times: Vec<f64>,
+    /// What the flanks do there.
+    pub contacts: Vec<Flanks>,
+}
+
+/// A signal at an order while the speed passes a value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OrderPoint {
+    /// Time \[s\].
+    pub time: f64,
+    /// Speed of the pinion \[rad/s\].
+    pub speed: f64,
+    /// The signal, counted from 0.
+    pub signal: usize,
+    /// Multiple of the pinion's rotation.
+    pub order: f64,
+    /// Peak value.
+    pub amplitude: f64,
+    /// Phase \[rad\]: the signal is `amplitude cos(order θ + phase)`, θ the pinion's mean angle since mesh cycle 0.
+    pub phase: f64,
+}
+
+/// A signal while the speed passes a value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Level {
+    /// Time \[s\].
+    pub time: f64,
+    /// Speed of the pinion \[rad/s\].
+    pub speed: f64,
+    /// Load, as a fraction of the rated one.
+    pub load: f64,
+    /// The signal, counted from 0.
+    pub signal: usize,
+    /// Its mean.
+    pub mean: f64,
+    /// Root of the mean square of what varies about that.
+    pub rms: f64,
+    /// Smallest and largest value.
+    pub range: [f64; 2],
+    /// Shares of the rotation on the drive flank, in free flight, on the coast flank, on both.
+    pub fractions: [f64; Flanks::COUNT],
+    /// Closings of contacts in a mesh cycle.
+    pub closings: f64,
+}
+
+/// A stretch.
+struct Block {
+    from: usize,
+    time: f64,
+    cycles: f64,
+}
+
+/// The stretches of a record, each so many samples long.
+fn blocks(config: &RunUpConfig, phases: &Phases, cycles_per_turn: f64) -> (usize, Vec<Block>) {
+    let cycles = (f64::from(config.revolutions) * cycles_per_turn).round().max(1.0);
+    let length = cycles as usize * phases.per_cycle as usize;
+    let count = phases.times.len();
+    let starts = (0..count).step_by((length / 2).max(1));
+    let whole = starts.take_while(|from| from + length < count);
+    let block = |from: usize| Block {
+        from,
+        time: 0.5 * (phases.times[from] + phases.times[from + length]),
+        cycles,
+    };
+    (length, whole.map(block).collect())
+}
+
+/// Hann's window, its mean 1.
+fn hann(length: usize) -> Vec<f64> {
+    (0..length).map(|k| 1.0 - (TAU * k as f64 / length as f64).cos()).collect()
+}
+
+/// The orders asked for.
+pub(super) fn orders(config: &RunUpConfig, phases: &Phases, cycles_per_turn: f64) -> Vec<OrderPoint> {
+    let (length, blocks) = blocks(config, phases, cycles_per_turn);
+    let window = hann(length);
+    let mut out = Vec::new();
+    let step = |order: f64| order / cycles_per_turn / phases.per_cycle as f64;
+    let tables: Vec<Vec<Complex64>> = (config.orders.iter())
+        .map(|order| {
+            let turned = |(k, w): (usize, &f64)| {
+                let turns = (k as f64 * step(*order)).fract();
+                Complex64::from_polar(2.0 * w / length as f64, -TAU * turns)
+            };
+            window.iter().enumerate().map(turned).collect()
+        })
+        .collect();
+    for block in &blocks {
+        for (signal, values) in phases.values.iter().enumerate() {
+            let values = &values[block.from..block.from + length];
+            for (order, table) in config.orders.iter().zip(&tables) {
+                let sum: Complex64 = values.iter().zip(table).map(|(v, t)| v * t).sum();
+                let turns = ((phases.first as usize + block.from) as f64 * step(*order)).fract();
+                let value = sum * Complex64::cis(-TAU * turns);
+                // The mean has no phase, and all of it is on one side.
+                let value = if *order == 0.0 { 0.5 * value } else { value };
+                out.push(OrderPoint {
+                    time: block.time,
+                    speed: config.speed_at(block.time),
+                    signal,
+                    order: *order,
+                    amplitude: value.norm(),
+                    phase: value.arg(),
+                });
+            }
+        }
+    }
+    out
+}
+
+/// The levels of all signals.
+pub(super) fn levels(
+    config: &RunUpConfig,
+    phases: &Phases,
+    events: &[MovingEvent],
+    cycles_per_turn: f64,
+) -> Vec<Level> {
+    let (length, blocks) = blocks(config, phases, cycles_per_turn);
+    let mut out = Vec::new();
+    for block in &blocks {
+        let range = block.from..block.from + length;
+        let [from, to] = [range.start, range.end].map(|at| phases.times[at]);
+        let within = |event: &&MovingEvent| event.time >= from && event.time < to;
+        let closes = |event: &&MovingEvent| event.to.holds(event.contact);
+        let closings = events.iter().filter(within).filter(closes).count();
+        let mut fractions = [0.0; Flanks::COUNT];
+        for flanks in &phases.contacts[range.clone()] {
+            fractions[flanks.index()] += 1.0 / length as f64;
+        }
+        for (signal, values) in phases.values.iter().enumerate() {
+            let values = &values[range.clone()];
+            let mean = values.iter().sum::<f64>() / length as f64;
+            let square: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+            let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+            let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            out.push(Level {
+                time: block.time,
+                speed: config.speed_at(block.time),
+                load: config.load_at(block.time),
+                signal,
+                mean,
+                rms: (square / length as f64).sqrt(),
+                range: [least, most],
+                fractions,
+                closings: closings as f64 / block.cycles,
+            });
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::config::Signals;
+
+    /// A wave of order 3 of a pinion of 20 teeth on a mean.
+    #[test]
+    fn orders_and_levels_of_a_wave_are_its_own() {
+        let config = RunUpConfig {
+            speed: [100.0, 100.0],
+            load: [0.1, 0.1],
+            duration: 1.0,
+            settle: 0.0,
+            sample_rate: 1e3,
+            revolutions: 2,
+            orders: vec![0.0, 3.0, 5.0],
+            frequency_step: 10.0,
+            signals: Signals::NONE,
+        };
+        let (per_cycle, teeth, first) = (64, 20.0, 37);
+        let count = 64 * 20 * 7;
+        let angle = |k: usize| TAU * (first + k) as f64 / 64.0 / teeth;
+        let phases = Phases {
+            per_cycle,
+            first: first as u64,
+            values: vec![(0..count).map(|k| 7.0 + 2.0 * (3.0 * angle(k) + 0.4).cos()).collect()],
+            times: (0..count).map(|k| k as f64 * 1e-4).collect(),
+            contacts: vec![Flanks::Drive; count],
+        };
+        let found = orders(&config, &phases, teeth);
+        assert_eq!(found.len(), 3 * 6);
+        for point in &found {
+            let exact = [7.0, 2.0, 0.0][config.orders.iter().position(|o| *o == point.order).unwrap()];
+            assert!((point.amplitude - exact).abs() < 1e-12, "{point:?}");
+            if point.order == 3.0 {
+                assert!((point.phase - 0.4).abs() < 1e-12, "{point:?}");
+            }
+        }
+        let found = levels(&config, &phases, &[], teeth);
+        assert!((found[0].mean - 7.0).abs() < 1e-12 && (found[0].rms - 2f64.sqrt()).abs() < 1e-12);
+        assert!((found[0].fractions[0] - 1.0).abs() < 1e-12 && found[0].closings == 0.0);
+    }
+}

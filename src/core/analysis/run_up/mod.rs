@@ -1,0 +1,88 @@
+//! A run-up or run-down: one motion whose speed grows or falls evenly, and what a test bench shows of it.
+//!
+//! Signals are read off the windows' power series at even instants, and at even mesh phases: synchronous resampling without an
+//! interpolation.
+
+mod blocks;
+mod record;
+mod spectrogram;
+
+pub use blocks::{Level, OrderPoint};
+pub use record::{Instants, record};
+pub use spectrogram::SpectrumRow;
+
+use super::config::Signals;
+use crate::model::Model;
+use crate::propagate::Stop;
+use crate::propagate::varying_speed::{MovingEvent, MovingSignal};
+
+/// What is asked of a run-up.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct RunUpConfig {
+    /// Speeds of the pinion at start and end \[rad/s\].
+    pub speed: [f64; 2],
+    /// Load at start and end, as a fraction of the rated one.
+    pub load: [f64; 2],
+    /// Time from one to the other \[s\].
+    pub duration: f64,
+    /// Time at the first speed before that \[s\].
+    pub settle: f64,
+    /// Samples a second \[1/s\].
+    pub sample_rate: f64,
+    /// Revolutions of the pinion over which orders and levels are taken.
+    pub revolutions: u32,
+    /// Orders of the pinion's rotation.
+    pub orders: Vec<f64>,
+    /// Distance of lines of the spectrogram \[Hz\].
+    pub frequency_step: f64,
+    /// What is recorded.
+    pub signals: Signals,
+}
+
+/// What a run-up shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunUp {
+    /// The signals, each with its unit.
+    pub signals: Vec<[String; 2]>,
+    /// Values at even instants.
+    pub instants: Instants,
+    /// Orders over the speed.
+    pub orders: Vec<OrderPoint>,
+    /// Levels over the speed.
+    pub levels: Vec<Level>,
+    /// Spectra over the time.
+    pub spectra: Vec<SpectrumRow>,
+    /// Openings and closings of contacts.
+    pub events: Vec<MovingEvent>,
+    /// Mesh cycles that passed.
+    pub cycles: f64,
+    /// Why it ended early, where it did.
+    pub stop: Option<Stop>,
+}
+
+impl RunUpConfig {
+    /// Mean speed \[rad/s\] at a time since the start \[s\].
+    pub fn speed_at(&self, time: f64) -> f64 {
+        along(self.speed, time / self.duration)
+    }
+
+    /// Load at a time since the start \[s\].
+    pub fn load_at(&self, time: f64) -> f64 {
+        along(self.load, time / self.duration)
+    }
+
+    /// The signals asked for that a model has: deflection and force of the first mesh, then outputs.
+    pub fn signals_of(&self, model: &Model) -> Vec<MovingSignal> {
+        let asked = |signal: &MovingSignal| match signal.first_mesh() {
+            Some(deflection) if deflection => self.signals.deflection,
+            Some(_) => self.signals.force,
+            None => self.signals.has(signal.quantity),
+        };
+        MovingSignal::of_model(model).into_iter().filter(asked).collect()
+    }
+}
+
+/// Between two values.
+fn along([from, to]: [f64; 2], part: f64) -> f64 {
+    from + part * (to - from)
+}

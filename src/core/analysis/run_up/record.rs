@@ -1,0 +1,170 @@
+//! A run-up on the kernel, with its signals at even instants and even phases.
+
+use super::blocks::{Phases, levels, orders};
+use super::spectrogram::spectra;
+use super::{RunUp, RunUpConfig};
+use crate::analysis::CalledOff;
+use crate::model::TrajectoryState;
+use crate::propagate::varying_speed::{
+    MovingEvent, MovingSignal, MovingWindow, Powers, Stretch, VaryingSpeed, Watch, value, value_and_slope,
+};
+use crate::propagate::Counters;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Samples a mesh cycle, for orders and levels.
+const PER_CYCLE: u64 = 64;
+
+/// Parts of a run-up between which it can be called off.
+const PARTS: u32 = 200;
+
+/// Signals at even instants, the first at time 0.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Instants {
+    /// Samples a second.
+    pub rate: f64,
+    /// Signal after signal, a value an instant.
+    pub values: Vec<Vec<f64>>,
+}
+
+/// Runs a drive up from a trajectory at its first speed.
+///
+/// # Errors
+/// It was called off. Where the motion cannot go on, the record has what was before.
+pub fn record(
+    kernel: &VaryingSpeed,
+    start: &TrajectoryState,
+    config: &RunUpConfig,
+    called_off: &AtomicBool,
+) -> Result<RunUp, CalledOff> {
+    let signals = config.signals_of(kernel.model());
+    let mut motion = kernel.start(start);
+    let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
+    let [first, _] = config.speed;
+    let settling = Stretch::steady(config.settle / f64::from(PARTS), first, config.load[0]);
+    let mut stop = None;
+    for _ in 0..if config.settle > 0.0 { PARTS } else { 0 } {
+        is_wanted(called_off)?;
+        stop = kernel.advance(&mut motion, &settling, &mut workspace, &mut (), &mut counters).err();
+        if stop.is_some() {
+            break;
+        }
+    }
+    motion.time = 0.0;
+    let begin = motion.cycle as f64 + motion.phase;
+    let mut recorder = Recorder {
+        signals: &signals,
+        rate: config.sample_rate,
+        instants: vec![Vec::new(); signals.len()],
+        phases: Phases {
+            per_cycle: PER_CYCLE,
+            first: motion.cycle * PER_CYCLE + (motion.phase * PER_CYCLE as f64).ceil() as u64,
+            values: vec![Vec::new(); signals.len()],
+            times: Vec::new(),
+            contacts: Vec::new(),
+        },
+        events: Vec::new(),
+    };
+    let length = config.duration / f64::from(PARTS);
+    for part in 0..PARTS {
+        if stop.is_some() {
+            break;
+        }
+        is_wanted(called_off)?;
+        let from = f64::from(part) * length;
+        let mut stretch = Stretch::steady(length, config.speed_at(from), config.load_at(from));
+        stretch.turned[2] = 0.5 * (config.speed[1] - first) / config.duration;
+        stretch.load[1] = (config.load[1] - config.load[0]) / config.duration;
+        let stretch = stretch.accelerated(kernel);
+        stop = kernel
+            .advance(&mut motion, &stretch, &mut workspace, &mut recorder, &mut counters)
+            .err();
+    }
+    let Recorder {
+        instants,
+        phases,
+        events,
+        ..
+    } = recorder;
+    let instants = Instants {
+        rate: config.sample_rate,
+        values: instants,
+    };
+    let cycles_per_turn = kernel.cycles_per_radian() * std::f64::consts::TAU;
+    Ok(RunUp {
+        signals: signals.iter().map(MovingSignal::named).collect(),
+        orders: orders(config, &phases, cycles_per_turn),
+        levels: levels(config, &phases, &events, cycles_per_turn),
+        spectra: spectra(config, &instants),
+        instants,
+        events,
+        cycles: motion.cycle as f64 + motion.phase - begin,
+        stop,
+    })
+}
+
+fn is_wanted(called_off: &AtomicBool) -> Result<(), CalledOff> {
+    if called_off.load(Ordering::Relaxed) { Err(CalledOff) } else { Ok(()) }
+}
+
+/// Takes samples off windows.
+struct Recorder<'a> {
+    signals: &'a [MovingSignal],
+    rate: f64,
+    instants: Vec<Vec<f64>>,
+    phases: Phases,
+    events: Vec<MovingEvent>,
+}
+
+impl Watch for Recorder<'_> {
+    fn window(&mut self, window: &MovingWindow<'_>) {
+        let per_cycle = self.phases.per_cycle as f64;
+        let next_instant = |taken: usize| (taken as f64 / self.rate - window.time) / window.duration;
+        let next_phase = |taken: usize| {
+            let place = self.phases.first + taken as u64;
+            // Whole cycles first: what is left has all digits.
+            let cycles = (place / self.phases.per_cycle) as f64 - window.cycle as f64;
+            cycles + (place % self.phases.per_cycle) as f64 / per_cycle - window.phase
+        };
+        let passed = value(&window.cycles, window.part);
+        let taken = [self.instants.first().map_or(0, Vec::len), self.phases.times.len()];
+        let instants = (taken[0]..)
+            .map(next_instant)
+            .take_while(|place| *place < 1.0)
+            .map(|place| place.max(0.0) * window.part);
+        let phases = (taken[1]..)
+            .map(next_phase)
+            .take_while(|ahead| *ahead < passed)
+            .map(|ahead| place_of(&window.cycles, ahead.max(0.0)).min(window.part));
+        let (instants, phases): (Vec<f64>, Vec<f64>) = (instants.collect(), phases.collect());
+        if instants.is_empty() && phases.is_empty() {
+            return;
+        }
+        for (index, signal) in self.signals.iter().enumerate() {
+            let series: Powers = signal.on(window);
+            self.instants[index].extend(instants.iter().map(|u| value(&series, *u)));
+            self.phases.values[index].extend(phases.iter().map(|u| value(&series, *u)));
+        }
+        let time = |u: f64| window.time + window.duration * u / window.part;
+        self.phases.times.extend(phases.iter().map(|u| time(*u)));
+        let flanks = window.contact.flanks();
+        self.phases.contacts.extend(phases.iter().map(|_| flanks));
+    }
+
+    fn event(&mut self, event: &MovingEvent) {
+        self.events.push(*event);
+    }
+}
+
+/// Where so many cycles have passed: Newton's method from the mean rate.
+fn place_of(cycles: &[f64], passed: f64) -> f64 {
+    let mut place = passed / cycles[1];
+    for _ in 0..8 {
+        let [found, slope] = value_and_slope(cycles, place);
+        let correction = (passed - found) / slope;
+        place += correction;
+        if correction.abs() <= 1e-15 {
+            break;
+        }
+    }
+    place.max(0.0)
+}

@@ -1,0 +1,99 @@
+//! Spectra over stretches of time that overlap by half, under Hann's window.
+
+use super::RunUpConfig;
+use super::record::Instants;
+use num_complex::Complex64;
+use realfft::RealFftPlanner;
+use std::f64::consts::TAU;
+
+/// Highest frequency shown, by the rate of samples: what lies near half of it may be mistaken.
+const HIGHEST: f64 = 0.4;
+
+/// The spectrum of a signal over a stretch of time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpectrumRow {
+    /// Time in its middle \[s\].
+    pub time: f64,
+    /// Speed of the pinion there \[rad/s\].
+    pub speed: f64,
+    /// The signal, counted from 0.
+    pub signal: usize,
+    /// Distance of lines \[Hz\].
+    pub step: f64,
+    /// Peak values of the sines that would give each line, from frequency 0 on.
+    pub amplitudes: Vec<f64>,
+}
+
+/// The spectrogram of all signals.
+pub(super) fn spectra(config: &RunUpConfig, instants: &Instants) -> Vec<SpectrumRow> {
+    let length = (instants.rate / config.frequency_step).round().max(2.0) as usize;
+    let step = instants.rate / length as f64;
+    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let hann: Vec<f64> =
+        (0..length).map(|k| 1.0 - (TAU * k as f64 / length as f64).cos()).collect();
+    let lines = (HIGHEST * length as f64) as usize + 1;
+    let count = instants.values.first().map_or(0, Vec::len);
+    let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
+    let mut out = Vec::new();
+    let starts = (0..count).step_by((length / 2).max(1));
+    for from in starts.take_while(|from| from + length <= count) {
+        let time = (from as f64 + 0.5 * length as f64) / instants.rate;
+        for (signal, values) in instants.values.iter().enumerate() {
+            let values = &values[from..from + length];
+            for (input, (value, weight)) in input.iter_mut().zip(values.iter().zip(&hann)) {
+                *input = value * weight;
+            }
+            // The lengths are the plan's own.
+            if transform.process(&mut input, &mut output).is_err() {
+                return out;
+            }
+            let amplitude = |(k, value): (usize, &Complex64)| {
+                let sides = if k == 0 { 1.0 } else { 2.0 };
+                sides * value.norm() / length as f64
+            };
+            out.push(SpectrumRow {
+                time,
+                speed: config.speed_at(time),
+                signal,
+                step,
+                amplitudes: output.iter().take(lines).enumerate().map(amplitude).collect(),
+            });
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::config::Signals;
+
+    /// A sine on a line has its amplitude there, half of it on both neighbours, nothing elsewhere.
+    #[test]
+    fn a_sine_has_its_amplitude() {
+        let config = RunUpConfig {
+            speed: [10.0, 30.0],
+            load: [0.1, 0.1],
+            duration: 2.0,
+            settle: 0.0,
+            sample_rate: 1000.0,
+            revolutions: 1,
+            orders: Vec::new(),
+            frequency_step: 10.0,
+            signals: Signals::NONE,
+        };
+        let wave = |k: usize| 0.5 + 3.0 * (TAU * 50.0 * k as f64 / 1000.0).cos();
+        let instants = Instants {
+            rate: 1000.0,
+            values: vec![(0..2000).map(wave).collect()],
+        };
+        let found = spectra(&config, &instants);
+        assert_eq!((found.len(), found[0].step), (39, 10.0));
+        assert!((found[0].time - 0.05).abs() < 1e-15 && (found[0].speed - 10.5).abs() < 1e-12);
+        for (line, amplitude) in found[7].amplitudes.iter().enumerate() {
+            let exact = [(0, 0.5), (1, 0.5), (4, 1.5), (5, 3.0), (6, 1.5)];
+            let exact = exact.iter().find(|(own, _)| *own == line).map_or(0.0, |(_, a)| *a);
+            assert!((amplitude - exact).abs() < 1e-12, "{line}: {amplitude}");
+        }
+    }
+}

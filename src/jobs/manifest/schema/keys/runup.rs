@@ -1,0 +1,40 @@
+//! `[runup]`.
+
+use super::analyses::SIGNALS;
+use crate::manifest::schema::key::{
+    ANY, Key, Kind, NON_NEGATIVE, POSITIVE, bounds, choice, integer, key, quantity, table,
+};
+use crate::units::Dimension::{AngularSpeed, Ratio, Time};
+
+#[rustfmt::skip]
+pub(super) const KEYS: &[Key] = &[
+    table("runup").otherwise("`atlas runup` has nothing to do")
+        .about("A run-up or run-down that `atlas runup` computes: the speed of the pinion changes at a constant rate. The \
+                operating point gives the drive and the load; its speed is not used."),
+    table("runup.speed")
+        .about("The course of the pinion's speed."),
+    quantity("runup.speed.from", AngularSpeed, POSITIVE, r#""600 rpm""#)
+        .about("First speed."),
+    quantity("runup.speed.to", AngularSpeed, POSITIVE, r#""6000 rpm""#)
+        .about("Last speed; a smaller one makes a run-down."),
+    quantity("runup.speed.in", Time, bounds(0.0, true, 1e5, false), r#""10 s""#)
+        .about("Time between them. The torque that accelerates all inertia acts on the pinion's shaft."),
+    quantity("runup.load", Ratio, ANY, "0.3").otherwise("the load of the operating point")
+        .or_pair("start and end")
+        .about("Load, as a fraction of the rated one, that changes at a constant rate."),
+    quantity("runup.settle", Time, NON_NEGATIVE, r#""1 s""#).or(r#""0.5 s""#)
+        .about("Time at the first speed before the run-up. It is not recorded."),
+    integer("runup.sample_rate", 100.0, 1e6, "25600").or("48000")
+        .about("Samples per second of recorded signals."),
+    integer("runup.revolutions", 1.0, 10_000.0, "8").or("4")
+        .about("Revolutions of the pinion over which orders and levels are computed. These stretches overlap by half and carry a \
+                Hann window."),
+    key("runup.orders", Kind::List("orders"), ANY, "[1, 20, 40]").otherwise("mesh orders 1 to 5")
+        .about("Orders of the pinion's rotation for order tracks; the number of its teeth is mesh order 1."),
+    quantity("runup.orders.*", Ratio, bounds(0.0, false, 1e4, false), "20"),
+    integer("runup.frequency_step", 1.0, 1000.0, "5").or("10")
+        .about("Distance between lines of the spectrogram, in Hz."),
+    key("runup.signals", Kind::List("signals"), ANY, r#"["force", "accelerations"]"#).or(r#"["force", "bearings"]"#)
+        .about("Recorded signals. The same signals as for spectra are available."),
+    choice("runup.signals.*", SIGNALS, r#""force""#),
+];

@@ -1,0 +1,193 @@
+//! The tables of `atlas runup`: signals at even instants, order tracks, levels, spectra, openings and closings of contacts.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::StoreError;
+use super::beside::{TablesRecord, remove};
+use super::file::{Row, TableFile, create_folder, remove_stale};
+use super::orders::{AMPLITUDE_UNITS, SIGNALS};
+use super::table::{Table, columns};
+use super::table_kind::{RUNUP_RECORD, TableKind};
+use super::trace::{column_names, event_kind};
+use crate::analysis::run_up::{Level, OrderPoint, RunUp, RunUpConfig, SpectrumRow};
+use crate::propagate::varying_speed::MovingEvent;
+
+/// A signal with its unit; one text for all rows.
+type Named = [Arc<str>; 2];
+
+/// A row of `signals.parquet`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InstantRow {
+    time: f64,
+    speed: f64,
+    load: f64,
+    values: Vec<f64>,
+}
+
+impl Row for InstantRow {
+    fn list_bytes(&self) -> usize {
+        size_of_val(&self.values[..])
+    }
+}
+
+/// A row about one signal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OfSignal<T> {
+    signal: Named,
+    own: T,
+}
+
+impl Row for OfSignal<OrderPoint> {}
+
+impl Row for OfSignal<Level> {}
+
+impl Row for OfSignal<SpectrumRow> {
+    fn list_bytes(&self) -> usize {
+        size_of_val(&self.own.amplitudes[..])
+    }
+}
+
+impl Row for MovingEvent {}
+
+const TIME: &str = "Time since the start of the run-up";
+const SPEED: &str = "Mean speed of the pinion";
+const LOAD: &str = "Load, as a fraction of the rated one";
+const UNIT: &str = "Unit of the signal";
+
+/// Columns of `signals.parquet`, one for each signal.
+pub fn signals_table(signals: &[[String; 2]]) -> Table<InstantRow> {
+    let mut columns = columns![row: InstantRow;
+        f64 "time", "s", row.time, TIME;
+        f64 "speed", "rad/s", row.speed, SPEED;
+        f64 "load", "1", row.load, LOAD;
+    ];
+    let names = column_names(signals);
+    for (index, (name, [signal, unit])) in names.iter().zip(signals).enumerate() {
+        columns.extend(columns![row: InstantRow;
+            f64 name, unit, row.values.get(index).copied(), &format!("The signal {signal}");
+        ]);
+    }
+    Table::new(columns)
+}
+
+/// Columns of `order_tracks.parquet`.
+pub fn order_tracks_table() -> Table<OfSignal<OrderPoint>> {
+    Table::new(columns![row: OfSignal<OrderPoint>;
+        f64 "time", "s", row.own.time, TIME;
+        f64 "speed", "rad/s", row.own.speed, SPEED;
+        text "signal", "", &*row.signal[0], SIGNALS;
+        text "unit", "", &*row.signal[1], UNIT;
+        f64 "order", "1", row.own.order, "Multiple of the rotation of the pinion";
+        f64 "amplitude", AMPLITUDE_UNITS, row.own.amplitude, "Peak value under a Hann window over some revolutions";
+        f64 "phase", "rad", row.own.phase,
+            "Phase: signal = ... + amplitude cos(order angle + phase), the mean angle of the pinion counted from mesh cycle 0";
+    ])
+}
+
+/// Columns of `levels.parquet`.
+pub fn levels_table() -> Table<OfSignal<Level>> {
+    Table::new(columns![row: OfSignal<Level>;
+        f64 "time", "s", row.own.time, TIME;
+        f64 "speed", "rad/s", row.own.speed, SPEED;
+        f64 "load", "1", row.own.load, LOAD;
+        text "signal", "", &*row.signal[0], SIGNALS;
+        text "unit", "", &*row.signal[1], UNIT;
+        f64 "mean", AMPLITUDE_UNITS, row.own.mean, "Mean over some revolutions";
+        f64 "rms", AMPLITUDE_UNITS, row.own.rms, "Root mean square about the mean";
+        f64 "smallest", AMPLITUDE_UNITS, row.own.range[0], "Smallest value";
+        f64 "largest", AMPLITUDE_UNITS, row.own.range[1], "Largest value";
+        f64 "fraction_drive", "1", row.own.fractions[0], "Part of the rotation with the drive flank in contact";
+        f64 "fraction_free", "1", row.own.fractions[1], "Part of the rotation without contact";
+        f64 "fraction_coast", "1", row.own.fractions[2], "Part of the rotation with the coast flank in contact";
+        f64 "fraction_both", "1", row.own.fractions[3], "Part of the rotation with both flanks in contact";
+        f64 "impacts_per_cycle", "1", row.own.closings, "Closings of contacts per mesh cycle";
+    ])
+}
+
+/// Columns of `spectrogram.parquet`.
+pub fn spectrogram_table() -> Table<OfSignal<SpectrumRow>> {
+    Table::new(columns![row: OfSignal<SpectrumRow>;
+        f64 "time", "s", row.own.time, TIME;
+        f64 "speed", "rad/s", row.own.speed, SPEED;
+        text "signal", "", &*row.signal[0], SIGNALS;
+        text "unit", "", &*row.signal[1], UNIT;
+        f64 "frequency_step", "Hz", row.own.step, "Distance between lines; the first is at frequency 0";
+        list "amplitudes", AMPLITUDE_UNITS, &*row.own.amplitudes,
+            "Peak value of the sine that would give each line, under a Hann window";
+    ])
+}
+
+/// Columns of `contact_changes.parquet`.
+pub fn contact_changes_table() -> Table<MovingEvent> {
+    Table::new(columns![row: MovingEvent;
+        f64 "time", "s", row.time, TIME;
+        u64 "cycle", "mesh cycles", row.cycle, "Mesh cycle";
+        f64 "phase", "1", row.phase, "Mesh phase: fraction of the mesh cycle";
+        f64 "mesh_frequency", "Hz", row.speed, "Mesh frequency";
+        text "kind", "", event_kind(row.contact, row.to.holds(row.contact)),
+            "drive_entry, drive_release, coast_entry or coast_release; entry or release of a further contact";
+        f64 "rate", "m/s", row.rate, "Rate at which the surfaces approach (positive) or part";
+        u64 "contact", "", row.contact as u64 + 1, "The contact: 1 for the drive flank, 2 for the coast flank, then further contacts";
+    ])
+}
+
+/// Writes the tables of a run-up into a folder, `signals.parquet` last, then `runup.json`; `metadata` is kept with each.
+///
+/// # Errors
+/// The folder cannot be created, or a file cannot be written.
+pub fn write_run_up(
+    folder: &Path,
+    metadata: &[(&str, String)],
+    config: &RunUpConfig,
+    run: RunUp,
+) -> Result<(), StoreError> {
+    create_folder(folder)?;
+    remove_stale(folder)?;
+    // While old tables and new ones lie there, no record vouches for either.
+    remove(&folder.join(RUNUP_RECORD))?;
+    let names: Vec<Named> = (run.signals.iter())
+        .map(|texts| texts.each_ref().map(|text| Arc::from(text.as_str())))
+        .collect();
+    let count = run.instants.values.first().map_or(0, Vec::len);
+    let instants = (0..count).map(|index| {
+        let time = index as f64 / run.instants.rate;
+        InstantRow {
+            time,
+            speed: config.speed_at(time),
+            load: config.load_at(time),
+            values: run.instants.values.iter().map(|values| values[index]).collect(),
+        }
+    });
+    macro_rules! of_signal {
+        ($rows:expr) => {
+            $rows.into_iter().map(|own| OfSignal {
+                signal: names[own.signal].clone(),
+                own,
+            })
+        };
+    }
+    let write = (folder, metadata);
+    let tables = vec![
+        written(write, TableKind::ContactChanges, contact_changes_table(), run.events)?,
+        written(write, TableKind::Spectrogram, spectrogram_table(), of_signal!(run.spectra))?,
+        written(write, TableKind::Levels, levels_table(), of_signal!(run.levels))?,
+        written(write, TableKind::OrderTracks, order_tracks_table(), of_signal!(run.orders))?,
+        written(write, TableKind::Signals, signals_table(&run.signals), instants)?,
+    ];
+    TablesRecord::new(metadata, tables).write(folder, RUNUP_RECORD)
+}
+
+/// Writes one table.
+fn written<R: Row>(
+    (folder, metadata): (&Path, &[(&str, String)]),
+    kind: TableKind,
+    table: Table<R>,
+    rows: impl IntoIterator<Item = R>,
+) -> Result<super::TableRecord, StoreError> {
+    let mut file = TableFile::create(folder, kind, None, table, metadata)?;
+    for row in rows {
+        file.push(row)?;
+    }
+    file.finish()
+}
