@@ -96,7 +96,12 @@ pub fn run(args: &RunupArgs) -> ExitCode {
         summary(&job, &config, &run, &folder)
     };
     let stop = run.stop;
-    if let Err(error) = write_run_up(&folder, &metadata(&job, &point.values, &config), &config, run) {
+    if let Err(error) = write_run_up(
+        &folder,
+        &metadata(&job, &point.values, &config),
+        &config,
+        run,
+    ) {
         return fail(1, &error.to_string());
     }
     let status = answer(&text, ExitCode::SUCCESS);
@@ -115,13 +120,18 @@ fn metadata(
     values: &[(String, f64)],
     config: &RunUpConfig,
 ) -> Vec<(&'static str, String)> {
-    let point: serde_json::Map<String, serde_json::Value> =
-        values.iter().map(|(name, value)| (name.clone(), json!(value))).collect();
+    let point: serde_json::Map<String, serde_json::Value> = values
+        .iter()
+        .map(|(name, value)| (name.clone(), json!(value)))
+        .collect();
     vec![
         ("job", job.name.clone()),
         ("manifest_hash", job.hash.clone()),
         ("point", serde_json::Value::Object(point).to_string()),
-        ("sample_rate", json!({ "value": config.sample_rate, "unit": "Hz" }).to_string()),
+        (
+            "sample_rate",
+            json!({ "value": config.sample_rate, "unit": "Hz" }).to_string(),
+        ),
     ]
 }
 
@@ -141,9 +151,22 @@ fn summary(job: &Job, config: &RunUpConfig, run: &RunUp, folder: &Path) -> Strin
     let [from, to] = config.speed.map(|speed| to_digits(speed * 60.0 / TAU, 5));
     let [first, last] = config.load.map(|load| to_digits(load, 4));
     let mut lines = vec![
-        ("run-up", format!("{}: {from} to {to} rpm in {} s, load {first} to {last}", job.name, config.duration)),
+        (
+            "run-up",
+            format!(
+                "{}: {from} to {to} rpm in {} s, load {first} to {last}",
+                job.name, config.duration
+            ),
+        ),
         ("passed", format!("{:.0} mesh cycles", run.cycles)),
-        ("events", format!("{}, {:.2} per cycle", run.events.len(), run.events.len() as f64 / run.cycles)),
+        (
+            "events",
+            format!(
+                "{}, {:.2} per cycle",
+                run.events.len(),
+                run.events.len() as f64 / run.cycles
+            ),
+        ),
     ];
     for (signal, [name, unit]) in run.signals.iter().enumerate() {
         let own = || run.levels.iter().filter(|level| level.signal == signal);
@@ -159,7 +182,10 @@ fn summary(job: &Job, config: &RunUpConfig, run: &RunUp, folder: &Path) -> Strin
         }
     }
     lines.extend(files(folder));
-    lines.iter().map(|(head, line)| format!("{head:<10}{line}\n")).collect()
+    lines
+        .iter()
+        .map(|(head, line)| format!("{head:<10}{line}\n"))
+        .collect()
 }
 
 fn summary_json(job: &Job, config: &RunUpConfig, run: &RunUp, folder: &Path) -> serde_json::Value {

@@ -41,7 +41,9 @@ pub fn run(args: &SoundArgs) -> ExitCode {
         Ok(written) => {
             let clipped = match written.clipped {
                 0 => String::new(),
-                count => format!("clipped   {count} samples beyond full scale; raise --full-scale\n"),
+                count => {
+                    format!("clipped   {count} samples beyond full scale; raise --full-scale\n")
+                }
             };
             let text = format!(
                 "sound     {}, {} s at {} samples per second, 24 bit\nscale     full scale is {} {} about the mean\n{clipped}file      {}\n",

@@ -59,7 +59,9 @@ pub enum SoundError {
         known: String,
     },
     /// Full scale is no positive number.
-    #[error("a full scale of {value} is not a positive number: give the value, about the mean, that the loudest sample has")]
+    #[error(
+        "a full scale of {value} is not a positive number: give the value, about the mean, that the loudest sample has"
+    )]
     Scale {
         /// The value.
         value: f64,
@@ -97,18 +99,29 @@ pub fn write_wav(request: &WavRequest<'_>) -> Result<WavFile, SoundError> {
     let known: Vec<&str> = (heads.iter().map(|head| head.name.as_str()))
         .filter(|name| !NO_SIGNALS.contains(name))
         .collect();
-    let name = request.signal.or(known.first().copied()).unwrap_or_default().to_owned();
+    let name = request
+        .signal
+        .or(known.first().copied())
+        .unwrap_or_default()
+        .to_owned();
     if !known.contains(&name.as_str()) {
         return Err(SoundError::Unknown {
             name,
             known: known.join(", "),
         });
     }
-    if let Some(value) = request.full_scale.filter(|value| !(value.is_finite() && *value > 0.0)) {
+    if let Some(value) = request
+        .full_scale
+        .filter(|value| !(value.is_finite() && *value > 0.0))
+    {
         return Err(SoundError::Scale { value });
     }
     let column = |name: &str| -> Result<Vec<f64>, StoreError> {
-        Ok(table.f64(name)?.into_iter().map(Option::unwrap_or_default).collect())
+        Ok(table
+            .f64(name)?
+            .into_iter()
+            .map(Option::unwrap_or_default)
+            .collect())
     };
     let (values, times) = (column(&name)?, column("time")?);
     let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;

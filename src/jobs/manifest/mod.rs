@@ -214,8 +214,7 @@ fn judge(
         retained,
     );
 
-    let run_up =
-        sections::read_run_up(&Section::root(&tree, schema::MANIFEST), &mut issues);
+    let run_up = sections::read_run_up(&Section::root(&tree, schema::MANIFEST), &mut issues);
     operating_point::check(&axes.valid, judged.variants(), &mut issues);
     if let Some(start) = syntax_error {
         keep_certain(&mut issues, source, start);

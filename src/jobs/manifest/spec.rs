@@ -2,14 +2,14 @@
 //! validated. Everything is SI; nothing here knows how it was typed.
 
 mod continuation;
-mod run_up;
 mod mesh;
 mod refine;
+mod run_up;
 
 pub use continuation::ContinuationSpec;
-pub use run_up::RunUpSpec;
 pub use mesh::{CoastSpec, DampingSpec, FrictionSpec, MeshSpec, StiffnessSpec, TwoLevels};
 pub use refine::{Criterion, Refine};
+pub use run_up::RunUpSpec;
 
 use super::axis::{AxisKey, AxisValues};
 use crate::analysis::Analyses;

@@ -156,7 +156,12 @@ pub fn write_run_up(
             time,
             speed: config.speed_at(time),
             load: config.load_at(time),
-            values: run.instants.values.iter().map(|values| values[index]).collect(),
+            values: run
+                .instants
+                .values
+                .iter()
+                .map(|values| values[index])
+                .collect(),
         }
     });
     macro_rules! of_signal {
@@ -169,11 +174,36 @@ pub fn write_run_up(
     }
     let write = (folder, metadata);
     let tables = vec![
-        written(write, TableKind::ContactChanges, contact_changes_table(), run.events)?,
-        written(write, TableKind::Spectrogram, spectrogram_table(), of_signal!(run.spectra))?,
-        written(write, TableKind::Levels, levels_table(), of_signal!(run.levels))?,
-        written(write, TableKind::OrderTracks, order_tracks_table(), of_signal!(run.orders))?,
-        written(write, TableKind::Signals, signals_table(&run.signals), instants)?,
+        written(
+            write,
+            TableKind::ContactChanges,
+            contact_changes_table(),
+            run.events,
+        )?,
+        written(
+            write,
+            TableKind::Spectrogram,
+            spectrogram_table(),
+            of_signal!(run.spectra),
+        )?,
+        written(
+            write,
+            TableKind::Levels,
+            levels_table(),
+            of_signal!(run.levels),
+        )?,
+        written(
+            write,
+            TableKind::OrderTracks,
+            order_tracks_table(),
+            of_signal!(run.orders),
+        )?,
+        written(
+            write,
+            TableKind::Signals,
+            signals_table(&run.signals),
+            instants,
+        )?,
     ];
     TablesRecord::new(metadata, tables).write(folder, RUNUP_RECORD)
 }

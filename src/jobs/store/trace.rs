@@ -39,7 +39,6 @@ impl EventRow {
     fn phase(&self) -> f64 {
         self.event.time / self.period
     }
-
 }
 
 /// What a contact does as it closes or opens.

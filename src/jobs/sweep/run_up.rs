@@ -5,8 +5,8 @@ use super::parts::Prepared;
 use crate::analysis::CalledOff;
 use crate::analysis::run_up::{RunUp, RunUpConfig, record};
 use crate::manifest::{PointSpec, RunUpSpec};
-use crate::propagate::varying_speed::{VaryingSpeed, VaryingSpeedError};
 use crate::propagate::InstructionSet;
+use crate::propagate::varying_speed::{VaryingSpeed, VaryingSpeedError};
 use std::f64::consts::TAU;
 use std::sync::atomic::AtomicBool;
 
@@ -52,11 +52,22 @@ impl PointRunUp<'_> {
             ..self.point.clone()
         };
         let model = self.parts.model(&start)?;
-        let structure = self.parts.structure(&start.model).map_err(BuildError::from)?;
-        let kernel =
-            VaryingSpeed::new(&structure, &model, start.run.event_limit, InstructionSet::best())?;
+        let structure = self
+            .parts
+            .structure(&start.model)
+            .map_err(BuildError::from)?;
+        let kernel = VaryingSpeed::new(
+            &structure,
+            &model,
+            start.run.event_limit,
+            InstructionSet::best(),
+        )?;
         let teeth = kernel.cycles_per_radian() * TAU;
-        let of_mesh = || (1..=MESH_ORDERS).map(|order| f64::from(order) * teeth).collect();
+        let of_mesh = || {
+            (1..=MESH_ORDERS)
+                .map(|order| f64::from(order) * teeth)
+                .collect()
+        };
         let config = RunUpConfig {
             speed: spec.speed,
             load,
@@ -68,8 +79,13 @@ impl PointRunUp<'_> {
             frequency_step: f64::from(spec.frequency_step),
             signals: spec.signals,
         };
-        let run = record(&kernel, &model.start(&start.run.initial), &config, called_off)
-            .map_err(|CalledOff| RunUpError::CalledOff)?;
+        let run = record(
+            &kernel,
+            &model.start(&start.run.initial),
+            &config,
+            called_off,
+        )
+        .map_err(|CalledOff| RunUpError::CalledOff)?;
         Ok((config, run))
     }
 }

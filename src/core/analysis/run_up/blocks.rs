@@ -70,7 +70,9 @@ struct Block {
 
 /// The stretches of a record, each so many samples long.
 fn blocks(config: &RunUpConfig, phases: &Phases, cycles_per_turn: f64) -> (usize, Vec<Block>) {
-    let cycles = (f64::from(config.revolutions) * cycles_per_turn).round().max(1.0);
+    let cycles = (f64::from(config.revolutions) * cycles_per_turn)
+        .round()
+        .max(1.0);
     let length = cycles as usize * phases.per_cycle as usize;
     let count = phases.times.len();
     let starts = (0..count).step_by((length / 2).max(1));
@@ -85,11 +87,17 @@ fn blocks(config: &RunUpConfig, phases: &Phases, cycles_per_turn: f64) -> (usize
 
 /// Hann's window, its mean 1.
 fn hann(length: usize) -> Vec<f64> {
-    (0..length).map(|k| 1.0 - (TAU * k as f64 / length as f64).cos()).collect()
+    (0..length)
+        .map(|k| 1.0 - (TAU * k as f64 / length as f64).cos())
+        .collect()
 }
 
 /// The orders asked for.
-pub(super) fn orders(config: &RunUpConfig, phases: &Phases, cycles_per_turn: f64) -> Vec<OrderPoint> {
+pub(super) fn orders(
+    config: &RunUpConfig,
+    phases: &Phases,
+    cycles_per_turn: f64,
+) -> Vec<OrderPoint> {
     let (length, blocks) = blocks(config, phases, cycles_per_turn);
     let window = hann(length);
     let mut out = Vec::new();
@@ -192,14 +200,22 @@ mod tests {
         let phases = Phases {
             per_cycle,
             first: first as u64,
-            values: vec![(0..count).map(|k| 7.0 + 2.0 * (3.0 * angle(k) + 0.4).cos()).collect()],
+            values: vec![
+                (0..count)
+                    .map(|k| 7.0 + 2.0 * (3.0 * angle(k) + 0.4).cos())
+                    .collect(),
+            ],
             times: (0..count).map(|k| k as f64 * 1e-4).collect(),
             contacts: vec![Flanks::Drive; count],
         };
         let found = orders(&config, &phases, teeth);
         assert_eq!(found.len(), 3 * 6);
         for point in &found {
-            let exact = [7.0, 2.0, 0.0][config.orders.iter().position(|o| *o == point.order).unwrap()];
+            let exact = [7.0, 2.0, 0.0][config
+                .orders
+                .iter()
+                .position(|o| *o == point.order)
+                .unwrap()];
             assert!((point.amplitude - exact).abs() < 1e-12, "{point:?}");
             if point.order == 3.0 {
                 assert!((point.phase - 0.4).abs() < 1e-12, "{point:?}");

@@ -78,7 +78,10 @@ impl RunUpConfig {
             Some(_) => self.signals.force,
             None => self.signals.has(signal.quantity),
         };
-        MovingSignal::of_model(model).into_iter().filter(asked).collect()
+        MovingSignal::of_model(model)
+            .into_iter()
+            .filter(asked)
+            .collect()
     }
 }
 

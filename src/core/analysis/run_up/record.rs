@@ -5,10 +5,11 @@ use super::spectrogram::spectra;
 use super::{RunUp, RunUpConfig};
 use crate::analysis::CalledOff;
 use crate::model::TrajectoryState;
-use crate::propagate::varying_speed::{
-    MovingEvent, MovingSignal, MovingWindow, Powers, Stretch, VaryingSpeed, Watch, value, value_and_slope,
-};
 use crate::propagate::Counters;
+use crate::propagate::varying_speed::{
+    Instant, MovingEvent, MovingSignal, MovingWindow, Stretch, VaryingSpeed, Watch, value,
+    value_and_slope,
+};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Samples a mesh cycle, for orders and levels.
@@ -44,7 +45,15 @@ pub fn record(
     let mut stop = None;
     for _ in 0..if config.settle > 0.0 { PARTS } else { 0 } {
         is_wanted(called_off)?;
-        stop = kernel.advance(&mut motion, &settling, &mut workspace, &mut (), &mut counters).err();
+        stop = kernel
+            .advance(
+                &mut motion,
+                &settling,
+                &mut workspace,
+                &mut (),
+                &mut counters,
+            )
+            .err();
         if stop.is_some() {
             break;
         }
@@ -53,6 +62,7 @@ pub fn record(
     let begin = motion.cycle as f64 + motion.phase;
     let mut recorder = Recorder {
         signals: &signals,
+        look: Instant::new(kernel),
         rate: config.sample_rate,
         instants: vec![Vec::new(); signals.len()],
         phases: Phases {
@@ -76,7 +86,13 @@ pub fn record(
         stretch.load[1] = (config.load[1] - config.load[0]) / config.duration;
         let stretch = stretch.accelerated(kernel);
         stop = kernel
-            .advance(&mut motion, &stretch, &mut workspace, &mut recorder, &mut counters)
+            .advance(
+                &mut motion,
+                &stretch,
+                &mut workspace,
+                &mut recorder,
+                &mut counters,
+            )
             .err();
     }
     let Recorder {
@@ -109,6 +125,7 @@ fn is_wanted(called_off: &AtomicBool) -> Result<(), CalledOff> {
 /// Takes samples off windows.
 struct Recorder<'a> {
     signals: &'a [MovingSignal],
+    look: Instant,
     rate: f64,
     instants: Vec<Vec<f64>>,
     phases: Phases,
@@ -118,7 +135,8 @@ struct Recorder<'a> {
 impl Watch for Recorder<'_> {
     fn window(&mut self, window: &MovingWindow<'_>) {
         let per_cycle = self.phases.per_cycle as f64;
-        let next_instant = |taken: usize| (taken as f64 / self.rate - window.time) / window.duration;
+        let next_instant =
+            |taken: usize| (taken as f64 / self.rate - window.time) / window.duration;
         let next_phase = |taken: usize| {
             let place = self.phases.first + taken as u64;
             // Whole cycles first: what is left has all digits.
@@ -126,7 +144,10 @@ impl Watch for Recorder<'_> {
             cycles + (place % self.phases.per_cycle) as f64 / per_cycle - window.phase
         };
         let passed = value(&window.cycles, window.part);
-        let taken = [self.instants.first().map_or(0, Vec::len), self.phases.times.len()];
+        let taken = [
+            self.instants.first().map_or(0, Vec::len),
+            self.phases.times.len(),
+        ];
         let instants = (taken[0]..)
             .map(next_instant)
             .take_while(|place| *place < 1.0)
@@ -139,10 +160,17 @@ impl Watch for Recorder<'_> {
         if instants.is_empty() && phases.is_empty() {
             return;
         }
-        for (index, signal) in self.signals.iter().enumerate() {
-            let series: Powers = signal.on(window);
-            self.instants[index].extend(instants.iter().map(|u| value(&series, *u)));
-            self.phases.values[index].extend(phases.iter().map(|u| value(&series, *u)));
+        let reads_states = self.signals.iter().any(MovingSignal::reads_states);
+        for (places, targets) in [
+            (&instants, &mut self.instants),
+            (&phases, &mut self.phases.values),
+        ] {
+            for place in places {
+                window.look(*place, reads_states, &mut self.look);
+                for (signal, values) in self.signals.iter().zip(targets.iter_mut()) {
+                    values.push(signal.value(window, &self.look));
+                }
+            }
         }
         let time = |u: f64| window.time + window.duration * u / window.part;
         self.phases.times.extend(phases.iter().map(|u| time(*u)));

@@ -29,8 +29,9 @@ pub(super) fn spectra(config: &RunUpConfig, instants: &Instants) -> Vec<Spectrum
     let length = (instants.rate / config.frequency_step).round().max(2.0) as usize;
     let step = instants.rate / length as f64;
     let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
-    let hann: Vec<f64> =
-        (0..length).map(|k| 1.0 - (TAU * k as f64 / length as f64).cos()).collect();
+    let hann: Vec<f64> = (0..length)
+        .map(|k| 1.0 - (TAU * k as f64 / length as f64).cos())
+        .collect();
     let lines = (HIGHEST * length as f64) as usize + 1;
     let count = instants.values.first().map_or(0, Vec::len);
     let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
@@ -56,7 +57,12 @@ pub(super) fn spectra(config: &RunUpConfig, instants: &Instants) -> Vec<Spectrum
                 speed: config.speed_at(time),
                 signal,
                 step,
-                amplitudes: output.iter().take(lines).enumerate().map(amplitude).collect(),
+                amplitudes: output
+                    .iter()
+                    .take(lines)
+                    .enumerate()
+                    .map(amplitude)
+                    .collect(),
             });
         }
     }
@@ -92,7 +98,10 @@ mod tests {
         assert!((found[0].time - 0.05).abs() < 1e-15 && (found[0].speed - 10.5).abs() < 1e-12);
         for (line, amplitude) in found[7].amplitudes.iter().enumerate() {
             let exact = [(0, 0.5), (1, 0.5), (4, 1.5), (5, 3.0), (6, 1.5)];
-            let exact = exact.iter().find(|(own, _)| *own == line).map_or(0.0, |(_, a)| *a);
+            let exact = exact
+                .iter()
+                .find(|(own, _)| *own == line)
+                .map_or(0.0, |(_, a)| *a);
             assert!((amplitude - exact).abs() < 1e-12, "{line}: {amplitude}");
         }
     }

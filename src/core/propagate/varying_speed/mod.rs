@@ -18,7 +18,7 @@ mod window;
 pub use advance::Workspace;
 pub use powers::{COURSE_TERMS, Course, Powers, value, value_and_slope};
 pub use stretch::Stretch;
-pub use watch::{MovingEvent, MovingSignal, MovingWindow, Watch};
+pub use watch::{Instant, MovingEvent, MovingSignal, MovingWindow, Watch};
 
 use super::InstructionSet;
 use super::vectors::Aligned;
@@ -26,7 +26,6 @@ use crate::model::{ActiveSet, LOAD_TERMS, LoadTerm, Model, TrajectoryState};
 use crate::structure::ModalStructure;
 use std::f64::consts::TAU;
 use system::{Rows, System};
-use window::Motions;
 
 /// Why a drive cannot run at a speed that varies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -171,11 +170,6 @@ impl VaryingSpeed {
     /// Scratch memory.
     pub fn workspace(&self) -> Workspace {
         Workspace::new(self)
-    }
-
-    /// The line of a contact, whose segments are those of the last window.
-    fn line_of(&self, contact: usize, motions: &Motions) -> usize {
-        motions.line_of[contact]
     }
 }
 

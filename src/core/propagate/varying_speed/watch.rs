@@ -1,10 +1,11 @@
 //! What a motion of varying speed shows of itself.
 
 use super::VaryingSpeed;
-use super::powers::{Course, Powers};
-use super::window::{Motions, seen_along};
+use super::powers::{Course, Powers, value};
+use super::system::Rows;
+use super::window::{Motions, states_at};
 use crate::model::{ActiveSet, COAST_FLANK, DRIVE_FLANK, LOAD_TERMS, Model, Quantity};
-use crate::propagate::vectors::TERMS;
+use crate::propagate::vectors::{Aligned, TERMS};
 
 /// A window of the motion. Series are in `u = t/duration`.
 #[derive(Debug, Clone, Copy)]
@@ -41,18 +42,14 @@ impl MovingWindow<'_> {
 
     /// Deflection along the line of a contact \[m\].
     pub fn deflection(&self, contact: usize) -> &Powers {
-        &self.motions.deflections[self.kernel.line_of(contact, self.motions)]
+        &self.motions.deflections[self.motions.line_of[contact]]
     }
 
     /// Force of the first mesh \[N\]: positive on its drive flank, negative on its coast flank.
     pub fn mesh_force(&self) -> Powers {
-        let springs = 0..self.kernel.model.flank_springs;
-        self.sum_of_forces(springs)
-    }
-
-    fn sum_of_forces(&self, contacts: impl Iterator<Item = usize>) -> Powers {
         let mut sum = [0.0; TERMS];
-        for force in contacts.filter_map(|contact| self.force(contact)) {
+        for force in (0..self.kernel.model.flank_springs).filter_map(|contact| self.force(contact))
+        {
             for (sum, f) in sum.iter_mut().zip(force) {
                 *sum += f;
             }
@@ -60,61 +57,86 @@ impl MovingWindow<'_> {
         sum
     }
 
-    /// An output of the model, by its place among these.
-    pub fn output(&self, index: usize) -> Powers {
-        let mut out = [0.0; TERMS];
-        let rows = self.kernel.outputs[index].each_ref().map(|row| &row[..]);
-        seen_along(
-            self.kernel.instructions,
-            rows,
-            &self.motions.components,
-            &mut out,
-        );
-        if self.kernel.model.outputs[index].quantity.is_rate() {
-            for j in 0..TERMS {
-                let next = out.get(j + 1).copied().unwrap_or(0.0);
-                out[j] = (j + 1) as f64 / self.duration * self.part * next;
-            }
+    /// Looks at a place of the window; at the blocks only where their states are read.
+    pub fn look(&self, place: f64, reads_states: bool, instant: &mut Instant) {
+        instant.place = place;
+        if !reads_states {
+            return;
         }
-        out
+        let padded = self.kernel.system.padded;
+        let Instant { states, rates, .. } = instant;
+        states_at(
+            self.kernel.instructions,
+            place,
+            padded,
+            &self.motions.components,
+            states,
+            rates,
+        );
+        let scale = self.part / self.duration;
+        rates
+            .iter_mut()
+            .flat_map(|own| own.iter_mut())
+            .for_each(|rate| *rate *= scale);
     }
 
-    /// Force on a bearing \[N\], by its place among the model's.
-    pub fn bearing(&self, index: usize) -> Powers {
-        let kernel = self.kernel;
-        let mut out = [0.0; TERMS];
-        let rows = kernel.bearings[index].each_ref().map(|row| &row[..]);
-        seen_along(
-            kernel.instructions,
-            rows,
-            &self.motions.components,
-            &mut out,
-        );
-        for (course, share) in self.loads.iter().zip(kernel.on_bearings[index]) {
-            for (sum, a) in out.iter_mut().zip(course) {
-                *sum += share * a;
-            }
-        }
-        for (ripple, share) in self
-            .motions
-            .ripples
-            .iter()
-            .zip(&kernel.model.bearings[index].by_ripple)
-        {
-            for (sum, a) in out.iter_mut().zip(ripple) {
-                *sum += share * a;
-            }
-        }
-        for (closed, force) in self.motions.closed.iter().zip(&self.motions.forces) {
-            let shares = &kernel.model.directions[closed.direction].on_bearings;
-            if let Some(share) = shares.get(index) {
-                for (sum, f) in out.iter_mut().zip(force) {
-                    *sum += share * f;
-                }
-            }
-        }
-        out
+    /// Sum of the forces of some contacts at a place \[N\].
+    fn sum_of_forces(&self, contacts: impl Iterator<Item = usize>, place: f64) -> f64 {
+        contacts
+            .filter_map(|contact| self.force(contact))
+            .map(|force| value(force, place))
+            .sum()
     }
+
+    /// Force on a bearing beside that of the blocks: of modes left out \[N\].
+    fn left_out(&self, index: usize, place: f64) -> f64 {
+        let kernel = self.kernel;
+        let shares = kernel.on_bearings[index].iter().zip(&self.loads);
+        let loads: f64 = shares
+            .map(|(share, course)| share * value(course, place))
+            .sum();
+        let ripples = (self.motions.ripples.iter()).zip(&kernel.model.bearings[index].by_ripple);
+        let ripples: f64 = ripples
+            .map(|(ripple, share)| share * value(ripple, place))
+            .sum();
+        let closed = self.motions.closed.iter().zip(&self.motions.forces);
+        let forces: f64 = closed
+            .filter_map(|(closed, force)| {
+                let shares = &kernel.model.directions[closed.direction].on_bearings;
+                Some(shares.get(index)? * value(force, place))
+            })
+            .sum();
+        loads + ripples + forces
+    }
+}
+
+/// The blocks at a place of a window.
+#[derive(Debug, Clone)]
+pub struct Instant {
+    place: f64,
+    states: [Aligned; 2],
+    rates: [Aligned; 2],
+}
+
+impl Instant {
+    /// Room for it.
+    pub fn new(kernel: &VaryingSpeed) -> Self {
+        let room = || [0, 1].map(|_| Aligned::zeros(kernel.system.padded));
+        Self {
+            place: 0.0,
+            states: room(),
+            rates: room(),
+        }
+    }
+}
+
+/// `Σ row · state` over the blocks.
+fn sum(rows: &Rows, states: &[Aligned; 2]) -> f64 {
+    let parts = rows.iter().zip(states);
+    parts
+        .flat_map(|(row, state)| row.iter().zip(&state[..]))
+        .map(|(a, x)| a * x)
+        .sum()
 }
 
 /// A contact opens or closes.
@@ -218,14 +240,25 @@ impl MovingSignal {
         [name, self.quantity.unit().to_owned()]
     }
 
-    /// Its series on a window.
-    pub fn on(&self, window: &MovingWindow<'_>) -> Powers {
+    /// Whether its value takes the states of the blocks; deflections and forces of contacts are known as series.
+    pub fn reads_states(&self) -> bool {
+        matches!(self.place, Place::Bearing(_) | Place::Output(_))
+    }
+
+    /// Its value at an instant of a window.
+    pub fn value(&self, window: &MovingWindow<'_>, instant: &Instant) -> f64 {
+        let (kernel, place) = (window.kernel, instant.place);
         match self.place {
-            Place::Deflection(contact) => *window.deflection(contact),
-            Place::Force(flanks) => window.sum_of_forces(flanks.into_iter()),
-            Place::FirstForce => window.mesh_force(),
-            Place::Bearing(index) => window.bearing(index),
-            Place::Output(index) => window.output(index),
+            Place::Deflection(contact) => value(window.deflection(contact), place),
+            Place::Force(flanks) => window.sum_of_forces(flanks.into_iter(), place),
+            Place::FirstForce => window.sum_of_forces(0..kernel.model.flank_springs, place),
+            Place::Bearing(index) => {
+                sum(&kernel.bearings[index], &instant.states) + window.left_out(index, place)
+            }
+            Place::Output(index) if kernel.model.outputs[index].quantity.is_rate() => {
+                sum(&kernel.outputs[index], &instant.rates)
+            }
+            Place::Output(index) => sum(&kernel.outputs[index], &instant.states),
         }
     }
 }

@@ -61,7 +61,9 @@ pub struct Motions {
     pub components: [Aligned; 2],
     /// Deflections of the lines in use \[m\].
     pub deflections: Vec<Powers>,
-    /// Their rates \[m/s\].
+    /// Whether a closed contact with a damper is on each: others need no rates.
+    pub damped: Vec<bool>,
+    /// Rates of the deflections \[m/s\].
     pub rates: Vec<Powers>,
     /// Sum of the sizes of a deflection's parts where the window starts \[m\].
     pub sizes: Vec<f64>,
@@ -169,7 +171,9 @@ fn expand_body<V: Vector>(system: &System, task: &Task, own: &mut Motions) {
                 own.sizes[line] = size_along::<V>(seen, now) + error[0][0].abs();
             }
             own.deflections[line][j] = along::<V>(seen, now) - error[0][j];
-            own.rates[line][j] = along::<V>(moved, now) - error[1][j];
+            if own.damped[line] {
+                own.rates[line][j] = along::<V>(moved, now) - error[1][j];
+            }
         }
         for k in 0..own.closed.len() {
             let Closed {
@@ -264,19 +268,35 @@ fn move_to_body<V: Vector>(place: f64, padded: usize, components: &mut [Aligned;
 }
 
 for_each_set! {
-    /// `Σ rows · components` as a series.
-    fn seen_along(rows: [&[f64]; 2], components: &[Aligned; 2], out: &mut Powers) = seen_along_body
+    /// The components at a place, and their rates by it.
+    fn states_at(
+        place: f64,
+        padded: usize,
+        components: &[Aligned; 2],
+        states: &mut [Aligned; 2],
+        rates: &mut [Aligned; 2],
+    ) = states_at_body
 }
 
 #[inline(always)]
-fn seen_along_body<V: Vector>(rows: [&[f64]; 2], components: &[Aligned; 2], out: &mut Powers) {
-    let n = rows[0].len();
-    for (j, out) in out.iter_mut().enumerate() {
-        let now = [
-            &components[0][j * n..(j + 1) * n],
-            &components[1][j * n..(j + 1) * n],
-        ];
-        *out = along::<V>(rows, now);
+fn states_at_body<V: Vector>(
+    place: f64,
+    padded: usize,
+    components: &[Aligned; 2],
+    states: &mut [Aligned; 2],
+    rates: &mut [Aligned; 2],
+) {
+    let place = V::splat(place);
+    for part in 0..2 {
+        for at in (0..padded).step_by(LANES) {
+            let [mut sum, mut slope] = [V::zero(); 2];
+            for j in (0..TERMS).rev() {
+                slope = slope.multiply_add(place, sum);
+                sum = sum.multiply_add(place, V::read(&components[part][j * padded + at..]));
+            }
+            sum.write(&mut states[part][at..]);
+            slope.write(&mut rates[part][at..]);
+        }
     }
 }
 
