@@ -41,6 +41,7 @@ mod power_cut;
 mod refined;
 mod retry;
 mod run;
+mod run_up;
 mod store_sample;
 mod stream;
 mod sweep;

@@ -5,7 +5,8 @@
 use crate::common;
 use common::advance::settled;
 use gearatlas::analysis::EnergyNorm;
-use gearatlas::model::{ActiveSet, Model};
+use gearatlas::model::{ActiveSet, InitialState};
+use gearatlas::propagate::Kernel;
 use gearatlas::propagate::varying_speed::{MovingEvent, Stretch, VaryingSpeed, Watch};
 use gearatlas::propagate::{Counters, InstructionSet};
 use gearatlas::reference::Extended;
@@ -66,4 +67,57 @@ fn growing_speed_is_exact_to_round_off() {
         assert!(state < 1e-12, "{name}: {state:e}");
         assert!(time < 1e-12, "{name}: {time:e}");
     }
+}
+
+/// In lasting contact, a run-up that passes a speed differs from the motion at this speed in proportion to its rate.
+#[test]
+fn slow_run_ups_pass_the_motions_of_fixed_speeds() {
+    let drive = common::six_modes();
+    let (from, to, load) = (180.0, 200.0, 0.8);
+    let teeth = drive.0.cycles_per_turn() / std::f64::consts::TAU;
+    let model = common::model_at(&drive, load, to);
+    let kernel = common::advance::volterra(&model);
+    let mut fixed = model.start(&InitialState::Static);
+    let (mut room, mut counters) = (kernel.workspace(), Counters::default());
+    kernel
+        .advance(3000, &mut fixed, &mut room, &mut (), &mut counters)
+        .unwrap();
+    let varying = VaryingSpeed::new(&drive.0, &model, 1000, InstructionSet::best()).unwrap();
+    let norm = EnergyNorm::new(&model);
+    let off = |cycles: f64| -> f64 {
+        // As many whole cycles pass from one speed to the other.
+        let duration = cycles / (0.5 * (from + to) * teeth);
+        let mut stretch = Stretch::steady(duration, from, load);
+        stretch.turned[2] = 0.5 * (to - from) / duration;
+        let mut motion = varying.start(&fixed);
+        let mut counters = Counters::default();
+        let mut room = varying.workspace();
+        let settling = Stretch::steady(3000.0 / (from * teeth), from, load);
+        for stretch in [settling, stretch] {
+            varying
+                .advance(&mut motion, &stretch, &mut room, &mut (), &mut counters)
+                .unwrap();
+        }
+        assert_eq!(counters.events, 0);
+        let passed = (motion.phase + 0.5).fract() - 0.5;
+        assert!(passed.abs() < 1e-9, "{passed:e}");
+        // Rotations that the mesh does not feel go their own way.
+        let mut difference: Vec<f64> = motion
+            .state
+            .iter()
+            .zip(&fixed.state)
+            .map(|(a, b)| a - b)
+            .collect();
+        let n = model.modes();
+        for &block in &model.neutral {
+            difference[block] = 0.0;
+            difference[n + block] = 0.0;
+        }
+        norm.length(&difference) / norm.unit()
+    };
+    let [coarse, fine] = [4000.0, 8000.0].map(off);
+    let order = (coarse / fine).log2();
+    println!("{coarse:.2e} {fine:.2e} half gaps: order {order:.3}");
+    assert!((order - 1.0).abs() < 0.05, "{coarse:e} {fine:e}");
+    assert!(fine < 1e-2, "{fine:e}");
 }

@@ -71,7 +71,9 @@ impl Workspace {
             lines,
             ..
         } = &mut own.motions;
-        (closed.clear(), forces.clear(), lines.clear());
+        closed.clear();
+        forces.clear();
+        lines.clear();
         own
     }
 }
@@ -425,7 +427,7 @@ fn ends(motions: &Motions) -> bool {
         let sum: f64 = series.iter().map(|a| a.abs()).sum();
         let tail = series[TERMS - 1].abs() + series[TERMS - 2].abs();
         // What is no number does not get better.
-        !(tail > TAIL * sum)
+        tail <= TAIL * sum || tail.is_nan()
     };
     motions
         .lines

@@ -21,8 +21,9 @@ use crate::numerics::nested_grid::NestedGrid;
 use crate::propagate::Event;
 use crate::store::{
     AxisColumn, ChainPart, Level, Listed, MeshUnderLoad, Placement, RefinedColumns, ResultTable,
-    TraceLabel, TraceWriter, Transition, bifurcations_table, branches_table, curves_table,
-    events_table, trace_table,
+    TraceLabel, TraceWriter, Transition, bifurcations_table, branches_table, contact_changes_table,
+    curves_table, events_table, levels_table, order_tracks_table, signals_table, spectrogram_table,
+    trace_table,
 };
 use strum::VariantArray;
 

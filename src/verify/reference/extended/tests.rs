@@ -85,6 +85,7 @@ fn forced_response_in_contact_is_the_closed_form_to_thirty_digits() {
     let instant = Instant {
         cycle: 0,
         time: DoubleDouble::ZERO,
+        passed: [DoubleDouble::exact(0.25), DoubleDouble::ZERO],
         segments: &model.segments_at(0, 0.0),
         contact: ActiveSet::DRIVE,
     };
