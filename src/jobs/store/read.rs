@@ -368,13 +368,7 @@ impl ResultTable {
 /// As [`read_runs`].
 pub fn present_tables(folder: &Path) -> Result<Vec<TableKind>, StoreError> {
     let mut named: Vec<TableRecord> = Vec::new();
-    // One table of each command that writes a record.
-    for kind in [
-        TableKind::Points,
-        TableKind::Branches,
-        TableKind::Trace,
-        TableKind::Signals,
-    ] {
+    for kind in TableKind::OF_RECORDS {
         named.extend(recorded(folder, kind)?.unwrap_or_default());
     }
     let is_there = |kind: &&TableKind| {

@@ -71,6 +71,10 @@ impl TableKind {
         Self::Points,
     ];
 
+    /// One table of each command that writes a record.
+    pub(super) const OF_RECORDS: [Self; 4] =
+        [Self::Points, Self::Branches, Self::Trace, Self::Signals];
+
     /// The record that vouches for it, where that is not the one of a run.
     pub(super) fn record_beside(self) -> Option<&'static str> {
         match self {

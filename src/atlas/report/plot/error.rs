@@ -21,7 +21,7 @@ pub enum PlotError {
     /// The folder holds neither results nor followed orbits nor a trace.
     #[error(
         "nothing to draw in `{}`: give a folder with points.parquet (from `atlas run`), \
-         branches.parquet (from `atlas follow`) or trace.parquet (from `atlas trace`), or a mesh table (from `atlas table`)",
+         branches.parquet (from `atlas follow`), trace.parquet (from `atlas trace`) or signals.parquet (from `atlas runup`), or a mesh table (from `atlas table`)",
         folder.display()
     )]
     Nothing {

@@ -42,6 +42,7 @@ mod ramp;
 mod recording;
 mod request;
 mod results;
+mod run_up;
 mod section;
 mod shares;
 mod spectral;
@@ -60,6 +61,7 @@ use axis_units::AxisUnits;
 use mesh::MeshCurves;
 use recording::Recording;
 use results::Results;
+use run_up::RunUpFolder;
 
 pub(super) use axis::PREFIXABLE;
 pub(super) use basins::slice_axes;
@@ -95,6 +97,7 @@ struct Source {
     followed: Option<(Followed, AxisUnits)>,
     recording: Option<Recording>,
     mesh: Option<MeshCurves>,
+    run_up: Option<RunUpFolder>,
 }
 
 /// Draws what was asked for, or all that the data of a folder or of a table file allow; columns of
@@ -183,6 +186,7 @@ impl Source {
                 followed: None,
                 recording: None,
                 mesh: Some(MeshCurves::read(path)?),
+                run_up: None,
             });
         }
         let holds = |kind: TableKind| path.join(kind.file_name()).exists();
@@ -191,7 +195,8 @@ impl Source {
         let has_results = recorded || holds(TableKind::Points);
         let has_trace = holds(TableKind::Trace);
         let has_orbits = holds(TableKind::Branches);
-        if !has_results && !has_trace && !has_orbits {
+        let run_up = RunUpFolder::at(path);
+        if !has_results && !has_trace && !has_orbits && run_up.is_none() {
             return Err(PlotError::Nothing {
                 folder: path.to_path_buf(),
             });
@@ -206,6 +211,7 @@ impl Source {
             followed,
             recording: has_trace.then(|| Recording::read(path)).transpose()?,
             mesh: None,
+            run_up,
         })
     }
 
@@ -284,6 +290,11 @@ impl Source {
         if let Some(curves) = &self.mesh {
             return mesh::draw(what, curves);
         }
+        if let What::Spectrogram | What::Tracks = what {
+            let folder = self.run_up.as_ref();
+            let folder = folder.ok_or_else(|| unfit("give a folder that `atlas runup` wrote"))?;
+            return folder.draw(what, request);
+        }
         if let What::Branches | What::Curves = what {
             let Some((followed, shown)) = &self.followed else {
                 return Err(unfit(FOLLOWED_NEEDED));
@@ -307,6 +318,7 @@ impl Source {
     fn can_hold(&self, what: What) -> bool {
         match what {
             What::Trace => self.recording.is_some(),
+            What::Spectrogram | What::Tracks => self.run_up.is_some(),
             What::Mesh | What::Sharing | What::Contact => self.mesh.is_some(),
             _ if self.mesh.is_some() => false,
             What::Branches => self.followed.is_some(),
@@ -375,6 +387,7 @@ fn of_results(what: What, results: &Results, request: &PlotRequest) -> Result<Dr
         What::Convergence => convergence::draw(results, request),
         What::Phase => phase::of_results(results, request),
         What::Trace => Err(unfit("give a folder that `atlas trace` wrote")),
+        What::Spectrogram | What::Tracks => Err(unfit("give a folder that `atlas runup` wrote")),
         What::Mesh | What::Sharing | What::Contact => Err(unfit(MESH_NEEDED)),
         What::Branches | What::Curves => Err(unfit(FOLLOWED_NEEDED)),
     }

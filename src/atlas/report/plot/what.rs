@@ -43,6 +43,10 @@ pub enum What {
     Phase,
     /// Deflection, force and contact of a trace over time.
     Trace,
+    /// Spectra of a run-up over its speed: frequencies upwards, levels in colour.
+    Spectrogram,
+    /// Amplitudes of orders of a run-up over its speed.
+    Tracks,
     /// Stiffness, load centre and transmission error of a mesh table.
     Mesh,
     /// Load shares of the pairs of teeth of a mesh table.

@@ -4,11 +4,13 @@
 //! interpolation.
 
 mod blocks;
+mod instants;
 mod record;
 mod spectrogram;
 
 pub use blocks::{Level, OrderPoint};
-pub use record::{Instants, record};
+pub use instants::Instants;
+pub use record::record;
 pub use spectrogram::SpectrumRow;
 
 use super::config::Signals;

@@ -1,6 +1,7 @@
 //! A run-up on the kernel, with its signals at even instants and even phases.
 
 use super::blocks::{Phases, levels, orders};
+use super::instants::Instants;
 use super::spectrogram::spectra;
 use super::{RunUp, RunUpConfig};
 use crate::analysis::CalledOff;
@@ -17,15 +18,6 @@ const PER_CYCLE: u64 = 64;
 
 /// Parts of a run-up between which it can be called off.
 const PARTS: u32 = 200;
-
-/// Signals at even instants, the first at time 0.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Instants {
-    /// Samples a second.
-    pub rate: f64,
-    /// Signal after signal, a value an instant.
-    pub values: Vec<Vec<f64>>,
-}
 
 /// Runs a drive up from a trajectory at its first speed.
 ///

@@ -1,7 +1,7 @@
 //! Spectra over stretches of time that overlap by half, under Hann's window.
 
 use super::RunUpConfig;
-use super::record::Instants;
+use super::instants::Instants;
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
 use std::f64::consts::TAU;

@@ -1,0 +1,268 @@
+//! Pictures of a run-up: a spectrogram over the speed, and tracks of orders.
+
+use std::path::{Path, PathBuf};
+
+use super::axis::{Axis, range};
+use super::canvas::{Anchor, Canvas, INK, SOFT};
+use super::categories::colour;
+use super::display::Scale;
+use super::error::PlotError;
+use super::over_axis::{LEFT, MARGIN, RIGHT};
+use super::panel::{Panel, TICK_SIZE};
+use super::picture::{Drawn, Picture};
+use super::ramp::{bar, viridis};
+use super::request::PlotRequest;
+use super::what::What;
+use crate::report::numbers::number;
+use crate::store::{ResultTable, StoreError, TableKind};
+
+const TOP: f64 = 72.0;
+const BOTTOM: f64 = 526.0;
+/// Cells of a spectrogram, across and up.
+const CELLS: [usize; 2] = [342, 227];
+/// Part of the largest amplitude that is shown darkest, or at all: 80 dB.
+const FLOOR: f64 = 1e-4;
+/// Radians a second of a revolution a minute.
+const RPM: f64 = std::f64::consts::TAU / 60.0;
+
+/// A folder that `atlas runup` wrote.
+pub(super) struct RunUpFolder(PathBuf);
+
+/// Rows of a table about one signal.
+struct OfSignal {
+    job: String,
+    unit: String,
+    table: ResultTable,
+    rows: Vec<usize>,
+    /// Speed in each row \[rpm\].
+    speeds: Vec<f64>,
+}
+
+impl OfSignal {
+    fn read(
+        folder: &Path,
+        kind: TableKind,
+        what: What,
+        signal: Option<&str>,
+    ) -> Result<Self, PlotError> {
+        let table = ResultTable::read(folder, kind)?;
+        let signals = table.text("signal")?;
+        let Some(name) = signal.or(signals.first().and_then(|name| name.as_deref())) else {
+            return Err(PlotError::Unfit {
+                what,
+                reason:
+                    "the run-up is too short for it; make it longer, or lower runup.revolutions"
+                        .into(),
+            });
+        };
+        let own = |row: &usize| signals[*row].as_deref() == Some(name);
+        let rows: Vec<usize> = (0..signals.len()).filter(own).collect();
+        let Some(&first) = rows.first() else {
+            let mut known: Vec<&str> = signals.iter().flatten().map(String::as_str).collect();
+            known.sort_unstable();
+            known.dedup();
+            return Err(PlotError::Unfit {
+                what,
+                reason: format!(
+                    "the run-up has no signal `{name}`; it has {}",
+                    known.join(", ")
+                ),
+            });
+        };
+        let speeds = column(&table, "speed")?;
+        Ok(Self {
+            job: table.metadata("job").unwrap_or("run-up").to_owned(),
+            unit: table.text("unit")?.swap_remove(first).unwrap_or_default(),
+            speeds: rows.iter().map(|row| speeds[*row] / RPM).collect(),
+            rows,
+            table,
+        })
+    }
+
+    fn across(&self) -> Axis {
+        Axis::linear(
+            "speed of the pinion",
+            "rpm",
+            range(self.speeds.iter().copied()),
+        )
+    }
+}
+
+fn column(table: &ResultTable, name: &str) -> Result<Vec<f64>, StoreError> {
+    Ok(table
+        .f64(name)?
+        .into_iter()
+        .map(|value| value.unwrap_or(f64::NAN))
+        .collect())
+}
+
+impl RunUpFolder {
+    /// That at a path, where it is one.
+    pub fn at(path: &Path) -> Option<Self> {
+        path.join(TableKind::Signals.file_name())
+            .exists()
+            .then(|| Self(path.to_path_buf()))
+    }
+
+    /// Draws one of its pictures.
+    pub fn draw(&self, what: What, request: &PlotRequest) -> Result<Drawn, PlotError> {
+        match what {
+            What::Spectrogram => self.spectrogram(request),
+            _ => self.tracks(request),
+        }
+    }
+
+    /// Levels in colour over speed and frequency.
+    fn spectrogram(&self, request: &PlotRequest) -> Result<Drawn, PlotError> {
+        let signal = request.signal.as_deref();
+        let own = OfSignal::read(&self.0, TableKind::Spectrogram, What::Spectrogram, signal)?;
+        let lists = own.table.lists("amplitudes")?;
+        let step = column(&own.table, "frequency_step")?[own.rows[0]];
+        let spectra: Vec<Vec<f64>> = (own.rows.iter())
+            .map(|row| {
+                lists[*row]
+                    .iter()
+                    .flatten()
+                    .map(|a| a.unwrap_or(0.0))
+                    .collect()
+            })
+            .collect();
+        // The mean is no vibration.
+        let largest = spectra
+            .iter()
+            .flat_map(|own| own.iter().skip(1))
+            .copied()
+            .fold(0.0, f64::max);
+        let scale = scale(&own, request)?;
+        let [Some(low), Some(high)] = [FLOOR * largest, largest].map(|end| scale.shown(end)) else {
+            return Err(silent(What::Spectrogram));
+        };
+        let level = scale.axis_over([low, high]);
+        let lines = spectra.iter().map(Vec::len).min().unwrap_or(0);
+        let up = Axis::linear("frequency", "Hz", [0.0, lines as f64 * step]);
+        let (mut canvas, panel) = framed(&own, "spectrogram", up);
+        canvas.rectangle([panel.left, TOP], [panel.right, BOTTOM], viridis(0.0));
+        let [columns, rows] = CELLS;
+        let mut cells = vec![0.0_f64; columns * rows];
+        let [from, to] = range(own.speeds.iter().copied());
+        for (speed, spectrum) in own.speeds.iter().zip(&spectra) {
+            let at = (((speed - from) / (to - from) * columns as f64) as usize).min(columns - 1);
+            for (line, amplitude) in spectrum.iter().enumerate().take(lines).skip(1) {
+                let cell = &mut cells[at * rows + line * rows / lines];
+                *cell = cell.max(*amplitude);
+            }
+        }
+        // Where spectra are farther apart than cells, each reaches to the next.
+        for at in 1..columns {
+            let (before, own) = cells.split_at_mut(at * rows);
+            if own[..rows].iter().all(|a| *a == 0.0) {
+                own[..rows].copy_from_slice(&before[(at - 1) * rows..]);
+            }
+        }
+        let x = |at: usize| panel.left + (panel.right - panel.left) * at as f64 / columns as f64;
+        let y = |row: usize| BOTTOM - (BOTTOM - TOP) * row as f64 / rows as f64;
+        for (cell, amplitude) in cells.iter().enumerate() {
+            let fraction = scale
+                .shown(*amplitude)
+                .map_or(0.0, |shown| level.fraction(shown));
+            if fraction > 0.0 {
+                let (at, row) = (cell / rows, cell % rows);
+                canvas.rectangle([x(at), y(row + 1)], [x(at + 1), y(row)], viridis(fraction));
+            }
+        }
+        canvas.outline([panel.left, TOP], [panel.right, BOTTOM], INK, 1.0);
+        bar(&mut canvas, RIGHT + 24.0, [TOP, TOP + 300.0], &level);
+        Ok(one("spectrogram", canvas))
+    }
+
+    /// Amplitudes of orders over the speed.
+    fn tracks(&self, request: &PlotRequest) -> Result<Drawn, PlotError> {
+        let signal = request.signal.as_deref();
+        let own = OfSignal::read(&self.0, TableKind::OrderTracks, What::Tracks, signal)?;
+        let (orders, amplitudes) = (
+            column(&own.table, "order")?,
+            column(&own.table, "amplitude")?,
+        );
+        let scale = scale(&own, request)?;
+        let mut known: Vec<f64> = own.rows.iter().map(|row| orders[*row]).collect();
+        known.sort_by(f64::total_cmp);
+        known.dedup();
+        let largest = own
+            .rows
+            .iter()
+            .map(|row| amplitudes[*row])
+            .fold(0.0, f64::max);
+        let shown = |row: usize| scale.shown(amplitudes[row].max(FLOOR * largest));
+        let ends = range(own.rows.iter().filter_map(|row| shown(*row)));
+        if largest == 0.0 {
+            return Err(silent(What::Tracks));
+        }
+        let (mut canvas, panel) = framed(&own, "orders", scale.axis(ends));
+        for (place, order) in known.iter().enumerate() {
+            let of_order = own
+                .rows
+                .iter()
+                .zip(&own.speeds)
+                .filter(|(row, _)| orders[**row] == *order);
+            let line: Vec<_> = of_order
+                .filter_map(|(row, speed)| Some(panel.at(*speed, shown(*row)?)))
+                .collect();
+            canvas.line(&line, colour(place), 1.6);
+            let y = TOP + 14.0 + 20.0 * place as f64;
+            canvas.line(&[[MARGIN, y], [MARGIN + 20.0, y]], colour(place), 2.4);
+            let text = format!("order {}", number(*order));
+            canvas.text(
+                [MARGIN + 28.0, y + 0.35 * TICK_SIZE],
+                &text,
+                TICK_SIZE,
+                SOFT,
+                Anchor::Start,
+            );
+        }
+        Ok(one("tracks", canvas))
+    }
+}
+
+/// The scale of a signal's amplitudes.
+fn scale(own: &OfSignal, request: &PlotRequest) -> Result<Scale, PlotError> {
+    Ok(Scale::new(&signal_of(own), &own.unit, &request.display)?.in_decades())
+}
+
+/// Name of the signal.
+fn signal_of(own: &OfSignal) -> String {
+    let names = own.table.text("signal").unwrap_or_default();
+    names
+        .into_iter()
+        .nth(own.rows[0])
+        .flatten()
+        .unwrap_or_default()
+}
+
+/// An empty picture with its panel.
+fn framed(own: &OfSignal, of: &str, up: Axis) -> (Canvas, Panel) {
+    let title = format!("{}: {of} of {}", own.job, signal_of(own));
+    let mut canvas = Canvas::titled(&title, "");
+    let panel = Panel {
+        left: LEFT,
+        right: RIGHT,
+        top: TOP,
+        bottom: BOTTOM,
+        across: own.across(),
+        up,
+    };
+    panel.frame(&mut canvas, true);
+    (canvas, panel)
+}
+
+fn one(name: &str, canvas: Canvas) -> Drawn {
+    let mut drawn = Drawn::default();
+    drawn.pictures.push(Picture::new(name.to_owned(), canvas));
+    drawn
+}
+
+fn silent(what: What) -> PlotError {
+    PlotError::Unfit {
+        what,
+        reason: "no amplitude is above zero".into(),
+    }
+}
