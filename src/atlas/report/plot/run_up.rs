@@ -127,10 +127,10 @@ impl RunUpFolder {
                     .collect()
             })
             .collect();
-        // The mean is no vibration.
+        // The mean is no vibration; under the window it reaches to line 1.
         let largest = spectra
             .iter()
-            .flat_map(|own| own.iter().skip(1))
+            .flat_map(|own| own.iter().skip(2))
             .copied()
             .fold(0.0, f64::max);
         let scale = scale(&own, request)?;
@@ -147,7 +147,7 @@ impl RunUpFolder {
         let [from, to] = range(own.speeds.iter().copied());
         for (speed, spectrum) in own.speeds.iter().zip(&spectra) {
             let at = (((speed - from) / (to - from) * columns as f64) as usize).min(columns - 1);
-            for (line, amplitude) in spectrum.iter().enumerate().take(lines).skip(1) {
+            for (line, amplitude) in spectrum.iter().enumerate().take(lines).skip(2) {
                 let cell = &mut cells[at * rows + line * rows / lines];
                 *cell = cell.max(*amplitude);
             }
