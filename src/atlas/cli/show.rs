@@ -121,6 +121,9 @@ pub(super) fn instead(folder: &Path) -> String {
         Contents::Trace => {
             format!("no results in `{here}`: it holds a trace; `atlas plot {here}` draws it")
         }
+        Contents::RunUp => {
+            format!("no results in `{here}`: it holds a run-up; `atlas plot {here}` draws it")
+        }
         Contents::Machine => format!(
             "no results in `{here}`: it holds measurements of `atlas machine`; `atlas machine show {here}` prints them"
         ),
@@ -179,6 +182,7 @@ mod tests {
     fn folders_of_other_kinds_are_named_with_their_command() {
         for (file, command) in [
             ("trace.parquet", "atlas plot"),
+            ("signals.parquet", "atlas plot"),
             ("machine.json", "atlas machine show"),
             ("mesh-0123456789abcdef0123456789abcdef.table", "atlas show"),
         ] {

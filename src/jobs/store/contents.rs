@@ -17,6 +17,8 @@ pub enum Contents {
     File,
     /// What `atlas trace` wrote.
     Trace,
+    /// What `atlas runup` wrote.
+    RunUp,
     /// What `atlas machine` wrote.
     Machine,
     /// Computed tables.
@@ -39,6 +41,9 @@ impl Contents {
         let holds = |folder: &Path, kind| table_path(folder, kind, None).exists();
         if holds(path, TableKind::Trace) {
             return Self::Trace;
+        }
+        if holds(path, TableKind::Signals) {
+            return Self::RunUp;
         }
         if path.join(RECORD).is_file() {
             return Self::Machine;
@@ -77,6 +82,7 @@ mod tests {
             Contents::of(&folder)
         };
         assert_eq!(within("a", "trace.parquet"), Contents::Trace);
+        assert_eq!(within("e", "signals.parquet"), Contents::RunUp);
         assert_eq!(within("b", "machine.json"), Contents::Machine);
         let key = "0123456789abcdef0123456789abcdef";
         assert_eq!(within("c", &format!("mesh-{key}.table")), Contents::Tables);

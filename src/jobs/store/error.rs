@@ -7,7 +7,7 @@ use parquet::errors::ParquetError;
 use thiserror::Error;
 
 use super::io_fault::{IoFault, Purpose, Refusal};
-use super::table_kind::{FOLLOW_RECORD, TRACE_RECORD, TableKind};
+use super::table_kind::{FOLLOW_RECORD, RUNUP_RECORD, TRACE_RECORD, TableKind};
 
 /// How a file differs from what was written.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -63,6 +63,7 @@ fn writer(path: &Path) -> &'static str {
         Some(MACHINE) => "atlas machine",
         Some(FOLLOW_RECORD) => "atlas follow",
         Some(TRACE_RECORD) => "atlas trace",
+        Some(RUNUP_RECORD) => "atlas runup",
         _ => "atlas run",
     }
 }
@@ -289,6 +290,8 @@ mod tests {
             ("branches.parquet", "`atlas follow`"),
             ("trace.json", "`atlas trace`"),
             ("events.parquet", "`atlas trace`"),
+            ("runup.json", "`atlas runup`"),
+            ("levels.parquet", "`atlas runup`"),
         ] {
             let missing = StoreError::Missing {
                 folder: "there".into(),

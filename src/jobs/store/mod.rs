@@ -9,7 +9,8 @@
 //! the table's name, which every Parquet reader takes as one data set.
 //!
 //! A traced trajectory is a folder of its own, with `trace.parquet` and `events.parquet`, then `trace.json`; followed
-//! orbits are `branches.parquet`, `bifurcations.parquet` and `curves.parquet`, then `follow.json`.
+//! orbits are `branches.parquet`, `bifurcations.parquet` and `curves.parquet`, then `follow.json`. A run-up has
+//! `signals.parquet` and tables that are made of it, then `runup.json`.
 //!
 //! What `atlas machine` measured is a folder of its own too, with `machine.json`.
 //!
