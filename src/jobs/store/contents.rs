@@ -82,7 +82,7 @@ mod tests {
             Contents::of(&folder)
         };
         assert_eq!(within("a", "trace.parquet"), Contents::Trace);
-        assert_eq!(within("e", "signals.parquet"), Contents::RunUp);
+        assert_eq!(within("f", "signals.parquet"), Contents::RunUp);
         assert_eq!(within("b", "machine.json"), Contents::Machine);
         let key = "0123456789abcdef0123456789abcdef";
         assert_eq!(within("c", &format!("mesh-{key}.table")), Contents::Tables);

@@ -221,3 +221,145 @@ fn written<R: Row>(
     }
     file.finish()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::Signals;
+    use crate::analysis::run_up::Instants;
+    use crate::model::ActiveSet;
+    use crate::store::ResultTable;
+
+    /// A row of each table has the values that it was written with.
+    #[test]
+    fn every_column_of_a_run_up_comes_back() {
+        let config = RunUpConfig {
+            speed: [10.0, 30.0],
+            load: [0.1, 0.3],
+            duration: 2.0,
+            settle: 0.0,
+            sample_rate: 1.0,
+            revolutions: 1,
+            orders: vec![20.0],
+            frequency_step: 1.0,
+            signals: Signals::NONE,
+        };
+        let names = [["force", "N"], ["bearing pinion 1 x", "N"]];
+        let run = RunUp {
+            signals: names.map(|texts| texts.map(str::to_owned)).to_vec(),
+            instants: Instants {
+                rate: 1.0,
+                values: vec![vec![5.0, 6.0], vec![7.0, 8.0]],
+            },
+            orders: vec![OrderPoint {
+                time: 0.5,
+                speed: 15.0,
+                signal: 1,
+                order: 20.0,
+                amplitude: 3.0,
+                phase: -0.5,
+            }],
+            levels: vec![Level {
+                time: 0.6,
+                speed: 16.0,
+                load: 0.16,
+                signal: 0,
+                mean: 9.0,
+                rms: 1.5,
+                range: [4.0, 11.0],
+                fractions: [0.4, 0.3, 0.2, 0.1],
+                closings: 2.5,
+            }],
+            spectra: vec![SpectrumRow {
+                time: 0.7,
+                speed: 17.0,
+                signal: 1,
+                step: 12.5,
+                amplitudes: vec![0.5, 0.25],
+            }],
+            events: vec![MovingEvent {
+                time: 0.8,
+                cycle: 3,
+                phase: 0.375,
+                speed: 55.0,
+                from: ActiveSet::DRIVE,
+                to: ActiveSet::FREE,
+                contact: 0,
+                rate: -0.01,
+            }],
+            cycles: 40.0,
+            stop: None,
+        };
+        let folder = tempfile::tempdir().unwrap();
+        write_run_up(folder.path(), &[("job", "test".to_owned())], &config, run).unwrap();
+        let read = |kind| ResultTable::read(folder.path(), kind).unwrap();
+        let numbers = |kind, known: &[(&str, f64)]| {
+            let table = read(kind);
+            for (name, value) in known {
+                assert_eq!(table.f64(name).unwrap()[0], Some(*value), "{name}");
+            }
+        };
+        let texts = |kind, known: [&str; 2]| {
+            for (name, value) in ["signal", "unit"].into_iter().zip(known) {
+                assert_eq!(read(kind).text(name).unwrap(), [Some(value.to_owned())]);
+            }
+        };
+        let signals = read(TableKind::Signals);
+        assert_eq!(signals.metadata("job"), Some("test"));
+        for (name, values) in [
+            ("time", [0.0, 1.0]),
+            ("speed", [10.0, 20.0]),
+            ("load", [0.1, 0.2]),
+            ("force", [5.0, 6.0]),
+            ("bearing_pinion_1_x", [7.0, 8.0]),
+        ] {
+            assert_eq!(signals.f64(name).unwrap(), values.map(Some), "{name}");
+        }
+        let tracks = [
+            ("time", 0.5),
+            ("speed", 15.0),
+            ("order", 20.0),
+            ("amplitude", 3.0),
+            ("phase", -0.5),
+        ];
+        numbers(TableKind::OrderTracks, &tracks);
+        texts(TableKind::OrderTracks, names[1]);
+        let levels = [
+            ("time", 0.6),
+            ("speed", 16.0),
+            ("load", 0.16),
+            ("mean", 9.0),
+            ("rms", 1.5),
+            ("smallest", 4.0),
+            ("largest", 11.0),
+            ("fraction_drive", 0.4),
+            ("fraction_free", 0.3),
+            ("fraction_coast", 0.2),
+            ("fraction_both", 0.1),
+            ("impacts_per_cycle", 2.5),
+        ];
+        numbers(TableKind::Levels, &levels);
+        texts(TableKind::Levels, names[0]);
+        numbers(
+            TableKind::Spectrogram,
+            &[("time", 0.7), ("speed", 17.0), ("frequency_step", 12.5)],
+        );
+        texts(TableKind::Spectrogram, names[1]);
+        let lists = read(TableKind::Spectrogram).lists("amplitudes").unwrap();
+        assert_eq!(lists, [Some(vec![Some(0.5), Some(0.25)])]);
+        let changes = [
+            ("time", 0.8),
+            ("phase", 0.375),
+            ("mesh_frequency", 55.0),
+            ("rate", -0.01),
+        ];
+        numbers(TableKind::ContactChanges, &changes);
+        let changes = read(TableKind::ContactChanges);
+        assert_eq!(changes.u64("cycle").unwrap(), [Some(3)]);
+        assert_eq!(changes.u64("contact").unwrap(), [Some(1)]);
+        assert_eq!(
+            changes.text("kind").unwrap(),
+            [Some("drive_release".to_owned())]
+        );
+    }
+}
