@@ -85,7 +85,7 @@ fn a_run_up_has_its_tables_and_its_sound() {
     let again = refused(at, &["sound", "a", "--signal", "force"], 2);
     assert!(again.contains("--overwrite"), "{again}");
     let unknown = refused(at, &["sound", "a", "--signal", "noise"], 2);
-    assert!(unknown.contains("deflection, force"), "{unknown}");
+    assert!(unknown.contains("force, deflection"), "{unknown}");
     let scale = refused(at, &["sound", "a", "--full-scale=-1", "--out", "x.wav"], 2);
     assert!(scale.contains("positive"), "{scale}");
     let occupied = refused(at, &["runup", "m.toml", "--out", "a"], 2);
