@@ -5,7 +5,7 @@
 //! on which no mesh force acts. Where it is accelerated, the torque that turns all inertia goes through the shafts and
 //! meshes: [`Stretch::accelerated`] gives it.
 //!
-//! Motions are integrated in power series ([`window`]) that know no fixed speed, so that nothing is built anew while it varies.
+//! Motions are integrated in power series that know no fixed speed, so that nothing is built anew while it varies.
 
 mod advance;
 mod powers;
