@@ -209,7 +209,7 @@ mod tests {
             contacts: vec![Flanks::Drive; count],
         };
         let found = orders(&config, &phases, teeth);
-        assert_eq!(found.len(), 3 * 6);
+        assert_eq!(found.len(), 3 * 5);
         for point in &found {
             let exact = [7.0, 2.0, 0.0][config
                 .orders
