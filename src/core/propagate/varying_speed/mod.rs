@@ -32,7 +32,7 @@ use system::{Rows, System};
 pub enum VaryingSpeedError {
     /// Its modes change with the speed.
     #[error(
-        "gyroscopic terms or a turning frame change the modes with the speed; leave them out (shafts.gyroscopic = false)"
+        "gyroscopic terms or a turning frame change the modes with the speed; leave them out (model.gyroscopic = false)"
     )]
     Gyroscopic,
     /// It has dry sliders.
