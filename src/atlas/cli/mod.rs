@@ -27,6 +27,7 @@ mod point;
 mod portable;
 mod process;
 mod progress;
+mod recording;
 pub mod report;
 mod resonances;
 mod retry;

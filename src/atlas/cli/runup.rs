@@ -3,17 +3,17 @@
 use super::manifest_args::ManifestArgs;
 use super::point::{self, PointArg};
 use super::process::{NOTHING_WRITTEN, Process, begin_writing};
+use super::recording;
 use super::table::TablesFolder;
 use super::threads::Threads;
 use super::{BAD_INPUT, FAILED_POINTS, INTERRUPTED, answer, fail, start_threads};
 use crate::analysis::run_up::{RunUp, RunUpConfig};
 use crate::manifest::Job;
-use crate::report::to_digits;
+use crate::report::{Unit, to_digits};
 use crate::store::{TableKind, table_path, write_run_up};
 use crate::sweep::{PointRunUp, Prepared, RunUpError};
 use clap::Args;
 use serde_json::json;
-use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -47,28 +47,19 @@ pub fn run(args: &RunupArgs) -> ExitCode {
         Err(status) => return status,
     };
     let Some(spec) = &job.run_up else {
-        let remedy = "the manifest has no table [runup]; add `[runup]` with `speed = { from = \"600 rpm\", to = \"6000 rpm\", in = \"10 s\" }`";
-        return fail(BAD_INPUT, remedy);
+        let message = "the manifest has no table [runup]; add `[runup]` with `speed = { from = \"600 rpm\", to = \"6000 rpm\", in = \"10 s\" }`";
+        return fail(BAD_INPUT, message);
     };
     // The speed of a point is of no effect: without a choice, the first point serves.
-    let chosen = if args.point.text.is_empty() { "0" } else { &args.point.text };
-    let point = match point::admit(&job, chosen) {
+    let asked = !args.point.text.is_empty();
+    let point = match point::admit(&job, if asked { &args.point.text } else { "0" }) {
         Ok(point) => point,
         Err(status) => return status,
     };
-    let folder = args.out.clone().unwrap_or_else(|| {
-        let name = match args.point.text.as_str() {
-            "" => "runup".to_owned(),
-            _ => format!("runup-{}", point.label),
-        };
-        Path::new("results").join(&job.name).join(name)
-    });
-    let signals = table_path(&folder, TableKind::Signals, None);
-    if signals.exists() && !args.overwrite {
-        let message = format!(
-            "`{}` already exists; choose another folder with --out, or replace the run-up with --overwrite",
-            signals.display()
-        );
+    let label = if asked { &point.label } else { "" };
+    let folder = (args.out.clone()).unwrap_or_else(|| recording::folder(&job, "runup", label));
+    let occupied = recording::occupied(&folder, TableKind::Signals, "run-up");
+    if let Some(message) = occupied.filter(|_| !args.overwrite) {
         return fail(BAD_INPUT, &message);
     }
     let process = match Process::prepare(NOTHING_WRITTEN) {
@@ -148,7 +139,8 @@ fn files(folder: &Path) -> [(&'static str, String); 5] {
 }
 
 fn summary(job: &Job, config: &RunUpConfig, run: &RunUp, folder: &Path) -> String {
-    let [from, to] = config.speed.map(|speed| to_digits(speed * 60.0 / TAU, 5));
+    let rpm = Unit::or_si(Some("rpm"), "rad/s").factor;
+    let [from, to] = config.speed.map(|speed| to_digits(rpm * speed, 5));
     let [first, last] = config.load.map(|load| to_digits(load, 4));
     let mut lines = vec![
         (
@@ -176,7 +168,7 @@ fn summary(job: &Job, config: &RunUpConfig, run: &RunUp, folder: &Path) -> Strin
                 format!(
                     "{name}: {} {unit} RMS at {} rpm",
                     to_digits(loudest.rms, 4),
-                    to_digits(loudest.speed * 60.0 / TAU, 4)
+                    to_digits(rpm * loudest.speed, 4)
                 ),
             ));
         }

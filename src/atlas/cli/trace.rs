@@ -3,6 +3,7 @@
 use super::manifest_args::ManifestArgs;
 use super::point::{self, ChosenPoint, PointArg, number};
 use super::process::{NOTHING_WRITTEN, Process, begin_writing};
+use super::recording;
 use super::table::TablesFolder;
 use super::threads::Threads;
 use super::{BAD_INPUT, FAILED_POINTS, INTERRUPTED, answer, fail, start_threads};
@@ -66,14 +67,11 @@ pub fn run(args: &TraceArgs) -> ExitCode {
         Ok(point) => point,
         Err(status) => return status,
     };
-    let folder = args.out.clone().unwrap_or_else(|| {
-        let name = match point.label.as_str() {
-            "" => "trace".to_owned(),
-            label => format!("trace-{label}"),
-        };
-        Path::new("results").join(&job.name).join(name)
-    });
-    if let Some(message) = occupied(&folder).filter(|_| !args.overwrite) {
+    let folder =
+        (args.out.clone()).unwrap_or_else(|| recording::folder(&job, "trace", &point.label));
+    if let Some(message) =
+        recording::occupied(&folder, TableKind::Trace, "trace").filter(|_| !args.overwrite)
+    {
         return fail(BAD_INPUT, &message);
     }
     let process = match Process::prepare(NOTHING_WRITTEN) {
@@ -138,17 +136,6 @@ pub fn run(args: &TraceArgs) -> ExitCode {
             &format!("the trace ended early: {stop}; the files hold the motion before that"),
         ),
     }
-}
-
-/// Why a folder must not be written to: it holds a trace.
-fn occupied(folder: &Path) -> Option<String> {
-    let file = table_path(folder, TableKind::Trace, None);
-    file.exists().then(|| {
-        format!(
-            "`{}` already exists; choose another folder with --out, or replace the trace with --overwrite",
-            file.display()
-        )
-    })
 }
 
 /// What the trace is of.

@@ -95,7 +95,7 @@ pub enum SoundError {
 pub fn write_wav(request: &WavRequest<'_>) -> Result<WavFile, SoundError> {
     let table = ResultTable::read(request.folder, TableKind::Signals)?;
     let units = table.units()?;
-    let heads = ResultTable::head(request.folder, TableKind::Signals)?.columns()?;
+    let heads = table.columns()?;
     let known: Vec<&str> = (heads.iter().map(|head| head.name.as_str()))
         .filter(|name| !NO_SIGNALS.contains(name))
         .collect();

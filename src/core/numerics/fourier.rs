@@ -10,6 +10,7 @@
 
 use super::bessel::{LANES, Lanes, ORDERS, spherical_bessel};
 use num_complex::{Complex64, c64};
+use std::f64::consts::TAU;
 
 /// Sixteens of multiples after which turns are taken from sine and cosine again: what one
 /// multiplication loses of them adds up.
@@ -111,6 +112,12 @@ impl Turning {
         self.given += 1;
         self.now
     }
+}
+
+/// Hann's window of so many places, its mean ½.
+pub fn hann(places: usize) -> Vec<f64> {
+    let weight = |i: usize| 0.5 - 0.5 * (TAU * i as f64 / places as f64).cos();
+    (0..places).map(weight).collect()
 }
 
 #[cfg(test)]

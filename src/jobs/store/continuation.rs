@@ -4,7 +4,7 @@
 use super::StoreError;
 use super::beside::{TablesRecord, remove};
 use super::checksum::TableRecord;
-use super::file::{Row, TableFile, create_folder, remove_stale, table_path};
+use super::file::{Row, create_folder, remove_stale, table_path, write_table};
 use super::point_row::AxisColumn;
 use super::table::{Column, Table, columns};
 use super::table_kind::{FOLLOW_RECORD, TableKind};
@@ -342,7 +342,7 @@ pub fn write_followed(
     remove(&folder.join(FOLLOW_RECORD))?;
     let mut written = Vec::new();
     match rows.curves {
-        Some(rows) => written.push(whole(
+        Some(rows) => written.push(write_table(
             folder,
             TableKind::Curves,
             curves_table(axes),
@@ -351,14 +351,14 @@ pub fn write_followed(
         )?),
         None => remove(&table_path(folder, TableKind::Curves, None))?,
     }
-    written.push(whole(
+    written.push(write_table(
         folder,
         TableKind::Bifurcations,
         bifurcations_table(axes),
         rows.bifurcations,
         metadata,
     )?);
-    written.push(whole(
+    written.push(write_table(
         folder,
         TableKind::Branches,
         branches_table(axes),
@@ -367,20 +367,6 @@ pub fn write_followed(
     )?);
     TablesRecord::new(metadata, written.clone()).write(folder, FOLLOW_RECORD)?;
     Ok(written)
-}
-
-fn whole<R: Row>(
-    folder: &Path,
-    kind: TableKind,
-    table: Table<R>,
-    rows: Vec<R>,
-    metadata: &[(&str, String)],
-) -> Result<TableRecord, StoreError> {
-    let mut file = TableFile::create(folder, kind, None, table, metadata)?;
-    for row in rows {
-        file.push(row)?;
-    }
-    file.finish()
 }
 
 #[cfg(test)]

@@ -301,6 +301,21 @@ impl ClosedTable {
     }
 }
 
+/// Writes a table that is at hand, whole or not at all.
+pub(super) fn write_table<R: Row>(
+    folder: &Path,
+    kind: TableKind,
+    table: Table<R>,
+    rows: impl IntoIterator<Item = R>,
+    metadata: &[(&str, String)],
+) -> Result<TableRecord, StoreError> {
+    let mut file = TableFile::create(folder, kind, None, table, metadata)?;
+    for row in rows {
+        file.push(row)?;
+    }
+    file.finish()
+}
+
 /// Creates a folder and its parents.
 ///
 /// # Errors

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::StoreError;
 use super::beside::{TablesRecord, remove};
-use super::file::{Row, TableFile, create_folder, remove_stale};
+use super::file::{Row, create_folder, remove_stale, write_table};
 use super::orders::{AMPLITUDE_UNITS, SIGNALS};
 use super::table::{Table, columns};
 use super::table_kind::{RUNUP_RECORD, TableKind};
@@ -132,6 +132,18 @@ pub fn contact_changes_table() -> Table<MovingEvent> {
     ])
 }
 
+/// Rows about signals, with their names.
+fn named<T>(
+    rows: Vec<T>,
+    names: &[Named],
+    signal: impl Fn(&T) -> usize,
+) -> impl Iterator<Item = OfSignal<T>> {
+    rows.into_iter().map(move |own| OfSignal {
+        signal: names[signal(&own)].clone(),
+        own,
+    })
+}
+
 /// Writes the tables of a run-up into a folder, `signals.parquet` last, then `runup.json`; `metadata` is kept with each.
 ///
 /// # Errors
@@ -164,62 +176,41 @@ pub fn write_run_up(
                 .collect(),
         }
     });
-    macro_rules! of_signal {
-        ($rows:expr) => {
-            $rows.into_iter().map(|own| OfSignal {
-                signal: names[own.signal].clone(),
-                own,
-            })
-        };
-    }
-    let write = (folder, metadata);
+    let tracks = named(run.orders, &names, |own| own.signal);
+    let levels = named(run.levels, &names, |own| own.signal);
+    let spectra = named(run.spectra, &names, |own| own.signal);
     let tables = vec![
-        written(
-            write,
+        write_table(
+            folder,
             TableKind::ContactChanges,
             contact_changes_table(),
             run.events,
+            metadata,
         )?,
-        written(
-            write,
+        write_table(
+            folder,
             TableKind::Spectrogram,
             spectrogram_table(),
-            of_signal!(run.spectra),
+            spectra,
+            metadata,
         )?,
-        written(
-            write,
-            TableKind::Levels,
-            levels_table(),
-            of_signal!(run.levels),
-        )?,
-        written(
-            write,
+        write_table(folder, TableKind::Levels, levels_table(), levels, metadata)?,
+        write_table(
+            folder,
             TableKind::OrderTracks,
             order_tracks_table(),
-            of_signal!(run.orders),
+            tracks,
+            metadata,
         )?,
-        written(
-            write,
+        write_table(
+            folder,
             TableKind::Signals,
             signals_table(&run.signals),
             instants,
+            metadata,
         )?,
     ];
     TablesRecord::new(metadata, tables).write(folder, RUNUP_RECORD)
-}
-
-/// Writes one table.
-fn written<R: Row>(
-    (folder, metadata): (&Path, &[(&str, String)]),
-    kind: TableKind,
-    table: Table<R>,
-    rows: impl IntoIterator<Item = R>,
-) -> Result<super::TableRecord, StoreError> {
-    let mut file = TableFile::create(folder, kind, None, table, metadata)?;
-    for row in rows {
-        file.push(row)?;
-    }
-    file.finish()
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::axis::{Axis, range};
 use super::canvas::{Anchor, Canvas, INK, SOFT};
 use super::categories::colour;
-use super::display::Scale;
+use super::display::{Scale, Unit};
 use super::error::PlotError;
 use super::over_axis::{LEFT, MARGIN, RIGHT};
 use super::panel::{Panel, TICK_SIZE};
@@ -22,15 +22,13 @@ const BOTTOM: f64 = 526.0;
 const CELLS: [usize; 2] = [342, 227];
 /// Part of the largest amplitude that is shown darkest, or at all: 80 dB.
 const FLOOR: f64 = 1e-4;
-/// Radians a second of a revolution a minute.
-const RPM: f64 = std::f64::consts::TAU / 60.0;
-
 /// A folder that `atlas runup` wrote.
 pub(super) struct RunUpFolder(PathBuf);
 
 /// Rows of a table about one signal.
 struct OfSignal {
     job: String,
+    name: String,
     unit: String,
     table: ResultTable,
     rows: Vec<usize>,
@@ -69,11 +67,13 @@ impl OfSignal {
                 ),
             });
         };
-        let speeds = column(&table, "speed")?;
+        let name = name.to_owned();
+        let (speeds, rpm) = (column(&table, "speed")?, Unit::or_si(Some("rpm"), "rad/s"));
         Ok(Self {
             job: table.metadata("job").unwrap_or("run-up").to_owned(),
             unit: table.text("unit")?.swap_remove(first).unwrap_or_default(),
-            speeds: rows.iter().map(|row| speeds[*row] / RPM).collect(),
+            speeds: rows.iter().map(|row| rpm.factor * speeds[*row]).collect(),
+            name,
             rows,
             table,
         })
@@ -225,22 +225,12 @@ impl RunUpFolder {
 
 /// The scale of a signal's amplitudes.
 fn scale(own: &OfSignal, request: &PlotRequest) -> Result<Scale, PlotError> {
-    Ok(Scale::new(&signal_of(own), &own.unit, &request.display)?.in_decades())
-}
-
-/// Name of the signal.
-fn signal_of(own: &OfSignal) -> String {
-    let names = own.table.text("signal").unwrap_or_default();
-    names
-        .into_iter()
-        .nth(own.rows[0])
-        .flatten()
-        .unwrap_or_default()
+    Ok(Scale::new(&own.name, &own.unit, &request.display)?.in_decades())
 }
 
 /// An empty picture with its panel.
 fn framed(own: &OfSignal, of: &str, up: Axis) -> (Canvas, Panel) {
-    let title = format!("{}: {of} of {}", own.job, signal_of(own));
+    let title = format!("{}: {of} of {}", own.job, own.name);
     let mut canvas = Canvas::titled(&title, "");
     let panel = Panel {
         left: LEFT,

@@ -2,6 +2,7 @@
 
 use super::RunUpConfig;
 use crate::model::Flanks;
+use crate::numerics::fourier::hann;
 use crate::propagate::varying_speed::MovingEvent;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -61,44 +62,42 @@ pub struct Level {
     pub closings: f64,
 }
 
-/// A stretch.
-struct Block {
-    from: usize,
-    time: f64,
+/// The stretches of a record.
+pub(super) struct Blocks {
+    /// Samples of each.
+    length: usize,
+    /// Mesh cycles of each.
     cycles: f64,
+    /// The first sample of each, and the time in its middle \[s\].
+    starts: Vec<(usize, f64)>,
 }
 
-/// The stretches of a record, each so many samples long.
-fn blocks(config: &RunUpConfig, phases: &Phases, cycles_per_turn: f64) -> (usize, Vec<Block>) {
-    let cycles = (f64::from(config.revolutions) * cycles_per_turn)
-        .round()
-        .max(1.0);
-    let length = cycles as usize * phases.per_cycle as usize;
-    let count = phases.times.len();
-    let starts = (0..count).step_by((length / 2).max(1));
-    let whole = starts.take_while(|from| from + length < count);
-    let block = |from: usize| Block {
-        from,
-        time: 0.5 * (phases.times[from] + phases.times[from + length]),
-        cycles,
-    };
-    (length, whole.map(block).collect())
-}
-
-/// Hann's window, its mean 1.
-fn hann(length: usize) -> Vec<f64> {
-    (0..length)
-        .map(|k| 1.0 - (TAU * k as f64 / length as f64).cos())
-        .collect()
+impl Blocks {
+    pub(super) fn new(config: &RunUpConfig, phases: &Phases, cycles_per_turn: f64) -> Self {
+        let cycles = (f64::from(config.revolutions) * cycles_per_turn)
+            .round()
+            .max(1.0);
+        let length = cycles as usize * phases.per_cycle as usize;
+        let count = phases.times.len();
+        let starts = (0..count).step_by((length / 2).max(1));
+        let whole = starts.take_while(|from| from + length < count);
+        let middle = |from: usize| 0.5 * (phases.times[from] + phases.times[from + length]);
+        Self {
+            length,
+            cycles,
+            starts: whole.map(|from| (from, middle(from))).collect(),
+        }
+    }
 }
 
 /// The orders asked for.
 pub(super) fn orders(
     config: &RunUpConfig,
     phases: &Phases,
+    blocks: &Blocks,
     cycles_per_turn: f64,
 ) -> Vec<OrderPoint> {
-    let (length, blocks) = blocks(config, phases, cycles_per_turn);
+    let length = blocks.length;
     let window = hann(length);
     let mut out = Vec::new();
     let step = |order: f64| order / cycles_per_turn / phases.per_cycle as f64;
@@ -106,23 +105,23 @@ pub(super) fn orders(
         .map(|order| {
             let turned = |(k, w): (usize, &f64)| {
                 let turns = (k as f64 * step(*order)).fract();
-                Complex64::from_polar(2.0 * w / length as f64, -TAU * turns)
+                Complex64::from_polar(4.0 * w / length as f64, -TAU * turns)
             };
             window.iter().enumerate().map(turned).collect()
         })
         .collect();
-    for block in &blocks {
+    for &(from, time) in &blocks.starts {
         for (signal, values) in phases.values.iter().enumerate() {
-            let values = &values[block.from..block.from + length];
+            let values = &values[from..from + length];
             for (order, table) in config.orders.iter().zip(&tables) {
                 let sum: Complex64 = values.iter().zip(table).map(|(v, t)| v * t).sum();
-                let turns = ((phases.first as usize + block.from) as f64 * step(*order)).fract();
+                let turns = ((phases.first as usize + from) as f64 * step(*order)).fract();
                 let value = sum * Complex64::cis(-TAU * turns);
                 // The mean has no phase, and all of it is on one side.
                 let value = if *order == 0.0 { 0.5 * value } else { value };
                 out.push(OrderPoint {
-                    time: block.time,
-                    speed: config.speed_at(block.time),
+                    time,
+                    speed: config.speed_at(time),
                     signal,
                     order: *order,
                     amplitude: value.norm(),
@@ -139,16 +138,19 @@ pub(super) fn levels(
     config: &RunUpConfig,
     phases: &Phases,
     events: &[MovingEvent],
-    cycles_per_turn: f64,
+    blocks: &Blocks,
 ) -> Vec<Level> {
-    let (length, blocks) = blocks(config, phases, cycles_per_turn);
+    let length = blocks.length;
     let mut out = Vec::new();
-    for block in &blocks {
-        let range = block.from..block.from + length;
-        let [from, to] = [range.start, range.end].map(|at| phases.times[at]);
-        let within = |event: &&MovingEvent| event.time >= from && event.time < to;
+    for &(from, time) in &blocks.starts {
+        let range = from..from + length;
+        // Events are in the order of time.
+        let [first, end] = [range.start, range.end].map(|at| {
+            let until = phases.times[at];
+            events.partition_point(|event| event.time < until)
+        });
         let closes = |event: &&MovingEvent| event.to.holds(event.contact);
-        let closings = events.iter().filter(within).filter(closes).count();
+        let closings = events[first..end].iter().filter(closes).count();
         let mut fractions = [0.0; Flanks::COUNT];
         for flanks in &phases.contacts[range.clone()] {
             fractions[flanks.index()] += 1.0 / length as f64;
@@ -160,15 +162,15 @@ pub(super) fn levels(
             let least = values.iter().copied().fold(f64::INFINITY, f64::min);
             let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             out.push(Level {
-                time: block.time,
-                speed: config.speed_at(block.time),
-                load: config.load_at(block.time),
+                time,
+                speed: config.speed_at(time),
+                load: config.load_at(time),
                 signal,
                 mean,
                 rms: (square / length as f64).sqrt(),
                 range: [least, most],
                 fractions,
-                closings: closings as f64 / block.cycles,
+                closings: closings as f64 / blocks.cycles,
             });
         }
     }
@@ -208,7 +210,8 @@ mod tests {
             times: (0..count).map(|k| k as f64 * 1e-4).collect(),
             contacts: vec![Flanks::Drive; count],
         };
-        let found = orders(&config, &phases, teeth);
+        let blocks = Blocks::new(&config, &phases, teeth);
+        let found = orders(&config, &phases, &blocks, teeth);
         assert_eq!(found.len(), 3 * 5);
         for point in &found {
             let exact = [7.0, 2.0, 0.0][config
@@ -221,7 +224,7 @@ mod tests {
                 assert!((point.phase - 0.4).abs() < 1e-12, "{point:?}");
             }
         }
-        let found = levels(&config, &phases, &[], teeth);
+        let found = levels(&config, &phases, &[], &blocks);
         assert!((found[0].mean - 7.0).abs() < 1e-12 && (found[0].rms - 2f64.sqrt()).abs() < 1e-12);
         assert!((found[0].fractions[0] - 1.0).abs() < 1e-12 && found[0].closings == 0.0);
     }

@@ -1,7 +1,7 @@
-//! A run-up or run-down: one motion whose speed grows or falls evenly, and what a test bench shows of it.
+//! A run-up or run-down: one motion whose speed changes at a constant rate, and what a test bench records of it.
 //!
-//! Signals are read off the windows' power series at even instants, and at even mesh phases: synchronous resampling without an
-//! interpolation.
+//! Signals are values of the windows' power series at even instants and at even mesh phases. The second are what a bench
+//! calls synchronous resampling; nothing is interpolated.
 
 mod blocks;
 mod instants;
@@ -19,7 +19,7 @@ use crate::propagate::Stop;
 use crate::propagate::varying_speed::{MovingEvent, MovingSignal};
 
 /// What is asked of a run-up.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct RunUpConfig {
     /// Speeds of the pinion at start and end \[rad/s\].
     pub speed: [f64; 2],
@@ -41,7 +41,7 @@ pub struct RunUpConfig {
     pub signals: Signals,
 }
 
-/// What a run-up shows.
+/// The record of a run-up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunUp {
     /// The signals, each with its unit.

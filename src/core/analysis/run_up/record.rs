@@ -1,17 +1,17 @@
 //! A run-up on the kernel, with its signals at even instants and even phases.
 
-use super::blocks::{Phases, levels, orders};
+use super::blocks::{Blocks, Phases, levels, orders};
 use super::instants::Instants;
 use super::spectrogram::spectra;
 use super::{RunUp, RunUpConfig};
 use crate::analysis::CalledOff;
 use crate::model::TrajectoryState;
-use crate::propagate::Counters;
 use crate::propagate::varying_speed::{
-    Instant, MovingEvent, MovingSignal, MovingWindow, Stretch, VaryingSpeed, Watch, value,
-    value_and_slope,
+    Instant, Motion, MovingEvent, MovingSignal, MovingWindow, Stretch, VaryingSpeed, Watch,
+    place_of, value,
 };
-use std::sync::atomic::{AtomicBool, Ordering};
+use crate::propagate::{Counters, Stop};
+use std::sync::atomic::AtomicBool;
 
 /// Samples a mesh cycle, for orders and levels.
 const PER_CYCLE: u64 = 64;
@@ -31,29 +31,15 @@ pub fn record(
 ) -> Result<RunUp, CalledOff> {
     let signals = config.signals_of(kernel.model());
     let mut motion = kernel.start(start);
-    let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
-    let [first, _] = config.speed;
+    let [first, last] = config.speed;
     let settling = Stretch::steady(config.settle / f64::from(PARTS), first, config.load[0]);
-    let mut stop = None;
-    for _ in 0..if config.settle > 0.0 { PARTS } else { 0 } {
-        is_wanted(called_off)?;
-        stop = kernel
-            .advance(
-                &mut motion,
-                &settling,
-                &mut workspace,
-                &mut (),
-                &mut counters,
-            )
-            .err();
-        if stop.is_some() {
-            break;
-        }
-    }
+    let settling = (0..PARTS).map(|_| settling);
+    let mut stop = advance(kernel, settling, &mut motion, &mut (), called_off)?;
     motion.time = 0.0;
     let begin = motion.cycle as f64 + motion.phase;
     let mut recorder = Recorder {
         signals: &signals,
+        reads_states: signals.iter().any(MovingSignal::reads_states),
         look: Instant::new(kernel),
         rate: config.sample_rate,
         instants: vec![Vec::new(); signals.len()],
@@ -66,26 +52,16 @@ pub fn record(
         },
         events: Vec::new(),
     };
-    let length = config.duration / f64::from(PARTS);
-    for part in 0..PARTS {
-        if stop.is_some() {
-            break;
-        }
-        is_wanted(called_off)?;
-        let from = f64::from(part) * length;
-        let mut stretch = Stretch::steady(length, config.speed_at(from), config.load_at(from));
-        stretch.turned[2] = 0.5 * (config.speed[1] - first) / config.duration;
-        stretch.load[1] = (config.load[1] - config.load[0]) / config.duration;
-        let stretch = stretch.accelerated(kernel);
-        stop = kernel
-            .advance(
-                &mut motion,
-                &stretch,
-                &mut workspace,
-                &mut recorder,
-                &mut counters,
-            )
-            .err();
+    if stop.is_none() {
+        let length = config.duration / f64::from(PARTS);
+        let stretches = (0..PARTS).map(|part| {
+            let from = f64::from(part) * length;
+            let mut stretch = Stretch::steady(length, config.speed_at(from), config.load_at(from));
+            stretch.turned[2] = 0.5 * (last - first) / config.duration;
+            stretch.load[1] = (config.load[1] - config.load[0]) / config.duration;
+            stretch.accelerated(kernel)
+        });
+        stop = advance(kernel, stretches, &mut motion, &mut recorder, called_off)?;
     }
     let Recorder {
         instants,
@@ -98,10 +74,11 @@ pub fn record(
         values: instants,
     };
     let cycles_per_turn = kernel.cycles_per_radian() * std::f64::consts::TAU;
+    let blocks = Blocks::new(config, &phases, cycles_per_turn);
     Ok(RunUp {
         signals: signals.iter().map(MovingSignal::named).collect(),
-        orders: orders(config, &phases, cycles_per_turn),
-        levels: levels(config, &phases, &events, cycles_per_turn),
+        orders: orders(config, &phases, &blocks, cycles_per_turn),
+        levels: levels(config, &phases, &events, &blocks),
         spectra: spectra(config, &instants),
         instants,
         events,
@@ -110,13 +87,29 @@ pub fn record(
     })
 }
 
-fn is_wanted(called_off: &AtomicBool) -> Result<(), CalledOff> {
-    if called_off.load(Ordering::Relaxed) { Err(CalledOff) } else { Ok(()) }
+/// Advances a motion over stretches; gives why it cannot go on, where it cannot.
+fn advance<W: Watch>(
+    kernel: &VaryingSpeed,
+    stretches: impl Iterator<Item = Stretch>,
+    motion: &mut Motion,
+    watch: &mut W,
+    called_off: &AtomicBool,
+) -> Result<Option<Stop>, CalledOff> {
+    let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
+    for stretch in stretches {
+        CalledOff::check(called_off)?;
+        if let Err(stop) = kernel.advance(motion, &stretch, &mut workspace, watch, &mut counters) {
+            return Ok(Some(stop));
+        }
+    }
+    Ok(None)
 }
 
 /// Takes samples off windows.
 struct Recorder<'a> {
     signals: &'a [MovingSignal],
+    /// Whether any of them reads the states of the blocks.
+    reads_states: bool,
     look: Instant,
     rate: f64,
     instants: Vec<Vec<f64>>,
@@ -152,13 +145,12 @@ impl Watch for Recorder<'_> {
         if instants.is_empty() && phases.is_empty() {
             return;
         }
-        let reads_states = self.signals.iter().any(MovingSignal::reads_states);
         for (places, targets) in [
             (&instants, &mut self.instants),
             (&phases, &mut self.phases.values),
         ] {
             for place in places {
-                window.look(*place, reads_states, &mut self.look);
+                window.look(*place, self.reads_states, &mut self.look);
                 for (signal, values) in self.signals.iter().zip(targets.iter_mut()) {
                     values.push(signal.value(window, &self.look));
                 }
@@ -173,18 +165,4 @@ impl Watch for Recorder<'_> {
     fn event(&mut self, event: &MovingEvent) {
         self.events.push(*event);
     }
-}
-
-/// Where so many cycles have passed: Newton's method from the mean rate.
-fn place_of(cycles: &[f64], passed: f64) -> f64 {
-    let mut place = passed / cycles[1];
-    for _ in 0..8 {
-        let [found, slope] = value_and_slope(cycles, place);
-        let correction = (passed - found) / slope;
-        place += correction;
-        if correction.abs() <= 1e-15 {
-            break;
-        }
-    }
-    place.max(0.0)
 }

@@ -2,9 +2,9 @@
 
 use super::RunUpConfig;
 use super::instants::Instants;
+use crate::numerics::fourier::hann;
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
-use std::f64::consts::TAU;
 
 /// Highest frequency shown, by the rate of samples: what lies near half of it may be mistaken.
 const HIGHEST: f64 = 0.4;
@@ -29,9 +29,7 @@ pub(super) fn spectra(config: &RunUpConfig, instants: &Instants) -> Vec<Spectrum
     let length = (instants.rate / config.frequency_step).round().max(2.0) as usize;
     let step = instants.rate / length as f64;
     let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
-    let hann: Vec<f64> = (0..length)
-        .map(|k| 1.0 - (TAU * k as f64 / length as f64).cos())
-        .collect();
+    let window = hann(length);
     let lines = (HIGHEST * length as f64) as usize + 1;
     let count = instants.values.first().map_or(0, Vec::len);
     let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
@@ -41,7 +39,7 @@ pub(super) fn spectra(config: &RunUpConfig, instants: &Instants) -> Vec<Spectrum
         let time = (from as f64 + 0.5 * length as f64) / instants.rate;
         for (signal, values) in instants.values.iter().enumerate() {
             let values = &values[from..from + length];
-            for (input, (value, weight)) in input.iter_mut().zip(values.iter().zip(&hann)) {
+            for (input, (value, weight)) in input.iter_mut().zip(values.iter().zip(&window)) {
                 *input = value * weight;
             }
             // The lengths are the plan's own.
@@ -49,8 +47,9 @@ pub(super) fn spectra(config: &RunUpConfig, instants: &Instants) -> Vec<Spectrum
                 return out;
             }
             let amplitude = |(k, value): (usize, &Complex64)| {
-                let sides = if k == 0 { 1.0 } else { 2.0 };
-                sides * value.norm() / length as f64
+                // The window halves an amplitude, and a sine is on both sides of 0 Hz.
+                let factor = if k == 0 { 2.0 } else { 4.0 };
+                factor * value.norm() / length as f64
             };
             out.push(SpectrumRow {
                 time,
@@ -73,6 +72,7 @@ pub(super) fn spectra(config: &RunUpConfig, instants: &Instants) -> Vec<Spectrum
 mod tests {
     use super::*;
     use crate::analysis::config::Signals;
+    use std::f64::consts::TAU;
 
     /// A sine on a line has its amplitude there, half of it on both neighbours, nothing elsewhere.
     #[test]

@@ -17,13 +17,13 @@ use crate::analysis::outcome::{Spectrum, SpectrumLine, SpectrumMethod};
 use crate::analysis::recurrence::excitation_period;
 use crate::analysis::signal::Signal;
 use crate::model::Model;
+use crate::numerics::fourier::hann;
 use crate::numerics::instructions::portable;
 use crate::numerics::legendre::evaluate;
 use crate::numerics::linalg;
 use crate::propagate::Window;
 use num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
-use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// Samples to a turn of the highest order, at least: what is above three times that order is
@@ -131,9 +131,7 @@ impl Welch {
                 .map(|signal| Record::new(signal, samples, highest_order * cycles))
                 .collect(),
             transform: RealFftPlanner::new().plan_fft_forward(samples),
-            hann: (0..samples)
-                .map(|i| 0.5 - 0.5 * (TAU * i as f64 / samples as f64).cos())
-                .collect(),
+            hann: hann(samples),
         }
     }
 
@@ -267,6 +265,7 @@ mod tests {
     use crate::model::{Drive, DriveShaft, TorqueRipple};
     use crate::numerics::random::Stream;
     use crate::structure::ModalStructure;
+    use std::f64::consts::TAU;
 
     fn asked(resolution: u32) -> SpectrumConfig {
         SpectrumConfig {

@@ -1,6 +1,6 @@
 //! From window to window.
 
-use super::powers::{Course, Sum, composed, length as terms_of, value, value_and_slope};
+use super::powers::{Course, Sum, composed, length as terms_of, place_of, value, value_and_slope};
 use super::search::{Found, Met};
 use super::stretch::Stretch;
 use super::watch::{MovingEvent, MovingWindow, Watch};
@@ -11,8 +11,7 @@ use crate::propagate::vectors::{Aligned, TERMS};
 use crate::propagate::{Counters, Stop};
 use std::f64::consts::TAU;
 
-/// Radians of the bound of the fastest rate on a window: of a wave that turns so far 3²⁴/24! is left out, 5e-13 of what it adds, which is
-/// little where it is the fastest of many.
+/// Radians of the fastest rate on a window. Terms left out are 3²⁴/24! = 5e-13 of the amplitude of the fastest wave.
 const LONGEST: f64 = 3.0;
 
 /// Part of a mesh cycle, or of a window, that sums are rounded by.
@@ -38,14 +37,7 @@ impl Workspace {
         let (system, model) = (&kernel.system, &kernel.model);
         let (lines, contacts) = (model.lines.len(), model.contacts.len());
         let nothing = [0.0; TERMS];
-        let closed = Closed {
-            contact: 0,
-            line: 0,
-            direction: 0,
-            side: 1.0,
-            damping: 0.0,
-        };
-        let mut own = Self {
+        Self {
             motions: Motions {
                 components: [0, 1].map(|_| Aligned::zeros(TERMS * system.padded)),
                 deflections: vec![nothing; lines],
@@ -55,26 +47,15 @@ impl Workspace {
                 errors: vec![[nothing; 2]; lines],
                 waves: vec![[nothing; 2]; system.turns.len()],
                 ripples: vec![nothing; system.ripples.len()],
-                lines: vec![[0; 2]; lines],
+                lines: Vec::with_capacity(lines),
                 line_of: vec![0; contacts],
-                damping: vec![0.0; contacts],
-                closed: vec![closed; contacts],
-                forces: vec![nothing; contacts],
+                closed: Vec::with_capacity(contacts),
+                forces: Vec::with_capacity(contacts),
                 laws: vec![Law::ZERO; contacts],
             },
             segments: model.segments_at(0, 0.0),
             end: 0.0,
-        };
-        let Motions {
-            closed,
-            forces,
-            lines,
-            ..
-        } = &mut own.motions;
-        closed.clear();
-        forces.clear();
-        lines.clear();
-        own
+        }
     }
 }
 
@@ -118,23 +99,13 @@ impl VaryingSpeed {
         let mut start = Sum::of(0.0);
         while start.value < stretch.duration {
             let left = stretch.duration - start.value;
-            let mut length = longest.min(left);
-            let mut reach = self.reach(motion, stretch, (start.value, length), workspace);
-            self.expand(motion, &reach, workspace);
-            for _ in 0..HALVINGS {
-                if ends(&workspace.motions) {
-                    break;
-                }
-                length = 0.5 * reach.length;
-                reach = self.reach(motion, stretch, (start.value, length), workspace);
-                self.expand(motion, &reach, workspace);
-            }
+            let reach = self.solve(motion, stretch, (start.value, longest.min(left)), workspace);
             counters.windows += 1;
             self.check_range(motion, &workspace.motions)?;
             let found = self.first_event(
                 (motion.contact, motion.standing),
                 reach.length,
-                &workspace.motions,
+                (&workspace.motions, &workspace.segments),
                 counters,
             );
             let part = found.map_or(1.0, |found| found.place);
@@ -179,6 +150,27 @@ impl VaryingSpeed {
         Ok(())
     }
 
+    /// Solves a window that starts at a time \[s\] of a stretch and has some length \[s\] at most: it is halved until its
+    /// series end.
+    fn solve(
+        &self,
+        motion: &Motion,
+        stretch: &Stretch,
+        (start, longest): (f64, f64),
+        workspace: &mut Workspace,
+    ) -> Reach {
+        let mut reach = self.reach(motion, stretch, (start, longest), workspace);
+        self.expand(motion, &reach, workspace);
+        for _ in 0..HALVINGS {
+            if ends(&workspace.motions) {
+                break;
+            }
+            reach = self.reach(motion, stretch, (start, 0.5 * reach.length), workspace);
+            self.expand(motion, &reach, workspace);
+        }
+        reach
+    }
+
     /// How far a window of some length at most reaches: to the end of the segments.
     fn reach(
         &self,
@@ -187,28 +179,17 @@ impl VaryingSpeed {
         (start, length): (f64, f64),
         workspace: &Workspace,
     ) -> Reach {
-        let (cycles, loads) = stretch.on_window(self, start, length);
+        let (mut cycles, mut loads) = stretch.on_window(self, start, length);
         let left = workspace.end - motion.phase;
-        let own = Reach {
-            length,
-            cycles,
-            loads,
-            at_end: false,
-        };
         if value(&cycles, 1.0) < left - ROUNDING {
-            return own;
+            return Reach {
+                length,
+                cycles,
+                loads,
+                at_end: false,
+            };
         }
-        // Newton's method from the mean rate; the phase grows all the time.
-        let mut part = left / value(&cycles, 1.0);
-        for _ in 0..20 {
-            let [passed, slope] = value_and_slope(&cycles, part);
-            let correction = (left - passed) / slope;
-            part += correction;
-            if correction.abs() <= f64::EPSILON * part {
-                break;
-            }
-        }
-        let part = part.clamp(0.0, 1.0);
+        let part = place_of(&cycles, left).min(1.0);
         let length = part * length;
         let shorter = |course: &mut Course| {
             let mut scale = 1.0;
@@ -217,11 +198,6 @@ impl VaryingSpeed {
                 scale *= part;
             }
         };
-        let Reach {
-            mut cycles,
-            mut loads,
-            ..
-        } = own;
         shorter(&mut cycles);
         loads.iter_mut().for_each(shorter);
         Reach {
@@ -242,8 +218,8 @@ impl VaryingSpeed {
             let angle = reach.cycles.map(|a| TAU * turns * a);
             *wave = window::wave(TAU * (whole + turns * motion.phase), &angle);
         }
-        for (line, parts) in self.system.error_waves.iter().enumerate() {
-            let error = window::sum_of_waves(parts, &motions.waves);
+        for &[line, _] in &motions.lines {
+            let error = window::sum_of_waves(&self.system.error_waves[line], &motions.waves);
             let rate = std::array::from_fn(|j| {
                 let next = error.get(j + 1).copied().unwrap_or(0.0);
                 (j + 1) as f64 / reach.length * next
@@ -253,25 +229,16 @@ impl VaryingSpeed {
         for (ripple, part) in motions.ripples.iter_mut().zip(&self.system.ripple_waves) {
             *ripple = window::sum_of_waves(std::slice::from_ref(part), &motions.waves);
         }
-        for ((law, segment), contact) in motions
-            .laws
-            .iter_mut()
-            .zip(segments.iter())
-            .zip(&self.model.contacts)
-        {
-            let constant = segment.stiffness.is_constant() && segment.error.is_none();
-            if constant {
-                *law = Law::ZERO;
-                law.stiffness[0] = segment.stiffness.mean();
-            } else {
-                let mut at = reach
-                    .cycles
-                    .map(|a| 2.0 / (segment.end - segment.start) * a);
-                at[0] = segment.place(motion.phase);
-                composed(segment.stiffness.coefficients(), &at, &mut law.stiffness);
-                composed(segment.error.coefficients(), &at, &mut law.gap);
-                law.stiffness_terms = terms_of(&law.stiffness);
+        let laws = motions.laws.iter_mut().zip(segments.iter());
+        for ((law, segment), contact) in laws.zip(&self.model.contacts) {
+            if is_constant(segment) {
+                continue;
             }
+            let mut at = (reach.cycles).map(|a| 2.0 / (segment.end - segment.start) * a);
+            at[0] = segment.place(motion.phase);
+            composed(segment.stiffness.coefficients(), &at, &mut law.stiffness);
+            composed(segment.error.coefficients(), &at, &mut law.gap);
+            law.stiffness_terms = terms_of(&law.stiffness);
             law.gap[0] += contact.half_gap;
         }
         let task = Task {
@@ -370,7 +337,12 @@ impl VaryingSpeed {
             workspace.segments[index] = *segment;
             let line = self.model.line(segment);
             motions.line_of[index] = line;
-            motions.damping[index] = segment.damping;
+            if is_constant(segment) {
+                let law = &mut motions.laws[index];
+                *law = Law::ZERO;
+                law.stiffness[0] = segment.stiffness.mean();
+                law.gap[0] = contact.half_gap;
+            }
             if motions.lines.iter().all(|[known, _]| *known != line) {
                 motions.lines.push([line, segment.direction]);
             }
@@ -419,6 +391,11 @@ impl VaryingSpeed {
             state.copy_from_slice(&own[..n]);
         }
     }
+}
+
+/// Whether stiffness and gap of a contact are the same all over a segment.
+fn is_constant(segment: &Segment) -> bool {
+    segment.stiffness.is_constant() && segment.error.is_none()
 }
 
 /// Whether the series of a window have come to their ends.

@@ -1,11 +1,11 @@
 //! The drive while its speed varies.
 //!
-//! Mesh phase, transmission errors, stiffness and ripple follow the mean rotation, whatever course that takes over time: on a
-//! [`Stretch`] it is a polynomial, and so are loads. A motion starts and stops at any time. The mean rotation is the rigid one of the whole drive,
-//! on which no mesh force acts. Where it is accelerated, the torque that turns all inertia goes through the shafts and
-//! meshes: [`Stretch::accelerated`] gives it.
+//! Mesh phase, transmission errors, stiffness and ripple follow the mean rotation. On a [`Stretch`] of time the rotation and the
+//! loads are polynomials. A motion starts and stops at any time. The mean rotation is that of the whole drive as a rigid body,
+//! and mesh forces do not act on it. [`Stretch::accelerated`] gives the torque that accelerates it.
 //!
-//! Motions are integrated in power series that know no fixed speed, so that nothing is built anew while it varies.
+//! The kernel integrates in power series of time. They do not depend on a fixed speed, so that it builds nothing anew while the
+//! speed varies.
 
 mod advance;
 mod powers;
@@ -16,16 +16,15 @@ mod watch;
 mod window;
 
 pub use advance::Workspace;
-pub use powers::{COURSE_TERMS, Course, Powers, value, value_and_slope};
+pub use powers::{COURSE_TERMS, Course, Powers, place_of, value};
 pub use stretch::Stretch;
 pub use watch::{Instant, MovingEvent, MovingSignal, MovingWindow, Watch};
 
 use super::InstructionSet;
-use super::vectors::Aligned;
-use crate::model::{ActiveSet, LOAD_TERMS, LoadTerm, Model, TrajectoryState};
+use crate::model::{ActiveSet, LOAD_TERMS, Model, TrajectoryState};
 use crate::structure::ModalStructure;
 use std::f64::consts::TAU;
-use system::{Rows, System};
+use system::{Rows, System, rows};
 
 /// Why a drive cannot run at a speed that varies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -103,28 +102,16 @@ impl VaryingSpeed {
         }
         let loads = model.load_terms(structure);
         let system = System::new(model, &loads);
-        let rows = |gain: &Vec<[f64; 2]>| -> Rows {
-            [0, 1].map(|part| {
-                let mut row = Aligned::zeros(system.padded);
-                for (entry, pair) in row.iter_mut().zip(gain) {
-                    *entry = pair[part];
-                }
-                row
-            })
-        };
+        let of_gain = |gain: &[[f64; 2]]| rows(gain.iter().copied());
         Ok(Self {
             cycles_per_radian: structure.cycles_per_turn() / TAU,
             mobility: loads.mobility,
             on_bearings: loads.on_bearings,
-            outputs: model
-                .outputs
-                .iter()
-                .map(|output| rows(&output.gain))
+            outputs: (model.outputs.iter())
+                .map(|output| of_gain(&output.gain))
                 .collect(),
-            bearings: model
-                .bearings
-                .iter()
-                .map(|bearing| rows(&bearing.gain))
+            bearings: (model.bearings.iter())
+                .map(|bearing| of_gain(&bearing.gain))
                 .collect(),
             ends: (0..model.base_cycles() as u64)
                 .map(|cycle| model.segment_ends(cycle))
@@ -171,11 +158,6 @@ impl VaryingSpeed {
     pub fn workspace(&self) -> Workspace {
         Workspace::new(self)
     }
-}
-
-/// Place of a load term among all.
-fn place(term: LoadTerm) -> usize {
-    term as usize
 }
 
 #[cfg(test)]

@@ -77,9 +77,23 @@ pub fn rate(course: &Course) -> Course {
     })
 }
 
-/// The square of a course that is linear, quadratic or constant; of others what its first terms give.
-pub fn product(a: &Course, b: &Course) -> Course {
-    std::array::from_fn(|k| (0..=k).map(|m| a[m] * b[k - m]).sum())
+/// The square of a course up to its last term; higher powers of u are left out.
+pub fn square(a: &Course) -> Course {
+    std::array::from_fn(|k| (0..=k).map(|m| a[m] * a[k - m]).sum())
+}
+
+/// Where a course that grows all the time and starts at 0 reaches a value: Newton's method from the mean rate up to u = 1.
+pub fn place_of(course: &Course, reached: f64) -> f64 {
+    let mut place = reached / value(course, 1.0);
+    for _ in 0..20 {
+        let [found, slope] = value_and_slope(course, place);
+        let correction = (reached - found) / slope;
+        place += correction;
+        if correction.abs() <= f64::EPSILON * place {
+            break;
+        }
+    }
+    place.max(0.0)
 }
 
 /// A Legendre series in a place that is a polynomial of u: Clenshaw's recurrence with series for numbers.
@@ -171,9 +185,14 @@ mod tests {
         assert!((slope - difference).abs() < 1e-8 && value == super::value(&course, 0.4));
         assert!((super::value(&rate(&course), 0.4) - slope).abs() < 1e-14);
         assert_eq!(
-            product(&[1.0, 2.0, 0.0, 0.0, 0.0], &[3.0, 0.0, 1.0, 0.0, 0.0]),
-            [3.0, 6.0, 1.0, 2.0, 0.0]
+            square(&[3.0, 2.0, 1.0, 0.0, 0.0]),
+            [9.0, 12.0, 10.0, 4.0, 1.0]
         );
+        let growing = [0.0, 0.8, 0.3, 0.02, 0.0];
+        for u in [0.0, 0.4, 1.0] {
+            let found = place_of(&growing, super::value(&growing, u));
+            assert!((found - u).abs() < 1e-15, "{u}: {found}");
+        }
     }
 
     #[test]

@@ -7,7 +7,7 @@
 use super::VaryingSpeed;
 use super::powers::{Powers, to_legendre, value, value_and_slope};
 use super::window::{Law, Motions};
-use crate::model::{ActiveSet, Release};
+use crate::model::{ActiveSet, Release, Segment};
 use crate::numerics::legendre;
 use crate::propagate::Counters;
 use crate::propagate::events::{Guard, Margin, ROUND_OFF};
@@ -55,16 +55,22 @@ impl VaryingSpeed {
         &self,
         (active, standing): (ActiveSet, [ActiveSet; 2]),
         length: f64,
-        motions: &Motions,
+        (motions, segments): (&Motions, &[Segment]),
         counters: &mut Counters,
     ) -> Option<Found> {
         let mut first: Option<Found> = None;
         for contact in 0..self.model.contacts.len() {
-            if self.is_behind(contact, active, motions) {
+            if self.model.is_out_of_reach(contact, segments, active) {
                 continue;
             }
             for candidate in self
-                .candidates(contact, active, standing, length, motions)
+                .candidates(
+                    (contact, &segments[contact]),
+                    active,
+                    standing,
+                    length,
+                    motions,
+                )
                 .into_iter()
                 .flatten()
             {
@@ -90,20 +96,10 @@ impl VaryingSpeed {
         first
     }
 
-    /// Whether an open contact is out of reach while one on the other side of its line is closed.
-    fn is_behind(&self, contact: usize, active: ActiveSet, motions: &Motions) -> bool {
-        let contacts = &self.model.contacts;
-        let opposite = |other: usize| {
-            motions.line_of[other] == motions.line_of[contact]
-                && contacts[other].side == -contacts[contact].side
-        };
-        !active.holds(contact) && active.iter().any(opposite)
-    }
-
     /// What may end the state of a contact.
     fn candidates(
         &self,
-        contact: usize,
+        (contact, segment): (usize, &Segment),
         active: ActiveSet,
         [crossed, forceless]: [ActiveSet; 2],
         length: f64,
@@ -136,10 +132,9 @@ impl VaryingSpeed {
         if own.release != Release::Force || !(closed || compressed) {
             return [Some(surface(inside, known, Met::Surface)), None];
         }
-        let segment_damping = motions.damping[contact];
-        let push = push(&indentation, law, segment_damping, length);
-        let noise_of_push =
-            noise * (bound(&law.stiffness) + segment_damping * TERMS as f64 / length);
+        let damping = segment.damping;
+        let push = push(&indentation, law, damping, length);
+        let noise_of_push = noise * (bound(&law.stiffness) + damping * TERMS as f64 / length);
         let by_force = Candidate {
             margin: signed(&push, inside),
             noise: noise_of_push,

@@ -1,7 +1,7 @@
 //! The course of speed and loads over a stretch of time.
 
-use super::powers::{Course, on_window, product, rate, value};
-use super::{VaryingSpeed, place};
+use super::VaryingSpeed;
+use super::powers::{Course, on_window, rate, square, value};
 use crate::model::{LOAD_TERMS, LoadTerm};
 
 /// Rotation and loads over a stretch of time, by powers of time \[s\] since its start.
@@ -43,7 +43,7 @@ impl Stretch {
         self
     }
 
-    /// Whether the drive runs forwards all the time: its speed has no zero between places of a fine grid.
+    /// Whether the speed is above zero at all places of a fine grid.
     pub(super) fn runs_forwards(&self) -> bool {
         const PLACES: u32 = 64;
         let speed = rate(&self.turned);
@@ -68,12 +68,12 @@ impl Stretch {
         let mut cycles = turned.map(|a| kernel.cycles_per_radian * a);
         cycles[0] = 0.0;
         let mut loads = [Course::default(); LOAD_TERMS];
-        loads[place(LoadTerm::Rated)] = on_window(&self.load, start, length);
-        loads[place(LoadTerm::Constant)][0] = 1.0;
-        loads[place(LoadTerm::Speed)] = speed;
-        loads[place(LoadTerm::SpeedSquared)] = product(&speed, &speed);
-        loads[place(LoadTerm::PinionTorque)] = on_window(&self.torques[0], start, length);
-        loads[place(LoadTerm::WheelTorque)] = on_window(&self.torques[1], start, length);
+        loads[LoadTerm::Rated as usize] = on_window(&self.load, start, length);
+        loads[LoadTerm::Constant as usize][0] = 1.0;
+        loads[LoadTerm::Speed as usize] = speed;
+        loads[LoadTerm::SpeedSquared as usize] = square(&speed);
+        loads[LoadTerm::PinionTorque as usize] = on_window(&self.torques[0], start, length);
+        loads[LoadTerm::WheelTorque as usize] = on_window(&self.torques[1], start, length);
         (cycles, loads)
     }
 }

@@ -1,11 +1,22 @@
 //! A model as a window needs it: matrices and participations in lanes, and how fast anything moves.
 
-use crate::model::{LOAD_TERMS, LoadTerms, Model, Segment};
+use crate::model::{LOAD_TERMS, LoadTerms, Model};
+use crate::propagate::Volterra;
 use crate::propagate::vectors::{Aligned, LANES};
 use std::f64::consts::TAU;
 
 /// Pairs of numbers, one pair a block, as two rows of lanes.
 pub type Rows = [Aligned; 2];
+
+/// Pairs as rows.
+pub fn rows(pairs: impl ExactSizeIterator<Item = [f64; 2]>) -> Rows {
+    let padded = pairs.len().next_multiple_of(LANES);
+    let mut rows = [0, 1].map(|_| Aligned::zeros(padded));
+    for (i, [first, second]) in pairs.enumerate() {
+        (rows[0][i], rows[1][i]) = (first, second);
+    }
+    rows
+}
 
 /// How a contact along a direction meets the blocks.
 #[derive(Debug, Clone)]
@@ -57,38 +68,30 @@ pub struct Wave {
 impl System {
     /// That of a model with some loads.
     pub fn new(model: &Model, loads: &LoadTerms) -> Self {
-        let padded = model.modes().next_multiple_of(LANES);
-        let rows = |pairs: &mut dyn Iterator<Item = [f64; 2]>| -> Rows {
-            let mut rows = [0, 1].map(|_| Aligned::zeros(padded));
-            for (i, [first, second]) in pairs.enumerate() {
-                (rows[0][i], rows[1][i]) = (first, second);
-            }
-            rows
-        };
-        let [first, second] =
-            [0, 1].map(|part| rows(&mut model.blocks.iter().map(|block| block.generator[part])));
+        let generator = |part: usize| rows(model.blocks.iter().map(|block| block.generator[part]));
+        let ([a, b], [c, d]) = (generator(0), generator(1));
         let gains = model.directions.iter().map(|direction| Gains {
-            deflection: rows(&mut direction.gains.iter().map(|gain| gain.deflection)),
-            rate: rows(&mut direction.gains.iter().map(|gain| gain.rate)),
-            input: rows(&mut direction.gains.iter().map(|gain| gain.mesh_input)),
+            deflection: rows(direction.gains.iter().map(|gain| gain.deflection)),
+            rate: rows(direction.gains.iter().map(|gain| gain.rate)),
+            input: rows(direction.gains.iter().map(|gain| gain.mesh_input)),
         });
         let some = |inputs: &Vec<[f64; 2]>| {
             let any = inputs.iter().flatten().any(|input| *input != 0.0);
-            any.then(|| rows(&mut inputs.iter().copied()))
+            any.then(|| rows(inputs.iter().copied()))
         };
         let mut own = Self {
-            padded,
-            generator: [first, second].concat_rows(),
+            padded: model.modes().next_multiple_of(LANES),
+            generator: [a, b, c, d],
             modal: model.basis.coupled().is_none(),
             directions: gains.collect(),
             loads: loads.inputs.each_ref().map(some),
             ripples: (model.ripple.iter())
-                .map(|ripple| rows(&mut ripple.input.iter().copied()))
+                .map(|ripple| rows(ripple.input.iter().copied()))
                 .collect(),
             turns: Vec::new(),
             ripple_waves: Vec::new(),
             error_waves: Vec::new(),
-            fastest: fastest(model),
+            fastest: Volterra::fastest_own_rate(model),
         };
         own.ripple_waves = (model.ripple.iter())
             .map(|ripple| own.wave(ripple.turns_per_cycle, 1.0, ripple.phase))
@@ -124,36 +127,4 @@ impl System {
         let waves = self.turns.iter().map(|turns| TAU * turns * cycles);
         waves.fold(self.fastest.max(cycles), f64::max)
     }
-}
-
-/// Two pairs of rows as four.
-trait ConcatRows {
-    fn concat_rows(self) -> [Aligned; 4];
-}
-
-impl ConcatRows for [Rows; 2] {
-    fn concat_rows(self) -> [Aligned; 4] {
-        let [[a, b], [c, d]] = self;
-        [a, b, c, d]
-    }
-}
-
-/// A bound of the rates of a model's blocks with one contact closed: that of springs and dampers on top of the fastest block.
-fn fastest(model: &Model) -> f64 {
-    let natural = (model.blocks.iter())
-        .map(|block| block.fastest())
-        .fold(0.0, f64::max);
-    let with = |segment: &Segment| {
-        let direction = &model.directions[segment.direction];
-        let [direct, inertial] = direction.felt_from(direction);
-        let stiffness = segment.stiffness.bound();
-        (natural * natural + stiffness * inertial).sqrt()
-            + segment.damping * inertial
-            + stiffness * direct
-    };
-    let cycles = model.contacts.iter().flat_map(|contact| &contact.cycles);
-    cycles
-        .flat_map(|cycle| &cycle.segments)
-        .map(with)
-        .fold(natural, f64::max)
 }

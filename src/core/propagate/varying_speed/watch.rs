@@ -5,9 +5,9 @@ use super::powers::{Course, Powers, value};
 use super::system::Rows;
 use super::window::{Motions, states_at};
 use crate::model::{ActiveSet, COAST_FLANK, DRIVE_FLANK, LOAD_TERMS, Model, Quantity};
-use crate::propagate::vectors::{Aligned, TERMS};
+use crate::propagate::vectors::Aligned;
 
-/// A window of the motion. Series are in `u = t/duration`.
+/// A window of the motion. Series are in u, which runs from 0 to `part`.
 #[derive(Debug, Clone, Copy)]
 pub struct MovingWindow<'a> {
     pub(super) kernel: &'a VaryingSpeed,
@@ -16,7 +16,7 @@ pub struct MovingWindow<'a> {
     pub time: f64,
     /// Its length \[s\].
     pub duration: f64,
-    /// How much of its series is the window: 1, or less where an event ends it; u runs up to there.
+    /// The last u: 1, or less where an event ends the window.
     pub part: f64,
     /// Mesh cycle.
     pub cycle: u64,
@@ -43,18 +43,6 @@ impl MovingWindow<'_> {
     /// Deflection along the line of a contact \[m\].
     pub fn deflection(&self, contact: usize) -> &Powers {
         &self.motions.deflections[self.motions.line_of[contact]]
-    }
-
-    /// Force of the first mesh \[N\]: positive on its drive flank, negative on its coast flank.
-    pub fn mesh_force(&self) -> Powers {
-        let mut sum = [0.0; TERMS];
-        for force in (0..self.kernel.model.flank_springs).filter_map(|contact| self.force(contact))
-        {
-            for (sum, f) in sum.iter_mut().zip(force) {
-                *sum += f;
-            }
-        }
-        sum
     }
 
     /// Looks at a place of the window; at the blocks only where their states are read.

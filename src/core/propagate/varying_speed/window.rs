@@ -77,8 +77,6 @@ pub struct Motions {
     pub lines: Vec<[usize; 2]>,
     /// Line of every contact.
     pub line_of: Vec<usize>,
-    /// Damping of every contact \[N s/m\].
-    pub damping: Vec<f64>,
     /// The closed contacts.
     pub closed: Vec<Closed>,
     /// Force of each of these \[N\].

@@ -1,0 +1,25 @@
+//! Where what is recorded of one operating point goes: a folder of its own that holds nothing of the kind yet.
+
+use crate::manifest::Job;
+use crate::store::{TableKind, table_path};
+use std::path::{Path, PathBuf};
+
+/// The folder of a recording unless another is given: `results/JOB/trace-POINT`, without the point where its label is empty.
+pub(super) fn folder(job: &Job, recording: &str, label: &str) -> PathBuf {
+    let name = match label {
+        "" => recording.to_owned(),
+        label => format!("{recording}-{label}"),
+    };
+    Path::new("results").join(&job.name).join(name)
+}
+
+/// Why a folder must not be written to: it holds such a recording.
+pub(super) fn occupied(folder: &Path, kind: TableKind, recording: &str) -> Option<String> {
+    let file = table_path(folder, kind, None);
+    file.exists().then(|| {
+        format!(
+            "`{}` already exists; choose another folder with --out, or replace the {recording} with --overwrite",
+            file.display()
+        )
+    })
+}
