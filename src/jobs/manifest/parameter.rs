@@ -57,6 +57,11 @@ impl Parameter {
         self.key.name()
     }
 
+    /// What it measures.
+    pub fn dimension(&self) -> Dimension {
+        self.dimension
+    }
+
     /// Its SI unit, `1` when dimensionless.
     pub fn unit(&self) -> &'static str {
         self.dimension.unit()

@@ -245,7 +245,9 @@ fn key(kind: CacheKind, inputs: &str) -> String {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TableStore {
     folder: PathBuf,
-    /// Whether tables are looked for in the folder and written there.
+    /// Whether tables are looked for in the folder.
+    reads: bool,
+    /// Whether they are written there.
     keeps: bool,
 }
 
@@ -315,7 +317,16 @@ impl TableStore {
     pub fn open(folder: impl Into<PathBuf>) -> Self {
         Self {
             folder: folder.into(),
+            reads: true,
             keeps: true,
+        }
+    }
+
+    /// The tables of a folder in which nothing is ever written: others are computed, and lost when they are dropped.
+    pub fn read_only(folder: impl Into<PathBuf>) -> Self {
+        Self {
+            keeps: false,
+            ..Self::open(folder)
         }
     }
 
@@ -323,6 +334,7 @@ impl TableStore {
     pub fn in_memory() -> Self {
         Self {
             folder: PathBuf::new(),
+            reads: false,
             keeps: false,
         }
     }
@@ -355,7 +367,7 @@ impl TableStore {
         let inputs = canonical(inputs);
         let file = self.path_of(T::KIND, &inputs);
         let mut warnings = Vec::new();
-        let found = if self.keeps { read(&file, &inputs) } else { Err(CacheFault::Missing) };
+        let found = if self.reads { read(&file, &inputs) } else { Err(CacheFault::Missing) };
         let (table, origin) = match found {
             Ok(table) => (table, Origin::Found),
             Err(fault) => {

@@ -165,6 +165,11 @@ impl Dimension {
         }
     }
 
+    /// The exponents of kg, m, s and rad; none where only bare numbers have it.
+    pub fn powers(self) -> Option<[i32; 4]> {
+        self.exponents().map(|Exponents(powers)| powers)
+    }
+
     fn exponents(self) -> Option<Exponents> {
         TEXT_FORMS
             .iter()

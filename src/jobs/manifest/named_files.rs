@@ -1,0 +1,66 @@
+//! The files that a manifest names beside itself: of modes, of a housing, of a list of points.
+
+use super::ManifestText;
+use super::tree::Value;
+
+/// Keys whose texts are paths, relative to the folder of the manifest.
+const KEYS: [&str; 3] = ["model.file", "train.housing.file", "grid.points"];
+
+/// A file that a manifest names.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NamedFile {
+    /// The key that names it.
+    pub key: &'static str,
+    /// Its path, as it is written.
+    pub path: String,
+}
+
+impl ManifestText<'_> {
+    /// The files that it names, whether or not they are read.
+    pub fn files(self) -> Vec<NamedFile> {
+        let root = self.tree();
+        let named = |key: &'static str| match &root.at(key)?.value {
+            Value::Text(path) => Some(NamedFile {
+                key,
+                path: path.clone(),
+            }),
+            _ => None,
+        };
+        KEYS.into_iter().filter_map(named).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::manifest::schema::{self, Kind, MANIFEST};
+
+    #[test]
+    fn files_are_those_of_the_text_and_its_changes() {
+        let text = "[model]\nfile = \"a.toml\"\n[grid]\npoints = [{ load = 1 }]\n";
+        let changes = ["grid.points=b.csv".to_owned()];
+        let named = |changes: &[String]| -> Vec<String> {
+            let files = ManifestText { text, changes }.files();
+            files
+                .into_iter()
+                .map(|file| format!("{}={}", file.key, file.path))
+                .collect()
+        };
+        assert_eq!(named(&[]), ["model.file=a.toml"]);
+        assert_eq!(named(&changes), ["model.file=a.toml", "grid.points=b.csv"]);
+    }
+
+    /// A key that is called `file`, or takes a list of points, is known to name one.
+    #[test]
+    fn every_key_that_names_a_file_is_known() {
+        let names = |key: &&schema::Key| key.path.ends_with(".file") || key.kind == Kind::Points;
+        let mut keys: Vec<&str> = schema::all(MANIFEST)
+            .filter(names)
+            .map(|key| key.path)
+            .collect();
+        keys.sort_unstable();
+        let mut known = KEYS;
+        known.sort_unstable();
+        assert_eq!(keys, known);
+    }
+}
