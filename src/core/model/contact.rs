@@ -106,6 +106,11 @@ impl ActiveSet {
     pub fn words(self) -> [u64; 2] {
         [self.0 as u64, (self.0 >> WORD) as u64]
     }
+
+    /// The set of these words.
+    pub fn of_words([first, further]: [u64; 2]) -> Self {
+        Self(u128::from(first) | u128::from(further) << WORD)
+    }
 }
 
 /// What the two flanks of a gear pair do.
@@ -295,6 +300,7 @@ mod tests {
         assert_eq!(set.iter().collect::<Vec<_>>(), all);
         assert_eq!((set.count(), set.only()), (6, None));
         assert_eq!(set.words(), [(1 << 63) + 0x8012, (1 << 63) + 1]);
+        assert_eq!(ActiveSet::of_words(set.words()), set);
         assert!((0..MOST_CONTACTS).all(|contact| set.holds(contact) == all.contains(&contact)));
         let one = [1, 15, 63, 64, 127]
             .into_iter()

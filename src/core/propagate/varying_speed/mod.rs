@@ -55,9 +55,9 @@ pub struct Motion {
     /// Time \[s\].
     pub time: f64,
     /// Contacts that have opened or closed right here, on their surfaces and where their force vanishes.
-    pub(super) standing: [ActiveSet; 2],
+    pub standing: [ActiveSet; 2],
     /// Contacts that have opened or closed in this mesh cycle.
-    pub(super) events: u32,
+    pub events: u32,
 }
 
 /// The kernel of a drive whose speed varies.
