@@ -1,5 +1,6 @@
 //! Reads manifests, sweeps their points over threads and stores the rows.
 
+pub mod fmu;
 pub mod input;
 pub mod manifest;
 pub mod store;

@@ -1,0 +1,315 @@
+//! An instance of an FMU, whichever version of FMI speaks to it: what may be asked when, and what is answered.
+
+use super::foreign::{DISCARD, ERROR};
+use gearatlas_jobs::fmu::{Drive, INPUTS, Live, Mode, Plant, Role};
+use std::borrow::Cow;
+use std::ffi::c_int;
+use std::path::Path;
+
+/// Part of a step by which the importer's clock may differ from the instance's.
+const SAME_TIME: f64 = 1e-9;
+
+/// Why something is not done.
+#[derive(Debug)]
+pub enum Refusal {
+    /// It cannot be done as things stand.
+    Discard(String),
+    /// It is not to be asked for.
+    Error(Cow<'static, str>),
+}
+
+impl Refusal {
+    /// What is not to be asked for.
+    pub fn error(sentence: impl Into<Cow<'static, str>>) -> Self {
+        Self::Error(sentence.into())
+    }
+
+    /// The status for it.
+    pub fn status(&self) -> c_int {
+        match self {
+            Self::Discard(_) => DISCARD,
+            Self::Error(_) => ERROR,
+        }
+    }
+
+    /// In words.
+    pub fn sentence(&self) -> &str {
+        match self {
+            Self::Discard(sentence) => sentence,
+            Self::Error(sentence) => sentence,
+        }
+    }
+}
+
+/// An instance.
+pub struct Instance {
+    drive: Drive,
+    live: Live,
+    /// What is stepped, and the parameters that it was built for.
+    plant: Option<(Vec<f64>, Plant)>,
+}
+
+impl Instance {
+    /// That of a folder of resources.
+    pub fn new(resources: &Path, token: &str) -> Result<Self, Refusal> {
+        let drive =
+            Drive::open(resources, token).map_err(|error| Refusal::error(error.to_string()))?;
+        let live = at_start(&drive);
+        Ok(Self {
+            drive,
+            live,
+            plant: None,
+        })
+    }
+
+    /// Back to where it was made.
+    pub fn reset(&mut self) {
+        self.live = at_start(&self.drive);
+    }
+
+    fn require(&self, modes: &[Mode], what: &str) -> Result<(), Refusal> {
+        if modes.contains(&self.live.mode) {
+            return Ok(());
+        }
+        let mode = self.live.mode.name();
+        Err(Refusal::error(format!("{what} is not allowed {mode}")))
+    }
+
+    /// Sets the time of the start.
+    pub fn set_start(&mut self, time: f64) -> Result<(), Refusal> {
+        self.require(&[Mode::Instantiated], "setting up the experiment")?;
+        if !time.is_finite() {
+            return Err(Refusal::error(format!("the start time is {time}")));
+        }
+        self.live.time = time;
+        Ok(())
+    }
+
+    /// Begins the initialization.
+    pub fn enter_initialization(&mut self) -> Result<(), Refusal> {
+        self.require(&[Mode::Instantiated], "entering initialization mode")?;
+        self.live.mode = Mode::Initialization;
+        Ok(())
+    }
+
+    /// Ends it; everything is built now at the latest.
+    pub fn exit_initialization(&mut self) -> Result<(), Refusal> {
+        self.require(&[Mode::Initialization], "leaving initialization mode")?;
+        self.prepare()?;
+        self.live.mode = Mode::Step;
+        Ok(())
+    }
+
+    /// Ends the simulation.
+    pub fn terminate(&mut self) -> Result<(), Refusal> {
+        self.require(&[Mode::Step], "terminating")?;
+        self.live.mode = Mode::Terminated;
+        Ok(())
+    }
+
+    /// Builds what is stepped where it is not at hand, and puts the motion at its start where there is none.
+    fn prepare(&mut self) -> Result<(), Refusal> {
+        let known = |own: &(Vec<f64>, Plant)| same_bits(&own.0, &self.live.parameters);
+        if !self.plant.as_ref().is_some_and(known) {
+            self.plant = Some(self.build(&self.live.parameters)?);
+        }
+        if let (Some((_, plant)), None) = (&self.plant, &self.live.motion) {
+            plant.begin(&mut self.live);
+        }
+        Ok(())
+    }
+
+    fn build(&self, parameters: &[f64]) -> Result<(Vec<f64>, Plant), Refusal> {
+        let plant = self.drive.plant(parameters);
+        let plant = plant.map_err(|error| Refusal::error(error.to_string()))?;
+        Ok((parameters.to_vec(), plant))
+    }
+
+    fn role(&self, reference: u32) -> Result<Role, Refusal> {
+        let own = self.drive.description().variables.get(reference as usize);
+        own.map(|own| own.role)
+            .ok_or_else(|| Refusal::error(format!("there is no value reference {reference}")))
+    }
+
+    fn name(&self, reference: u32) -> &str {
+        let own = self.drive.description().variables.get(reference as usize);
+        own.map_or("", |own| own.name.as_str())
+    }
+
+    /// What an output is read off; in initialization mode it is built.
+    fn ready(&mut self) -> Result<(&Plant, &Live), Refusal> {
+        self.require(
+            &[Mode::Initialization, Mode::Step, Mode::Terminated],
+            "reading an output",
+        )?;
+        if self.live.mode == Mode::Initialization {
+            self.prepare()?;
+        }
+        match &self.plant {
+            Some((_, plant)) => Ok((plant, &self.live)),
+            None => Err(no_motion()),
+        }
+    }
+
+    /// The value of a variable that is a number.
+    pub fn number(&mut self, reference: u32) -> Result<f64, Refusal> {
+        let role = self.role(reference)?;
+        match role {
+            Role::Time => Ok(self.live.time),
+            Role::Parameter(place) => Ok(self.live.parameters[place]),
+            Role::Input(input) => Ok(self.live.inputs[input.place()]),
+            _ if role.is_whole() => Err(self.of_other_type(reference)),
+            _ => {
+                let (plant, live) = self.ready()?;
+                plant.value(live, role).ok_or_else(no_motion)
+            }
+        }
+    }
+
+    /// The value of a variable that counts.
+    pub fn count(&mut self, reference: u32) -> Result<i64, Refusal> {
+        let role = self.role(reference)?;
+        if !role.is_whole() {
+            return Err(self.of_other_type(reference));
+        }
+        let (plant, live) = self.ready()?;
+        plant.count(live, role).ok_or_else(no_motion)
+    }
+
+    fn of_other_type(&self, reference: u32) -> Refusal {
+        Refusal::error(format!("{} is of another type", self.name(reference)))
+    }
+
+    /// Sets a parameter or an input.
+    pub fn set(&mut self, reference: u32, value: f64) -> Result<(), Refusal> {
+        let role = self.role(reference)?;
+        if !value.is_finite() {
+            let name = self.name(reference);
+            return Err(Refusal::error(format!("{name} cannot be {value}")));
+        }
+        match role {
+            Role::Parameter(place) => {
+                self.require(
+                    &[Mode::Instantiated, Mode::Initialization],
+                    "setting a parameter",
+                )?;
+                self.live.parameters[place] = value;
+                // It starts anew, on what these parameters build.
+                self.live.motion = None;
+            }
+            Role::Input(input) => {
+                let modes = [Mode::Instantiated, Mode::Initialization, Mode::Step];
+                self.require(&modes, "setting an input")?;
+                self.live.inputs[input.place()] = value;
+                self.live.rates[input.place()] = 0.0;
+            }
+            _ => {
+                let name = self.name(reference);
+                return Err(Refusal::error(format!("{name} cannot be set")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets the rate at which an input goes on from its present value.
+    pub fn set_rate(&mut self, reference: u32, order: c_int, value: f64) -> Result<(), Refusal> {
+        let role = self.role(reference)?;
+        let Role::Input(input) = role else {
+            let name = self.name(reference);
+            return Err(Refusal::error(format!("{name} is not an input")));
+        };
+        if order != 1 || !value.is_finite() {
+            let name = self.name(reference);
+            return Err(Refusal::error(format!(
+                "derivative {order} of {name} cannot be {value}; only finite first derivatives are possible"
+            )));
+        }
+        let modes = [Mode::Instantiated, Mode::Initialization, Mode::Step];
+        self.require(&modes, "setting the rate of an input")?;
+        self.live.rates[input.place()] = value;
+        Ok(())
+    }
+
+    /// Time \[s\].
+    pub fn time(&self) -> f64 {
+        self.live.time
+    }
+
+    /// Steps from a time over a length \[s\].
+    pub fn step(&mut self, time: f64, length: f64) -> Result<(), Refusal> {
+        self.require(&[Mode::Step], "a step")?;
+        if !(length > 0.0 && length.is_finite()) {
+            return Err(Refusal::error(format!("a step has the length {length}")));
+        }
+        let own = self.live.time;
+        // Written so that what is no number is refused.
+        let same = (time - own).abs() <= SAME_TIME * length.max(time.abs());
+        if !same {
+            return Err(Refusal::error(format!(
+                "a step starts at time {time}, but the last one ended at {own}"
+            )));
+        }
+        let Some((_, plant)) = &mut self.plant else {
+            return Err(no_motion());
+        };
+        // The importer's clock leads: two that are added up apart drift.
+        self.live.time = time;
+        plant.step(&mut self.live, length).map_err(|stop| {
+            self.live.time = own;
+            Refusal::Discard(stop.to_string())
+        })
+    }
+
+    /// Its state.
+    pub fn state(&self) -> &Live {
+        &self.live
+    }
+
+    /// Takes another state up; where it is none of this drive, nothing changes.
+    pub fn set_state(&mut self, live: &Live) -> Result<(), Refusal> {
+        let foreign = || Refusal::error("the state is of another drive");
+        if live.parameters.len() != self.live.parameters.len() {
+            return Err(foreign());
+        }
+        if let Some(motion) = &live.motion {
+            let known = |own: &&(Vec<f64>, Plant)| same_bits(&own.0, &live.parameters);
+            let built = match self.plant.as_ref().filter(known) {
+                Some(_) => None,
+                None => Some(self.build(&live.parameters)?),
+            };
+            let plant = built.as_ref().or(self.plant.as_ref());
+            if !plant.is_some_and(|(_, plant)| plant.owns(motion)) {
+                return Err(foreign());
+            }
+            if built.is_some() {
+                self.plant = built;
+            }
+        }
+        self.live.copy(live);
+        Ok(())
+    }
+}
+
+/// Whether numbers are equal, bit by bit.
+fn same_bits(a: &[f64], b: &[f64]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
+}
+
+fn no_motion() -> Refusal {
+    Refusal::error("there is no motion yet")
+}
+
+/// A state before anybody set anything.
+fn at_start(drive: &Drive) -> Live {
+    let description = drive.description();
+    Live {
+        mode: Mode::Instantiated,
+        parameters: description.parameters_at_start(),
+        inputs: description.inputs_at_start(),
+        rates: [0.0; INPUTS],
+        time: 0.0,
+        speed: 0.0,
+        events: 0,
+        motion: None,
+    }
+}

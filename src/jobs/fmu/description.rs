@@ -1,0 +1,293 @@
+//! Which variables an FMU has: one list for the description and for the library.
+
+use super::FmuError;
+use super::inputs::{INPUTS, Input, at_start};
+use super::names::{of_key, part};
+use crate::manifest::{Job, Parameter, PointSpec};
+use crate::structure::ModalStructure;
+use crate::units::Dimension;
+use std::collections::BTreeSet;
+
+/// What a variable is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// Time.
+    Time,
+    /// A key of the manifest, by its place among [`Description::parameters`].
+    Parameter(usize),
+    /// What drives it from outside.
+    Input(Input),
+    /// Rotation of a shaft's end: 0 the pinion's, 1 the wheel's.
+    Angle(usize),
+    /// Its rate.
+    Speed(usize),
+    /// Deflection of a mesh, by its number.
+    Deflection(usize),
+    /// Force of a mesh.
+    Force(usize),
+    /// Which flanks of a mesh touch.
+    Contact(usize),
+    /// Force on a bearing, by its place among the structure's.
+    Bearing(usize),
+    /// Torque in a shaft or coupling, by its place among the structure's.
+    Torque(usize),
+    /// Contacts that have opened or closed.
+    Events,
+}
+
+impl Role {
+    /// Whether it counts in whole numbers.
+    pub fn is_whole(self) -> bool {
+        matches!(self, Self::Contact(_) | Self::Events)
+    }
+
+    /// Whether the FMU computes it.
+    pub fn is_output(self) -> bool {
+        !matches!(self, Self::Time | Self::Parameter(_) | Self::Input(_))
+    }
+}
+
+/// A variable. Its value reference is its place in the list.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Variable {
+    /// Its name.
+    pub name: String,
+    /// What it is, in a sentence.
+    pub about: String,
+    /// What it measures.
+    pub dimension: Dimension,
+    /// What it is.
+    pub role: Role,
+    /// Its value before the importer sets one.
+    pub start: Option<f64>,
+    /// Whether an input changes it at once.
+    pub feeds_through: bool,
+}
+
+/// The variables of an FMU.
+#[derive(Debug, Clone)]
+pub struct Description {
+    /// What the model is called.
+    pub name: String,
+    /// In the order of their value references.
+    pub variables: Vec<Variable>,
+    /// Keys of the manifest that may have other values.
+    pub parameters: Vec<Parameter>,
+    /// Mesh period at the start \[s\].
+    pub period: f64,
+}
+
+/// The list in the making.
+struct Variables(Vec<Variable>);
+
+impl Variables {
+    fn add(&mut self, name: String, about: String, dimension: Dimension, role: Role) {
+        self.0.push(Variable {
+            name,
+            about,
+            dimension,
+            role,
+            start: None,
+            feeds_through: false,
+        });
+    }
+
+    fn last(&mut self) -> Option<&mut Variable> {
+        self.0.last_mut()
+    }
+}
+
+const SHAFTS: [&str; 2] = ["pinion", "wheel"];
+
+impl Description {
+    /// Of a point of a job, whose structure this is.
+    ///
+    /// # Errors
+    /// No torque can act on one of its shafts, or two variables would have one name.
+    pub fn new(job: &Job, point: &PointSpec, structure: &ModalStructure) -> Result<Self, FmuError> {
+        let mut all = Variables(Vec::new());
+        all.add(
+            "time".to_owned(),
+            "Time".to_owned(),
+            Dimension::Time,
+            Role::Time,
+        );
+        let parameters = parameters(job, point, &mut all);
+        inputs(at_start(structure, point)?, &mut all);
+        shafts(&mut all);
+        meshes(structure, &mut all);
+        bearings(structure, &mut all);
+        all.add(
+            "events".to_owned(),
+            "Number of times that a contact has opened or closed".to_owned(),
+            Dimension::Ratio,
+            Role::Events,
+        );
+        let mut names = BTreeSet::new();
+        let twice = all.0.iter().find(|own| !names.insert(own.name.as_str()));
+        if let Some(Variable { name, .. }) = twice {
+            return Err(FmuError::Twice { name: name.clone() });
+        }
+        Ok(Self {
+            name: job.name.clone(),
+            variables: all.0,
+            parameters,
+            period: std::f64::consts::TAU / (structure.cycles_per_turn() * point.speed),
+        })
+    }
+
+    /// Values of the parameters before the importer sets any.
+    pub fn parameters_at_start(&self) -> Vec<f64> {
+        let own = |variable: &Variable| match variable.role {
+            Role::Parameter(_) => variable.start,
+            _ => None,
+        };
+        self.variables.iter().filter_map(own).collect()
+    }
+
+    /// Values of the inputs before the importer sets any.
+    pub fn inputs_at_start(&self) -> [f64; INPUTS] {
+        let of = |role| self.variables.iter().find(|own| own.role == role);
+        Input::ALL.map(|input| {
+            of(Role::Input(input))
+                .and_then(|own| own.start)
+                .unwrap_or(0.0)
+        })
+    }
+}
+
+/// Load, speed, and quantities of mesh and excitation that the manifest sets.
+fn parameters(job: &Job, point: &PointSpec, all: &mut Variables) -> Vec<Parameter> {
+    let mut parameters = Vec::new();
+    for key in job.between.continuous_keys() {
+        let Ok(parameter) = job.between.parameter(point, &key) else {
+            continue;
+        };
+        let Some(start) = job.between.value(point, &parameter) else {
+            continue;
+        };
+        let (name, about) = match key.as_str() {
+            "speed" => (
+                "start.speed".to_owned(),
+                "Speed of the pinion at the start".to_owned(),
+            ),
+            "load" | "torque" => (
+                format!("start.{key}"),
+                "Load at the start: it sets the initial state and the stiffness of a mesh computed from a drawing".to_owned(),
+            ),
+            _ => (of_key(&key), format!("Key {key} of the manifest")),
+        };
+        let role = Role::Parameter(parameters.len());
+        all.add(name, about, parameter.dimension(), role);
+        if let Some(own) = all.last() {
+            own.start = Some(start);
+        }
+        parameters.push(parameter);
+    }
+    parameters
+}
+
+fn inputs(starts: [f64; INPUTS], all: &mut Variables) {
+    let torque = |shaft: &str| {
+        (
+            format!("{shaft}.torque"),
+            format!("Torque on the {shaft}'s shaft, positive in the direction of its rotation"),
+            Dimension::Torque,
+        )
+    };
+    for (input, start) in Input::ALL.into_iter().zip(starts) {
+        let (name, about, dimension) = match input {
+            Input::Pinion => torque(SHAFTS[0]),
+            Input::Wheel => torque(SHAFTS[1]),
+            Input::Load => (
+                "load".to_owned(),
+                "Rated torques on all shafts, in balance, that act beside the two torques, as a fraction".to_owned(),
+                Dimension::Ratio,
+            ),
+        };
+        all.add(name, about, dimension, Role::Input(input));
+        if let Some(own) = all.last() {
+            own.start = Some(start);
+        }
+    }
+}
+
+fn shafts(all: &mut Variables) {
+    for (place, shaft) in SHAFTS.into_iter().enumerate() {
+        all.add(
+            format!("{shaft}.angle"),
+            format!("Rotation of the {shaft}'s shaft where its torque acts, vibration included"),
+            Dimension::Angle,
+            Role::Angle(place),
+        );
+        all.add(
+            format!("{shaft}.speed"),
+            format!("Speed of the {shaft}'s shaft where its torque acts, vibration included"),
+            Dimension::AngularSpeed,
+            Role::Speed(place),
+        );
+    }
+}
+
+fn meshes(structure: &ModalStructure, all: &mut Variables) {
+    let names = structure.mesh_names();
+    for (number, gears) in names.iter().enumerate() {
+        let path = if names.len() == 1 {
+            "mesh".to_owned()
+        } else {
+            format!("mesh.{}", part(gears))
+        };
+        for (what, about, dimension, role) in [
+            (
+                "force",
+                "Force, positive on the drive flank and negative on the coast flank",
+                Dimension::Force,
+                Role::Force(number),
+            ),
+            (
+                "deflection",
+                "Deflection along the line of action of the drive flank, 0 in the middle of the gap",
+                Dimension::Length,
+                Role::Deflection(number),
+            ),
+            (
+                "contact",
+                "1 drive flank, -1 coast flank, 0 none, 2 both",
+                Dimension::Ratio,
+                Role::Contact(number),
+            ),
+        ] {
+            all.add(
+                format!("{path}.{what}"),
+                format!("{about}: mesh of {gears}"),
+                dimension,
+                role,
+            );
+        }
+    }
+}
+
+fn bearings(structure: &ModalStructure, all: &mut Variables) {
+    for (place, bearing) in structure.bearings.iter().enumerate() {
+        let name = &bearing.name;
+        all.add(
+            format!("bearing.{}", part(name)),
+            format!("Force of the shaft on the bearing: {name}"),
+            Dimension::Force,
+            Role::Bearing(place),
+        );
+        let share = &bearing.left_out;
+        if let Some(own) = all.last() {
+            own.feeds_through = share.torque != 0.0 || share.shaft_torques != [0.0; 2];
+        }
+    }
+    for (place, torque) in structure.torques.iter().enumerate() {
+        let name = &torque.name;
+        all.add(
+            format!("torque.{}", part(name)),
+            format!("Torque: {name}"),
+            Dimension::Torque,
+            Role::Torque(place),
+        );
+    }
+}

@@ -1,0 +1,83 @@
+//! Writes an FMU.
+
+use super::FmuError;
+use super::archive::archive;
+use super::drive::Drive;
+use super::resources::Resources;
+use super::xml::{MODEL_IDENTIFIER, Version};
+use std::path::Path;
+
+/// Stands in the library, so that the program knows its own.
+pub const MARK: &str = concat!("gearatlas-fmu ", env!("CARGO_PKG_VERSION"), " #");
+
+/// The machines that a library is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Platform {
+    two: &'static str,
+    three: &'static str,
+}
+
+impl Platform {
+    /// This machine; none where FMI 2.0 has no name for it.
+    pub fn current(version: Version) -> Option<Self> {
+        let (two, three) = match std::env::consts::ARCH {
+            "x86_64" => ("linux64", "x86_64-linux"),
+            "aarch64" => ("", "aarch64-linux"),
+            _ => ("", ""),
+        };
+        let own = Self { two, three };
+        (!own.folder(version).is_empty()).then_some(own)
+    }
+
+    /// Its folder in the archive.
+    fn folder(self, version: Version) -> &'static str {
+        match version {
+            Version::Two => self.two,
+            Version::Three => self.three,
+        }
+    }
+}
+
+/// The bytes of the FMU of a drive. Relative paths in its manifest start at `base`; its tables were kept in the folder `tables`;
+/// `library` is the library of a platform.
+///
+/// # Errors
+/// The drive cannot be stepped, a file cannot be read, or the library is of another version.
+pub fn export(
+    drive: &Drive,
+    (base, tables): (&Path, &Path),
+    (library, platform): (Vec<u8>, Platform),
+    version: Version,
+) -> Result<Vec<u8>, FmuError> {
+    let has = |mark: &str| {
+        library
+            .windows(mark.len())
+            .any(|own| own == mark.as_bytes())
+    };
+    if !has(MARK) {
+        return Err(FmuError::OtherLibrary {
+            mark: MARK.trim_end_matches(" #"),
+        });
+    }
+    let description = drive.description();
+    // Also makes the tables that it needs.
+    drive.plant(&description.parameters_at_start())?;
+    let resources = Resources::gather(drive.job(), drive.point(), base, tables)?;
+    let token = resources.token(description);
+    let mut files = vec![
+        (
+            "modelDescription.xml".to_owned(),
+            description.xml(version, &token).into_bytes(),
+        ),
+        (
+            format!(
+                "binaries/{}/{MODEL_IDENTIFIER}.so",
+                platform.folder(version)
+            ),
+            library,
+        ),
+    ];
+    let resources = resources.into_files().into_iter();
+    files.extend(resources.map(|(path, bytes)| (format!("resources/{path}"), bytes)));
+    archive(&files)
+}

@@ -1,0 +1,67 @@
+//! What drives the FMU from outside, and where that stands before the importer says anything.
+
+use super::FmuError;
+use crate::manifest::{PointSpec, StructureSource};
+use crate::structure::ModalStructure;
+
+/// An input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Input {
+    /// Torque on the pinion's shaft.
+    Pinion,
+    /// Torque on the wheel's shaft.
+    Wheel,
+    /// Rated torques on all shafts.
+    Load,
+}
+
+/// How many there are.
+pub const INPUTS: usize = 3;
+
+/// Part of the load by which torques on the two shafts may miss it.
+const NOISE: f64 = 1e-9;
+
+impl Input {
+    /// All, in their order.
+    pub const ALL: [Self; INPUTS] = [Self::Pinion, Self::Wheel, Self::Load];
+
+    /// Its place among all.
+    pub fn place(self) -> usize {
+        self as usize
+    }
+}
+
+/// Values of the inputs that keep a point as it is: the torques on the two shafts where these are all of the load, else the
+/// load.
+///
+/// # Errors
+/// The structure does not know what a torque on one of the shafts does.
+pub fn at_start(structure: &ModalStructure, point: &PointSpec) -> Result<[f64; INPUTS], FmuError> {
+    let modal = matches!(point.model.source, StructureSource::Modal(_));
+    let missing = |shaft| FmuError::NoTorque { shaft, modal };
+    let pinion = structure
+        .pinion_torque
+        .as_deref()
+        .ok_or(missing("pinion"))?;
+    let wheel = (structure.wheel_torque.as_deref())
+        .filter(|_| structure.wheel_teeth.is_some())
+        .ok_or(missing("wheel"))?;
+    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+    let load = &structure.torque;
+    let [pp, pw, ww] = [dot(pinion, pinion), dot(pinion, wheel), dot(wheel, wheel)];
+    let [p, w] = [dot(pinion, load), dot(wheel, load)];
+    let determinant = pp * ww - pw * pw;
+    let [first, second] = [
+        (p * ww - w * pw) / determinant,
+        (w * pp - p * pw) / determinant,
+    ];
+    let rest = load.iter().zip(pinion.iter().zip(wheel));
+    let rest: f64 = (rest.map(|(t, (p, w))| (t - first * p - second * w).powi(2))).sum();
+    let scale = structure.rated_force * point.load;
+    // Written so that what is no number is not taken.
+    if rest.sqrt() <= NOISE * dot(load, load).sqrt() {
+        Ok([first * scale, second * scale, 0.0])
+    } else {
+        Ok([0.0, 0.0, point.load])
+    }
+}

@@ -1,0 +1,295 @@
+//! All that changes in an FMU, and its form in bytes.
+//!
+//! ```text
+//!   0  "atlasfmu"
+//!   8  version  u32, little-endian
+//!  12  length of all  u32
+//!  16  what follows: see `Live::write`
+//! ```
+
+use super::inputs::INPUTS;
+use crate::model::ActiveSet;
+use crate::propagate::varying_speed::Motion;
+
+const MAGIC: &[u8; 8] = b"atlasfmu";
+/// Changes whenever the format does.
+const VERSION: u32 = 1;
+
+/// Where an FMU is in its life.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mode {
+    /// Made, and nothing more.
+    Instantiated,
+    /// Between the two calls of the initialization mode.
+    Initialization,
+    /// To be stepped.
+    Step,
+    /// At its end.
+    Terminated,
+}
+
+impl Mode {
+    const ALL: [Self; 4] = [
+        Self::Instantiated,
+        Self::Initialization,
+        Self::Step,
+        Self::Terminated,
+    ];
+
+    /// As messages call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Instantiated => "before initialization",
+            Self::Initialization => "in initialization mode",
+            Self::Step => "in step mode",
+            Self::Terminated => "after termination",
+        }
+    }
+}
+
+/// All that changes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Live {
+    /// Where the FMU is in its life.
+    pub mode: Mode,
+    /// Values of the parameters.
+    pub parameters: Vec<f64>,
+    /// Values of the inputs.
+    pub inputs: [f64; INPUTS],
+    /// Their rates.
+    pub rates: [f64; INPUTS],
+    /// Time \[s\].
+    pub time: f64,
+    /// Mean speed of the pinion \[rad/s\].
+    pub speed: f64,
+    /// Contacts that have opened or closed.
+    pub events: u64,
+    /// The motion; none before it is asked for.
+    pub motion: Option<Motion>,
+}
+
+/// Takes a motion over without allocating where both are of one drive.
+pub fn copy(to: &mut Motion, from: &Motion) {
+    let mut state = std::mem::take(&mut to.state);
+    state.clone_from(&from.state);
+    let Motion {
+        state: _,
+        contact,
+        cycle,
+        phase,
+        time,
+        standing,
+        events,
+    } = *from;
+    *to = Motion {
+        state,
+        contact,
+        cycle,
+        phase,
+        time,
+        standing,
+        events,
+    };
+}
+
+/// Takes numbers off the front of some bytes.
+struct Reader<'b>(&'b [u8]);
+
+impl Reader<'_> {
+    fn word(&mut self) -> Option<u64> {
+        let (word, rest) = self.0.split_first_chunk()?;
+        self.0 = rest;
+        Some(u64::from_le_bytes(*word))
+    }
+
+    fn number(&mut self) -> Option<f64> {
+        self.word().map(f64::from_bits)
+    }
+
+    fn numbers<const N: usize>(&mut self) -> Option<[f64; N]> {
+        let mut out = [0.0; N];
+        for own in &mut out {
+            *own = self.number()?;
+        }
+        Some(out)
+    }
+
+    fn list(&mut self) -> Option<Vec<f64>> {
+        let length = usize::try_from(self.word()?).ok()?;
+        // What is not there is not made room for.
+        (length <= self.0.len() / 8).then_some(())?;
+        (0..length).map(|_| self.number()).collect()
+    }
+
+    fn set(&mut self) -> Option<ActiveSet> {
+        Some(ActiveSet::of_words([self.word()?, self.word()?]))
+    }
+}
+
+impl Live {
+    /// Takes another state over, into the same memory where both are of one drive.
+    pub fn copy(&mut self, from: &Self) {
+        self.parameters.clone_from(&from.parameters);
+        match (&mut self.motion, &from.motion) {
+            (Some(own), Some(motion)) => copy(own, motion),
+            (own, motion) => own.clone_from(motion),
+        }
+        (self.mode, self.inputs, self.rates) = (from.mode, from.inputs, from.rates);
+        (self.time, self.speed, self.events) = (from.time, from.speed, from.events);
+    }
+
+    /// Its bytes.
+    pub fn bytes(&self) -> Vec<u8> {
+        let mut words = Vec::new();
+        let mut list = |numbers: &[f64]| {
+            words.push(numbers.len() as u64);
+            words.extend(numbers.iter().map(|number| number.to_bits()));
+        };
+        list(&self.parameters);
+        let state = self.motion.as_ref().map(|motion| &motion.state[..]);
+        list(state.unwrap_or_default());
+        words.push(self.mode as u64);
+        let numbers = self.inputs.iter().chain(&self.rates);
+        words.extend(
+            numbers
+                .chain([&self.time, &self.speed])
+                .map(|own| own.to_bits()),
+        );
+        words.push(self.events);
+        if let Some(motion) = &self.motion {
+            let [standing, opening] = motion.standing;
+            let sets = [motion.contact, standing, opening].map(ActiveSet::words);
+            words.extend(sets.as_flattened());
+            words.push(motion.cycle);
+            words.extend([motion.phase, motion.time].map(f64::to_bits));
+            words.push(u64::from(motion.events));
+        }
+        let length = (16 + 8 * words.len()) as u32;
+        let head = [&MAGIC[..], &VERSION.to_le_bytes(), &length.to_le_bytes()].concat();
+        let words = words.iter().flat_map(|word| word.to_le_bytes());
+        head.into_iter().chain(words).collect()
+    }
+
+    /// The state of some bytes.
+    ///
+    /// # Errors
+    /// A sentence where they are not those of a state of this version.
+    pub fn of_bytes(bytes: &[u8]) -> Result<Self, String> {
+        let rest = bytes
+            .strip_prefix(MAGIC)
+            .ok_or("these bytes are no state of an FMU of atlas")?;
+        let head = rest.split_first_chunk::<8>();
+        let (head, rest) = head.ok_or("the state is cut off")?;
+        let [version, length] = [0, 4]
+            .map(|at| u32::from_le_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]));
+        if version != VERSION {
+            return Err(format!(
+                "the state has format version {version}; this library reads version {VERSION}"
+            ));
+        }
+        if length as usize != bytes.len() {
+            return Err(format!(
+                "the state has {} bytes, but says {length}",
+                bytes.len()
+            ));
+        }
+        let mut reader = Reader(rest);
+        let live = read(&mut reader).filter(|_| reader.0.is_empty());
+        live.ok_or_else(|| "the state is damaged".to_owned())
+    }
+}
+
+fn read(reader: &mut Reader<'_>) -> Option<Live> {
+    let [parameters, state] = [reader.list()?, reader.list()?];
+    let mode = usize::try_from(reader.word()?).ok()?;
+    let mut live = Live {
+        mode: *Mode::ALL.get(mode)?,
+        parameters,
+        inputs: reader.numbers()?,
+        rates: reader.numbers()?,
+        time: reader.number()?,
+        speed: reader.number()?,
+        events: reader.word()?,
+        motion: None,
+    };
+    if !state.is_empty() {
+        let [contact, standing, opening] = [reader.set()?, reader.set()?, reader.set()?];
+        live.motion = Some(Motion {
+            state,
+            contact,
+            standing: [standing, opening],
+            cycle: reader.word()?,
+            phase: reader.number()?,
+            time: reader.number()?,
+            events: u32::try_from(reader.word()?).ok()?,
+        });
+    }
+    Some(live)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn live() -> Live {
+        Live {
+            mode: Mode::Step,
+            parameters: vec![0.1, -0.0],
+            inputs: [1.0, 2.0, 3.0],
+            rates: [0.5, f64::MIN_POSITIVE, 0.0],
+            time: 0.25,
+            speed: 700.0,
+            events: 12,
+            motion: Some(Motion {
+                state: vec![1.5, 1e-300, -2.0, 7.0],
+                contact: ActiveSet::DRIVE,
+                cycle: 3,
+                phase: 0.125,
+                time: 0.3,
+                standing: [ActiveSet::COAST, ActiveSet::FREE.toggled(100)],
+                events: 4,
+            }),
+        }
+    }
+
+    #[test]
+    fn a_state_is_its_bytes() {
+        for own in [
+            live(),
+            Live {
+                motion: None,
+                ..live()
+            },
+        ] {
+            let bytes = own.bytes();
+            assert_eq!(Live::of_bytes(&bytes).unwrap(), own);
+            for end in 0..bytes.len() {
+                assert!(Live::of_bytes(&bytes[..end]).is_err(), "{end}");
+            }
+            assert!(Live::of_bytes(&[&bytes[..], &[0]].concat()).is_err());
+        }
+        let mut other = live().bytes();
+        other[8] = 2;
+        assert!(Live::of_bytes(&other).unwrap_err().contains("version 2"));
+        // The number of parameters is beyond all bytes that there are.
+        let mut longer = live().bytes();
+        longer[16..24].copy_from_slice(&u64::MAX.to_le_bytes());
+        assert_eq!(Live::of_bytes(&longer).unwrap_err(), "the state is damaged");
+    }
+
+    #[test]
+    fn a_state_is_taken_over_whole() {
+        let mut other = Live {
+            parameters: vec![9.0],
+            motion: None,
+            ..live()
+        };
+        other.copy(&live());
+        assert_eq!(other, live());
+        other.copy(&Live {
+            motion: None,
+            ..live()
+        });
+        assert_eq!(other.motion, None);
+    }
+}

@@ -1,0 +1,177 @@
+//! What an FMU carries beside its library: the manifest, the files that it names, the tables of its meshes, and which of its
+//! points is meant.
+
+use super::FmuError;
+use super::description::Description;
+use crate::input;
+use crate::manifest::{Job, ManifestText, PointSpec};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The file that lists the others.
+const LIST: &str = "drive.json";
+
+/// The manifest as it was written.
+const MANIFEST: &str = "manifest.toml";
+
+/// Folder of tables.
+pub const TABLES: &str = "tables";
+
+/// Longest file \[bytes\].
+const LONGEST: u64 = 1 << 30;
+
+/// Which point of which job.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Choice {
+    /// The point of the grid.
+    pub point: u64,
+    /// Its load, which the grid may not have.
+    pub load: f64,
+    /// Its speed \[rad/s\], likewise.
+    pub speed: f64,
+    /// Keys with other values than in the manifest, as typed.
+    pub changes: Vec<String>,
+    /// All other files.
+    files: Vec<String>,
+}
+
+/// The resources, by their paths below their folder.
+#[derive(Debug, Clone)]
+pub struct Resources {
+    /// Which point is meant.
+    pub choice: Choice,
+    files: BTreeMap<String, Vec<u8>>,
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, FmuError> {
+    input::read(path, LONGEST).map_err(|error| unreadable(path, &error))
+}
+
+fn unreadable(path: &Path, why: &dyn ToString) -> FmuError {
+    FmuError::Unreadable {
+        path: path.to_path_buf(),
+        why: why.to_string(),
+    }
+}
+
+/// Where a file that a key names lies.
+fn place(key: &str) -> &'static str {
+    match key {
+        "model.file" => "files/modes.toml",
+        "grid.points" => "files/points.csv",
+        _ => "files/housing.toml",
+    }
+}
+
+impl Resources {
+    /// Those of a point of a job whose relative paths start at `base`, and whose tables lie in a folder.
+    ///
+    /// # Errors
+    /// A file cannot be read.
+    pub fn gather(
+        job: &Job,
+        point: &PointSpec,
+        base: &Path,
+        tables: &Path,
+    ) -> Result<Self, FmuError> {
+        let mut files = BTreeMap::from([(MANIFEST.to_owned(), job.text.clone().into_bytes())]);
+        let mut changes = job.changes.clone();
+        for named in job.written().files() {
+            // One that is not there was not needed either, for the job was read.
+            if let Ok(bytes) = input::read(&base.join(&named.path), LONGEST) {
+                files.insert(place(named.key).to_owned(), bytes);
+                changes.push(format!("{}={:?}", named.key, place(named.key)));
+            }
+        }
+        let kept = std::fs::read_dir(tables).into_iter().flatten().flatten();
+        for entry in kept {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            files.insert(format!("{TABLES}/{name}"), read(&entry.path())?);
+        }
+        let choice = Choice {
+            point: point.point_id,
+            load: point.load,
+            speed: point.speed,
+            changes,
+            files: files.keys().cloned().collect(),
+        };
+        Ok(Self { choice, files })
+    }
+
+    /// Those in a folder.
+    ///
+    /// # Errors
+    /// A file cannot be read.
+    pub fn open(folder: &Path) -> Result<Self, FmuError> {
+        let list = folder.join(LIST);
+        let choice: Choice =
+            serde_json::from_slice(&read(&list)?).map_err(|error| unreadable(&list, &error))?;
+        let mut files = BTreeMap::new();
+        for name in &choice.files {
+            files.insert(name.clone(), read(&folder.join(name))?);
+        }
+        Ok(Self { choice, files })
+    }
+
+    /// The job, read again from a folder that has the files.
+    ///
+    /// # Errors
+    /// The manifest is not there, or is faulty.
+    pub fn job(&self, folder: &Path) -> Result<Job, FmuError> {
+        let path = folder.join(MANIFEST);
+        let bytes = self
+            .files
+            .get(MANIFEST)
+            .ok_or_else(|| unreadable(&path, &"it is not listed"))?;
+        let text = std::str::from_utf8(bytes).map_err(|error| unreadable(&path, &error))?;
+        let changes = &self.choice.changes;
+        Ok(ManifestText { text, changes }.job(&path.display().to_string(), folder)?)
+    }
+
+    /// The point of this job that is meant.
+    ///
+    /// # Errors
+    /// The job has no such point.
+    pub fn point(&self, job: &Job) -> Result<PointSpec, FmuError> {
+        let id = usize::try_from(self.choice.point).unwrap_or(usize::MAX);
+        if id >= job.points.len() {
+            return Err(FmuError::Parameters(format!("there is no point {id}")));
+        }
+        Ok(PointSpec {
+            load: self.choice.load,
+            speed: self.choice.speed,
+            ..job.points.at(id)
+        })
+    }
+
+    /// The list of the files.
+    fn list(&self) -> Vec<u8> {
+        // Texts and numbers, which always have a JSON.
+        serde_json::to_vec_pretty(&self.choice).unwrap_or_default()
+    }
+
+    /// What tells these resources, this program and this list of variables from all others.
+    pub fn token(&self, description: &Description) -> String {
+        let mut hash = blake3::Hasher::new();
+        let mut add = |bytes: &[u8]| {
+            hash.update(&(bytes.len() as u64).to_le_bytes());
+            hash.update(bytes);
+        };
+        add(env!("CARGO_PKG_VERSION").as_bytes());
+        add(&self.list());
+        for (name, bytes) in &self.files {
+            add(name.as_bytes());
+            add(bytes);
+        }
+        add(format!("{:?}", description.variables).as_bytes());
+        format!("{{atlas-{}}}", &hash.finalize().to_hex()[..32])
+    }
+
+    /// All files with their paths below the folder.
+    pub fn into_files(self) -> Vec<(String, Vec<u8>)> {
+        let list = (LIST.to_owned(), self.list());
+        std::iter::once(list).chain(self.files).collect()
+    }
+}

@@ -1,0 +1,209 @@
+//! What outputs read off a state.
+//!
+//! Rotations, torques and bearing forces are sums over the state; of bearings the loads and contact forces add what the modes
+//! that are left out take of them. A contact bears `k (δ − s b) + c (δ' − s b')`, where rates of transmission errors and gaps go
+//! with the speed of the moment.
+
+use super::description::Role;
+use super::inputs::Input;
+use super::live::Live;
+use crate::model::{ActiveSet, LOAD_TERMS, LoadTerm, Model, Segment};
+use crate::propagate::varying_speed::Motion;
+use crate::structure::ModalStructure;
+use std::f64::consts::TAU;
+
+/// Of a shaft.
+#[derive(Debug)]
+struct Shaft {
+    /// Its turns per mesh cycle.
+    turns: f64,
+    /// Rotation and speed beside the mean ones, by both components of each block.
+    gains: [Vec<[f64; 2]>; 2],
+}
+
+/// How the outputs of a model follow from its state.
+#[derive(Debug)]
+pub struct Sensors {
+    shafts: [Shaft; 2],
+    /// Mesh cycles per radian of the pinion.
+    cycles_per_radian: f64,
+    /// Force on every bearing by what loads follow.
+    on_bearings: Vec<[f64; LOAD_TERMS]>,
+}
+
+impl Sensors {
+    /// Those of a model of a structure.
+    pub fn new(model: &Model, structure: &ModalStructure) -> Self {
+        let shaft = |turns: f64, torque: &Option<Vec<f64>>| Shaft {
+            turns,
+            gains: model.seen_by_modes(torque.as_deref().unwrap_or_default()),
+        };
+        let cycles_per_turn = structure.cycles_per_turn();
+        let wheel = structure.wheel_teeth.map_or(f64::NAN, f64::from);
+        Self {
+            shafts: [
+                shaft(1.0 / cycles_per_turn, &structure.pinion_torque),
+                shaft(1.0 / wheel, &structure.wheel_torque),
+            ],
+            cycles_per_radian: cycles_per_turn / TAU,
+            on_bearings: model.load_terms(structure).on_bearings,
+        }
+    }
+
+    /// The value of an output that is a number.
+    pub fn value(&self, model: &Model, live: &Live, motion: &Motion, role: Role) -> f64 {
+        let look = Look {
+            model,
+            motion,
+            pace: live.speed * self.cycles_per_radian * model.period(),
+        };
+        match role {
+            Role::Angle(shaft) => {
+                let Shaft { turns, gains } = &self.shafts[shaft];
+                // Whole turns apart, so that a long run loses no digits of the rest.
+                let cycles = motion.cycle as f64 * turns;
+                TAU * (cycles + motion.phase * turns) + look.sum(&gains[0])
+            }
+            Role::Speed(shaft) => {
+                let Shaft { turns, gains } = &self.shafts[shaft];
+                let mean = live.speed * TAU * self.cycles_per_radian * turns;
+                mean + look.sum(&gains[1])
+            }
+            Role::Deflection(mesh) => look.deflection(model.meshes[mesh].flanks[0])[0],
+            Role::Force(mesh) => {
+                let force = |contact| look.force(contact);
+                look.closed(mesh).iter().map(force).sum()
+            }
+            Role::Bearing(bearing) => self.bearing(&look, live, bearing),
+            Role::Torque(place) => look.sum(&model.outputs[place].gain),
+            Role::Time | Role::Parameter(_) | Role::Input(_) | Role::Contact(_) | Role::Events => {
+                f64::NAN
+            }
+        }
+    }
+
+    fn bearing(&self, look: &Look<'_>, live: &Live, bearing: usize) -> f64 {
+        let own = &look.model.bearings[bearing];
+        let mut force = look.sum(&own.gain);
+        for (term, share) in self.on_bearings[bearing].iter().enumerate() {
+            force += share * load_term(live, term);
+        }
+        for (ripple, share) in look.model.ripple.iter().zip(&own.by_ripple) {
+            force += share * ripple.phase_at(look.motion.cycle, look.time()).cos();
+        }
+        for contact in look.motion.contact.iter() {
+            let shares = &look.model.directions[look.segment(contact).direction].on_bearings;
+            if let Some(share) = shares.get(bearing).filter(|share| **share != 0.0) {
+                force += share * look.force(contact);
+            }
+        }
+        force
+    }
+}
+
+/// What a load term is.
+fn load_term(live: &Live, term: usize) -> f64 {
+    let input = |input: Input| live.inputs[input.place()];
+    let is = |known: LoadTerm| known as usize == term;
+    if is(LoadTerm::Rated) {
+        input(Input::Load)
+    } else if is(LoadTerm::Speed) {
+        live.speed
+    } else if is(LoadTerm::SpeedSquared) {
+        live.speed * live.speed
+    } else if is(LoadTerm::PinionTorque) {
+        input(Input::Pinion)
+    } else if is(LoadTerm::WheelTorque) {
+        input(Input::Wheel)
+    } else {
+        1.0
+    }
+}
+
+/// Which flanks of a mesh touch: 1 the drive flank, −1 the coast flank, 0 none, 2 both.
+pub fn contact(model: &Model, motion: &Motion, mesh: usize) -> i64 {
+    let [drive, coast] = model.meshes[mesh].flanks;
+    let closed = motion.contact;
+    let flanks = if drive == 0 {
+        own_flanks(model, closed)
+    } else {
+        [closed.holds(drive), closed.holds(coast)]
+    };
+    match flanks {
+        [true, true] => 2,
+        [true, false] => 1,
+        [false, true] => -1,
+        [false, false] => 0,
+    }
+}
+
+/// Whether any spring of the first mesh's drive flank is closed, and of its coast flank: they take turns.
+fn own_flanks(model: &Model, closed: ActiveSet) -> [bool; 2] {
+    if model.flank_springs == 2 {
+        return closed.flanks().closed();
+    }
+    [0, 1].map(|flank| {
+        (flank..model.flank_springs)
+            .step_by(2)
+            .any(|own| closed.holds(own))
+    })
+}
+
+/// A model at a moment of its motion.
+struct Look<'a> {
+    model: &'a Model,
+    motion: &'a Motion,
+    /// Speed in units of that of the model.
+    pace: f64,
+}
+
+impl Look<'_> {
+    /// Time within the mesh cycle at the model's own speed \[s\].
+    fn time(&self) -> f64 {
+        self.motion.phase * self.model.period()
+    }
+
+    fn sum(&self, gains: &[[f64; 2]]) -> f64 {
+        let (first, second) = self.motion.state.split_at(self.model.modes());
+        let pairs = gains.iter().zip(first.iter().zip(second));
+        pairs.map(|(gain, (x, y))| gain[0] * x + gain[1] * y).sum()
+    }
+
+    fn segment(&self, contact: usize) -> &Segment {
+        self.model.contacts[contact]
+            .cycle(self.motion.cycle)
+            .segment_at(self.time())
+    }
+
+    /// Deflection along the line of a contact \[m\] and its rate \[m/s\].
+    fn deflection(&self, contact: usize) -> [f64; 2] {
+        let (segment, cycle) = (self.segment(contact), self.motion.cycle);
+        let (deflection, rate) =
+            self.model
+                .deflection_on(segment, cycle, &self.motion.state, self.time());
+        let line = &self.model.lines[self.model.line(segment)];
+        let (_, error_rate) = line.transmission_error_at(cycle, self.time());
+        [deflection, rate + (1.0 - self.pace) * error_rate]
+    }
+
+    /// Force of a closed contact \[N\].
+    fn force(&self, contact: usize) -> f64 {
+        let (own, segment) = (&self.model.contacts[contact], self.segment(contact));
+        let [deflection, rate] = self.deflection(contact);
+        let [_, opening] = own.gap(segment, self.time());
+        // The contact takes the gap's rate at the model's own speed.
+        let rate = rate + own.side * (1.0 - self.pace) * opening;
+        own.force(segment, self.time(), deflection, rate)
+    }
+
+    /// The closed contacts of a mesh.
+    fn closed(&self, mesh: usize) -> ActiveSet {
+        let flanks = self.model.meshes[mesh].flanks;
+        let closed = self.motion.contact;
+        let own = |contact: usize| {
+            if mesh == 0 { self.model.of_mesh(contact) } else { flanks.contains(&contact) }
+        };
+        let own = closed.iter().filter(|contact| own(*contact));
+        own.fold(ActiveSet::FREE, ActiveSet::toggled)
+    }
+}
