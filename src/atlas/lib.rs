@@ -17,7 +17,7 @@ pub mod report;
 
 pub use gearatlas_core::{analysis, model, numerics, propagate, structure};
 pub use gearatlas_gears::{gear, shaft};
-pub use gearatlas_jobs::{input, manifest, store, sweep, topology, units};
+pub use gearatlas_jobs::{fmu, input, manifest, store, sweep, topology, units};
 pub use gearatlas_machine::characterize;
 pub use gearatlas_verify::{reference, verify};
 

@@ -30,6 +30,14 @@ impl ManifestArgs {
         }
     }
 
+    /// The folder where relative paths in it start.
+    pub fn base(&self) -> &Path {
+        match self.path.parent() {
+            Some(folder) if !self.is_stream() => folder,
+            _ => Path::new(""),
+        }
+    }
+
     fn is_stream(&self) -> bool {
         self.path == Path::new("-")
     }

@@ -9,6 +9,7 @@ mod console;
 mod events;
 mod excitation;
 pub mod export;
+mod fmu;
 pub mod follow;
 mod gear_mesh;
 mod grid;
@@ -111,6 +112,8 @@ enum Command {
     Runup(runup::RunupArgs),
     /// Write a signal of a run-up as a WAV file
     Sound(sound::SoundArgs),
+    /// Write a drive as a functional mock-up unit (FMU) that other simulators step
+    Fmu(fmu::FmuArgs),
     /// Measure memory, arithmetic and kernels of this machine
     Machine(machine::MachineArgs),
     /// Compute and keep the mesh table of a manifest's gears; `atlas plot` draws it
@@ -159,6 +162,7 @@ fn carry_out() -> ExitCode {
         Command::Trace(args) => trace::run(&args),
         Command::Runup(args) => runup::run(&args),
         Command::Sound(args) => sound::run(&args),
+        Command::Fmu(args) => fmu::run(&args),
         Command::Machine(args) => machine::run(&args),
         Command::Table(args) => table::run(&args),
         Command::Verify(args) => verify::run(&args),
