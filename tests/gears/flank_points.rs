@@ -4,10 +4,11 @@
 
 use crate::common;
 use gearatlas::gear::{
-    BetweenPoints, FlankCourse, Flanks, GearError, GearPair, MeshTable, MeshTableInputs,
-    Modification, PointCourse, Relief, ToothForm,
+    FlankCourse, Flanks, GearError, GearPair, MeshTable, MeshTableInputs, Modification, Relief,
+    ToothForm,
 };
 use gearatlas::manifest;
+use gearatlas::numerics::point_course::{BetweenPoints, PointCourse};
 use std::path::Path;
 
 fn pair(form: ToothForm) -> GearPair {

@@ -92,6 +92,66 @@ fn a_run_up_has_its_tables_and_its_sound() {
     assert!(occupied.contains("--overwrite"), "{occupied}");
 }
 
+/// The file of a bench: up, at rest, down, with torques. Speed and load are those of the file at its times, and a course
+/// through two points is the line between them.
+#[test]
+fn a_bench_gives_the_course() {
+    const REST: &str = "settle = 0\nsample_rate = 1000\nrevolutions = 1\nfrequency_step = 50\nsignals = [\"force\"]";
+    let folder = folder(&format!("[runup]\npoints = \"bench.csv\"\n{REST}"));
+    let at = folder.path();
+    let bench =
+        "time [ms];speed [rpm];torque [N m]\n1200;600;5\n1400;1500;15\n1500;1500;15\n1700;900;10\n";
+    std::fs::write(at.join("bench.csv"), bench).unwrap();
+    let text = said(at, &["runup", "m.toml", "--out", "a"]);
+    assert!(
+        text.contains("600 to 900 rpm in 0.5 s, load 0.1 to 0.2"),
+        "{text}"
+    );
+    let column = |out: &str, name: &str| -> Vec<f64> {
+        let table = ResultTable::read(&at.join(out), TableKind::Signals).unwrap();
+        let column = table.f64(name).unwrap();
+        column.into_iter().map(Option::unwrap).collect()
+    };
+    let rpm = std::f64::consts::TAU / 60.0;
+    let (speeds, loads) = (column("a", "speed"), column("a", "load"));
+    for (sample, speed, load) in [
+        (0, 600.0, 0.1),
+        (200, 1500.0, 0.3),
+        (250, 1500.0, 0.3),
+        (500, 900.0, 0.2),
+    ] {
+        assert!((speeds[sample] / rpm - speed).abs() < 1e-9, "{sample}");
+        assert!((loads[sample] - load).abs() < 1e-12, "{sample}");
+    }
+    let run = |out: &str, section: &str| {
+        let text = std::fs::read_to_string(at.join("m.toml")).unwrap();
+        let (head, _) = text.split_once("[runup]").unwrap();
+        std::fs::write(
+            at.join("n.toml"),
+            format!("{head}[runup]\n{section}\n{REST}"),
+        )
+        .unwrap();
+        said(at, &["runup", "n.toml", "--out", out]);
+        column(out, "force")
+    };
+    let line = run("line", &format!("{SPEED}\nload = [0.1, 0.3]"));
+    let through =
+        "points = [{ time = 3, speed = \"600 rpm\" }, { time = 3.2, speed = \"1500 rpm\" }]";
+    let over_speed = "[{ speed = \"600 rpm\", torque = 5 }, { speed = \"1500 rpm\", torque = 15 }]";
+    for (out, load) in [
+        (
+            "over-time",
+            "[{ time = 3, load = 0.1 }, { time = 3.2, load = 0.3 }]",
+        ),
+        ("over-speed", over_speed),
+    ] {
+        let found = run(out, &format!("{through}\nload_points = {load}"));
+        for (a, b) in line.iter().zip(&found) {
+            assert!((a - b).abs() < 1e-6 * (1.0 + a.abs()), "{out}: {a} {b}");
+        }
+    }
+}
+
 /// What is no run-up is refused with a remedy, and nothing is written.
 #[test]
 fn what_is_no_run_up_is_refused() {
@@ -112,6 +172,43 @@ fn what_is_no_run_up_is_refused() {
         (
             "[runup]\nspeed = { from = 10, in = 1 }",
             ["runup.speed.to", "missing"],
+        ),
+        ("[runup]\nload = 0.1", ["runup.speed", "missing"]),
+        (
+            "[runup]\npoints = [{ time = 0, speed = 10 }, { time = 2, speed = 20 }, { time = 1, speed = 30 }]",
+            ["`time` goes back or stays, from 2 to 1", "increasing order"],
+        ),
+        (
+            "[runup]\npoints = [{ time = 0, speed = 10 }, { time = 1, speed = 0 }]",
+            ["greater than 0", "runup.points.speed"],
+        ),
+        (
+            "[runup]\npoints = [{ time = 0, speed = 10 }]",
+            ["needs two", "increasing order"],
+        ),
+        (
+            "[runup]\npoints = [{ time = 0, rpm = 10 }, { time = 1, rpm = 12 }]",
+            ["`rpm` is not a column", "time, speed, load, torque"],
+        ),
+        (
+            "[runup]\npoints = [{ time = 0, load = 0.1 }, { time = 1, load = 0.2 }]",
+            ["needs a column `speed`", "time [s],speed [rpm]"],
+        ),
+        (
+            "[runup]\nspeed = { from = 10, to = 20, in = 1 }\npoints = \"a.csv\"",
+            ["both give the same course", "keep one"],
+        ),
+        (
+            "[runup]\nload = 0.1\npoints = [{ time = 0, speed = 10, load = 0.1 }, { time = 1, speed = 20, load = 0.2 }]",
+            ["both give the load", "keep one"],
+        ),
+        (
+            "[runup]\npoints = \"absent.csv\"",
+            ["cannot be read", "check the path"],
+        ),
+        (
+            "[runup]\nspeed = { from = 10, to = 20, in = 1 }\nload_points = [{ speed = 0, load = 0.1 }, { speed = 1, torque = 0.2 }]",
+            ["point 2 has `torque`", "same keys"],
         ),
     ] {
         let folder = folder(own);

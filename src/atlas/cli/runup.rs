@@ -140,14 +140,16 @@ fn files(folder: &Path) -> [(&'static str, String); 5] {
 
 fn summary(job: &Job, config: &RunUpConfig, run: &RunUp, folder: &Path) -> String {
     let rpm = Unit::or_si(Some("rpm"), "rad/s").factor;
-    let [from, to] = config.speed.map(|speed| to_digits(rpm * speed, 5));
-    let [first, last] = config.load.map(|load| to_digits(load, 4));
+    let ends = [0.0, config.duration()];
+    let [from, to] = ends.map(|time| to_digits(rpm * config.speed_at(time), 5));
+    let [first, last] = ends.map(|time| to_digits(config.load_at(time), 4));
     let mut lines = vec![
         (
             "run-up",
             format!(
                 "{}: {from} to {to} rpm in {} s, load {first} to {last}",
-                job.name, config.duration
+                job.name,
+                config.duration()
             ),
         ),
         ("passed", format!("{:.0} mesh cycles", run.cycles)),
@@ -181,11 +183,12 @@ fn summary(job: &Job, config: &RunUpConfig, run: &RunUp, folder: &Path) -> Strin
 }
 
 fn summary_json(job: &Job, config: &RunUpConfig, run: &RunUp, folder: &Path) -> serde_json::Value {
+    let ends = [0.0, config.duration()];
     json!({
         "job": job.name,
-        "speed": config.speed,
-        "load": config.load,
-        "duration": config.duration,
+        "speed": ends.map(|time| config.speed_at(time)),
+        "load": ends.map(|time| config.load_at(time)),
+        "duration": config.duration(),
         "cycles": run.cycles,
         "events": run.events.len(),
         "signals": run.signals.iter().map(|[name, unit]| json!({ "name": name, "unit": unit })).collect::<Vec<_>>(),

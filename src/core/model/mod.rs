@@ -45,6 +45,7 @@ mod sliding;
 mod stiffness;
 mod structure_contacts;
 mod system;
+mod torque_curve;
 mod unfelt;
 
 pub use crate::structure::MeshHarmonic;
@@ -72,6 +73,7 @@ pub use rolling::Rolling;
 pub use slider::Slider;
 pub use stiffness::{STIFFNESS_TERMS, Stiffness};
 pub use system::Model;
+pub use torque_curve::TorqueCurve;
 
 #[cfg(test)]
 pub(crate) mod fixtures;

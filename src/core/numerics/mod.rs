@@ -1,5 +1,5 @@
 //! Small numerical tools that know nothing of gears: quadrature, Legendre series and their
-//! roots, exponentials as Legendre series, convolution, small dense algebra, statistics of
+//! roots, exponentials as Legendre series, courses through points, convolution, small dense algebra, statistics of
 //! series, chains and rare events, weighted Birkhoff averages, random streams, whole numbers, the
 //! numbering of planes.
 
@@ -18,6 +18,7 @@ pub mod linalg;
 pub mod nested_grid;
 pub mod pair_response;
 pub mod plain;
+pub mod point_course;
 pub mod poisson;
 pub mod product_moduli;
 pub mod proportion;

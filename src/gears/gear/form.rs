@@ -1,6 +1,7 @@
 //! What a drawing says of the teeth beyond number, module, pressure angle and width.
 
-use super::modification::{Modification, PointCourse, Relief};
+use super::modification::{Modification, Relief};
+use crate::numerics::point_course::PointCourse;
 
 /// Shape and material of the teeth. Arrays are `[pinion, wheel]`.
 ///
@@ -35,10 +36,10 @@ pub struct ToothForm {
     pub profile: [Modification; 2],
     /// Crowning and slope of the lead, over the own face width.
     pub lead: [Modification; 2],
-    /// The profile through points, over the roll length from the base circle (base radius times roll angle) in the
+    /// Missing material \[m\] of the profile through points, over the roll length from the base circle (base radius times roll angle) in the
     /// transverse section.
     pub profile_points: [PointCourse; 2],
-    /// The lead through points, over the distance from the middle of the own face.
+    /// Missing material \[m\] of the lead through points, over the distance from the middle of the own face.
     pub lead_points: [PointCourse; 2],
     /// Bore of the gear bodies \[m\], where they are held; none: the shaft's diameter, which
     /// only the shaft knows.

@@ -45,7 +45,7 @@ pub use misalignment::{
     MisalignmentEnding, MisalignmentReport, MisalignmentSearch, MisalignmentStep, TiltCompliance,
     loaded_misalignment,
 };
-pub use modification::{BetweenPoints, Modification, PointCourse, Relief, ReliefCourse};
+pub use modification::{Modification, Relief, ReliefCourse};
 pub use pair::GearPair;
 pub use sharing::{
     Contact, ContactPair, Face, HelicalFace, LoadSharing, MOST_PAIRS, SharedLoad, SharingError,

@@ -11,7 +11,9 @@
 
 mod advice;
 mod axis;
+mod columns;
 mod combinations;
+mod csv;
 mod diagnostic;
 mod errors;
 mod excerpt;
@@ -216,7 +218,8 @@ fn judge(
         retained,
     );
 
-    let run_up = sections::read_run_up(&Section::root(&tree, schema::MANIFEST), &mut issues);
+    let root = Section::root(&tree, schema::MANIFEST);
+    let run_up = sections::read_run_up(&root, &mut issues, base_dir);
     operating_point::check(&axes.valid, judged.variants(), &mut issues);
     if let Some(start) = syntax_error {
         keep_certain(&mut issues, source, start);

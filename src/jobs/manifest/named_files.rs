@@ -1,10 +1,17 @@
-//! The files that a manifest names beside itself: of modes, of a housing, of a list of points.
+//! The files that a manifest names beside itself: of modes, of a housing, of lists of points.
 
 use super::ManifestText;
 use super::tree::Value;
 
 /// Keys whose texts are paths, relative to the folder of the manifest.
-const KEYS: [&str; 3] = ["model.file", "train.housing.file", "grid.points"];
+const KEYS: [&str; 6] = [
+    "excitation.torque_curve.points",
+    "model.file",
+    "train.housing.file",
+    "grid.points",
+    "runup.points",
+    "runup.load_points",
+];
 
 /// A file that a manifest names.
 #[derive(Debug, Clone, PartialEq, Eq)]

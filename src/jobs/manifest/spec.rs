@@ -9,7 +9,7 @@ mod run_up;
 pub use continuation::ContinuationSpec;
 pub use mesh::{CoastSpec, DampingSpec, FrictionSpec, MeshSpec, StiffnessSpec, TwoLevels};
 pub use refine::{Criterion, Refine};
-pub use run_up::RunUpSpec;
+pub use run_up::{RunUpLoad, RunUpSpec};
 
 use super::axis::{AxisKey, AxisValues};
 use crate::analysis::Analyses;

@@ -218,16 +218,17 @@ mod tests {
     use super::*;
     use crate::analysis::Signals;
     use crate::analysis::run_up::Instants;
+    use crate::analysis::run_up::LoadLaw;
     use crate::model::ActiveSet;
+    use crate::numerics::point_course::PointCourse;
     use crate::store::ResultTable;
 
     /// A row of each table has the values that it was written with.
     #[test]
     fn every_column_of_a_run_up_comes_back() {
         let config = RunUpConfig {
-            speed: [10.0, 30.0],
-            load: [0.1, 0.3],
-            duration: 2.0,
+            speed: PointCourse::line([0.0, 10.0], [2.0, 30.0]),
+            load: LoadLaw::OverTime(PointCourse::line([0.0, 0.1], [2.0, 0.3])),
             settle: 0.0,
             sample_rate: 1.0,
             revolutions: 1,

@@ -3,8 +3,9 @@
 use super::build::BuildError;
 use super::parts::Prepared;
 use crate::analysis::CalledOff;
-use crate::analysis::run_up::{RunUp, RunUpConfig, record};
+use crate::analysis::run_up::{LoadLaw, RunUp, RunUpConfig, record};
 use crate::manifest::{PointSpec, RunUpSpec};
+use crate::numerics::point_course::PointCourse;
 use crate::propagate::InstructionSet;
 use crate::propagate::varying_speed::{VaryingSpeed, VaryingSpeedError};
 use std::f64::consts::TAU;
@@ -33,6 +34,11 @@ pub enum RunUpError {
     /// Its speed cannot vary.
     #[error(transparent)]
     Kernel(#[from] VaryingSpeedError),
+    /// A modal file has no rated torque.
+    #[error(
+        "a run-up with torques needs a rated torque, but a modal file has none; give the column `load`, a fraction of rated_force"
+    )]
+    NoRatedTorque,
     /// It was called off.
     #[error("interrupted")]
     CalledOff,
@@ -45,10 +51,19 @@ impl PointRunUp<'_> {
     /// [`RunUpError`].
     pub fn record(&self, called_off: &AtomicBool) -> Result<(RunUpConfig, RunUp), RunUpError> {
         let spec = self.spec;
-        let load = spec.load.unwrap_or([self.point.load; 2]);
+        let mut config = RunUpConfig {
+            speed: spec.speed.clone(),
+            load: self.load()?,
+            settle: spec.settle,
+            sample_rate: f64::from(spec.sample_rate),
+            revolutions: spec.revolutions,
+            orders: spec.orders.clone().unwrap_or_default(),
+            frequency_step: f64::from(spec.frequency_step),
+            signals: spec.signals,
+        };
         let start = PointSpec {
-            speed: spec.speed[0],
-            load: load[0],
+            speed: config.speed_at(0.0),
+            load: config.load_at(0.0),
             ..self.point.clone()
         };
         let model = self.parts.model(&start)?;
@@ -63,22 +78,11 @@ impl PointRunUp<'_> {
             InstructionSet::best(),
         )?;
         let teeth = kernel.cycles_per_radian() * TAU;
-        let of_mesh = || {
-            (1..=MESH_ORDERS)
+        if spec.orders.is_none() {
+            config.orders = (1..=MESH_ORDERS)
                 .map(|order| f64::from(order) * teeth)
-                .collect()
-        };
-        let config = RunUpConfig {
-            speed: spec.speed,
-            load,
-            duration: spec.duration,
-            settle: spec.settle,
-            sample_rate: f64::from(spec.sample_rate),
-            revolutions: spec.revolutions,
-            orders: spec.orders.clone().unwrap_or_else(of_mesh),
-            frequency_step: f64::from(spec.frequency_step),
-            signals: spec.signals,
-        };
+                .collect();
+        }
         let run = record(
             &kernel,
             &model.start(&start.run.initial),
@@ -87,5 +91,19 @@ impl PointRunUp<'_> {
         )
         .map_err(|CalledOff| RunUpError::CalledOff)?;
         Ok((config, run))
+    }
+
+    /// The load, as a fraction of the rated one.
+    fn load(&self) -> Result<LoadLaw, RunUpError> {
+        let Some(load) = &self.spec.load else {
+            return Ok(LoadLaw::OverTime(PointCourse::constant(self.point.load)));
+        };
+        if !load.is_torque {
+            return Ok(load.law.clone());
+        }
+        let rated = self.point.model.source.rated_torque();
+        Ok(load
+            .law
+            .scaled(1.0 / rated.ok_or(RunUpError::NoRatedTorque)?))
     }
 }

@@ -181,14 +181,15 @@ pub(super) fn levels(
 mod tests {
     use super::*;
     use crate::analysis::config::Signals;
+    use crate::analysis::run_up::LoadLaw;
+    use crate::numerics::point_course::PointCourse;
 
     /// A wave of order 3 of a pinion of 20 teeth on a mean.
     #[test]
     fn orders_and_levels_of_a_wave_are_its_own() {
         let config = RunUpConfig {
-            speed: [100.0, 100.0],
-            load: [0.1, 0.1],
-            duration: 1.0,
+            speed: PointCourse::line([0.0, 100.0], [1.0, 100.0]),
+            load: LoadLaw::OverTime(PointCourse::constant(0.1)),
             settle: 0.0,
             sample_rate: 1e3,
             revolutions: 2,

@@ -1,33 +1,34 @@
-//! A run-up or run-down: one motion whose speed changes at a constant rate, and what a test bench records of it.
+//! A run-up or run-down: one motion whose speed changes, and what a test bench records of it.
 //!
 //! Signals are values of the windows' power series at even instants and at even mesh phases. The second are what a bench
 //! calls synchronous resampling; nothing is interpolated.
 
 mod blocks;
+mod course;
 mod instants;
 mod record;
 mod spectrogram;
 
 pub use blocks::{Level, OrderPoint};
+pub use course::LoadLaw;
 pub use instants::Instants;
 pub use record::record;
 pub use spectrogram::SpectrumRow;
 
 use super::config::Signals;
 use crate::model::Model;
+use crate::numerics::point_course::PointCourse;
 use crate::propagate::Stop;
 use crate::propagate::varying_speed::{MovingEvent, MovingSignal};
 
 /// What is asked of a run-up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunUpConfig {
-    /// Speeds of the pinion at start and end \[rad/s\].
-    pub speed: [f64; 2],
-    /// Load at start and end, as a fraction of the rated one.
-    pub load: [f64; 2],
-    /// Time from one to the other \[s\].
-    pub duration: f64,
-    /// Time at the first speed before that \[s\].
+    /// Speed of the pinion \[rad/s\] over the time since the start \[s\], above 0 throughout.
+    pub speed: PointCourse,
+    /// The load.
+    pub load: LoadLaw,
+    /// Time at the first speed before the start \[s\].
     pub settle: f64,
     /// Samples a second \[1/s\].
     pub sample_rate: f64,
@@ -63,16 +64,6 @@ pub struct RunUp {
 }
 
 impl RunUpConfig {
-    /// Mean speed \[rad/s\] at a time since the start \[s\].
-    pub fn speed_at(&self, time: f64) -> f64 {
-        along(self.speed, time / self.duration)
-    }
-
-    /// Load at a time since the start \[s\].
-    pub fn load_at(&self, time: f64) -> f64 {
-        along(self.load, time / self.duration)
-    }
-
     /// The signals asked for that a model has: deflection and force of the first mesh, then outputs.
     pub fn signals_of(&self, model: &Model) -> Vec<MovingSignal> {
         let asked = |signal: &MovingSignal| match signal.first_mesh() {
@@ -85,9 +76,4 @@ impl RunUpConfig {
             .filter(asked)
             .collect()
     }
-}
-
-/// Between two values.
-fn along([from, to]: [f64; 2], part: f64) -> f64 {
-    from + part * (to - from)
 }

@@ -1,6 +1,7 @@
 //! A run-up on the kernel, with its signals at even instants and even phases.
 
 use super::blocks::{Blocks, Phases, levels, orders};
+use super::course::PARTS;
 use super::instants::Instants;
 use super::spectrogram::spectra;
 use super::{RunUp, RunUpConfig};
@@ -16,9 +17,6 @@ use std::sync::atomic::AtomicBool;
 /// Samples a mesh cycle, for orders and levels.
 const PER_CYCLE: u64 = 64;
 
-/// Parts of a run-up between which it can be called off.
-const PARTS: u32 = 200;
-
 /// Runs a drive up from a trajectory at its first speed.
 ///
 /// # Errors
@@ -31,8 +29,8 @@ pub fn record(
 ) -> Result<RunUp, CalledOff> {
     let signals = config.signals_of(kernel.model());
     let mut motion = kernel.start(start);
-    let [first, last] = config.speed;
-    let settling = Stretch::steady(config.settle / f64::from(PARTS), first, config.load[0]);
+    let length = config.settle / f64::from(PARTS);
+    let settling = Stretch::steady(length, config.speed_at(0.0), config.load_at(0.0));
     let settling = (0..PARTS).map(|_| settling);
     let mut stop = advance(kernel, settling, &mut motion, &mut (), called_off)?;
     motion.time = 0.0;
@@ -53,14 +51,8 @@ pub fn record(
         events: Vec::new(),
     };
     if stop.is_none() {
-        let length = config.duration / f64::from(PARTS);
-        let stretches = (0..PARTS).map(|part| {
-            let from = f64::from(part) * length;
-            let mut stretch = Stretch::steady(length, config.speed_at(from), config.load_at(from));
-            stretch.turned[2] = 0.5 * (last - first) / config.duration;
-            stretch.load[1] = (config.load[1] - config.load[0]) / config.duration;
-            stretch.accelerated(kernel)
-        });
+        let stretches = config.stretches().into_iter();
+        let stretches = stretches.map(|stretch| stretch.accelerated(kernel));
         stop = advance(kernel, stretches, &mut motion, &mut recorder, called_off)?;
     }
     let Recorder {

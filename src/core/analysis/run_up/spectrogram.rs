@@ -72,15 +72,16 @@ pub(super) fn spectra(config: &RunUpConfig, instants: &Instants) -> Vec<Spectrum
 mod tests {
     use super::*;
     use crate::analysis::config::Signals;
+    use crate::analysis::run_up::LoadLaw;
+    use crate::numerics::point_course::PointCourse;
     use std::f64::consts::TAU;
 
     /// A sine on a line has its amplitude there, half of it on both neighbours, nothing elsewhere.
     #[test]
     fn a_sine_has_its_amplitude() {
         let config = RunUpConfig {
-            speed: [10.0, 30.0],
-            load: [0.1, 0.1],
-            duration: 2.0,
+            speed: PointCourse::line([0.0, 10.0], [2.0, 30.0]),
+            load: LoadLaw::OverTime(PointCourse::constant(0.1)),
             settle: 0.0,
             sample_rate: 1000.0,
             revolutions: 1,

@@ -287,9 +287,8 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gear::{
-        Flanks, GearPair, IndependentSlices, Modification, PointCourse, ToothForm, fixtures,
-    };
+    use crate::gear::{Flanks, GearPair, IndependentSlices, Modification, ToothForm, fixtures};
+    use crate::numerics::point_course::PointCourse;
 
     fn flanks(crowning: f64) -> (GearPair, Flanks) {
         flanks_with(crowning, &[])

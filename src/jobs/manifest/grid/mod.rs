@@ -1,7 +1,6 @@
 //! `[grid]`: its axes and their values. An axis is `load` or `torque`, `speed` or a quoted model key; those of a list
 //! of points and those that are tied advance in step.
 
-mod csv;
 mod grid_axis;
 mod list;
 mod order;

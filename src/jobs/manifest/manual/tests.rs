@@ -314,6 +314,13 @@ fn surroundings(path: &str) -> String {
                 &format!("[excitation]\ntorque_ripple = {ripple} #"),
             );
         }
+        _ if path.starts_with("excitation.torque_curve.") => {
+            let points = "[{ angle = 0, torque = 1 }, { angle = 3, torque = 2 }]";
+            put(
+                "[excitation]",
+                &format!("[excitation]\ntorque_curve = {{ points = {points} }} #"),
+            );
+        }
         "grid.displacement" => put("[grid]", "[grid]\norder = \"sweep-up\"\nalong = \"speed\""),
         _ if path.starts_with("runup.") => {
             text.push_str("[runup]\nspeed = { from = 10, to = 20, in = 1 }\n");

@@ -168,7 +168,7 @@ impl<'t> Section<'t> {
         }
     }
 
-    fn required(&self, issues: &mut Issues, name: &str) -> Option<&'t Entry> {
+    pub fn required(&self, issues: &mut Issues, name: &str) -> Option<&'t Entry> {
         let entry = self.entry(name);
         if entry.is_none() {
             self.missing(issues, name);

@@ -99,8 +99,8 @@ pub(in crate::manifest) struct Bounds {
 }
 
 const INF: f64 = f64::INFINITY;
-pub(super) const ANY: Bounds = bounds(-INF, true, INF, true);
-pub(super) const POSITIVE: Bounds = bounds(0.0, true, INF, true);
+pub(in crate::manifest) const ANY: Bounds = bounds(-INF, true, INF, true);
+pub(in crate::manifest) const POSITIVE: Bounds = bounds(0.0, true, INF, true);
 pub(super) const NON_NEGATIVE: Bounds = bounds(0.0, false, INF, true);
 /// Damping ratios: the kernels take underdamped and undamped modes only.
 pub(super) const BELOW_ONE: Bounds = bounds(0.0, false, 1.0, true);
@@ -168,7 +168,7 @@ pub(super) const fn table(path: &'static str) -> Key {
     key(path, Kind::Table, ANY, "")
 }
 
-pub(super) const fn quantity(
+pub(in crate::manifest) const fn quantity(
     path: &'static str,
     dimension: Dimension,
     bounds: Bounds,

@@ -9,8 +9,8 @@ mod keys;
 mod tests;
 
 pub(in crate::manifest) use key::{
-    Bounds, DefaultValue, Elsewhere, Key, Kind, SEED, SHARED, VARIABLE_TABLES, choice,
-    draws_one_gear, integer,
+    ANY, Bounds, DefaultValue, Elsewhere, Key, Kind, POSITIVE, SEED, SHARED, VARIABLE_TABLES,
+    choice, draws_one_gear, integer, quantity,
 };
 pub(in crate::manifest) use keys::{FEWEST_CYCLES, HOUSING_FILE, MANIFEST, MODAL_FILE, OF_MESH};
 

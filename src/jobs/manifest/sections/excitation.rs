@@ -1,5 +1,6 @@
 //! `[excitation]`: harmonics of the transmission error, torque ripple on either shaft.
 
+use super::{Context, torque_curve};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::spec::{CoastSpec, ExcitationSpec, MeshSpec, StiffnessSpec, StructureSource};
@@ -11,6 +12,7 @@ pub(super) fn read(
     issues: &mut Issues,
     source: Option<&StructureSource>,
     mesh: Option<&MeshSpec>,
+    context: &mut Context,
 ) -> Option<ExcitationSpec> {
     let errors = harmonics(section, issues, "transmission_error");
     const OF_COAST: &str = "coast_transmission_error";
@@ -37,6 +39,7 @@ pub(super) fn read(
             .collect();
         read.into_iter().collect::<Option<Vec<_>>>()
     });
+    let curve = torque_curve::read(section, issues, source, context);
     let idle = mesh.and_then(|mesh| match &mesh.stiffness {
         stiffness if stiffness.is_of_pairs() => Some((
             "with mesh.resolution = \"pairs\": the gaps of the pairs contain the error of the flanks",
@@ -64,7 +67,7 @@ pub(super) fn read(
         transmission_error: [errors?, of_gears.clone()?].concat(),
         // An error of the teeth's places moves both flanks.
         coast_transmission_error: of_coast?.map(|own| [own, of_gears.unwrap_or_default()].concat()),
-        torque_ripple: ripples??,
+        torque_ripple: [ripples??, curve?].concat(),
     })
 }
 
@@ -251,14 +254,24 @@ fn ripple(
     let order = table.quantity(issues, "order");
     let amplitude = table.quantity(issues, "amplitude");
     let phase = table.quantity_or_default(issues, "phase");
-    let ripple = TorqueRipple {
+    turns(table, issues, source, shaft?)?;
+    Some(TorqueRipple {
         shaft: shaft?,
         order: order?,
         amplitude: amplitude?,
         phase: phase?,
-    };
+    })
+}
+
+/// Nothing where a torque of the orders of a shaft cannot act on it, reported.
+pub(super) fn turns(
+    table: &Section,
+    issues: &mut Issues,
+    source: Option<&StructureSource>,
+    shaft: DriveShaft,
+) -> Option<()> {
     if let Some(StructureSource::Train(train)) = source
-        && let (DriveShaft::Wheel, gear) = (ripple.shaft, train.gear(train.gears[1]))
+        && let (DriveShaft::Wheel, gear) = (shaft, train.gear(train.gears[1]))
         && gear.loose.is_some()
     {
         let name = &gear.name;
@@ -270,19 +283,19 @@ fn ripple(
                 format!("gear `{name}` is loose: its shaft does not turn with the wheel"),
             )
             .label("this shaft does not turn at the speed of the wheel")
-            .remedy("name a mesh in train.gears whose second gear is fixed to its shaft, or remove the ripple"),
+            .remedy("name a mesh in train.gears whose second gear is fixed to its shaft, or remove the torque"),
         );
         return None;
     }
     if let Some(StructureSource::Modal(structure)) = source {
-        let (name, columns) = match ripple.shaft {
+        let (name, columns) = match shaft {
             DriveShaft::Pinion if structure.pinion_torque.is_none() => ("pinion", "torque_pinion"),
             DriveShaft::Wheel
                 if structure.wheel_torque.is_none() || structure.wheel_teeth.is_none() =>
             {
                 ("wheel", "torque_wheel and teeth_wheel")
             }
-            _ => return Some(ripple),
+            _ => return Some(()),
         };
         issues.push(
             Diagnostic::new(
@@ -293,12 +306,12 @@ fn ripple(
             )
             .label("unknown participation")
             .remedy(format!(
-                "add {columns} to the modal file, or remove the ripple"
+                "add {columns} to the modal file, or remove the torque"
             )),
         );
         return None;
     }
-    Some(ripple)
+    Some(())
 }
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
 //! `[[gear.profile_points]]`, `[[gear.lead_points]]`: courses of flanks through points. In the table of one gear of a train
 //! they have no `gear`, and both entries are that gear's.
 
-use crate::gear::{BetweenPoints, GearPair, PointCourse};
+use crate::gear::GearPair;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::schema::draws_one_gear;
+use crate::numerics::point_course::{BetweenPoints, PointCourse};
 
 /// The profiles of both gears over their roll lengths; the drawing turns diameters into them.
 pub(super) fn profiles(

@@ -26,6 +26,7 @@ mod shafts;
 mod slice;
 mod slices;
 mod sliders;
+mod torque_curve;
 mod train;
 mod unfelt;
 
@@ -78,6 +79,8 @@ pub(super) struct Context<'a> {
     pub modal_files: HashMap<PathBuf, Option<Arc<ModalStructure>>>,
     /// Housing files, likewise.
     pub housings: HashMap<PathBuf, Option<Arc<Housing>>>,
+    /// Files of torque curves, likewise: angles \[rad\] and torques \[N m\].
+    pub torque_curves: HashMap<PathBuf, Option<Vec<[f64; 2]>>>,
     /// The last drive: points that differ in nothing structural share it.
     pub last_drive: Option<StructureSource>,
 }
@@ -88,6 +91,7 @@ impl<'a> Context<'a> {
             base_dir,
             modal_files: HashMap::new(),
             housings: HashMap::new(),
+            torque_curves: HashMap::new(),
             last_drive: None,
         }
     }
@@ -123,7 +127,9 @@ pub(super) fn resolve(
     });
     let source = model.as_ref().map(|model| &model.source);
     let excitation = match root.child(issues, "excitation") {
-        Child::Present(section) => excitation::read(&section, issues, source, mesh.as_ref()),
+        Child::Present(section) => {
+            excitation::read(&section, issues, source, mesh.as_ref(), context)
+        }
         Child::Absent => Some(ExcitationSpec::default()),
         Child::Invalid => None,
     };

@@ -1,28 +1,47 @@
 //! `[runup]`: a run-up or run-down.
 
 use super::analyses::signals;
+use crate::analysis::run_up::LoadLaw;
+use crate::manifest::columns::{self, ListOf, Quantities};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
-use crate::manifest::spec::RunUpSpec;
+use crate::manifest::schema::{self, ANY, Key, POSITIVE};
+use crate::manifest::spec::{RunUpLoad, RunUpSpec};
+use crate::numerics::point_course::{BetweenPoints, PointCourse};
+use crate::units::Dimension::{AngularSpeed, Ratio, Time, Torque};
+use std::path::Path;
 
-/// The section, `Some(None)` where there is none; `None` where it is faulty.
-pub(in crate::manifest) fn read(root: &Section, issues: &mut Issues) -> Option<Option<RunUpSpec>> {
+static TIME: Key = schema::quantity("time", Time, ANY, "0.5");
+static SPEED: Key = schema::quantity("speed", AngularSpeed, POSITIVE, r#""600 rpm""#);
+static LOAD: Key = schema::quantity("load", Ratio, ANY, "0.2");
+static TORQUE: Key = schema::quantity("torque", Torque, ANY, r#""10 N m""#);
+
+/// Speed over time, with or without the load.
+const POINTS: ListOf = ListOf {
+    path: "runup.points",
+    row: "{ time = 0, speed = \"600 rpm\", load = 0.2 }",
+    header: "time [s],speed [rpm],torque [N m]",
+};
+
+/// Load over speed or time.
+const LOAD_POINTS: ListOf = ListOf {
+    path: "runup.load_points",
+    row: "{ speed = \"600 rpm\", load = 0.2 }",
+    header: "speed [rpm],torque [N m]",
+};
+
+/// The section, `Some(None)` where there is none; `None` where it is faulty. Relative paths start at `base_dir`.
+pub(in crate::manifest) fn read(
+    root: &Section,
+    issues: &mut Issues,
+    base_dir: &Path,
+) -> Option<Option<RunUpSpec>> {
     let section = match root.child(issues, "runup") {
         Child::Absent => return Some(None),
         Child::Invalid => return None,
         Child::Present(section) => section,
     };
-    let course = (section.required_child(issues, "speed")).and_then(|speed| {
-        let from = speed.quantity(issues, "from");
-        let to = speed.quantity(issues, "to");
-        let duration = speed.quantity(issues, "in");
-        Some(([from?, to?], duration?))
-    });
-    let load = if section.has("load") {
-        section.one_or_pair(issues, "load").map(Some)
-    } else {
-        Some(None)
-    };
+    let course = course(&section, issues, base_dir);
     let settle = section.quantity_or_default(issues, "settle");
     let sample_rate = section.integer_or_default(issues, "sample_rate");
     let revolutions = section.integer_or_default(issues, "revolutions");
@@ -33,42 +52,13 @@ pub(in crate::manifest) fn read(root: &Section, issues: &mut Issues) -> Option<O
     };
     let frequency_step = section.integer_or_default(issues, "frequency_step");
     let signals = signals(&section, issues);
-    if let (Some(rate), Some(([from, to], duration))) = (sample_rate, course) {
-        /// Most samples of one signal: a quarter of a gigabyte.
-        const MOST: f64 = 32e6;
-        let longest = MOST / rate as f64;
-        if duration > longest {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::OutOfRange,
-                    section.span_of("speed"),
-                    "runup.speed.in",
-                    format!(
-                        "a run-up of {duration} s at {rate} samples per second is too long: at most {longest:.4} s fit in memory"
-                    ),
-                )
-                .label("too long")
-                .remedy("shorten it, or lower runup.sample_rate"),
-            );
-        }
-        if from == to {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Inconsistent,
-                    section.span_of("speed"),
-                    "runup.speed",
-                    "both speeds of the run-up are the same".to_owned(),
-                )
-                .label("no run-up")
-                .remedy("give two different speeds; `atlas trace` records a motion at one speed"),
-            );
-        }
+    if let (Some(rate), Some(course)) = (sample_rate, &course) {
+        fits_in_memory(&section, issues, rate, &course.speed);
     }
-    let (speed, duration) = course?;
+    let course = course?;
     Some(Some(RunUpSpec {
-        speed,
-        duration,
-        load: load?,
+        speed: course.speed,
+        load: course.load,
         settle: settle?,
         sample_rate: u32::try_from(sample_rate?).ok()?,
         revolutions: u32::try_from(revolutions?).ok()?,
@@ -76,4 +66,161 @@ pub(in crate::manifest) fn read(root: &Section, issues: &mut Issues) -> Option<O
         frequency_step: u32::try_from(frequency_step?).ok()?,
         signals: signals?,
     }))
+}
+
+/// Speed and load.
+struct Course {
+    speed: PointCourse,
+    load: Option<RunUpLoad>,
+}
+
+/// They are given as lines, or through points.
+fn course(section: &Section, issues: &mut Issues, base_dir: &Path) -> Option<Course> {
+    let exclusive = [["points", "speed"], ["load_points", "load"]];
+    for [list, line] in exclusive {
+        if section.has(list) && section.has(line) {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Inconsistent,
+                    section.span_of(list),
+                    &section.path_of(list),
+                    format!("`{line}` and `{list}` both give the same course"),
+                )
+                .label("second course")
+                .remedy("keep one of the two"),
+            );
+            return None;
+        }
+    }
+    let Some(entry) = section.entry("points") else {
+        let speed = line(section, issues)?;
+        let load = load(section, issues, base_dir, &speed, 0.0)?;
+        return Some(Course { speed, load });
+    };
+    let found = columns::read(issues, entry, &POINTS, base_dir)?;
+    let known = [&TIME, &SPEED, &LOAD, &TORQUE];
+    let mut columns = columns::quantities(issues, found, &POINTS, &known)?;
+    let place = (&POINTS, entry.node.span);
+    let time = columns::one_of(issues, &mut columns, &["time"], place)?;
+    let speed = columns::one_of(issues, &mut columns, &["speed"], place)?;
+    columns::increases(issues, &time, &POINTS).then_some(())?;
+    let first = time.values[0];
+    let speed = through(&time, &speed, first);
+    let Some(column) = columns.first() else {
+        let load = load(section, issues, base_dir, &speed, first)?;
+        return Some(Course { speed, load });
+    };
+    if let Some(entry) = section.entry("load").or(section.entry("load_points")) {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                column.spans.0,
+                POINTS.path,
+                format!(
+                    "`{}` and a column of `points` both give the load",
+                    entry.key
+                ),
+            )
+            .label("second load")
+            .remedy("keep one of the two"),
+        );
+        return None;
+    }
+    let load = columns::one_of(issues, &mut columns, &["load", "torque"], place)?;
+    let load = RunUpLoad {
+        law: LoadLaw::OverTime(through(&time, &load, first)),
+        is_torque: load.name == "torque",
+    };
+    Some(Course {
+        speed,
+        load: Some(load),
+    })
+}
+
+/// A line from one speed to another.
+fn line(section: &Section, issues: &mut Issues) -> Option<PointCourse> {
+    let speed = section.required_child(issues, "speed")?;
+    let [from, to, duration] = ["from", "to", "in"].map(|name| speed.quantity(issues, name));
+    let (from, to) = (from?, to?);
+    if from == to {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                section.span_of("speed"),
+                "runup.speed",
+                "both speeds of the run-up are the same".to_owned(),
+            )
+            .label("no run-up")
+            .remedy("give two different speeds; `atlas trace` records a motion at one speed"),
+        );
+        return None;
+    }
+    Some(PointCourse::line([0.0, from], [duration?, to]))
+}
+
+/// The load beside the points; `Some(None)` for that of the operating point.
+fn load(
+    section: &Section,
+    issues: &mut Issues,
+    base_dir: &Path,
+    speed: &PointCourse,
+    first_time: f64,
+) -> Option<Option<RunUpLoad>> {
+    if let Some(entry) = section.entry("load_points") {
+        let found = columns::read(issues, entry, &LOAD_POINTS, base_dir)?;
+        let known = [&TIME, &SPEED, &LOAD, &TORQUE];
+        let mut columns = columns::quantities(issues, found, &LOAD_POINTS, &known)?;
+        let place = (&LOAD_POINTS, entry.node.span);
+        let over = columns::one_of(issues, &mut columns, &["time", "speed"], place)?;
+        let load = columns::one_of(issues, &mut columns, &["load", "torque"], place)?;
+        columns::increases(issues, &over, &LOAD_POINTS).then_some(())?;
+        let law = match over.name {
+            "time" => LoadLaw::OverTime(through(&over, &load, first_time)),
+            _ => LoadLaw::OverSpeed(through(&over, &load, 0.0)),
+        };
+        let is_torque = load.name == "torque";
+        return Some(Some(RunUpLoad { law, is_torque }));
+    }
+    if !section.has("load") {
+        return Some(None);
+    }
+    let [from, to] = section.one_or_pair(issues, "load")?;
+    let duration = speed.points.last().map_or(0.0, |point| point[0]);
+    let law = LoadLaw::OverTime(PointCourse::line([0.0, from], [duration, to]));
+    Some(Some(RunUpLoad {
+        law,
+        is_torque: false,
+    }))
+}
+
+/// The course of one column over another, of which a place is 0.
+fn through(over: &Quantities, values: &Quantities, zero: f64) -> PointCourse {
+    let pairs = over.values.iter().zip(&values.values);
+    PointCourse {
+        points: pairs.map(|(place, value)| [place - zero, *value]).collect(),
+        between: BetweenPoints::Monotone,
+    }
+}
+
+/// Reports a record that is too long.
+fn fits_in_memory(section: &Section, issues: &mut Issues, rate: u64, speed: &PointCourse) {
+    /// Most samples of one signal: a quarter of a gigabyte.
+    const MOST: f64 = 32e6;
+    let longest = MOST / rate as f64;
+    let duration = speed.points.last().map_or(0.0, |point| point[0]);
+    if duration > longest {
+        let name = if section.has("points") { "points" } else { "speed" };
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::OutOfRange,
+                section.span_of(name),
+                &section.path_of(name),
+                format!(
+                    "a run-up of {duration} s at {rate} samples per second is too long: at most {longest:.4} s fit in memory"
+                ),
+            )
+            .label("too long")
+            .remedy("shorten it, or lower runup.sample_rate"),
+        );
+    }
 }

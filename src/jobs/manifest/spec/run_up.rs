@@ -1,16 +1,16 @@
 //! What a run-up is, and what of it is recorded.
 
 use crate::analysis::Signals;
+use crate::analysis::run_up::LoadLaw;
+use crate::numerics::point_course::PointCourse;
 
 /// What `[runup]` asks for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunUpSpec {
-    /// Speeds of the pinion at start and end \[rad/s\].
-    pub speed: [f64; 2],
-    /// Time between them \[s\].
-    pub duration: f64,
-    /// Load at start and end, as a fraction of the rated one; none for that of the operating point.
-    pub load: Option<[f64; 2]>,
+    /// Speed of the pinion \[rad/s\] over the time since the start \[s\].
+    pub speed: PointCourse,
+    /// The load; none for that of the operating point.
+    pub load: Option<RunUpLoad>,
     /// Time at the first speed before \[s\].
     pub settle: f64,
     /// Samples a second.
@@ -23,4 +23,13 @@ pub struct RunUpSpec {
     pub frequency_step: u32,
     /// What is recorded.
     pub signals: Signals,
+}
+
+/// The load of a run-up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunUpLoad {
+    /// Its values.
+    pub law: LoadLaw,
+    /// Whether they are torques of the pinion \[N m\] in place of fractions of the rated one.
+    pub is_torque: bool,
 }

@@ -72,4 +72,18 @@ pub(super) const KEYS: &[Key] = &[
         .about("Amplitude of the torque."),
     quantity("excitation.torque_ripple.*.phase", Angle, ANY, r#""90 deg""#).or("0")
         .about("Phase of the cosine at time 0."),
+    table("excitation.torque_curve").otherwise("none")
+        .about("Torque of an engine over the angle of its shaft. Its harmonics act on the shaft like `torque_ripple`. Its \
+                mean does not: the load gives the mean torque."),
+    choice("excitation.torque_curve.shaft", &["pinion", "wheel"], r#""pinion""#).or(r#""pinion""#)
+        .about("Shaft of the engine."),
+    key("excitation.torque_curve.points", Kind::Points, ANY, r#""engine.csv""#)
+        .about("The curve: a list of tables or the path of a text file, as for `grid.points`, with the columns `angle` and \
+                `torque`. Straight lines connect the points, also the last with the first. Angle 0 is the position of the \
+                shaft at time 0."),
+    integer("excitation.torque_curve.revolutions", 1.0, 1000.0, "1").or("2")
+        .about("Revolutions of the shaft after which the torque repeats. A four-stroke engine has 2, a two-stroke engine \
+                1."),
+    integer("excitation.torque_curve.harmonics", 1.0, 200.0, "40").or("20")
+        .about("Number of harmonics. The first has the order 1 / `revolutions`."),
 ];

@@ -1,8 +1,9 @@
 //! A list of points as a spreadsheet writes it: a head line with names and units, `speed [rpm]`, then a line of
-//! numbers a point. Columns are parted by commas, semicolons or tabs; empty lines and lines that begin with `#`
+//! numbers per point. Columns are parted by commas, semicolons or tabs; empty lines and lines that begin with `#`
 //! count for nothing.
 
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use super::columns::ListOf;
+use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 
 /// A sheet of numbers.
 #[derive(Debug)]
@@ -31,19 +32,23 @@ struct Cell<'t> {
 }
 
 /// The columns of a text; none where it has faults, reported.
-pub(super) fn read(source: usize, text: &str, issues: &mut Issues) -> Option<Sheet> {
+pub(super) fn read(source: usize, text: &str, list: &ListOf, issues: &mut Issues) -> Option<Sheet> {
     let before = issues.count();
     let mut lines = lines(text);
     let Some((start, head)) = lines.next() else {
         let at = Cell { text: "", start: 0 };
-        let mut reader = Reader::new(source, ',', issues);
+        let mut reader = Reader::new(source, ',', list, issues);
         let message = "the list of points is empty".to_owned();
-        reader.fault(DiagnosticKind::Empty, at, message, "no entries", "begin with a header line of names and units, such as speed [rpm],torque [N m]; then give one line of numbers per point");
+        let remedy = format!(
+            "begin with a header line of names and units, such as {}; then give one line of numbers per point",
+            list.header
+        );
+        reader.fault(DiagnosticKind::Empty, at, message, "no entries", remedy);
         return None;
     };
     let separators = [',', ';', '\t'];
     let parting = (separators.into_iter()).find(|c| head.contains(*c));
-    let mut reader = Reader::new(source, parting.unwrap_or(','), issues);
+    let mut reader = Reader::new(source, parting.unwrap_or(','), list, issues);
     let mut columns = reader.header(start, head)?;
     let mut points = 0;
     for (start, line) in lines {
@@ -64,14 +69,16 @@ pub(super) fn read(source: usize, text: &str, issues: &mut Issues) -> Option<She
 struct Reader<'i> {
     source: usize,
     parting: char,
+    list: &'i ListOf,
     issues: &'i mut Issues,
 }
 
 impl<'i> Reader<'i> {
-    fn new(source: usize, parting: char, issues: &'i mut Issues) -> Self {
+    fn new(source: usize, parting: char, list: &'i ListOf, issues: &'i mut Issues) -> Self {
         Self {
             source,
             parting,
+            list,
             issues,
         }
     }
@@ -93,7 +100,7 @@ impl<'i> Reader<'i> {
         remedy: impl Into<String>,
     ) {
         let at = self.span(at.start, at.text.len());
-        let found = Diagnostic::new(kind, at, "grid.points", message);
+        let found = Diagnostic::new(kind, at, self.list.path, message);
         self.issues.push(found.label(label).remedy(remedy));
     }
 
@@ -104,7 +111,7 @@ impl<'i> Reader<'i> {
             let (name, unit) = self.name_and_unit(cell)?;
             if name.is_empty() {
                 let message = "a column has no name".to_owned();
-                let remedy = "name the column after an axis of the grid, or remove it";
+                let remedy = "name the column, or remove it";
                 self.fault(DiagnosticKind::UnknownAxis, cell, message, "here", remedy);
                 return None;
             }
@@ -236,7 +243,12 @@ mod tests {
     fn sheet(text: &str) -> Result<Sheet, Issues> {
         let mut issues = Issues::default();
         let source = issues.add_source("p.csv".to_owned(), text.to_owned());
-        read(source, text, &mut issues).ok_or(issues)
+        let list = ListOf {
+            path: "grid.points",
+            row: "",
+            header: "speed [rpm]",
+        };
+        read(source, text, &list, &mut issues).ok_or(issues)
     }
 
     #[test]

@@ -1,0 +1,342 @@
+//! Lists of points whose columns have names and units: tables in the manifest, or a text file.
+
+use super::csv::{self, Sheet};
+use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use super::reader::{self, wrong_type};
+use super::schema::{self, Key, Kind, MANIFEST};
+use super::text;
+use super::tree::{Entry, Node, Value};
+use crate::units::{self, Dimension};
+use std::path::Path;
+
+/// A list of points, as messages speak of it.
+#[derive(Debug)]
+pub(super) struct ListOf {
+    /// The key that holds it or names its file.
+    pub path: &'static str,
+    /// A point in the manifest.
+    pub row: &'static str,
+    /// A header line of a file.
+    pub header: &'static str,
+}
+
+/// A column in the text.
+pub(super) struct Column {
+    /// Its name.
+    pub name: Entry,
+    /// Unit of the values, where the head of a column has one.
+    pub unit: Option<(String, Span)>,
+    /// A value for each point.
+    pub values: Vec<Node>,
+}
+
+/// The columns of a list; none where it has faults, reported.
+pub(super) fn read(
+    issues: &mut Issues,
+    entry: &Entry,
+    list: &ListOf,
+    base_dir: &Path,
+) -> Option<Vec<Column>> {
+    match &entry.node.value {
+        Value::Text(name) => file(issues, entry, name, list, base_dir),
+        Value::Array(rows) => rows_of(issues, &entry.node, rows, list),
+        _ => {
+            let spec = schema::find(MANIFEST, list.path)?;
+            wrong_type(issues, &entry.node, list.path, spec);
+            None
+        }
+    }
+}
+
+/// A column of quantities.
+#[derive(Debug)]
+pub(super) struct Quantities {
+    /// What is measured.
+    pub name: &'static str,
+    /// Where the column begins, and each value.
+    pub spans: (Span, Vec<Span>),
+    /// Values in SI.
+    pub values: Vec<f64>,
+}
+
+/// The columns as quantities that are known by name; none where one is faulty or unknown, reported.
+pub(super) fn quantities(
+    issues: &mut Issues,
+    columns: Vec<Column>,
+    list: &ListOf,
+    known: &[&'static Key],
+) -> Option<Vec<Quantities>> {
+    let read = columns.into_iter().map(|column| {
+        let name = column.name.key.as_str();
+        let path = format!("{}.{name}", list.path);
+        let Some(spec) = known.iter().find(|key| key.path == name) else {
+            let names: Vec<&str> = known.iter().map(|key| key.path).collect();
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::UnknownKey,
+                    column.name.key_span,
+                    &path,
+                    format!("`{name}` is not a column of {}", list.path),
+                )
+                .label("unknown")
+                .accepted(names.join(", "))
+                .remedy("rename the column, or remove it"),
+            );
+            return None;
+        };
+        let Kind::Quantity(dimension) = spec.kind else {
+            return None;
+        };
+        let fits = column.unit_fits(issues, &path, Some(dimension));
+        fits.then_some(())?;
+        let values = column.values.iter();
+        let values: Vec<Option<f64>> = values
+            .map(|node| reader::quantity(issues, node, &path, spec))
+            .collect();
+        Some(Quantities {
+            name: spec.path,
+            spans: (
+                column.name.key_span,
+                column.values.iter().map(|node| node.span).collect(),
+            ),
+            values: values.into_iter().collect::<Option<_>>()?,
+        })
+    });
+    let read: Vec<_> = read.collect();
+    read.into_iter().collect()
+}
+
+/// Takes the one column with any of some names; reported where there is none or more than one.
+pub(super) fn one_of(
+    issues: &mut Issues,
+    columns: &mut Vec<Quantities>,
+    names: &[&str],
+    (list, span): (&ListOf, Span),
+) -> Option<Quantities> {
+    let places: Vec<usize> = (0..columns.len())
+        .filter(|&k| names.contains(&columns[k].name))
+        .collect();
+    if let [place] = places[..] {
+        return Some(columns.remove(place));
+    }
+    let (at, message, label) = match places.get(1) {
+        None => (
+            span,
+            format!("{} needs a column `{}`", list.path, names.join("` or `")),
+            "missing",
+        ),
+        Some(second) => (
+            columns[*second].spans.0,
+            format!(
+                "{} has the columns `{}`; only one can be used",
+                list.path,
+                names.join("` and `")
+            ),
+            "second",
+        ),
+    };
+    issues.push(
+        Diagnostic::new(DiagnosticKind::Inconsistent, at, list.path, message)
+            .label(label)
+            .remedy(format!(
+                "begin a file with a header such as {}",
+                list.header
+            )),
+    );
+    None
+}
+
+/// Whether the values of a column increase throughout and there are at least two; reported where not.
+pub(super) fn increases(issues: &mut Issues, column: &Quantities, list: &ListOf) -> bool {
+    let pairs = column.values.windows(2);
+    let fault = match pairs.clone().position(|pair| pair[1] <= pair[0]) {
+        None if column.values.len() >= 2 => return true,
+        None => (
+            column.spans.0,
+            format!("`{}` has one value; a course needs two", column.name),
+        ),
+        Some(place) => {
+            let [before, value] = [place, place + 1].map(|k| schema::number(column.values[k]));
+            let message = format!(
+                "`{}` goes back or stays, from {before} to {value}",
+                column.name
+            );
+            (column.spans.1[place + 1], message)
+        }
+    };
+    issues.push(
+        Diagnostic::new(DiagnosticKind::Inconsistent, fault.0, list.path, fault.1)
+            .label("not larger than before")
+            .remedy(format!(
+                "give `{}` in increasing order, without repeats",
+                column.name
+            )),
+    );
+    false
+}
+
+impl Column {
+    /// Whether its unit, if it has one, measures a quantity of some dimension, or of any; reported where it does not.
+    pub fn unit_fits(&self, issues: &mut Issues, path: &str, wanted: Option<Dimension>) -> bool {
+        let Some((unit, span)) = &self.unit else {
+            return true;
+        };
+        let found = units::parse_any(&format!("1 {unit}")).ok();
+        let fits = match (found.map(|(_, dimension)| dimension), wanted) {
+            (Some(found), Some(wanted)) => found == wanted,
+            (found, None) => found.is_some(),
+            (None, Some(_)) => false,
+        };
+        if !fits {
+            let (name, wanted) = (&self.name.key, wanted.unwrap_or(Dimension::Ratio));
+            let units = match wanted.units() {
+                "" => "no unit: write only the name".to_owned(),
+                units => units.to_owned(),
+            };
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::WrongUnit,
+                    *span,
+                    path,
+                    format!("`{unit}` is not a unit of `{name}`"),
+                )
+                .label(format!("{} is needed here", wanted.name()))
+                .accepted(units)
+                .remedy("write the unit after the name of the column, such as speed [rpm]"),
+            );
+        }
+        fits
+    }
+}
+
+/// The columns of rows that stand in the manifest.
+fn rows_of(issues: &mut Issues, node: &Node, rows: &[Node], list: &ListOf) -> Option<Vec<Column>> {
+    if rows.is_empty() {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Empty,
+                node.span,
+                list.path,
+                format!("`{}` is empty", list.path),
+            )
+            .label("empty")
+            .remedy(format!("give at least one point, {}", list.row)),
+        );
+        return None;
+    }
+    let mut columns: Vec<Column> = Vec::new();
+    for (number, row) in rows.iter().enumerate() {
+        let Value::Table(entries) = &row.value else {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::WrongType,
+                    row.span,
+                    list.path,
+                    format!(
+                        "point {} must be a table, not {}",
+                        number + 1,
+                        row.value.type_name()
+                    ),
+                )
+                .label(format!("this is {}", row.value.type_name()))
+                .accepted(list.row),
+            );
+            return None;
+        };
+        if number == 0 {
+            columns = (entries.iter())
+                .map(|entry| Column {
+                    name: entry.clone(),
+                    unit: None,
+                    values: Vec::new(),
+                })
+                .collect();
+        }
+        let extra = entries
+            .iter()
+            .find(|entry| !columns.iter().any(|column| column.name.key == entry.key));
+        let lacking = columns
+            .iter()
+            .find(|column| row.entry(&column.name.key).is_none());
+        let fault = match (extra, lacking) {
+            (Some(entry), _) => Some((
+                entry.key_span,
+                format!(
+                    "point {} has `{}`, but the first point does not",
+                    number + 1,
+                    entry.key
+                ),
+                "not in the first point",
+            )),
+            (None, Some(column)) => Some((
+                row.span,
+                format!(
+                    "point {} has no `{}`, but the first point has",
+                    number + 1,
+                    column.name.key
+                ),
+                "incomplete",
+            )),
+            (None, None) => None,
+        };
+        if let Some((span, message, label)) = fault {
+            issues.push(
+                Diagnostic::new(DiagnosticKind::Inconsistent, span, list.path, message)
+                    .label(label)
+                    .remedy("give every point the same keys"),
+            );
+            return None;
+        }
+        for column in &mut columns {
+            column
+                .values
+                .extend(row.entry(&column.name.key).map(|entry| entry.node.clone()));
+        }
+    }
+    Some(columns)
+}
+
+/// The columns of a file.
+fn file(
+    issues: &mut Issues,
+    entry: &Entry,
+    name: &str,
+    list: &ListOf,
+    base_dir: &Path,
+) -> Option<Vec<Column>> {
+    let path = base_dir.join(name);
+    let key = (list.path, entry.node.span);
+    let source = text::read_named(issues, &path, "the list of points", key)?;
+    // Taken out while its faults are recorded, and put back.
+    let text = std::mem::take(&mut issues.sources[source].text);
+    let sheet = csv::read(source, &text, list, issues);
+    issues.sources[source].text = text;
+    let Sheet { columns } = sheet?;
+    Some(
+        (columns.into_iter())
+            .map(|column| Column {
+                values: (column.cells.into_iter())
+                    .map(|(span, number, typed)| Node {
+                        span,
+                        value: match &column.unit {
+                            Some((unit, _)) => Value::Text(format!("{typed} {unit}")),
+                            None if number.fract() == 0.0 && number.abs() < 9e15 => {
+                                Value::Integer(number as i64)
+                            }
+                            None => Value::Float(number),
+                        },
+                    })
+                    .collect(),
+                name: Entry {
+                    key: column.name,
+                    key_span: column.span,
+                    node: Node {
+                        span: column.span,
+                        value: Value::Float(0.0),
+                    },
+                },
+                unit: column.unit,
+            })
+            .collect(),
+    )
+}

@@ -1,0 +1,111 @@
+//! `[excitation.torque_curve]`: torque of an engine over the angle of its shaft.
+
+use super::Context;
+use super::excitation::turns;
+use crate::manifest::columns::{self, ListOf};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::{Child, Section};
+use crate::manifest::schema::{self, ANY, Key};
+use crate::manifest::spec::StructureSource;
+use crate::manifest::tree::{Entry, Value};
+use crate::model::{DriveShaft, TorqueCurve, TorqueRipple};
+use crate::units::Dimension::{Angle, Torque};
+use std::f64::consts::TAU;
+
+static ANGLE: Key = schema::quantity("angle", Angle, ANY, r#""90 deg""#);
+static TORQUE: Key = schema::quantity("torque", Torque, ANY, r#""10 N m""#);
+
+const POINTS: ListOf = ListOf {
+    path: "excitation.torque_curve.points",
+    row: "{ angle = \"90 deg\", torque = \"10 N m\" }",
+    header: "angle [deg],torque [N m]",
+};
+
+/// Its harmonics; none where there is no curve.
+pub(super) fn read(
+    excitation: &Section,
+    issues: &mut Issues,
+    source: Option<&StructureSource>,
+    context: &mut Context,
+) -> Option<Vec<TorqueRipple>> {
+    let section = match excitation.child(issues, "torque_curve") {
+        Child::Absent => return Some(Vec::new()),
+        Child::Invalid => return None,
+        Child::Present(section) => section,
+    };
+    let shaft = section.choice_or_default(issues, "shaft");
+    let revolutions = section.integer_or_default(issues, "revolutions");
+    let harmonics = section.integer_or_default(issues, "harmonics");
+    let points = section.required(issues, "points");
+    let points = points.and_then(|entry| points_of(entry, issues, context));
+    let shaft = match shaft? {
+        "wheel" => DriveShaft::Wheel,
+        _ => DriveShaft::Pinion,
+    };
+    turns(&section, issues, source, shaft)?;
+    let (mut points, period) = (points?, TAU * revolutions? as f64);
+    if let ([[first, start], .., [last, end]], false) = (&points[..], points.is_empty()) {
+        let beyond = last - first - period;
+        let repeats = beyond.abs() < 1e-6;
+        if repeats && start == end {
+            points.pop();
+        } else if beyond > -1e-6 {
+            let message = if repeats {
+                "the curve does not end with the torque with which it starts".to_owned()
+            } else {
+                format!(
+                    "the curve covers {:.6} revolutions, but repeats after {}",
+                    (last - first) / TAU,
+                    period / TAU
+                )
+            };
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Inconsistent,
+                    section.span_of("points"),
+                    POINTS.path,
+                    message,
+                )
+                .label("not one period")
+                .remedy("give one period of the torque, and its `revolutions`"),
+            );
+            return None;
+        }
+    }
+    let curve = TorqueCurve {
+        shaft,
+        points,
+        period,
+    };
+    Some(curve.harmonics(u32::try_from(harmonics?).ok()?))
+}
+
+/// Angles and torques; a file is read once a job.
+fn points_of(entry: &Entry, issues: &mut Issues, context: &mut Context) -> Option<Vec<[f64; 2]>> {
+    let path = match &entry.node.value {
+        Value::Text(name) => Some(context.base_dir.join(name)),
+        _ => None,
+    };
+    if let Some(known) = path
+        .as_ref()
+        .and_then(|path| context.torque_curves.get(path))
+    {
+        return known.clone();
+    }
+    let points = pairs(entry, issues, context);
+    if let Some(path) = path {
+        context.torque_curves.insert(path, points.clone());
+    }
+    points
+}
+
+fn pairs(entry: &Entry, issues: &mut Issues, context: &Context) -> Option<Vec<[f64; 2]>> {
+    let found = columns::read(issues, entry, &POINTS, context.base_dir)?;
+    let mut columns = columns::quantities(issues, found, &POINTS, &[&ANGLE, &TORQUE])?;
+    let place = (&POINTS, entry.node.span);
+    let angle = columns::one_of(issues, &mut columns, &["angle"], place)?;
+    let torque = columns::one_of(issues, &mut columns, &["torque"], place)?;
+    columns::increases(issues, &angle, &POINTS).then_some(())?;
+    let pairs = angle.values.iter().zip(&torque.values);
+    Some(pairs.map(|(angle, torque)| [*angle, *torque]).collect())
+}
