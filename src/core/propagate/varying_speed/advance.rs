@@ -41,14 +41,14 @@ impl Workspace {
             motions: Motions {
                 components: [0, 1].map(|_| Aligned::zeros(TERMS * system.padded)),
                 deflections: vec![nothing; lines],
-                damped: vec![false; lines],
-                rates: vec![nothing; lines],
                 sizes: vec![0.0; lines],
-                errors: vec![[nothing; 2]; lines],
+                errors: vec![nothing; lines],
                 waves: vec![[nothing; 2]; system.turns.len()],
                 ripples: vec![nothing; system.ripples.len()],
                 lines: Vec::with_capacity(lines),
                 line_of: vec![0; contacts],
+                seen: vec![nothing; lines],
+                answers: vec![[0.0; 2 * TERMS]; lines * contacts],
                 closed: Vec::with_capacity(contacts),
                 forces: Vec::with_capacity(contacts),
                 laws: vec![Law::ZERO; contacts],
@@ -69,6 +69,15 @@ struct Reach {
     loads: [Course; LOAD_TERMS],
     /// Whether it ends at the end of the segments.
     at_end: bool,
+}
+
+impl Reach {
+    fn task(&self) -> Task {
+        Task {
+            length: self.length,
+            loads: self.loads,
+        }
+    }
 }
 
 impl VaryingSpeed {
@@ -110,6 +119,12 @@ impl VaryingSpeed {
             );
             let part = found.map_or(1.0, |found| found.place);
             if part > 0.0 {
+                window::move_blocks(
+                    self.instructions,
+                    &self.system,
+                    &reach.task(),
+                    &mut workspace.motions,
+                );
                 watch.window(&MovingWindow {
                     kernel: self,
                     motions: &workspace.motions,
@@ -219,12 +234,8 @@ impl VaryingSpeed {
             *wave = window::wave(TAU * (whole + turns * motion.phase), &angle);
         }
         for &[line, _] in &motions.lines {
-            let error = window::sum_of_waves(&self.system.error_waves[line], &motions.waves);
-            let rate = std::array::from_fn(|j| {
-                let next = error.get(j + 1).copied().unwrap_or(0.0);
-                (j + 1) as f64 / reach.length * next
-            });
-            motions.errors[line] = [error, rate];
+            motions.errors[line] =
+                window::sum_of_waves(&self.system.error_waves[line], &motions.waves);
         }
         for (ripple, part) in motions.ripples.iter_mut().zip(&self.system.ripple_waves) {
             *ripple = window::sum_of_waves(std::slice::from_ref(part), &motions.waves);
@@ -241,11 +252,7 @@ impl VaryingSpeed {
             law.stiffness_terms = terms_of(&law.stiffness);
             law.gap[0] += contact.half_gap;
         }
-        let task = Task {
-            length: reach.length,
-            loads: reach.loads,
-        };
-        window::expand(self.instructions, &self.system, &task, motions);
+        window::meet(self.instructions, &self.system, &reach.task(), motions);
     }
 
     /// Refuses deflections that are no motion.
@@ -357,13 +364,14 @@ impl VaryingSpeed {
         } = workspace;
         motions.closed.clear();
         motions.forces.clear();
-        motions.damped.fill(false);
         for contact in active.iter() {
             let segment = &segments[contact];
-            motions.damped[motions.line_of[contact]] |= segment.damping != 0.0;
+            let line = motions.line_of[contact];
+            let place = motions.lines.iter().position(|[known, _]| *known == line);
             motions.closed.push(Closed {
                 contact,
-                line: motions.line_of[contact],
+                line,
+                place: place.unwrap_or_default(),
                 direction: segment.direction,
                 side: self.model.contacts[contact].side,
                 damping: segment.damping,

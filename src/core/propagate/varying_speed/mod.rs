@@ -8,6 +8,7 @@
 //! speed varies.
 
 mod advance;
+mod answers;
 mod powers;
 mod search;
 mod stretch;

@@ -1,5 +1,6 @@
 //! A model as a window needs it: matrices and participations in lanes, and how fast anything moves.
 
+use super::answers::Answers;
 use crate::model::{LOAD_TERMS, LoadTerms, Model};
 use crate::propagate::Volterra;
 use crate::propagate::vectors::{Aligned, LANES};
@@ -23,8 +24,6 @@ pub fn rows(pairs: impl ExactSizeIterator<Item = [f64; 2]>) -> Rows {
 pub struct Gains {
     /// What the deflection is of the components.
     pub deflection: Rows,
-    /// What its rate is.
-    pub rate: Rows,
     /// What a unit force takes off the components' rates.
     pub input: Rows,
 }
@@ -50,7 +49,9 @@ pub struct System {
     pub ripple_waves: Vec<Wave>,
     /// Of every line likewise.
     pub error_waves: Vec<Vec<Wave>>,
-    /// A bound of the rates of the structure with one contact closed \[1/s\].
+    /// Answers of deflections, by direction.
+    pub answers: Vec<Answers>,
+    /// At least 1: a bound of the rates of the structure with one contact closed \[1/s\].
     pub fastest: f64,
 }
 
@@ -72,7 +73,6 @@ impl System {
         let ([a, b], [c, d]) = (generator(0), generator(1));
         let gains = model.directions.iter().map(|direction| Gains {
             deflection: rows(direction.gains.iter().map(|gain| gain.deflection)),
-            rate: rows(direction.gains.iter().map(|gain| gain.rate)),
             input: rows(direction.gains.iter().map(|gain| gain.mesh_input)),
         });
         let some = |inputs: &Vec<[f64; 2]>| {
@@ -91,8 +91,12 @@ impl System {
             turns: Vec::new(),
             ripple_waves: Vec::new(),
             error_waves: Vec::new(),
-            fastest: Volterra::fastest_own_rate(model),
+            answers: Vec::new(),
+            fastest: Volterra::fastest_own_rate(model).max(1.0),
         };
+        own.answers = (0..own.directions.len())
+            .map(|direction| Answers::new(&own, direction))
+            .collect();
         own.ripple_waves = (model.ripple.iter())
             .map(|ripple| own.wave(ripple.turns_per_cycle, 1.0, ripple.phase))
             .collect();

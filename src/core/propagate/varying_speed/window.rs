@@ -2,11 +2,12 @@
 //!
 //! Between breakpoints and events `z' = A z + s(t) − Σ g F`, with forces `F = k (δ − s b) + c (δ' − s b')` of the closed
 //! contacts and deflections `δ = w·z − e`. Stiffness, gaps, errors and loads are power series of `u = t/h`, whatever course the speed takes,
-//! and so is the motion: coefficient j + 1 of z follows from those up to j. Windows are so short that 24 terms leave out what
-//! round-off would.
+//! and so is the motion: coefficient j + 1 of z follows from those up to j. Deflections and forces come first, by the answers of the
+//! structure, then the blocks. Windows are so short that 24 terms leave out what round-off would.
 
+use super::answers::{Delayed, FACTORIALS, answer, delayed};
 use super::powers::{COURSE_TERMS, Course, Powers};
-use super::system::{Gains, Rows, System, Wave};
+use super::system::{Rows, System, Wave};
 use crate::model::LOAD_TERMS;
 use crate::propagate::vectors::{Aligned, InstructionSet, LANES, TERMS, Vector, for_each_set};
 
@@ -17,6 +18,8 @@ pub struct Closed {
     pub contact: usize,
     /// Its line.
     pub line: usize,
+    /// Place of this among the lines in use.
+    pub place: usize,
     /// Its direction.
     pub direction: usize,
     /// +1 or −1.
@@ -61,14 +64,10 @@ pub struct Motions {
     pub components: [Aligned; 2],
     /// Deflections of the lines in use \[m\].
     pub deflections: Vec<Powers>,
-    /// Whether a closed contact with a damper is on each: others need no rates.
-    pub damped: Vec<bool>,
-    /// Rates of the deflections \[m/s\].
-    pub rates: Vec<Powers>,
     /// Sum of the sizes of a deflection's parts where the window starts \[m\].
     pub sizes: Vec<f64>,
-    /// Errors of the lines and their rates.
-    pub errors: Vec<[Powers; 2]>,
+    /// Errors of the lines \[m\].
+    pub errors: Vec<Powers>,
     /// Cosine and sine of every wave.
     pub waves: Vec<[Powers; 2]>,
     /// Factors of the ripples.
@@ -77,6 +76,10 @@ pub struct Motions {
     pub lines: Vec<[usize; 2]>,
     /// Line of every contact.
     pub line_of: Vec<usize>,
+    /// Of the lines in use: `j! δ_j` without errors.
+    pub seen: Vec<Powers>,
+    /// Of the lines in use, as many as there are contacts each: answers to forces of the closed ones.
+    pub answers: Vec<Delayed>,
     /// The closed contacts.
     pub closed: Vec<Closed>,
     /// Force of each of these \[N\].
@@ -114,22 +117,9 @@ pub fn wave(start: f64, angle: &Course) -> [Powers; 2] {
     [cos, sin]
 }
 
-/// `Σ rows · components` at a power of u; rows without entries are zero.
-#[inline(always)]
-fn along<V: Vector>(rows: [&[f64]; 2], components: [&[f64]; 2]) -> f64 {
-    let mut sums = [V::zero(); 2];
-    for part in 0..2 {
-        for at in (0..rows[part].len()).step_by(LANES) {
-            let component = V::read(&components[part][at..]);
-            sums[part] = V::read(&rows[part][at..]).multiply_add(component, sums[part]);
-        }
-    }
-    sums[0].plus(sums[1]).sum()
-}
-
 /// `Σ |row · component|`.
 #[inline(always)]
-fn size_along<V: Vector>(rows: [&[f64]; 2], components: [&[f64]; 2]) -> f64 {
+fn size_along<V: Vector>(rows: &Rows, components: [&[f64]; 2]) -> f64 {
     let mut sum = V::zero();
     for part in 0..2 {
         for at in (0..rows[part].len()).step_by(LANES) {
@@ -141,60 +131,85 @@ fn size_along<V: Vector>(rows: [&[f64]; 2], components: [&[f64]; 2]) -> f64 {
 }
 
 for_each_set! {
-    /// The series of a window from the components at its start, which are the first of `own`.
-    fn expand(system: &System, task: &Task, own: &mut Motions) = expand_body
+    /// The deflections and forces of a window from the components at its start, which are the first of `own`.
+    fn meet(system: &System, task: &Task, own: &mut Motions) = meet_body
 }
 
 #[inline(always)]
-fn expand_body<V: Vector>(system: &System, task: &Task, own: &mut Motions) {
-    let n = system.padded;
-    let none: &[f64] = &[];
+fn meet_body<V: Vector>(system: &System, task: &Task, own: &mut Motions) {
+    let (n, length) = (system.padded, task.length);
+    let mut scales = [1.0; TERMS];
+    for j in 1..TERMS {
+        scales[j] = scales[j - 1] * system.fastest * length;
+    }
+    let now = [&own.components[0][..n], &own.components[1][..n]];
+    for (place, &[line, direction]) in own.lines.iter().enumerate() {
+        let answers = &system.answers[direction];
+        own.sizes[line] = size_along::<V>(&system.directions[direction].deflection, now)
+            + own.errors[line][0].abs();
+        let mut seen = answers.to_state::<V>(now, &scales);
+        for k in 0..LOAD_TERMS {
+            if let Some(load) = &answers.loads[k] {
+                let load = delayed(load, &scales, length);
+                for j in 0..COURSE_TERMS {
+                    answer::<V>(&mut seen, &load, FACTORIALS[j] * task.loads[k][j], j);
+                }
+            }
+        }
+        for (ripple, series) in answers.ripples.iter().zip(&own.ripples) {
+            let ripple = delayed(ripple, &scales, length);
+            for j in 0..TERMS {
+                answer::<V>(&mut seen, &ripple, FACTORIALS[j] * series[j], j);
+            }
+        }
+        own.seen[place] = seen;
+        for k in 0..own.closed.len() {
+            let force = &answers.forces[own.closed[k].direction];
+            own.answers[place * own.laws.len() + k] = delayed(force, &scales, length);
+        }
+    }
     for j in 0..TERMS {
-        let now = [
-            &own.components[0][j * n..(j + 1) * n],
-            &own.components[1][j * n..(j + 1) * n],
-        ];
-        for &[line, direction] in &own.lines {
-            let Gains {
-                deflection, rate, ..
-            } = &system.directions[direction];
-            let (mut seen, mut moved): ([&[f64]; 2], [&[f64]; 2]) =
-                ([&deflection[0], none], [none, &deflection[0]]);
-            if !system.modal {
-                seen = [&deflection[0], &deflection[1]];
-                moved = [&rate[0], &rate[1]];
-            }
-            let error = &own.errors[line];
-            if j == 0 {
-                own.sizes[line] = size_along::<V>(seen, now) + error[0][0].abs();
-            }
-            own.deflections[line][j] = along::<V>(seen, now) - error[0][j];
-            if own.damped[line] {
-                own.rates[line][j] = along::<V>(moved, now) - error[1][j];
-            }
+        for (place, &[line, _]) in own.lines.iter().enumerate() {
+            own.deflections[line][j] = own.seen[place][j] / FACTORIALS[j] - own.errors[line][j];
         }
         for k in 0..own.closed.len() {
             let Closed {
                 contact,
                 line,
+                place,
                 side,
                 damping,
                 ..
             } = own.closed[k];
             let law = &own.laws[contact];
-            let mut rate = own.rates[line][j];
-            if j + 1 < TERMS {
-                rate -= side * (j + 1) as f64 / task.length * law.gap[j + 1];
+            let mut sum = 0.0;
+            // Forces up to j − 1 move deflections up to j + 1.
+            if damping != 0.0 && j + 1 < TERMS {
+                let next = own.seen[place][j + 1] / FACTORIALS[j + 1];
+                let rate = next - own.errors[line][j + 1] - side * law.gap[j + 1];
+                sum = damping * (j + 1) as f64 / length * rate;
             }
-            let mut sum = damping * rate;
             for m in 0..law.stiffness_terms.min(j + 1) {
                 sum += law.stiffness[m] * (own.deflections[line][j - m] - side * law.gap[j - m]);
             }
             own.forces[k][j] = sum;
+            for place in 0..own.lines.len() {
+                let to = &own.answers[place * own.laws.len() + k];
+                answer::<V>(&mut own.seen[place], to, -FACTORIALS[j] * sum, j);
+            }
         }
-        if j + 1 < TERMS {
-            step::<V>(system, task, own, j);
-        }
+    }
+}
+
+for_each_set! {
+    /// The components of a window whose forces are known.
+    fn move_blocks(system: &System, task: &Task, own: &mut Motions) = move_blocks_body
+}
+
+#[inline(always)]
+fn move_blocks_body<V: Vector>(system: &System, task: &Task, own: &mut Motions) {
+    for j in 0..TERMS - 1 {
+        step::<V>(system, task, own, j);
     }
 }
 

@@ -1,0 +1,121 @@
+//! How deflections answer states, forces and loads.
+//!
+//! Of `z' = A z + Σ b f` the deflection `δ = w·z` has the coefficients `j! δ_j = h^j w A^j z(0) + Σ_m h^m w A^{m−1} b (j − m)! f_{j−m}`
+//! in powers of `u = t/h`. The rows `w A^j` and the numbers `w A^{m−1} b` do not depend on h: so the deflections, and the forces
+//! of the contacts with them, are known before any block moves.
+
+use super::powers::Powers;
+use super::system::{Rows, System};
+use crate::model::LOAD_TERMS;
+use crate::propagate::vectors::{Aligned, LANES, TERMS, Vector};
+
+/// j!, which doubles hold exactly up to 22!, and 23! to round-off.
+pub const FACTORIALS: Powers = {
+    let mut all = [1.0; TERMS];
+    let mut j = 1;
+    while j < TERMS {
+        all[j] = all[j - 1] * j as f64;
+        j += 1;
+    }
+    all
+};
+
+/// A series, `j! a_j`, behind as many zeros: what comes later is read from further in front.
+pub type Delayed = [f64; 2 * TERMS];
+
+/// The answers along one direction.
+#[derive(Debug, Clone)]
+pub struct Answers {
+    /// `w (A/ω)^j` of every component: all powers of a first component, then of the next, then of the second components.
+    states: Aligned,
+    /// `w (A/ω)^{m−1} b` of forces along every direction.
+    pub forces: Vec<Powers>,
+    /// Of loads; none where nothing acts.
+    pub loads: [Option<Powers>; LOAD_TERMS],
+    /// Of ripples.
+    pub ripples: Vec<Powers>,
+}
+
+impl Answers {
+    /// Those along a direction. Powers of the generator are divided by those of the fastest rate, ω.
+    pub fn new(system: &System, direction: usize) -> Self {
+        let (n, rate) = (system.padded, system.fastest);
+        let [a, b, c, d] = &system.generator;
+        let [first, second] = &system.directions[direction].deflection;
+        let mut states = Aligned::zeros(2 * n * TERMS);
+        for i in 0..n {
+            let (mut p, mut q) = (first[i], second[i]);
+            for j in 0..TERMS {
+                states[i * TERMS + j] = p;
+                states[(n + i) * TERMS + j] = q;
+                (p, q) = ((p * a[i] + q * c[i]) / rate, (p * b[i] + q * d[i]) / rate);
+            }
+        }
+        let to = |input: &Rows| {
+            let mut out = [0.0; TERMS];
+            // A force moves nothing at once: the term of m = 1 is zero but for rounding.
+            for (m, sum) in out.iter_mut().enumerate().skip(2) {
+                for (part, own) in input.iter().enumerate() {
+                    for (i, unit) in own.iter().enumerate() {
+                        *sum += states[(part * n + i) * TERMS + m - 1] * unit;
+                    }
+                }
+            }
+            out
+        };
+        let directions = system.directions.iter();
+        Self {
+            forces: directions.map(|own| to(&own.input)).collect(),
+            loads: system.loads.each_ref().map(|own| own.as_ref().map(to)),
+            ripples: system.ripples.iter().map(to).collect(),
+            states,
+        }
+    }
+
+    /// `h^j w A^j z`, from rows of components and the powers of h ω.
+    #[inline(always)]
+    pub fn to_state<V: Vector>(&self, components: [&[f64]; 2], scales: &Powers) -> Powers {
+        const GROUPS: usize = TERMS / LANES;
+        let n = components[0].len();
+        let mut sums = [[V::zero(); GROUPS]; 2];
+        for i in 0..n {
+            for part in 0..2 {
+                let value = V::splat(components[part][i]);
+                let row = &self.states[(part * n + i) * TERMS..][..TERMS];
+                for group in 0..GROUPS {
+                    sums[part][group] =
+                        V::read(&row[group * LANES..]).multiply_add(value, sums[part][group]);
+                }
+            }
+        }
+        let mut out = [0.0; TERMS];
+        for group in 0..GROUPS {
+            let at = group * LANES;
+            let scale = V::read(&scales[at..]);
+            let sum = sums[0][group].plus(sums[1][group]).times(scale);
+            sum.write(&mut out[at..]);
+        }
+        out
+    }
+}
+
+/// `h^m w A^{m−1} b`, ready to be delayed.
+#[inline(always)]
+pub fn delayed(answer: &Powers, scales: &Powers, length: f64) -> Delayed {
+    let mut out = [0.0; 2 * TERMS];
+    for m in 1..TERMS {
+        out[TERMS + m] = length * scales[m - 1] * answer[m];
+    }
+    out
+}
+
+/// Adds the answer to a coefficient `j! f_j`.
+#[inline(always)]
+pub fn answer<V: Vector>(seen: &mut Powers, answer: &Delayed, factor: f64, j: usize) {
+    let factor = V::splat(factor);
+    let later = &answer[TERMS - j..][..TERMS];
+    for at in (0..TERMS).step_by(LANES) {
+        let sum = V::read(&later[at..]).multiply_add(factor, V::read(&seen[at..]));
+        sum.write(&mut seen[at..]);
+    }
+}
