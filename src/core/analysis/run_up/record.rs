@@ -17,6 +17,9 @@ use std::sync::atomic::AtomicBool;
 /// Samples a mesh cycle, for orders and levels.
 const PER_CYCLE: u64 = 64;
 
+/// Part of a window by which times are rounded: a record holds the instant at its end.
+const ROUNDING: f64 = 1e-9;
+
 /// Runs a drive up from a trajectory at its first speed.
 ///
 /// # Errors
@@ -127,8 +130,8 @@ impl Watch for Recorder<'_> {
         ];
         let instants = (taken[0]..)
             .map(next_instant)
-            .take_while(|place| *place < 1.0)
-            .map(|place| place.max(0.0) * window.part);
+            .take_while(|place| *place <= 1.0 + ROUNDING)
+            .map(|place| place.clamp(0.0, 1.0) * window.part);
         let phases = (taken[1]..)
             .map(next_phase)
             .take_while(|ahead| *ahead < passed)
