@@ -40,6 +40,7 @@ impl Workspace {
         Self {
             motions: Motions {
                 components: [0, 1].map(|_| Aligned::zeros(TERMS * system.padded)),
+                end: [0, 1].map(|_| Aligned::zeros(system.padded)),
                 deflections: vec![nothing; lines],
                 sizes: vec![0.0; lines],
                 errors: vec![nothing; lines],
@@ -123,6 +124,7 @@ impl VaryingSpeed {
                     self.instructions,
                     &self.system,
                     &reach.task(),
+                    part,
                     &mut workspace.motions,
                 );
                 watch.window(&MovingWindow {
@@ -137,12 +139,12 @@ impl VaryingSpeed {
                     loads: reach.loads,
                     contact: motion.contact,
                 });
-                window::move_to(
-                    self.instructions,
-                    part,
-                    self.system.padded,
-                    &mut workspace.motions.components,
-                );
+                let Motions {
+                    components, end, ..
+                } = &mut workspace.motions;
+                for (own, end) in components.iter_mut().zip(end) {
+                    own[..self.system.padded].copy_from_slice(end);
+                }
                 match found {
                     None if reach.length == left => start = Sum::of(stretch.duration),
                     _ => start.add(part * reach.length),

@@ -20,6 +20,17 @@ pub const FACTORIALS: Powers = {
     all
 };
 
+/// 1/j!.
+pub const SHARES: Powers = {
+    let mut all = [1.0; TERMS];
+    let mut j = 1;
+    while j < TERMS {
+        all[j] = 1.0 / FACTORIALS[j];
+        j += 1;
+    }
+    all
+};
+
 /// A series, `j! a_j`, behind as many zeros: what comes later is read from further in front.
 pub type Delayed = [f64; 2 * TERMS];
 
@@ -78,14 +89,19 @@ impl Answers {
         const GROUPS: usize = TERMS / LANES;
         let n = components[0].len();
         let mut sums = [[V::zero(); GROUPS]; 2];
-        for i in 0..n {
-            for part in 0..2 {
-                let value = V::splat(components[part][i]);
-                let row = &self.states[(part * n + i) * TERMS..][..TERMS];
-                for group in 0..GROUPS {
-                    sums[part][group] =
-                        V::read(&row[group * LANES..]).multiply_add(value, sums[part][group]);
-                }
+        let (first, second) = self.states.split_at(n * TERMS);
+        let rows = first
+            .as_chunks::<TERMS>()
+            .0
+            .iter()
+            .zip(second.as_chunks::<TERMS>().0);
+        let values = components[0].iter().zip(components[1]);
+        for ((p, q), (x, y)) in rows.zip(values) {
+            let (x, y) = (V::splat(*x), V::splat(*y));
+            for group in 0..GROUPS {
+                let at = group * LANES;
+                sums[0][group] = V::read(&p[at..]).multiply_add(x, sums[0][group]);
+                sums[1][group] = V::read(&q[at..]).multiply_add(y, sums[1][group]);
             }
         }
         let mut out = [0.0; TERMS];
@@ -109,12 +125,14 @@ pub fn delayed(answer: &Powers, scales: &Powers, length: f64) -> Delayed {
     out
 }
 
-/// Adds the answer to a coefficient `j! f_j`.
+/// Adds the answer to a coefficient `j! f_j`. It begins two powers later: lanes before that stay.
 #[inline(always)]
 pub fn answer<V: Vector>(seen: &mut Powers, answer: &Delayed, factor: f64, j: usize) {
     let factor = V::splat(factor);
-    let later = &answer[TERMS - j..][..TERMS];
-    for at in (0..TERMS).step_by(LANES) {
+    let Some(later) = answer[TERMS - j..].first_chunk::<TERMS>() else {
+        return;
+    };
+    for at in ((j + 2) / LANES * LANES..TERMS).step_by(LANES) {
         let sum = V::read(&later[at..]).multiply_add(factor, V::read(&seen[at..]));
         sum.write(&mut seen[at..]);
     }

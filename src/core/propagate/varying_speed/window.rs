@@ -5,7 +5,7 @@
 //! and so is the motion: coefficient j + 1 of z follows from those up to j. Deflections and forces come first, by the answers of the
 //! structure, then the blocks. Windows are so short that 24 terms leave out what round-off would.
 
-use super::answers::{Delayed, FACTORIALS, answer, delayed};
+use super::answers::{Delayed, FACTORIALS, SHARES, answer, delayed};
 use super::powers::{COURSE_TERMS, Course, Powers};
 use super::system::{Rows, System, Wave};
 use crate::model::LOAD_TERMS;
@@ -62,6 +62,8 @@ pub struct Task {
 pub struct Motions {
     /// First and second components of the blocks: padded rows, one a power of u.
     pub components: [Aligned; 2],
+    /// The components at the end of the window.
+    pub end: [Aligned; 2],
     /// Deflections of the lines in use \[m\].
     pub deflections: Vec<Powers>,
     /// Sum of the sizes of a deflection's parts where the window starts \[m\].
@@ -170,7 +172,7 @@ fn meet_body<V: Vector>(system: &System, task: &Task, own: &mut Motions) {
     }
     for j in 0..TERMS {
         for (place, &[line, _]) in own.lines.iter().enumerate() {
-            own.deflections[line][j] = own.seen[place][j] / FACTORIALS[j] - own.errors[line][j];
+            own.deflections[line][j] = own.seen[place][j] * SHARES[j] - own.errors[line][j];
         }
         for k in 0..own.closed.len() {
             let Closed {
@@ -185,7 +187,7 @@ fn meet_body<V: Vector>(system: &System, task: &Task, own: &mut Motions) {
             let mut sum = 0.0;
             // Forces up to j − 1 move deflections up to j + 1.
             if damping != 0.0 && j + 1 < TERMS {
-                let next = own.seen[place][j + 1] / FACTORIALS[j + 1];
+                let next = own.seen[place][j + 1] * SHARES[j + 1];
                 let rate = next - own.errors[line][j + 1] - side * law.gap[j + 1];
                 sum = damping * (j + 1) as f64 / length * rate;
             }
@@ -202,80 +204,109 @@ fn meet_body<V: Vector>(system: &System, task: &Task, own: &mut Motions) {
 }
 
 for_each_set! {
-    /// The components of a window whose forces are known.
-    fn move_blocks(system: &System, task: &Task, own: &mut Motions) = move_blocks_body
+    /// The components of a window whose forces are known, and what they are at a place of it.
+    fn move_blocks(system: &System, task: &Task, place: f64, own: &mut Motions) = move_blocks_body
 }
 
 #[inline(always)]
-fn move_blocks_body<V: Vector>(system: &System, task: &Task, own: &mut Motions) {
-    for j in 0..TERMS - 1 {
-        step::<V>(system, task, own, j);
+fn move_blocks_body<V: Vector>(system: &System, task: &Task, place: f64, own: &mut Motions) {
+    let mut powers = [1.0; TERMS];
+    for j in 1..TERMS {
+        powers[j] = powers[j - 1] * place;
+    }
+    let groups = system.padded / LANES;
+    let mut first = 0;
+    while first < groups {
+        let (at, course) = (first * LANES, (task, &powers));
+        first += match (groups - first, system.modal) {
+            (1, true) => move_groups::<V, 1, true>(system, course, at, own),
+            (2, true) => move_groups::<V, 2, true>(system, course, at, own),
+            (3, true) => move_groups::<V, 3, true>(system, course, at, own),
+            (5, true) => move_groups::<V, 5, true>(system, course, at, own),
+            (_, true) => move_groups::<V, 4, true>(system, course, at, own),
+            (1, false) => move_groups::<V, 1, false>(system, course, at, own),
+            (_, false) => move_groups::<V, 2, false>(system, course, at, own),
+        };
     }
 }
 
-/// Coefficient j + 1 of the components.
+/// Moves some lane groups side by side, so that none waits for itself. Gives their number.
 #[inline(always)]
-fn step<V: Vector>(system: &System, task: &Task, own: &mut Motions, j: usize) {
+fn move_groups<V: Vector, const GROUPS: usize, const MODAL: bool>(
+    system: &System,
+    (task, powers): (&Task, &Powers),
+    at: usize,
+    own: &mut Motions,
+) -> usize {
     let n = system.padded;
-    let share = V::splat(task.length / (j + 1) as f64);
+    let group = |k: usize| at + k * LANES;
     let [a, b, c, d] = &system.generator;
-    let [first, second] = &mut own.components;
-    let (before, after) = first.split_at_mut((j + 1) * n);
-    let (x, next_x) = (&before[j * n..], &mut after[..n]);
-    let (before, after) = second.split_at_mut((j + 1) * n);
-    let (y, next_y) = (&before[j * n..], &mut after[..n]);
-    let modal = system.modal;
-    for at in (0..n).step_by(LANES) {
-        let (x, y) = (V::read(&x[at..]), V::read(&y[at..]));
-        let mut rates = [y, V::read(&c[at..]).times(x)];
-        rates[1] = V::read(&d[at..]).multiply_add(y, rates[1]);
-        if !modal {
-            rates[0] = V::read(&a[at..]).multiply_add(x, V::read(&b[at..]).times(y));
+    let (mut now, mut end) = ([[V::zero(); GROUPS]; 2], [[V::zero(); GROUPS]; 2]);
+    for part in 0..2 {
+        for k in 0..GROUPS {
+            now[part][k] = V::read(&own.components[part][group(k)..]);
+            end[part][k] = now[part][k];
         }
-        for k in 0..own.closed.len() {
-            let input = &system.directions[own.closed[k].direction].input;
-            add::<V>(input, -own.forces[k][j], at, modal, &mut rates);
+    }
+    for j in 0..TERMS - 1 {
+        let mut rates = [[V::zero(); GROUPS]; 2];
+        for k in 0..GROUPS {
+            let [x, y] = [now[0][k], now[1][k]];
+            let row = group(k);
+            rates[0][k] = y;
+            if !MODAL {
+                let first = V::read(&b[row..]).times(y);
+                rates[0][k] = V::read(&a[row..]).multiply_add(x, first);
+            }
+            let second = V::read(&c[row..]).times(x);
+            rates[1][k] = V::read(&d[row..]).multiply_add(y, second);
+        }
+        for (closed, force) in own.closed.iter().zip(&own.forces) {
+            let input = &system.directions[closed.direction].input;
+            add::<V, GROUPS, MODAL>(input, -force[j], at, &mut rates);
         }
         if j < COURSE_TERMS {
-            for k in 0..LOAD_TERMS {
-                if let Some(input) = &system.loads[k] {
-                    add::<V>(input, task.loads[k][j], at, modal, &mut rates);
+            for (input, course) in system.loads.iter().zip(&task.loads) {
+                if let (Some(input), true) = (input, course[j] != 0.0) {
+                    add::<V, GROUPS, MODAL>(input, course[j], at, &mut rates);
                 }
             }
         }
-        for k in 0..system.ripples.len() {
-            add::<V>(&system.ripples[k], own.ripples[k][j], at, modal, &mut rates);
+        for (input, ripple) in system.ripples.iter().zip(&own.ripples) {
+            add::<V, GROUPS, MODAL>(input, ripple[j], at, &mut rates);
         }
-        rates[0].times(share).write(&mut next_x[at..]);
-        rates[1].times(share).write(&mut next_y[at..]);
-    }
-}
-
-/// Adds an input to the rates of a lane group; of modes it acts on velocities alone.
-#[inline(always)]
-fn add<V: Vector>(rows: &Rows, factor: f64, at: usize, modal: bool, rates: &mut [V; 2]) {
-    let factor = V::splat(factor);
-    rates[1] = V::read(&rows[1][at..]).multiply_add(factor, rates[1]);
-    if !modal {
-        rates[0] = V::read(&rows[0][at..]).multiply_add(factor, rates[0]);
-    }
-}
-
-for_each_set! {
-    /// The components at a place of the window, padded, into the first power's rows.
-    fn move_to(place: f64, padded: usize, components: &mut [Aligned; 2]) = move_to_body
-}
-
-#[inline(always)]
-fn move_to_body<V: Vector>(place: f64, padded: usize, components: &mut [Aligned; 2]) {
-    let place = V::splat(place);
-    for own in components {
-        for at in (0..padded).step_by(LANES) {
-            let mut sum = V::zero();
-            for j in (0..TERMS).rev() {
-                sum = sum.multiply_add(place, V::read(&own[j * padded + at..]));
+        let share = V::splat(task.length / (j + 1) as f64);
+        let power = V::splat(powers[j + 1]);
+        for part in 0..2 {
+            let next = &mut own.components[part][(j + 1) * n + at..][..GROUPS * LANES];
+            for k in 0..GROUPS {
+                now[part][k] = rates[part][k].times(share);
+                end[part][k] = now[part][k].multiply_add(power, end[part][k]);
+                now[part][k].write(&mut next[k * LANES..]);
             }
-            sum.write(&mut own[at..]);
+        }
+    }
+    for part in 0..2 {
+        for k in 0..GROUPS {
+            end[part][k].write(&mut own.end[part][group(k)..]);
+        }
+    }
+    GROUPS
+}
+
+/// Adds an input to the rates of lane groups; of modes it acts on velocities alone.
+#[inline(always)]
+fn add<V: Vector, const GROUPS: usize, const MODAL: bool>(
+    input: &Rows,
+    factor: f64,
+    at: usize,
+    rates: &mut [[V; GROUPS]; 2],
+) {
+    let factor = V::splat(factor);
+    for part in usize::from(MODAL)..2 {
+        let rows = &input[part][at..][..GROUPS * LANES];
+        for k in 0..GROUPS {
+            rates[part][k] = V::read(&rows[k * LANES..]).multiply_add(factor, rates[part][k]);
         }
     }
 }
