@@ -155,8 +155,9 @@ impl VaryingSpeed {
         }
     }
 
-    /// Scratch memory.
+    /// Scratch memory. With it, `advance` allocates nothing.
     pub fn workspace(&self) -> Workspace {
+        self.prepare_search();
         Workspace::new(self)
     }
 }

@@ -6,7 +6,7 @@
 
 use super::VaryingSpeed;
 use super::powers::{Powers, to_legendre, value, value_and_slope};
-use super::window::{Law, Motions};
+use super::window::{Law, Motions, wave};
 use crate::model::{ActiveSet, Release, Segment};
 use crate::numerics::legendre;
 use crate::propagate::Counters;
@@ -94,6 +94,24 @@ impl VaryingSpeed {
             }
         }
         first
+    }
+
+    /// Makes the tables of the search, of which a process has one each: searches then allocate nothing.
+    pub(super) fn prepare_search(&self) {
+        let [one, several] = [[1.0, 0.0], [0.0, 9.0]].map(|[slope, rate]| {
+            let [mut margin, _] = wave(0.0, &[0.0, rate, 0.0, 0.0, 0.0]);
+            (margin[0], margin[1]) = (0.7 * margin[0], margin[1] - slope);
+            margin
+        });
+        for margin in [one, several] {
+            let candidate = Candidate {
+                margin,
+                noise: ROUND_OFF,
+                known: false,
+                met: Met::Surface,
+            };
+            self.exit(&candidate, 1.0, &mut Counters::default());
+        }
     }
 
     /// What may end the state of a contact.
