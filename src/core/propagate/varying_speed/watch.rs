@@ -3,7 +3,7 @@
 use super::VaryingSpeed;
 use super::powers::{Course, Powers, value};
 use super::system::Rows;
-use super::window::{Motions, states_at};
+use super::window::{Motions, along, states_at};
 use crate::model::{ActiveSet, COAST_FLANK, DRIVE_FLANK, LOAD_TERMS, Model, Quantity};
 use crate::propagate::vectors::Aligned;
 
@@ -118,15 +118,6 @@ impl Instant {
     }
 }
 
-/// `Σ row · state` over the blocks.
-fn sum(rows: &Rows, states: &[Aligned; 2]) -> f64 {
-    let parts = rows.iter().zip(states);
-    parts
-        .flat_map(|(row, state)| row.iter().zip(&state[..]))
-        .map(|(a, x)| a * x)
-        .sum()
-}
-
 /// A contact opens or closes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MovingEvent {
@@ -236,6 +227,7 @@ impl MovingSignal {
     /// Its value at an instant of a window.
     pub fn value(&self, window: &MovingWindow<'_>, instant: &Instant) -> f64 {
         let (kernel, place) = (window.kernel, instant.place);
+        let sum = |rows: &Rows, states: &[Aligned; 2]| along(kernel.instructions, rows, states);
         match self.place {
             Place::Deflection(contact) => value(window.deflection(contact), place),
             Place::Force(flanks) => window.sum_of_forces(flanks.into_iter(), place),

@@ -312,6 +312,23 @@ fn add<V: Vector, const GROUPS: usize, const MODAL: bool>(
 }
 
 for_each_set! {
+    /// `Σ row · state` over the blocks.
+    fn along(rows: &Rows, states: &[Aligned; 2]) -> f64 = along_body
+}
+
+#[inline(always)]
+fn along_body<V: Vector>(rows: &Rows, states: &[Aligned; 2]) -> f64 {
+    let mut sums = [V::zero(); 2];
+    for part in 0..2 {
+        let rows = rows[part].as_chunks::<LANES>().0;
+        for (row, state) in rows.iter().zip(states[part].as_chunks::<LANES>().0) {
+            sums[part] = V::read(row).multiply_add(V::read(state), sums[part]);
+        }
+    }
+    sums[0].plus(sums[1]).sum()
+}
+
+for_each_set! {
     /// The components at a place, and their rates by it.
     fn states_at(
         place: f64,
