@@ -5,7 +5,7 @@
 //! of the contacts with them, are known before any block moves.
 
 use super::powers::Powers;
-use super::system::{Rows, System};
+use super::rows::Rows;
 use crate::model::LOAD_TERMS;
 use crate::propagate::vectors::{Aligned, LANES, TERMS, Vector};
 
@@ -34,6 +34,21 @@ pub const SHARES: Powers = {
 /// A series, `j! a_j`, behind as many zeros: what comes later is read from further in front.
 pub type Delayed = [f64; 2 * TERMS];
 
+/// What answers are made of.
+#[derive(Debug)]
+pub struct Structure<'a> {
+    /// Generators of the blocks: entries 00, 01, 10, 11.
+    pub generator: &'a [Aligned; 4],
+    /// ω \[1/s\]: powers of the generator are divided by its powers.
+    pub rate: f64,
+    /// Inputs of a unit force along every direction.
+    pub forces: Vec<&'a Rows>,
+    /// Of each load; none where there is nothing.
+    pub loads: &'a [Option<Rows>; LOAD_TERMS],
+    /// Of the ripples.
+    pub ripples: &'a [Rows],
+}
+
 /// The answers along one direction.
 #[derive(Debug, Clone)]
 pub struct Answers {
@@ -48,11 +63,10 @@ pub struct Answers {
 }
 
 impl Answers {
-    /// Those along a direction. Powers of the generator are divided by those of the fastest rate, ω.
-    pub fn new(system: &System, direction: usize) -> Self {
-        let (n, rate) = (system.padded, system.fastest);
-        let [a, b, c, d] = &system.generator;
-        let [first, second] = &system.directions[direction].deflection;
+    /// Those along a direction, of which a deflection is some rows of the components.
+    pub fn new(structure: &Structure<'_>, deflection: &Rows) -> Self {
+        let [a, b, c, d] = structure.generator;
+        let ([first, second], n, rate) = (deflection, a.len(), structure.rate);
         let mut states = Aligned::zeros(2 * n * TERMS);
         for i in 0..n {
             let (mut p, mut q) = (first[i], second[i]);
@@ -74,11 +88,10 @@ impl Answers {
             }
             out
         };
-        let directions = system.directions.iter();
         Self {
-            forces: directions.map(|own| to(&own.input)).collect(),
-            loads: system.loads.each_ref().map(|own| own.as_ref().map(to)),
-            ripples: system.ripples.iter().map(to).collect(),
+            forces: structure.forces.iter().map(|input| to(input)).collect(),
+            loads: (structure.loads.each_ref()).map(|input| input.as_ref().map(to)),
+            ripples: structure.ripples.iter().map(to).collect(),
             states,
         }
     }

@@ -10,6 +10,7 @@
 mod advance;
 mod answers;
 mod powers;
+mod rows;
 mod search;
 mod stretch;
 mod system;
@@ -24,8 +25,9 @@ pub use watch::{Instant, MovingEvent, MovingSignal, MovingWindow, Watch};
 use super::InstructionSet;
 use crate::model::{ActiveSet, LOAD_TERMS, Model, TrajectoryState};
 use crate::structure::ModalStructure;
+use rows::{Rows, rows};
 use std::f64::consts::TAU;
-use system::{Rows, System, rows};
+use system::System;
 
 /// Why a drive cannot run at a speed that varies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]

@@ -1,23 +1,11 @@
 //! A model as a window needs it: matrices and participations in lanes, and how fast anything moves.
 
-use super::answers::Answers;
+use super::answers::{Answers, Structure};
+use super::rows::{Rows, rows};
 use crate::model::{LOAD_TERMS, LoadTerms, Model};
 use crate::propagate::Volterra;
 use crate::propagate::vectors::{Aligned, LANES};
 use std::f64::consts::TAU;
-
-/// Pairs of numbers, one pair a block, as two rows of lanes.
-pub type Rows = [Aligned; 2];
-
-/// Pairs as rows.
-pub fn rows(pairs: impl ExactSizeIterator<Item = [f64; 2]>) -> Rows {
-    let padded = pairs.len().next_multiple_of(LANES);
-    let mut rows = [0, 1].map(|_| Aligned::zeros(padded));
-    for (i, [first, second]) in pairs.enumerate() {
-        (rows[0][i], rows[1][i]) = (first, second);
-    }
-    rows
-}
 
 /// How a contact along a direction meets the blocks.
 #[derive(Debug, Clone)]
@@ -94,8 +82,15 @@ impl System {
             answers: Vec::new(),
             fastest: Volterra::fastest_own_rate(model).max(1.0),
         };
-        own.answers = (0..own.directions.len())
-            .map(|direction| Answers::new(&own, direction))
+        let structure = Structure {
+            generator: &own.generator,
+            rate: own.fastest,
+            forces: own.directions.iter().map(|gains| &gains.input).collect(),
+            loads: &own.loads,
+            ripples: &own.ripples,
+        };
+        own.answers = (own.directions.iter())
+            .map(|gains| Answers::new(&structure, &gains.deflection))
             .collect();
         own.ripple_waves = (model.ripple.iter())
             .map(|ripple| own.wave(ripple.turns_per_cycle, 1.0, ripple.phase))

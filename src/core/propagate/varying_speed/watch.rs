@@ -2,7 +2,7 @@
 
 use super::VaryingSpeed;
 use super::powers::{Course, Powers, value};
-use super::system::Rows;
+use super::rows::Rows;
 use super::window::{Motions, along, states_at};
 use crate::model::{ActiveSet, COAST_FLANK, DRIVE_FLANK, LOAD_TERMS, Model, Quantity};
 use crate::propagate::vectors::Aligned;

@@ -7,7 +7,8 @@
 
 use super::answers::{Delayed, FACTORIALS, SHARES, answer, delayed};
 use super::powers::{COURSE_TERMS, Course, Powers};
-use super::system::{Rows, System, Wave};
+use super::rows::Rows;
+use super::system::{System, Wave};
 use crate::model::LOAD_TERMS;
 use crate::propagate::vectors::{Aligned, InstructionSet, LANES, TERMS, Vector, for_each_set};
 
