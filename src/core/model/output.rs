@@ -1,7 +1,7 @@
 //! What may be told of the structure beside the mesh: forces, torques, accelerations and rotations at places.
 
 use super::basis::Basis;
-use super::{COAST_FLANK, DRIVE_FLANK, Model};
+use super::{COAST_FLANK, DRIVE_FLANK};
 use crate::structure::{ModalStructure, MotionKind, PlaceMotion, TorqueGain};
 
 /// What an output is.
@@ -141,17 +141,5 @@ impl Output {
             quantity,
             gain,
         }
-    }
-}
-
-impl Model {
-    /// A sum over the structure's modes, of their displacements and of their velocities, by both components of each block;
-    /// the rotation of the whole drive is left out.
-    pub fn seen_by_modes(&self, participation: &[f64]) -> [Vec<[f64; 2]>; 2] {
-        let mut gains = self.basis.output(&self.basis.turn(participation));
-        for &block in &self.neutral {
-            gains.iter_mut().for_each(|gain| gain[block] = [0.0; 2]);
-        }
-        gains
     }
 }

@@ -163,6 +163,16 @@ impl Model {
         2.0 * ratio * (mean_stiffness / inverse_mass(structure)).sqrt()
     }
 
+    /// A sum over the structure's modes, of their displacements and of their velocities, by both components of each block;
+    /// the rotation of the whole drive is left out.
+    pub fn seen_by_modes(&self, participation: &[f64]) -> [Vec<[f64; 2]>; 2] {
+        let mut gains = self.basis.output(&self.basis.turn(participation));
+        for &block in &self.neutral {
+            gains.iter_mut().for_each(|gain| gain[block] = [0.0; 2]);
+        }
+        gains
+    }
+
     /// Number of blocks N: the modes, and the places of dry sliders behind them.
     pub fn modes(&self) -> usize {
         self.blocks.len()

@@ -1,6 +1,6 @@
 //! Lists of points whose columns have names and units: tables in the manifest, or a text file.
 
-use super::csv::{self, Sheet};
+use super::csv::{self, ListOf, Sheet};
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::reader::{self, wrong_type};
 use super::schema::{self, Key, Kind, MANIFEST};
@@ -8,17 +8,6 @@ use super::text;
 use super::tree::{Entry, Node, Value};
 use crate::units::{self, Dimension};
 use std::path::Path;
-
-/// A list of points, as messages speak of it.
-#[derive(Debug)]
-pub(super) struct ListOf {
-    /// The key that holds it or names its file.
-    pub path: &'static str,
-    /// A point in the manifest.
-    pub row: &'static str,
-    /// A header line of a file.
-    pub header: &'static str,
-}
 
 /// A column in the text.
 pub(super) struct Column {

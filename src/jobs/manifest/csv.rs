@@ -2,8 +2,18 @@
 //! numbers per point. Columns are parted by commas, semicolons or tabs; empty lines and lines that begin with `#`
 //! count for nothing.
 
-use super::columns::ListOf;
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+
+/// A list of points, as messages speak of it.
+#[derive(Debug)]
+pub(super) struct ListOf {
+    /// The key that holds it or names its file.
+    pub path: &'static str,
+    /// A point in the manifest.
+    pub row: &'static str,
+    /// A header line of a file.
+    pub header: &'static str,
+}
 
 /// A sheet of numbers.
 #[derive(Debug)]

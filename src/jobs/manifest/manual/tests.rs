@@ -316,10 +316,7 @@ fn surroundings(path: &str) -> String {
         }
         _ if path.starts_with("excitation.torque_curve.") => {
             let points = "[{ angle = 0, torque = 1 }, { angle = 3, torque = 2 }]";
-            put(
-                "[excitation]",
-                &format!("[excitation]\ntorque_curve = {{ points = {points} }} #"),
-            );
+            text.push_str(&format!("[excitation.torque_curve]\npoints = {points}\n"));
         }
         "grid.displacement" => put("[grid]", "[grid]\norder = \"sweep-up\"\nalong = \"speed\""),
         _ if path.starts_with("runup.") => {

@@ -2,7 +2,8 @@
 
 use super::analyses::signals;
 use crate::analysis::run_up::LoadLaw;
-use crate::manifest::columns::{self, ListOf, Quantities};
+use crate::manifest::columns::{self, Quantities};
+use crate::manifest::csv::ListOf;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::schema::{self, ANY, Key, POSITIVE};

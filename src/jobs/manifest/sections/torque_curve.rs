@@ -1,8 +1,8 @@
 //! `[excitation.torque_curve]`: torque of an engine over the angle of its shaft.
 
 use super::Context;
-use super::excitation::turns;
-use crate::manifest::columns::{self, ListOf};
+use crate::manifest::columns;
+use crate::manifest::csv::ListOf;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::schema::{self, ANY, Key};
@@ -108,4 +108,55 @@ fn pairs(entry: &Entry, issues: &mut Issues, context: &Context) -> Option<Vec<[f
     columns::increases(issues, &angle, &POINTS).then_some(())?;
     let pairs = angle.values.iter().zip(&torque.values);
     Some(pairs.map(|(angle, torque)| [*angle, *torque]).collect())
+}
+
+/// Nothing where a torque of the orders of a shaft cannot act on it, reported.
+pub(super) fn turns(
+    table: &Section,
+    issues: &mut Issues,
+    source: Option<&StructureSource>,
+    shaft: DriveShaft,
+) -> Option<()> {
+    if let Some(StructureSource::Train(train)) = source
+        && let (DriveShaft::Wheel, gear) = (shaft, train.gear(train.gears[1]))
+        && gear.loose.is_some()
+    {
+        let name = &gear.name;
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                table.span_of("shaft"),
+                &table.path_of("shaft"),
+                format!("gear `{name}` is loose: its shaft does not turn with the wheel"),
+            )
+            .label("this shaft does not turn at the speed of the wheel")
+            .remedy("name a mesh in train.gears whose second gear is fixed to its shaft, or remove the torque"),
+        );
+        return None;
+    }
+    if let Some(StructureSource::Modal(structure)) = source {
+        let (name, columns) = match shaft {
+            DriveShaft::Pinion if structure.pinion_torque.is_none() => ("pinion", "torque_pinion"),
+            DriveShaft::Wheel
+                if structure.wheel_torque.is_none() || structure.wheel_teeth.is_none() =>
+            {
+                ("wheel", "torque_wheel and teeth_wheel")
+            }
+            _ => return Some(()),
+        };
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                table.span_of("shaft"),
+                &table.path_of("shaft"),
+                format!("the modal file does not give the effect of a torque on the {name} shaft"),
+            )
+            .label("unknown participation")
+            .remedy(format!(
+                "add {columns} to the modal file, or remove the torque"
+            )),
+        );
+        return None;
+    }
+    Some(())
 }
