@@ -254,13 +254,14 @@ fn ripple(
     let order = table.quantity(issues, "order");
     let amplitude = table.quantity(issues, "amplitude");
     let phase = table.quantity_or_default(issues, "phase");
-    torque_curve::turns(table, issues, source, shaft?)?;
-    Some(TorqueRipple {
+    let ripple = TorqueRipple {
         shaft: shaft?,
         order: order?,
         amplitude: amplitude?,
         phase: phase?,
-    })
+    };
+    torque_curve::turns(table, issues, source, ripple.shaft)?;
+    Some(ripple)
 }
 
 #[cfg(test)]
