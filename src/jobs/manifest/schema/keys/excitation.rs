@@ -75,7 +75,7 @@ pub(super) const KEYS: &[Key] = &[
     table("excitation.torque_curve").otherwise("none")
         .about("Torque of an engine over the angle of its shaft. Its harmonics act on the shaft like `torque_ripple`. Its \
                 mean does not: the load gives the mean torque."),
-    choice("excitation.torque_curve.shaft", &["pinion", "wheel"], r#""pinion""#).or(r#""pinion""#)
+    choice("excitation.torque_curve.shaft", &["pinion", "wheel"], r#""wheel""#).or(r#""pinion""#)
         .about("Shaft of the engine."),
     key("excitation.torque_curve.points", Kind::Points, ANY, r#""engine.csv""#)
         .about("The curve: a list of tables or the path of a text file, as for `grid.points`, with the columns `angle` and \
