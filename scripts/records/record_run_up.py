@@ -1,0 +1,63 @@
+"""Times the run-up of manifests/run-up.toml, and writes summary.md.
+
+    python3 scripts/records/record_run_up.py benches/runs/NAME [ATLAS]
+"""
+
+import json
+import pathlib
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+
+from record_fmu import ROOT, TARGET, processor
+
+TURNS = 5
+CASES = {
+    "force, orders 1 to 10": ["runup.signals=['force']", "runup.orders=[1,2,3,4,5,6,7,8,9,10]"],
+    "24 signals, 6 orders": [],
+}
+
+
+def spent(program, settings):
+    """Processor time of one run-up [s]."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    with tempfile.TemporaryDirectory() as work:
+        command = [program, "runup", "manifests/run-up.toml", "--threads", "1", "--out", f"{work}/out"]
+        for setting in settings:
+            command += ["--set", setting]
+        subprocess.run(command, check=True, cwd=ROOT, stdout=subprocess.DEVNULL)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def main(folder, *others):
+    programs = [*others, str(TARGET / "release/atlas")]
+    rows = []
+    for name, settings in CASES.items():
+        times = {program: [] for program in programs}
+        for _ in range(TURNS):
+            for program in programs:
+                times[program].append(spent(program, settings))
+        rows.append({"case": name, "seconds": [times[program] for program in programs]})
+    names = ["another program"] * len(others) + ["this program"]
+    table = f"| recorded | {' | '.join(f'{name} [s]' for name in names)} |\n|{'---|' * (len(names) + 1)}\n"
+    for row in rows:
+        medians = [statistics.median(times) for times in row["seconds"]]
+        table += f"| {row['case']} | {' | '.join(f'{median:.2f}' for median in medians)} |\n"
+    text = f"""# Processor time of a run-up
+
+`atlas runup manifests/run-up.toml`: 40 modes, 600 to 6000 rpm in 10 s, 48000 samples per second, all tables written. Medians of {TURNS}
+runs in turn, user and system time, on one core of a shared {processor()}.
+
+{table}"""
+    folder = pathlib.Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "summary.md").write_text(text)
+    (folder / "record.json").write_text(json.dumps({"cpu": processor(), "rows": rows}, indent=1) + "\n")
+    print(text)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
