@@ -49,6 +49,14 @@ def measure(work, steps):
     return rows
 
 
+def keep(folder, text, rows):
+    """Writes a summary, and what it is made of."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "summary.md").write_text(text)
+    (folder / "record.json").write_text(json.dumps({"cpu": processor(), "rows": rows}, indent=1) + "\n")
+    print(text)
+
+
 def main(folder, steps="1000000"):
     with tempfile.TemporaryDirectory() as work:
         rows = measure(pathlib.Path(work), int(steps))
@@ -68,11 +76,7 @@ at the end. Times of other programs on the core count as times of the step.
 {table}
 Made and initialized in {1e3 * rows[0]['made']:.0f} ms.
 """
-    folder = pathlib.Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "summary.md").write_text(text)
-    (folder / "record.json").write_text(json.dumps({"cpu": processor(), "rows": rows}, indent=1) + "\n")
-    print(text)
+    keep(pathlib.Path(folder), text, rows)
 
 
 if __name__ == "__main__":

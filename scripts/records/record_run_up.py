@@ -1,9 +1,8 @@
 """Times the run-up of manifests/run-up.toml, and writes summary.md.
 
-    python3 scripts/records/record_run_up.py benches/runs/NAME [ATLAS]
+    python3 scripts/records/record_run_up.py benches/runs/NAME-COMMIT [COMMIT ATLAS]
 """
 
-import json
 import pathlib
 import resource
 import statistics
@@ -11,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 
-from record_fmu import ROOT, TARGET, processor
+from record_fmu import ROOT, TARGET, keep, processor
 
 TURNS = 5
 CASES = {
@@ -32,8 +31,9 @@ def spent(program, settings):
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def main(folder, *others):
-    programs = [*others, str(TARGET / "release/atlas")]
+def main(folder, before=None, older=None):
+    folder = pathlib.Path(folder)
+    programs = [*filter(None, [older]), str(TARGET / "release/atlas")]
     rows = []
     for name, settings in CASES.items():
         times = {program: [] for program in programs}
@@ -41,7 +41,7 @@ def main(folder, *others):
             for program in programs:
                 times[program].append(spent(program, settings))
         rows.append({"case": name, "seconds": [times[program] for program in programs]})
-    names = ["another program"] * len(others) + ["this program"]
+    names = [f"commit {commit}" for commit in (before, folder.name.rsplit("-", 1)[-1]) if commit]
     table = f"| recorded | {' | '.join(f'{name} [s]' for name in names)} |\n|{'---|' * (len(names) + 1)}\n"
     for row in rows:
         medians = [statistics.median(times) for times in row["seconds"]]
@@ -52,11 +52,7 @@ def main(folder, *others):
 runs in turn, user and system time, on one core of a shared {processor()}.
 
 {table}"""
-    folder = pathlib.Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "summary.md").write_text(text)
-    (folder / "record.json").write_text(json.dumps({"cpu": processor(), "rows": rows}, indent=1) + "\n")
-    print(text)
+    keep(folder, text, rows)
 
 
 if __name__ == "__main__":
