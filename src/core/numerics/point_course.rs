@@ -72,7 +72,7 @@ impl PointCourse {
         }
     }
 
-    /// Places where the course has a kink, or a bend of its slope \[m\].
+    /// Places where the course has a kink, or a bend of its slope.
     pub fn kinks(&self) -> impl Iterator<Item = f64> {
         self.points.iter().map(|point| point[0])
     }

@@ -72,24 +72,7 @@ pub struct Live {
 pub fn copy(to: &mut Motion, from: &Motion) {
     let mut state = std::mem::take(&mut to.state);
     state.clone_from(&from.state);
-    let Motion {
-        state: _,
-        contact,
-        cycle,
-        phase,
-        time,
-        standing,
-        events,
-    } = *from;
-    *to = Motion {
-        state,
-        contact,
-        cycle,
-        phase,
-        time,
-        standing,
-        events,
-    };
+    *to = Motion { state, ..*from };
 }
 
 /// Takes numbers off the front of some bytes.
