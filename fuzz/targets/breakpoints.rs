@@ -207,6 +207,7 @@ pub fn model(case: Case) -> Model {
         coast: None,
         transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.0)],
         torque_ripple: Vec::new(),
+        imposed_motion: Vec::new(),
     };
     let coast = |mesh: Vec<Division>| CoastFlank {
         mesh,

@@ -42,6 +42,7 @@ impl Family for Stopped {
             transmission_error: Vec::new(),
             torque_ripple: Vec::new(),
             further: Vec::new(),
+            imposed_motion: Vec::new(),
         };
         let point = OperatingPoint {
             load: OFF,

@@ -190,6 +190,7 @@ impl Drawn {
                 transmission_error,
                 torque_ripple,
                 further: Vec::new(),
+                imposed_motion: Vec::new(),
             },
             point,
             start,

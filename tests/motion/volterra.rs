@@ -417,6 +417,7 @@ mod random_drives {
                         })
                         .collect(),
                     further: Vec::new(),
+                    imposed_motion: Vec::new(),
                 },
             )
     }

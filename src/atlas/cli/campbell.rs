@@ -164,8 +164,11 @@ fn at_speeds(
 /// Orders of a shaft that excite: once a turn, and those of torque ripple; ascending.
 fn shaft_orders(first: &PointSpec, shaft: DriveShaft) -> Vec<f64> {
     let ripples = first.excitation.torque_ripple.iter();
-    let ripples = ripples.filter(|ripple| ripple.shaft == shaft);
-    let mut orders: Vec<f64> = ripples.map(|ripple| ripple.order).chain([1.0]).collect();
+    let motions = first.excitation.imposed_motion.iter();
+    let all = (ripples.map(|own| (own.shaft, own.order)))
+        .chain(motions.map(|own| (own.shaft, own.order)));
+    let of_shaft = all.filter(|own| own.0 == shaft).map(|own| own.1);
+    let mut orders: Vec<f64> = of_shaft.chain([1.0]).collect();
     orders.sort_by(f64::total_cmp);
     orders.dedup();
     orders

@@ -3,7 +3,7 @@
 use super::gear_mesh::GearMesh;
 use super::point::number;
 use crate::manifest::{PointSpec, StructureSource};
-use crate::model::{DriveShaft, MeshHarmonic, TorqueRipple};
+use crate::model::{DriveShaft, MeshHarmonic};
 use serde_json::{Value, json};
 
 /// One cause of vibration.
@@ -31,7 +31,25 @@ pub fn causes(point: &PointSpec, mesh: &GearMesh) -> Vec<Cause> {
     let (whose, cause) = (" of the coast flanks", "coast_transmission_error");
     let of_coast = excitation.coast_transmission_error.as_ref();
     causes.extend(imposed(whose, cause, of_coast));
-    causes.extend((excitation.torque_ripple.iter()).map(|own| ripple(point, own)));
+    causes.extend((excitation.torque_ripple.iter()).map(|own| {
+        let (order, amplitude) = (own.order, own.amplitude);
+        let [shaft, on] = named(point, own.shaft);
+        Cause {
+            text: format!("torque ripple on {on} (order {order}, {amplitude} N*m)"),
+            value: of_shaft("torque_ripple", &shaft, order, amplitude),
+        }
+    }));
+    causes.extend((excitation.imposed_motion.iter()).map(|own| {
+        let (order, amplitude) = (own.order, own.amplitude);
+        let [shaft, on] = named(point, own.shaft);
+        Cause {
+            text: format!(
+                "motion imposed on {on} (order {order}, {} rad)",
+                number(amplitude)
+            ),
+            value: of_shaft("imposed_motion", &shaft, order, amplitude),
+        }
+    }));
     if let StructureSource::Modal(structure) = &point.model.source {
         causes.extend(structure.harmonic_loads.iter().map(|load| Cause {
             text: format!(
@@ -92,29 +110,24 @@ fn imposed(whose: &str, cause: &str, errors: Option<&Vec<MeshHarmonic>>) -> Opti
     })
 }
 
-/// A torque that varies.
-fn ripple(point: &PointSpec, ripple: &TorqueRipple) -> Cause {
-    let shaft = match ripple.shaft {
+/// The key of a shaft, and what to call it.
+fn named(point: &PointSpec, shaft: DriveShaft) -> [String; 2] {
+    let key = match shaft {
         DriveShaft::Pinion => "pinion",
         DriveShaft::Wheel => "wheel",
     };
-    let on = match (&point.model.source, ripple.shaft) {
+    let on = match (&point.model.source, shaft) {
         (StructureSource::Train(train), DriveShaft::Pinion) => {
             format!("the driving shaft `{}`", train.shafts[train.driver].name)
         }
         (StructureSource::Train(train), DriveShaft::Wheel) => {
             format!("shaft `{}`", train.shafts[train.gears[1].shaft].name)
         }
-        _ => format!("the {shaft} shaft"),
+        _ => format!("the {key} shaft"),
     };
-    let (order, amplitude) = (ripple.order, ripple.amplitude);
-    Cause {
-        text: format!("torque ripple on {on} (order {order}, {amplitude} N*m)"),
-        value: json!({
-            "cause": "torque_ripple",
-            "shaft": shaft,
-            "order": order,
-            "amplitude": amplitude,
-        }),
-    }
+    [key.to_owned(), on]
+}
+
+fn of_shaft(cause: &str, shaft: &str, order: f64, amplitude: f64) -> Value {
+    json!({ "cause": cause, "shaft": shaft, "order": order, "amplitude": amplitude })
 }

@@ -1,7 +1,7 @@
 //! Mesh and excitation of a drive, and where it is operated.
 
 use super::error::{ModelError, positive};
-use super::{FlankError, MeshHarmonic, Release, STIFFNESS_TERMS, Stiffness};
+use super::{FlankError, ImposedMotion, MeshHarmonic, Release, STIFFNESS_TERMS, Stiffness};
 use crate::numerics::quadrature::GaussLegendre;
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -44,6 +44,8 @@ pub struct Drive {
     pub transmission_error: Vec<MeshHarmonic>,
     /// Torque ripple, `T(t) = Σ amplitude cos(order Ω_shaft t + phase)`.
     pub torque_ripple: Vec<TorqueRipple>,
+    /// Uneven rotation that is imposed.
+    pub imposed_motion: Vec<ImposedMotion>,
 }
 
 impl Drive {
@@ -59,6 +61,7 @@ impl Drive {
             coast: None,
             transmission_error: Vec::new(),
             torque_ripple: Vec::new(),
+            imposed_motion: Vec::new(),
             further: Vec::new(),
         }
     }

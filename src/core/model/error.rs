@@ -8,11 +8,20 @@ pub enum ModelError {
     /// Modes are coupled in a way that has no blocks.
     #[error("{0}")]
     Coupling(#[from] DecouplingError),
-    /// A torque ripple on a shaft whose participation is unknown.
+    /// A torque ripple or an imposed motion on a shaft whose participation is unknown.
     #[error(
-        "torque ripple on the {shaft} shaft, but the structure has no torque participation for it; add `torque_{shaft}` to the modal file"
+        "a torque or a motion acts on the {shaft} shaft, but the structure has no torque participation for it; add `torque_{shaft}` to the modal file"
     )]
     UnknownShaft {
+        /// `pinion` or `wheel`.
+        shaft: &'static str,
+    },
+    /// A motion imposed on a shaft of a drive that does not turn freely.
+    #[error(
+        "a motion is imposed on the {shaft} shaft, but no rotation of the drive leaves all contacts alone; free the drive \
+         from what holds it, or remove excitation.imposed_motion"
+    )]
+    DoesNotTurn {
         /// `pinion` or `wheel`.
         shaft: &'static str,
     },

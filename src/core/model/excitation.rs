@@ -54,6 +54,8 @@ pub struct Ripple {
     pub phase: f64,
     /// Amplitude of the input to each block.
     pub input: Vec<[f64; 2]>,
+    /// Whether it is a second derivative in time: its amplitude grows with the square of the speed.
+    pub of_motion: bool,
 }
 
 impl Ripple {
@@ -64,21 +66,7 @@ impl Ripple {
         period: f64,
         basis: &Basis,
     ) -> Result<Self, ModelError> {
-        let (name, participation, cycles_per_turn) = match torque.shaft {
-            DriveShaft::Pinion => (
-                "pinion",
-                &structure.pinion_torque,
-                Some(structure.cycles_per_turn()),
-            ),
-            DriveShaft::Wheel => (
-                "wheel",
-                &structure.wheel_torque,
-                structure.wheel_teeth.map(f64::from),
-            ),
-        };
-        let (Some(participation), Some(cycles_per_turn)) = (participation, cycles_per_turn) else {
-            return Err(ModelError::UnknownShaft { shaft: name });
-        };
+        let (_, participation, cycles_per_turn) = shaft_of(structure, torque.shaft)?;
         let turns_per_cycle = torque.order / cycles_per_turn;
         let scaled = |p: &f64| p * torque.amplitude;
         let force: Vec<f64> = basis.turn(participation).iter().map(scaled).collect();
@@ -87,6 +75,7 @@ impl Ripple {
             turns_per_cycle,
             phase: torque.phase,
             input: basis.input(&force),
+            of_motion: false,
         })
     }
 
@@ -108,6 +97,7 @@ impl Ripple {
             turns_per_cycle: turns,
             phase: load.phase,
             input: basis.input(&basis.turn(&load.force)),
+            of_motion: false,
         })
     }
 
@@ -116,6 +106,32 @@ impl Ripple {
         // The whole turns are dropped before the product can lose digits.
         let turns = (cycle as f64 * self.turns_per_cycle).fract();
         self.phase + TAU * turns + self.angular_frequency * time
+    }
+}
+
+/// Name of a shaft, participation of a torque on it, and mesh cycles of its turn.
+///
+/// # Errors
+/// [`ModelError::UnknownShaft`].
+pub(super) fn shaft_of(
+    structure: &ModalStructure,
+    shaft: DriveShaft,
+) -> Result<(&'static str, &[f64], f64), ModelError> {
+    let (name, participation, cycles_per_turn) = match shaft {
+        DriveShaft::Pinion => (
+            "pinion",
+            &structure.pinion_torque,
+            Some(structure.cycles_per_turn()),
+        ),
+        DriveShaft::Wheel => (
+            "wheel",
+            &structure.wheel_torque,
+            structure.wheel_teeth.map(f64::from),
+        ),
+    };
+    match (participation, cycles_per_turn) {
+        (Some(participation), Some(cycles)) => Ok((name, participation, cycles)),
+        _ => Err(ModelError::UnknownShaft { shaft: name }),
     }
 }
 

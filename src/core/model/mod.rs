@@ -32,6 +32,7 @@ mod error;
 mod excitation;
 mod flank_error;
 mod flank_springs;
+mod imposed_motion;
 mod initial;
 mod load_terms;
 mod mesh;
@@ -64,6 +65,7 @@ pub use drive::{
 pub use error::ModelError;
 pub use excitation::{Ripple, TransmissionErrorHarmonic, turned};
 pub use flank_error::FlankError;
+pub use imposed_motion::ImposedMotion;
 pub use initial::{InitialState, TrajectoryState};
 pub use load_terms::{LOAD_TERMS, LoadTerm, LoadTerms};
 pub use mesh::{MeshCycle, Segment, equal_parts};

@@ -7,7 +7,8 @@ use super::direction::Directions;
 use super::error::{ModelError, positive};
 use super::{
     ActiveSet, BearingOutput, Block, Contact, Direction, Drive, Line, MeshCycle, MeshGain,
-    NamedMesh, OperatingPoint, Output, Ripple, Rolling, Segment, Slider, TransmissionErrorHarmonic,
+    NamedMesh, OperatingPoint, Output, Ripple, Rolling, Segment, Slider, TorqueRipple,
+    TransmissionErrorHarmonic,
 };
 use super::{clearance, drive as laws};
 use crate::structure::ModalStructure;
@@ -124,13 +125,24 @@ impl Model {
             .filter(|&i| unfelt(i) && blocks[i].generator == Block::mode(0.0, 0.0, 0.0).generator)
             .collect();
 
-        let torques = (drive.torque_ripple.iter())
-            .map(|torque| Ripple::of_torque(structure, torque, period, &basis));
+        let imposed = drive.imposed_motion.iter();
+        let imposed = imposed.map(|own| own.torque(structure, period));
+        let torques: Vec<TorqueRipple> = (drive.torque_ripple.iter().copied().map(Ok))
+            .chain(imposed)
+            .collect::<Result<_, _>>()?;
+        let ripples = torques.iter().enumerate().map(|(place, torque)| {
+            let ripple = Ripple::of_torque(structure, torque, period, &basis)?;
+            let of_motion = place >= drive.torque_ripple.len();
+            Ok(Ripple {
+                of_motion,
+                ..ripple
+            })
+        });
         let loads =
             (structure.harmonic_loads.iter()).map(|load| Ripple::of_load(load, period, &basis));
-        let ripple = torques.chain(loads).collect::<Result<_, _>>()?;
+        let ripple = ripples.chain(loads).collect::<Result<_, _>>()?;
         let bearings = (structure.bearings.iter())
-            .map(|own| BearingOutput::new(own, structure, &drive.torque_ripple, point, &basis))
+            .map(|own| BearingOutput::new(own, structure, &torques, point, &basis))
             .collect();
         let outputs = Output::of_structure(structure, &basis);
         let model = Self {

@@ -14,7 +14,7 @@ pub use run_up::{RunUpLoad, RunUpSpec};
 use super::axis::{AxisKey, AxisValues};
 use crate::analysis::Analyses;
 use crate::gear::GearPair;
-use crate::model::{InitialState, MeshHarmonic, TorqueRipple};
+use crate::model::{ImposedMotion, InitialState, MeshHarmonic, TorqueRipple};
 use crate::propagate::KernelSetting;
 use crate::shaft::{Drag, FlexibleDrive, RigidDrive, TrainDrive};
 use crate::structure::ModalStructure;
@@ -241,6 +241,9 @@ pub struct ExcitationSpec {
     pub table_harmonics: Option<u32>,
     /// On either shaft.
     pub torque_ripple: Vec<TorqueRipple>,
+    /// Uneven rotation that is imposed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub imposed_motion: Vec<ImposedMotion>,
 }
 
 /// How to integrate.

@@ -263,6 +263,7 @@ fn with_mesh(
         transmission_error: error,
         torque_ripple: point.excitation.torque_ripple.clone(),
         further,
+        imposed_motion: point.excitation.imposed_motion.clone(),
     };
     let operating = OperatingPoint {
         load: point.load,

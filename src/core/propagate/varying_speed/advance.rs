@@ -1,6 +1,8 @@
 //! From window to window.
 
-use super::powers::{Course, Sum, composed, length as terms_of, place_of, value, value_and_slope};
+use super::powers::{
+    Course, Sum, composed, length as terms_of, place_of, second_derivative, value, value_and_slope,
+};
 use super::search::{Found, Met};
 use super::stretch::Stretch;
 use super::watch::{MovingEvent, MovingWindow, Watch};
@@ -239,8 +241,12 @@ impl VaryingSpeed {
             motions.errors[line] =
                 window::sum_of_waves(&self.system.error_waves[line], &motions.waves);
         }
-        for (ripple, part) in motions.ripples.iter_mut().zip(&self.system.ripple_waves) {
+        let ripples = motions.ripples.iter_mut().zip(&self.system.ripple_waves);
+        for ((ripple, part), own) in ripples.zip(&self.model.ripple) {
             *ripple = window::sum_of_waves(std::slice::from_ref(part), &motions.waves);
+            if own.of_motion {
+                *ripple = second_derivative(ripple, own.angular_frequency * reach.length);
+            }
         }
         let laws = motions.laws.iter_mut().zip(segments.iter());
         for ((law, segment), contact) in laws.zip(&self.model.contacts) {

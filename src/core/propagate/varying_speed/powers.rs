@@ -82,6 +82,14 @@ pub fn square(a: &Course) -> Course {
     std::array::from_fn(|k| (0..=k).map(|m| a[m] * a[k - m]).sum())
 }
 
+/// `−f''/r²` of a series f, with derivatives by u, without its last two terms: `cos(r u)` remains itself.
+pub fn second_derivative(series: &Powers, r: f64) -> Powers {
+    std::array::from_fn(|k| {
+        let next = series.get(k + 2).copied().unwrap_or(0.0);
+        -(((k + 1) * (k + 2)) as f64) * next / (r * r)
+    })
+}
+
 /// Where a course that grows all the time and starts at 0 reaches a value: Newton's method from the mean rate up to u = 1.
 pub fn place_of(course: &Course, reached: f64) -> f64 {
     let mut place = reached / value(course, 1.0);

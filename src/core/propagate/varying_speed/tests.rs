@@ -1,7 +1,9 @@
 //! At constant speed the motion is that of the other kernels; while it varies, closed forms.
 
 use super::*;
-use crate::model::{Drive, InitialState, OperatingPoint, Release, fixtures};
+use crate::model::{
+    Drive, DriveShaft, ImposedMotion, InitialState, OperatingPoint, Release, fixtures,
+};
 use crate::propagate::{Counters, Event, Kernel, Observer, Volterra, Window};
 
 /// Phases of events and what is closed behind them; the mesh period.
@@ -171,6 +173,82 @@ fn acceleration_loads_the_mesh() {
         (cycles / (80.0 * 20.0 / TAU) - 1.0).abs() < 1e-14,
         "{cycles}"
     );
+}
+
+/// An end of large inertia follows the angle that is imposed on it while the speed rises, and what hangs on it by a spring
+/// vibrates against it by `z'' + 2 ζ ω z' + ω² z = −ψ''`.
+#[test]
+fn an_imposed_motion_follows_the_rotation() {
+    let (heavy, light, own, ratio) = (1e7f64, 2e-3, 900.0, 0.03);
+    let total = heavy + light;
+    // A rotation of both, and the light one against the heavy one.
+    let elastic = [
+        -(light / (heavy * total)).sqrt(),
+        (heavy / (light * total)).sqrt(),
+    ];
+    let mut structure = fixtures::structure(&[0.0, own], ratio, &[0.0, 1e-3], &[0.0, 1e-3]);
+    structure.pinion_torque = Some(vec![total.sqrt().recip(), elastic[0]]);
+    structure.torque = vec![0.0; 2];
+    let motion = ImposedMotion {
+        shaft: DriveShaft::Pinion,
+        order: 2.5,
+        amplitude: 0.01,
+        phase: 0.4,
+    };
+    let drive = Drive {
+        imposed_motion: vec![motion],
+        ..Drive::constant(1.0, 4e8)
+    };
+    let point = OperatingPoint {
+        load: 0.0,
+        speed: 60.0,
+    };
+    let model = Model::new(&structure, &drive, point).unwrap();
+    let kernel = VaryingSpeed::new(&structure, &model, 100, InstructionSet::best()).unwrap();
+    let (time, acceleration) = (0.3, 800.0);
+    let angle = |t: f64| 2.5 * (point.speed * t + 0.5 * acceleration * t * t) + 0.4;
+    let rate = |t: f64| 2.5 * (point.speed + acceleration * t);
+    let imposed = |t: f64| 0.01 * angle(t).cos();
+    let imposed_rate = |t: f64| -0.01 * rate(t) * angle(t).sin();
+    let second = |t: f64| {
+        let bent = 2.5 * acceleration * angle(t).sin();
+        -0.01 * (rate(t) * rate(t) * angle(t).cos() + bent)
+    };
+    let mut stretch = Stretch::steady(time, point.speed, 0.0);
+    stretch.turned[2] = 0.5 * acceleration;
+    let start = model.start(&InitialState::Modal {
+        displacement: vec![0.0; 2],
+        velocity: vec![0.0; 2],
+    });
+    let mut motion = kernel.start(&start);
+    let mut room = kernel.workspace();
+    let mut counters = Counters::default();
+    kernel
+        .advance(&mut motion, &stretch, &mut room, &mut (), &mut counters)
+        .unwrap();
+    // As it starts, the end has neither moved nor begun to move.
+    let exact = imposed(time) - imposed(0.0) - time * imposed_rate(0.0);
+    let turned = motion.state[0] / total.sqrt();
+    assert!((turned - exact).abs() < 1e-11, "{turned} {exact}");
+    // Duhamel's integral by Simpson's rule.
+    let damped = own * (1.0 - ratio * ratio).sqrt();
+    let answer = |t: f64| {
+        let since = time - t;
+        -second(t) * (-ratio * own * since).exp() * (damped * since).sin() / damped
+    };
+    let steps = 40_000;
+    let h = time / f64::from(steps);
+    let weight = |k: i32| match k {
+        0 => 1.0,
+        k if k == steps => 1.0,
+        k => f64::from(2 + 2 * (k % 2)),
+    };
+    let sum: f64 = (0..=steps)
+        .map(|k| weight(k) * answer(f64::from(k) * h))
+        .sum();
+    let exact = sum * h / 3.0;
+    let twist = motion.state[1] * (elastic[1] - elastic[0]);
+    assert!((twist / exact - 1.0).abs() < 1e-8, "{twist} {exact}");
 }
 
 /// A drive that comes to rest, or a state that is no motion, ends the integration.

@@ -160,5 +160,7 @@ fn silent(first: &PointSpec) -> Vec<(String, String)> {
         of_coast.map(|term| term.amplitude).collect(),
     );
     list("torque_ripple", ripples.collect());
+    let motions = excitation.imposed_motion.iter();
+    list("imposed_motion", motions.map(|own| own.amplitude).collect());
     found
 }

@@ -314,6 +314,13 @@ fn surroundings(path: &str) -> String {
                 &format!("[excitation]\ntorque_ripple = {ripple} #"),
             );
         }
+        _ if path.starts_with("excitation.imposed_motion.") => {
+            let motion = "[{ shaft = \"wheel\", order = 1, amplitude = 1 }]";
+            put(
+                "[excitation]",
+                &format!("[excitation]\nimposed_motion = {motion} #"),
+            );
+        }
         _ if path.starts_with("excitation.torque_curve.") => {
             let points = "[{ angle = 0, torque = 1 }, { angle = 3, torque = 2 }]";
             text.push_str(&format!("[excitation.torque_curve]\npoints = {points}\n"));

@@ -4,7 +4,7 @@ use super::{Context, torque_curve};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::spec::{CoastSpec, ExcitationSpec, MeshSpec, StiffnessSpec, StructureSource};
-use crate::model::{DriveShaft, MeshHarmonic, StiffnessHarmonic, TorqueRipple};
+use crate::model::{DriveShaft, ImposedMotion, MeshHarmonic, StiffnessHarmonic, TorqueRipple};
 use std::f64::consts::TAU;
 
 pub(super) fn read(
@@ -32,13 +32,15 @@ pub(super) fn read(
     };
     let teeth = source.map(|source| [false, true].map(|wheel| teeth(source, wheel)));
     let of_gears = errors_of_gears(section, issues, ("shaft", ["pinion", "wheel"]), teeth);
-    let ripples = section.tables(issues, "torque_ripple").map(|tables| {
-        let read: Vec<_> = tables
-            .iter()
+    let mut on_shafts = |name: &str| {
+        let tables = section.tables(issues, name)?;
+        let read: Vec<_> = (tables.iter())
             .map(|table| ripple(table, issues, source))
             .collect();
         read.into_iter().collect::<Option<Vec<_>>>()
-    });
+    };
+    let ripples = on_shafts("torque_ripple");
+    let motions = on_shafts("imposed_motion");
     let curve = torque_curve::read(section, issues, source, context);
     let idle = mesh.and_then(|mesh| match &mesh.stiffness {
         stiffness if stiffness.is_of_pairs() => Some((
@@ -67,7 +69,15 @@ pub(super) fn read(
         transmission_error: [errors?, of_gears.clone()?].concat(),
         // An error of the teeth's places moves both flanks.
         coast_transmission_error: of_coast?.map(|own| [own, of_gears.unwrap_or_default()].concat()),
-        torque_ripple: [ripples??, curve?].concat(),
+        torque_ripple: [ripples?, curve?].concat(),
+        imposed_motion: (motions?.into_iter())
+            .map(|own| ImposedMotion {
+                shaft: own.shaft,
+                order: own.order,
+                amplitude: own.amplitude,
+                phase: own.phase,
+            })
+            .collect(),
     })
 }
 

@@ -72,6 +72,20 @@ pub(super) const KEYS: &[Key] = &[
         .about("Amplitude of the torque."),
     quantity("excitation.torque_ripple.*.phase", Angle, ANY, r#""90 deg""#).or("0")
         .about("Phase of the cosine at time 0."),
+    key("excitation.imposed_motion", Kind::List("tables"), ANY, r#"[{ shaft = "pinion", order = 2, amplitude = "0.5 deg" }]"#).or("[]")
+        .about("Uneven rotation that is imposed at a shaft, one table per order: the angle sum of amplitude cos(order angle + \
+                phase) of that shaft, beside its mean rotation. The torque on the shaft moves the whole drive like a rigid body. A shaft of large \
+                inertia, such as a flywheel, follows the angle itself. For the motion of a shaft end without reaction, give the end an \
+                inertia of 1e6 kg*m^2."),
+    table("excitation.imposed_motion.*"),
+    choice("excitation.imposed_motion.*.shaft", &["pinion", "wheel"], r#""pinion""#)
+        .about("Shaft on which the torque acts, as for `torque_ripple`."),
+    quantity("excitation.imposed_motion.*.order", Ratio, POSITIVE, "2")
+        .about("Multiple of the speed of that shaft. It need not be a whole number."),
+    quantity("excitation.imposed_motion.*.amplitude", Angle, NON_NEGATIVE, r#""0.5 deg""#)
+        .about("Amplitude of the angle."),
+    quantity("excitation.imposed_motion.*.phase", Angle, ANY, r#""90 deg""#).or("0")
+        .about("Phase of the cosine at time 0."),
     table("excitation.torque_curve").otherwise("none")
         .about("Torque of an engine over the angle of its shaft. Its harmonics act on the shaft like `torque_ripple`. Its \
                 mean does not: the load gives the mean torque."),

@@ -1,0 +1,104 @@
+//! An uneven rotation of a drive, imposed at one of its shafts.
+//!
+//! The rotation of the drive as a rigid body is `θ + ψ`, with `ψ = a cos(order θ_shaft + phase)`. The torque `J ψ''` on the shaft
+//! accelerates it, where J is the inertia of all that turns with the shaft, as seen from it. A shaft of large inertia (a
+//! flywheel, the end of a bench) therefore follows ψ itself: its share of J tends to 1.
+
+use super::error::ModelError;
+use super::excitation::shaft_of;
+use super::{DriveShaft, TorqueRipple};
+use crate::structure::ModalStructure;
+use serde::Serialize;
+
+/// A participation in the rigid motions this small, relative to all of its entries, is round-off.
+const NOISE: f64 = 1e-9;
+
+/// One harmonic of an uneven rotation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ImposedMotion {
+    /// The shaft whose torque imposes it.
+    pub shaft: DriveShaft,
+    /// Multiple of that shaft's speed, > 0.
+    pub order: f64,
+    /// Amplitude a of the angle of that shaft \[rad\].
+    pub amplitude: f64,
+    /// Phase \[rad\].
+    pub phase: f64,
+}
+
+impl ImposedMotion {
+    /// The torque that imposes it while the mesh has this period \[s\]: `−J ω² a cos(ω t + phase)`.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownShaft`], [`ModelError::DoesNotTurn`] where no rigid rotation leaves all contacts alone.
+    pub(super) fn torque(
+        &self,
+        structure: &ModalStructure,
+        period: f64,
+    ) -> Result<TorqueRipple, ModelError> {
+        let (shaft, participation, cycles_per_turn) = shaft_of(structure, self.shaft)?;
+        let inertia = inertia(structure, participation).ok_or(ModelError::DoesNotTurn { shaft })?;
+        let frequency = std::f64::consts::TAU * self.order / (cycles_per_turn * period);
+        Ok(TorqueRipple {
+            shaft: self.shaft,
+            order: self.order,
+            amplitude: -inertia * frequency * frequency * self.amplitude,
+            phase: self.phase,
+        })
+    }
+}
+
+/// Inertia \[kg m²\] that a torque with this participation accelerates in the rigid motions that no contact feels; none where
+/// there are no such motions.
+fn inertia(structure: &ModalStructure, torque: &[f64]) -> Option<f64> {
+    let rigid = |column: &[f64]| -> Vec<f64> {
+        let modes = column.iter().zip(&structure.frequency);
+        modes
+            .filter(|(_, frequency)| **frequency == 0.0)
+            .map(|(part, _)| *part)
+            .collect()
+    };
+    let size = |column: &[f64]| column.iter().map(|part| part * part).sum::<f64>().sqrt();
+    // What contacts feel, as orthogonal directions of length 1.
+    let mut felt: Vec<Vec<f64>> = Vec::new();
+    let without = |felt: &[Vec<f64>], mut column: Vec<f64>| {
+        for direction in felt {
+            let along: f64 = direction.iter().zip(&column).map(|(a, b)| a * b).sum();
+            let parts = column.iter_mut().zip(direction);
+            parts.for_each(|(part, unit)| *part -= along * unit);
+        }
+        column
+    };
+    let coast = structure.coast.iter().map(|flank| &flank.mesh);
+    let further = structure.contacts.iter().map(|own| &own.participation);
+    for column in std::iter::once(&structure.mesh).chain(coast).chain(further) {
+        let rest = without(&felt, rigid(column));
+        let length = size(&rest);
+        if length > NOISE * size(column) {
+            felt.push(rest.iter().map(|part| part / length).collect());
+        }
+    }
+    let free = size(&without(&felt, rigid(torque)));
+    (free > NOISE * size(torque)).then(|| 1.0 / (free * free))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::fixtures;
+
+    /// Two inertias behind gears, whose neutral rotation is a mixture of two modes.
+    #[test]
+    fn the_inertia_is_that_of_the_whole_drive() {
+        // Pinion 2 kg m² at r = 0.1 m, wheel 3 kg m² at r = 0.2 m: modes are the single rotations.
+        let [one, two] = [2f64, 3.0].map(|inertia| 1.0 / inertia.sqrt());
+        let mesh = [0.1 * one, -0.2 * two, 0.3];
+        let structure = fixtures::structure(&[0.0, 0.0, 900.0], 0.01, &mesh, &mesh);
+        let seen = inertia(&structure, &[one, 0.0, 0.7]).unwrap();
+        assert!((seen - (2.0 + 3.0 / 4.0)).abs() < 1e-13, "{seen}");
+        let seen = inertia(&structure, &[0.0, two, 0.7]).unwrap();
+        assert!((seen - (3.0 + 2.0 * 4.0)).abs() < 1e-13, "{seen}");
+        let held = fixtures::structure(&[0.0, 900.0], 0.01, &mesh[..2], &mesh[..2]);
+        assert_eq!(inertia(&held, &[one, 0.2]), None);
+    }
+}
