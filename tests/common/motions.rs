@@ -134,6 +134,7 @@ pub fn planted(kind: Kind, seed: u64) -> Planted {
             Vec::new()
         },
         further: Vec::new(),
+        film: None,
     };
     let model = Model::new(&structure, &drive, point).unwrap();
     let mut start = model.start(&InitialState::Static);

@@ -42,6 +42,7 @@ impl Family for Stopped {
             transmission_error: Vec::new(),
             torque_ripple: Vec::new(),
             further: Vec::new(),
+            film: None,
         };
         let point = OperatingPoint {
             load: OFF,

@@ -72,6 +72,7 @@ fn drive(mesh: Vec<Division>, coast: Option<Vec<Division>>) -> Drive {
         transmission_error: Vec::new(),
         torque_ripple: Vec::new(),
         further: Vec::new(),
+        film: None,
     }
 }
 

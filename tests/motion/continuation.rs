@@ -200,6 +200,7 @@ impl Family for Pressed {
             transmission_error: Vec::new(),
             torque_ripple: Vec::new(),
             further: Vec::new(),
+            film: None,
         };
         let point = OperatingPoint { load, speed: omega };
         Model::new(&structure, &drive, point).map_err(|error| error.to_string())

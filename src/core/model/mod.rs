@@ -30,6 +30,7 @@ mod drive;
 mod equilibrium;
 mod error;
 mod excitation;
+mod film;
 mod flank_error;
 mod flank_springs;
 mod initial;
@@ -63,6 +64,7 @@ pub use drive::{
 };
 pub use error::ModelError;
 pub use excitation::{Ripple, TransmissionErrorHarmonic, turned};
+pub use film::{Film, FilmLayer};
 pub use flank_error::FlankError;
 pub use initial::{InitialState, TrajectoryState};
 pub use load_terms::{LOAD_TERMS, LoadTerm, LoadTerms};

@@ -72,6 +72,7 @@ impl DefaultDrive {
                 transmission_error: point.excitation.transmission_error.clone(),
                 torque_ripple: Vec::new(),
                 further: Vec::new(),
+                film: None,
             },
         })
     }

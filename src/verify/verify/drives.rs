@@ -158,6 +158,7 @@ pub fn quiet(half_gap: f64, levels: &[f64], ends: &[f64], damping: f64) -> Drive
         transmission_error: Vec::new(),
         torque_ripple: Vec::new(),
         further: Vec::new(),
+        film: None,
     }
 }
 
