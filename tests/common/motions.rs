@@ -135,6 +135,7 @@ pub fn planted(kind: Kind, seed: u64) -> Planted {
         },
         further: Vec::new(),
         imposed_motion: Vec::new(),
+        film: None,
     };
     let model = Model::new(&structure, &drive, point).unwrap();
     let mut start = model.start(&InitialState::Static);

@@ -43,6 +43,7 @@ impl Family for Stopped {
             torque_ripple: Vec::new(),
             further: Vec::new(),
             imposed_motion: Vec::new(),
+            film: None,
         };
         let point = OperatingPoint {
             load: OFF,

@@ -73,6 +73,7 @@ fn drive(mesh: Vec<Division>, coast: Option<Vec<Division>>) -> Drive {
         torque_ripple: Vec::new(),
         further: Vec::new(),
         imposed_motion: Vec::new(),
+        film: None,
     }
 }
 

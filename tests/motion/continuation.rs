@@ -201,6 +201,7 @@ impl Family for Pressed {
             torque_ripple: Vec::new(),
             further: Vec::new(),
             imposed_motion: Vec::new(),
+            film: None,
         };
         let point = OperatingPoint { load, speed: omega };
         Model::new(&structure, &drive, point).map_err(|error| error.to_string())

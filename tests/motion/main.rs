@@ -43,6 +43,7 @@ mod dynamics;
 mod events;
 mod exponents;
 mod extended;
+mod film;
 mod flank_error;
 mod followed;
 mod fuzz_drives;

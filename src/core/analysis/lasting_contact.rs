@@ -14,7 +14,7 @@
 
 use super::modal_series::{ModalMotion, Series, TERMS, padded};
 use super::norm::EnergyNorm;
-use crate::model::{Model, Release, TrajectoryState};
+use crate::model::{Model, TrajectoryState};
 use crate::numerics::legendre::{evaluate, transforms24};
 use crate::numerics::linalg::{eigenpair, eigenvalues, solve};
 use crate::propagate::{Counters, Event, Kernel, Observer, Window};
@@ -253,10 +253,15 @@ impl Observer for Margins<'_> {
         let mut components = vec![[None; 2]; model.modes()];
         let mut all = Vec::with_capacity(model.contacts.len());
         for (index, contact) in model.contacts.iter().enumerate() {
+            if model.is_passed(index, window.contact) {
+                // It cannot act before what has passed it opens.
+                all.push([0.0; TERMS]);
+                continue;
+            }
             let segment = &window.segments[index];
             let closed = window.closed.iter().find(|closed| closed.contact == index);
             if let Some(closed) = closed
-                && contact.release == Release::Force
+                && contact.release.is_by_force()
             {
                 let margin = padded(closed.force).map(|force| contact.side * force);
                 note(&mut self.least, index, &margin);

@@ -5,7 +5,7 @@ use super::contact::base_cycles;
 use super::direction::Directions;
 use super::error::{ModelError, positive};
 use super::{
-    Block, Contact, Division, Drive, MOST_CONTACTS, MeshCycle, MeshHarmonic, Release, Slider,
+    Block, Contact, Division, Drive, FilmLayer, MOST_CONTACTS, MeshCycle, MeshHarmonic, Release, Slider,
     TransmissionErrorHarmonic,
 };
 use super::{bearing, flank_springs, one_set, structure_contacts};
@@ -109,10 +109,38 @@ impl Assembly<'_> {
                     half_gap: drive.half_gap,
                     cycles: vec![cycle],
                     release: release(drive.release, damping),
+                    band: f64::INFINITY,
+                }),
+            );
+        }
+        for layer in self.film_layers() {
+            let cycle = |side: &Side, mesh: &[Division], directions: &mut Directions| {
+                let oil: Vec<Division> = mesh.iter().map(Division::without_spring).collect();
+                self.cycle(side, &oil, layer.damping, directions)
+            };
+            let on_drive = cycle(&drive_side, &on_drive[0], directions);
+            let on_coast = match &coast {
+                None => on_drive.clone(),
+                Some((side, springs)) => cycle(side, &springs[0], directions),
+            };
+            let [from, to] = layer.distance;
+            contacts.extend(
+                [(1.0, on_drive), (-1.0, on_coast)].map(|(side, cycle)| Contact {
+                    side,
+                    half_gap: drive.half_gap - from,
+                    cycles: vec![cycle],
+                    release: Release::Film,
+                    band: from - to,
                 }),
             );
         }
         Ok(contacts)
+    }
+
+    /// The layers of the film of oil.
+    fn film_layers(&self) -> Vec<FilmLayer> {
+        let film = self.drive.film.as_ref();
+        film.map_or_else(Vec::new, |film| film.layers(self.drive.half_gap))
     }
 
     /// The mesh cycle of a spring with some damping \[N s/m\].

@@ -59,14 +59,15 @@ impl Model {
     }
 
     /// Whether a contact is open, and cannot close before another one opens: one on the other side
-    /// of its line. Every contact is on its segment.
+    /// of its line, or one that a layer of a film has given way to. Every contact is on its segment.
     pub fn is_out_of_reach(&self, contact: usize, segments: &[Segment], active: ActiveSet) -> bool {
         let line = |contact: usize| self.line(&segments[contact]);
         let opposite = |other: usize| {
             let sides = [contact, other].map(|contact| self.contacts[contact].side);
             sides[0] == -sides[1] && line(contact) == line(other)
         };
-        !active.holds(contact) && active.iter().any(opposite)
+        !active.holds(contact)
+            && (active.iter().any(opposite) || self.is_passed(contact, active))
     }
 
     /// Whether such a change is anywhere in a contact's cycles.

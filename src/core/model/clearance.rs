@@ -8,6 +8,7 @@ use super::contact::Contact;
 use super::direction::Direction;
 use super::error::ModelError;
 use super::mesh::MeshCycle;
+use super::release::Release;
 
 /// Places looked at on a segment: an error has eight terms there.
 const PLACES: usize = 32;
@@ -26,8 +27,9 @@ pub(super) fn has_room(contacts: &[Contact], directions: &[Direction]) -> Result
         contact.half_gap + bounds.fold(f64::INFINITY, f64::min)
     };
     let bounds: Vec<f64> = contacts.iter().map(least).collect();
-    for (i, one) in contacts.iter().enumerate() {
-        let facing = (contacts.iter().enumerate().skip(i + 1)).filter(|(_, c)| c.side != one.side);
+    let solid = || (contacts.iter().enumerate()).filter(|(_, own)| own.release != Release::Film);
+    for (i, one) in solid() {
+        let facing = solid().filter(|(j, c)| *j > i && c.side != one.side);
         for (_, other) in facing.filter(|(j, _)| bounds[i] + bounds[*j] < 0.0) {
             let count = one.cycles.len().max(other.cycles.len());
             for cycle in 0..count {

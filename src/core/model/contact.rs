@@ -170,6 +170,8 @@ pub struct Contact {
     pub cycles: Vec<MeshCycle>,
     /// When it lets go. Without a damper both laws are one, and it is [`Release::Deflection`].
     pub release: Release,
+    /// Depth from which the next layer of a film acts in its place \[m\]; infinite of other contacts.
+    pub band: f64,
 }
 
 /// Mesh cycles after which all of some contacts are as they were.
@@ -210,8 +212,10 @@ impl Contact {
     /// no memory: what has let go without coming free is compressed, and its damper would pull.
     pub fn closes(&self, segment: &Segment, time: f64, deflection: f64, rate: f64) -> bool {
         let pushes = || self.side * self.force(segment, time, deflection, rate) > 0.0;
-        self.is_reached(deflection, rate, self.gap(segment, time))
+        let gap = self.gap(segment, time);
+        self.is_reached(deflection, rate, gap)
             && (self.release == Release::Deflection || pushes())
+            && self.side * deflection - gap[0] < self.band
     }
 
     /// Whether a deflection and its rate have reached its surface, for its gap and the gap's rate; on
@@ -251,6 +255,7 @@ mod tests {
             half_gap: 10e-6,
             cycles: vec![MeshCycle::new(1e-3, &[division], &[0], 1000.0)],
             release,
+            band: f64::INFINITY,
         }
     }
 

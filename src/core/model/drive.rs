@@ -2,6 +2,7 @@
 
 use super::error::{ModelError, positive};
 use super::{FlankError, ImposedMotion, MeshHarmonic, Release, STIFFNESS_TERMS, Stiffness};
+use super::{Film, FlankError, MeshHarmonic, Release, STIFFNESS_TERMS, Stiffness};
 use crate::numerics::quadrature::GaussLegendre;
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -37,6 +38,8 @@ pub struct Drive {
     pub friction: f64,
     /// When contacts let go, further ones included.
     pub release: Release,
+    /// The film of oil on both flanks, if any.
+    pub film: Option<Film>,
     /// The coast flank; none where it is the drive flank's own line, pushed from behind.
     pub coast: Option<CoastFlank>,
     /// Transmission error that is imposed, `e(φ) = Σ amplitude cos(2π harmonic φ + phase)`, φ the
@@ -58,6 +61,7 @@ impl Drive {
             damping: 0.0,
             friction: 0.0,
             release: Release::Deflection,
+            film: None,
             coast: None,
             transmission_error: Vec::new(),
             torque_ripple: Vec::new(),
@@ -116,6 +120,15 @@ impl Division {
             error: FlankError::NONE,
             load_centre: 0.0,
             friction: [1.0, 0.0],
+        }
+    }
+
+    /// The same without spring and friction.
+    pub(super) fn without_spring(&self) -> Self {
+        Self {
+            stiffness: Stiffness::constant(0.0),
+            friction: [0.0; 2],
+            ..*self
         }
     }
 

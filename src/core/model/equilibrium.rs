@@ -121,9 +121,9 @@ impl Model {
             flank = COAST_FLANK;
         }
         let modes = self.basis.turned_modes(&state);
-        let all: Vec<Standing> = (0..self.contacts.len())
-            .map(|contact| Standing::of(self, contact))
-            .collect();
+        // Oil bears nothing at rest.
+        let solid = || (0..self.contacts.len()).filter(|&contact| !self.is_of_film(contact));
+        let all: Vec<Standing> = solid().map(|own| Standing::of(self, own)).collect();
         let pushes = force.is_finite() && all[flank].side * force >= 0.0;
         let stretched = |contact: &usize| all[*contact].is_stretched(&modes);
         let bearing = (0..all.len())
@@ -131,10 +131,13 @@ impl Model {
             .fold(ActiveSet::FREE, ActiveSet::toggled);
         let alone = bearing == ActiveSet::FREE || bearing.only() == Some(flank);
         if all.len() == 2 && pushes && alone {
-            Ok(Equilibrium { state, bearing })
-        } else {
-            self.shared_equilibrium(&all, &modes)
+            return Ok(Equilibrium { state, bearing });
         }
+        let shared = self.shared_equilibrium(&all, &modes)?;
+        let bearing = (solid().enumerate())
+            .filter(|(place, _)| shared.bearing.holds(*place))
+            .fold(ActiveSet::FREE, |set, (_, contact)| set.toggled(contact));
+        Ok(Equilibrium { bearing, ..shared })
     }
 
     /// Static equilibrium with the load shared by the contacts that it closes ([`super::rest`]), sought from modal

@@ -30,6 +30,7 @@ mod drive;
 mod equilibrium;
 mod error;
 mod excitation;
+mod film;
 mod flank_error;
 mod flank_springs;
 mod imposed_motion;
@@ -64,6 +65,7 @@ pub use drive::{
 };
 pub use error::ModelError;
 pub use excitation::{Ripple, TransmissionErrorHarmonic, turned};
+pub use film::{Film, FilmLayer};
 pub use flank_error::FlankError;
 pub use imposed_motion::ImposedMotion;
 pub use initial::{InitialState, TrajectoryState};

@@ -56,6 +56,7 @@ mod tests {
             half_gap: 1e-5,
             cycles: vec![MeshCycle::new(1.0, &divisions, &vec![0; ends.len()], 0.0)],
             release: crate::model::Release::Deflection,
+            band: f64::INFINITY,
         }
     }
 

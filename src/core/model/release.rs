@@ -18,6 +18,9 @@ pub enum Release {
     Slip,
     /// Where a slip begins: the spring of a dry slider, which pulls as it pushes.
     Stick,
+    /// Where the flanks no longer approach: a layer of a film of oil, which does not pull. It gives way to the next layer
+    /// where it is squeezed to the thickness of that one.
+    Film,
 }
 
 impl Release {
@@ -27,8 +30,13 @@ impl Release {
         match self {
             Self::Deflection => true,
             Self::Force => approach > 0.0,
-            Self::Slip | Self::Stick => false,
+            Self::Slip | Self::Stick | Self::Film => false,
         }
+    }
+
+    /// Whether it lets go where its force vanishes, so that it never pulls.
+    pub fn is_by_force(self) -> bool {
+        matches!(self, Self::Force | Self::Film)
     }
 
     /// Whether it is that of a state of a dry slider.
@@ -51,6 +59,7 @@ mod tests {
             (Release::Deflection, 1e-3, true),
             (Release::Deflection, -1e-3, true),
             (Release::Slip, 1e-3, false),
+            (Release::Film, 1e-3, false),
         ] {
             assert_eq!(law.is_struck(approach), struck, "{law:?} {approach}");
         }

@@ -18,9 +18,13 @@ impl Model {
         active.iter().any(|contact| !self.is_of_slider(contact))
     }
 
-    /// The closed contacts after a contact has opened or closed: where a slip begins the spring of its slider lets go.
+    /// The closed contacts after a contact has opened or closed: where a slip begins the spring of its slider lets go, and
+    /// where a layer of a film begins, or the flank behind it, the layer before.
     pub fn toggled(&self, active: ActiveSet, contact: usize) -> ActiveSet {
-        let to = active.toggled(contact);
+        let mut to = active.toggled(contact);
+        if to.holds(contact) && self.film_layers > 0 {
+            to = to.without(self.others_of_film(contact));
+        }
         let own = |slider: &&Slider| slider.slips().contains(&contact);
         match self.sliders.iter().find(own) {
             Some(slider) => to.toggled(slider.spring()),

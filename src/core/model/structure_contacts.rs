@@ -188,6 +188,7 @@ pub(super) fn contact(
         .collect::<Vec<_>>();
     let alike = cycles.iter().all(|cycle| *cycle == cycles[0]);
     Ok(Contact {
+        band: f64::INFINITY,
         side: match law.slider {
             None | Some(SliderPart::Forwards) => 1.0,
             Some(SliderPart::Backwards) => -1.0,

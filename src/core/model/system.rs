@@ -38,10 +38,13 @@ pub struct Model {
     /// contact's is the line of the mesh deflection.
     pub lines: Vec<Line>,
     /// The one-sided contacts. The first of a gear pair are its drive flank and its coast flank; where pairs of
-    /// teeth are springs of their own, further ones of drive and coast flank follow in turn.
+    /// teeth are springs of their own, further ones of drive and coast flank follow in turn, and so do the layers of a film
+    /// of oil, the outermost first.
     pub contacts: Vec<Contact>,
-    /// How many of them are springs of the flanks.
+    /// How many of them are of the flanks: springs, then layers of the film.
     pub flank_springs: usize,
+    /// Layers of the film of oil on each flank.
+    pub film_layers: usize,
     /// Blocks that the mesh does not feel and that do not decay (rigid rotation of the
     /// whole drive).
     pub neutral: Vec<usize>,
@@ -90,7 +93,9 @@ impl Model {
     ) -> Result<Self, ModelError> {
         check_ranges(drive, point)?;
         let (basis, mut generators) = Basis::new(structure, point.speed)?;
-        let sliders = Slider::of_structure(structure, 2 * (1 + drive.further.len()));
+        let film_layers = drive.film.map_or(0, |film| film.layers);
+        let before_sliders = 2 * (1 + drive.further.len() + film_layers);
+        let sliders = Slider::of_structure(structure, before_sliders);
         let basis = basis.with_sliders(sliders.len());
         // A slider rests unless it slips.
         generators.resize(generators.len() + sliders.len(), [[0.0; 2]; 2]);
@@ -151,6 +156,7 @@ impl Model {
             lines,
             contacts,
             flank_springs,
+            film_layers,
             neutral,
             load: point.load,
             rated_input,
@@ -205,7 +211,7 @@ impl Model {
         base_cycles(&self.contacts)
     }
 
-    /// Whether a contact is a spring of the two flanks of the gear pair.
+    /// Whether a contact is of the two flanks of the gear pair: a spring, or a layer of the film.
     pub fn of_mesh(&self, contact: usize) -> bool {
         contact < self.flank_springs
     }
@@ -355,6 +361,9 @@ fn check_ranges(drive: &Drive, point: OperatingPoint) -> Result<(), ModelError> 
         drive.damping >= 0.0,
         "at least 0 N s/m",
     )?;
+    if let Some(film) = &drive.film {
+        film.check()?;
+    }
     let cycles = || {
         let coast = drive.coast.iter();
         let coast = coast.flat_map(|coast| std::iter::once(&coast.mesh).chain(&coast.further));

@@ -240,6 +240,7 @@ mod tests {
         let series = t.interpolate(&std::array::from_fn(|j| f(nodes[j])));
         let mut counters = Counters::default();
         let contacts = [1.0, -1.0].map(|side| Contact {
+            band: f64::INFINITY,
             side,
             half_gap: 1.0,
             cycles: Vec::new(),

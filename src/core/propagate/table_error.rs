@@ -47,6 +47,12 @@ pub enum TableError {
         "the kernels closed_modes and stepping cannot follow the sliders of dry hysteresis; set run.kernel = \"volterra\""
     )]
     Slider,
+    /// A film of oil.
+    #[error(
+        "the kernels closed_modes and stepping cannot follow a film of oil; set run.kernel = \"volterra\", or remove \
+         mesh.film"
+    )]
+    Film,
     /// Kept tables are not those of this model.
     #[error(
         "the kept tables have no array `{name}` that fits this model; delete the folder `tables/`, and the next run \

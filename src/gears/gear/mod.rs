@@ -15,6 +15,7 @@ mod helix;
 mod internal;
 mod involute;
 mod mean_friction;
+mod oil_film;
 mod mesh_springs;
 mod mesh_table;
 mod misalignment;
@@ -36,6 +37,7 @@ pub use helix::mesh_force_direction;
 pub use internal::{InternalError, InternalPair};
 pub use involute::{inverse_involute, involute};
 pub use mean_friction::MeanFriction;
+pub use oil_film::OilFilm;
 pub use mesh_springs::{MeshSprings, SpringPiece, SpringStretch};
 pub use mesh_table::{
     CourseAccuracy, CycleDivision, FaceLaw, MeshCourse, MeshTable, MeshTableCycle, MeshTableError,

@@ -145,7 +145,7 @@ fn own_flanks(model: &Model, closed: ActiveSet) -> [bool; 2] {
     [0, 1].map(|flank| {
         (flank..model.flank_springs)
             .step_by(2)
-            .any(|own| closed.holds(own))
+            .any(|own| closed.holds(own) && !model.is_of_film(own))
     })
 }
 

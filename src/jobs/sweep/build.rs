@@ -259,6 +259,7 @@ fn with_mesh(
         mesh,
         friction,
         release: point.mesh.release,
+        film: point.mesh.film,
         coast,
         transmission_error: error,
         torque_ripple: point.excitation.torque_ripple.clone(),

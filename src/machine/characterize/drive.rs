@@ -73,6 +73,7 @@ impl DefaultDrive {
                 torque_ripple: Vec::new(),
                 further: Vec::new(),
                 imposed_motion: Vec::new(),
+                film: None,
             },
         })
     }

@@ -157,6 +157,7 @@ mod tests {
     #[test]
     fn the_first_of_two_surfaces_is_met() {
         let contacts = [1.0, -1.0].map(|side| Contact {
+            band: f64::INFINITY,
             side,
             half_gap: 1.0,
             cycles: Vec::new(),

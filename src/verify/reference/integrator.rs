@@ -73,6 +73,9 @@ pub enum ReferenceError {
         /// The limit that was passed.
         limit: u32,
     },
+    /// The integration has no rule for it.
+    #[error("the extended integrator cannot follow a film of oil; remove mesh.film")]
+    Film,
     /// A surface is touched so closely that no arithmetic at hand tells a touch from a crossing.
     #[error("a surface is touched within the last digit in mesh cycle {cycle}")]
     Touch {
@@ -130,6 +133,7 @@ impl<'m> Reference<'m> {
             cycle: start.cycle,
             contact: start.contact,
             unladen: ActiveSet::FREE,
+            passed: ActiveSet::FREE,
             segments: self.model.segments_at(start.cycle, 0.0),
             state: Compensated::new(start.state.clone()),
             moved: Compensated::new(vec![0.0; n]),
@@ -161,6 +165,8 @@ enum Watched {
     Push,
     /// The velocity of its slider, at zero.
     Slide,
+    /// Its depth, where the next layer of its film gives way to it.
+    Depth,
 }
 
 /// An integration under way.
@@ -171,6 +177,8 @@ struct Integration<'r> {
     /// Open contacts that are compressed: they let go where their force vanished and have not come
     /// free since.
     unladen: ActiveSet,
+    /// Open layers of films that are squeezed thinner.
+    passed: ActiveSet,
     /// The segment of every contact.
     segments: Vec<Segment>,
     state: Compensated,
@@ -221,25 +229,28 @@ impl Integration<'_> {
                 self.cross(index, time, rate);
             }
         }
-        self.unladen = self.compressed(time);
+        self.find_compressed(time);
     }
 
-    /// The open contacts that a force keeps open while they are compressed.
-    fn compressed(&self, time: f64) -> ActiveSet {
+    /// Finds the open contacts that a force keeps open while they are compressed, and the layers that are passed.
+    fn find_compressed(&mut self, time: f64) {
         let model = self.reference.model;
-        let mut found = ActiveSet::FREE;
+        (self.unladen, self.passed) = (ActiveSet::FREE, ActiveSet::FREE);
         for (index, contact) in model.contacts.iter().enumerate() {
-            if contact.release == Release::Force && !self.contact.holds(index) {
-                let state = &self.state.value;
-                let segment = &self.segments[index];
-                let (deflection, _) = model.deflection_on(segment, self.cycle, state, time);
-                let [gap, _] = contact.gap(segment, time);
-                if contact.margin(true, deflection, gap) > 0.0 {
-                    found = found.toggled(index);
-                }
+            if !contact.release.is_by_force() || self.contact.holds(index) {
+                continue;
+            }
+            let state = &self.state.value;
+            let segment = &self.segments[index];
+            let (deflection, _) = model.deflection_on(segment, self.cycle, state, time);
+            let [gap, _] = contact.gap(segment, time);
+            let depth = contact.margin(true, deflection, gap);
+            if depth >= contact.band {
+                self.passed = self.passed.toggled(index);
+            } else if depth > 0.0 {
+                self.unladen = self.unladen.toggled(index);
             }
         }
-        found
     }
 
     /// What ends the present state of a contact, whichever comes first.
@@ -248,7 +259,8 @@ impl Integration<'_> {
         match (release, self.contact.holds(contact)) {
             (Release::Stick, _) => &[],
             (Release::Slip, true) => &[Watched::Slide],
-            (Release::Force, true) => &[Watched::Push],
+            (Release::Force | Release::Film, true) => &[Watched::Push],
+            (Release::Film, false) if self.passed.holds(contact) => &[Watched::Depth],
             _ if self.unladen.holds(contact) => &[Watched::Push, Watched::Deflection],
             _ => &[Watched::Deflection],
         }
@@ -259,6 +271,16 @@ impl Integration<'_> {
         let from = self.contact;
         let model = self.reference.model;
         self.contact = model.toggled(from, contact);
+        // A layer of a film that begins, or the flank, has passed all layers before it.
+        if self.contact.holds(contact) {
+            for layer in 0..model.contacts.len() {
+                if model.is_passed(layer, self.contact) {
+                    let own = ActiveSet::FREE.toggled(layer);
+                    (self.passed, self.unladen) =
+                        (self.passed.union(own), self.unladen.without(own));
+                }
+            }
+        }
         if model.is_slip(contact) {
             let at = (self.cycle, time);
             model.let_slide((from, &self.segments), at, &mut self.state.value);
@@ -357,6 +379,11 @@ impl Integration<'_> {
         let Some((_, contact, watched)) = first else {
             return Ok(None);
         };
+        if watched == Watched::Depth {
+            self.passed = self.passed.toggled(contact);
+            self.unladen = self.unladen.toggled(contact);
+            return Ok(Some(reached));
+        }
         let was_unladen = self.unladen.holds(contact);
         if was_unladen || watched == Watched::Push {
             self.unladen = self.unladen.toggled(contact);
@@ -444,6 +471,11 @@ impl Integration<'_> {
                     margin.value += round_off(model, contact, state);
                 }
                 margin
+            }
+            Watched::Depth => {
+                let motion = model.deflection_on(segment, self.cycle, state, time);
+                let [gap, opening] = own.gap(segment, time);
+                Margin::new(own.side, true, motion, [gap + own.band, opening])
             }
             Watched::Slide => {
                 let slope = self.slope(state, time);

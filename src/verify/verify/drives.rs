@@ -159,6 +159,7 @@ pub fn quiet(half_gap: f64, levels: &[f64], ends: &[f64], damping: f64) -> Drive
         torque_ripple: Vec::new(),
         further: Vec::new(),
         imposed_motion: Vec::new(),
+        film: None,
     }
 }
 

@@ -393,8 +393,8 @@ impl<'m, W: Witness> ParameterTangent<'m, W> {
         out
     }
 
-    /// δ_p − s b_p of a contact where it opens or closes, its margin there, and its direction and damping.
-    fn at_event(&self, event: &Event) -> (f64, f64, usize, f64) {
+    /// δ_p − s b_p of a contact where it opens or closes, and its margin there.
+    fn at_event(&self, event: &Event) -> (f64, f64) {
         let n = self.model.modes();
         let contact = &self.model.contacts[event.contact];
         let by = &self.by.contacts[event.contact];
@@ -434,7 +434,7 @@ impl<'m, W: Witness> ParameterTangent<'m, W> {
         }
         moved -= contact.side * (by.half_gap + segment.change_at(change, phase)[1]);
         let margin = (contact.side * deflection - gap) / self.model.half_gap;
-        (moved, margin, segment.direction, segment.damping)
+        (moved, margin)
     }
 }
 
@@ -454,21 +454,25 @@ impl<W: Witness> Observer for ParameterTangent<'_, W> {
     }
 
     fn event(&mut self, event: &Event) {
-        let (moved, margin, direction, damping) = self.at_event(event);
+        let (moved, margin) = self.at_event(event);
         if margin.abs() > ON_SURFACE {
             return;
         }
         let n = self.model.modes();
-        let sign = if event.closes() { -1.0 } else { 1.0 };
-        push(
-            &self.model.directions[direction],
-            sign * damping * moved,
-            n,
-            &mut self.state,
-        );
+        let mut jump = 0.0;
+        // Of a film one layer gives way to the next.
+        let opened = event.from.without(event.to);
+        for contact in opened.union(event.to.without(event.from)).iter() {
+            let cycle = self.model.contacts[contact].cycle(event.cycle);
+            let segment = cycle.segment_at(event.time);
+            let damping = if opened.holds(contact) { segment.damping } else { -segment.damping };
+            let direction = &self.model.directions[segment.direction];
+            push(direction, damping * moved, n, &mut self.state);
+            if self.model.of_mesh(contact) {
+                jump -= damping * event.rate;
+            }
+        }
         // The surface is reached later by −(δ_p − s b_p)/(δ' − s b').
-        let jump = -sign * damping * event.rate;
-        let jump = if self.model.of_mesh(event.contact) { jump } else { 0.0 };
         self.witness
             .jump(event.cycle, event.time, -moved / event.rate, jump);
     }

@@ -36,7 +36,7 @@ impl Sets {
     /// Those of a model.
     ///
     /// # Errors
-    /// Stiffness that varies within a segment, flanks with errors, contacts that let go by force, too many systems.
+    /// Stiffness that varies within a segment, flanks with errors, contacts that let go by force, films, too many systems.
     pub fn new(model: &Model) -> Result<Self, TableError> {
         let mut sets = Self {
             classes: Vec::new(),
@@ -48,6 +48,7 @@ impl Sets {
             match contact.release {
                 Release::Deflection => {}
                 Release::Force => return Err(TableError::Release),
+                Release::Film => return Err(TableError::Film),
                 Release::Slip | Release::Stick => return Err(TableError::Slider),
             }
             let mut classes: Vec<Class> = Vec::new();

@@ -80,6 +80,7 @@ mod tests {
 
     fn contact(side: f64, release: Release) -> Contact {
         Contact {
+            band: f64::INFINITY,
             side,
             half_gap: 1e-5,
             cycles: Vec::new(),

@@ -290,6 +290,7 @@ impl VaryingSpeed {
         let place = match found.met {
             Met::Surface | Met::Freedom => 0,
             Met::NoForce => 1,
+            Met::Band => return Ok(()),
         };
         if motion.standing[place].holds(found.contact) != found.stands {
             motion.standing[place] = motion.standing[place].toggled(found.contact);

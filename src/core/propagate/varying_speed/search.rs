@@ -23,6 +23,8 @@ pub enum Met {
     NoForce,
     /// Its surface, having let go before: nothing changes.
     Freedom,
+    /// The thickness from which on its layer of a film may act again: nothing changes.
+    Band,
 }
 
 /// What comes first.
@@ -135,7 +137,8 @@ impl VaryingSpeed {
             .map(|(d, b)| d.abs() + b.abs())
             .sum();
         let middle = own.side * motions.deflections[line][0] - law.gap[0];
-        if own.release != Release::Force && !known && inside * middle > reach + noise {
+        let pushed = own.release == Release::Force || (closed && own.release.is_by_force());
+        if !pushed && !known && inside * middle > reach + noise {
             return [None, None];
         }
         let indentation = self.indentation(contact, motions);
@@ -147,8 +150,13 @@ impl VaryingSpeed {
             met,
         };
         let compressed = !known && indentation[0] > 0.0;
-        if own.release != Release::Force || !(closed || compressed) {
+        if !own.release.is_by_force() || !(closed || compressed) {
             return [Some(surface(inside, known, Met::Surface)), None];
+        }
+        if !closed && indentation[0] > own.band + noise {
+            let mut beyond = surface(1.0, false, Met::Band);
+            beyond.margin[0] -= own.band;
+            return [Some(beyond), None];
         }
         let damping = segment.damping;
         let push = push(&indentation, law, damping, length);

@@ -472,11 +472,16 @@ impl Volterra<'_> {
 
     /// Applies the saltation matrix of an event to all tangents.
     fn apply_saltation(&self, event: &Event, workspace: &mut Workspace) {
-        let cycle = self.model.contacts[event.contact].cycle(event.cycle);
-        let segment = cycle.segment_at(event.time + SAME_TIME * cycle.period);
-        let damping = if event.closes() { segment.damping } else { -segment.damping };
-        let blocks = &self.tables.blocks[segment.direction];
-        lanes::apply_saltation(self.instructions, blocks, damping, workspace.tangents_mut());
+        // Of a film one layer gives way to the next.
+        let opened = event.from.without(event.to);
+        for contact in opened.union(event.to.without(event.from)).iter() {
+            let cycle = self.model.contacts[contact].cycle(event.cycle);
+            let segment = cycle.segment_at(event.time + SAME_TIME * cycle.period);
+            let closes = !opened.holds(contact);
+            let damping = if closes { segment.damping } else { -segment.damping };
+            let blocks = &self.tables.blocks[segment.direction];
+            lanes::apply_saltation(self.instructions, blocks, damping, workspace.tangents_mut());
+        }
     }
 }
 

@@ -40,10 +40,10 @@ pub fn can_join(model: &Model) -> bool {
     };
     let contacts = &model.contacts;
     (contacts.iter().enumerate()).any(|(i, contact)| {
-        contacts[..i].iter().any(|other| {
+        contacts[..i].iter().enumerate().any(|(j, other)| {
             let [own, others] = [contact, other].map(lines);
             let one_line = contact.cycles == other.cycles || (own.len() == 1 && own == others);
-            contact.side == other.side || !one_line
+            (contact.side == other.side || !one_line) && !model.take_turns(i, j)
         })
     })
 }

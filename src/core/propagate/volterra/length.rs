@@ -21,8 +21,9 @@ fn joint_rate(model: &Model, segments: &[&Segment]) -> f64 {
     let open = (model.blocks.iter().map(Block::fastest)).fold(0.0, f64::max);
     let count = segments.len();
     let can_join = |i: usize, j: usize| {
-        model.contacts[i].side == model.contacts[j].side
-            || model.line(segments[i]) != model.line(segments[j])
+        let one_line = model.line(segments[i]) == model.line(segments[j]);
+        let opposite = one_line && model.contacts[i].side != model.contacts[j].side;
+        !opposite && !model.take_turns(i, j)
     };
     let rows = (0..count).map(|i| {
         let [mut square, mut linear] = [0.0; 2];

@@ -139,7 +139,7 @@ impl<'m> Volterra<'m> {
                 .filter(|&contact| law(model.contacts[contact].release))
                 .fold(ActiveSet::FREE, ActiveSet::toggled)
         };
-        let never_pull = released_by(|law| law == Release::Force);
+        let never_pull = released_by(Release::is_by_force);
         Self {
             farthest: super::farthest(&model),
             tables: VolterraTables::new(&model, tolerance, instructions),

@@ -160,6 +160,9 @@ impl Volterra<'_> {
     ) -> ActiveSet {
         let mut watched = ActiveSet::FREE;
         for contact in self.never_pull.iter() {
+            if self.model.is_passed(contact, active) {
+                continue;
+            }
             let unladen = || {
                 !position.crossed.holds(contact) && {
                     let solution = &workspace.solutions[track.place_of(contact)];
@@ -248,18 +251,20 @@ impl Volterra<'_> {
             delta,
             ..
         } = indentation;
+        let band = self.model.contacts[contact].band;
+        let entered = self.enters_band(series, *noise, band, limit, counters)?;
         let free = self.exit(series, 1.0, *noise, false, limit, counters);
         let until = free.unwrap_or(limit);
         let cycle = self.model.contacts[contact].cycle(position.cycle);
         let period = cycle.period;
         let begin = position.time + SAME_TIME * period;
         let ahead = |segment: &&Segment| segment.end * period > begin;
-        let mut from = -1.0;
+        let mut from = entered;
         for segment in cycle.segments.iter().filter(ahead) {
             let end = 2.0 * (segment.end * period - position.time) / delta - 1.0;
             let to = end.min(until);
             if to <= from {
-                break;
+                continue;
             }
             let push = indentation.push(segment, [from, to], position.time, period);
             let noise = indentation.noise_of_push(segment);
@@ -275,6 +280,30 @@ impl Volterra<'_> {
         let rest = transforms24().restrict(series, free, limit);
         let x = self.exit(&rest, -1.0, *noise, true, 1.0, counters)?;
         Some((free + 0.5 * (limit - free) * (x + 1.0), Place::Surface))
+    }
+
+    /// Where an unladen contact is shallow enough to act, up to `limit`: where the window starts, unless it is a layer of a film
+    /// that is squeezed thinner.
+    fn enters_band(
+        &self,
+        depth: &Series,
+        noise: f64,
+        band: f64,
+        limit: f64,
+        counters: &mut Counters,
+    ) -> Option<f64> {
+        if band.is_infinite() {
+            return Some(-1.0);
+        }
+        let mut beyond = *depth;
+        beyond[0] -= band;
+        if beyond[0] > legendre::variation(&beyond) + noise {
+            return None;
+        }
+        if legendre::at_start(&beyond) < 0.0 {
+            return Some(-1.0);
+        }
+        self.exit(&beyond, 1.0, noise, false, limit, counters)
     }
 
     /// Where `sign` times a series of some round-off turns negative, up to `limit`; `known` says

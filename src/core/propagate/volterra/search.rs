@@ -94,7 +94,11 @@ impl Volterra<'_> {
                         middle += if closed { -gap_error[0] } else { gap_error[0] };
                         bound += legendre::variation(gap_error);
                     }
-                    settled &= !crossed && middle > bound;
+                    let stays = !crossed && middle > bound;
+                    if stays && self.model.is_of_film(contact) {
+                        continue;
+                    }
+                    settled &= stays;
                     guards[count] = Guard {
                         margin,
                         crossed,
@@ -133,13 +137,15 @@ impl Volterra<'_> {
         margin.scale * solution.deflection[0] + margin.shift > solution.variation + noise
     }
 
-    /// Whether an open contact is out of reach while one on the other side of its line is closed.
+    /// Whether an open contact is out of reach while one on the other side of its line is closed, or a thinner layer of its
+    /// film.
     fn is_behind(&self, contact: usize, others: &[usize], active: ActiveSet) -> bool {
         let contacts = &self.model.contacts;
         let opposite = |other: &usize| {
             active.holds(*other) && contacts[*other].side == -contacts[contact].side
         };
-        !active.holds(contact) && others.iter().any(opposite)
+        !active.holds(contact)
+            && (others.iter().any(opposite) || self.model.is_passed(contact, active))
     }
 
     /// Gap errors of contacts over a window; `None` for contacts that never have one.

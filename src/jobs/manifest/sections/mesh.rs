@@ -4,6 +4,7 @@ use super::backlash::{self, Surroundings};
 use super::coast;
 use super::contact_law;
 use super::drawn_mesh;
+use super::film;
 use super::friction;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{self, Section};
@@ -83,6 +84,7 @@ pub(super) fn read(
     });
     let coast = coast::read(section, issues, drive, laws);
     let release = section.choice_or_default(issues, "release");
+    let film = film::read(section, issues, drive);
     let (half_gap, stiffness) = (half_gap?, stiffness?);
     backlash::check_scale(section, issues, drive, half_gap, &stiffness)?;
     Some(MeshSpec {
@@ -97,6 +99,7 @@ pub(super) fn read(
             "force" => Release::Force,
             _ => Release::Deflection,
         },
+        film: film?,
     })
 }
 

@@ -10,6 +10,7 @@ mod covariant;
 mod drawn_mesh;
 mod drive_kind;
 mod excitation;
+mod film;
 mod flank_points;
 mod friction;
 mod gear;
@@ -134,6 +135,7 @@ pub(super) fn resolve(
         Child::Invalid => None,
     };
     sliders::check(root, issues, model.as_ref());
+    film::check(root, issues, mesh.as_ref());
     slices::check_reduction(root, issues, model.as_ref(), mesh.as_ref());
     let retained = model.as_ref().map(|model| model.retained);
     let run = run::read(root, issues, retained);

@@ -2,7 +2,7 @@
 
 use super::drive_kind::DriveKind;
 use super::shafts::{Elastic, ShaftSet};
-use super::{Context, friction, gear, mesh, shafts, train, unfelt};
+use super::{Context, film, friction, gear, mesh, shafts, train, unfelt};
 use crate::gear::GearPair;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::modal_file;
@@ -202,22 +202,27 @@ fn modal(
     })
 }
 
-/// Whether `[mesh]` takes its stiffness or its friction from the drawing of the gears.
+/// Whether `[mesh]` takes its stiffness, its friction or its film of oil from the drawing of the gears.
 fn mesh_wants_gears(root: &Section, issues: &mut Issues) -> bool {
     match root.child(issues, "mesh") {
-        Child::Present(section) => mesh::wants_gears(&section) || friction::wants_gears(&section),
+        Child::Present(section) => mesh::wants_gears(&section) || beside_mesh(&section),
         _ => false,
     }
 }
 
-/// The drawing that a mesh table or the law of friction needs where the structure comes from a modal file.
+/// Whether friction or a film of oil needs the drawing.
+fn beside_mesh(mesh: &Section) -> bool {
+    friction::wants_gears(mesh) || film::wants_gears(mesh)
+}
+
+/// The drawing that a mesh table, the law of friction or a film of oil needs where the structure comes from a modal file.
 pub(super) fn gears_beside_modes(
     root: &Section,
     mesh: &Section,
     issues: &mut Issues,
 ) -> Option<GearPair> {
-    // That friction lacks its drawing is said where friction is read.
-    let needed = mesh::wants_gears(mesh) || friction::wants_gears(mesh) && root.has("gear");
+    // That friction or a film lack their drawing is said where these are read.
+    let needed = mesh::wants_gears(mesh) || beside_mesh(mesh) && root.has("gear");
     if !(is_kind(root, "modal") && needed) {
         return None;
     }
@@ -232,8 +237,7 @@ pub(super) fn is_drawn(root: &Section, mesh: &Section, sound: bool) -> bool {
     if is_kind(root, "train") {
         return in_train;
     }
-    let looked_at =
-        !is_kind(root, "modal") || mesh::wants_gears(mesh) || friction::wants_gears(mesh);
+    let looked_at = !is_kind(root, "modal") || mesh::wants_gears(mesh) || beside_mesh(mesh);
     root.has("gear") && looked_at || in_train
 }
 

@@ -4,8 +4,17 @@ use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::spec::ModelSpec;
 
-/// Keys that sliders exclude: table, key, values of the key (none for all), why, what to do.
-const EXCLUDED: [(&str, &str, &[&str], &str, &str); 3] = [
+/// A key that is excluded: table, key, values of the key (none for all), why, what to do.
+pub(super) type Excluded = (
+    &'static str,
+    &'static str,
+    &'static [&'static str],
+    &'static str,
+    &'static str,
+);
+
+/// Keys that sliders exclude.
+const EXCLUDED: [Excluded; 3] = [
     (
         "run",
         "kernel",
@@ -32,10 +41,14 @@ const EXCLUDED: [(&str, &str, &[&str], &str, &str); 3] = [
 /// Reports what the sliders of a model exclude.
 pub(super) fn check(root: &Section, issues: &mut Issues, model: Option<&ModelSpec>) {
     let sliders = model.map_or(0, |model| model.source.sliders());
-    if sliders == 0 {
-        return;
+    if sliders > 0 {
+        exclude(root, issues, &EXCLUDED, &format!("not with {sliders} dry sliders"));
     }
-    for (table, key, values, why, remedy) in EXCLUDED {
+}
+
+/// Reports which of the excluded keys are given.
+pub(super) fn exclude(root: &Section, issues: &mut Issues, keys: &[Excluded], label: &str) {
+    for &(table, key, values, why, remedy) in keys {
         let Child::Present(section) = root.child(issues, table) else {
             continue;
         };
@@ -51,7 +64,7 @@ pub(super) fn check(root: &Section, issues: &mut Issues, model: Option<&ModelSpe
                     &section.path_of(key),
                     format!("`{}` {why}", section.path_of(key)),
                 )
-                .label(format!("not with {sliders} dry sliders"))
+                .label(label)
                 .remedy(remedy),
             );
         }

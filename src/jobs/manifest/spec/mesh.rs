@@ -1,7 +1,7 @@
 //! The resolved gear mesh.
 
 use crate::gear::{CycleDivision, EvenSharing, GearError, GearPair, MeanFriction, MeshTableSpec};
-use crate::model::{Release, StiffnessHarmonic};
+use crate::model::{Film, Release, StiffnessHarmonic};
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -27,6 +27,9 @@ pub struct MeshSpec {
     pub coast: CoastSpec,
     /// When contacts let go.
     pub release: Release,
+    /// The film of oil, if any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub film: Option<Film>,
 }
 
 /// Coulomb friction coefficient μ_f.

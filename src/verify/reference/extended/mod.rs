@@ -127,12 +127,15 @@ impl<'m> Extended<'m> {
     ///
     /// # Errors
     /// [`ReferenceError`] where the state becomes non-finite, the contact chatters, or a
-    /// surface is touched within the last digit, so that no sequence of events is certain.
+    /// surface is touched within the last digit, so that no sequence of events is certain; or for a film of oil.
     pub fn advance(
         &self,
         start: &TrajectoryState,
         cycles: u64,
     ) -> Result<ExtendedPassage, ReferenceError> {
+        if self.model.film_layers > 0 {
+            return Err(ReferenceError::Film);
+        }
         let mut integration = Integration {
             extended: self,
             cycle: start.cycle,

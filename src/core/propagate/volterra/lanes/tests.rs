@@ -584,6 +584,7 @@ fn every_set_finds_the_same_crossing() {
     let deflection = rule.interpolate(&std::array::from_fn(|j| rise(nodes[j])));
     let exact = 2.0 * (1.0f64 / 1.5).asin() - 1.0;
     let contacts = [1.0, -1.0].map(|side| Contact {
+        band: f64::INFINITY,
         side,
         half_gap: 1.0,
         cycles: Vec::new(),

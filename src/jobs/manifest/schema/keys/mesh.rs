@@ -121,6 +121,19 @@ pub(super) const KEYS: &[Key] = &[
                 spring and damper falls to zero, so the contact never pulls. If the flanks have not separated, \
                 contact closes again when this force rises to zero. run.kernel = \"closed_modes\" requires \
                 `deflection`."),
+    table("mesh.film")
+        .about("The oil that approaching flanks squeeze out of their gap: F = 3 sqrt(2) pi viscosity L (R/h)^1.5 (-h'), of a \
+                full film of thickness h between cylinders with the radii of curvature at the pitch point. Separating \
+                flanks have no film, and neither have closed ones. Needs [gear] and run.kernel = \"volterra\" or \"auto\"."),
+    quantity("mesh.film.viscosity", Viscosity, bounds(1e-4, false, 10.0, false), r#""20 mPa*s""#)
+        .about("Dynamic viscosity of the oil at its operating temperature."),
+    quantity("mesh.film.thickness", Length, bounds(1e-8, true, 1e-2, false), r#""80 um""#).or(r#""50 um""#)
+        .about("Thickness at which the film begins to act. It begins at the middle of the gap if the gap is narrower."),
+    quantity("mesh.film.least_thickness", Length, bounds(1e-9, false, 1e-4, false), r#""0.5 um""#).or(r#""1 um""#)
+        .about("Thickness at which the flanks touch: about the height of their roughness."),
+    integer("mesh.film.layers", 1.0, 20.0, "8").or("5")
+        .about("Number of layers of constant damping that replace the law. The speed lost through a layer is exact if no \
+                other force acts. The error of the place where flanks stop falls with the square of this number."),
     choice("mesh.coast_flank", &["mirrored", "same_line"], r#""same_line""#)
         .otherwise(r#""mirrored", or "same_line" if a modal file has no participations of the coast flanks"#)
         .about("Line of action of the coast flanks. `mirrored`: the line of action of the drive flanks, mirrored \

@@ -1,0 +1,214 @@
+//! Which force has the oil between flanks that approach, and which contacts carry it?
+//!
+//! A full film between two cylinders in line contact is squeezed out with the force
+//!
+//! ```text
+//! F = C h^(−3/2) (−h'),     C = 3√2 π η L R^(3/2),     1/R = 1/ρ₁ + 1/ρ₂
+//! ```
+//!
+//! of its thickness h: an iso-viscous oil of viscosity η, length of contact L, radii ρ, no side leakage, no entraining motion.
+//! The film is full on both sides of the line of contact; models that take half of it (Rahnejat & Gohar 1985) have half of
+//! the force. A film that is drawn apart cavitates, and does not pull. The flanks touch where the film has its smallest thickness. Layers replace the law: in each of them the damping is the mean
+//! of `C h^(−3/2)` over the thickness, so that the speed lost through a layer, `∫ c dh / m`, is exact where no other force acts.
+//! Each layer is a contact without a spring, which acts from its own gap to that of the next layer. Closed flanks have no film.
+//!
+//! The force is the integral of Reynolds' equation over the parabola `h + x²/2R`.
+
+use super::contact::ActiveSet;
+use super::error::{ModelError, positive};
+use super::{COAST_FLANK, Model, Release};
+use serde::Serialize;
+use std::f64::consts::{PI, SQRT_2};
+
+/// Most layers of a film.
+const MOST_LAYERS: usize = 20;
+
+/// A film of oil between the flanks of a mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Film {
+    /// C \[N s √m\]: the damping is `C h^(−3/2)`.
+    pub coefficient: f64,
+    /// Thickness at which it begins to act, and at which the flanks touch \[m\].
+    pub thickness: [f64; 2],
+    /// Number of its layers.
+    pub layers: usize,
+}
+
+/// A layer of a film.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FilmLayer {
+    /// Distance of the flanks where it begins, and where the next one does \[m\].
+    pub distance: [f64; 2],
+    /// Damping coefficient \[N s/m\].
+    pub damping: f64,
+}
+
+impl Film {
+    /// C \[N s √m\] of an oil of some viscosity \[Pa s\] between cylinders of an equivalent radius R and a length \[m\].
+    pub fn squeezed(viscosity: f64, radius: f64, length: f64) -> f64 {
+        3.0 * SQRT_2 * PI * viscosity * length * radius.powf(1.5)
+    }
+
+    /// Damping coefficient at a thickness \[m\], `C h^(−3/2)` \[N s/m\].
+    pub fn damping(&self, thickness: f64) -> f64 {
+        self.coefficient * thickness.powf(-1.5)
+    }
+
+    /// Its layers between flanks that are half a gap \[m\] from the middle, the outermost first: their thicknesses are a
+    /// geometric sequence. None begins beyond the middle.
+    pub fn layers(&self, half_gap: f64) -> Vec<FilmLayer> {
+        let [widest, least] = self.thickness;
+        let widest = widest.min(least + half_gap);
+        let count = self.layers as f64;
+        let border = |i: usize| widest * (least / widest).powf(i as f64 / count);
+        (0..self.layers)
+            .map(|i| {
+                let [from, to] = [border(i), if i + 1 == self.layers { least } else { border(i + 1) }];
+                let squeezed = 2.0 * self.coefficient * (to.sqrt().recip() - from.sqrt().recip());
+                FilmLayer {
+                    distance: [from, to].map(|h| (h - least).clamp(0.0, half_gap)),
+                    damping: squeezed / (from - to),
+                }
+            })
+            .collect()
+    }
+
+    /// Refuses a film with a value out of its range.
+    pub(super) fn check(&self) -> Result<(), ModelError> {
+        let [widest, least] = self.thickness;
+        let c = self.coefficient;
+        positive("coefficient of the film", c, c > 0.0, "above 0 N s m^0.5")?;
+        positive("thickness of the film", least, least > 0.0, "above 0 m")?;
+        let (name, accepted) = ("largest thickness of the film", "above the smallest");
+        positive(name, widest, widest > least, accepted)?;
+        let fits = (1..=MOST_LAYERS).contains(&self.layers);
+        positive("layers of the film", self.layers as f64, fits, "from 1 to 20")
+    }
+}
+
+impl Model {
+    /// Whether a contact is a layer of the film.
+    pub fn is_of_film(&self, contact: usize) -> bool {
+        self.contacts[contact].release == Release::Film
+    }
+
+    /// The flank whose film a contact bounds: of a layer and of the flank itself; none where there is no film.
+    fn film_of(&self, contact: usize) -> Option<usize> {
+        let first = self.flank_springs - 2 * self.film_layers;
+        match contact {
+            _ if self.film_layers == 0 => None,
+            0..=COAST_FLANK => Some(contact),
+            _ if self.is_of_film(contact) => Some((contact - first) % 2),
+            _ => None,
+        }
+    }
+
+    /// The other contacts of the film that a contact bounds: never closed together with it.
+    pub(super) fn others_of_film(&self, contact: usize) -> ActiveSet {
+        let first = self.flank_springs - 2 * self.film_layers;
+        let Some(flank) = self.film_of(contact) else {
+            return ActiveSet::FREE;
+        };
+        let layers = (first + flank..self.flank_springs).step_by(2);
+        let all = layers.chain([flank]);
+        (all.filter(|other| *other != contact)).fold(ActiveSet::FREE, ActiveSet::toggled)
+    }
+
+    /// Whether two contacts are of one film, so that they are never closed together.
+    pub fn take_turns(&self, one: usize, other: usize) -> bool {
+        one != other && self.film_of(one).is_some_and(|own| self.film_of(other) == Some(own))
+    }
+
+    /// Whether a contact is a layer of a film that is thinner: a layer behind it is closed, or the flank.
+    pub fn is_passed(&self, contact: usize, active: ActiveSet) -> bool {
+        let behind = |other: usize| {
+            self.take_turns(contact, other) && (other > contact || other <= COAST_FLANK)
+        };
+        self.film_layers > 0 && self.is_of_film(contact) && active.iter().any(behind)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::model::{Drive, fixtures};
+
+    /// Viscosity 0.05 Pa s, length 20 mm, R 12.8 mm.
+    fn film(layers: usize) -> Film {
+        Film {
+            coefficient: Film::squeezed(0.05, 12.8e-3, 20e-3),
+            thickness: [50e-6, 1e-6],
+            layers,
+        }
+    }
+
+    /// Worked figures of the closed form.
+    #[test]
+    fn the_film_of_two_cylinders_has_its_closed_form() {
+        let film = film(5);
+        assert!((film.coefficient / 1.93019e-5 - 1.0).abs() < 1e-5);
+        for (thickness, damping) in [(50e-6, 54.6), (10e-6, 610.0), (2e-6, 6824.0), (1e-6, 19302.0)] {
+            assert!((film.damping(thickness) / damping - 1.0).abs() < 1e-3);
+        }
+    }
+
+    /// The layers follow one another down to the flank, and lose together what the law loses.
+    #[test]
+    fn layers_lose_the_speed_of_the_law() {
+        for layers in [1, 3, 8] {
+            let film = film(layers);
+            let found = film.layers(100e-6);
+            let lost: f64 = (found.iter())
+                .map(|own| own.damping * (own.distance[0] - own.distance[1]))
+                .sum();
+            let exact = 2.0 * film.coefficient * (1e-6_f64.powf(-0.5) - 50e-6_f64.powf(-0.5));
+            assert!((lost / exact - 1.0).abs() < 1e-12, "{layers}: {lost} {exact}");
+            assert!((found[0].distance[0] - 49e-6).abs() < 1e-19);
+            assert_eq!(found[layers - 1].distance[1], 0.0);
+            for pair in found.windows(2) {
+                assert!((pair[0].distance[1] - pair[1].distance[0]).abs() < 1e-20);
+                assert!(pair[0].damping < pair[1].damping);
+            }
+        }
+        let narrow = film(4).layers(10e-6);
+        assert_eq!(narrow[0].distance[0], 10e-6);
+    }
+
+    /// The layers of one flank and the flank take turns; a passed one is thinner than it was.
+    #[test]
+    fn layers_of_a_flank_take_turns() {
+        let drive = Drive {
+            film: Some(film(3)),
+            ..fixtures::two_level_mesh(1e-5)
+        };
+        let structure = fixtures::structure(&[0.0, 900.0], 0.01, &[0.9, 0.4], &[0.9, 0.4]);
+        let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+        assert_eq!((model.contacts.len(), model.flank_springs), (8, 8));
+        let set = |contacts: &[usize]| contacts.iter().fold(ActiveSet::FREE, |s, &c| s.toggled(c));
+        assert_eq!(model.toggled(set(&[2]), 4), set(&[4]));
+        assert_eq!(model.toggled(set(&[6]), 0), set(&[0]));
+        assert_eq!(model.toggled(set(&[0]), 0), ActiveSet::FREE);
+        assert_eq!(model.toggled(set(&[4, 3]), 6), set(&[6, 3]));
+        assert!(model.is_passed(2, set(&[4])) && model.is_passed(6, set(&[0])));
+        assert!(!model.is_passed(4, set(&[2])) && !model.is_passed(3, set(&[0])));
+        assert!(!model.is_passed(0, set(&[6])));
+        // The flanks bear the load, not the oil.
+        assert!(model.bearing_contacts().iter().all(|own| own < 2));
+    }
+
+    #[test]
+    fn films_out_of_range_are_refused() {
+        let structure = fixtures::one_mode(3000.0);
+        let made = |film: Film| {
+            let drive = Drive { film: Some(film), ..fixtures::constant_mesh(1e-5, 4e8) };
+            Model::new(&structure, &drive, fixtures::strong_rattle()).map(|_| ())
+        };
+        assert_eq!(made(film(5)), Ok(()));
+        let thin = Film { thickness: [1e-6, 1e-6], ..film(5) };
+        let dry = Film { coefficient: 0.0, ..film(5) };
+        for wrong in [thin, dry, film(0), film(21), Film { thickness: [5e-6, 0.0], ..film(5) }] {
+            assert!(matches!(made(wrong), Err(ModelError::OutOfRange { .. })), "{wrong:?}");
+        }
+    }
+}
