@@ -14,6 +14,7 @@ from ._map import CycleMap, Image
 from ._motion import Structure, Trace, structure, trace
 from ._results import Results, open
 from ._run import Progress, follow, run
+from ._samples import probability, quantiles, rattles, sobol_indices
 from ._table import Table
 
 __all__ = [
@@ -36,7 +37,11 @@ __all__ = [
     "follow",
     "load",
     "open",
+    "probability",
+    "quantiles",
+    "rattles",
     "run",
+    "sobol_indices",
     "structure",
     "trace",
 ]

@@ -117,6 +117,8 @@ class Table:
         values. Missing points are NaN (or None). For a sweep in both directions (`grid.order = "both"`), choose
         `direction="up"` or `"down"`."""
         axes: list[str] = json.loads(self.metadata["axes"])
+        if "samples" in self.metadata:
+            raise ValueError("samples of distributions are no grid; use gearatlas.quantiles, or the columns themselves")
         values = self[name]
         if values.ndim != 1:
             raise ValueError(f"column `{name}` contains lists; choose a column of single values")

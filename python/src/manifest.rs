@@ -5,8 +5,9 @@ use crate::point::Point;
 use crate::table::{Table, with_unit};
 use crate::toml_values::{text_of, value_text};
 use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray, UInt64Array};
-use arrow_schema::{DataType, Schema};
+use arrow_schema::{DataType, Metadata, Schema};
 use gearatlas::manifest::{self, Job, ManifestErrors, ManifestText};
+use gearatlas::sweep::sample_columns;
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
@@ -126,7 +127,8 @@ impl Manifest {
         self.job.points.len()
     }
 
-    /// The grid: `point_id`, the value of every axis, and `direction` where states are carried.
+    /// The grid: `point_id`, the value of every axis, `sample` where some are distributions, and `direction` where states
+    /// are carried.
     fn grid(&self, py: Python<'_>) -> PyResult<Table> {
         py.detach(|| self.listed())
             .map_err(|error| PyValueError::new_err(error.to_string()))
@@ -168,6 +170,16 @@ impl Manifest {
             ));
             columns.push(Arc::new(values));
         }
+        let mut told = Metadata::default();
+        if let Some(samples) = sample_columns(job) {
+            let rows: UInt64Array = points.iter().map(|own| samples.row(own.point_id)).collect();
+            let about = "Row of the design of the axes that are distributions, from 0";
+            fields.push(with_unit("sample", DataType::UInt64, "1", about));
+            columns.push(Arc::new(rows));
+            let axes: Vec<&str> = job.axes.iter().map(manifest::Axis::name).collect();
+            told.insert("axes".to_owned(), serde_json::json!(axes).to_string());
+            told.insert("samples".to_owned(), serde_json::json!(samples).to_string());
+        }
         if job.carried.is_some() {
             let ways = points
                 .iter()
@@ -180,7 +192,7 @@ impl Manifest {
             ));
             columns.push(Arc::new(ways.collect::<StringArray>()));
         }
-        let schema = Arc::new(Schema::new(fields));
+        let schema = Arc::new(Schema::new(fields).with_metadata(told));
         let batch = RecordBatch::try_new(schema.clone(), columns)?;
         Ok(Table::new(schema, vec![batch]))
     }

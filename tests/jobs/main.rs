@@ -43,6 +43,7 @@ mod refined;
 mod retry;
 mod run;
 mod run_up;
+mod samples;
 mod store_sample;
 mod stream;
 mod sweep;

@@ -275,6 +275,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         })),
         horizon: false,
         refined: None,
+        samples: None,
         elements: vec![(
             Listed::Output(Quantity::BearingForce),
             ["pinion 1 x", "pinion 1 y"].map(str::to_owned).to_vec(),

@@ -93,12 +93,16 @@ fn describe(job: &Job, first: &PointSpec, parts: &Prepared) -> Vec<(String, Stri
     if let Some(carried) = &job.carried {
         lines.push(("order".to_owned(), grid::order(job, carried)));
     }
+    lines.extend(grid::samples(job).map(|line| ("samples".to_owned(), line)));
     let units = job.written().axis_units();
-    for axis in &job.axes {
+    for (place, axis) in job.axes.iter().enumerate() {
         let unit = Unit::of_axis(&units, axis.name(), &axis.unit);
         let (low, high) = axis.values.ends();
-        let text = span(low * unit.factor, high * unit.factor);
-        lines.push((format!("  {}", axis.name()), unit.after(&text)));
+        let mut text = unit.after(&span(low * unit.factor, high * unit.factor));
+        if let Some(law) = grid::distribution(job, place, &unit) {
+            text += &format!(", {law}");
+        }
+        lines.push((format!("  {}", axis.name()), text));
     }
     let retained = range(
         job.points
@@ -344,6 +348,7 @@ fn job_json(name: &str, job: &Job) -> Value {
         "tied": grid::tied_json(job),
         "carried": grid::carried_json(job),
         "refine": grid::refine_json(job),
+        "samples": grid::samples_json(job),
         "model": first.as_ref().map(|p| p.model.source.kind()),
         "coast_flank": first.as_ref().map(|p| match p.mesh.coast {
             CoastSpec::SameLine => json!({ "line": "same_line" }),

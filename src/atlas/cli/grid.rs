@@ -1,6 +1,7 @@
 //! Which points does a job have, in words and for programs?
 
-use crate::manifest::{Carried, Job};
+use crate::manifest::{Carried, Design, Job, Law};
+use crate::report::{Unit, to_digits};
 use serde_json::{Value, json};
 
 /// `80 = 8 load x 10 speed`; of a refined grid what is computed in any case, and the most that may
@@ -37,7 +38,9 @@ fn counts(job: &Job, varied: &[usize]) -> Vec<String> {
     (job.dimensions.iter())
         .map(|own| {
             let names: Vec<&str> = own.axes.iter().map(|&axis| job.axes[axis].name()).collect();
-            format!("{} {}", count(own.length), names.join(" with "))
+            let names = names.join(" with ");
+            let of = if own.sampled { "samples of " } else { "" };
+            format!("{} {of}{names}", count(own.length))
         })
         .collect()
 }
@@ -82,6 +85,71 @@ pub fn tied_json(job: &Job) -> Value {
         |axes: &[usize]| -> Vec<&str> { axes.iter().map(|&axis| job.axes[axis].name()).collect() };
     let groups = job.dimensions.iter().filter(|own| own.is_tied());
     json!(groups.map(|own| names(&own.axes)).collect::<Vec<_>>())
+}
+
+/// `1000 samples of 3 distributions; 5000 rows for Sobol' indices (saltelli)`; none where nothing is drawn.
+pub fn samples(job: &Job) -> Option<String> {
+    let samples = job.samples.as_ref()?;
+    let (count, axes) = (samples.count, samples.axes.len());
+    let of = if axes == 1 {
+        "1 distribution".to_owned()
+    } else {
+        format!("{axes} distributions")
+    };
+    let rows = match samples.design {
+        Design::Sobol => String::new(),
+        Design::Saltelli => {
+            let rows = count * samples.design.rows_per_sample(axes);
+            format!("; {rows} rows of the matrices A, AB and B for Sobol' indices (saltelli)")
+        }
+    };
+    Some(format!(
+        "{count} Sobol' points of {of}, scrambled by seed {}{rows}",
+        job.seed
+    ))
+}
+
+/// `normal, mean 80, standard deviation 10, from 60 to 100 um` of a drawn axis, values times `unit`.
+pub fn distribution(job: &Job, axis: usize, unit: &Unit) -> Option<String> {
+    let drawn = job.samples.as_ref()?.axes.iter();
+    let (_, distribution) = drawn.into_iter().find(|(own, _)| *own == axis)?;
+    let number = |value: f64| to_digits(value * unit.factor, 4);
+    let law = match &distribution.law {
+        Law::Normal { mean, deviation } => {
+            format!(
+                "mean {}, standard deviation {}",
+                number(*mean),
+                number(*deviation)
+            )
+        }
+        Law::Lognormal { median, deviation } => format!(
+            "median {}, standard deviation of the logarithm {}",
+            number(*median),
+            to_digits(*deviation, 4)
+        ),
+        Law::Uniform { low, high } => format!("{} to {}", number(*low), number(*high)),
+        Law::Empirical(values) => format!("{} values", values.len()),
+    };
+    let limits = distribution.truncate.map_or(String::new(), |[low, high]| {
+        format!(", truncated at {} and {}", number(low), number(high))
+    });
+    Some(format!("{} ({law}{limits})", distribution.law.name()))
+}
+
+/// How values are drawn; null where none are.
+pub fn samples_json(job: &Job) -> Value {
+    json!(job.samples.as_ref().map(|samples| json!({
+        "design": samples.design.name(),
+        "samples": samples.count,
+        "rows": samples.count * samples.design.rows_per_sample(samples.axes.len()),
+        "distributions": (samples.axes.iter())
+            .map(|(axis, own)| json!({
+                "axis": job.axes[*axis].name(),
+                "law": own.law,
+                "truncate": own.truncate,
+            }))
+            .collect::<Vec<_>>(),
+    })))
 }
 
 /// How the grid is refined; null where it is not. `points` is then the most there can be.

@@ -57,11 +57,12 @@ fn unreadable(path: &Path, why: &dyn ToString) -> FmuError {
 }
 
 /// Where a file that a key names lies.
-fn place(key: &str) -> &'static str {
+fn place(key: &str) -> String {
     match key {
-        "model.file" => "files/modes.toml",
-        "grid.points" => "files/points.csv",
-        _ => "files/housing.toml",
+        "model.file" => "files/modes.toml".to_owned(),
+        "grid.points" => "files/points.csv".to_owned(),
+        key if key.starts_with("grid.") => format!("files/{}.csv", key.replace('"', "")),
+        _ => "files/housing.toml".to_owned(),
     }
 }
 
@@ -81,8 +82,9 @@ impl Resources {
         for named in job.written().files() {
             // One that is not there was not needed either, for the job was read.
             if let Ok(bytes) = input::read(&base.join(&named.path), LONGEST) {
-                files.insert(place(named.key).to_owned(), bytes);
-                changes.push(format!("{}={:?}", named.key, place(named.key)));
+                let place = place(&named.key);
+                changes.push(format!("{}={place:?}", named.key));
+                files.insert(place, bytes);
             }
         }
         let kept = std::fs::read_dir(tables).into_iter().flatten().flatten();

@@ -12,6 +12,9 @@ pub struct GridDimension {
     pub length: usize,
     /// Whether it varies a key of the model.
     pub model_keys: bool,
+    /// Whether its axes are distributions, and places along it rows of a design of samples.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub sampled: bool,
 }
 
 impl GridDimension {
@@ -26,6 +29,7 @@ impl GridDimension {
                 (own[0] == axis).then(|| Self {
                     length: axes[axis].values.len(),
                     model_keys: own.iter().any(|&axis| axes[axis].key.is_model_key()),
+                    sampled: false,
                     axes: own,
                 })
             })
@@ -34,13 +38,13 @@ impl GridDimension {
         all
     }
 
-    /// Whether several axes go along it.
+    /// Whether its values may come again: several axes go along it, or those of samples.
     pub fn is_tied(&self) -> bool {
-        self.axes.len() > 1
+        self.axes.len() > 1 || self.sampled
     }
 
     /// The place of the dimension that an axis goes along.
-    pub(super) fn of(all: &[Self], axis: usize) -> usize {
+    pub(crate) fn of(all: &[Self], axis: usize) -> usize {
         (all.iter()
             .position(|dimension| dimension.axes.contains(&axis)))
         .unwrap_or_else(|| unreachable!("every axis goes along a dimension"))

@@ -4,7 +4,7 @@ use super::axis::{AxisKey, AxisValues};
 use super::expand::PointResolver;
 use super::grid_dimension::GridDimension;
 use super::points::Points;
-use super::spec::{Axis, Carried, ContinuationSpec, PointSpec, Refine, RunUpSpec};
+use super::spec::{Axis, Carried, ContinuationSpec, PointSpec, Refine, RunUpSpec, Samples};
 use super::{ManifestText, Warnings};
 
 /// A whole job.
@@ -33,6 +33,8 @@ pub struct Job {
     /// How the grid is refined: `axes` and `points` are then those of its finest grid, of which
     /// only some are computed, and `point_id` counts level by level. None where all are computed.
     pub refine: Option<Refine>,
+    /// How values of axes are drawn, where some are distributions: these share one of the dimensions.
+    pub samples: Option<Samples>,
     /// The grid's points, in `point_id` order.
     pub points: Points,
     /// Resolves points between those of the grid, where they are asked for.

@@ -55,7 +55,8 @@ fn unit(node: &Node) -> Option<String> {
         }
         Value::Array(values) => values.iter().find_map(unit),
         Value::Table(_) => {
-            (["values", "from", "to"].iter()).find_map(|key| unit(&node.entry(key)?.node))
+            let keys = ["values", "from", "to", "normal", "lognormal", "uniform"];
+            keys.iter().find_map(|key| unit(&node.entry(key)?.node))
         }
         _ => None,
     }
@@ -66,7 +67,8 @@ mod tests {
     use super::*;
 
     const GRID: &str = "[grid]\nspeed = { from = \"6000 rpm\", to = \"9000 rpm\", count = 3 }\nload = 0.1\n\
-        \"mesh.half_gap\" = { values = [1e-5, \"15 um\"] }\n\"mesh.misalignment\" = \"2 mrad\"\n";
+        \"mesh.half_gap\" = { values = [1e-5, \"15 um\"] }\n\"mesh.misalignment\" = \"2 mrad\"\n\
+        \"mesh.mean_stiffness\" = { normal = [\"300 N/um\", \"9 N/um\"] }\n";
 
     fn found(text: &str, changes: &[&str]) -> Vec<(String, String)> {
         let changes: Vec<String> = changes.iter().map(|&change| change.to_owned()).collect();
@@ -85,11 +87,16 @@ mod tests {
         };
         let written = pairs(&[
             ("mesh.half_gap", "um"),
+            ("mesh.mean_stiffness", "N/um"),
             ("mesh.misalignment", "mrad"),
             ("speed", "rpm"),
         ]);
         assert_eq!(found(GRID, &[]), written);
-        let changed = pairs(&[("mesh.half_gap", "mm"), ("mesh.misalignment", "mrad")]);
+        let changed = pairs(&[
+            ("mesh.half_gap", "mm"),
+            ("mesh.mean_stiffness", "N/um"),
+            ("mesh.misalignment", "mrad"),
+        ]);
         assert_eq!(
             found(GRID, &["grid.\"mesh.half_gap\"=0.01 mm", "grid.speed=600"]),
             changed

@@ -15,6 +15,7 @@ mod columns;
 mod combinations;
 mod csv;
 mod diagnostic;
+mod distribution;
 mod errors;
 mod excerpt;
 mod expand;
@@ -44,6 +45,7 @@ mod unknown;
 pub use advice::{Advice, AdviceKind, Place, advice};
 pub use axis::{AxisKey, AxisValues};
 pub use diagnostic::{Diagnostic, DiagnosticKind, Source, Span};
+pub use distribution::{Distribution, Law};
 pub use errors::{ManifestErrors, Warnings};
 pub use expand::PointResolver;
 pub use grid_dimension::GridDimension;
@@ -179,13 +181,13 @@ fn judge(
     unknown::check(&mut issues, &tree, schema::MANIFEST);
     let root = Section::root(&tree, schema::MANIFEST);
     let head = sections::read_job(&root, &mut issues);
-    let axes = grid::read(&root, &mut issues, base_dir);
+    let seed = head.as_ref().map_or(0, |head| head.seed);
+    let axes = grid::read(&root, &mut issues, base_dir, seed);
     set::check_axes(&tree, &changed, &axes, &mut issues);
 
     // The values of a grid that is too large are not looked at.
     let counted = axes.valid.iter().filter(|_| !axes.too_large);
     let plain: Vec<&Axis> = counted.map(|axis| &axis.axis).collect();
-    let seed = head.as_ref().map_or(0, |head| head.seed);
     let mut hash = hash::JobHash::new(seed, &plain, axes.carried.as_ref());
     if axes.dimensions.iter().any(GridDimension::is_tied) {
         hash.tied(&axes.dimensions);
@@ -256,6 +258,7 @@ fn judge(
                 dimensions: axes.dimensions,
                 carried: axes.carried,
                 refine: axes.refine,
+                samples: axes.samples,
                 between,
                 points,
                 continuation: continuation.flatten(),

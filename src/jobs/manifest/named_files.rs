@@ -1,7 +1,7 @@
-//! The files that a manifest names beside itself: of modes, of a housing, of lists of points.
+//! The files that a manifest names beside itself: of modes, of a housing, of lists of points, of measured values of axes.
 
 use super::ManifestText;
-use super::tree::Value;
+use super::tree::{Node, Value};
 
 /// Keys whose texts are paths, relative to the folder of the manifest.
 const KEYS: [&str; 6] = [
@@ -16,8 +16,8 @@ const KEYS: [&str; 6] = [
 /// A file that a manifest names.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NamedFile {
-    /// The key that names it.
-    pub key: &'static str,
+    /// The key that names it, dotted, with quotes where a part has dots.
+    pub key: String,
     /// Its path, as it is written.
     pub path: String,
 }
@@ -26,14 +26,24 @@ impl ManifestText<'_> {
     /// The files that it names, whether or not they are read.
     pub fn files(self) -> Vec<NamedFile> {
         let root = self.tree();
-        let named = |key: &'static str| match &root.at(key)?.value {
+        let named = |key: &str, node: &Node| match &node.value {
             Value::Text(path) => Some(NamedFile {
-                key,
+                key: key.to_owned(),
                 path: path.clone(),
             }),
             _ => None,
         };
-        KEYS.into_iter().filter_map(named).collect()
+        let axes = match root.at("grid").map(|grid| &grid.value) {
+            Some(Value::Table(axes)) => axes.as_slice(),
+            _ => &[],
+        };
+        let values = axes.iter().filter_map(|axis| {
+            let key = format!("grid.\"{}\".empirical", axis.key);
+            named(&key, &axis.node.entry("empirical")?.node)
+        });
+        (KEYS.into_iter().filter_map(|key| named(key, root.at(key)?)))
+            .chain(values)
+            .collect()
     }
 }
 

@@ -5,11 +5,13 @@ mod continuation;
 mod mesh;
 mod refine;
 mod run_up;
+mod samples;
 
 pub use continuation::ContinuationSpec;
 pub use mesh::{CoastSpec, DampingSpec, FrictionSpec, MeshSpec, StiffnessSpec, TwoLevels};
 pub use refine::{Criterion, Refine};
 pub use run_up::{RunUpLoad, RunUpSpec};
+pub use samples::{Design, Samples};
 
 use super::axis::{AxisKey, AxisValues};
 use crate::analysis::Analyses;

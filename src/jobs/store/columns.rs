@@ -11,6 +11,7 @@ use super::nvh::{listed, nvh_columns};
 use super::orders::{AMPLITUDE_UNITS, SIGNALS};
 use super::point_row::PointRow;
 use super::refined::level_columns;
+use super::samples::sample_columns;
 use super::table::{Column, Table, columns};
 use crate::analysis::{Class, PoincareSample, SpectrumLine, SpectrumMethod};
 use std::sync::Arc;
@@ -50,6 +51,7 @@ pub fn points_table(layout: &ResultLayout) -> Result<Table<PointRow>, StoreError
         axes,
         swept,
         refined,
+        samples,
         elements,
         ..
     } = layout;
@@ -71,6 +73,7 @@ pub fn points_table(layout: &ResultLayout) -> Result<Table<PointRow>, StoreError
                 &format!("Grid axis {}", axis.name);
         ]);
     }
+    columns.extend(samples.iter().flat_map(sample_columns));
     columns.extend(swept.iter().flat_map(direction_columns));
     let nested = refined.iter().map(|refined| refined.nested);
     columns.extend(nested.flat_map(level_columns));

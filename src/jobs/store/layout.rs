@@ -4,6 +4,7 @@ use super::file::Shard;
 use super::nvh::Listed;
 use super::point_row::AxisColumn;
 use super::refined::RefinedColumns;
+use super::samples::SampleColumns;
 
 /// What a job writes.
 #[derive(Debug, Clone, Default)]
@@ -30,6 +31,8 @@ pub struct ResultLayout {
     pub horizon: bool,
     /// How the grid is refined, where it is.
     pub refined: Option<RefinedColumns>,
+    /// How values of axes were drawn, where some are distributions.
+    pub samples: Option<SampleColumns>,
     /// Names of the elements of lists, in their order; of lists that all structures of the job name alike.
     pub elements: Vec<(Listed, Vec<String>)>,
     /// Which part of a split job this is.

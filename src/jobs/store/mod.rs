@@ -55,6 +55,7 @@ mod reorder;
 mod replace;
 mod run;
 mod run_up;
+mod samples;
 mod table;
 mod table_cache;
 mod table_kind;
@@ -108,6 +109,7 @@ pub use run_up::{
     contact_changes_table, levels_table, order_tracks_table, signals_table, spectrogram_table,
     write_run_up,
 };
+pub use samples::SampleColumns;
 pub use table::{Column, Table};
 pub use table_cache::{
     CacheContent, CacheFault, CacheHeader, CacheKind, CacheWarning, Fetched, Origin, TableFile,

@@ -161,6 +161,9 @@ impl ResultWriter {
         if let Some(refined) = &layout.refined {
             metadata.push(("refined", serde_json::json!(refined).to_string()));
         }
+        if let Some(samples) = &layout.samples {
+            metadata.push(("samples", serde_json::json!(samples).to_string()));
+        }
         if let Some(swept) = &layout.swept {
             metadata.push(("carried_along", swept.name.clone()));
         }

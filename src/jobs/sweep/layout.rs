@@ -3,9 +3,9 @@
 use super::build;
 use super::parts::structures;
 use crate::analysis::{Analyses, SliceConfig, SliceOf};
-use crate::manifest::{Axis, Job, Refine, StructureSource, Variant};
+use crate::manifest::{Axis, GridDimension, Job, Refine, StructureSource, Variant};
 use crate::model::{InitialState, Quantity};
-use crate::store::{AxisColumn, Listed, RefinedColumns, ResultLayout, Shard};
+use crate::store::{AxisColumn, Listed, RefinedColumns, ResultLayout, SampleColumns, Shard};
 use crate::structure::MotionKind;
 
 /// The tables of a job (of a shard of it).
@@ -42,6 +42,7 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
             .map(slice_axes),
         horizon: any(|a| a.horizon.is_some()),
         refined: job.refine.as_ref().map(|refine| refined(job, refine)),
+        samples: sample_columns(job),
         elements: elements(job),
         shard,
     }
@@ -127,6 +128,27 @@ fn refined(job: &Job, refine: &Refine) -> RefinedColumns {
         by: refine.by_words(),
         start: start.to_owned(),
     }
+}
+
+/// How values of axes are drawn, where some are distributions.
+pub fn sample_columns(job: &Job) -> Option<SampleColumns> {
+    let samples = job.samples.as_ref()?;
+    let first = samples.axes.first().map_or(0, |(axis, _)| *axis);
+    let own = GridDimension::of(&job.dimensions, first);
+    let carried = job.carried.as_ref();
+    let swept = carried.map(|carried| GridDimension::of(&job.dimensions, carried.axis));
+    let faster = (own + 1..job.dimensions.len()).filter(|place| Some(*place) != swept);
+    let inside: usize = faster.map(|place| job.dimensions[place].length).product();
+    let chain = carried.map_or(1, |carried| carried.length * carried.directions.len());
+    Some(SampleColumns {
+        axes: (samples.axes.iter())
+            .map(|(axis, _)| job.axes[*axis].name().to_owned())
+            .collect(),
+        design: samples.design.name().to_owned(),
+        samples: samples.count,
+        rows: job.dimensions[own].length,
+        stride: chain * inside,
+    })
 }
 
 /// What a slice varies along its axes; modes are counted from 0.

@@ -1,10 +1,11 @@
 //! `[grid]`: its axes and their values. An axis is `load` or `torque`, `speed` or a quoted model key; those of a list
-//! of points and those that are tied advance in step.
+//! of points, those that are tied and those that are distributions advance in step.
 
 mod grid_axis;
 mod list;
 mod order;
 mod refine;
+mod samples;
 mod tied;
 mod values;
 
@@ -13,11 +14,12 @@ use super::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use super::grid_dimension::GridDimension;
 use super::reader::Section;
 use super::schema::{self, Key, Kind, MANIFEST, SEED, VARIABLE_TABLES};
-use super::spec::{Axis, Carried, Refine};
+use super::spec::{Axis, Carried, Refine, Samples};
 use super::tree::{Entry, Value};
 use crate::units::Dimension;
 pub(super) use grid_axis::GridAxis;
 pub(super) use order::is_carried;
+use samples::{Drawn, DrawnAxes};
 use std::path::Path;
 use values::{AxisReader, MAX_POINTS};
 
@@ -25,7 +27,16 @@ use values::{AxisReader, MAX_POINTS};
 const MOST_FACTORS: usize = 8;
 
 /// Keys of `[grid]` that are no axes.
-const NOT_AXES: [&str; 6] = ["order", "along", "displacement", "refine", "tied", "points"];
+const NOT_AXES: [&str; 8] = [
+    "order",
+    "along",
+    "displacement",
+    "refine",
+    "tied",
+    "points",
+    "samples",
+    "design",
+];
 
 /// The axes of a grid, slowest first.
 #[derive(Debug, Default)]
@@ -40,15 +51,18 @@ pub(super) struct Axes {
     pub carried: Option<Carried>,
     /// How the grid is refined, where it is; values are then those of the finest grid.
     pub refine: Option<Refine>,
+    /// How values are drawn, where axes are distributions.
+    pub samples: Option<Samples>,
     /// Whether a list of points cannot be read, which may have any key as a column.
     pub unknown: bool,
     /// Whether there are more points than accepted.
     pub too_large: bool,
 }
 
-/// Reads the grid; relative paths in it start at `base_dir`. Model keys come first, by name, then load or torque, then
-/// speed: points that share a structure lie together, and the order of the text is of no effect.
-pub(super) fn read(root: &Section, issues: &mut Issues, base_dir: &Path) -> Axes {
+/// Reads the grid; relative paths in it start at `base_dir`, and samples depend on `seed`. Model keys come first, by
+/// name, then load or torque, then speed: points that share a structure lie together, and the order of the text is of
+/// no effect.
+pub(super) fn read(root: &Section, issues: &mut Issues, base_dir: &Path, seed: u64) -> Axes {
     let mut axes = Axes::default();
     let Some(section) = root.required_child(issues, "grid") else {
         axes.faulty.extend(["load".to_owned(), "speed".to_owned()]);
@@ -58,41 +72,28 @@ pub(super) fn read(root: &Section, issues: &mut Issues, base_dir: &Path) -> Axes
     let columns = listed.iter().flat_map(|list| &list.axes);
     let mut names: Vec<String> = columns.map(|axis| axis.axis.name().to_owned()).collect();
     names.extend(listed.iter().flat_map(|list| list.faulty.iter().cloned()));
-    // A list that cannot be read may have any column.
-    let unknown = listed.as_ref().is_some_and(|list| list.unknown);
-    let has = |name: &str| section.has(name) || names.iter().any(|own| own == name);
-    let missing: Vec<&str> = match (has("load") || has("torque"), has("speed")) {
-        _ if unknown => Vec::new(),
-        (true, true) => Vec::new(),
-        (true, false) => vec!["speed"],
-        (false, true) => vec!["load"],
-        (false, false) => vec!["load", "speed"],
-    };
-    for name in missing {
-        section.missing(issues, name);
-        axes.faulty.push(name.to_owned());
-    }
-    axes.unknown = unknown;
-    if unknown {
-        let absent = ["load", "torque", "speed"]
-            .into_iter()
-            .filter(|name| !has(name));
-        axes.faulty.extend(absent.map(str::to_owned));
-    }
+    axes.unknown = listed.as_ref().is_some_and(|list| list.unknown);
+    find_missing(&section, issues, &names, &mut axes);
     let ties = tied::read(&section, issues);
     let is_tied = |name: &str| {
         ties.iter()
             .any(|tie| tie.names.iter().any(|own| own == name))
     };
+    let mut drawn = Vec::new();
     for entry in (section.entries().iter()).filter(|entry| !NOT_AXES.contains(&entry.key.as_str()))
     {
         if names.contains(&entry.key) {
             issues.push(twice(entry));
             continue;
         }
-        match read_axis(issues, entry, is_tied(&entry.key)) {
-            Some(axis) => axes.valid.push(axis),
-            None => axes.faulty.push(entry.key.clone()),
+        let tied = is_tied(&entry.key);
+        let read = if samples::is_distribution(&entry.node) {
+            samples::read(issues, entry, tied, base_dir).map(|own| drawn.push(own))
+        } else {
+            read_axis(issues, entry, tied).map(|axis| axes.valid.push(axis))
+        };
+        if read.is_none() {
+            axes.faulty.push(entry.key.clone());
         }
     }
     let own = axes.valid.len();
@@ -101,6 +102,12 @@ pub(super) fn read(root: &Section, issues: &mut Issues, base_dir: &Path) -> Axes
         axes.faulty.extend(list.faulty);
         groups.push((own..own + list.axes.len()).collect());
         axes.valid.extend(list.axes);
+    }
+    if let Some(drawn) = draw(&section, issues, drawn, &mut axes, seed) {
+        let own = axes.valid.len();
+        groups.push((own..own + drawn.axes.len()).collect());
+        axes.valid.extend(drawn.axes);
+        axes.samples = Some(drawn.samples);
     }
     load_and_torque(&axes.valid, issues);
     // The groups follow the axes to their places.
@@ -123,6 +130,15 @@ pub(super) fn read(root: &Section, issues: &mut Issues, base_dir: &Path) -> Axes
     axes.refine = refine::read(root, &section, issues, &mut axes.valid, &groups, whole);
     let plain: Vec<&Axis> = axes.valid.iter().map(|axis| &axis.axis).collect();
     axes.dimensions = GridDimension::all(&plain, &groups);
+    if let Some(samples) = &mut axes.samples {
+        // Drawn axes come last before the axes are sorted, and keep their order.
+        let first = order.len() - samples.axes.len();
+        for (axis, _) in &mut samples.axes {
+            *axis = place(&(first + *axis)).unwrap_or_default();
+        }
+        let own = GridDimension::of(&axes.dimensions, samples.axes[0].0);
+        axes.dimensions[own].sampled = true;
+    }
     axes.carried = order::read(
         &section,
         issues,
@@ -133,6 +149,43 @@ pub(super) fn read(root: &Section, issues: &mut Issues, base_dir: &Path) -> Axes
     let directions = axes.carried.as_ref().map_or(1, |c| c.directions.len());
     axes.too_large = !size_is_accepted(issues, &section, &axes, directions);
     axes
+}
+
+/// Records axes that the grid lacks; `names` are columns of a list of points.
+fn find_missing(section: &Section, issues: &mut Issues, names: &[String], axes: &mut Axes) {
+    let has = |name: &str| section.has(name) || names.iter().any(|own| own == name);
+    // A list that cannot be read may have any column.
+    if axes.unknown {
+        let absent = ["load", "torque", "speed"]
+            .into_iter()
+            .filter(|name| !has(name));
+        axes.faulty.extend(absent.map(str::to_owned));
+        return;
+    }
+    let load = has("load") || has("torque");
+    for (name, has) in [("load", load), ("speed", has("speed"))] {
+        if !has {
+            section.missing(issues, name);
+            axes.faulty.push(name.to_owned());
+        }
+    }
+}
+
+/// The axes that are distributions with their values; those that have no values are faulty.
+fn draw(
+    section: &Section,
+    issues: &mut Issues,
+    drawn: Vec<Drawn>,
+    axes: &mut Axes,
+    seed: u64,
+) -> Option<DrawnAxes> {
+    let names: Vec<String> = drawn.iter().map(|own| own.name().to_owned()).collect();
+    let whole = axes.faulty.is_empty();
+    let drawn = samples::draw(section, issues, drawn, whole, seed);
+    if drawn.is_none() {
+        axes.faulty.extend(names);
+    }
+    drawn
 }
 
 /// An axis that the list of points has as a column.

@@ -115,6 +115,15 @@ fn fault(
         });
     };
     let tied = &dimensions[GridDimension::of(dimensions, place)];
+    if tied.sampled {
+        return Some((
+            DiagnosticKind::Inconsistent,
+            format!(
+                "a state cannot be carried along `{name}`: its values are samples of a distribution"
+            ),
+            "samples have no order",
+        ));
+    }
     let changing =
         (tied.axes.iter().map(|&axis| axes[axis].axis.name())).find(|name| !leaves_modes(name));
     if let Some(changing) = changing {

@@ -46,10 +46,11 @@ pub(super) fn read(
             DiagnosticKind::Inconsistent,
             section.span,
             "grid.refine",
-            "`grid.refine` divides a plane of two axes, but axes of this grid are tied".to_owned(),
+            "`grid.refine` divides a plane of two axes, but axes of this grid advance together"
+                .to_owned(),
         );
-        issues.push(tied.label("with tied axes").remedy(
-            "remove refine, or give two axes separate ranges instead of grid.tied or grid.points",
+        issues.push(tied.label("with tied axes or samples").remedy(
+            "remove refine, or give two axes separate ranges instead of grid.tied, grid.points or distributions",
         ));
         return None;
     }

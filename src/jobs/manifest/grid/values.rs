@@ -61,45 +61,47 @@ impl AxisReader<'_> {
     /// One value in SI, in the range of its own key; whether it fits the others shows when a
     /// point is resolved.
     fn value(&mut self, issues: &mut Issues, node: &Node, path: &str) -> Option<f64> {
-        match self.spec.kind {
-            Kind::Axis(_) => reader::quantity(issues, node, path, self.spec),
-            Kind::Integer => self.whole(issues, node, path),
-            _ => {
-                let own = match &node.value {
-                    Value::Text(text) if self.spec.kind == Kind::ContactDamping => {
-                        match units::parse_any(text) {
-                            Ok((_, Dimension::Ratio)) => Dimension::Ratio,
-                            _ => Dimension::Damping,
-                        }
-                    }
-                    _ => self.dimension.unwrap_or(Dimension::Ratio),
-                };
-                let dimension = *self.dimension.get_or_insert(own);
-                if self.spec.kind == Kind::ContactDamping
-                    && (own != dimension
-                        || (dimension == Dimension::Damping
-                            && !matches!(node.value, Value::Text(_))))
-                {
-                    issues.push(
-                        Diagnostic::new(
-                            DiagnosticKind::Inconsistent,
-                            node.span,
-                            path,
-                            format!("`{}` mixes damping ratios and coefficients", self.path),
-                        )
-                        .label("differs from the first value")
-                        .remedy("give all values as bare ratios, or all with the unit N*s/m"),
-                    );
-                    return None;
-                }
-                let value = reader::quantity_unbounded(issues, node, path, dimension, self.spec)?;
-                // A damping coefficient has no range, only a damping ratio has.
-                if value.is_finite() && dimension == Dimension::Damping {
-                    return Some(value);
-                }
-                reader::in_range(issues, node, path, value, dimension, self.spec)
-            }
+        if self.spec.kind == Kind::Integer {
+            return self.whole(issues, node, path);
         }
+        let value = self.unbounded(issues, node, path)?;
+        let dimension = self.dimension.unwrap_or(Dimension::Ratio);
+        // A damping coefficient has no range, only a damping ratio has.
+        if value.is_finite() && dimension == Dimension::Damping {
+            return Some(value);
+        }
+        reader::in_range(issues, node, path, value, dimension, self.spec)
+    }
+
+    /// One value of any size in SI.
+    pub fn unbounded(&mut self, issues: &mut Issues, node: &Node, path: &str) -> Option<f64> {
+        let own = match &node.value {
+            Value::Text(text) if self.spec.kind == Kind::ContactDamping => {
+                match units::parse_any(text) {
+                    Ok((_, Dimension::Ratio)) => Dimension::Ratio,
+                    _ => Dimension::Damping,
+                }
+            }
+            _ => self.dimension.unwrap_or(Dimension::Ratio),
+        };
+        let dimension = *self.dimension.get_or_insert(own);
+        if self.spec.kind == Kind::ContactDamping
+            && (own != dimension
+                || (dimension == Dimension::Damping && !matches!(node.value, Value::Text(_))))
+        {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Inconsistent,
+                    node.span,
+                    path,
+                    format!("`{}` mixes damping ratios and coefficients", self.path),
+                )
+                .label("differs from the first value")
+                .remedy("give all values as bare ratios, or all with the unit N*s/m"),
+            );
+            return None;
+        }
+        reader::quantity_unbounded(issues, node, path, dimension, self.spec)
     }
 
     /// A whole number; an axis keeps it as a double, which the largest seeds are not.

@@ -5,7 +5,7 @@
 
 mod value;
 
-use crate::manifest::schema::{self, DefaultValue, Key, Kind, MANIFEST, SHARED};
+use crate::manifest::schema::{self, ANY, DefaultValue, Key, Kind, MANIFEST, SHARED};
 use serde_json::{Map, Value, json};
 use value::{default, example, scalar, texts, value};
 
@@ -229,15 +229,19 @@ fn definitions(axes: &[(String, &'static Key)]) -> Value {
     let mut definitions = texts();
     for key in own.chain(axes.iter().map(|(_, key)| *key)) {
         let name = value_name(key);
-        definitions.insert(format!("axis_{name}"), axis(&reference(&name)));
+        let whole = key.kind == Kind::Integer;
+        definitions.insert(
+            format!("axis_{name}"),
+            axis(&reference(&name), (!whole).then_some(key)),
+        );
         definitions.insert(name, json!({ "anyOf": scalar(key) }));
     }
     Value::Object(definitions)
 }
 
-/// One value, a list, or an even range.
-fn axis(one: &Value) -> Value {
-    json!({ "anyOf": [
+/// One value, a list, an even range, or a distribution of what a key takes.
+fn axis(one: &Value, drawn: Option<&Key>) -> Value {
+    let mut axis = json!({ "anyOf": [
         one,
         {
             "type": "object",
@@ -265,5 +269,41 @@ fn axis(one: &Value) -> Value {
                 }
             }
         }
-    ] })
+    ] });
+    if let (Some(key), Some(forms)) = (drawn, axis["anyOf"].as_array_mut()) {
+        forms.push(distribution(one, key));
+    }
+    axis
+}
+
+/// A distribution; its parameters have no range.
+fn distribution(one: &Value, key: &Key) -> Value {
+    let key = &Key {
+        bounds: ANY,
+        ..*key
+    };
+    let pair = |about: &str| {
+        json!({
+            "description": about,
+            "type": "array", "minItems": 2, "maxItems": 2, "items": { "anyOf": scalar(key) }
+        })
+    };
+    json!({
+        "type": "object",
+        "additionalProperties": false,
+        "oneOf": (["normal", "lognormal", "uniform", "empirical"]).map(|law| json!({ "required": [law] })),
+        "properties": {
+            "normal": pair("Mean and standard deviation."),
+            "lognormal": {
+                "description": "Median, and standard deviation of the natural logarithm.",
+                "type": "array", "minItems": 2, "maxItems": 2
+            },
+            "uniform": pair("Smallest and largest value."),
+            "empirical": {
+                "description": "Equally likely values, or the path of a file with a column of them.",
+                "anyOf": [{ "type": "string" }, { "type": "array", "minItems": 1, "items": one }]
+            },
+            "truncate": pair("Limits of the values.")
+        }
+    })
 }

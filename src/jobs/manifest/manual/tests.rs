@@ -328,6 +328,10 @@ fn surroundings(path: &str) -> String {
             let points = "[{ angle = 0, torque = 1 }, { angle = 3, torque = 2 }]";
             text.push_str(&format!("[excitation.torque_curve]\npoints = {points}\n"));
         }
+        "grid.design" => {
+            let axis = "\"mesh.half_gap\" = { uniform = [\"10 um\", \"20 um\"] }";
+            put("[grid]", &format!("[grid]\nsamples = 4\n{axis}"));
+        }
         "grid.displacement" => put("[grid]", "[grid]\norder = \"sweep-up\"\nalong = \"speed\""),
         _ if path.starts_with("runup.") => {
             text.push_str("[runup]\nspeed = { from = 10, to = 20, in = 1 }\n");

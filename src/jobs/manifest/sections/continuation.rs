@@ -140,7 +140,7 @@ fn axis(
                 "empty interval",
             )),
             Ok(_) if is_tied(place) => Some((
-                format!("orbits are followed along one key, but other axes are tied to `{name}`"),
+                format!("orbits are followed along one key, but `{name}` is tied to other axes or a distribution"),
                 "a tied axis",
             )),
             Ok(_) => None,

@@ -51,6 +51,7 @@ fn layout() -> ResultLayout {
         })),
         horizon: true,
         refined: None,
+        samples: None,
         elements: vec![(
             Listed::Output(Quantity::BearingForce),
             ["pinion 1 x", "pinion 1 y"].map(str::to_owned).to_vec(),

@@ -25,7 +25,12 @@ pub(super) const KEYS: &[Key] = &[
                 always axes. A quoted numeric key of model, gear, shafts, train, mesh, excitation, run or analyses \
                 can be another axis. An axis is one value, `{ values = [...] }`, or `{ from, to, count }`. A range is \
                 evenly spaced. With spacing = \"log\" its ratios are equal. Both ends must then be above 0. Axes in \
-                `tied` and columns of `points` advance together."),
+                `tied` and columns of `points` advance together. An axis can also be a distribution, of which the \
+                grid has `samples`: `{ normal = [mean, standard deviation] }`, `{ lognormal = [median, standard \
+                deviation of the natural logarithm] }`, `{ uniform = [low, high] }`, or `{ empirical = [values] }` \
+                with equally likely values, which may also be the path of a text file, relative to the manifest, \
+                with a column of the name of the axis. `truncate = [low, high]` limits any of them. All \
+                distributions advance together, and are combined with the other axes."),
     key("grid.load", Kind::Axis(Ratio), ANY, "{ from = 0.05, to = 0.30, count = 8 }").otherwise("none; required unless `torque` or a column of `points` gives it")
         .about("Mean load as a fraction of the rated torque. Below 0 the drive coasts: the wheel drives the pinion on \
                 the coast flanks."),
@@ -48,6 +53,13 @@ pub(super) const KEYS: &[Key] = &[
                 Each further line is one point. Numbers without a unit are in SI. Commas, semicolons or tabs separate \
                 columns, and lines that begin with # are comments. Any axis can be a column. Further axes of [grid] \
                 are combined with the list. Each row is a separate point, even if two rows are equal."),
+    integer("grid.samples", 1.0, 65536.0, "1000").otherwise("none; required if an axis is a distribution")
+        .about("Number of samples of the distributions: points of a Sobol' sequence with an Owen scramble that depends \
+                on `job.seed`. More samples keep those before them. A power of 2 is best."),
+    choice("grid.design", &["sobol", "saltelli"], r#""saltelli""#).or(r#""sobol""#)
+        .about("Rows of the distributions. `sobol`: one per sample. `saltelli`: for d distributions d + 2 per sample, \
+                from which Sobol' indices of sensitivity follow, in the order of SALib (A, AB_1 ... AB_d, B). Only if an \
+                axis is a distribution."),
     choice("grid.order", &["independent", "sweep-up", "sweep-down", "both"], r#""both""#).or(r#""independent""#)
         .about("Initial state of each point. `independent`: `run.initial`. `sweep-up`, `sweep-down`, `both`: the \
                 final state of the previous point along one axis, upwards, downwards or both. Two motions coexist \

@@ -1,0 +1,430 @@
+//! Axes that are distributions: what the text says of them, and the values that are drawn.
+
+use super::grid_axis::GridAxis;
+use super::values::{AxisReader, Spans};
+use super::{axis_key, dimension_of, path_of};
+use crate::manifest::axis::{AxisKey, AxisValues};
+use crate::manifest::columns;
+use crate::manifest::csv::ListOf;
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use crate::manifest::distribution::{Distribution, Law};
+use crate::manifest::reader::{Section, quantity_unbounded};
+use crate::manifest::schema::{self, Key, Kind, quoted};
+use crate::manifest::spec::{Axis, Design, Samples};
+use crate::manifest::tree::{Entry, Node, Value};
+use crate::units::Dimension;
+use std::path::Path;
+
+/// Names of laws, one of which a distribution has.
+const LAWS: [&str; 4] = ["normal", "lognormal", "uniform", "empirical"];
+
+const TRUNCATE: &str = "truncate";
+
+/// What an axis that is a distribution may be.
+const ACCEPTED: &str = "{ normal = [mean, standard deviation] }, { lognormal = [median, standard deviation of the \
+                        logarithm] }, { uniform = [low, high] } or { empirical = [values] }, with truncate = [low, high]";
+
+/// Least part of a law that a truncation may keep: below, its quantiles lose digits.
+const LEAST_KEPT: f64 = 1e-6;
+
+const VALUES: ListOf = ListOf {
+    path: "empirical",
+    row: "7.8e-5",
+    header: "mesh.half_gap [um]",
+};
+
+/// An axis that is a distribution.
+pub(super) struct Drawn {
+    key: AxisKey,
+    key_span: Span,
+    /// Where the distribution stands.
+    span: Span,
+    spec: &'static Key,
+    dimension: Dimension,
+    distribution: Distribution,
+}
+
+/// The axes of a grid that are drawn, and how.
+pub(super) struct DrawnAxes {
+    pub axes: Vec<GridAxis>,
+    /// How each is distributed; places count among these axes.
+    pub samples: Samples,
+}
+
+/// Whether an axis is written as a distribution.
+pub(super) fn is_distribution(node: &Node) -> bool {
+    let known = |entry: &Entry| entry.key == TRUNCATE || LAWS.contains(&entry.key.as_str());
+    matches!(&node.value, Value::Table(entries) if entries.iter().any(known))
+}
+
+/// The distribution of an axis; none where anything is wrong, reported. Relative paths start at `base_dir`.
+pub(super) fn read(
+    issues: &mut Issues,
+    entry: &Entry,
+    tied: bool,
+    base_dir: &Path,
+) -> Option<Drawn> {
+    let name = entry.key.as_str();
+    let path = path_of(name);
+    let spec = axis_key(issues, entry, &path)?;
+    if spec.kind == Kind::Integer {
+        let whole = fault(
+            entry.key_span,
+            &path,
+            format!("`{name}` takes whole numbers, so it cannot be a distribution"),
+        );
+        issues.push(
+            whole
+                .label("whole numbers")
+                .remedy("give it as { values = [...] }"),
+        );
+        return None;
+    }
+    if tied {
+        let message = format!(
+            "`{name}` is a distribution, so it cannot be tied: all distributions advance together"
+        );
+        let remedy = "remove it from grid.tied, or give it as { values = [...] }";
+        issues.push(
+            fault(entry.key_span, &path, message)
+                .label("in grid.tied")
+                .remedy(remedy),
+        );
+        return None;
+    }
+    let mut reader = DistributionReader {
+        axis: AxisReader {
+            spec,
+            path: &path,
+            dimension: dimension_of(spec),
+        },
+        name,
+        base_dir,
+    };
+    let distribution = reader.read(issues, &entry.node)?;
+    Some(Drawn {
+        key: AxisKey::of(name),
+        key_span: entry.key_span,
+        span: entry.node.span,
+        spec,
+        dimension: reader.axis.dimension.unwrap_or(Dimension::Ratio),
+        distribution,
+    })
+}
+
+/// Draws the values of the axes; `whole` tells whether all of them could be read. None where there are no distributions,
+/// or where anything is wrong, reported.
+pub(super) fn draw(
+    section: &Section,
+    issues: &mut Issues,
+    mut drawn: Vec<Drawn>,
+    whole: bool,
+    seed: u64,
+) -> Option<DrawnAxes> {
+    if drawn.is_empty() {
+        if whole {
+            section.without_effect(
+                issues,
+                &["samples", "design"],
+                "because no axis is a distribution",
+                "give an axis as { normal = [mean, standard deviation] } or another distribution, or remove the key",
+            );
+        }
+        return None;
+    }
+    let design = match section.choice_or_default(issues, "design")? {
+        "saltelli" => Design::Saltelli,
+        _ => Design::Sobol,
+    };
+    let count = section.count(issues, "samples")?;
+    if drawn.len() > design.most_axes() {
+        let message = format!("the grid has {} distributions", drawn.len());
+        let most = format!(
+            "at most {} with design = \"{}\"",
+            design.most_axes(),
+            design.name()
+        );
+        issues.push(
+            fault(section.span, "grid", message)
+                .label("too many")
+                .accepted(most),
+        );
+        return None;
+    }
+    drawn.sort_by(|a, b| a.key.rank().cmp(&b.key.rank()));
+    let shares = design.shares(drawn.len(), count, seed);
+    let values: Vec<Vec<f64>> = (drawn.iter().zip(shares))
+        .map(|(own, shares)| {
+            shares
+                .iter()
+                .map(|share| own.distribution.quantile(*share))
+                .collect()
+        })
+        .collect();
+    let fit = (drawn.iter().zip(&values)).map(|(own, values)| own.in_range(issues, values));
+    if fit.filter(|fit| !fit).count() > 0 {
+        return None;
+    }
+    let samples = Samples {
+        axes: (drawn.iter().map(|own| own.distribution.clone()).enumerate()).collect(),
+        design,
+        count,
+    };
+    let axes = drawn
+        .into_iter()
+        .zip(values)
+        .map(|(own, values)| own.axis(values));
+    Some(DrawnAxes {
+        axes: axes.collect(),
+        samples,
+    })
+}
+
+impl Drawn {
+    /// The name of the axis.
+    pub fn name(&self) -> &str {
+        self.key.name()
+    }
+
+    fn axis(self, values: Vec<f64>) -> GridAxis {
+        GridAxis {
+            axis: Axis {
+                key: self.key,
+                unit: self.dimension.unit().to_owned(),
+                values: AxisValues::each(values),
+            },
+            key_span: self.key_span,
+            dimension: self.dimension,
+            spans: Spans::Whole(self.span),
+        }
+    }
+
+    /// Whether all values lie in the range of the key; reported where not. A damping coefficient has no range.
+    fn in_range(&self, issues: &mut Issues, values: &[f64]) -> bool {
+        let bounds = self.spec.bounds;
+        let bounded = self.dimension != Dimension::Damping;
+        let outside = |value: &&f64| !value.is_finite() || bounded && !bounds.contain(**value);
+        let Some(first) = values.iter().find(outside) else {
+            return true;
+        };
+        let name = self.key.name();
+        let unit = match self.dimension {
+            Dimension::Ratio => String::new(),
+            dimension => format!(" {}", dimension.unit()),
+        };
+        let message = format!(
+            "{} of {} values of `{name}` are out of range, such as {first:.3e}{unit}",
+            values.iter().filter(outside).count(),
+            values.len(),
+        );
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::OutOfRange,
+                self.span,
+                &path_of(name),
+                message,
+            )
+            .label(format!("must be {}{unit}", bounds.words()))
+            .accepted(self.spec.accepted())
+            .remedy("add truncate = [low, high] with limits inside the range"),
+        );
+        false
+    }
+}
+
+fn fault(span: Span, path: &str, message: String) -> Diagnostic {
+    Diagnostic::new(DiagnosticKind::Inconsistent, span, path, message)
+}
+
+/// Reads a distribution.
+struct DistributionReader<'a> {
+    axis: AxisReader<'a>,
+    /// The axis.
+    name: &'a str,
+    base_dir: &'a Path,
+}
+
+impl DistributionReader<'_> {
+    fn read(&mut self, issues: &mut Issues, node: &Node) -> Option<Distribution> {
+        let Value::Table(entries) = &node.value else {
+            return None;
+        };
+        let known = |entry: &&Entry| entry.key == TRUNCATE || LAWS.contains(&entry.key.as_str());
+        if let Some(entry) = entries.iter().find(|entry| !known(entry)) {
+            let near = schema::nearest(&entry.key, &LAWS).map(|near| format!("`{near}`"));
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::UnknownKey,
+                    entry.key_span,
+                    &format!("{}.{}", self.axis.path, entry.key),
+                    format!("a distribution has no key `{}`", entry.key),
+                )
+                .label("unknown")
+                .accepted(ACCEPTED)
+                .suggestion(near),
+            );
+            return None;
+        }
+        let laws: Vec<&Entry> = entries
+            .iter()
+            .filter(|entry| entry.key != TRUNCATE)
+            .collect();
+        let [law] = laws[..] else {
+            let message = format!("`{}` must have one of {}", self.axis.path, quoted(&LAWS));
+            let label = if laws.is_empty() { "no law" } else { "several laws" };
+            issues.push(
+                fault(node.span, self.axis.path, message)
+                    .label(label)
+                    .accepted(ACCEPTED),
+            );
+            return None;
+        };
+        let law = self.law(issues, law)?;
+        let truncate = match node.entry(TRUNCATE) {
+            Some(entry) => Some(self.pair(issues, entry, false)?),
+            None => None,
+        };
+        let distribution = Distribution { law, truncate };
+        if let Some([low, high]) = truncate
+            && !(low < high && distribution.kept() >= LEAST_KEPT)
+        {
+            let message = if low < high {
+                format!(
+                    "`{}.truncate` keeps less than a millionth of the distribution",
+                    self.axis.path
+                )
+            } else {
+                format!(
+                    "`{}.truncate` ends where it begins, or before",
+                    self.axis.path
+                )
+            };
+            issues.push(
+                fault(node.span, self.axis.path, message)
+                    .label("nothing left")
+                    .remedy("give truncate = [low, high], with low < high and most of the distribution between"),
+            );
+            return None;
+        }
+        Some(distribution)
+    }
+
+    fn law(&mut self, issues: &mut Issues, entry: &Entry) -> Option<Law> {
+        let (law, wrong) = match entry.key.as_str() {
+            "normal" => {
+                let [mean, deviation] = self.pair(issues, entry, false)?;
+                (
+                    Law::Normal { mean, deviation },
+                    (deviation <= 0.0).then_some("the standard deviation must be greater than 0"),
+                )
+            }
+            "lognormal" => {
+                let [median, deviation] = self.pair(issues, entry, true)?;
+                let wrong = (median <= 0.0 || deviation <= 0.0)
+                    .then_some("median and standard deviation must be greater than 0");
+                (Law::Lognormal { median, deviation }, wrong)
+            }
+            "uniform" => {
+                let [low, high] = self.pair(issues, entry, false)?;
+                (
+                    Law::Uniform { low, high },
+                    (low >= high).then_some("the first value must be less than the second"),
+                )
+            }
+            _ => (self.empirical(issues, entry)?, None),
+        };
+        if let Some(wrong) = wrong {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::OutOfRange,
+                    entry.node.span,
+                    &format!("{}.{}", self.axis.path, entry.key),
+                    format!("`{}.{}`: {wrong}", self.axis.path, entry.key),
+                )
+                .label("out of range")
+                .accepted(ACCEPTED),
+            );
+            return None;
+        }
+        Some(law)
+    }
+
+    /// Two finite values, measured as the axis is, or the second of them a ratio.
+    fn pair(&mut self, issues: &mut Issues, entry: &Entry, ratio: bool) -> Option<[f64; 2]> {
+        let path = format!("{}.{}", self.axis.path, entry.key);
+        let wrong = |issues: &mut Issues, message: String| {
+            let wrong = Diagnostic::new(DiagnosticKind::WrongType, entry.node.span, &path, message);
+            issues.push(wrong.label("not two values").accepted(ACCEPTED));
+        };
+        let Value::Array(items) = &entry.node.value else {
+            let found = entry.node.value.type_name();
+            wrong(
+                issues,
+                format!("`{path}` must be a list of two values, not {found}"),
+            );
+            return None;
+        };
+        let [first, last] = &items[..] else {
+            wrong(
+                issues,
+                format!("`{path}` must have two values, not {}", items.len()),
+            );
+            return None;
+        };
+        let first = self.axis.unbounded(issues, first, &path)?;
+        let last = if ratio {
+            quantity_unbounded(issues, last, &path, Dimension::Ratio, self.axis.spec)?
+        } else {
+            self.axis.unbounded(issues, last, &path)?
+        };
+        if !(first.is_finite() && last.is_finite()) {
+            wrong(
+                issues,
+                format!("`{path}` has a value that is not a finite number"),
+            );
+            return None;
+        }
+        Some([first, last])
+    }
+
+    /// Values from a list, or from a column of a file.
+    fn empirical(&mut self, issues: &mut Issues, entry: &Entry) -> Option<Law> {
+        let column;
+        let items = match &entry.node.value {
+            Value::Array(items) if !items.is_empty() => items,
+            Value::Text(_) => {
+                let columns = columns::read(issues, entry, &VALUES, self.base_dir)?;
+                let names: Vec<&str> = columns.iter().map(|own| own.name.key.as_str()).collect();
+                let Some(place) = names.iter().position(|name| *name == self.name) else {
+                    let message = format!("the file has no column `{}`", self.name);
+                    let remedy = format!(
+                        "name a column so in the header line, such as {}",
+                        VALUES.header
+                    );
+                    let missing =
+                        fault(entry.node.span, self.axis.path, message).label("no such column");
+                    issues.push(missing.accepted(names.join(", ")).remedy(remedy));
+                    return None;
+                };
+                column = columns.into_iter().nth(place)?;
+                column
+                    .unit_fits(issues, self.axis.path, self.axis.dimension)
+                    .then_some(())?;
+                &column.values
+            }
+            _ => {
+                let path = format!("{}.empirical", self.axis.path);
+                let message = format!("`{path}` must be a list of values, or the path of a file");
+                let wrong =
+                    Diagnostic::new(DiagnosticKind::WrongType, entry.node.span, &path, message);
+                issues.push(wrong.label("here").accepted(ACCEPTED));
+                return None;
+            }
+        };
+        let values = items.iter().map(|item| self.axis.one(issues, item));
+        let values: Vec<Option<f64>> = values.collect();
+        let mut values = values.into_iter().collect::<Option<Vec<f64>>>()?;
+        values.sort_by(f64::total_cmp);
+        Some(Law::Empirical(values.into()))
+    }
+}
