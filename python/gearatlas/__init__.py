@@ -9,12 +9,14 @@ The manual of the program describes manifests and tables; docs/python.md describ
 
 from ._gearatlas import COMMIT, __version__
 from ._errors import AtlasError, Fault, ManifestError, ManifestWarning
+from ._fit import Fit, fit
 from ._manifest import Axis, Manifest, Point, load
 from ._map import CycleMap, Image
 from ._motion import Structure, Trace, structure, trace
 from ._results import Results, open
 from ._run import Progress, follow, run
 from ._samples import probability, quantiles, rattles, sobol_indices
+from ._sensitivity import Sensitivity, sensitivity
 from ._table import Table
 
 __all__ = [
@@ -23,6 +25,7 @@ __all__ = [
     "Axis",
     "CycleMap",
     "Fault",
+    "Fit",
     "Image",
     "Manifest",
     "ManifestError",
@@ -30,10 +33,12 @@ __all__ = [
     "Point",
     "Progress",
     "Results",
+    "Sensitivity",
     "Structure",
     "Table",
     "Trace",
     "__version__",
+    "fit",
     "follow",
     "load",
     "open",
@@ -41,6 +46,7 @@ __all__ = [
     "quantiles",
     "rattles",
     "run",
+    "sensitivity",
     "sobol_indices",
     "structure",
     "trace",

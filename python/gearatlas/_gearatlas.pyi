@@ -17,11 +17,14 @@ __all__ = [
     "Point",
     "Table",
     "__version__",
+    "conversion",
     "follow",
     "present_tables",
+    "read_measured",
     "read_runs",
     "read_table",
     "run",
+    "sensitivity",
     "structure",
     "trace",
 ]
@@ -152,6 +155,17 @@ def trace(
     swept: bool,
     tables: _PathLike,
 ) -> tuple[Table, Table, str | None]: ...
+def sensitivity(
+    point: Point,
+    *,
+    keys: list[str] | None,
+    members: int,
+    cycles: int,
+    step: float,
+    tables: _PathLike,
+) -> tuple[str, str, Table]: ...
+def read_measured(path: _PathLike) -> list[tuple[str, str | None, _Floats]]: ...
+def conversion(unit: str, to: str) -> float | None: ...
 def structure(point: Point, *, samples: int, tables: _PathLike) -> list[Table]: ...
 def present_tables(folder: _PathLike) -> list[str]: ...
 def read_table(folder: _PathLike, name: str) -> Table: ...

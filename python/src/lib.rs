@@ -7,9 +7,11 @@ mod cycle_map;
 mod errors;
 mod followed;
 mod manifest;
+mod measured;
 mod point;
 mod results;
 mod run;
+mod sensitivity;
 mod structure;
 mod table;
 mod toml_values;
@@ -25,11 +27,15 @@ mod _gearatlas {
     #[pymodule_export]
     use crate::manifest::Manifest;
     #[pymodule_export]
+    use crate::measured::{conversion, read_measured};
+    #[pymodule_export]
     use crate::point::Point;
     #[pymodule_export]
     use crate::results::{present_tables, read_runs, read_table};
     #[pymodule_export]
     use crate::run::run;
+    #[pymodule_export]
+    use crate::sensitivity::sensitivity;
     #[pymodule_export]
     use crate::structure::structure;
     #[pymodule_export]

@@ -423,6 +423,143 @@ fn columns_of_one_unit_are_curves_of_one_picture() {
     );
 }
 
+/// Places of the legend's words and of the marks of measured points: discs of ink behind the curves' own.
+fn discs(folder: &Path, name: &str) -> usize {
+    let source = fs::read_to_string(folder.join("out").join(name)).unwrap();
+    let document = roxmltree::Document::parse(&source).unwrap();
+    let circles = document.descendants().filter(|n| n.has_tag_name("circle"));
+    circles.count()
+}
+
+#[test]
+fn measured_points_lie_over_the_curves_of_their_column() {
+    let folder = finished(TWO_AXES, ANALYSES);
+    let path = folder.path();
+    let plain = [
+        "--what",
+        "deflection_rms",
+        "--over",
+        "speed",
+        "--format",
+        "svg",
+    ];
+    let (files, _) = plotted(path, "results/case", &plain);
+    let without: Vec<usize> = files.iter().map(|name| discs(path, name)).collect();
+    fs::write(
+        path.join("points.csv"),
+        "# of a bench\nspeed [rpm];deflection_rms [um];stderr [um]\n6000;2;0.5\n9000;3;0\n20000;1;0.1\n",
+    )
+    .unwrap();
+    let laid = [
+        "--measured",
+        "points.csv",
+        "--format",
+        "svg",
+        "--unit",
+        "rpm",
+    ];
+    let (with, _) = plotted(path, "results/case", &laid);
+    assert_eq!(with, files, "they choose the column and its axis");
+    for (name, before) in with.iter().zip(without) {
+        let words = labels(path, name);
+        holds(
+            &words,
+            &[
+                "measured",
+                "computed",
+                "3 measured points",
+                "± standard error",
+            ],
+        );
+        holds(&words, &["speed [rpm]", "20"]);
+        // A disc has two circles; the legend shows a computed and a measured one.
+        assert_eq!(discs(path, name), before + 10, "{name}");
+    }
+    // With a curve by value there is a legend anyway.
+    let by = [
+        "--measured",
+        "points.csv",
+        "--by",
+        "load",
+        "--format",
+        "svg",
+    ];
+    let (by, _) = plotted(path, "results/case", &by);
+    assert_eq!(by.len(), 1);
+    holds(&labels(path, &by[0]), &["load 0.05", "measured"]);
+    let (several, _) = plotted(
+        path,
+        "results/case",
+        &[
+            "--measured",
+            "points.csv",
+            "--what",
+            "deflection_rms,force_peak",
+            "--format",
+            "svg",
+        ],
+    );
+    for name in &several {
+        let is_measured = labels(path, name).iter().any(|label| label == "measured");
+        assert_eq!(is_measured, name.starts_with("deflection"), "{name}");
+    }
+}
+
+#[test]
+fn measured_points_that_fit_nothing_are_refused() {
+    let folder = finished(ONE_AXIS, "");
+    let path = folder.path();
+    for (text, more, wanted) in [
+        (
+            "load,deflection_rms [um]\n0.1,2\n",
+            &["--over", "speed"][..],
+            "give --over load",
+        ),
+        (
+            "pressure,deflection_rms [um]\n0.1,2\n",
+            &[],
+            "no grid axis `pressure`",
+        ),
+        (
+            "speed [rpm],deflection_rsm [um]\n6000,2\n",
+            &[],
+            "did you mean deflection_rms",
+        ),
+        (
+            "speed [rpm],deflection_rms [N]\n6000,2\n",
+            &[],
+            "whose unit is m",
+        ),
+        (
+            "speed [um],deflection_rms [um]\n6000,2\n",
+            &[],
+            "whose unit is rad/s",
+        ),
+        (
+            "speed [rpm],deflection_rms [um]\n6000,2\n",
+            &["--what", "force_peak"],
+            "--what deflection_rms",
+        ),
+        (
+            "speed [rpm],deflection_rms [um]\n6000,2,3\n",
+            &[],
+            "the header has 2 columns",
+        ),
+        (
+            "speed [rpm],deflection_rms [furlong]\n6000,2\n",
+            &[],
+            "`furlong` is not a known unit",
+        ),
+    ] {
+        fs::write(path.join("points.csv"), text).unwrap();
+        let arguments = [&["results/case", "--measured", "points.csv"], more].concat();
+        let said = refused(path, &arguments);
+        assert!(said.contains(wanted), "{text}: {said}");
+    }
+    let said = refused(path, &["results/case", "--measured", "absent.csv"]);
+    assert!(said.contains("`absent.csv` cannot be read"), "{said}");
+}
+
 #[test]
 fn a_column_over_two_axes_is_a_map_or_a_curve_by_value() {
     let folder = finished(TWO_AXES, ANALYSES);

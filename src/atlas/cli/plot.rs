@@ -11,7 +11,8 @@ use clap::builder::{PossibleValue, TypedValueParser};
 use clap::{Arg, Args, ValueEnum};
 use serde_json::json;
 
-use super::{BAD_INPUT, answer, campbell, fail, point, with_causes};
+use super::{BAD_INPUT, answer, campbell, fail, manifest_args, point, with_causes};
+use crate::manifest::Measured;
 use crate::report::{
     Amount, Asked, Display, Drawn, Log, NoAmount, PlotRequest, Resonance, Unit, What, drawable,
     plot,
@@ -38,6 +39,10 @@ pub struct PlotArgs {
     /// Draw one curve per value of this axis.
     #[arg(long, value_name = "AXIS")]
     pub by: Option<String>,
+    /// Lay measured points over the curves: a file with the columns axis, value and, if known, standard error, such as
+    /// "speed [rpm],deflection_rms [um],stderr [um]". They choose the axis and the column if --over and --what do not.
+    #[arg(long, value_name = "FILE")]
+    pub measured: Option<PathBuf>,
     /// Draw this point: its point_id, or values of axes such as load=0.05,speed="9000 rpm" [default: the loudest or most
     /// chaotic point; all points for basins, multipliers and kicks].
     #[arg(long, value_name = "ID|AXIS=VALUE,...")]
@@ -94,6 +99,7 @@ Columns: any of points.parquet (deflection_rms), elements of lists (harmonics[3]
   `atlas plot SOURCE --list` shows them all, with units.
 Examples:
   atlas plot results/job --what deflection_rms,deflection_pp --over speed --by load
+  atlas plot results/job --measured points.csv --unit rpm
   atlas plot results/relief1 results/relief2 --what force_peak --db \"1 N\" --unit rpm";
 
 /// Columns of numbers that every points.parquet has.
@@ -202,6 +208,14 @@ pub fn run(args: &PlotArgs) -> ExitCode {
         Err(Some(message)) => return fail(BAD_INPUT, &message),
         Err(None) => return ExitCode::from(BAD_INPUT),
     };
+    let measured = args.measured.as_deref().map(Measured::read).transpose();
+    let measured = match measured {
+        Ok(measured) => measured,
+        Err(errors) => {
+            manifest_args::report(&errors);
+            return ExitCode::from(BAD_INPUT);
+        }
+    };
     let mut request = PlotRequest {
         what: args.what.concat(),
         over: args.over.clone(),
@@ -210,6 +224,7 @@ pub fn run(args: &PlotArgs) -> ExitCode {
         orders: args.orders.clone(),
         signal: args.signal.clone(),
         frequency: args.frequency,
+        measured,
         display: Display {
             units: args.unit.clone(),
             decibels: args.db.clone(),
@@ -234,7 +249,8 @@ pub fn run(args: &PlotArgs) -> ExitCode {
         speed.clone_from(&diagram.unit);
         drawn = diagram.draw(&request.display);
     }
-    if drawn.pictures.is_empty() || !request.what.is_empty() {
+    let more = !request.what.is_empty() || request.measured.is_some();
+    if drawn.pictures.is_empty() || more {
         match plot(&args.sources, &request) {
             Ok(others) => drawn.append(others),
             Err(error) => return fail(BAD_INPUT, &with_causes(&error)),

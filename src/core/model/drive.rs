@@ -1,8 +1,7 @@
 //! Mesh and excitation of a drive, and where it is operated.
 
 use super::error::{ModelError, positive};
-use super::{FlankError, ImposedMotion, MeshHarmonic, Release, STIFFNESS_TERMS, Stiffness};
-use super::{Film, FlankError, MeshHarmonic, Release, STIFFNESS_TERMS, Stiffness};
+use super::{Film, FlankError, ImposedMotion, MeshHarmonic, Release, STIFFNESS_TERMS, Stiffness};
 use crate::numerics::quadrature::GaussLegendre;
 use serde::Serialize;
 use std::f64::consts::TAU;

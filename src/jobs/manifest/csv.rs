@@ -141,9 +141,9 @@ impl<'i> Reader<'i> {
         Some(columns)
     }
 
-    /// Name of a column and its unit.
+    /// Name of a column and its unit, in the last brackets: those before belong to the name, as in `harmonics[1] [um]`.
     fn name_and_unit<'t>(&mut self, cell: Cell<'t>) -> Option<(&'t str, Unit)> {
-        let Some((name, rest)) = cell.text.split_once('[') else {
+        let Some((name, rest)) = cell.text.rsplit_once('[') else {
             return Some((cell.text, None));
         };
         let Some(unit) = rest.trim_end().strip_suffix(']') else {

@@ -168,6 +168,46 @@ pub enum PlotError {
         /// The folder or file.
         folder: PathBuf,
     },
+    /// Measured points over another axis than the curves.
+    #[error(
+        "the first column of `{}` is `{column}`, but the curves are over `{over}`; give --over {column}, or rename the column",
+        file.display()
+    )]
+    MeasuredAxis {
+        /// The file of the measured points.
+        file: PathBuf,
+        /// Its first column.
+        column: String,
+        /// The axis of the curves.
+        over: String,
+    },
+    /// Measured points of a column that is not drawn.
+    #[error(
+        "the second column of `{}` is `{column}`, which --what does not name; give --what {column}, or rename the column",
+        file.display()
+    )]
+    MeasuredValue {
+        /// The file of the measured points.
+        file: PathBuf,
+        /// Its second column.
+        column: String,
+    },
+    /// Measured points in a unit of something else.
+    #[error(
+        "`{column} [{unit}]` in `{}` does not fit {column}, whose unit is {}",
+        file.display(),
+        if si == "1" { "1 (a plain number)" } else { si }
+    )]
+    MeasuredUnit {
+        /// The file of the measured points.
+        file: PathBuf,
+        /// The column.
+        column: String,
+        /// Its unit there.
+        unit: String,
+        /// Its unit of SI.
+        si: String,
+    },
     /// The drawing library refuses.
     #[error("a picture could not be drawn: {detail}")]
     Drawing {

@@ -112,6 +112,7 @@ pub fn plot(paths: &[PathBuf], request: &PlotRequest) -> Result<Drawn, PlotError
 }
 
 fn drawn(paths: &[PathBuf], request: &PlotRequest) -> Result<Drawn, PlotError> {
+    let request = &column::completed(request)?;
     let mut drawn = Drawn::default();
     let (mut columns, mut kinds) = (Vec::new(), Vec::new());
     for asked in &request.what {

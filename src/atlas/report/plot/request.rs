@@ -2,6 +2,7 @@
 
 use super::column::Asked;
 use super::display::Display;
+use crate::manifest::Measured;
 
 /// Mesh orders shown where none are asked for.
 pub const USUAL_ORDERS: [f64; 3] = [1.0, 2.0, 3.0];
@@ -23,6 +24,8 @@ pub struct PlotRequest {
     pub signal: Option<String>,
     /// Frequencies instead of orders in a waterfall.
     pub frequency: bool,
+    /// Measured points, laid over the curves of the column that they name.
+    pub measured: Option<Measured>,
     /// How values are shown.
     pub display: Display,
 }

@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 use super::Source;
 use super::labelled::Labelled;
 use super::map::file_part;
-use super::plan::{Axes, Key, Plan};
+use super::measured::marks;
+use super::plan::{Axes, Curve, Key, Plan};
 use super::series::Series;
 use crate::report::numbers::plural;
 use crate::report::plot::axis::{Axis, range};
@@ -33,31 +34,18 @@ pub(super) fn draw(
     } = Plans::of(sources, group, &axes, &scale);
     let first = &sources[0].results;
     let over = &first.summary.axes[axes.over[0]];
-    let mut ends: Vec<f64> = Vec::new();
-    let mut across: Vec<f64> = Vec::new();
-    let mut floors: Vec<f64> = Vec::new();
+    let marks = |measured| marks(measured, &names, unit, over, &scale);
+    let measured = request.measured.as_ref().map(marks).transpose()?.flatten();
     let name_of = |key: &Key| &*group[key[2]][key[0]].name;
-    let all = || plans.values().flat_map(|plan| &plan.curves);
+    let mut extent = Extent::default();
     for name in &names {
-        let dots = || {
-            let own = all().filter(|(key, _)| name_of(key) == *name);
-            own.flat_map(|(_, curve)| &curve.dots)
-        };
-        let [_, largest] = range(
-            dots()
-                .map(|dot| dot.value)
-                .filter(|value| value.is_finite()),
-        );
-        let floor = scale.floor(largest).unwrap_or(f64::NEG_INFINITY);
-        floors.push(floor);
-        for dot in dots() {
-            across.push(dot.x);
-            let own = [dot.low, dot.high, dot.value].into_iter();
-            ends.extend(own.filter(|value| value.is_finite() && *value >= floor));
-        }
+        let all = plans.values().flat_map(|plan| &plan.curves);
+        let own = all.filter(|(key, _)| name_of(key) == *name);
+        extent.reach(own.map(|(_, curve)| curve), &scale);
     }
-    across.sort_by(f64::total_cmp);
-    across.dedup();
+    let floors = std::mem::take(&mut extent.floors);
+    extent.reach(measured.iter(), &scale);
+    let across = extent.across();
     let across = first.axis(over, |name, unit| match request.display.log {
         Some(Log::X | Log::Xy) => {
             let [first, last] = range(across.iter().copied());
@@ -66,7 +54,7 @@ pub(super) fn draw(
         }
         Some(Log::Y) | None => Axis::for_grid(name, unit, &across),
     });
-    let up = scale.axis(range(ends.into_iter()));
+    let up = scale.axis(range(extent.ends.into_iter()));
     let mut drawn = Drawn::sliced(&label, order.len(), order.len() + dropped);
     let jobs: Vec<&str> = sources.iter().map(|source| &*source.name).collect();
     let by = axes.by.iter().flatten().next();
@@ -82,6 +70,8 @@ pub(super) fn draw(
             over.name
         );
         let points = plural(plan.points, "point");
+        let others = (measured.as_ref()).map(|curve| plural(curve.dots.len(), "measured point"));
+        let others = others.unwrap_or_default();
         let held = plan.held().join(", ");
         let hidden = names.iter().zip(&floors).map(|(name, floor)| {
             let own = plan.curves.iter().filter(|(key, _)| name_of(key) == *name);
@@ -99,7 +89,7 @@ pub(super) fn draw(
         };
         let mut canvas = Canvas::titled(
             &title,
-            &first.subtitle(&[&held, &points, &plan.joins, &below, &errors]),
+            &first.subtitle(&[&held, &points, &others, &plan.joins, &below, &errors]),
         );
         let picture = Labelled {
             sources,
@@ -107,6 +97,7 @@ pub(super) fn draw(
             axes: &axes,
             plan,
             names: &names,
+            measured: measured.as_ref(),
         };
         picture.draw(&mut canvas, &across, &up);
         drawn
@@ -114,6 +105,40 @@ pub(super) fn draw(
             .push(Picture::new(format!("{file}{suffix}"), canvas));
     }
     Ok(drawn)
+}
+
+/// How far curves reach.
+#[derive(Default)]
+struct Extent {
+    across: Vec<f64>,
+    ends: Vec<f64>,
+    /// Of each quantity, below which its values are round-off.
+    floors: Vec<f64>,
+}
+
+impl Extent {
+    /// Takes up the curves of one quantity.
+    fn reach<'a>(&mut self, curves: impl Iterator<Item = &'a Curve>, scale: &Scale) {
+        let dots: Vec<_> = curves.flat_map(|curve| &curve.dots).collect();
+        let values = dots.iter().map(|dot| dot.value);
+        let [_, largest] = range(values.filter(|value| value.is_finite()));
+        let floor = scale.floor(largest).unwrap_or(f64::NEG_INFINITY);
+        self.floors.push(floor);
+        for dot in dots {
+            self.across.push(dot.x);
+            let own = [dot.low, dot.high, dot.value].into_iter();
+            let own = own.filter(|value| value.is_finite() && *value >= floor);
+            self.ends.extend(own);
+        }
+    }
+
+    /// Places along the axis, ascending, each once.
+    fn across(&mut self) -> Vec<f64> {
+        let mut across = std::mem::take(&mut self.across);
+        across.sort_by(f64::total_cmp);
+        across.dedup();
+        across
+    }
 }
 
 /// Pictures by what is held.

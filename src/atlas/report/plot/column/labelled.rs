@@ -35,13 +35,16 @@ pub(super) struct Labelled<'a> {
     pub axes: &'a Axes,
     pub plan: &'a Plan,
     pub names: &'a [&'a str],
+    /// Measured points.
+    pub measured: Option<&'a Curve>,
 }
 
 impl Labelled<'_> {
     /// The words of a curve, of each of its parts that not all curves share.
     fn label(&self, key: &Key) -> String {
         let parts = WORDED.iter().flat_map(|&part| self.words(part, key));
-        parts.collect::<Vec<_>>().join(", ")
+        let words = parts.collect::<Vec<_>>().join(", ");
+        if words.is_empty() { "computed".to_owned() } else { words }
     }
 
     /// The words of a part of a curve's key.
@@ -158,14 +161,20 @@ impl Labelled<'_> {
     }
 
     pub fn draw(&self, canvas: &mut Canvas, across: &Axis, up: &Axis) {
-        let curves: Vec<(Style, &Curve)> = (self.plan.curves.iter())
+        let mut curves: Vec<(Style, &Curve)> = (self.plan.curves.iter())
             .map(|(key, curve)| (self.style(key), curve))
             .collect();
-        let entries = self.entries();
+        let mut entries = self.entries();
+        entries.extend(self.measured.map(|_| Entry {
+            label: "measured".to_owned(),
+            style: Style::MEASURED,
+            lined: false,
+            marked: true,
+        }));
         let widths = entries
             .iter()
             .map(|entry| text_width(&entry.label, TICK_SIZE));
-        let alone = curves.len() < 2;
+        let alone = entries.len() < 2;
         let widest = widths.fold(0.0, f64::max) + 52.0;
         let right = EDGE - if alone { 40.0 } else { widest.clamp(LEGEND[0], LEGEND[1]) };
         let panel = Panel {
@@ -177,6 +186,7 @@ impl Labelled<'_> {
             up: up.clone(),
         };
         panel.frame(canvas, true);
+        curves.extend(self.measured.map(|curve| (Style::MEASURED, curve)));
         if curves
             .iter()
             .all(|(_, curve)| curve.dots.iter().all(|dot| dot.value.is_nan()))

@@ -5,6 +5,7 @@ mod clip;
 mod curves;
 mod labelled;
 mod map;
+mod measured;
 mod name;
 mod orders;
 mod plan;
@@ -17,6 +18,7 @@ use super::picture::Drawn;
 use super::request::PlotRequest;
 use super::results::Results;
 
+pub(super) use measured::completed;
 pub(super) use name::nearest;
 pub use name::{Asked, ColumnName, NoColumn};
 pub(super) use orders::draw as draw_orders;

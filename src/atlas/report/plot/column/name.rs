@@ -126,6 +126,16 @@ impl FromStr for Asked {
     }
 }
 
+impl ColumnName {
+    /// The column, without an element.
+    pub fn whole(&self) -> Self {
+        Self {
+            element: None,
+            ..self.clone()
+        }
+    }
+}
+
 impl fmt::Display for ColumnName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.table != TableKind::Points {

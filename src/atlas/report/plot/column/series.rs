@@ -153,10 +153,7 @@ pub(super) fn read(results: &Results, column: &ColumnName) -> Result<Vec<Series>
             });
         }
     };
-    let whole = ColumnName {
-        element: None,
-        ..column.clone()
-    };
+    let whole = column.whole();
     let mut of_element = |element: usize| {
         let placed = placed.get_mut(element).map(std::mem::take);
         let samples = Samples::new(placed.unwrap_or_default(), results.summary.all.len());

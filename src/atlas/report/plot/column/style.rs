@@ -1,6 +1,6 @@
 //! How are curves of one picture told apart? By colour and marker, and by dashes.
 
-use crate::report::plot::canvas::{Canvas, Colour, Place};
+use crate::report::plot::canvas::{Canvas, Colour, INK, Place};
 use crate::report::plot::categories::colour;
 use crate::report::plot::marker::{Marker, OTHERS};
 use crate::report::plot::ramp::viridis;
@@ -18,6 +18,13 @@ pub(super) struct Style {
 }
 
 impl Style {
+    /// How measured points are marked.
+    pub const MEASURED: Self = Self {
+        colour: INK,
+        marker: Marker::Disc,
+        dashes: 0,
+    };
+
     /// The `place`-th of `count` colours, with the `dashes`-th kind of line; `ordered` ones that are too
     /// many to be told apart go from dark to bright.
     pub fn new([place, count]: [usize; 2], ordered: bool, dashes: usize) -> Self {

@@ -1,0 +1,71 @@
+"""Measured points: an axis, a value, and perhaps its standard error."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _gearatlas
+from ._errors import AtlasError
+
+Floats = npt.NDArray[np.float64]
+Points = str | os.PathLike[str] | Mapping[str, npt.ArrayLike]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A column of measured points."""
+
+    name: str
+    """Its name."""
+    numbers: Floats
+    """Its numbers as written, (n,)."""
+    unit: str | None
+    """Their unit; None for SI."""
+
+    def in_si(self, si: str) -> Floats:
+        """The numbers in the SI unit `si`, (n,)."""
+        return self.numbers * self.factor(si)
+
+    def factor(self, si: str) -> float:
+        """How many of the SI unit `si` make one of the own unit. Raises `AtlasError` if they measure different things."""
+        if self.unit is None or self.unit == si:
+            return 1.0
+        factor = _gearatlas.conversion(self.unit, si)
+        if factor is None:
+            raise AtlasError(f"`{self.name} [{self.unit}]` of the measured points does not fit {self.name}, whose unit is {si}")
+        return factor
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Measured points."""
+
+    axis: Quantity
+    """Where they were measured."""
+    value: Quantity
+    """What was measured."""
+    stderr: Quantity | None
+    """Its standard errors."""
+
+
+def measured_points(source: Points) -> Measured:
+    """Measured points from a file, as `atlas plot --measured` reads it, or from a mapping of two or three columns in SI:
+    axis, value, standard error. Raises `ManifestError` with every fault of a file."""
+    if isinstance(source, Mapping):
+        columns = [Quantity(name, np.array(numbers, dtype=float), None) for name, numbers in source.items()]
+    else:
+        read = _gearatlas.read_measured(source)
+        columns = [Quantity(name, numbers, unit) for name, unit, numbers in read]
+    lengths = {column.numbers.shape for column in columns}
+    if len(columns) not in (2, 3) or len(lengths) != 1 or len(next(iter(lengths))) != 1:
+        raise AtlasError("measured points need two or three columns of one length: the axis, the value and perhaps its standard error")
+    if not all(np.isfinite(column.numbers).all() for column in columns):
+        raise AtlasError("measured points must be finite numbers; remove those without a value")
+    if len(columns) == 3 and (columns[2].numbers < 0).any():
+        raise AtlasError("a standard error of the measured points is negative")
+    return Measured(columns[0], columns[1], columns[2] if len(columns) == 3 else None)
