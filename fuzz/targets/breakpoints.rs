@@ -208,6 +208,7 @@ pub fn model(case: Case) -> Model {
         transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.0)],
         torque_ripple: Vec::new(),
         imposed_motion: Vec::new(),
+        tooth_cycles: Default::default(),
     };
     let coast = |mesh: Vec<Division>| CoastFlank {
         mesh,

@@ -136,6 +136,7 @@ pub fn planted(kind: Kind, seed: u64) -> Planted {
         further: Vec::new(),
         imposed_motion: Vec::new(),
         film: None,
+        tooth_cycles: Default::default(),
     };
     let model = Model::new(&structure, &drive, point).unwrap();
     let mut start = model.start(&InitialState::Static);

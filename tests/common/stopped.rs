@@ -44,6 +44,7 @@ impl Family for Stopped {
             further: Vec::new(),
             imposed_motion: Vec::new(),
             film: None,
+            tooth_cycles: Default::default(),
         };
         let point = OperatingPoint {
             load: OFF,

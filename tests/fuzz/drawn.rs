@@ -191,6 +191,7 @@ impl Drawn {
                 torque_ripple,
                 further: Vec::new(),
                 imposed_motion: Vec::new(),
+                tooth_cycles: Default::default(),
             },
             point,
             start,

@@ -39,6 +39,7 @@ mod table_mesh;
 mod tier_manifests;
 mod tiers;
 mod tooth_errors;
+mod tooth_faults;
 mod train_meshes;
 mod trains;
 

@@ -74,6 +74,7 @@ fn drive(mesh: Vec<Division>, coast: Option<Vec<Division>>) -> Drive {
         further: Vec::new(),
         imposed_motion: Vec::new(),
         film: None,
+        tooth_cycles: Default::default(),
     }
 }
 

@@ -202,6 +202,7 @@ impl Family for Pressed {
             further: Vec::new(),
             imposed_motion: Vec::new(),
             film: None,
+            tooth_cycles: Default::default(),
         };
         let point = OperatingPoint { load, speed: omega };
         Model::new(&structure, &drive, point).map_err(|error| error.to_string())

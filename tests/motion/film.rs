@@ -8,9 +8,7 @@ use gearatlas::model::{
     ActiveSet, DRIVE_FLANK, Drive, Film, InitialState, Model, OperatingPoint, TrajectoryState,
 };
 use gearatlas::propagate::varying_speed::{MovingEvent, Stretch, VaryingSpeed, Watch};
-use gearatlas::propagate::{
-    ClosedModes, Counters, InstructionSet, Kernel, TableError, Tangents,
-};
+use gearatlas::propagate::{ClosedModes, Counters, InstructionSet, Kernel, TableError, Tangents};
 use gearatlas::reference::Reference;
 
 /// Mass \[kg\], half gap \[m\], stiffness \[N/m\] and damping \[N s/m\] of the flanks.
@@ -38,7 +36,10 @@ fn mass_between(film: Film, force: f64) -> Model {
     let w = MASS.sqrt().recip();
     let mut structure = structure(&[0.0], 0.0, &[w], &[w]);
     structure.rated_force = 1.0;
-    let point = OperatingPoint { load: force, speed: 5.0 };
+    let point = OperatingPoint {
+        load: force,
+        speed: 5.0,
+    };
     Model::new(&structure, &drive, point).unwrap()
 }
 
@@ -63,17 +64,28 @@ fn speeds_at_the_borders_of_layers_are_those_of_the_law() {
         let start = approaching(&model, 60e-6, 0.1);
         let mut seen = Events::default();
         advance_with(&volterra(&model), &start, 1, &mut seen);
-        let mut thickness = film.layers(HALF_GAP).into_iter().map(|own| own.distance[0] + 1e-6);
+        let mut thickness = film
+            .layers(HALF_GAP)
+            .into_iter()
+            .map(|own| own.distance[0] + 1e-6);
         for event in &seen.0[..layers] {
             let exact = left_by_the_law(&film, 0.1, thickness.next().unwrap());
-            assert!((event.rate - exact).abs() < 1e-13, "{layers}: {} {exact}", event.rate);
+            assert!(
+                (event.rate - exact).abs() < 1e-13,
+                "{layers}: {} {exact}",
+                event.rate
+            );
             assert_eq!(event.to.count(), 1);
         }
         let flank = seen.0[layers];
         assert_eq!((flank.contact, flank.to), (DRIVE_FLANK, ActiveSet::DRIVE));
         assert!((flank.rate - left_by_the_law(&film, 0.1, 1e-6)).abs() < 1e-13);
         // On the way out no film acts: the mass keeps the speed with which the flank lets go.
-        assert!(seen.0[layers + 1..].iter().all(|event| event.contact % 2 == 1 || event.contact == 0));
+        assert!(
+            seen.0[layers + 1..]
+                .iter()
+                .all(|event| event.contact % 2 == 1 || event.contact == 0)
+        );
     }
 }
 
@@ -138,16 +150,22 @@ fn restitution_comes_near_that_of_the_smooth_law() {
         let errors = [2, 4, 8, 16].map(|layers| {
             let model = mass_between(film(layers), force);
             let mut seen = Events::default();
-            advance_with(&volterra(&model), &approaching(&model, 50e-6, speed), 1, &mut seen);
-            let opened = |e: &&gearatlas::propagate::Event| {
-                e.contact == DRIVE_FLANK && !e.closes()
-            };
+            advance_with(
+                &volterra(&model),
+                &approaching(&model, 50e-6, speed),
+                1,
+                &mut seen,
+            );
+            let opened = |e: &&gearatlas::propagate::Event| e.contact == DRIVE_FLANK && !e.closes();
             let found = -seen.0.iter().find(opened).unwrap().rate / speed;
             (found - exact).abs()
         });
         println!("{speed} m/s: restitution {exact:.4}, errors of layers {errors:.1e?}");
         assert!(errors[3] < 2e-4, "{speed}: {errors:?}");
-        assert!(errors[0] > 8.0 * errors[2] || errors[0] < 1e-5, "{speed}: {errors:?}");
+        assert!(
+            errors[0] > 8.0 * errors[2] || errors[0] < 1e-5,
+            "{speed}: {errors:?}"
+        );
     }
     let fast = rebound_of_the_law(&film(1), 1.0, 0.0);
     let slow = rebound_of_the_law(&film(1), 0.05, 0.0) / 0.05;
@@ -198,7 +216,9 @@ fn kernels_follow_the_integrator_that_shares_only_the_model() {
                 events += seen.0.len();
                 state = end;
             }
-            println!("{name}, load {load}: states {worst:.1e}, times {late:.1e}, {events} events, {layers} of layers");
+            println!(
+                "{name}, load {load}: states {worst:.1e}, times {late:.1e}, {events} events, {layers} of layers"
+            );
             assert!(layers > 30, "{name}: {layers}");
             assert!(worst < 1e-10 && late < 1e-11, "{name}: {worst:e} {late:e}");
         }
@@ -252,7 +272,13 @@ fn tangents_are_derivatives() {
             }
             let (mut trajectory, mut room) = (start.clone(), kernel.workspace());
             kernel
-                .advance_cycle(&mut trajectory, &mut tangents, &mut room, &mut (), &mut Counters::default())
+                .advance_cycle(
+                    &mut trajectory,
+                    &mut tangents,
+                    &mut room,
+                    &mut (),
+                    &mut Counters::default(),
+                )
                 .unwrap();
             assert_eq!(trajectory, end);
             for i in 0..dimension {
@@ -284,5 +310,9 @@ fn other_kernels_refuse_it() {
     let refused = ClosedModes::new(&model, 100, InstructionSet::best()).err();
     assert_eq!(refused, Some(TableError::Film));
     let rest = model.start(&InitialState::Static);
-    assert!(gearatlas::reference::Extended::new(&model).advance(&rest, 1).is_err());
+    assert!(
+        gearatlas::reference::Extended::new(&model)
+            .advance(&rest, 1)
+            .is_err()
+    );
 }

@@ -418,6 +418,7 @@ mod random_drives {
                         .collect(),
                     further: Vec::new(),
                     imposed_motion: Vec::new(),
+                    tooth_cycles: Default::default(),
                 },
             )
     }

@@ -5,8 +5,8 @@ use super::contact::base_cycles;
 use super::direction::Directions;
 use super::error::{ModelError, positive};
 use super::{
-    Block, Contact, Division, Drive, FilmLayer, MOST_CONTACTS, MeshCycle, MeshHarmonic, Release, Slider,
-    TransmissionErrorHarmonic,
+    Block, Contact, Division, Drive, FilmLayer, MOST_CONTACTS, MeshCycle, MeshHarmonic, Release,
+    Slider, TransmissionErrorHarmonic,
 };
 use super::{bearing, flank_springs, one_set, structure_contacts};
 use crate::structure::{FlankParticipation, MOST_BASE_CYCLES, ModalStructure, SliderPart};
@@ -98,16 +98,21 @@ impl Assembly<'_> {
         for (number, mesh) in on_drive.iter().enumerate() {
             // The damper of a flank is that of its first spring.
             let damping = if number == 0 { drive.damping } else { 0.0 };
-            let on_drive = self.cycle(&drive_side, mesh, damping, directions);
+            let teeth = drive.tooth_cycles.each_ref();
+            let [drive_teeth, coast_teeth] =
+                teeth.map(|own| if number == 0 { &own[..] } else { &[] });
+            let on_drive = self.cycles((&drive_side, mesh, drive_teeth), damping, directions)?;
             let on_coast = match &coast {
                 None => on_drive.clone(),
-                Some((side, springs)) => self.cycle(side, &springs[number], damping, directions),
+                Some((side, springs)) => {
+                    self.cycles((side, &springs[number], coast_teeth), damping, directions)?
+                }
             };
             contacts.extend(
-                [(1.0, on_drive), (-1.0, on_coast)].map(|(side, cycle)| Contact {
+                [(1.0, on_drive), (-1.0, on_coast)].map(|(side, cycles)| Contact {
                     side,
                     half_gap: drive.half_gap,
-                    cycles: vec![cycle],
+                    cycles,
                     release: release(drive.release, damping),
                     band: f64::INFINITY,
                 }),
@@ -141,6 +146,26 @@ impl Assembly<'_> {
     fn film_layers(&self) -> Vec<FilmLayer> {
         let film = self.drive.film.as_ref();
         film.map_or_else(Vec::new, |film| film.layers(self.drive.half_gap))
+    }
+
+    /// The mesh cycles of a spring with some damping \[N s/m\]: one, unless single teeth differ.
+    ///
+    /// # Errors
+    /// As [`flank_springs::of_flank`].
+    fn cycles(
+        &self,
+        (side, alike, teeth): (&Side, &[Division], &[Vec<Division>]),
+        damping: f64,
+        directions: &mut Directions,
+    ) -> Result<Vec<MeshCycle>, ModelError> {
+        if teeth.is_empty() {
+            return Ok(vec![self.cycle(side, alike, damping, directions)]);
+        }
+        let of_teeth = teeth.iter().map(|mesh| {
+            let springs = flank_springs::of_flank(mesh, &[], &side.flank)?;
+            Ok(self.cycle(side, &springs[0], damping, directions))
+        });
+        of_teeth.collect()
     }
 
     /// The mesh cycle of a spring with some damping \[N s/m\].

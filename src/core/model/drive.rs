@@ -46,6 +46,9 @@ pub struct Drive {
     pub transmission_error: Vec<MeshHarmonic>,
     /// Torque ripple, `T(t) = Σ amplitude cos(order Ω_shaft t + phase)`.
     pub torque_ripple: Vec<TorqueRipple>,
+    /// Divisions of the drive flank and of the coast flank in every mesh cycle of a revolution, where single teeth differ; else
+    /// empty. They recur in turn. Those of `further` are alike.
+    pub tooth_cycles: [Vec<Vec<Division>>; 2],
     /// Uneven rotation that is imposed.
     pub imposed_motion: Vec<ImposedMotion>,
 }
@@ -65,6 +68,7 @@ impl Drive {
             transmission_error: Vec::new(),
             torque_ripple: Vec::new(),
             imposed_motion: Vec::new(),
+            tooth_cycles: Default::default(),
             further: Vec::new(),
         }
     }

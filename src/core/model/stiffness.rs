@@ -56,6 +56,13 @@ impl Stiffness {
         }
     }
 
+    /// So many times as stiff.
+    pub fn times(&self, factor: f64) -> Self {
+        Self {
+            series: self.series.map(|a| factor * a),
+        }
+    }
+
     /// Whether it is the same throughout.
     pub fn is_constant(&self) -> bool {
         self.series[1..].iter().all(|&a| a == 0.0)

@@ -15,6 +15,9 @@ use crate::numerics::quadrature::GaussLegendre;
 /// Longest stretch over which a direction that changes steadily is taken as its mean, in mesh cycles.
 const LONGEST: f64 = 1.0 / 24.0;
 
+/// Ends closer than this to one another \[cycles\] are one.
+pub(super) const SAME_END: f64 = 1e-9;
+
 /// Nodes of the rule for means: exact where Λ is straight, to round-off on so short stretches elsewhere.
 const RULE: usize = 8;
 
@@ -82,11 +85,24 @@ impl EvenSharing {
 
     /// Where stretches end on which the direction is one: in order, 1 last. None is shorter than `apart`.
     pub fn ends(&self, apart: f64) -> Vec<f64> {
+        self.ends_at(
+            &[0.0, self.pitch_phase, self.contact_ratio],
+            apart,
+            |mark| mark,
+        )
+    }
+
+    /// Where pairs come and leave, and the load goes over steadily: phases that are moved by some law.
+    pub(super) fn touches(&self, moved: impl Fn(f64) -> f64) -> Vec<f64> {
+        self.ends_at(&[0.0, self.contact_ratio], SAME_END, moved)
+    }
+
+    /// Ends at marks of a pair, moved by some law.
+    fn ends_at(&self, marks: &[f64], apart: f64, moved: impl Fn(f64) -> f64) -> Vec<f64> {
         let half = 0.5 * self.overlap_ratio;
-        let marks = [0.0, self.pitch_phase, self.contact_ratio];
         let mut ends: Vec<f64> = (marks.iter())
             .flat_map(|mark| [mark - half, mark + half])
-            .map(|mark| mark.rem_euclid(1.0))
+            .map(|mark| moved(mark).rem_euclid(1.0))
             .collect();
         if half > 0.0 {
             let parts = (1.0 / LONGEST).round() as u32;
@@ -97,6 +113,25 @@ impl EvenSharing {
         ends.dedup_by(|later, earlier| *later - *earlier < apart);
         ends.push(1.0);
         ends
+    }
+
+    /// Part of the load that the pair of a tooth bears so long after its first touch at mid-face \[cycles\]; the tooth touches
+    /// again every `teeth` cycles.
+    pub(super) fn share(&self, since: f64, teeth: u32) -> f64 {
+        let half = 0.5 * self.overlap_ratio;
+        let line = |middle: f64| {
+            let length = (middle + half).min(self.contact_ratio) - (middle - half).max(0.0);
+            if half > 0.0 {
+                length.max(0.0)
+            } else {
+                f64::from(u8::from((0.0..self.contact_ratio).contains(&middle)))
+            }
+        };
+        let own = line((since + half).rem_euclid(f64::from(teeth)) - half);
+        let others = (-half).floor() as i32..=(self.contact_ratio + half).ceil() as i32;
+        let phase = since.rem_euclid(1.0);
+        let all: f64 = others.map(|number| line(phase + f64::from(number))).sum();
+        own / all
     }
 
     /// Mean over a stretch of the mesh cycle without such an end inside.

@@ -1,10 +1,8 @@
 //! Where friction turns within the mesh cycle, by pairs of teeth that share the load evenly.
 
 use super::EvenSharing;
+use super::even_sharing::SAME_END;
 use crate::model::Division;
-
-/// A turn of friction closer than this to an end of divisions \[cycles\] cuts none of them.
-const SAME_END: f64 = 1e-9;
 
 impl EvenSharing {
     /// Divisions of a mesh cut where the friction of these pairs turns or steps, with its mean between: exact for the
@@ -16,20 +14,30 @@ impl EvenSharing {
             .map(|(&from, &to)| self.mean([from, to]))
             .map(|mean| [mean.direction, mean.lever])
             .collect();
-        let mut cut = Vec::with_capacity(mesh.len() + stretches.len());
+        let mut cut = Self::cut_at(mesh, &stretches);
+        let mut start = 0.0;
+        for division in &mut cut {
+            let middle = 0.5 * (start + division.end);
+            division.friction = friction[stretches.partition_point(|stretch| *stretch < middle)];
+            start = division.end;
+        }
+        cut
+    }
+
+    /// Divisions cut at phases, in order.
+    pub(super) fn cut_at(mesh: &[Division], phases: &[f64]) -> Vec<Division> {
+        let mut cut = Vec::with_capacity(mesh.len() + phases.len());
         let mut start = 0.0;
         for division in mesh {
             let inside = |end: &f64| *end > start + SAME_END && *end < division.end - SAME_END;
             let place = |phase: f64| 2.0 * (phase - start) / (division.end - start) - 1.0;
             let mut from = start;
-            for end in (stretches.iter().copied().filter(inside)).chain([division.end]) {
+            for end in (phases.iter().copied().filter(inside)).chain([division.end]) {
                 let part = [from, end].map(place);
-                let middle = 0.5 * (from + end);
                 cut.push(Division {
                     end,
                     stiffness: division.stiffness.part(part[0], part[1]),
                     error: division.error.part(part[0], part[1]),
-                    friction: friction[stretches.partition_point(|stretch| *stretch < middle)],
                     ..*division
                 });
                 from = end;

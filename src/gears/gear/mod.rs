@@ -15,16 +15,17 @@ mod helix;
 mod internal;
 mod involute;
 mod mean_friction;
-mod oil_film;
 mod mesh_springs;
 mod mesh_table;
 mod misalignment;
 mod modification;
+mod oil_film;
 mod pair;
 mod sharing;
 mod symmetry;
 mod tip_contact;
 mod tooth;
+mod tooth_fault;
 
 pub use compliance::{AlongFace, PairCompliance};
 pub use error::{FlankCourse, GearError};
@@ -37,7 +38,6 @@ pub use helix::mesh_force_direction;
 pub use internal::{InternalError, InternalPair};
 pub use involute::{inverse_involute, involute};
 pub use mean_friction::MeanFriction;
-pub use oil_film::OilFilm;
 pub use mesh_springs::{MeshSprings, SpringPiece, SpringStretch};
 pub use mesh_table::{
     CourseAccuracy, CycleDivision, FaceLaw, MeshCourse, MeshTable, MeshTableCycle, MeshTableError,
@@ -48,6 +48,7 @@ pub use misalignment::{
     loaded_misalignment,
 };
 pub use modification::{Modification, Relief, ReliefCourse};
+pub use oil_film::OilFilm;
 pub use pair::GearPair;
 pub use sharing::{
     Contact, ContactPair, Face, HelicalFace, LoadSharing, MOST_PAIRS, SharedLoad, SharingError,
@@ -55,3 +56,4 @@ pub use sharing::{
 };
 pub use symmetry::standard_symmetry;
 pub use tooth::{ProfilePoint, Tooth, Undercut};
+pub use tooth_fault::{FaultyTeeth, ToothFault};

@@ -7,7 +7,7 @@ use super::mesh_tables::{MeshError, MeshTables};
 use crate::analysis::{PointConfig, SliceError};
 use crate::gear::GearError;
 use crate::manifest::{
-    CoastSpec, DampingSpec, ModelSpec, PointSpec, StiffnessSpec, StructureSource,
+    CoastSpec, DampingSpec, MeshSpec, ModelSpec, PointSpec, StiffnessSpec, StructureSource,
 };
 use crate::model::{
     CoastFlank, Division, Drive, MeshHarmonic, Model, ModelError, OperatingPoint, Rolling,
@@ -226,7 +226,14 @@ fn with_mean(
         ..Division::level(1.0, mean)
     };
     let mesh = (vec![level], mean);
-    let mut model = with_mesh(structure, point, mesh, Vec::new(), Vec::new())?;
+    let alike = PointSpec {
+        mesh: MeshSpec {
+            teeth: None,
+            ..point.mesh.clone()
+        },
+        ..point.clone()
+    };
+    let mut model = with_mesh(structure, &alike, mesh, Vec::new(), Vec::new())?;
     // Where pairs touch is not in a mean.
     model.rolling = None;
     Ok(model)
@@ -250,6 +257,14 @@ fn with_mesh(
     let mut error = point.excitation.transmission_error.clone();
     error.extend(lacking);
     let friction = first_force::friction(structure, point)?;
+    let tooth_cycles = point
+        .mesh
+        .teeth
+        .as_ref()
+        .map_or_else(Default::default, |teeth| {
+            let of_coast = coast.as_ref().map(|coast| teeth.on_coast(&coast.mesh));
+            [teeth.on_drive(&mesh), of_coast.unwrap_or_default()]
+        });
     let drive = Drive {
         half_gap: point.mesh.half_gap,
         damping: match point.mesh.damping {
@@ -265,6 +280,7 @@ fn with_mesh(
         torque_ripple: point.excitation.torque_ripple.clone(),
         further,
         imposed_motion: point.excitation.imposed_motion.clone(),
+        tooth_cycles,
     };
     let operating = OperatingPoint {
         load: point.load,

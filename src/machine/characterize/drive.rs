@@ -74,6 +74,7 @@ impl DefaultDrive {
                 further: Vec::new(),
                 imposed_motion: Vec::new(),
                 film: None,
+                tooth_cycles: Default::default(),
             },
         })
     }

@@ -160,6 +160,7 @@ pub fn quiet(half_gap: f64, levels: &[f64], ends: &[f64], damping: f64) -> Drive
         further: Vec::new(),
         imposed_motion: Vec::new(),
         film: None,
+        tooth_cycles: Default::default(),
     }
 }
 

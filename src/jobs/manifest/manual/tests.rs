@@ -258,6 +258,9 @@ fn surroundings(path: &str) -> String {
             let law = "friction_law = \"schlenk\"\nroughness = 5e-7\noil_viscosity = 0.02";
             put("[mesh]", &format!("[mesh]\n{law}"));
         }
+        _ if path.starts_with("mesh.tooth_fault.") => {
+            text.push_str("[[mesh.tooth_fault]]\ngear = \"pinion\"\ntooth = 2\nloss = 1e-5\n");
+        }
         _ if path.starts_with("mesh.film") => {
             text.push_str("[mesh.film]\nviscosity = 0.03\n");
         }

@@ -57,20 +57,30 @@ pub(super) fn sliding(
             return None;
         }
     };
-    // Where a law of two levels says how long two pairs are in contact, the load is shared as long.
+    let by_law = gears.helix_angle == 0.0;
+    shared_as_long(section, issues, drawn, by_law.then_some(stiffness)).map(Some)
+}
+
+/// Pairs that share the load as long as a law of two levels says that two of them are in contact.
+pub(super) fn shared_as_long(
+    section: &Section,
+    issues: &mut Issues,
+    drawn: EvenSharing,
+    stiffness: Option<&StiffnessSpec>,
+) -> Option<EvenSharing> {
     let levels = matches!(
         stiffness,
-        StiffnessSpec::Piecewise(_) | StiffnessSpec::Continuous(_)
+        Some(StiffnessSpec::Piecewise(_) | StiffnessSpec::Continuous(_))
     );
-    let by_law = levels && !section.has("values") && gears.helix_angle == 0.0;
-    Some(Some(EvenSharing {
-        contact_ratio: if by_law {
-            section.quantity(issues, "contact_ratio")?
-        } else {
-            drawn.contact_ratio
-        },
+    let contact_ratio = if levels && !section.has("values") {
+        section.quantity(issues, "contact_ratio")?
+    } else {
+        drawn.contact_ratio
+    };
+    Some(EvenSharing {
+        contact_ratio,
         ..drawn
-    }))
+    })
 }
 
 /// Friction whose direction is not known.

@@ -6,6 +6,7 @@ use super::contact_law;
 use super::drawn_mesh;
 use super::film;
 use super::friction;
+use super::tooth_fault;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{self, Section};
 use crate::manifest::spec::{DampingSpec, MeshSpec, StiffnessSpec, TwoLevels};
@@ -85,6 +86,8 @@ pub(super) fn read(
     let coast = coast::read(section, issues, drive, laws);
     let release = section.choice_or_default(issues, "release");
     let film = film::read(section, issues, drive);
+    let teeth = (stiffness.as_ref().zip(coast.as_ref()))
+        .and_then(|laws| tooth_fault::read(section, issues, drive, laws));
     let (half_gap, stiffness) = (half_gap?, stiffness?);
     backlash::check_scale(section, issues, drive, half_gap, &stiffness)?;
     Some(MeshSpec {
@@ -100,6 +103,7 @@ pub(super) fn read(
             _ => Release::Deflection,
         },
         film: film?,
+        teeth: teeth?,
     })
 }
 

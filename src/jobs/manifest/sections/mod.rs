@@ -27,6 +27,7 @@ mod shafts;
 mod slice;
 mod slices;
 mod sliders;
+mod tooth_fault;
 mod torque_curve;
 mod train;
 mod unfelt;

@@ -2,7 +2,7 @@
 
 use super::drive_kind::DriveKind;
 use super::shafts::{Elastic, ShaftSet};
-use super::{Context, film, friction, gear, mesh, shafts, train, unfelt};
+use super::{Context, film, friction, gear, mesh, shafts, tooth_fault, train, unfelt};
 use crate::gear::GearPair;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::modal_file;
@@ -210,9 +210,9 @@ fn mesh_wants_gears(root: &Section, issues: &mut Issues) -> bool {
     }
 }
 
-/// Whether friction or a film of oil needs the drawing.
+/// Whether friction, a film of oil or a fault of a tooth needs the drawing.
 fn beside_mesh(mesh: &Section) -> bool {
-    friction::wants_gears(mesh) || film::wants_gears(mesh)
+    friction::wants_gears(mesh) || film::wants_gears(mesh) || tooth_fault::wants_gears(mesh)
 }
 
 /// The drawing that a mesh table, the law of friction or a film of oil needs where the structure comes from a modal file.

@@ -1,6 +1,8 @@
 //! The resolved gear mesh.
 
-use crate::gear::{CycleDivision, EvenSharing, GearError, GearPair, MeanFriction, MeshTableSpec};
+use crate::gear::{
+    CycleDivision, EvenSharing, FaultyTeeth, GearError, GearPair, MeanFriction, MeshTableSpec,
+};
 use crate::model::{Film, Release, StiffnessHarmonic};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -27,6 +29,9 @@ pub struct MeshSpec {
     pub coast: CoastSpec,
     /// When contacts let go.
     pub release: Release,
+    /// Teeth unlike the others, if any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub teeth: Option<Arc<FaultyTeeth>>,
     /// The film of oil, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub film: Option<Film>,

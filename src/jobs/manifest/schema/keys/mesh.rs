@@ -121,6 +121,22 @@ pub(super) const KEYS: &[Key] = &[
                 spring and damper falls to zero, so the contact never pulls. If the flanks have not separated, \
                 contact closes again when this force rises to zero. run.kernel = \"closed_modes\" requires \
                 `deflection`."),
+    key("mesh.tooth_fault", Kind::List("tables"), ANY, r#"[{ gear = "pinion", tooth = 3, stiffness = 0.7 }]"#).or("[]")
+        .about("Single teeth unlike the others, one table `[[mesh.tooth_fault]]` each: a crack, a pit, an error of the pitch. Pairs \
+                in contact share the load evenly. The mesh then repeats after a revolution of the gear, and with faults of both gears \
+                after the least common multiple of the teeth, at most 10 000 mesh cycles. Needs [gear]. Not with mesh.resolution = \"pairs\"."),
+    table("mesh.tooth_fault.*"),
+    choice("mesh.tooth_fault.*.gear", &["pinion", "wheel"], r#""wheel""#)
+        .about("Gear of the tooth."),
+    integer("mesh.tooth_fault.*.tooth", 1.0, 100_000.0, "3")
+        .about("Number of the tooth in the order in which the teeth engage. Tooth 1 engages at the start of the mesh cycle at time 0."),
+    quantity("mesh.tooth_fault.*.stiffness", Ratio, bounds(0.0, false, 1.0, true), "0.7").or("1")
+        .about("Part of the stiffness that the pairs of this tooth keep, for example with a crack at its root."),
+    quantity("mesh.tooth_fault.*.loss", Length, ANY, r#""20 um""#).or("0")
+        .about("Material that the flanks of the tooth lack along the line of action. It is negative if the flanks protrude."),
+    choice("mesh.tooth_fault.*.flanks", &["both", "drive", "coast"], r#""drive""#).or(r#""both""#)
+        .about("Flanks with the loss. A pit is on one flank. The tooth of an error of the pitch lacks material on one flank, \
+                and the other protrudes: give two tables."),
     table("mesh.film")
         .about("The oil that approaching flanks squeeze out of their gap: F = 3 sqrt(2) pi viscosity L (R/h)^1.5 (-h'), of a \
                 full film of thickness h between cylinders with the radii of curvature at the pitch point. Separating \

@@ -1,0 +1,221 @@
+//! Single teeth of another stiffness or profile: which mesh cycles do they change, and how?
+//!
+//! The pair of tooth n first touches at the start of mesh cycle n, at mid-face. It bears the share σ of the mesh while it is in
+//! contact, as pairs that share the load evenly do. A tooth whose pair has the part f of its stiffness, and whose flanks lack d,
+//! leaves the mesh
+//!
+//! ```text
+//! k' = k (1 − (1 − f) σ),    gap' = gap + σ d,
+//! ```
+//!
+//! as long as all pairs of the mesh touch. Cycles recur after a revolution of the gear; with faults of both gears after the
+//! hunting cycle, the least common multiple of the teeth.
+
+use super::EvenSharing;
+use crate::model::{Division, FlankError};
+use crate::numerics::integers::least_multiple;
+use serde::Serialize;
+
+/// The middle of a tooth of the pinion passes the line of centres nearly so many cycles after its drive flank passes the pitch
+/// point: half its thickness, which is nearly half a pitch.
+const HALF_TOOTH: f64 = 0.25;
+
+/// A tooth unlike the others.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ToothFault {
+    /// Of the pinion 0, of the wheel 1.
+    pub gear: usize,
+    /// Number of the tooth, from 0, in the order in which they engage: that of mesh cycle 0 is 0.
+    pub tooth: u32,
+    /// Part f of the stiffness of its pair that is left, in (0, 1].
+    pub stiffness: f64,
+    /// What its drive flank and its coast flank lack along the line of action, d \[m\].
+    pub lacks: [f64; 2],
+}
+
+/// A pair of gears with teeth unlike the others.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FaultyTeeth {
+    /// The teeth.
+    pub faults: Vec<ToothFault>,
+    /// Numbers of teeth.
+    pub teeth: [u32; 2],
+    /// How pairs share the load.
+    pub pairs: EvenSharing,
+    /// Mesh phase about which coast flanks mirror the drive flanks ([`GearPair::symmetry`](super::GearPair::symmetry)).
+    pub symmetry: f64,
+}
+
+/// The course of a flank: forwards, or as the mirror image about twice a phase.
+#[derive(Debug, Clone, Copy)]
+enum Course {
+    Drive,
+    Coast { twice: f64 },
+}
+
+impl FaultyTeeth {
+    /// Mesh cycles after which all recur.
+    pub fn base_cycles(&self) -> usize {
+        let of_faults = self
+            .faults
+            .iter()
+            .map(|fault| self.teeth[fault.gear] as usize);
+        of_faults.fold(1, least_multiple)
+    }
+
+    /// The cycles of drive flanks, from that of flanks whose teeth are all alike.
+    pub fn on_drive(&self, alike: &[Division]) -> Vec<Vec<Division>> {
+        self.cycles(alike, Course::Drive)
+    }
+
+    /// Those of coast flanks, mirror images of the drive flanks about the phase at which tooth 0 of the pinion stands on the line
+    /// of centres.
+    pub fn on_coast(&self, alike: &[Division]) -> Vec<Vec<Division>> {
+        let centred = self.pairs.pitch_phase + HALF_TOOTH;
+        let twice = 2.0 * self.symmetry;
+        let twice = twice + (2.0 * centred - twice).round();
+        self.cycles(alike, Course::Coast { twice })
+    }
+
+    fn cycles(&self, alike: &[Division], course: Course) -> Vec<Vec<Division>> {
+        let ends = self.pairs.touches(|mark| match course {
+            Course::Drive => mark,
+            Course::Coast { twice } => twice - mark,
+        });
+        let pieces = EvenSharing::cut_at(alike, &ends);
+        (0..self.base_cycles())
+            .map(|cycle| {
+                let starts = std::iter::once(0.0).chain(pieces.iter().map(|piece| piece.end));
+                let changed: Vec<Division> = (starts.zip(&pieces))
+                    .map(|(start, piece)| {
+                        let middle = cycle as f64 + 0.5 * (start + piece.end);
+                        self.changed(piece, middle, course)
+                    })
+                    .collect();
+                if changed == pieces { alike.to_vec() } else { changed }
+            })
+            .collect()
+    }
+
+    /// A division about a time \[cycles\].
+    fn changed(&self, division: &Division, time: f64, course: Course) -> Division {
+        let (mut left, mut lacking) = (1.0, 0.0);
+        for fault in &self.faults {
+            let number = f64::from(fault.tooth);
+            let (since, flank) = match course {
+                Course::Drive => (time - number, 0),
+                // A tooth of the pinion stands before the tooth of the wheel that the next one drives.
+                Course::Coast { twice } => (twice + number - fault.gear as f64 - time, 1),
+            };
+            let share = self.pairs.share(since, self.teeth[fault.gear]);
+            left -= (1.0 - fault.stiffness) * share;
+            lacking += share * fault.lacks[flank];
+        }
+        let mut error = *division.error.coefficients();
+        error[0] += lacking;
+        Division {
+            stiffness: division.stiffness.times(left),
+            error: FlankError::series(error),
+            ..*division
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pair touches from 0 to 1.6 and passes the pitch point at 0.75.
+    const PAIRS: EvenSharing = EvenSharing {
+        pitch_phase: 0.75,
+        contact_ratio: 1.6,
+        overlap_ratio: 0.0,
+        base_pitch: 12e-3,
+        inclination: 1.0,
+    };
+
+    fn teeth(gear: usize, tooth: u32) -> FaultyTeeth {
+        let fault = ToothFault {
+            gear,
+            tooth,
+            stiffness: 0.6,
+            lacks: [4e-6, 1e-6],
+        };
+        FaultyTeeth {
+            faults: vec![fault],
+            teeth: [5, 7],
+            pairs: PAIRS,
+            symmetry: 0.48,
+        }
+    }
+
+    /// Stiffness and gap in the middle of each division, and where it ends.
+    fn told(cycle: &[Division]) -> Vec<[f64; 3]> {
+        let one = |own: &Division| [own.end, own.stiffness.mean(), own.error.coefficients()[0]];
+        cycle.iter().map(one).collect()
+    }
+
+    fn near(found: &[[f64; 3]], exact: &[[f64; 3]]) {
+        assert_eq!(found.len(), exact.len(), "{found:?}");
+        for (a, b) in found.iter().flatten().zip(exact.iter().flatten()) {
+            assert!((a - b).abs() <= 1e-12 * b.abs(), "{found:?} {exact:?}");
+        }
+    }
+
+    /// Tooth 3 shares the load with tooth 2, bears it alone, and shares it with tooth 4.
+    #[test]
+    fn a_tooth_changes_the_cycles_of_its_pair() {
+        let alike = Division::levels(&[4.0, 3.0], &[0.6]);
+        let cycles = teeth(0, 3).on_drive(&alike);
+        assert_eq!(cycles.len(), 5);
+        near(&told(&cycles[3]), &[[0.6, 3.2, 2e-6], [1.0, 1.8, 4e-6]]);
+        near(&told(&cycles[4]), &[[0.6, 3.2, 2e-6], [1.0, 3.0, 0.0]]);
+        assert!(cycles[..3].iter().all(|cycle| *cycle == alike));
+        // The last tooth touches into the next revolution.
+        let cycles = teeth(1, 6).on_drive(&alike);
+        near(&told(&cycles[0]), &[[0.6, 3.2, 2e-6], [1.0, 3.0, 0.0]]);
+        assert_eq!((cycles.len(), &cycles[1]), (7, &alike));
+    }
+
+    /// About 0.98, where tooth 0 of the pinion is in the middle, its coast flank mirrors its drive flank.
+    #[test]
+    fn coast_flanks_mirror_the_tooth() {
+        let drive = Division::levels(&[4.0, 3.0], &[0.6]);
+        let alike = Division::mirrored(&drive, 0.98);
+        // Touches from 2 · 0.98 − 1.6 = 0.36 to 1.96, alone from 0.96 to 1.36.
+        let cycles = teeth(0, 0).on_coast(&alike);
+        near(
+            &told(&cycles[0]),
+            &[[0.36, 3.0, 0.0], [0.96, 3.2, 5e-7], [1.0, 1.8, 1e-6]],
+        );
+        near(
+            &told(&cycles[1]),
+            &[[0.36, 1.8, 1e-6], [0.96, 3.2, 5e-7], [1.0, 3.0, 0.0]],
+        );
+        // Tooth 1 of the wheel is behind tooth 0 of the pinion.
+        let of_wheel = teeth(1, 1).on_coast(&alike);
+        assert_eq!(of_wheel[..2], cycles[..2]);
+        assert_eq!(of_wheel.len(), 7);
+    }
+
+    /// Faults of both gears recur after the hunting cycle. Shares of a helical pair add up to one.
+    #[test]
+    fn hunting_cycles_have_all_pairs_of_teeth() {
+        let mut both = teeth(0, 3);
+        both.faults.push(teeth(1, 2).faults[0]);
+        both.pairs.overlap_ratio = 0.7;
+        assert_eq!(both.base_cycles(), 35);
+        let cycles = both.on_drive(&Division::levels(&[4.0], &[]));
+        let lost: f64 = (cycles.iter())
+            .map(|cycle| {
+                let starts = std::iter::once(0.0).chain(cycle.iter().map(|own| own.end));
+                let lost = starts
+                    .zip(cycle)
+                    .map(|(start, own)| (own.end - start) * (1.0 - own.stiffness.mean() / 4.0));
+                lost.sum::<f64>()
+            })
+            .sum();
+        // Each pair bears one cycle's load in all; one tooth meets 7 times, the other 5.
+        assert!((lost / (0.4 * 12.0) - 1.0).abs() < 1e-3, "{lost}");
+    }
+}

@@ -1,0 +1,231 @@
+//! Single teeth unlike the others (`[[mesh.tooth_fault]]`): the sidebands of a cracked and worn tooth beside a closed form,
+//! kernels beside one another in rattle, and what is refused.
+
+#![allow(clippy::unwrap_used)]
+
+use crate::common;
+use common::advance::{advance, volterra};
+use common::relative_difference;
+use gearatlas::analysis::{
+    NvhConfig, OrderConfig, PointConfig, PointOutcome, Section, Signals, investigate,
+};
+use gearatlas::manifest;
+use gearatlas::model::{InitialState, Model};
+use gearatlas::numerics::random::PointSeed;
+use gearatlas::propagate::{ClosedModes, InstructionSet};
+use gearatlas::reference::Extended;
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+const MANIFEST: &str = include_str!("../../manifests/tiers/torsional.toml");
+
+/// The 20/30 teeth of the manifest, without friction and errors, with a tooth of the pinion unlike the others.
+fn text(fault: &str) -> String {
+    MANIFEST
+        .replace("friction = 0.05 ", "friction = 0 ")
+        .replace("transmission_error = [{", "transmission_error = [] # [{")
+        + &format!("\n[[mesh.tooth_fault]]\n{fault}\n")
+}
+
+fn model(fault: &str, speed: f64, load: f64) -> Model {
+    let text = text(fault);
+    let mut point = manifest::parse(&text, "m.toml", Path::new(""))
+        .unwrap()
+        .points
+        .at(0);
+    (point.speed, point.load) = (speed, load);
+    common::parts().model(&point).unwrap()
+}
+
+const CRACKED: &str =
+    "gear = \"pinion\"\ntooth = 4\nstiffness = 0.7\nloss = \"3 um\"\nflanks = \"drive\"";
+
+/// One mass on a spring whose stiffness and gap step: its motion in closed form, step by step.
+struct Stepped {
+    /// Relative mass \[kg\], damping \[N s/m\] and force \[N\].
+    mass: f64,
+    damping: f64,
+    force: f64,
+    /// Duration \[s\], stiffness \[N/m\] and gap \[m\] of each step.
+    steps: Vec<[f64; 3]>,
+}
+
+impl Stepped {
+    /// Displacement and velocity so long after a state.
+    fn at(&self, [_, stiffness, gap]: [f64; 3], [x, v]: [f64; 2], time: f64) -> [f64; 2] {
+        let rest = gap + self.force / stiffness;
+        let half = 0.5 * self.damping / self.mass;
+        let turning = (stiffness / self.mass - half * half).sqrt();
+        let sine = (v + half * (x - rest)) / turning;
+        let (sin, cos) = (turning * time).sin_cos();
+        let decay = (-half * time).exp();
+        let off = decay * ((x - rest) * cos + sine * sin);
+        let speed = decay * turning * (sine * cos - (x - rest) * sin) - half * off;
+        [rest + off, speed]
+    }
+
+    /// The state at the start of the motion that repeats.
+    fn repeated(&self) -> [f64; 2] {
+        let rest = self.steps[0][2] + self.force / self.steps[0][1];
+        let rounds = std::iter::repeat_n(&self.steps, 30).flatten();
+        rounds.fold([rest, 0.0], |state, step| self.at(*step, state, step[0]))
+    }
+
+    /// `2/T ∫ x e^{−iωt} dt` over a round, by Simpson's rule on each step.
+    fn line(&self, frequency: f64) -> Complex64 {
+        let (mut state, mut begin, mut sum) = (self.repeated(), 0.0, Complex64::ZERO);
+        for step in &self.steps {
+            let count = 400;
+            let h = step[0] / f64::from(count);
+            for k in 0..=count {
+                let weight = match k {
+                    0 => 1.0,
+                    k if k == count => 1.0,
+                    k => f64::from(2 + 2 * (k % 2)),
+                };
+                let time = f64::from(k) * h;
+                let turned = Complex64::from_polar(weight * h / 3.0, -frequency * (begin + time));
+                sum += turned * self.at(*step, state, time)[0];
+            }
+            state = self.at(*step, state, step[0]);
+            begin += step[0];
+        }
+        sum * (2.0 / begin)
+    }
+}
+
+/// The drive in contact: pairs of two levels, tooth 4 in mesh cycles 3 and 4.
+fn stepped(model: &Model, load: f64) -> Stepped {
+    let (mean, drop) = (4e8, 0.25);
+    let double = mean / (1.0 - 0.4 * drop);
+    let single = double * (1.0 - drop);
+    let steps = (0..20).flat_map(|cycle| {
+        let (kept, lost) = if cycle == 3 || cycle == 4 { (0.85, 1.5e-6) } else { (1.0, 0.0) };
+        let alone = if cycle == 3 { (0.7, 3e-6) } else { (1.0, 0.0) };
+        [
+            [0.6 * model.period(), kept * double, 10e-6 + lost],
+            [0.4 * model.period(), alone.0 * single, 10e-6 + alone.1],
+        ]
+    });
+    Stepped {
+        mass: model.effective_mass,
+        damping: 1483.0,
+        force: load * 50.0 / (40e-3 * 20f64.to_radians().cos()),
+        steps: steps.collect(),
+    }
+}
+
+fn asked() -> PointConfig {
+    let signals = Signals {
+        deflection: true,
+        ..Signals::NONE
+    };
+    PointConfig {
+        point: PointSeed {
+            seed: 1,
+            point_id: 0,
+        },
+        transient: 400,
+        cycles: 4000,
+        settle: true,
+        audit_cycles: 0,
+        lyapunov: None,
+        poincare_samples: 0,
+        section: Section::Stroboscopic,
+        nvh: Some(NvhConfig {
+            harmonics: 3,
+            outputs: Signals::NONE,
+            power: false,
+            spectrum: None,
+            orders: Some(OrderConfig {
+                signals,
+                mesh: 3,
+                shafts: 45,
+            }),
+            stop_at_stderr: None,
+        }),
+    }
+}
+
+/// Every order of the pinion's shaft up to beyond the second mesh order: amplitude and phase.
+#[test]
+fn a_cracked_tooth_has_the_sidebands_of_the_closed_form() {
+    let load = 2.0;
+    let model = model(CRACKED, 300.0, load);
+    let exact = stepped(&model, load);
+    let start = model.start(&InitialState::Static);
+    let never = AtomicBool::new(false);
+    let found: PointOutcome =
+        investigate(&model, &volterra(&model), start, &asked(), &never).unwrap();
+    let largest = exact.line(TAU / model.period()).norm();
+    let mut sidebands = 0;
+    for multiple in 1..=45 {
+        let lines = &found.orders[0].lines;
+        let own = |line: &&gearatlas::analysis::OrderLine| {
+            line.reference == "pinion" && line.multiple == multiple
+        };
+        let line = lines.iter().find(own).unwrap();
+        let value = Complex64::from_polar(line.amplitude, line.phase.unwrap_or(0.0));
+        let known = exact.line(TAU * f64::from(multiple) / (20.0 * model.period()));
+        assert!(
+            (value - known).norm() < 1e-9 * largest,
+            "{multiple}: {value} {known}"
+        );
+        sidebands += u32::from(multiple % 20 != 0 && known.norm() > 0.02 * largest);
+    }
+    assert!(sidebands > 20, "{sidebands}");
+}
+
+/// Kernels beside an integrator with thirty digits, cycle by cycle through a revolution of the wheel in rattle.
+#[test]
+fn kernels_rattle_over_the_revolution() {
+    let fault = "gear = \"wheel\"\ntooth = 30\nstiffness = 0.5\nloss = \"2 um\"";
+    let text = text(fault).replace("[] # [{", "[{");
+    let mut point = manifest::parse(&text, "m.toml", Path::new(""))
+        .unwrap()
+        .points
+        .at(0);
+    (point.speed, point.load) = (1200.0, 0.05);
+    let model = common::parts().model(&point).unwrap();
+    assert_eq!(model.base_cycles(), 30);
+    let closed = ClosedModes::new(&model, 1000, InstructionSet::best()).unwrap();
+    let mut state = advance(&volterra(&model), &model.start(&InitialState::Static), 26);
+    for _ in 0..8 {
+        let exact = Extended::new(&model).advance(&state, 1).unwrap();
+        let modes = advance(&closed, &state, 1);
+        state = advance(&volterra(&model), &state, 1);
+        for found in [&state, &modes] {
+            let off = relative_difference(&found.state, &exact.end().state);
+            assert!(off < 1e-10, "{}: {off:e}", state.cycle);
+        }
+    }
+}
+
+#[test]
+fn teeth_that_cannot_be_are_refused() {
+    let drawn = text(CRACKED).replace(
+        "stiffness = \"piecewise\"",
+        "stiffness = \"table\"\nresolution = \"pairs\" #",
+    );
+    let cases = [
+        (
+            text("gear = \"pinion\"\ntooth = 21\nloss = 1e-6"),
+            "tooth 21 of a gear with 20 teeth",
+        ),
+        (
+            text("gear = \"pinion\"\ntooth = 2"),
+            "this tooth is like the others",
+        ),
+        (
+            text("gear = \"pinion\"\ntooth = 2\nstiffness = 0"),
+            "stiffness",
+        ),
+        (drawn, "springs of their own are all alike"),
+    ];
+    for (text, said) in cases {
+        let errors = manifest::parse(&text, "m.toml", Path::new("")).unwrap_err();
+        assert!(errors.to_string().contains(said), "{said}: {errors}");
+    }
+}
