@@ -271,14 +271,16 @@ impl Integration<'_> {
         let from = self.contact;
         let model = self.reference.model;
         self.contact = model.toggled(from, contact);
-        // A layer of a film that begins, or the flank, has passed all layers before it.
-        if self.contact.holds(contact) {
-            for layer in 0..model.contacts.len() {
-                if model.is_passed(layer, self.contact) {
-                    let own = ActiveSet::FREE.toggled(layer);
-                    (self.passed, self.unladen) =
-                        (self.passed.union(own), self.unladen.without(own));
-                }
+        // A layer of a film that begins, or the flank, has passed all layers before it, and has come free of the others.
+        for layer in (0..model.contacts.len()).filter(|layer| model.is_of_film(*layer)) {
+            let own = ActiveSet::FREE.toggled(layer);
+            let passed = model.is_passed(layer, self.contact);
+            if passed || model.is_out_of_reach(layer, &self.segments, self.contact) {
+                self.unladen = self.unladen.without(own);
+                self.passed = self.passed.without(own);
+            }
+            if passed {
+                self.passed = self.passed.union(own);
             }
         }
         if model.is_slip(contact) {
