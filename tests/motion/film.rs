@@ -9,9 +9,7 @@ use gearatlas::model::{
     InitialState, Model, OperatingPoint, Release, TrajectoryState,
 };
 use gearatlas::propagate::varying_speed::{MovingEvent, Stretch, VaryingSpeed, Watch};
-use gearatlas::propagate::{
-    ClosedModes, Counters, InstructionSet, Kernel, TableError, Tangents,
-};
+use gearatlas::propagate::{ClosedModes, Counters, InstructionSet, Kernel, TableError, Tangents};
 use gearatlas::reference::Reference;
 
 /// Mass \[kg\], half gap \[m\], stiffness \[N/m\] and damping \[N s/m\] of the flanks.
@@ -39,7 +37,10 @@ fn mass_between(film: Film, force: f64) -> Model {
     let w = MASS.sqrt().recip();
     let mut structure = structure(&[0.0], 0.0, &[w], &[w]);
     structure.rated_force = 1.0;
-    let point = OperatingPoint { load: force, speed: 5.0 };
+    let point = OperatingPoint {
+        load: force,
+        speed: 5.0,
+    };
     Model::new(&structure, &drive, point).unwrap()
 }
 
@@ -64,10 +65,17 @@ fn speeds_at_the_borders_of_layers_are_those_of_the_law() {
         let start = approaching(&model, 60e-6, 0.1);
         let mut seen = Events::default();
         advance_with(&volterra(&model), &start, 1, &mut seen);
-        let mut thickness = film.layers(HALF_GAP).into_iter().map(|own| own.distance[0] + 1e-6);
+        let mut thickness = film
+            .layers(HALF_GAP)
+            .into_iter()
+            .map(|own| own.distance[0] + 1e-6);
         for event in &seen.0[..layers] {
             let exact = left_by_the_law(&film, 0.1, thickness.next().unwrap());
-            assert!((event.rate - exact).abs() < 1e-13, "{layers}: {} {exact}", event.rate);
+            assert!(
+                (event.rate - exact).abs() < 1e-13,
+                "{layers}: {} {exact}",
+                event.rate
+            );
             assert_eq!(event.to.count(), 1);
         }
         let flank = seen.0[layers];
@@ -142,16 +150,22 @@ fn restitution_comes_near_that_of_the_smooth_law() {
         let errors = [2, 4, 8, 16].map(|layers| {
             let model = mass_between(film(layers), force);
             let mut seen = Events::default();
-            advance_with(&volterra(&model), &approaching(&model, 50e-6, speed), 1, &mut seen);
-            let opened = |e: &&gearatlas::propagate::Event| {
-                e.contact == DRIVE_FLANK && !e.closes()
-            };
+            advance_with(
+                &volterra(&model),
+                &approaching(&model, 50e-6, speed),
+                1,
+                &mut seen,
+            );
+            let opened = |e: &&gearatlas::propagate::Event| e.contact == DRIVE_FLANK && !e.closes();
             let found = -seen.0.iter().find(opened).unwrap().rate / speed;
             (found - exact).abs()
         });
         println!("{speed} m/s: restitution {exact:.4}, errors {errors:?} of 2, 4, 8, 16 layers");
         assert!(errors[3] < 5e-4, "{speed}: {errors:?}");
-        assert!(errors[0] > 8.0 * errors[2] || errors[0] < 1e-5, "{speed}: {errors:?}");
+        assert!(
+            errors[0] > 8.0 * errors[2] || errors[0] < 1e-5,
+            "{speed}: {errors:?}"
+        );
     }
     let fast = rebound_of_the_law(&film(1), 1.0, 0.0);
     let slow = rebound_of_the_law(&film(1), 0.05, 0.0) / 0.05;
@@ -172,7 +186,7 @@ fn with_films() -> Vec<(&'static str, common::Case)> {
     let (mut structure, mut drive, point) = all[2].1.clone();
     structure.coast = Some(common::coast_line(&structure));
     drive.release = Release::Force;
-    let error = [0.4e-6, 0.3e-6, -0.1e-6, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let error = [0.4e-6, 0.0, -0.4e-6, 0.0, 0.0, 0.0, 0.0, 0.0];
     drive.mesh[1].error = FlankError::series(error);
     drive.coast = Some(CoastFlank {
         mesh: Division::mirrored(&drive.mesh, 0.4),
@@ -216,7 +230,9 @@ fn kernels_follow_the_integrator_that_shares_only_the_model() {
                 events += seen.0.len();
                 state = end;
             }
-            println!("{name}, load {load}: states {worst:.1e}, times {late:.1e}, {events} events, {layers} of layers");
+            println!(
+                "{name}, load {load}: states {worst:.1e}, times {late:.1e}, {events} events, {layers} of layers"
+            );
             assert!(layers > 30, "{name}: {layers}");
             assert!(worst < 1e-10 && late < 1e-11, "{name}: {worst:e} {late:e}");
         }
@@ -264,7 +280,13 @@ fn the_map_of_a_cycle_contracts_by_the_closed_dampers() {
         let mut last = (0.0, trajectory.contact);
         let mut counters = Counters::default();
         kernel
-            .advance_cycle(&mut trajectory, &mut tangents, &mut room, &mut seen, &mut counters)
+            .advance_cycle(
+                &mut trajectory,
+                &mut tangents,
+                &mut room,
+                &mut seen,
+                &mut counters,
+            )
             .unwrap();
         let mut exact = 0.0;
         let ends = seen.0.iter().map(|e| (e.time, e.to));
@@ -305,7 +327,13 @@ fn tangents_are_derivatives() {
             }
             let (mut trajectory, mut room) = (start.clone(), kernel.workspace());
             kernel
-                .advance_cycle(&mut trajectory, &mut tangents, &mut room, &mut (), &mut Counters::default())
+                .advance_cycle(
+                    &mut trajectory,
+                    &mut tangents,
+                    &mut room,
+                    &mut (),
+                    &mut Counters::default(),
+                )
                 .unwrap();
             assert_eq!(trajectory, end);
             for i in 0..dimension {
@@ -337,5 +365,9 @@ fn other_kernels_refuse_it() {
     let refused = ClosedModes::new(&model, 100, InstructionSet::best()).err();
     assert_eq!(refused, Some(TableError::Film));
     let rest = model.start(&InitialState::Static);
-    assert!(gearatlas::reference::Extended::new(&model).advance(&rest, 1).is_err());
+    assert!(
+        gearatlas::reference::Extended::new(&model)
+            .advance(&rest, 1)
+            .is_err()
+    );
 }

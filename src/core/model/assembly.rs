@@ -5,8 +5,8 @@ use super::contact::base_cycles;
 use super::direction::Directions;
 use super::error::{ModelError, positive};
 use super::{
-    Block, Contact, Division, Drive, FilmLayer, MOST_CONTACTS, MeshCycle, MeshHarmonic, Release, Slider,
-    TransmissionErrorHarmonic,
+    Block, Contact, Division, Drive, FilmLayer, MOST_CONTACTS, MeshCycle, MeshHarmonic, Release,
+    Slider, TransmissionErrorHarmonic,
 };
 use super::{bearing, flank_springs, one_set, structure_contacts};
 use crate::structure::{FlankParticipation, MOST_BASE_CYCLES, ModalStructure, SliderPart};

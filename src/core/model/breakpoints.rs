@@ -66,8 +66,7 @@ impl Model {
             let sides = [contact, other].map(|contact| self.contacts[contact].side);
             sides[0] == -sides[1] && line(contact) == line(other)
         };
-        !active.holds(contact)
-            && (active.iter().any(opposite) || self.is_passed(contact, active))
+        !active.holds(contact) && (active.iter().any(opposite) || self.is_passed(contact, active))
     }
 
     /// Whether such a change is anywhere in a contact's cycles.

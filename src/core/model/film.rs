@@ -63,7 +63,10 @@ impl Film {
         let border = |i: usize| widest * (least / widest).powf(i as f64 / count);
         (0..self.layers)
             .map(|i| {
-                let [from, to] = [border(i), if i + 1 == self.layers { least } else { border(i + 1) }];
+                let [from, to] = [
+                    border(i),
+                    if i + 1 == self.layers { least } else { border(i + 1) },
+                ];
                 let squeezed = 2.0 * self.coefficient * (to.sqrt().recip() - from.sqrt().recip());
                 FilmLayer {
                     distance: [from, to].map(|h| (h - least).clamp(0.0, half_gap)),
@@ -82,7 +85,12 @@ impl Film {
         let (name, accepted) = ("largest thickness of the film", "above the smallest");
         positive(name, widest, widest > least, accepted)?;
         let fits = (1..=MOST_LAYERS).contains(&self.layers);
-        positive("layers of the film", self.layers as f64, fits, "from 1 to 20")
+        positive(
+            "layers of the film",
+            self.layers as f64,
+            fits,
+            "from 1 to 20",
+        )
     }
 }
 
@@ -116,7 +124,10 @@ impl Model {
 
     /// Whether two contacts are of one film, so that they are never closed together.
     pub fn take_turns(&self, one: usize, other: usize) -> bool {
-        one != other && self.film_of(one).is_some_and(|own| self.film_of(other) == Some(own))
+        one != other
+            && self
+                .film_of(one)
+                .is_some_and(|own| self.film_of(other) == Some(own))
     }
 
     /// Whether a contact is a layer of a film that is thinner: a layer behind it is closed, or the flank.
@@ -148,7 +159,12 @@ mod tests {
     fn the_film_of_two_cylinders_has_its_closed_form() {
         let film = film(5);
         assert!((film.coefficient / 1.93019e-5 - 1.0).abs() < 1e-5);
-        for (thickness, damping) in [(50e-6, 54.6), (10e-6, 610.0), (2e-6, 6824.0), (1e-6, 19302.0)] {
+        for (thickness, damping) in [
+            (50e-6, 54.6),
+            (10e-6, 610.0),
+            (2e-6, 6824.0),
+            (1e-6, 19302.0),
+        ] {
             assert!((film.damping(thickness) / damping - 1.0).abs() < 1e-3);
         }
     }
@@ -163,7 +179,10 @@ mod tests {
                 .map(|own| own.damping * (own.distance[0] - own.distance[1]))
                 .sum();
             let exact = 2.0 * film.coefficient * (1e-6_f64.powf(-0.5) - 50e-6_f64.powf(-0.5));
-            assert!((lost / exact - 1.0).abs() < 1e-12, "{layers}: {lost} {exact}");
+            assert!(
+                (lost / exact - 1.0).abs() < 1e-12,
+                "{layers}: {lost} {exact}"
+            );
             assert!((found[0].distance[0] - 49e-6).abs() < 1e-19);
             assert_eq!(found[layers - 1].distance[1], 0.0);
             for pair in found.windows(2) {
@@ -201,14 +220,35 @@ mod tests {
     fn films_out_of_range_are_refused() {
         let structure = fixtures::one_mode(3000.0);
         let made = |film: Film| {
-            let drive = Drive { film: Some(film), ..fixtures::constant_mesh(1e-5, 4e8) };
+            let drive = Drive {
+                film: Some(film),
+                ..fixtures::constant_mesh(1e-5, 4e8)
+            };
             Model::new(&structure, &drive, fixtures::strong_rattle()).map(|_| ())
         };
         assert_eq!(made(film(5)), Ok(()));
-        let thin = Film { thickness: [1e-6, 1e-6], ..film(5) };
-        let dry = Film { coefficient: 0.0, ..film(5) };
-        for wrong in [thin, dry, film(0), film(21), Film { thickness: [5e-6, 0.0], ..film(5) }] {
-            assert!(matches!(made(wrong), Err(ModelError::OutOfRange { .. })), "{wrong:?}");
+        let thin = Film {
+            thickness: [1e-6, 1e-6],
+            ..film(5)
+        };
+        let dry = Film {
+            coefficient: 0.0,
+            ..film(5)
+        };
+        for wrong in [
+            thin,
+            dry,
+            film(0),
+            film(21),
+            Film {
+                thickness: [5e-6, 0.0],
+                ..film(5)
+            },
+        ] {
+            assert!(
+                matches!(made(wrong), Err(ModelError::OutOfRange { .. })),
+                "{wrong:?}"
+            );
         }
     }
 }

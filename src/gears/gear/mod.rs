@@ -15,11 +15,11 @@ mod helix;
 mod internal;
 mod involute;
 mod mean_friction;
-mod oil_film;
 mod mesh_springs;
 mod mesh_table;
 mod misalignment;
 mod modification;
+mod oil_film;
 mod pair;
 mod sharing;
 mod symmetry;
@@ -37,7 +37,6 @@ pub use helix::mesh_force_direction;
 pub use internal::{InternalError, InternalPair};
 pub use involute::{inverse_involute, involute};
 pub use mean_friction::MeanFriction;
-pub use oil_film::OilFilm;
 pub use mesh_springs::{MeshSprings, SpringPiece, SpringStretch};
 pub use mesh_table::{
     CourseAccuracy, CycleDivision, FaceLaw, MeshCourse, MeshTable, MeshTableCycle, MeshTableError,
@@ -48,6 +47,7 @@ pub use misalignment::{
     loaded_misalignment,
 };
 pub use modification::{Modification, Relief, ReliefCourse};
+pub use oil_film::OilFilm;
 pub use pair::GearPair;
 pub use sharing::{
     Contact, ContactPair, Face, HelicalFace, LoadSharing, MOST_PAIRS, SharedLoad, SharingError,

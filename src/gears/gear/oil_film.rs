@@ -57,7 +57,10 @@ mod tests {
     fn spur_flanks_are_cylinders_at_the_pitch_point() {
         let pair = fixtures::pair([20, 31], ToothForm::default());
         let angle = pair.operating_pressure_angle().unwrap();
-        let radii = pair.operating_pitch_radii().unwrap().map(|r| r * angle.sin());
+        let radii = pair
+            .operating_pitch_radii()
+            .unwrap()
+            .map(|r| r * angle.sin());
         let radius = 1.0 / (1.0 / radii[0] + 1.0 / radii[1]);
         let film = OIL.between(&pair).unwrap();
         let by_hand = 13.32865 * 20e-3 * pair.face_width * radius.powf(1.5);
@@ -75,7 +78,10 @@ mod tests {
         let cos = pair.base_helix_angle().cos();
         let film = OIL.between(&pair).unwrap();
         let angle = pair.operating_pressure_angle().unwrap();
-        let radii = pair.operating_pitch_radii().unwrap().map(|r| r * angle.sin());
+        let radii = pair
+            .operating_pitch_radii()
+            .unwrap()
+            .map(|r| r * angle.sin());
         let radius = radii[0] * radii[1] / (radii[0] + radii[1]) / cos;
         let normal = Film {
             coefficient: Film::squeezed(OIL.viscosity, radius, pair.face_width / cos),

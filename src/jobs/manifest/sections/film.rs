@@ -115,7 +115,10 @@ mod tests {
 
     /// A manifest with lines of `[mesh.film]`: its film, or what is said.
     fn film(manifest: &str, lines: &str) -> Result<Option<crate::model::Film>, String> {
-        let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/manifests"));
+        let folder = Path::new(concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../../tests/manifests"
+        ));
         let text = format!("{manifest}\n[mesh.film]\n{lines}\n");
         manifest::parse(&text, "test.toml", folder)
             .map(|job| job.points.at(0).mesh.film)
@@ -125,12 +128,15 @@ mod tests {
     /// 20/30 teeth of 4 mm and 20°: R = 40 · 60 sin 20°/100 mm.
     #[test]
     fn a_film_has_the_radii_of_the_drawing() {
-        let found = film(QUICKSTART, "viscosity = \"20 mPa*s\"").unwrap().unwrap();
+        let found = film(QUICKSTART, "viscosity = \"20 mPa*s\"")
+            .unwrap()
+            .unwrap();
         let radius = 24e-3 * 20f64.to_radians().sin();
         let exact = 13.328_65 * 20e-3 * 20e-3 * radius.powf(1.5);
         assert!((found.coefficient / exact - 1.0).abs() < 1e-6);
         assert_eq!((found.thickness, found.layers), ([50e-6, 1e-6], 5));
-        let lines = "viscosity = 0.1\nlayers = 8\nthickness = \"30 um\"\nleast_thickness = \"2 um\"";
+        let lines =
+            "viscosity = 0.1\nlayers = 8\nthickness = \"30 um\"\nleast_thickness = \"2 um\"";
         let found = film(QUICKSTART, lines).unwrap().unwrap();
         assert_eq!((found.thickness, found.layers), ([30e-6, 2e-6], 8));
     }
@@ -141,9 +147,15 @@ mod tests {
             ("layers = 5", "mesh.film.viscosity"),
             ("viscosity = 0.02\nlayers = 0", "mesh.film.layers"),
             ("viscosity = \"20 mm\"", "viscosity"),
-            ("viscosity = 0.02\nthickness = \"1 um\"", "raise mesh.film.thickness"),
+            (
+                "viscosity = 0.02\nthickness = \"1 um\"",
+                "raise mesh.film.thickness",
+            ),
             ("viscosity = 0.02\ndepth = 1", "depth"),
-            ("viscosity = 0.02\n[continuation]\nover = \"speed\"", "not with a film of oil"),
+            (
+                "viscosity = 0.02\n[continuation]\nover = \"speed\"",
+                "not with a film of oil",
+            ),
         ] {
             let found = film(QUICKSTART, lines).unwrap_err();
             assert!(found.contains(said), "{lines}: {found}");
@@ -152,6 +164,9 @@ mod tests {
         let found = film(&closed_modes, "viscosity = 0.02").unwrap_err();
         assert!(found.contains("cannot follow a film"), "{found}");
         let found = film(MODAL, "viscosity = 0.02").unwrap_err();
-        assert!(found.contains("drawing of a pair on parallel axes"), "{found}");
+        assert!(
+            found.contains("drawing of a pair on parallel axes"),
+            "{found}"
+        );
     }
 }

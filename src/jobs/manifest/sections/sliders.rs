@@ -42,7 +42,12 @@ const EXCLUDED: [Excluded; 3] = [
 pub(super) fn check(root: &Section, issues: &mut Issues, model: Option<&ModelSpec>) {
     let sliders = model.map_or(0, |model| model.source.sliders());
     if sliders > 0 {
-        exclude(root, issues, &EXCLUDED, &format!("not with {sliders} dry sliders"));
+        exclude(
+            root,
+            issues,
+            &EXCLUDED,
+            &format!("not with {sliders} dry sliders"),
+        );
     }
 }
 
