@@ -5,7 +5,8 @@ use crate::common;
 use common::advance::{Events, advance, advance_with, mean_equilibrium, volterra};
 use common::{constant_mesh, drives, relative_difference, structure};
 use gearatlas::model::{
-    ActiveSet, DRIVE_FLANK, Drive, Film, InitialState, Model, OperatingPoint, TrajectoryState,
+    ActiveSet, COAST_FLANK, CoastFlank, DRIVE_FLANK, Division, Drive, Film, FlankError,
+    InitialState, Model, OperatingPoint, Release, TrajectoryState,
 };
 use gearatlas::propagate::varying_speed::{MovingEvent, Stretch, VaryingSpeed, Watch};
 use gearatlas::propagate::{ClosedModes, Counters, InstructionSet, Kernel, TableError, Tangents};
@@ -80,12 +81,11 @@ fn speeds_at_the_borders_of_layers_are_those_of_the_law() {
         let flank = seen.0[layers];
         assert_eq!((flank.contact, flank.to), (DRIVE_FLANK, ActiveSet::DRIVE));
         assert!((flank.rate - left_by_the_law(&film, 0.1, 1e-6)).abs() < 1e-13);
-        // On the way out no film acts: the mass keeps the speed with which the flank lets go.
-        assert!(
-            seen.0[layers + 1..]
-                .iter()
-                .all(|event| event.contact % 2 == 1 || event.contact == 0)
-        );
+        // On the way out no film acts: the mass next meets that of the coast flank.
+        let [opened, next] = [1, 2].map(|later| seen.0[layers + later]);
+        assert_eq!((opened.contact, opened.to), (DRIVE_FLANK, ActiveSet::FREE));
+        assert_eq!(next.contact, COAST_FLANK + 2);
+        assert!((next.rate - opened.rate).abs() < 1e-13);
     }
 }
 
@@ -160,8 +160,8 @@ fn restitution_comes_near_that_of_the_smooth_law() {
             let found = -seen.0.iter().find(opened).unwrap().rate / speed;
             (found - exact).abs()
         });
-        println!("{speed} m/s: restitution {exact:.4}, errors of layers {errors:.1e?}");
-        assert!(errors[3] < 2e-4, "{speed}: {errors:?}");
+        println!("{speed} m/s: restitution {exact:.4}, errors {errors:?} of 2, 4, 8, 16 layers");
+        assert!(errors[3] < 5e-4, "{speed}: {errors:?}");
         assert!(
             errors[0] > 8.0 * errors[2] || errors[0] < 1e-5,
             "{speed}: {errors:?}"
@@ -182,6 +182,18 @@ fn with_films() -> Vec<(&'static str, common::Case)> {
             layers: 5,
         });
     }
+    // Flanks of two lines that lack something on part of the cycle, and do not pull.
+    let (mut structure, mut drive, point) = all[2].1.clone();
+    structure.coast = Some(common::coast_line(&structure));
+    drive.release = Release::Force;
+    let error = [0.4e-6, 0.0, -0.4e-6, 0.0, 0.0, 0.0, 0.0, 0.0];
+    drive.mesh[1].error = FlankError::series(error);
+    drive.coast = Some(CoastFlank {
+        mesh: Division::mirrored(&drive.mesh, 0.4),
+        further: Vec::new(),
+        transmission_error: drive.transmission_error.clone(),
+    });
+    all.push(("two lines", (structure, drive, point)));
     all
 }
 
@@ -207,8 +219,10 @@ fn kernels_follow_the_integrator_that_shares_only_the_model() {
                 for (event, crossing) in seen.0.iter().zip(&passage.crossings) {
                     late = late.max((event.time - crossing.time).abs() / model.period());
                     layers += usize::from(model.is_of_film(event.contact));
-                    let films = event.to.iter().filter(|c| model.is_of_film(*c)).count();
-                    assert!(films <= 1, "{name}: {:?}", event.to);
+                    for flank in [0, 1] {
+                        let closed = event.to.iter().filter(|own| own % 2 == flank);
+                        assert!(closed.count() <= 1, "{name}: {:?}", event.to);
+                    }
                 }
                 let (moved, changes) = at_steady_speed(&moving, &model, &state);
                 assert_eq!(changes.len(), seen.0.len(), "{name}");
@@ -249,6 +263,47 @@ fn at_steady_speed(
         .advance(&mut motion, &stretch, &mut room, &mut seen, &mut counters)
         .unwrap();
     (motion.state.clone(), seen.0)
+}
+
+/// In one degree of freedom states contract by the dampers that are closed: `ln det = −Σ c t/m`.
+#[test]
+fn the_map_of_a_cycle_contracts_by_the_closed_dampers() {
+    let (_, case) = with_films().swap_remove(0);
+    let model = common::model(&case);
+    let kernel = volterra(&model);
+    let mut trajectory = advance(&kernel, &mean_equilibrium(&model), 20);
+    let mut in_layers = 0.0;
+    for _ in 0..30 {
+        let mut tangents = Tangents::zeros(1, 2);
+        (0..2).for_each(|i| tangents.vector_mut(i)[i] = 1.0);
+        let (mut room, mut seen) = (kernel.workspace(), Events::default());
+        let mut last = (0.0, trajectory.contact);
+        let mut counters = Counters::default();
+        kernel
+            .advance_cycle(
+                &mut trajectory,
+                &mut tangents,
+                &mut room,
+                &mut seen,
+                &mut counters,
+            )
+            .unwrap();
+        let mut exact = 0.0;
+        let ends = seen.0.iter().map(|e| (e.time, e.to));
+        for (time, to) in ends.chain([(model.period(), ActiveSet::FREE)]) {
+            for contact in last.1.iter() {
+                let damping = model.contacts[contact].cycles[0].segments[0].damping;
+                let lost = damping * (time - last.0) / model.effective_mass;
+                exact -= lost;
+                in_layers += if model.is_of_film(contact) { lost } else { 0.0 };
+            }
+            last = (time, to);
+        }
+        let [a, b] = [0, 1].map(|i| tangents.vector(i));
+        let found = (a[0] * b[1] - a[1] * b[0]).ln();
+        assert!((found - exact).abs() < 1e-10, "{found} {exact}");
+    }
+    assert!(in_layers > 1.0, "{in_layers}");
 }
 
 /// Tangents through layers and impacts against differences of trajectories.

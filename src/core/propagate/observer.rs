@@ -95,6 +95,12 @@ pub struct Event {
 }
 
 impl Event {
+    /// The contacts that open or close: more than one where a layer of a film gives way to the next.
+    pub fn changed(&self) -> impl Iterator<Item = usize> {
+        let opened = self.from.without(self.to);
+        opened.union(self.to.without(self.from)).iter()
+    }
+
     /// Whether the contact closes.
     pub fn closes(&self) -> bool {
         self.to.holds(self.contact)

@@ -1,5 +1,6 @@
 //! Advances a model from breakpoint to breakpoint and records its crossings.
 
+use super::compressed::Compressed;
 use super::crossing::{Margin, Sample, first_crossing};
 use super::gauss::{Compensated, GaussRule, StageWork};
 use super::push::{push, round_off, sliding};
@@ -132,8 +133,7 @@ impl<'m> Reference<'m> {
             reference: self,
             cycle: start.cycle,
             contact: start.contact,
-            unladen: ActiveSet::FREE,
-            passed: ActiveSet::FREE,
+            compressed: Compressed::default(),
             segments: self.model.segments_at(start.cycle, 0.0),
             state: Compensated::new(start.state.clone()),
             moved: Compensated::new(vec![0.0; n]),
@@ -174,11 +174,7 @@ struct Integration<'r> {
     reference: &'r Reference<'r>,
     cycle: u64,
     contact: ActiveSet,
-    /// Open contacts that are compressed: they let go where their force vanished and have not come
-    /// free since.
-    unladen: ActiveSet,
-    /// Open layers of films that are squeezed thinner.
-    passed: ActiveSet,
+    compressed: Compressed,
     /// The segment of every contact.
     segments: Vec<Segment>,
     state: Compensated,
@@ -229,28 +225,9 @@ impl Integration<'_> {
                 self.cross(index, time, rate);
             }
         }
-        self.find_compressed(time);
-    }
-
-    /// Finds the open contacts that a force keeps open while they are compressed, and the layers that are passed.
-    fn find_compressed(&mut self, time: f64) {
-        let model = self.reference.model;
-        (self.unladen, self.passed) = (ActiveSet::FREE, ActiveSet::FREE);
-        for (index, contact) in model.contacts.iter().enumerate() {
-            if !contact.release.is_by_force() || self.contact.holds(index) {
-                continue;
-            }
-            let state = &self.state.value;
-            let segment = &self.segments[index];
-            let (deflection, _) = model.deflection_on(segment, self.cycle, state, time);
-            let [gap, _] = contact.gap(segment, time);
-            let depth = contact.margin(true, deflection, gap);
-            if depth >= contact.band {
-                self.passed = self.passed.toggled(index);
-            } else if depth > 0.0 {
-                self.unladen = self.unladen.toggled(index);
-            }
-        }
+        let closed = (self.contact, &self.segments[..]);
+        let at = (self.cycle, time);
+        self.compressed = Compressed::of(model, closed, at, &self.state.value);
     }
 
     /// What ends the present state of a contact, whichever comes first.
@@ -260,8 +237,8 @@ impl Integration<'_> {
             (Release::Stick, _) => &[],
             (Release::Slip, true) => &[Watched::Slide],
             (Release::Force | Release::Film, true) => &[Watched::Push],
-            (Release::Film, false) if self.passed.holds(contact) => &[Watched::Depth],
-            _ if self.unladen.holds(contact) => &[Watched::Push, Watched::Deflection],
+            (Release::Film, false) if self.compressed.passed.holds(contact) => &[Watched::Depth],
+            _ if self.compressed.unladen.holds(contact) => &[Watched::Push, Watched::Deflection],
             _ => &[Watched::Deflection],
         }
     }
@@ -271,16 +248,7 @@ impl Integration<'_> {
         let from = self.contact;
         let model = self.reference.model;
         self.contact = model.toggled(from, contact);
-        // A layer of a film that begins, or the flank, has passed all layers before it.
-        if self.contact.holds(contact) {
-            for layer in 0..model.contacts.len() {
-                if model.is_passed(layer, self.contact) {
-                    let own = ActiveSet::FREE.toggled(layer);
-                    (self.passed, self.unladen) =
-                        (self.passed.union(own), self.unladen.without(own));
-                }
-            }
-        }
+        (self.compressed).take_note(model, self.contact, &self.segments);
         if model.is_slip(contact) {
             let at = (self.cycle, time);
             model.let_slide((from, &self.segments), at, &mut self.state.value);
@@ -379,14 +347,14 @@ impl Integration<'_> {
         let Some((_, contact, watched)) = first else {
             return Ok(None);
         };
+        let Compressed { unladen, passed } = &mut self.compressed;
+        let was_unladen = unladen.holds(contact);
         if watched == Watched::Depth {
-            self.passed = self.passed.toggled(contact);
-            self.unladen = self.unladen.toggled(contact);
+            (*passed, *unladen) = (passed.toggled(contact), unladen.toggled(contact));
             return Ok(Some(reached));
         }
-        let was_unladen = self.unladen.holds(contact);
         if was_unladen || watched == Watched::Push {
-            self.unladen = self.unladen.toggled(contact);
+            *unladen = unladen.toggled(contact);
         }
         if was_unladen && watched == Watched::Deflection {
             // It has come free; no force changes.
@@ -464,7 +432,7 @@ impl Integration<'_> {
         match watched {
             Watched::Deflection => {
                 let motion = model.deflection_on(segment, self.cycle, state, time);
-                let compressed = closed || self.unladen.holds(contact);
+                let compressed = closed || self.compressed.unladen.holds(contact);
                 let mut margin = Margin::new(own.side, compressed, motion, own.gap(segment, time));
                 if own.release == Release::Slip {
                     // Right after a slip it is a double root, which round-off must not split.

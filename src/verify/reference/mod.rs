@@ -15,6 +15,7 @@
 //! [`Extended`] answers the same to some 30 digits by Taylor series in numbers of two doubles,
 //! and shares no method with [`Reference`].
 
+mod compressed;
 mod crossing;
 mod extended;
 mod gauss;

@@ -460,12 +460,11 @@ impl<W: Witness> Observer for ParameterTangent<'_, W> {
         }
         let n = self.model.modes();
         let mut jump = 0.0;
-        // Of a film one layer gives way to the next.
-        let opened = event.from.without(event.to);
-        for contact in opened.union(event.to.without(event.from)).iter() {
+        for contact in event.changed() {
             let cycle = self.model.contacts[contact].cycle(event.cycle);
             let segment = cycle.segment_at(event.time);
-            let damping = if opened.holds(contact) { segment.damping } else { -segment.damping };
+            let closes = event.to.holds(contact);
+            let damping = if closes { -segment.damping } else { segment.damping };
             let direction = &self.model.directions[segment.direction];
             push(direction, damping * moved, n, &mut self.state);
             if self.model.of_mesh(contact) {

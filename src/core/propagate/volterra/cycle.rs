@@ -472,12 +472,10 @@ impl Volterra<'_> {
 
     /// Applies the saltation matrix of an event to all tangents.
     fn apply_saltation(&self, event: &Event, workspace: &mut Workspace) {
-        // Of a film one layer gives way to the next.
-        let opened = event.from.without(event.to);
-        for contact in opened.union(event.to.without(event.from)).iter() {
+        for contact in event.changed() {
             let cycle = self.model.contacts[contact].cycle(event.cycle);
             let segment = cycle.segment_at(event.time + SAME_TIME * cycle.period);
-            let closes = !opened.holds(contact);
+            let closes = event.to.holds(contact);
             let damping = if closes { segment.damping } else { -segment.damping };
             let blocks = &self.tables.blocks[segment.direction];
             lanes::apply_saltation(self.instructions, blocks, damping, workspace.tangents_mut());
