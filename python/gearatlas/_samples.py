@@ -57,10 +57,10 @@ def quantiles(
 
 
 def rattles(points: Table) -> npt.NDArray[np.float64]:
-    """1 where a contact opens, 0 where all contacts are steady, NaN where the motion is unknown."""
-    motion = points["class"]
-    unknown = np.array([name is None or name == "not_converged" for name in motion])
-    return np.where(unknown, np.nan, (motion != "steady_contact").astype(float))
+    """1 where the (first) mesh is out of contact for a part of the time, 0 where it never is, NaN where a point has no NVH
+    statistics (`analyses.nvh`)."""
+    free = points["fraction_free"]
+    return np.where(np.isnan(free), np.nan, (free > 0).astype(float))
 
 
 def probability(

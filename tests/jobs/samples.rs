@@ -170,7 +170,7 @@ fn rows_are_computed_as_points_of_a_list() {
     let wanted: Vec<Option<u64>> = (0..12).flat_map(|row| [Some(row), Some(row)]).collect();
     assert_eq!(samples, wanted);
     let told = points.metadata("samples").unwrap();
-    let told: serde_json::Value = serde_json::from_str(&told).unwrap();
+    let told: serde_json::Value = serde_json::from_str(told).unwrap();
     assert_eq!(told["axes"], serde_json::json!(["mesh.half_gap", "speed"]));
     assert_eq!(
         (&told["design"], &told["samples"], &told["rows"]),

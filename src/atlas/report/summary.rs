@@ -70,6 +70,9 @@ pub struct Summary {
     /// Which of them advance in step.
     #[serde(skip)]
     pub tied: Tied,
+    /// Whether some of them are distributions: their values are no grid, and maps over them show nothing.
+    #[serde(skip)]
+    pub sampled: bool,
     /// The axis along which the state is carried; absent where points are independent.
     pub carried_along: Option<String>,
     /// How the grid is refined; absent where all its points are computed.
@@ -183,7 +186,9 @@ impl Summary {
             complete(&mut axes, refined, &all);
         }
         let tied = Tied::of(&head, &axes, census.points);
-        let mut map = Map::new(&axes, &tied, refined.as_ref()).filter(|_| census.points > 0);
+        let sampled = head.metadata("samples").is_some();
+        let mut map =
+            (Map::new(&axes, &tied, refined.as_ref())).filter(|_| census.points > 0 && !sampled);
         match (&mut map, &refined) {
             (Some(map), Some(refined)) => map.fill(&Plane::new(refined, &all), &all),
             (Some(map), None) => scan(folder, &head, |points, _| {
@@ -213,6 +218,7 @@ impl Summary {
             followed: followed.map(|own| FollowedSummary::of(&own)),
             axes,
             tied,
+            sampled,
             rattle: rattle::ranked(folder, &head)?,
             attractors,
             branches,

@@ -179,7 +179,8 @@ mod tests {
             for k in 1..200 {
                 let share = f64::from(k) / 200.0;
                 let back = law.up_to(law.quantile(share));
-                assert!((back - share).abs() < 1e-14, "{law:?} {share} {back}");
+                // The error functions of statrs have 10 digits or more.
+                assert!((back - share).abs() < 1e-12, "{law:?} {share} {back}");
             }
         }
     }

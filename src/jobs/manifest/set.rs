@@ -85,7 +85,7 @@ pub(super) fn check_axes(tree: &Node, changes: &[Changed], axes: &Axes, issues: 
         let own = &axes.dimensions[own];
         let remedy = if tree.at("grid").and_then(|grid| grid.entry(&name)).is_none() {
             "it is a column of grid.points: set grid.points to another list or file".to_owned()
-        } else if own.is_tied() {
+        } else if own.is_tied() && !own.sampled {
             let tied = (own.axes.iter()).filter(|axis| **axis != place);
             let tied: Vec<&str> = tied.map(|axis| axes.valid[*axis].axis.name()).collect();
             format!(

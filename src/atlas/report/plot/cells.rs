@@ -70,6 +70,7 @@ impl<'a> Cells<'a> {
         };
         let refined = results.summary.refined.as_ref();
         match results.spanning()[..] {
+            _ if results.summary.sampled => None,
             [slow, fast, ..] if refined.is_some() || cells(slow, fast) <= MOST_CELLS => {
                 let scale = |(_, axis): (usize, &GridAxis)| {
                     results.axis(axis, |name, unit| Axis::for_grid(name, unit, &axis.values))

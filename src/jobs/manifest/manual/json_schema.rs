@@ -5,7 +5,7 @@
 
 mod value;
 
-use crate::manifest::schema::{self, ANY, DefaultValue, Key, Kind, MANIFEST, SHARED};
+use crate::manifest::schema::{self, DefaultValue, Key, Kind, MANIFEST, SHARED};
 use serde_json::{Map, Value, json};
 use value::{default, example, scalar, texts, value};
 
@@ -227,20 +227,18 @@ fn axis_reference(key: &Key) -> Map<String, Value> {
 fn definitions(axes: &[(String, &'static Key)]) -> Value {
     let own = schema::all(MANIFEST).filter(|key| matches!(key.kind, Kind::Axis(_)));
     let mut definitions = texts();
+    definitions.insert("distribution".to_owned(), distribution());
     for key in own.chain(axes.iter().map(|(_, key)| *key)) {
         let name = value_name(key);
         let whole = key.kind == Kind::Integer;
-        definitions.insert(
-            format!("axis_{name}"),
-            axis(&reference(&name), (!whole).then_some(key)),
-        );
+        definitions.insert(format!("axis_{name}"), axis(&reference(&name), whole));
         definitions.insert(name, json!({ "anyOf": scalar(key) }));
     }
     Value::Object(definitions)
 }
 
-/// One value, a list, an even range, or a distribution of what a key takes.
-fn axis(one: &Value, drawn: Option<&Key>) -> Value {
+/// One value, a list, an even range, or a distribution of what is no whole number.
+fn axis(one: &Value, whole: bool) -> Value {
     let mut axis = json!({ "anyOf": [
         one,
         {
@@ -270,40 +268,30 @@ fn axis(one: &Value, drawn: Option<&Key>) -> Value {
             }
         }
     ] });
-    if let (Some(key), Some(forms)) = (drawn, axis["anyOf"].as_array_mut()) {
-        forms.push(distribution(one, key));
+    if let Some(forms) = axis["anyOf"].as_array_mut().filter(|_| !whole) {
+        forms.push(reference("distribution"));
     }
     axis
 }
 
-/// A distribution; its parameters have no range.
-fn distribution(one: &Value, key: &Key) -> Value {
-    let key = &Key {
-        bounds: ANY,
-        ..*key
-    };
-    let pair = |about: &str| {
-        json!({
-            "description": about,
-            "type": "array", "minItems": 2, "maxItems": 2, "items": { "anyOf": scalar(key) }
-        })
-    };
+/// A distribution. Only `atlas check` judges units and ranges of its parameters.
+fn distribution() -> Value {
+    let laws = ["normal", "lognormal", "uniform", "empirical"];
+    let value = json!({ "type": ["number", "string"] });
+    let pair = |about: &str| json!({ "description": about, "type": "array", "minItems": 2, "maxItems": 2, "items": value });
     json!({
         "type": "object",
         "additionalProperties": false,
-        "oneOf": (["normal", "lognormal", "uniform", "empirical"]).map(|law| json!({ "required": [law] })),
+        "oneOf": laws.map(|law| json!({ "required": [law] })),
         "properties": {
             "normal": pair("Mean and standard deviation."),
-            "lognormal": {
-                "description": "Median, and standard deviation of the natural logarithm.",
-                "type": "array", "minItems": 2, "maxItems": 2
-            },
+            "lognormal": pair("Median, and standard deviation of the natural logarithm."),
             "uniform": pair("Smallest and largest value."),
             "empirical": {
                 "description": "Equally likely values, or the path of a file with a column of them.",
-                "anyOf": [{ "type": "string" }, { "type": "array", "minItems": 1, "items": one }]
+                "anyOf": [{ "type": "string" }, { "type": "array", "minItems": 1, "items": value }]
             },
-            "truncate": pair("Limits of the values.")
+            "truncate": pair("Smallest and largest value that are kept.")
         }
     })
 }

@@ -31,7 +31,7 @@ pub enum Design {
     /// One row per sample.
     Sobol,
     /// For each sample a row of matrix A, the rows of A with one column from B, axis by axis, and the row of B: Saltelli et
-    /// al., Comput. Phys. Commun. 181 (2010) 259–270, in the order of SALib (`calc_second_order=False`).
+    /// al., Computer Physics Communications 181 (2010) 259–270, in the order of SALib (`calc_second_order=False`).
     Saltelli,
 }
 
