@@ -211,7 +211,10 @@ class _Problem:
         self._units = points.units[name]
         partner = "lambda_stderr" if name == "lambda_max" else f"{name}_stderr"
         found = _element(points[name], element, self.column)
-        own = _element(points[partner], element, self.column) if partner in points.columns else np.zeros_like(found)
+        own = np.zeros_like(found)
+        # The lists of errors are empty where no point has any.
+        if partner in points.columns and points[partner].shape[1:] == points[name].shape[1:]:
+            own = _element(points[partner], element, self.column)
         rank = np.argsort(points[self.axis.name], kind="stable")
         if len(rank) != len(grid):
             raise AtlasError("the manifest computes several results per point; set grid.order to a single direction")
@@ -357,9 +360,8 @@ def fit(
             break
     if found.status == 0:
         warnings.warn(f"the fit did not converge in {max_evaluations} evaluations; raise max_evaluations", stacklevel=2)
-    by = problem.jacobian(values, computed, noise)
+    by = found.jac * before[:, None] / sizes
     weighted = by / sigma[:, None]
-    problem.check_determined(weighted * sizes)
     return Fit(
         keys=problem.keys,
         units=problem.units,

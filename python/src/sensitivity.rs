@@ -54,15 +54,31 @@ fn table(rows: &[Sensitivity]) -> Result<Table, ArrowError> {
         ("key_unit", "Its SI unit", |row| row.key_unit),
         ("quantity", "Quantity of the motion", |row| &row.quantity),
         ("unit", "Its SI unit", |row| row.unit),
-        ("method", "orbit (exact), difference or ensemble", |row| row.method),
-        ("note", "Why the derivative is missing or unsure", |row| &row.note),
+        ("method", "orbit (exact), difference or ensemble", |row| {
+            row.method
+        }),
+        ("note", "Why the derivative is missing or unsure", |row| {
+            &row.note
+        }),
     ];
     let numbers: [(&str, &str, Number); 5] = [
         ("at", "Value of the key", |row| Some(row.at)),
         ("value", "Value of the quantity", |row| Some(row.value)),
-        ("derivative", "Derivative of the quantity by the key", |row| row.by),
-        ("check", "The same by differences, or by a doubled step", |row| row.check),
-        ("stderr", "Standard error of an estimated derivative", |row| row.error),
+        (
+            "derivative",
+            "Derivative of the quantity by the key",
+            |row| row.by,
+        ),
+        (
+            "check",
+            "The same by differences, or by a doubled step",
+            |row| row.check,
+        ),
+        (
+            "stderr",
+            "Standard error of an estimated derivative",
+            |row| row.error,
+        ),
     ];
     let mut fields: Vec<Field> = Vec::new();
     let mut columns: Vec<ArrayRef> = Vec::new();
