@@ -151,8 +151,11 @@ class _Problem:
         self.keys = list(keys)
         if not self.keys or len(set(self.keys)) < len(self.keys):
             raise AtlasError("give at least one key to fit, each once")
-        if unknown := [key for key in self.keys if key not in self.job.keys]:
-            raise AtlasError(f"`{unknown[0]}` cannot be fitted; the keys of this manifest are {', '.join(self.job.keys)}")
+        # Load and torque are one quantity; the grid has one of them.
+        axes = [axis.name for axis in self.job.axes]
+        known = [key for key in self.job.keys if key not in ("load", "torque") or key in axes]
+        if unknown := [key for key in self.keys if key not in known]:
+            raise AtlasError(f"`{unknown[0]}` cannot be fitted; the keys of this manifest are {', '.join(known)}")
         if self.axis.name in self.keys:
             raise AtlasError(f"`{self.axis.name}` is the axis of the measured points and cannot be fitted")
         point = self.job.point(0, keys if isinstance(keys, Mapping) else None)

@@ -152,6 +152,7 @@ def refused(wanted: str, tables, measured=None, keys=KEYS, source=None, **more) 
 def test_what_cannot_be_fitted_is_refused(tables):
     points = {"speed": SPEEDS, "deflection_rms": np.ones(len(SPEEDS))}
     refused("`mesh.half_gpa` cannot be fitted; the keys of this manifest are", tables, keys=["mesh.half_gpa"])
+    refused("`torque` cannot be fitted", tables, keys=["torque"])
     refused("`speed` is the axis", tables, keys=["speed"])
     refused("each once", tables, keys=["load", "load"])
     refused("1 measured points do not determine 2 keys", tables, {"speed": SPEEDS[:1], "deflection_rms": [1e-5], "e": [1e-6]})
