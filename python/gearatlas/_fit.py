@@ -151,8 +151,11 @@ class _Problem:
         self.keys = list(keys)
         if not self.keys or len(set(self.keys)) < len(self.keys):
             raise AtlasError("give at least one key to fit, each once")
-        if unknown := [key for key in self.keys if key not in self.job.keys]:
-            raise AtlasError(f"`{unknown[0]}` cannot be fitted; the keys of this manifest are {', '.join(self.job.keys)}")
+        # Load and torque are one quantity; the grid has one of them.
+        axes = [axis.name for axis in self.job.axes]
+        known = [key for key in self.job.keys if key not in ("load", "torque") or key in axes]
+        if unknown := [key for key in self.keys if key not in known]:
+            raise AtlasError(f"`{unknown[0]}` cannot be fitted; the keys of this manifest are {', '.join(known)}")
         if self.axis.name in self.keys:
             raise AtlasError(f"`{self.axis.name}` is the axis of the measured points and cannot be fitted")
         point = self.job.point(0, keys if isinstance(keys, Mapping) else None)
@@ -161,7 +164,8 @@ class _Problem:
         # Keys are fitted as multiples of these.
         self.sizes = np.where(self.start == 0, 1.0, np.abs(self.start))
         self.evaluations = 0
-        self.unit = self._unit()
+        self.unit = ""
+        self.first = self.curve(self.start, self.places)
         self.values = measured.value.in_si(self.unit)
         self.errors = measured.stderr.in_si(self.unit) if measured.stderr is not None else None
         if self.errors is not None and (self.errors == 0).any():
@@ -185,12 +189,7 @@ class _Problem:
                 raise AtlasError(f"the grid has {len(axis.values)} values of `{other}`; keep the one of the measurement: set={{'grid.{other}': ...}}")
         return axes[name]
 
-    def _unit(self) -> str:
-        """The SI unit of the column, from the results at the start."""
-        self.curve(self.start, self.places)
-        return self._units
-
-    def set_of(self, values: Floats) -> dict[str, Any]:
+    def changes_of(self, values: Floats) -> dict[str, Any]:
         """Changes of the manifest that give the keys these values."""
         of_grid = {"load", "torque", "speed"}
         return {f"grid.{key}" if key in of_grid else key: float(value) for key, value in zip(self.keys, values)}
@@ -198,7 +197,7 @@ class _Problem:
     def curve(self, values: Floats, places: Floats) -> tuple[Floats, Floats]:
         """The column and its standard errors at places of the axis, (n,) each."""
         grid, order = np.unique(places, return_inverse=True)
-        changes = {**self.changes, f"grid.{self.axis.name}": {"values": grid.tolist()}, **self.set_of(values)}
+        changes = {**self.changes, f"grid.{self.axis.name}": {"values": grid.tolist()}, **self.changes_of(values)}
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ManifestWarning)
             results = run(self.manifest, set=changes, progress=False, **self.options)
@@ -208,10 +207,13 @@ class _Problem:
         if name not in points.columns or points.units[name] == "":
             known = [own for own in points.columns if points.units[own]]
             raise AtlasError(f"the results have no column of numbers `{name}`; they have {', '.join(known)}")
-        self._units = points.units[name]
+        self.unit = points.units[name]
         partner = "lambda_stderr" if name == "lambda_max" else f"{name}_stderr"
         found = _element(points[name], element, self.column)
-        own = _element(points[partner], element, self.column) if partner in points.columns else np.zeros_like(found)
+        own = np.zeros_like(found)
+        # The lists of errors are empty where no point has any.
+        if partner in points.columns and points[partner].shape[1:] == points[name].shape[1:]:
+            own = _element(points[partner], element, self.column)
         rank = np.argsort(points[self.axis.name], kind="stable")
         if len(rank) != len(grid):
             raise AtlasError("the manifest computes several results per point; set grid.order to a single direction")
@@ -241,7 +243,7 @@ class _Problem:
                 same = row["quantity"] == quantity and abs(row["value"] - value) <= _OTHER_MOTION * abs(value) + 5 * error
                 if same and row["derivative"] is not None and not row["note"]:
                     by[here, self.keys.index(row["key"])] = row["derivative"]
-        for key in np.flatnonzero(np.isnan(by).any(axis=0)):
+        for key in np.flatnonzero(np.isnan(by).any(axis=0)).tolist():
             lost = np.isnan(by[:, key])
             by[lost, key] = self._difference(key, values, computed, noise)[lost]
         return by
@@ -327,7 +329,7 @@ def fit(
     if ((problem.start <= low) | (problem.start >= high)).any():
         raise AtlasError("the start values must be inside the bounds")
     values = problem.start
-    computed, noise = problem.curve(values, problem.places)
+    computed, noise = problem.first
     sigma = _sigma(problem, computed, noise)
     known: dict[bytes, tuple[Floats, Floats]] = {values.tobytes(): (computed, noise)}
 
@@ -357,9 +359,8 @@ def fit(
             break
     if found.status == 0:
         warnings.warn(f"the fit did not converge in {max_evaluations} evaluations; raise max_evaluations", stacklevel=2)
-    by = problem.jacobian(values, computed, noise)
+    by = found.jac * before[:, None] / sizes
     weighted = by / sigma[:, None]
-    problem.check_determined(weighted * sizes)
     return Fit(
         keys=problem.keys,
         units=problem.units,
@@ -379,9 +380,9 @@ def fit(
 def _sigma(problem: _Problem, computed: Floats, noise: Floats) -> Floats:
     """Standard error of each residual, (n,)."""
     if problem.errors is not None:
-        return np.hypot(problem.errors, noise)
+        return np.asarray(np.hypot(problem.errors, noise))
     # The unknown variance of the measurement is what the noise of the computed values leaves of the residuals.
     freedoms = max(len(computed) - len(problem.keys), 1)
     scatter = (np.sum((computed - problem.values) ** 2) - np.sum(noise**2)) / freedoms
     floor = np.finfo(float).eps * np.max(np.abs(problem.values))
-    return np.hypot(np.sqrt(max(scatter, floor**2)), noise)
+    return np.asarray(np.hypot(np.sqrt(max(scatter, floor**2)), noise))

@@ -120,7 +120,7 @@ fn judge(issues: &mut Issues, columns: &[SheetColumn]) {
     };
     if !(2..=3).contains(&columns.len()) {
         let message = format!(
-            "measured points need an axis, a value and perhaps its standard error, but there are {} columns",
+            "measured points need an axis, a value and perhaps its standard error, but the number of columns is {}",
             columns.len()
         );
         let last = &columns[columns.len().min(4) - 1];
@@ -166,7 +166,8 @@ mod tests {
         assert_eq!(found.value.name, "harmonics[1]");
         let speed = found.axis.in_si("rad/s").unwrap();
         assert!((speed[0] / std::f64::consts::PI - 100.0).abs() < 1e-12);
-        assert_eq!(found.value.in_si("m").unwrap(), [2.5e-6, 3e-6]);
+        let values = found.value.in_si("m").unwrap();
+        assert!((values[0] - 2.5e-6).abs() < 1e-20 && (values[1] - 3e-6).abs() < 1e-20);
         let stderr = found.stderr.unwrap().in_si("m").unwrap();
         assert!((stderr[0] - 1e-7).abs() < 1e-20 && stderr[1] == 0.0);
         assert_eq!(found.axis.in_si("m"), None);
