@@ -209,6 +209,7 @@ pub fn model(case: Case) -> Model {
         torque_ripple: Vec::new(),
         imposed_motion: Vec::new(),
         tooth_cycles: Default::default(),
+        film: None,
     };
     let coast = |mesh: Vec<Division>| CoastFlank {
         mesh,
