@@ -252,6 +252,10 @@ impl Volterra<'_> {
             ..
         } = indentation;
         let band = self.model.contacts[contact].band;
+        let recedes = indentation.rate[0] + legendre::variation(&indentation.rate) < 0.0;
+        if band.is_finite() && recedes {
+            return None;
+        }
         let entered = self.enters_band(series, *noise, band, limit, counters)?;
         let free = self.exit(series, 1.0, *noise, false, limit, counters);
         let until = free.unwrap_or(limit);
