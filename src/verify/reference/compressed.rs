@@ -1,0 +1,52 @@
+//! Which open contacts are compressed, though no force closes them?
+
+use crate::model::{ActiveSet, Model, Segment};
+
+/// Open contacts that let go by force and are compressed.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Compressed {
+    /// Those that let go where their force vanished and have not come free since.
+    pub unladen: ActiveSet,
+    /// Layers of films that are squeezed thinner.
+    pub passed: ActiveSet,
+}
+
+impl Compressed {
+    /// Those of a state at a time \[s\] within a mesh cycle, contacts being closed as given.
+    pub fn of(
+        model: &Model,
+        (closed, segments): (ActiveSet, &[Segment]),
+        (cycle, time): (u64, f64),
+        state: &[f64],
+    ) -> Self {
+        let mut found = Self::default();
+        for (index, contact) in model.contacts.iter().enumerate() {
+            if !contact.release.is_by_force() || closed.holds(index) {
+                continue;
+            }
+            let segment = &segments[index];
+            let (deflection, _) = model.deflection_on(segment, cycle, state, time);
+            let [gap, _] = contact.gap(segment, time);
+            let depth = contact.margin(true, deflection, gap);
+            if depth >= contact.band {
+                found.passed = found.passed.toggled(index);
+            } else if depth > 0.0 {
+                found.unladen = found.unladen.toggled(index);
+            }
+        }
+        found
+    }
+
+    /// Takes note of the contacts that are closed after a change: a layer of a film that begins, or the flank, has passed all
+    /// layers before it, and has come free of those on the other side.
+    pub fn take_note(&mut self, model: &Model, closed: ActiveSet, segments: &[Segment]) {
+        for layer in (0..model.contacts.len()).filter(|layer| model.is_of_film(*layer)) {
+            let own = ActiveSet::FREE.toggled(layer);
+            if model.is_passed(layer, closed) {
+                (self.unladen, self.passed) = (self.unladen.without(own), self.passed.union(own));
+            } else if model.is_out_of_reach(layer, segments, closed) {
+                (self.unladen, self.passed) = (self.unladen.without(own), self.passed.without(own));
+            }
+        }
+    }
+}
