@@ -8,9 +8,10 @@
 //!
 //! of its thickness h: an iso-viscous oil of viscosity η, length of contact L, radii ρ, no side leakage, no entraining motion.
 //! The film is full on both sides of the line of contact; models that take half of it (Rahnejat & Gohar 1985) have half of
-//! the force. A film that is drawn apart cavitates, and does not pull. The flanks touch where the film has its smallest thickness. Layers replace the law: in each of them the damping is the mean
-//! of `C h^(−3/2)` over the thickness, so that the speed lost through a layer, `∫ c dh / m`, is exact where no other force acts.
-//! Each layer is a contact without a spring, which acts from its own gap to that of the next layer. Closed flanks have no film.
+//! the force. A film that is drawn apart cavitates, and does not pull. The flanks touch where the film has its smallest
+//! thickness. Layers replace the law: in each of them the damping is the mean of `C h^(−3/2)` over the thickness, so that the
+//! speed lost through a layer, `∫ c dh / m`, is exact where no other force acts. Each layer is a contact without a spring,
+//! which acts from its own gap to that of the next layer. Closed flanks have no film.
 //!
 //! The force is the integral of Reynolds' equation over the parabola `h + x²/2R`.
 
@@ -122,6 +123,16 @@ impl Model {
         (all.filter(|other| *other != contact)).fold(ActiveSet::FREE, ActiveSet::toggled)
     }
 
+    /// The layer that gives way to a contact: to the next layer, or to the flank behind the last one.
+    pub fn layer_before(&self, contact: usize) -> Option<usize> {
+        let first = self.flank_springs - 2 * self.film_layers;
+        match contact {
+            _ if self.film_layers == 0 => None,
+            0..=COAST_FLANK => Some(self.flank_springs - 2 + contact),
+            _ => (contact >= first + 2 && self.is_of_film(contact)).then(|| contact - 2),
+        }
+    }
+
     /// Whether two contacts are of one film, so that they are never closed together.
     pub fn take_turns(&self, one: usize, other: usize) -> bool {
         one != other
@@ -212,6 +223,8 @@ mod tests {
         assert!(model.is_passed(2, set(&[4])) && model.is_passed(6, set(&[0])));
         assert!(!model.is_passed(4, set(&[2])) && !model.is_passed(3, set(&[0])));
         assert!(!model.is_passed(0, set(&[6])));
+        let before = [0, 1, 2, 3, 4, 7].map(|contact| model.layer_before(contact));
+        assert_eq!(before, [Some(6), Some(7), None, None, Some(2), Some(5)]);
         // The flanks bear the load, not the oil.
         assert!(model.bearing_contacts().iter().all(|own| own < 2));
     }

@@ -159,22 +159,27 @@ impl Volterra<'_> {
         workspace: &Workspace,
     ) -> ActiveSet {
         let mut watched = ActiveSet::FREE;
-        for contact in self.never_pull.iter() {
-            if self.model.is_passed(contact, active) {
-                continue;
-            }
-            let unladen = || {
-                !position.crossed.holds(contact) && {
-                    let solution = &workspace.solutions[track.place_of(contact)];
-                    let own = &self.model.contacts[contact];
-                    let start = legendre::at_start(&solution.deflection);
-                    let [gap_error, ..] = self.gap_errors(position, &[contact], track, workspace);
-                    let gap_error = gap_error.map_or(0.0, |series| legendre::at_start(&series));
-                    own.side * start - own.half_gap - gap_error > 0.0
+        for (view, solution) in track.views().iter().zip(&workspace.solutions) {
+            let start = legendre::at_start(&solution.deflection);
+            let never_pull = |contact: &&usize| self.never_pull.holds(**contact);
+            for &contact in view.contacts.iter().filter(never_pull) {
+                if self.model.is_passed(contact, active) {
+                    continue;
                 }
-            };
-            if active.holds(contact) || unladen() {
-                watched = watched.toggled(contact);
+                let unladen = || {
+                    let own = &self.model.contacts[contact];
+                    let gap_error = if self.tables.gap_errors[contact] {
+                        let [gap_error, ..] =
+                            self.gap_errors(position, &[contact], track, workspace);
+                        gap_error.map_or(0.0, |series| legendre::at_start(&series))
+                    } else {
+                        0.0
+                    };
+                    own.side * start - own.half_gap - gap_error > 0.0
+                };
+                if active.holds(contact) || (!position.crossed.holds(contact) && unladen()) {
+                    watched = watched.toggled(contact);
+                }
             }
         }
         watched
@@ -252,6 +257,10 @@ impl Volterra<'_> {
             ..
         } = indentation;
         let band = self.model.contacts[contact].band;
+        let recedes = indentation.rate[0] + legendre::variation(&indentation.rate) < 0.0;
+        if band.is_finite() && recedes {
+            return None;
+        }
         let entered = self.enters_band(series, *noise, band, limit, counters)?;
         let free = self.exit(series, 1.0, *noise, false, limit, counters);
         let until = free.unwrap_or(limit);

@@ -68,6 +68,8 @@ impl Volterra<'_> {
         let mut first: Option<Crossing> = None;
         for (view, solution) in track.views().iter().zip(&workspace.solutions) {
             let noise = ROUND_OFF * (solution.size + self.model.half_gap);
+            let films = self.model.film_layers > 0;
+            let start = if films { legendre::at_start(&solution.deflection) } else { 0.0 };
             for group in view.contacts.chunks(MOST_GUARDS) {
                 let with_errors = group.iter().any(|&contact| self.tables.gap_errors[contact]);
                 let gap_errors =
@@ -82,7 +84,10 @@ impl Volterra<'_> {
                 let mut settled = true;
                 for (place, &contact) in group.iter().enumerate() {
                     let gap_error = gap_errors.as_ref().and_then(|all| all[place].as_ref());
-                    if aside.holds(contact) || self.is_behind(contact, &view.contacts, active) {
+                    if aside.holds(contact)
+                        || self.is_behind(contact, &view.contacts, active)
+                        || (films && self.is_shielded(contact, active, start))
+                    {
                         continue;
                     }
                     let closed = active.holds(contact);
@@ -146,6 +151,18 @@ impl Volterra<'_> {
         };
         !active.holds(contact)
             && (others.iter().any(opposite) || self.model.is_passed(contact, active))
+    }
+
+    /// Whether an open contact is out of reach behind an open layer of its film, which acts first, for a deflection where the
+    /// window starts.
+    fn is_shielded(&self, contact: usize, active: ActiveSet, start: f64) -> bool {
+        let Some(before) = self.model.layer_before(contact) else {
+            return false;
+        };
+        let layer = &self.model.contacts[before];
+        let closed = active.holds(contact) || active.holds(before);
+        let passed = layer.side * start - layer.half_gap >= layer.band;
+        !closed && !passed && !self.tables.gap_errors[contact]
     }
 
     /// Gap errors of contacts over a window; `None` for contacts that never have one.
