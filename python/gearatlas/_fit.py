@@ -141,7 +141,8 @@ class _Problem:
         self.axis = self._axis()
         self.places = measured.axis.in_si(self.axis.unit)
         low, high = self.axis.values.min(), self.axis.values.max()
-        slack = 1e-9 * max(abs(low), abs(high))
+        # The numbers of a file are rounded.
+        slack = 1e-4 * (high - low)
         outside = self.places[(self.places < low - slack) | (self.places > high + slack)]
         if outside.size:
             raise AtlasError(

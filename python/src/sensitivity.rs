@@ -9,13 +9,12 @@ use arrow_schema::{ArrowError, DataType, Field, Schema};
 use gearatlas::analysis::sensitivity::ensemble::Ensemble;
 use gearatlas::manifest::Parameter;
 use gearatlas::store::TableStore;
-use gearatlas::sweep::{Prepared, Sensitivity, sensitivities};
+use gearatlas::sweep::{Differentiated, Prepared, Sensitivity, sensitivities};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 /// How a point moves, why that is said of it, and a row for each key and quantity. All continuous keys where none are named.
-#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 #[pyfunction]
 #[pyo3(signature = (point, *, keys, members, cycles, step, tables))]
 pub fn sensitivity(
@@ -37,8 +36,11 @@ pub fn sensitivity(
     };
     let parts = Prepared::new(TableStore::open(tables));
     let work = |called_off: &_| {
-        let (job, point) = (&point.job, &point.spec);
-        sensitivities(job, point, &keys, &asked, step, &parts, called_off)
+        let own = Differentiated {
+            point: &point.spec,
+            held: &point.changes,
+        };
+        sensitivities(&point.job, own, &keys, &asked, step, &parts, called_off)
     };
     let found = attended(py, work, |_| Ok(()))?.map_err(|error| failed(py, &error))?;
     let rows = table(&found.rows).map_err(|error| failed(py, &error))?;

@@ -3,7 +3,7 @@
     scripts/wheel && PYTHONPATH=tests/python .venv/bin/python scripts/records/fit_coverage.py [benches/runs/NAME]
 
 The drive and the keys are those of tests/python/test_package_fit.py: damping and half gap of an oscillator that strikes both
-flanks, from 15 points with normal errors of 2 %, known or estimated from the residuals, 100 repetitions each.
+flanks, from points with normal errors of 2 %, known or estimated from the residuals, 100 repetitions each.
 """
 
 import pathlib

@@ -191,5 +191,11 @@ def test_sensitivities_are_a_table(tables):
     assert found.motion and {row["key"] for row in rows} == {"mesh.half_gap", "load"}
     rms = next(row for row in rows if (row["key"], row["quantity"]) == ("mesh.half_gap", "deflection_rms"))
     assert rms["derivative"] == pytest.approx(rms["check"], rel=1e-4) and rms["unit"] == "m"
+    # A changed point is differentiated where it is, not at the values of the manifest.
+    changed = point.changed(TRUTH, speed=SPEEDS[5])
+    for row in gearatlas.sensitivity(changed, KEYS, tables=tables).rows.to_dicts():
+        if row["quantity"] == "deflection_rms":
+            assert row["at"] == TRUTH[row["key"]] and row["note"] == ""
+            assert row["derivative"] == pytest.approx(row["check"], rel=1e-4)
     with pytest.raises(gearatlas.AtlasError, match="half_gpa"):
         gearatlas.sensitivity(point, ["mesh.half_gpa"])

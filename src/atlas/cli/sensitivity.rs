@@ -8,7 +8,9 @@ use super::threads::Threads;
 use super::{BAD_INPUT, INTERRUPTED, answer, fail, start_threads, with_causes};
 use crate::analysis::sensitivity::ensemble::Ensemble;
 use crate::manifest::Parameter;
-use crate::sweep::{Prepared, Sensitivities, Sensitivity, SensitivityError, sensitivities};
+use crate::sweep::{
+    Differentiated, Prepared, Sensitivities, Sensitivity, SensitivityError, sensitivities,
+};
 use clap::Args;
 use serde_json::json;
 use std::process::ExitCode;
@@ -79,7 +81,10 @@ pub fn run(args: &SensitivityArgs) -> ExitCode {
     let parts = Prepared::new(args.tables.store());
     match sensitivities(
         &job,
-        &point,
+        Differentiated {
+            point: &point,
+            held: &[],
+        },
         &keys,
         &asked,
         args.step,

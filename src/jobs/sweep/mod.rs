@@ -64,6 +64,8 @@ pub use point_kernel::{KernelTally, PointKernel};
 pub use recorder::{Begun, Progress, Watcher};
 pub use run::{Finished, Options, Sweep, SweepError};
 pub use run_up::{PointRunUp, RunUpError};
-pub use sensitivity::{Sensitivities, Sensitivity, SensitivityError, sensitivities};
+pub use sensitivity::{
+    Differentiated, Sensitivities, Sensitivity, SensitivityError, sensitivities,
+};
 pub use trace::{PointTrace, PointTraceError};
 pub use turns::Share;

@@ -77,6 +77,15 @@ pub struct Sensitivities {
     pub rows: Vec<Sensitivity>,
 }
 
+/// A point whose answers are differentiated.
+#[derive(Debug, Clone, Copy)]
+pub struct Differentiated<'a> {
+    /// The point.
+    pub point: &'a PointSpec,
+    /// Keys that have other values than the manifest gives them.
+    pub held: &'a [(Parameter, f64)],
+}
+
 /// Why there are none.
 #[derive(Debug, thiserror::Error)]
 pub enum SensitivityError {
@@ -113,7 +122,7 @@ impl From<MemberError> for SensitivityError {
 /// [`SensitivityError`].
 pub fn sensitivities(
     job: &Job,
-    point: &PointSpec,
+    Differentiated { point, held }: Differentiated<'_>,
     keys: &[Parameter],
     asked: &Ensemble,
     step: f64,
@@ -143,6 +152,7 @@ pub fn sensitivities(
     let of_key = |key: &Parameter| -> Result<Vec<Sensitivity>, SensitivityError> {
         CalledOff::check(called_off)?;
         let family = PointFamily::new(point.clone(), vec![key.clone()], &job.between, parts);
+        let family = family.holding(held);
         match class {
             Class::Periodic(period) | Class::SteadyContact(Some(period)) => {
                 of_orbit(&family, &model, &state, period, parts)
