@@ -88,7 +88,7 @@ impl JobRun<'_> {
         let mut journal = Journal::open(folder, &job.hash, options.shard, self.fresh)?;
         let instructions = journal.instructions();
         warnings.extend(mixed(&instructions));
-        let parts = Prepared::new(self.tables);
+        let parts = Prepared::of_job(job, self.tables);
         for warning in &warnings {
             watcher.warning(warning);
         }

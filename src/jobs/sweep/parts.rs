@@ -133,6 +133,16 @@ impl Prepared {
         }
     }
 
+    /// The parts of a job. Where axes are distributions, each sample may have a kernel table of its own, which no later
+    /// run needs: these are not kept.
+    pub fn of_job(job: &Job, tables: TableStore) -> Self {
+        let mut parts = Self::new(tables);
+        if job.samples.is_some() {
+            parts.kernels = KernelTables::new(TableStore::in_memory());
+        }
+        parts
+    }
+
     /// The same parts, of which the workers of one NUMA node make copies of their own; of the
     /// tables of kernels, which all nodes share otherwise, where there is room.
     pub fn on_node(&self, room: Room) -> Self {
