@@ -151,11 +151,7 @@ fn balance(point: &PointSpec, [lead, cycles]: [u64; 2]) -> Balance {
         } else {
             at_rest(&without_friction(point))
         },
-        friction: if point.mesh.friction.acts() {
-            friction
-        } else {
-            0.0
-        },
+        friction: if point.mesh.friction.acts() { friction } else { 0.0 },
         modulus,
         nvh,
     }
