@@ -192,6 +192,7 @@ impl Drawn {
                 further: Vec::new(),
                 imposed_motion: Vec::new(),
                 tooth_cycles: Default::default(),
+                film: None,
             },
             point,
             start,

@@ -133,7 +133,7 @@ fn asked() -> PointConfig {
         audit_cycles: 0,
         lyapunov: None,
         poincare_samples: 0,
-        section: Section::Stroboscopic,
+        section: Section::default(),
         nvh: Some(NvhConfig {
             harmonics: 3,
             outputs: Signals::NONE,

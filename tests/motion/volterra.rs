@@ -419,6 +419,7 @@ mod random_drives {
                     further: Vec::new(),
                     imposed_motion: Vec::new(),
                     tooth_cycles: Default::default(),
+                    film: None,
                 },
             )
     }
