@@ -1,7 +1,7 @@
 //! Mesh and excitation of a drive, and where it is operated.
 
 use super::error::{ModelError, positive};
-use super::{Film, FlankError, ImposedMotion, MeshHarmonic, Release, STIFFNESS_TERMS, Stiffness};
+use super::{Film, FlankError, MeshHarmonic, Release, STIFFNESS_TERMS, Stiffness};
 use crate::numerics::quadrature::GaussLegendre;
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -259,6 +259,19 @@ pub struct TorqueRipple {
     /// Multiple of that shaft's speed, > 0 (need not be whole: firing orders).
     pub order: f64,
     /// Amplitude \[N m\].
+    pub amplitude: f64,
+    /// Phase \[rad\].
+    pub phase: f64,
+}
+
+/// One harmonic of an uneven rotation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ImposedMotion {
+    /// The shaft whose torque imposes it.
+    pub shaft: DriveShaft,
+    /// Multiple of that shaft's speed, > 0.
+    pub order: f64,
+    /// Amplitude a of the angle of that shaft \[rad\].
     pub amplitude: f64,
     /// Phase \[rad\].
     pub phase: f64,

@@ -6,25 +6,11 @@
 
 use super::error::ModelError;
 use super::excitation::shaft_of;
-use super::{DriveShaft, TorqueRipple};
+use super::{ImposedMotion, TorqueRipple};
 use crate::structure::ModalStructure;
-use serde::Serialize;
 
 /// A participation in the rigid motions this small, relative to all of its entries, is round-off.
 const NOISE: f64 = 1e-9;
-
-/// One harmonic of an uneven rotation.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct ImposedMotion {
-    /// The shaft whose torque imposes it.
-    pub shaft: DriveShaft,
-    /// Multiple of that shaft's speed, > 0.
-    pub order: f64,
-    /// Amplitude a of the angle of that shaft \[rad\].
-    pub amplitude: f64,
-    /// Phase \[rad\].
-    pub phase: f64,
-}
 
 impl ImposedMotion {
     /// The torque that imposes it while the mesh has this period \[s\]: `−J ω² a cos(ω t + phase)`.

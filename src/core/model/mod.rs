@@ -31,6 +31,7 @@ mod equilibrium;
 mod error;
 mod excitation;
 mod film;
+mod film_layers;
 mod flank_error;
 mod flank_springs;
 mod imposed_motion;
@@ -60,14 +61,13 @@ pub use contact::{
 pub use derivative::ShapeChange;
 pub use direction::{Direction, Line};
 pub use drive::{
-    CoastFlank, Division, Drive, DriveShaft, OperatingPoint, SAME_PHASE, StiffnessHarmonic,
-    TorqueRipple,
+    CoastFlank, Division, Drive, DriveShaft, ImposedMotion, OperatingPoint, SAME_PHASE,
+    StiffnessHarmonic, TorqueRipple,
 };
 pub use error::ModelError;
 pub use excitation::{Ripple, TransmissionErrorHarmonic, turned};
 pub use film::{Film, FilmLayer};
 pub use flank_error::FlankError;
-pub use imposed_motion::ImposedMotion;
 pub use initial::{InitialState, TrajectoryState};
 pub use load_terms::{LOAD_TERMS, LoadTerm, LoadTerms};
 pub use mesh::{MeshCycle, Segment, equal_parts};

@@ -1,7 +1,7 @@
 //! `grid.points`: operating points one by one, in the manifest or in a file. What their columns name are axes that
 //! are tied.
 
-use super::dimension_of;
+use super::axis_key::{axis_key, dimension_of, path_of};
 use super::grid_axis::GridAxis;
 use super::values::{AxisReader, Spans};
 use crate::manifest::axis::{AxisKey, AxisValues};
@@ -52,8 +52,8 @@ pub(super) fn read(section: &Section, issues: &mut Issues, base_dir: &Path) -> O
 
 fn axis(issues: &mut Issues, column: &Column) -> Option<GridAxis> {
     let name = column.name.key.as_str();
-    let path = super::path_of(name);
-    let spec = super::axis_key(issues, &column.name, &path)?;
+    let path = path_of(name);
+    let spec = axis_key(issues, &column.name, &path)?;
     let mut reader = AxisReader {
         spec,
         path: &path,

@@ -1,8 +1,8 @@
 //! Axes that are distributions: what the text says of them, and the values that are drawn.
 
+use super::axis_key::{axis_key, dimension_of, path_of};
 use super::grid_axis::GridAxis;
 use super::values::{AxisReader, Spans};
-use super::{axis_key, dimension_of, path_of};
 use crate::manifest::axis::{AxisKey, AxisValues};
 use crate::manifest::columns;
 use crate::manifest::csv::ListOf;

@@ -259,7 +259,9 @@ fn surroundings(path: &str) -> String {
             put("[mesh]", &format!("[mesh]\n{law}"));
         }
         _ if path.starts_with("mesh.tooth_fault.") => {
-            text.push_str("[[mesh.tooth_fault]]\ngear = \"pinion\"\ntooth = 2\nloss = 1e-5\n");
+            let fault = if path.ends_with("loss") { "stiffness = 0.5" } else { "loss = 1e-5" };
+            let tooth = "gear = \"pinion\"\ntooth = 2";
+            text.push_str(&format!("[[mesh.tooth_fault]]\n{tooth}\n{fault}\n"));
         }
         _ if path.starts_with("mesh.film") => {
             text.push_str("[mesh.film]\nviscosity = 0.03\n");

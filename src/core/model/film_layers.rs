@@ -1,0 +1,98 @@
+//! Which contacts of a model are layers of a film, and which of them act in turn?
+
+use super::contact::{ActiveSet, COAST_FLANK};
+use super::{Model, Release};
+
+impl Model {
+    /// Whether a contact is a layer of the film.
+    pub fn is_of_film(&self, contact: usize) -> bool {
+        self.contacts[contact].release == Release::Film
+    }
+
+    /// The flank whose film a contact bounds: of a layer and of the flank itself; none where there is no film.
+    fn film_of(&self, contact: usize) -> Option<usize> {
+        let first = self.flank_springs - 2 * self.film_layers;
+        match contact {
+            _ if self.film_layers == 0 => None,
+            0..=COAST_FLANK => Some(contact),
+            _ if self.is_of_film(contact) => Some((contact - first) % 2),
+            _ => None,
+        }
+    }
+
+    /// The other contacts of the film that a contact bounds: never closed together with it.
+    pub(super) fn others_of_film(&self, contact: usize) -> ActiveSet {
+        let first = self.flank_springs - 2 * self.film_layers;
+        let Some(flank) = self.film_of(contact) else {
+            return ActiveSet::FREE;
+        };
+        let layers = (first + flank..self.flank_springs).step_by(2);
+        let all = layers.chain([flank]);
+        (all.filter(|other| *other != contact)).fold(ActiveSet::FREE, ActiveSet::toggled)
+    }
+
+    /// The layer that gives way to a contact: to the next layer, or to the flank behind the last one.
+    pub fn layer_before(&self, contact: usize) -> Option<usize> {
+        let first = self.flank_springs - 2 * self.film_layers;
+        match contact {
+            _ if self.film_layers == 0 => None,
+            0..=COAST_FLANK => Some(self.flank_springs - 2 + contact),
+            _ => (contact >= first + 2 && self.is_of_film(contact)).then(|| contact - 2),
+        }
+    }
+
+    /// Whether two contacts are of one film, so that they are never closed together.
+    pub fn take_turns(&self, one: usize, other: usize) -> bool {
+        one != other
+            && self
+                .film_of(one)
+                .is_some_and(|own| self.film_of(other) == Some(own))
+    }
+
+    /// Whether a contact is a layer of a film that is thinner: a layer behind it is closed, or the flank.
+    pub fn is_passed(&self, contact: usize, active: ActiveSet) -> bool {
+        let behind = |other: usize| {
+            self.take_turns(contact, other) && (other > contact || other <= COAST_FLANK)
+        };
+        self.film_layers > 0 && self.is_of_film(contact) && active.iter().any(behind)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::model::{Drive, Film, fixtures};
+
+    fn film(layers: usize) -> Film {
+        Film {
+            coefficient: 2e-5,
+            thickness: [50e-6, 1e-6],
+            layers,
+        }
+    }
+
+    /// The layers of one flank and the flank take turns; a passed one is thinner than it was.
+    #[test]
+    fn layers_of_a_flank_take_turns() {
+        let drive = Drive {
+            film: Some(film(3)),
+            ..fixtures::two_level_mesh(1e-5)
+        };
+        let structure = fixtures::structure(&[0.0, 900.0], 0.01, &[0.9, 0.4], &[0.9, 0.4]);
+        let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+        assert_eq!((model.contacts.len(), model.flank_springs), (8, 8));
+        let set = |contacts: &[usize]| contacts.iter().fold(ActiveSet::FREE, |s, &c| s.toggled(c));
+        assert_eq!(model.toggled(set(&[2]), 4), set(&[4]));
+        assert_eq!(model.toggled(set(&[6]), 0), set(&[0]));
+        assert_eq!(model.toggled(set(&[0]), 0), ActiveSet::FREE);
+        assert_eq!(model.toggled(set(&[4, 3]), 6), set(&[6, 3]));
+        assert!(model.is_passed(2, set(&[4])) && model.is_passed(6, set(&[0])));
+        assert!(!model.is_passed(4, set(&[2])) && !model.is_passed(3, set(&[0])));
+        assert!(!model.is_passed(0, set(&[6])));
+        let before = [0, 1, 2, 3, 4, 7].map(|contact| model.layer_before(contact));
+        assert_eq!(before, [Some(6), Some(7), None, None, Some(2), Some(5)]);
+        // The flanks bear the load, not the oil.
+        assert!(model.bearing_contacts().iter().all(|own| own < 2));
+    }
+}
