@@ -180,7 +180,7 @@ mod tests {
                 let share = f64::from(k) / 200.0;
                 let back = law.up_to(law.quantile(share));
                 // The error functions of statrs have 10 digits or more.
-                assert!((back - share).abs() < 1e-12, "{law:?} {share} {back}");
+                assert!((back - share).abs() < 1e-10, "{law:?} {share} {back}");
             }
         }
     }

@@ -130,7 +130,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Gear of the tooth."),
     integer("mesh.tooth_fault.*.tooth", 1.0, 100_000.0, "3")
         .about("Number of the tooth in the order in which the teeth engage. Tooth 1 engages at the start of the mesh cycle at time 0."),
-    quantity("mesh.tooth_fault.*.stiffness", Ratio, bounds(0.0, false, 1.0, true), "0.7").or("1")
+    quantity("mesh.tooth_fault.*.stiffness", Ratio, bounds(0.0, true, 1.0, false), "0.7").or("1")
         .about("Part of the stiffness that the pairs of this tooth keep, for example with a crack at its root."),
     quantity("mesh.tooth_fault.*.loss", Length, ANY, r#""20 um""#).or("0")
         .about("Material that the flanks of the tooth lack along the line of action. It is negative if the flanks protrude."),
