@@ -77,7 +77,7 @@ impl Stepped {
     fn line(&self, frequency: f64) -> Complex64 {
         let (mut state, mut begin, mut sum) = (self.repeated(), 0.0, Complex64::ZERO);
         for step in &self.steps {
-            let count = 400;
+            let count = 4000;
             let h = step[0] / f64::from(count);
             for k in 0..=count {
                 let weight = match k {
@@ -163,10 +163,11 @@ fn a_cracked_tooth_has_the_sidebands_of_the_closed_form() {
     let mut sidebands = 0;
     for multiple in 1..=45 {
         let lines = &found.orders[0].lines;
-        let own = |line: &&gearatlas::analysis::OrderLine| {
-            line.reference == "pinion" && line.multiple == multiple
-        };
-        let line = lines.iter().find(own).unwrap();
+        // Those of the mesh are among the shaft's.
+        let wanted = f64::from(multiple) / 20.0;
+        let line = (lines.iter())
+            .find(|line| line.reference != "wheel" && (line.order - wanted).abs() < 1e-12)
+            .unwrap();
         let value = Complex64::from_polar(line.amplitude, line.phase.unwrap_or(0.0));
         let known = exact.line(TAU * f64::from(multiple) / (20.0 * model.period()));
         assert!(
@@ -181,7 +182,7 @@ fn a_cracked_tooth_has_the_sidebands_of_the_closed_form() {
 /// Kernels beside an integrator with thirty digits, cycle by cycle through a revolution of the wheel in rattle.
 #[test]
 fn kernels_rattle_over_the_revolution() {
-    let fault = "gear = \"wheel\"\ntooth = 30\nstiffness = 0.5\nloss = \"2 um\"";
+    let fault = "gear = \"wheel\"\ntooth = 30\nstiffness = 0.5";
     let text = text(fault).replace("[] # [{", "[{");
     let mut point = manifest::parse(&text, "m.toml", Path::new(""))
         .unwrap()

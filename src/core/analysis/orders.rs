@@ -160,12 +160,9 @@ impl Orders {
             let name = if number == 0 { "mesh".to_owned() } else { format!("mesh {}", mesh.name) };
             Family::new(name, mesh.cycles, asked.mesh, count)
         });
-        let shafts = model.shafts.iter().filter_map(|(name, turns)| {
-            // From the mesh order on they are mesh orders, or between those.
-            let below = turns[1].div_ceil(turns[0]).saturating_sub(1);
-            let multiples = asked.shafts.min(below);
-            (multiples > 0).then(|| Family::new(name.clone(), *turns, multiples, count))
-        });
+        let shafts = model.shafts.iter().filter(|_| asked.shafts > 0);
+        let shafts =
+            shafts.map(|(name, turns)| Family::new(name.clone(), *turns, asked.shafts, count));
         Self {
             period: model.period(),
             families: meshes.chain(shafts).collect(),

@@ -122,8 +122,8 @@ pub(super) const KEYS: &[Key] = &[
     integer("analyses.nvh.orders.mesh", 0.0, 1000.0, "5").or("10")
         .about("Highest multiple of the frequency of each mesh; all multiples from 1 on are computed."),
     integer("analyses.nvh.orders.shafts", 0.0, 1000.0, "8").or("4")
-        .about("Highest multiple of the speed of each shaft, below the frequency of the first mesh. Averages run over whole \
-                revolutions that are whole mesh cycles."),
+        .about("Highest multiple of the speed of each shaft. Multiples beside that of the mesh are its sidebands. Averages run \
+                over whole revolutions that are whole mesh cycles."),
     key("analyses.nvh.bearings", Kind::Boolean, ANY, "true").or("false")
         .about("Compute the mean and RMS of the bearing forces."),
     key("analyses.nvh.torques", Kind::Boolean, ANY, "true").or("false")
