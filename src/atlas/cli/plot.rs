@@ -40,7 +40,7 @@ pub struct PlotArgs {
     #[arg(long, value_name = "AXIS")]
     pub by: Option<String>,
     /// Lay measured points over the curves: a file with the columns axis, value and, if known, standard error, such as
-    /// "speed [rpm],deflection_rms [um],stderr [um]". They choose the axis and the column if --over and --what do not.
+    /// `speed [rpm],deflection_rms [um],stderr [um]`. They choose the axis and the column if --over and --what do not.
     #[arg(long, value_name = "FILE")]
     pub measured: Option<PathBuf>,
     /// Draw this point: its point_id, or values of axes such as load=0.05,speed="9000 rpm" [default: the loudest or most
