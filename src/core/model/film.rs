@@ -1,4 +1,4 @@
-//! Which force has the oil between flanks that approach, and which contacts carry it?
+//! What force does oil exert between flanks that approach, and which layers replace its law?
 //!
 //! A full film between two cylinders in line contact is squeezed out with the force
 //!
