@@ -49,12 +49,12 @@ impl EvenSharing {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::model::Stiffness;
 
     /// A pair comes at 0, passes the pitch point at 0.75 and leaves at 1.6.
-    const PAIRS: EvenSharing = EvenSharing {
+    pub const PAIRS: EvenSharing = EvenSharing {
         pitch_phase: 0.75,
         contact_ratio: 1.6,
         overlap_ratio: 0.0,

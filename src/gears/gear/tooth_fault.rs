@@ -124,15 +124,7 @@ impl FaultyTeeth {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// A pair touches from 0 to 1.6 and passes the pitch point at 0.75.
-    const PAIRS: EvenSharing = EvenSharing {
-        pitch_phase: 0.75,
-        contact_ratio: 1.6,
-        overlap_ratio: 0.0,
-        base_pitch: 12e-3,
-        inclination: 1.0,
-    };
+    use crate::gear::friction_turns::tests::PAIRS;
 
     fn teeth(gear: usize, tooth: u32) -> FaultyTeeth {
         let fault = ToothFault {
