@@ -43,7 +43,9 @@ pub(super) struct LastingContact<'a> {
     period: u32,
     modes: Modes,
     /// The margins of the periodic motion, once they were asked for.
-    steady: Option<Margins<'a>>,
+    steady: Option<Seen>,
+    /// What shows the blocks' motion, with the exponentials it knows.
+    motion: ModalMotion<'a>,
     /// How far margins change at most with each mode, by contact; as far as it was asked for.
     reaches: Vec<Option<Vec<f64>>>,
 }
@@ -64,6 +66,7 @@ impl<'a> LastingContact<'a> {
             orbit,
             period,
             steady: None,
+            motion: ModalMotion::new(model),
             reaches: vec![None; modes.vectors.len()],
             modes,
         })
@@ -116,11 +119,11 @@ impl<'a> LastingContact<'a> {
         workspace: &mut K::Workspace,
     ) -> Option<&Vec<f64>> {
         if self.reaches[mode].is_none() {
-            let steady = &self.steady.as_ref()?.windows;
             let mut both = vec![0.0_f64; self.model.contacts.len()];
-            for v in &self.modes.vectors[mode] {
+            for v in self.modes.vectors[mode].clone() {
                 if v.iter().any(|x| *x != 0.0) {
-                    let beside = self.seen(kernel, Some(v), workspace)?;
+                    let beside = self.seen(kernel, Some(&v), workspace)?;
+                    let steady = &self.steady.as_ref()?.windows;
                     for (both, one) in both.iter_mut().zip(apart(steady, &beside.windows)?) {
                         *both = both.hypot(one / (DISTURBANCE * self.norm.unit()));
                     }
@@ -133,20 +136,20 @@ impl<'a> LastingContact<'a> {
 
     /// A period of the periodic motion, or of one displaced along a direction; none where there is an event.
     fn seen<K: Kernel>(
-        &self,
+        &mut self,
         kernel: &K,
-        along: Option<&Vec<f64>>,
+        along: Option<&[f64]>,
         workspace: &mut K::Workspace,
-    ) -> Option<Margins<'a>> {
+    ) -> Option<Seen> {
         let mut state = self.orbit.clone();
         for (&i, v) in self.norm.felt().iter().zip(along.into_iter().flatten()) {
             state.state[i] += DISTURBANCE * self.norm.unit() * v / self.norm.weights()[i];
         }
-        let mut seen = Margins::new(self.model, along.is_none());
+        let mut seen = Margins::new(self.model, &mut self.motion, along.is_none());
         let mut counters = Counters::default();
         let period = u64::from(self.period);
         let advanced = kernel.advance(period, &mut state, workspace, &mut seen, &mut counters);
-        (advanced.is_ok() && counters.events == 0 && seen.whole).then_some(seen)
+        (advanced.is_ok() && counters.events == 0 && seen.whole).then_some(seen.seen)
     }
 }
 
@@ -207,26 +210,34 @@ impl Modes {
     }
 }
 
-/// What is seen of the margins of all contacts.
+/// What was seen of the margins of all contacts.
 #[derive(Debug)]
-struct Margins<'m> {
-    model: &'m Model,
-    motion: ModalMotion<'m>,
+struct Seen {
     /// Margins but for gaps and errors, which are the same for all motions, window after window.
     windows: Vec<Vec<Series>>,
     /// The least margin of every contact, if it is asked for.
     least: Option<Vec<f64>>,
+}
+
+/// Sees the margins of all contacts.
+#[derive(Debug)]
+struct Margins<'a, 'm> {
+    model: &'m Model,
+    motion: &'a mut ModalMotion<'m>,
+    seen: Seen,
     /// Whether every margin of every window could be told.
     whole: bool,
 }
 
-impl<'m> Margins<'m> {
-    fn new(model: &'m Model, least: bool) -> Self {
+impl<'a, 'm> Margins<'a, 'm> {
+    fn new(model: &'m Model, motion: &'a mut ModalMotion<'m>, least: bool) -> Self {
         Self {
             model,
-            motion: ModalMotion::new(model),
-            windows: Vec::new(),
-            least: least.then(|| vec![f64::INFINITY; model.contacts.len()]),
+            motion,
+            seen: Seen {
+                windows: Vec::new(),
+                least: least.then(|| vec![f64::INFINITY; model.contacts.len()]),
+            },
             whole: true,
         }
     }
@@ -240,7 +251,7 @@ fn note(all: &mut Option<Vec<f64>>, contact: usize, margin: &Series) {
     }
 }
 
-impl Observer for Margins<'_> {
+impl Observer for Margins<'_, '_> {
     const WINDOWS: bool = true;
 
     fn window(&mut self, window: &Window<'_>) {
@@ -250,7 +261,6 @@ impl Observer for Margins<'_> {
         let seen = (0..model.contacts.len())
             .any(|index| own(index) && !window.closed.iter().any(|c| c.contact == index));
         let motion = seen.then(|| self.motion.on(window));
-        let mut components = vec![[None; 2]; model.modes()];
         let mut all = Vec::with_capacity(model.contacts.len());
         for (index, contact) in model.contacts.iter().enumerate() {
             if model.is_passed(index, window.contact) {
@@ -264,7 +274,7 @@ impl Observer for Margins<'_> {
                 && contact.release.is_by_force()
             {
                 let margin = padded(closed.force).map(|force| contact.side * force);
-                note(&mut self.least, index, &margin);
+                note(&mut self.seen.least, index, &margin);
                 all.push(margin);
                 continue;
             }
@@ -279,25 +289,13 @@ impl Observer for Margins<'_> {
             let (series, errors) = match (closed, &motion) {
                 (Some(closed), _) => (padded(closed.deflection), false),
                 (None, Some(motion)) if own(index) => {
-                    let mut sum: Series = [0.0; TERMS];
-                    for (block, gain) in model.gains(segment).iter().enumerate() {
-                        for (row, w) in gain.deflection.into_iter().enumerate() {
-                            if w == 0.0 {
-                                continue;
-                            }
-                            let known = &mut components[block][row];
-                            let series = known.get_or_insert_with(|| motion.component(block, row));
-                            for (sum, x) in sum.iter_mut().zip(series) {
-                                *sum += w * *x;
-                            }
-                        }
-                    }
-                    (sum, true)
+                    let gains = model.gains(segment).iter().map(|gain| gain.deflection);
+                    (motion.combination(gains.enumerate()), true)
                 }
                 (None, _) => (padded(window.deflection), false),
             };
             all.push(series.map(|a| inside * contact.side * a));
-            if self.least.is_none() {
+            if self.seen.least.is_none() {
                 continue;
             }
             let transforms = transforms24();
@@ -309,9 +307,13 @@ impl Observer for Margins<'_> {
                 let deflection = evaluate(&series, x) - error;
                 inside * (contact.side * deflection - contact.gap(segment, time)[0])
             });
-            note(&mut self.least, index, &transforms.interpolate(&margin));
+            note(
+                &mut self.seen.least,
+                index,
+                &transforms.interpolate(&margin),
+            );
         }
-        self.windows.push(all);
+        self.seen.windows.push(all);
     }
 
     fn event(&mut self, _: &Event) {}

@@ -11,8 +11,8 @@
 //! its state on, so that the two check each other.
 
 use super::window_cache::Recurring;
-use crate::model::Model;
-use crate::numerics::convolution::convolution24;
+use crate::model::{Block, Model};
+use crate::numerics::convolution::{add_response, convolution24, significant};
 use crate::numerics::exponential::legendre_series;
 use crate::propagate::Window;
 use num_complex::{Complex64, c64};
@@ -28,10 +28,37 @@ const KERNEL_TERMS: usize = 32;
 pub type Series = [f64; TERMS];
 
 /// Response to one input, by term of the exponential.
-type Responses = [Series; KERNEL_TERMS];
+type Responses = Vec<Series>;
 
 /// Series of the exponential's C and S.
 type Exponential = [Complex64; KERNEL_TERMS];
+
+/// Exponentials of all blocks on windows of one length.
+#[derive(Debug, Clone)]
+struct Exponentials {
+    series: Vec<Exponential>,
+    /// How many of their terms matter.
+    terms: usize,
+}
+
+impl Exponentials {
+    fn new(blocks: usize) -> Self {
+        Self {
+            series: vec![[Complex64::ZERO; KERNEL_TERMS]; blocks],
+            terms: 0,
+        }
+    }
+
+    fn fill(&mut self, blocks: &[Block], tau: f64) {
+        self.terms = 0;
+        for (block, out) in blocks.iter().zip(&mut self.series) {
+            block.exponential(tau, out);
+            for part in [out.map(|term| term.re), out.map(|term| term.im)] {
+                self.terms = self.terms.max(significant(&part));
+            }
+        }
+    }
+}
 
 /// Modal motion of a model, window after window.
 #[derive(Debug, Clone)]
@@ -39,8 +66,8 @@ pub struct ModalMotion<'m> {
     model: Cow<'m, Model>,
     /// Exponentials of all blocks on windows of the kernel's own lengths, and on the last other
     /// window, a cut.
-    own: Recurring<Vec<Exponential>>,
-    cut: Vec<Exponential>,
+    own: Recurring<Exponentials>,
+    cut: Exponentials,
 }
 
 impl<'m> ModalMotion<'m> {
@@ -53,7 +80,7 @@ impl<'m> ModalMotion<'m> {
     pub fn of(model: Cow<'m, Model>) -> Self {
         Self {
             own: Recurring::new(),
-            cut: vec![[Complex64::ZERO; KERNEL_TERMS]; model.modes()],
+            cut: Exponentials::new(model.modes()),
             model,
         }
     }
@@ -67,28 +94,19 @@ impl<'m> ModalMotion<'m> {
     pub fn on<'a>(&'a mut self, window: &Window<'a>) -> ModalSeries<'a> {
         let tau = window.duration;
         let blocks = &self.model.blocks;
-        let fill = |out: &mut [Exponential]| {
-            for (block, out) in blocks.iter().zip(out) {
-                block.exponential(tau, out);
-            }
-        };
         let own = self.own.find(tau, || {
-            let mut own = vec![[Complex64::ZERO; KERNEL_TERMS]; blocks.len()];
-            fill(&mut own);
+            let mut own = Exponentials::new(blocks.len());
+            own.fill(blocks, tau);
             own
         });
         let exponentials = match own {
             Some(own) => own,
             None => {
-                fill(&mut self.cut);
+                self.cut.fill(blocks, tau);
                 &self.cut
             }
         };
-        let respond = |series: &[f64]| {
-            let mut out = [[0.0; TERMS]; KERNEL_TERMS];
-            convolution24().responses(series, tau, &mut out);
-            out
-        };
+        let respond = |series: &[f64]| convolution24().responses(series, tau, exponentials.terms);
         ModalSeries {
             model: &self.model,
             exponentials,
@@ -96,7 +114,7 @@ impl<'m> ModalMotion<'m> {
             by_forces: (window.closed.iter())
                 .map(|closed| {
                     let segment = &window.segments[closed.contact];
-                    (segment.direction, respond(&padded(closed.force)))
+                    (segment.direction, respond(closed.force))
                 })
                 .collect(),
             ripples: (self.model.ripple.iter())
@@ -114,7 +132,7 @@ impl<'m> ModalMotion<'m> {
 #[derive(Debug, Clone)]
 pub struct ModalSeries<'a> {
     model: &'a Model,
-    exponentials: &'a [Exponential],
+    exponentials: &'a Exponentials,
     window: Window<'a>,
     /// Of every closed contact, with its direction.
     by_forces: Vec<(usize, Responses)>,
@@ -135,31 +153,51 @@ impl<'a> ModalSeries<'a> {
     /// Series of a block's first (`row = 0`) or second (`row = 1`) component: modal
     /// displacement \[m √kg\] and velocity \[m √kg/s\] of a companion block.
     pub fn component(&self, index: usize, row: usize) -> Series {
-        let block = &self.model.blocks[index];
-        let exponential = &self.exponentials[index];
-        let m = block.traceless();
-        // Weights of C and S in this row of e^{At} u.
-        let weights = |u: [f64; 2]| (u[row], m[row][0] * u[0] + m[row][1] * u[1]);
+        let mut weights = [0.0; 2];
+        weights[row] = 1.0;
+        self.combination([(index, weights)])
+    }
 
-        let start = weights([self.window.first[index], self.window.second[index]]);
-        let mut out = [0.0; TERMS];
-        for (value, e) in out.iter_mut().zip(exponential) {
-            *value = e.re * start.0 + e.im * start.1;
-        }
-        let constant = weights(block.static_input);
-        add_constant(exponential, constant, self.window.duration, &mut out);
-        for (direction, responses) in &self.by_forces {
-            let gain = &self.model.directions[*direction].gains[index];
-            let (c, s) = weights(gain.mesh_input);
-            add(exponential, (-c, -s), responses, &mut out);
-        }
-        for (ripple, (_, responses)) in self.model.ripple.iter().zip(&self.ripples) {
+    /// Series of `Σ w·x`, x the two components of each block with its index and weights w. The weighted exponentials are
+    /// added first, so that every input is convolved once.
+    pub fn combination(&self, weights: impl IntoIterator<Item = (usize, [f64; 2])>) -> Series {
+        let mut start = [0.0; KERNEL_TERMS];
+        let mut constant = [0.0; KERNEL_TERMS];
+        let mut by_forces = vec![[0.0; KERNEL_TERMS]; self.by_forces.len()];
+        let mut by_ripples = vec![[0.0; KERNEL_TERMS]; self.ripples.len()];
+        for (index, w) in weights.into_iter().filter(|(_, w)| *w != [0.0; 2]) {
+            let block = &self.model.blocks[index];
+            let exponential = &self.exponentials.series[index][..self.exponentials.terms];
+            let m = block.traceless();
+            let add = |u: [f64; 2], out: &mut [f64; KERNEL_TERMS]| {
+                // Weights of C and S in w·e^{At} u.
+                let c = w[0] * u[0] + w[1] * u[1];
+                let s = w[0] * (m[0][0] * u[0] + m[0][1] * u[1])
+                    + w[1] * (m[1][0] * u[0] + m[1][1] * u[1]);
+                for (value, e) in out.iter_mut().zip(exponential) {
+                    *value += e.re * c + e.im * s;
+                }
+            };
             add(
-                exponential,
-                weights(ripple.input[index]),
-                responses,
-                &mut out,
+                [self.window.first[index], self.window.second[index]],
+                &mut start,
             );
+            add(block.static_input, &mut constant);
+            for ((direction, _), out) in self.by_forces.iter().zip(&mut by_forces) {
+                let gain = &self.model.directions[*direction].gains[index];
+                add(gain.mesh_input.map(|g| -g), out);
+            }
+            for (ripple, out) in self.model.ripple.iter().zip(&mut by_ripples) {
+                add(ripple.input[index], out);
+            }
+        }
+        let mut out = padded(&start);
+        add_constant(&constant, self.window.duration, &mut out);
+        let forces = self.by_forces.iter().map(|(_, responses)| responses);
+        let ripples = self.ripples.iter().map(|(_, responses)| responses);
+        let kernels = by_forces.iter().chain(&by_ripples);
+        for (kernel, responses) in kernels.zip(forces.chain(ripples)) {
+            add_response(kernel, responses, &mut out);
         }
         out
     }
@@ -167,14 +205,8 @@ impl<'a> ModalSeries<'a> {
     /// Deflection along one of the model's directions \[m\].
     pub fn along(&self, direction: usize) -> Series {
         let direction = &self.model.directions[direction];
-        let mut out = [0.0; TERMS];
-        for (i, gain) in direction.gains.iter().enumerate() {
-            for (row, w) in gain.deflection.into_iter().enumerate() {
-                if w != 0.0 {
-                    add_multiple(w, &self.component(i, row), &mut out);
-                }
-            }
-        }
+        let gains = direction.gains.iter().map(|gain| gain.deflection);
+        let mut out = self.combination(gains.enumerate());
         for h in &self.model.lines[direction.line].transmission_error {
             let phase = h.turned(self.window.cycle, self.window.start) + h.phase;
             let cosine = cosine_series(h.angular_frequency, phase, self.window.duration);
@@ -193,21 +225,10 @@ pub fn add_multiple(factor: f64, series: &Series, sum: &mut Series) {
     }
 }
 
-/// Adds the response to an input given by its `responses`.
-fn add(exponential: &Exponential, weights: (f64, f64), responses: &Responses, out: &mut Series) {
-    for (e, response) in exponential.iter().zip(responses) {
-        let scale = e.re * weights.0 + e.im * weights.1;
-        for (value, r) in out.iter_mut().zip(response) {
-            *value += scale * r;
-        }
-    }
-}
-
 /// Adds the response to a constant input: `∫₀ᵗ P_k dt = Δ/2 (P_{k+1} − P_{k−1})/(2k+1)`, with
 /// `P_{−1} = −1`.
-fn add_constant(exponential: &Exponential, weights: (f64, f64), tau: f64, out: &mut Series) {
-    for (k, e) in exponential[..=TERMS].iter().enumerate() {
-        let scale = e.re * weights.0 + e.im * weights.1;
+fn add_constant(kernel: &[f64; KERNEL_TERMS], tau: f64, out: &mut Series) {
+    for (k, scale) in kernel[..=TERMS].iter().enumerate() {
         let value = 0.5 * tau * scale / (2 * k + 1) as f64;
         if k + 1 < TERMS {
             out[k + 1] += value;

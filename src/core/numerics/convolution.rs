@@ -68,7 +68,8 @@ impl<const K: usize, const P: usize> Convolution<K, P> {
     /// Columns of the Volterra operator with kernel `Σ kernel[k] P_k` on a window of length
     /// Δ: `out[m][n]` is output coefficient n of input term m.
     pub fn operator(&self, kernel: &[f64; K], delta: f64) -> [[f64; P]; P] {
-        combined(&kernel.map(|h| h * delta), &self.table)
+        let scales = kernel.map(|h| h * delta);
+        combined(&scales[..significant(&scales)], &self.table)
     }
 
     /// Output coefficients of the constant input 1: the first column of the operator.
@@ -82,15 +83,60 @@ impl<const K: usize, const P: usize> Convolution<K, P> {
         out
     }
 
-    /// For an input series, the output coefficients that each kernel term gives on a window
-    /// of length Δ: `out[k][n]`.
-    pub fn responses(&self, input: &[f64], delta: f64, out: &mut [[f64; P]; K]) {
-        for (row, plane) in out.iter_mut().zip(&self.table) {
-            row.fill(0.0);
-            for (f, column) in input.iter().zip(plane) {
-                for (o, c) in row.iter_mut().zip(column) {
-                    *o += f * delta * c;
-                }
+    /// For an input series, the output coefficients that each of the first `terms` kernel terms gives on a window
+    /// of length Δ: `[k][n]`.
+    pub fn responses(&self, input: &[f64], delta: f64, terms: usize) -> Vec<[f64; P]> {
+        let mut scales = [0.0; P];
+        for (scale, f) in scales.iter_mut().zip(input) {
+            *scale = f * delta;
+        }
+        let mut out = vec![[0.0; P]; terms.min(K)];
+        respond(&scales[..input.len().min(P)], &self.table, &mut out);
+        out
+    }
+}
+
+/// Coefficients smaller than the largest by this factor are below round-off: a sixteenth of it.
+const NEGLIGIBLE: f64 = f64::EPSILON / 16.0;
+
+/// How many terms of a series matter: those that follow are negligible.
+pub fn significant(series: &[f64]) -> usize {
+    let largest = series.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
+    let matters = |a: &f64| a.abs() > NEGLIGIBLE * largest;
+    series.iter().rposition(matters).map_or(0, |last| last + 1)
+}
+
+/// `a b` of two matrices by columns.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx2", "x86_64+avx2"))]
+pub fn product<const P: usize>(a: &[[f64; P]; P], b: &[[f64; P]; P]) -> [[f64; P]; P] {
+    let mut out = [[0.0; P]; P];
+    for (out, weights) in out.iter_mut().zip(b) {
+        for (column, weight) in a.iter().zip(weights) {
+            for (sum, c) in out.iter_mut().zip(column) {
+                *sum += weight * c;
+            }
+        }
+    }
+    out
+}
+
+/// Adds the response of a kernel to an input, of which [`Convolution::responses`] are known.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx2", "x86_64+avx2"))]
+pub fn add_response<const P: usize>(kernel: &[f64], responses: &[[f64; P]], out: &mut [f64; P]) {
+    for (scale, response) in kernel.iter().zip(responses) {
+        for (sum, r) in out.iter_mut().zip(response) {
+            *sum += scale * r;
+        }
+    }
+}
+
+/// Adds the columns of every plane, each times its scale.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx2", "x86_64+avx2"))]
+fn respond<const P: usize>(scales: &[f64], planes: &[[[f64; P]; P]], out: &mut [[f64; P]]) {
+    for (row, plane) in out.iter_mut().zip(planes) {
+        for (scale, column) in scales.iter().zip(plane) {
+            for (sum, c) in row.iter_mut().zip(column) {
+                *sum += scale * c;
             }
         }
     }
@@ -151,8 +197,7 @@ mod tests {
         let (mut kernel, mut input) = ([0.0; 32], [0.0; 24]);
         series(f64::sin, &mut kernel);
         series(f64::cos, &mut input);
-        let mut parts = [[f64::NAN; 24]; 32];
-        convolution24().responses(&input, 2.0, &mut parts);
+        let parts = convolution24().responses(&input, 2.0, 32);
         let columns = convolution24().operator(&kernel, 2.0);
         for t in [0.1, 0.9, 1.7, 2.0] {
             let exact = 0.5 * t * f64::sin(t);

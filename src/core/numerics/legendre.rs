@@ -181,6 +181,8 @@ pub struct Transforms<const P: usize> {
     quotient: Box<Columns<P>>,
     /// Values at the samples.
     samples: Box<Columns<P, SAMPLES>>,
+    /// Values at the nodes.
+    values: Box<Columns<P>>,
 }
 
 /// Places where a series is looked at before a root is sought.
@@ -220,7 +222,15 @@ impl<const P: usize> Transforms<P> {
             derivative: Box::new(Columns([[0.0; P]; P])),
             quotient: Box::new(Columns([[0.0; P]; P])),
             samples: Box::new(Columns([[0.0; SAMPLES]; P])),
+            values: Box::new(Columns([[0.0; P]; P])),
         };
+        for j in 0..P {
+            let mut values = [0.0; P];
+            polynomials(nodes[j], &mut values);
+            for n in 0..P {
+                transforms.values.0[n][j] = values[n];
+            }
+        }
         let mut values = [0.0; P];
         for m in 0..SAMPLES {
             polynomials(sample_place(m), &mut values);
@@ -298,6 +308,16 @@ impl<const P: usize> Transforms<P> {
     /// The map to the quotient by 1 + x.
     pub fn to_quotient(&self) -> &Columns<P> {
         &self.quotient
+    }
+
+    /// The map from values at the nodes: `[j]` is the series of a unit at node j.
+    pub fn to_series(&self) -> &[[f64; P]; P] {
+        &self.to_series
+    }
+
+    /// The map to the values at the nodes.
+    pub fn to_nodes(&self) -> &Columns<P> {
+        &self.values
     }
 
     /// The map to the values at the samples.

@@ -14,7 +14,9 @@
 //! is eliminated in that order without exchanging rows.
 
 use super::shapes::{Row, Series, TERMS};
-use crate::numerics::legendre::{self, transforms24};
+use crate::numerics::convolution::product;
+use crate::numerics::legendre::transforms24;
+use std::sync::LazyLock;
 
 /// Matrices of windows of one length, by columns.
 #[derive(Debug)]
@@ -25,13 +27,32 @@ pub struct Nodal {
     pub response_rate: [Row; TERMS],
     /// B, from series to series.
     pub series_response: [Row; TERMS],
+    /// 2/Δ: a derivative by time over that by place \[1/s\].
+    pub pace: f64,
+    /// What is the same for all windows.
+    pub maps: &'static Maps,
+}
+
+/// Maps between series and values at the nodes, by columns.
+#[derive(Debug)]
+pub struct Maps {
     /// From a series to its values at the nodes.
     pub values: [Row; TERMS],
-    /// From a series to the values of its derivative by time \[1/s\].
+    /// From a series to the values of its derivative by place.
     pub slopes: [Row; TERMS],
     /// From values at the nodes to the series.
     pub series: [Row; TERMS],
 }
+
+static MAPS: LazyLock<Maps> = LazyLock::new(|| {
+    let transforms = transforms24();
+    let values = &transforms.to_nodes().0;
+    Maps {
+        values: values.map(Row),
+        slopes: product(values, &transforms.to_derivative().0).map(Row),
+        series: transforms.to_series().map(Row),
+    }
+});
 
 impl Nodal {
     /// The matrices for windows of length `delta` \[s\], given the columns of B and B'.
@@ -41,29 +62,16 @@ impl Nodal {
         delta: f64,
     ) -> Box<Self> {
         let transforms = transforms24();
-        let unit = |n: usize| -> Series { std::array::from_fn(|i| f64::from(u8::from(i == n))) };
-        let at_nodes =
-            |series: &Series| Row(transforms.nodes().map(|x| legendre::evaluate(series, x)));
-        let apply = |columns: &[Series; TERMS], series: &Series| {
-            let mut out = [0.0; TERMS];
-            for (column, weight) in columns.iter().zip(series) {
-                for (o, c) in out.iter_mut().zip(column) {
-                    *o += c * weight;
-                }
-            }
-            out
+        let at_nodes = |operator: &[Series; TERMS]| {
+            let values = product(&transforms.to_nodes().0, operator);
+            product(&values, transforms.to_series()).map(Row)
         };
-        let series: [Row; TERMS] = std::array::from_fn(|j| Row(transforms.interpolate(&unit(j))));
         Box::new(Self {
-            response: std::array::from_fn(|j| at_nodes(&apply(response, &series[j].0))),
-            response_rate: std::array::from_fn(|j| at_nodes(&apply(response_rate, &series[j].0))),
+            response: at_nodes(response),
+            response_rate: at_nodes(response_rate),
             series_response: response.map(Row),
-            values: std::array::from_fn(|n| at_nodes(&unit(n))),
-            slopes: std::array::from_fn(|n| {
-                let slope = legendre::derivative(&unit(n)).map(|a| 2.0 / delta * a);
-                at_nodes(&slope)
-            }),
-            series,
+            pace: 2.0 / delta,
+            maps: &MAPS,
         })
     }
 }

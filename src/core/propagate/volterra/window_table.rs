@@ -6,7 +6,7 @@ use super::shapes::{LANES, Layout, Row, TERMS};
 use super::varying::{Factors, Nodal};
 use super::window_stiffness::WindowStiffness;
 use crate::model::{Block, MeshGain, Model};
-use crate::numerics::convolution::convolution24;
+use crate::numerics::convolution::{convolution24, significant};
 use crate::numerics::exponential::legendre_series;
 use crate::propagate::vectors::InstructionSet;
 use num_complex::{Complex64, c64};
@@ -14,9 +14,6 @@ use std::sync::Arc;
 
 /// Terms of the series of response kernels; the convolution table's first size.
 const KERNEL_TERMS: usize = 32;
-
-/// Coefficients smaller than the largest by this factor are left out: a sixteenth of round-off.
-const NEGLIGIBLE: f64 = f64::EPSILON / 16.0;
 
 /// Tables of the windows of one length and one direction of the mesh force.
 #[derive(Debug)]
@@ -149,12 +146,14 @@ impl WindowTable {
                 mesh_input,
                 ..
             } = gains[i];
+            let m = &exponential.traceless;
+            let turned = [0, 1].map(|j| w[0] * m[0][j] + w[1] * m[1][j]);
             for n in 0..TERMS {
-                let e = exponential.matrix(n);
                 for j in 0..2 {
-                    rows[j * layout.padded + i].0[n] = w[0] * e[0][j] + w[1] * e[1][j];
+                    rows[j * layout.padded + i].0[n] =
+                        exponential.cosine[n] * w[j] + exponential.sine[n] * turned[j];
                 }
-                let g = apply(e, mesh_input);
+                let g = exponential.response(n, mesh_input);
                 let moment = -moment(n, delta);
                 self.moves
                     .set_response(i, n, [moment * g[0], moment * g[1]]);
@@ -163,7 +162,7 @@ impl WindowTable {
                 target[1].0[lane] = exponential.sine[n];
             }
             self.moves.set_propagator(i, exponential.end());
-            let s = apply(exponential.matrix(0), block.static_input);
+            let s = exponential.response(0, block.static_input);
             self.moves.set_input(i, 0, [delta * s[0], delta * s[1]]);
         }
     }
@@ -218,7 +217,7 @@ impl WindowTable {
                 kernels.add(mesh, exponential, *gain);
                 let mut state = [Complex64::ZERO; 2];
                 for (n, u) in series.iter().enumerate() {
-                    let e = apply(exponential.matrix(n), *gain);
+                    let e = exponential.response(n, *gain);
                     let moment = moment(n, delta);
                     for (target, e) in state.iter_mut().zip(e) {
                         *target += moment * e * u;
@@ -322,36 +321,32 @@ impl BlockExponential {
 
     /// How many terms matter, an even number: the others are below round-off.
     fn terms(&self) -> usize {
-        let last = |series: &[f64; KERNEL_TERMS]| {
-            let largest = series.iter().fold(0.0f64, |m, a| m.max(a.abs()));
-            let matters = |a: &f64| a.abs() > NEGLIGIBLE * largest;
-            series[..TERMS].iter().rposition(matters).unwrap_or(0)
-        };
-        let terms = 1 + last(&self.cosine).max(last(&self.sine));
-        terms.next_multiple_of(2)
+        let terms = significant(&self.cosine).max(significant(&self.sine));
+        terms.clamp(1, TERMS).next_multiple_of(2)
     }
 
-    fn combine(&self, cosine: f64, sine: f64) -> [[f64; 2]; 2] {
-        let m = &self.traceless;
+    /// Coefficient n of `e^{At} u`.
+    fn response(&self, n: usize, u: [f64; 2]) -> [f64; 2] {
+        let turned = apply(&self.traceless, u);
+        [0, 1].map(|row| self.cosine[n] * u[row] + self.sine[n] * turned[row])
+    }
+
+    /// `e^{AΔ}`.
+    fn end(&self) -> [[f64; 2]; 2] {
+        let ([cosine, sine], m) = (self.end, &self.traceless);
         [
             [cosine + sine * m[0][0], sine * m[0][1]],
             [sine * m[1][0], cosine + sine * m[1][1]],
         ]
     }
-
-    /// Coefficient n.
-    fn matrix(&self, n: usize) -> [[f64; 2]; 2] {
-        self.combine(self.cosine[n], self.sine[n])
-    }
-
-    /// `e^{AΔ}`.
-    fn end(&self) -> [[f64; 2]; 2] {
-        self.combine(self.end[0], self.end[1])
-    }
 }
 
-fn apply(m: [[f64; 2]; 2], v: [f64; 2]) -> [f64; 2] {
-    m.map(|row| row[0] * v[0] + row[1] * v[1])
+fn apply(m: &[[f64; 2]; 2], v: [f64; 2]) -> [f64; 2] {
+    m.map(|row| dot(row, v))
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
 }
 
 /// Series of the scalar responses of δ and δ' to an impulse of some input.
@@ -371,11 +366,16 @@ impl Default for Kernels {
 
 impl Kernels {
     fn add(&mut self, gain: &MeshGain, exponential: &BlockExponential, input: [f64; 2]) {
-        let (w, r) = (gain.deflection, gain.rate);
-        for n in 0..KERNEL_TERMS {
-            let x = apply(exponential.matrix(n), input);
-            self.deflection[n] += w[0] * x[0] + w[1] * x[1];
-            self.rate[n] += r[0] * x[0] + r[1] * x[1];
+        let turned = apply(&exponential.traceless, input);
+        for (sums, w) in [
+            (&mut self.deflection, gain.deflection),
+            (&mut self.rate, gain.rate),
+        ] {
+            let (even, odd) = (dot(w, input), dot(w, turned));
+            let terms = exponential.cosine.iter().zip(&exponential.sine);
+            for (sum, (cosine, sine)) in sums.iter_mut().zip(terms) {
+                *sum += cosine * even + sine * odd;
+            }
         }
     }
 }

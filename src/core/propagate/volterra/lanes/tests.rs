@@ -9,7 +9,7 @@ use crate::propagate::events::Margin;
 use crate::propagate::saltation;
 use crate::propagate::volterra::feedback::Feedback;
 use crate::propagate::volterra::shapes::{LANES, interpolation};
-use crate::propagate::volterra::varying::{Factors, Nodal};
+use crate::propagate::volterra::varying::{Factors, Maps, Nodal};
 
 /// Numbers of modes about the edges of one chunk and of five.
 const MODES: [usize; 6] = [1, 7, 8, 9, 40, 41];
@@ -528,9 +528,12 @@ fn factors_solve_a_window_whose_stiffness_varies() {
         response: small(),
         response_rate: small(),
         series_response: small(),
-        values: unit,
-        slopes: small(),
-        series: unit,
+        pace: 1.5,
+        maps: Box::leak(Box::new(Maps {
+            values: unit,
+            slopes: small(),
+            series: unit,
+        })),
     };
     let (stiffness, damping, gap) = ([2.0, 0.3, -0.2, 0.1, 0.05, 0.0], 0.6, 0.7);
     let stiffness: [f64; STIFFNESS_TERMS] =
@@ -557,12 +560,12 @@ fn factors_solve_a_window_whose_stiffness_varies() {
             for (c, (f, x)) in forces.iter().zip(columns.chunks(length)).enumerate() {
                 let d = combined(&rows[..length], x).map(|d| d.0);
                 let gap = if c == 0 { gap } else { 0.0 };
-                let slopes = combined(&nodal.slopes, &d);
+                let slopes = combined(&nodal.maps.slopes, &d);
                 let [b, rate] = [&nodal.response, &nodal.response_rate].map(|m| combined(m, &f.0));
                 for i in 0..TERMS {
                     let k = evaluate(&stiffness, places[i]);
                     let left = f.0[i] + k * b[i].0 + damping * rate[i].0;
-                    let right = k * (d[i] - gap) + damping * slopes[i].0;
+                    let right = k * (d[i] - gap) + damping * nodal.pace * slopes[i].0;
                     close(left, right, 100.0, &format!("{}, column {c}", set.name()));
                 }
                 if c == 0 {

@@ -130,14 +130,14 @@ pub(super) fn force_columns<V: Vector, const COLUMNS: usize>(
     free: &[Row; COLUMNS],
     gap: f64,
 ) -> [Row; COLUMNS] {
-    let values = combine::<V, COLUMNS>(&nodal.values, &series(free));
-    let slopes = combine::<V, COLUMNS>(&nodal.slopes, &series(free));
+    let values = combine::<V, COLUMNS>(&nodal.maps.values, &series(free));
+    let slopes = combine::<V, COLUMNS>(&nodal.maps.slopes, &series(free));
     let mut y = [[V::zero(); GROUPS]; COLUMNS];
     for c in 0..COLUMNS {
         let gap = V::splat(if c == 0 { -gap } else { 0.0 });
         for g in 0..GROUPS {
             let at = g * LANES;
-            let damped = V::read(&slopes[c].0[at..]).times(V::splat(factors.damping));
+            let damped = V::read(&slopes[c].0[at..]).times(V::splat(nodal.pace * factors.damping));
             let k = V::read(&factors.stiffness.0[at..]);
             let beyond = V::read(&values[c].0[at..]).plus(gap);
             y[c][g] = k.multiply_add(beyond, damped);
@@ -156,7 +156,7 @@ pub(super) fn force_columns<V: Vector, const COLUMNS: usize>(
             y[c][g].write(&mut forces[c].0[g * LANES..]);
         }
     }
-    combine::<V, COLUMNS>(&nodal.series, &series(&forces))
+    combine::<V, COLUMNS>(&nodal.maps.series, &series(&forces))
 }
 
 /// Deflection series from those of the free deflection and the force.
