@@ -46,6 +46,7 @@ pub struct OrbitColumns {
     force_peak: f64,
     residual: f64,
     steps: u32,
+    start: [Vec<f64>; 2],
 }
 
 impl OrbitColumns {
@@ -67,7 +68,12 @@ impl OrbitColumns {
             force_peak: motion.force_peak,
             residual: orbit.residual,
             steps: orbit.steps,
+            start: orbit.details.start.clone(),
         }
+    }
+
+    fn list_bytes(&self) -> usize {
+        size_of::<f64>() * self.start.iter().map(Vec::len).sum::<usize>()
     }
 }
 
@@ -109,9 +115,23 @@ pub struct CurveRow {
     pub told: Option<OrbitColumns>,
 }
 
-impl Row for BranchRow {}
-impl Row for BifurcationRow {}
-impl Row for CurveRow {}
+impl Row for BranchRow {
+    fn list_bytes(&self) -> usize {
+        self.told.list_bytes()
+    }
+}
+
+impl Row for BifurcationRow {
+    fn list_bytes(&self) -> usize {
+        self.told.list_bytes()
+    }
+}
+
+impl Row for CurveRow {
+    fn list_bytes(&self) -> usize {
+        self.told.as_ref().map_or(0, OrbitColumns::list_bytes)
+    }
+}
 
 /// The rows of a branch.
 pub fn branch_rows<'a>(
@@ -252,6 +272,10 @@ fn told_columns<R: 'static>(told: fn(&R) -> Option<&OrbitColumns>) -> Vec<Column
         f64 "force_peak", "N", told(row)?.force_peak, "Largest |mesh force|";
         f64 "residual", "half gaps", told(row)?.residual, "Distance between the start and the end of a period";
         u32 "newton_steps", "1", told(row)?.steps, "Newton steps from the guess to the orbit";
+        list "displacement", "m sqrt(kg)", &*told(row)?.start[0],
+            "Modal displacements on the orbit at mesh phase 0, one per mode, as used by run.initial and continuation.states";
+        list "modal_velocity", "m sqrt(kg)/s", &*told(row)?.start[1],
+            "Modal velocities on the orbit at mesh phase 0, one per mode";
     ]
 }
 

@@ -266,11 +266,13 @@ impl<F: Family> CycleMap for DriveMap<'_, F> {
         let motion = watch.motion();
         let touches = watch.of_period();
         let half_gap = kernel.model().half_gap;
+        let start = kernel.model().basis.modes(&starts[0]);
         strobes.extend(starts.iter().map(|state| self.coordinates(state)));
         let swing = 0.5 * (motion.largest - motion.smallest) / half_gap;
         let farthest = strobes.iter().map(|u| length(u)).fold(0.0, f64::max);
         Ok(Details {
             size: touches.swing().max(swing).max(LEAST_SWING * farthest),
+            start,
             strobes,
             touches,
             motion,

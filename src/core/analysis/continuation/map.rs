@@ -38,6 +38,8 @@ pub struct Image {
 pub struct Details {
     /// u at the start of every cycle.
     pub strobes: Vec<Vec<f64>>,
+    /// Modal displacement \[m √kg\] and velocity \[m √kg/s\] at the start of the first cycle, one entry a mode each.
+    pub start: [Vec<f64>; 2],
     /// How contacts are touched.
     pub touches: Touches,
     /// Motion of the mesh over a period.
