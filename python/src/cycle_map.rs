@@ -278,7 +278,7 @@ impl CycleMap {
         let point = self.point.get();
         let derivative = |key: &String| {
             let parameter = point.parameter(py, key)?;
-            let found = py.detach(|| (self.map).derivative(&point.job, parameter, &point.changes));
+            let found = py.detach(|| (self.map).derivative(point.job(), parameter, &point.changes));
             found.map_err(|error| failed(py, &error))
         };
         keys.iter().map(derivative).collect()
