@@ -204,17 +204,16 @@ class _Problem:
             results = run(self.manifest, set=changes, progress=False, **self.options)
         points = results.points
         self.evaluations += 1
-        name, _, element = self.column.partition("[")
-        if name not in points.columns or points.units[name] == "":
+        base = self.column.partition("[")[0]
+        if not (points.units.get(self.column) or points.units.get(base)):
             known = [own for own in points.columns if points.units[own]]
-            raise AtlasError(f"the results have no column of numbers `{name}`; they have {', '.join(known)}")
-        self.unit = points.units[name]
-        partner = "lambda_stderr" if name == "lambda_max" else f"{name}_stderr"
-        found = _element(points[name], element, self.column)
-        own = np.zeros_like(found)
-        # The lists of errors are empty where no point has any.
-        if partner in points.columns and points[partner].shape[1:] == points[name].shape[1:]:
-            own = _element(points[partner], element, self.column)
+            raise AtlasError(f"the results have no column of numbers `{base}`; they have {', '.join(known)}")
+        try:
+            found, self.unit = points.single(self.column), points.unit(self.column)
+        except (KeyError, ValueError) as error:
+            raise AtlasError(f"`{self.column}` is not a single column; name an element of a list as in harmonics[1], counted from 1") from error
+        own = points.stderr(self.column)
+        own = np.zeros_like(found) if own is None else own
         rank = np.argsort(points[self.axis.name], kind="stable")
         if len(rank) != len(grid):
             raise AtlasError("the manifest computes several results per point; set grid.order to a single direction")
@@ -272,16 +271,6 @@ class _Problem:
         else:
             told = f"the measured points determine only a combination of `{'`, `'.join(open_keys)}`"
         raise AtlasError(f"{told}; fit fewer keys, or add points that depend on them")
-
-
-def _element(values: npt.NDArray[Any], element: str, column: str) -> Floats:
-    """An element of lists, counted from 1 as in `harmonics[1]`, or the values themselves."""
-    if not element and values.ndim == 1:
-        return values.astype(float)
-    number = element.removesuffix("]")
-    if values.ndim == 2 and number.isdigit() and 1 <= int(number) <= values.shape[1]:
-        return np.asarray(values[:, int(number) - 1], dtype=float)
-    raise AtlasError(f"`{column}` is not a single column; name an element of a list as in harmonics[1], counted from 1")
 
 
 def fit(

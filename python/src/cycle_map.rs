@@ -68,11 +68,6 @@ impl CycleMap {
     }
 
     #[getter]
-    fn point(&self, py: Python<'_>) -> Py<Point> {
-        self.point.clone_ref(py)
-    }
-
-    #[getter]
     fn threads(&self) -> usize {
         self.pool.current_num_threads()
     }

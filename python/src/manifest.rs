@@ -6,7 +6,7 @@ use crate::table::{Table, with_unit};
 use crate::toml_values::{text_of, value_text};
 use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray, UInt64Array};
 use arrow_schema::{DataType, Metadata, Schema};
-use gearatlas::manifest::{self, Job, ManifestErrors, ManifestText};
+use gearatlas::manifest::{self, GridDimension, Job, ManifestErrors, ManifestText};
 use gearatlas::sweep::sample_columns;
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::{PyIndexError, PyValueError};
@@ -104,6 +104,13 @@ impl Manifest {
             "the files that the manifest `{name}` names have changed since it was pickled; load it again"
         );
         Err(refused(py, &sentence))
+    }
+
+    /// The same text with more changes.
+    fn changed(&self, py: Python<'_>, set: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let Origin { name, folder } = &self.source;
+        let all = [self.changes(), changes(set)?].concat();
+        Self::read(py, self.text(), &all, name, folder.clone())
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
@@ -234,14 +241,19 @@ impl Manifest {
             ));
             columns.push(Arc::new(values));
         }
-        let mut told = Metadata::default();
+        let axes: Vec<&str> = job.axes.iter().map(manifest::Axis::name).collect();
+        let mut told = Metadata::new().with("axes", serde_json::json!(axes).to_string());
+        let tied = job.dimensions.iter().filter(|own| own.is_tied());
+        let names = |own: &GridDimension| -> Vec<&str> {
+            own.axes.iter().map(|&axis| axes[axis]).collect()
+        };
+        let tied: Vec<Vec<&str>> = tied.map(names).collect();
+        told.insert("tied", serde_json::json!(tied).to_string());
         if let Some(samples) = sample_columns(job) {
             let rows: UInt64Array = points.iter().map(|own| samples.row(own.point_id)).collect();
             let about = "Row of the design of the axes that are distributions, from 0";
             fields.push(with_unit("sample", DataType::UInt64, "1", about));
             columns.push(Arc::new(rows));
-            let axes: Vec<&str> = job.axes.iter().map(manifest::Axis::name).collect();
-            told.insert("axes".to_owned(), serde_json::json!(axes).to_string());
             told.insert("samples".to_owned(), serde_json::json!(samples).to_string());
         }
         if job.carried.is_some() {
