@@ -3,8 +3,8 @@
 
     python examples/bifurcation_plane.py [PICTURE]
 
-The drive is that of manifests/bistable.toml. `gearatlas.sweep` computes the plane of speed and half gap on all cores.
-Motion is chaotic where the period is missing.
+The drive is that of manifests/quickstart.toml with its two lowest modes. `gearatlas.sweep` computes the plane of speed and
+half gap on all cores. White motions are chaotic, or have more than eight mesh cycles.
 """
 
 import sys
@@ -29,7 +29,7 @@ def main() -> None:
     results = plane()
     motion, samples = results.to_xarray().squeeze("load"), results.to_xarray("poincare").squeeze("load")
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4), layout="constrained")
-    motion["period"].where(motion["period"] <= 8).plot(ax=left, cmap="viridis", levels=np.arange(0.5, 9), extend="neither")
+    motion["period"].where(motion["period"] <= 8).plot(ax=left, cmap="viridis", levels=np.arange(0.5, 9), extend="neither", cbar_kwargs={"ticks": range(1, 9)})
     line = samples["deflection"].sel({"mesh.half_gap": 10e-6}, method="nearest")
     line.plot.line("k.", x="speed", ax=right, markersize=1, add_legend=False)
     share = float((motion["class"] == "chaotic").mean())

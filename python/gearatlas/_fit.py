@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from ._errors import AtlasError, ManifestWarning
 from ._manifest import Axis, Changes, load
-from ._measured import Floats, Measured, Points, measured_points
+from ._measured import Floats, Measured, Points, Quantity, measured_points
 from ._optional import optional
 from ._run import run
 from ._sensitivity import sensitivity
@@ -279,7 +279,7 @@ def fit(
     keys: Sequence[str] | Mapping[str, float | str],
     *,
     column: str | None = None,
-    bounds: Mapping[str, tuple[float, float]] | None = None,
+    bounds: Mapping[str, tuple[Any, Any]] | None = None,
     set: Changes | None = None,
     threads: int | None = None,
     tables: str | os.PathLike[str] = "tables",
@@ -293,7 +293,7 @@ def fit(
     * `keys`: keys that the drive depends on continuously (`Manifest.keys`). A mapping gives their start values, in SI or as
       texts with units. Otherwise the manifest does.
     * `column`: column of the points table, or an element of a list such as `harmonics[1]`; by default the name of the value.
-    * `bounds`: smallest and largest value of a key in SI; by default a key keeps the sign of its start value.
+    * `bounds`: smallest and largest value of a key, in SI or as quantities of pint; by default a key keeps the sign of its start value.
     * `max_evaluations`: most computed curves of each of at most three rounds.
 
     A residual has the variance of the measured value plus that of the computed one (the `_stderr` column). The second is
@@ -312,7 +312,9 @@ def fit(
     sizes = problem.sizes
     low = np.where(problem.start > 0, 0.0, -np.inf)
     high = np.where(problem.start < 0, 0.0, np.inf)
-    for key, (smallest, largest) in (bounds or {}).items():
+    units = dict(zip(problem.keys, problem.units))
+    for key, ends in (bounds or {}).items():
+        smallest, largest = (float(Quantity.of(key, end).in_si(units.get(key, ""))) for end in ends)
         if key not in problem.keys or not smallest < largest:
             raise AtlasError(f"the bounds of `{key}` are not those of a fitted key, from low to high")
         low[problem.keys.index(key)], high[problem.keys.index(key)] = smallest, largest

@@ -20,23 +20,23 @@ Points = str | os.PathLike[str] | Mapping[str, npt.ArrayLike]
 
 @dataclass(frozen=True)
 class Quantity:
-    """A column of measured points."""
+    """A number, or a column of measured points, with its unit."""
 
     name: str
     """Its name."""
     numbers: Floats
-    """Its numbers as written, (n,)."""
+    """Its numbers as written, (n,) or ()."""
     unit: str | None
     """Their unit; None for SI."""
 
     @classmethod
     def of(cls, name: str, values: Any) -> Quantity:
-        """The column of numbers in SI, or of a quantity of pint."""
+        """The quantity of numbers in SI, or of a quantity of pint."""
         numbers, unit = parts(values)
         return cls(name, np.array(numbers, dtype=float), unit or None)
 
     def in_si(self, si: str) -> Floats:
-        """The numbers in the SI unit `si`, (n,)."""
+        """The numbers in the SI unit `si`, (n,) or ()."""
         return self.numbers * self.factor(si)
 
     def factor(self, si: str) -> float:
@@ -45,7 +45,7 @@ class Quantity:
             return 1.0
         factor = _gearatlas.conversion(self.unit, si)
         if factor is None:
-            raise AtlasError(f"`{self.name} [{self.unit}]` of the measured points does not fit {self.name}, whose unit is {si}")
+            raise AtlasError(f"`{self.name} [{self.unit}]` does not fit {self.name}, whose unit is {si}")
         return factor
 
 

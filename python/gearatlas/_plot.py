@@ -11,8 +11,8 @@ import numpy.typing as npt
 from . import _gearatlas
 from ._errors import AtlasError
 from ._layout import ROW, Layout
+from ._measured import Quantity
 from ._optional import optional
-from ._pint import parts
 
 if TYPE_CHECKING:
     from ._table import Table
@@ -112,11 +112,9 @@ class _Picture:
         told = []
         for name, value in at.items():
             own = self.si(name)
-            number, unit = parts(value)
-            if isinstance(number, str):
-                nearest: Any = number
-            else:
-                wanted = number * ((_gearatlas.conversion(unit, self.unit(name)) or np.nan) if unit else 1.0)
+            nearest: Any = value
+            if not isinstance(value, str):
+                wanted = Quantity.of(name, value).in_si(self.unit(name))
                 nearest = own[self.kept][np.argmin(np.abs(own[self.kept] - wanted))]
             self.kept &= own == nearest
             if not self.kept.any():

@@ -22,7 +22,8 @@ import gearatlas
 from gearatlas._html import html_table
 from gearatlas._layout import Layout
 from gearatlas._measured import measured_points
-from gearatlas._pint import plain
+from gearatlas._gearatlas import conversion
+from gearatlas._pint import parts, plain
 from program import ROOT, same_bits
 
 matplotlib.use("Agg")
@@ -162,7 +163,7 @@ def test_planes_have_coordinates(results):
     assert not [name for name in plane if 0 in plane[name].shape]
 
 
-def test_a_refined_or_unfinished_grid_has_gaps(results):
+def test_points_that_are_missing_leave_gaps(results):
     plane = results.points[[0, 1, 2, 4]].to_xarray()
     assert np.isnan(plane["point_id"]).values.tolist() == [[False, False, False], [True, False, True]]
     assert plane["class"].isnull().values.tolist() == [[False, False, False], [True, False, True]]
@@ -325,9 +326,17 @@ def test_quantities_are_values_of_keys():
         inch.point(speed=unit.Quantity(1, "kg"))
 
 
+@pytest.mark.parametrize("unit", ["um", "N/um", "kN*mm", "deg", "mrad", "rpm", "GPa", "mPa*s", "g/cm^3", "kg*mm^2", "N*m/deg", "%", "min", "inch"])
+def test_units_mean_the_same_to_pint_and_to_manifests(unit):
+    quantity = pint.Quantity(3.0, unit)
+    number, text = parts(quantity)
+    base = quantity.to_base_units()
+    assert number * conversion(text, f"{base.units:~C}".replace("**", "^") or "%") == pytest.approx(base.magnitude * (100 if unit == "%" else 1), rel=1e-14)
+
+
 def test_measured_points_may_be_quantities():
     unit = pint.get_application_registry()
-    found = measured_points({"speed": unit.Quantity([6000, 9000], "rpm"), "rms": unit.Quantity([1, 2], "mil"), "error": [1e-7, 2e-7]})
+    found = measured_points({"speed": unit.Quantity([6000, 9000], "rpm"), "rms": unit.Quantity([1, 2], "thou"), "error": [1e-7, 2e-7]})
     np.testing.assert_allclose(found.axis.in_si("rad/s"), [200 * np.pi, 300 * np.pi])
     np.testing.assert_allclose(found.value.in_si("m"), [25.4e-6, 50.8e-6])
     assert found.axis.unit == "rpm" and found.stderr.in_si("m").tolist() == [1e-7, 2e-7]
@@ -419,6 +428,18 @@ def test_two_axes_are_a_map(results):
         assert axes.get_ylabel() == "speed [rad/s]"
 
 
+def test_a_refined_plane_is_dots(cache):
+    refine = {"by": ["deflection_rms"], "tolerance": 0.3, "levels": 2}
+    results = gearatlas.run(QUICKSTART, set={"model.modes": 2, "run.cycles": 500, "grid.refine": refine}, tables=cache, progress=False)
+    with figure() as axes:
+        results.plot("force_peak", axes=axes)
+        [dots] = axes.collections
+        points = results.points
+        assert 12 < len(points) < 9 * 13
+        np.testing.assert_array_equal(dots.get_offsets(), np.column_stack([points["speed"], points["load"]]))
+        np.testing.assert_array_equal(dots.get_array(), points["force_peak"])
+
+
 def test_texts_are_colours_with_names():
     results = gearatlas.run(QUICKSTART, set={"run.cycles": 4000, "grid.load": {"values": [0.1, 0.2]}}, progress=False)
     with figure() as axes:
@@ -503,6 +524,8 @@ def test_pictures_that_are_not_clear_are_refused(results, both):
         results.points[:0].plot()
     with pytest.raises(gearatlas.AtlasError, match="`kg` is not a unit of speed"):
         results.plot(units={"speed": "kg"})
+    with pytest.raises(gearatlas.AtlasError, match=r"`speed \[kg\]` does not fit speed"):
+        results.plot("force_peak", at={"speed": pint.Quantity(1, "kg")})
     with pytest.raises(gearatlas.AtlasError, match="direction = sideways"):
         both.plot(at={"direction": "sideways"})
     with pytest.raises(KeyError, match="deflection_rsm"):
