@@ -1,4 +1,4 @@
-"""Tables of HTML, as notebooks show them."""
+"""Tables of HTML, as notebooks show them, and titles of columns."""
 
 from __future__ import annotations
 
@@ -12,6 +12,11 @@ def html_table(head: Sequence[str], rows: Iterable[Sequence[Any]], note: str) ->
     heads = "".join(f"<th>{escape(name)}</th>" for name in head)
     body = "".join(f"<tr>{''.join(f'<td>{escape(_text(cell))}</td>' for cell in row)}</tr>" for row in rows)
     return f"<table><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table><p>{escape(note)}</p>"
+
+
+def titled(name: str, unit: str) -> str:
+    """`speed [rad/s]`; no unit if there is none."""
+    return name if unit in ("", "1") else f"{name} [{unit}]"
 
 
 def _text(cell: Any) -> str:

@@ -76,11 +76,12 @@ class Layout:
 
     def array(self, values: Array) -> Array:
         """Values of the rows, (rows, ...), as an array over the dimensions. Without a row there is NaN, or None."""
-        shape = [len(own) for own in self.dims.values()]
-        full = len(values) == math.prod(shape)
-        numbers = values.dtype.kind in "fiu"
-        kind: Any = values.dtype if full else float if numbers else object
-        out = np.full([*shape, *values.shape[1:]], np.nan if kind is float else None, kind) if not full else np.empty([*shape, *values.shape[1:]], kind)
+        places = [len(own) for own in self.dims.values()]
+        shape = (*places, *values.shape[1:])
+        if len(values) == math.prod(places):
+            out: Array = np.empty(shape, values.dtype)
+        else:
+            out = np.full(shape, np.nan if values.dtype.kind in "fiu" else None)
         out[self.places] = values
         return out
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from . import _gearatlas
 from ._errors import AtlasError
+from ._html import titled
 from ._layout import ROW, Layout
 from ._measured import Quantity
 from ._optional import optional
@@ -104,8 +105,7 @@ class _Picture:
         return np.asarray(values * self.factor(name))
 
     def label(self, name: str) -> str:
-        unit = self.units.get(name, self.unit(name))
-        return name if unit in ("", "1") else f"{name} [{unit}]"
+        return titled(name, self.units.get(name, self.unit(name)))
 
     def fix(self, at: Mapping[str, Any]) -> str:
         """Keeps the rows with the values of some axes that are nearest to those asked for, and tells which they are."""

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from numpy.lib.recfunctions import structured_to_unstructured
 
 from . import _gearatlas
-from ._html import html_table
+from ._html import html_table, titled
 from ._layout import Layout, dataset
 from ._optional import optional
 
@@ -189,7 +189,7 @@ class Table:
         rows = list(self[:most_rows])
         used = [name for name in self.columns if any(row[name] is not None for row in rows)] or self.columns
         shown = used[:most_columns]
-        head = [f"{name} [{unit}]" if (unit := self.unit(name)) not in ("", "1") else name for name in shown]
+        head = [titled(name, self.unit(name)) for name in shown]
         note = f"{self.rows} rows, {len(self.columns)} columns"
         if len(rows) < self.rows or len(shown) < len(self.columns):
             note += f"; shown are {len(rows)} rows and {len(shown)} columns"

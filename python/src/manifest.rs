@@ -11,7 +11,7 @@ use gearatlas::sweep::sample_columns;
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::{PyDict, PyList, PyTuple};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -29,12 +29,6 @@ struct Origin {
     /// Where relative paths in it start.
     folder: PathBuf,
 }
-
-/// What unpickles a manifest: text, changes, name and folder of its source, and hash.
-type Reduced<'py> = (
-    Bound<'py, PyAny>,
-    (String, Vec<String>, String, PathBuf, String),
-);
 
 /// What `set` of Python asks to change, as `--set` does.
 fn changes(set: &Bound<'_, PyDict>) -> PyResult<Vec<String>> {
@@ -113,11 +107,11 @@ impl Manifest {
         Self::read(py, self.text(), &all, name, folder.clone())
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let Origin { name, folder } = &self.source;
         let made = py.get_type::<Self>().getattr("unpickled")?;
-        let [text, name, hash] = [self.text(), name, self.hash()].map(str::to_owned);
-        Ok((made, (text, self.changes(), name, folder.clone(), hash)))
+        let parts = (self.text(), self.changes(), name, folder, self.hash());
+        (made, parts).into_pyobject(py)
     }
 
     /// The manifest that a dictionary of tables is.

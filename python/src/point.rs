@@ -4,7 +4,7 @@ use crate::errors::{failed, refused};
 use crate::manifest::Manifest;
 use gearatlas::manifest::{Job, Parameter, PointSpec};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 
 /// An operating point of a manifest, on its grid or off it.
 #[pyclass(frozen, module = "gearatlas._gearatlas")]
@@ -41,16 +41,13 @@ impl Point {
 
 #[pymethods]
 impl Point {
-    fn __reduce__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyAny>, (u64, Bound<'py, PyDict>))> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let values = PyDict::new(py);
         for (parameter, value) in &self.changes {
             values.set_item(parameter.name(), value)?;
         }
         let made = self.manifest.bind(py).getattr("point")?;
-        Ok((made, (self.id(), values)))
+        (made, (self.id(), values)).into_pyobject(py)
     }
 
     /// Its number on the grid, or that of the point it was made from.

@@ -14,7 +14,7 @@ use arrow_select::take::take_record_batch;
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyCapsule};
+use pyo3::types::{PyBytes, PyCapsule, PyTuple};
 use std::collections::HashMap;
 
 /// A table: batches of one schema.
@@ -89,13 +89,10 @@ impl Table {
         self.rows()
     }
 
-    fn __reduce__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let bytes = self.ipc().map_err(refused)?;
         let made = py.get_type::<Self>().getattr("from_ipc")?;
-        Ok((made, (PyBytes::new(py, &bytes),)))
+        (made, (PyBytes::new(py, &bytes),)).into_pyobject(py)
     }
 
     /// The table in a stream of Arrow IPC.
