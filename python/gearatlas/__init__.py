@@ -1,7 +1,7 @@
 """Gear rattle over grids of operating points, in Python.
 
 >>> import gearatlas
->>> results = gearatlas.run("manifests/quickstart.toml", progress=False)
+>>> results = gearatlas.run("manifests/quickstart.toml", "results/quickstart", progress=False)
 >>> (results.points.on_grid("lambda_max") > 0).astype(int)
 array([[0, 0, 1, 1],
        [0, 0, 1, 1],

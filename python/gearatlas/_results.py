@@ -38,7 +38,7 @@ class Results(Mapping[str, Table]):
     """A folder of results: a mapping from the names of tables to the tables.
 
     >>> import gearatlas
-    >>> results = gearatlas.run("manifests/quickstart.toml", progress=False)
+    >>> results = gearatlas.run("manifests/quickstart.toml", "results/quickstart", progress=False)
     >>> len(results), list(results), "poincare" in results
     (2, ['points', 'poincare'], True)
     >>> len(results["points"]), results.points is results["points"]
@@ -118,7 +118,7 @@ class Results(Mapping[str, Table]):
         """A table as a dataset of xarray, with one dimension per axis of the grid.
 
         >>> import gearatlas
-        >>> results = gearatlas.run("manifests/quickstart.toml", progress=False)
+        >>> results = gearatlas.run("manifests/quickstart.toml", "results/quickstart", progress=False)
         >>> plane = results.to_xarray()
         >>> plane["lambda_max"].dims, plane["lambda_max"].shape, plane["speed"].attrs["units"]
         (('load', 'speed'), (3, 4), 'rad/s')
@@ -146,7 +146,7 @@ class Results(Mapping[str, Table]):
         several rows per point. Over two axes, it is a map. Branches are lines, dashed for unstable orbits.
 
         >>> import gearatlas
-        >>> results = gearatlas.run("manifests/quickstart.toml", progress=False)
+        >>> results = gearatlas.run("manifests/quickstart.toml", "results/quickstart", progress=False)
         >>> results.plot("lambda_max", units={"speed": "rpm"}).get_xlabel()
         'speed [rpm]'
         >>> results.plot("deflection", table="poincare", at={"load": 0.2}).get_title()

@@ -169,7 +169,7 @@ def sweep(
 
     >>> import gearatlas
     >>> half_gaps = {"mesh.half_gap": ["10 um", "20 um"]}
-    >>> results = gearatlas.sweep("manifests/quickstart.toml", half_gaps, load=0.1, speed=[700, 900, 1100], progress=False)
+    >>> results = gearatlas.sweep("manifests/quickstart.toml", half_gaps, load=0.1, speed=[600, 700, 800], progress=False)
     >>> dict(results.to_xarray().sizes)["mesh.half_gap"], results.points.on_grid("lambda_max").shape
     (2, (2, 1, 3))
 

@@ -2,7 +2,7 @@
 
 import contextlib
 import doctest
-import importlib
+import importlib.util
 import os
 import pickle
 import pkgutil
@@ -535,6 +535,20 @@ def test_pictures_that_are_not_clear_are_refused(results, both):
 # ---- examples
 
 
+def test_the_example_draws_a_plane(monkeypatch, tmp_path, capsys):
+    spec = importlib.util.spec_from_file_location("bifurcation_plane", ROOT / "examples/bifurcation_plane.py")
+    example = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(example)
+    monkeypatch.chdir(tmp_path)
+    results = example.plane(4, 5)
+    monkeypatch.setattr(example, "plane", lambda: results)
+    monkeypatch.setattr(sys, "argv", ["bifurcation_plane.py", "plane.png"])
+    with figure():
+        example.main()
+    assert f"{np.mean(results.points['class'] == 'chaotic'):.0%} of 20 points are chaotic" in capsys.readouterr().out
+    assert (tmp_path / "plane.png").read_bytes().startswith(b"\x89PNG")
+
+
 def examples() -> list[str]:
     names = [f"gearatlas.{module.name}" for module in pkgutil.iter_modules(gearatlas.__path__)]
     modules = [importlib.import_module(name) for name in ["gearatlas", *names] if name != "gearatlas.ross"]
@@ -546,9 +560,16 @@ def test_docstrings_have_examples():
     assert {"gearatlas", "gearatlas._table", "gearatlas._results", "gearatlas._manifest", "gearatlas._run"} <= set(examples())
 
 
+@pytest.fixture(scope="module")
+def workplace(tmp_path_factory) -> Path:
+    """A folder in which examples read manifests and keep results."""
+    folder = tmp_path_factory.mktemp("examples")
+    (folder / "manifests").symlink_to(ROOT / "manifests")
+    return folder
+
+
 @pytest.mark.parametrize("name", examples())
-def test_examples_of_docstrings_show_what_they_print(name, monkeypatch, tmp_path):
-    (tmp_path / "manifests").symlink_to(ROOT / "manifests")
-    monkeypatch.chdir(tmp_path)
+def test_examples_of_docstrings_show_what_they_print(name, monkeypatch, workplace):
+    monkeypatch.chdir(workplace)
     found = doctest.testmod(importlib.import_module(name))
     assert found.failed == 0 and found.attempted > 0
