@@ -24,6 +24,7 @@ from gearatlas._layout import Layout
 from gearatlas._measured import measured_points
 from gearatlas._gearatlas import conversion
 from gearatlas._pint import parts, plain
+from gearatlas._table import _known
 from program import ROOT, same_bits
 
 matplotlib.use("Agg")
@@ -58,6 +59,13 @@ def followed(cache) -> gearatlas.Results:
     return gearatlas.follow(text, tables=cache)
 
 
+@pytest.fixture(scope="module")
+def chaotic(cache) -> gearatlas.Results:
+    """Periodic and chaotic points, the latter with standard errors."""
+    loads = {"grid.load": {"values": [0.1, 0.2]}}
+    return gearatlas.run(QUICKSTART, set={"run.cycles": 4000, **loads}, tables=cache, progress=False)
+
+
 @contextlib.contextmanager
 def figure():
     """Axes of Matplotlib for one picture."""
@@ -85,6 +93,7 @@ def test_a_table_is_a_sequence_of_rows(results):
             points[wrong]
     # Polars reads the rows on its own.
     assert rows == pl.DataFrame(points).to_dicts()
+    assert list(map(_known, [[1.0, np.nan, np.nan], [np.nan, 2.0], [np.nan], [], "x"])) == [[1.0], [None, 2.0], None, None, "x"]
 
 
 def test_rows_and_columns_are_taken(results):
@@ -161,6 +170,14 @@ def test_planes_have_coordinates(results):
     # What belongs together shares its dimension; lists that are empty everywhere are left out.
     assert plane["contact_force"].dims == plane["contact_fraction"].dims == (*AXES, "contact")
     assert not [name for name in plane if 0 in plane[name].shape]
+
+
+def test_a_list_and_its_errors_share_a_dimension(chaotic):
+    plane = chaotic.to_xarray()
+    assert plane["exponents"].dims == plane["exponents_stderr"].dims == (*AXES, "exponents_number")
+    assert plane["harmonics"].dims == plane["harmonics_stderr"].dims == (*AXES, "harmonics_number")
+    known = (plane["harmonics_stderr"] / plane["harmonics"]).notnull().any("harmonics_number")
+    np.testing.assert_array_equal(known, chaotic.points.on_grid("class") == "chaotic")
 
 
 def test_points_that_are_missing_leave_gaps(results):
@@ -440,21 +457,19 @@ def test_a_refined_plane_is_dots(cache):
         np.testing.assert_array_equal(dots.get_array(), points["force_peak"])
 
 
-def test_texts_are_colours_with_names():
-    results = gearatlas.run(QUICKSTART, set={"run.cycles": 4000, "grid.load": {"values": [0.1, 0.2]}}, progress=False)
+def test_texts_are_colours_with_names(chaotic):
     with figure() as axes:
-        results.plot("class", axes=axes)
+        chaotic.plot("class", axes=axes)
         names = [label.get_text() for label in axes.figure.axes[1].get_yticklabels()]
         shown = np.array(names)[np.asarray(axes.collections[0].get_array(), int)]
         assert len(names) > 1
-        np.testing.assert_array_equal(shown, results.points.on_grid("class"))
+        np.testing.assert_array_equal(shown, chaotic.points.on_grid("class"))
 
 
-def test_one_axis_is_a_curve_with_errors():
-    results = gearatlas.run(QUICKSTART, set={"run.cycles": 4000, "grid.load": 0.1}, progress=False)
-    points = results.points
+def test_one_axis_is_a_curve_with_errors(chaotic):
+    points = chaotic.points[chaotic.points["load"] == 0.2]
     with figure() as axes:
-        results.plot(axes=axes)
+        chaotic.plot(axes=axes, at={"load": 0.2})
         [drawn] = axes.containers
         line, _, [bars] = drawn.lines
         np.testing.assert_array_equal(line.get_xydata(), np.column_stack([points["speed"], points["lambda_max"]]))
