@@ -1,8 +1,11 @@
 """Gear rattle over grids of operating points, in Python.
 
 >>> import gearatlas
->>> results = gearatlas.run("manifests/quickstart.toml")
->>> results.points.on_grid("lambda_max")
+>>> results = gearatlas.run("manifests/quickstart.toml", "results/quickstart", progress=False)
+>>> (results.points.on_grid("lambda_max") > 0).astype(int)
+array([[0, 0, 1, 1],
+       [0, 0, 1, 1],
+       [0, 0, 1, 1]])
 
 The manual of the program describes manifests and tables; docs/python.md describes this package.
 """
@@ -14,7 +17,7 @@ from ._manifest import Axis, Manifest, Point, load
 from ._map import CycleMap, Image
 from ._motion import Structure, Trace, structure, trace
 from ._results import Results, open
-from ._run import Progress, follow, run
+from ._run import Progress, follow, run, sweep
 from ._samples import probability, quantiles, rattles, sobol_indices
 from ._sensitivity import Sensitivity, sensitivity
 from ._table import Table
@@ -49,5 +52,6 @@ __all__ = [
     "sensitivity",
     "sobol_indices",
     "structure",
+    "sweep",
     "trace",
 ]

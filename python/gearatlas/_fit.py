@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from ._errors import AtlasError, ManifestWarning
 from ._manifest import Axis, Changes, load
-from ._measured import Floats, Measured, Points, measured_points
+from ._measured import Floats, Measured, Points, Quantity, measured_points
 from ._optional import optional
 from ._run import run
 from ._sensitivity import sensitivity
@@ -204,17 +204,16 @@ class _Problem:
             results = run(self.manifest, set=changes, progress=False, **self.options)
         points = results.points
         self.evaluations += 1
-        name, _, element = self.column.partition("[")
-        if name not in points.columns or points.units[name] == "":
+        base = self.column.partition("[")[0]
+        if not (points.units.get(self.column) or points.units.get(base)):
             known = [own for own in points.columns if points.units[own]]
-            raise AtlasError(f"the results have no column of numbers `{name}`; they have {', '.join(known)}")
-        self.unit = points.units[name]
-        partner = "lambda_stderr" if name == "lambda_max" else f"{name}_stderr"
-        found = _element(points[name], element, self.column)
-        own = np.zeros_like(found)
-        # The lists of errors are empty where no point has any.
-        if partner in points.columns and points[partner].shape[1:] == points[name].shape[1:]:
-            own = _element(points[partner], element, self.column)
+            raise AtlasError(f"the results have no column of numbers `{base}`; they have {', '.join(known)}")
+        try:
+            found, self.unit = points.single(self.column), points.unit(self.column)
+        except (KeyError, ValueError) as error:
+            raise AtlasError(f"`{self.column}` is not a single column; name an element of a list as in harmonics[1], counted from 1") from error
+        own = points.stderr(self.column)
+        own = np.zeros_like(found) if own is None else own
         rank = np.argsort(points[self.axis.name], kind="stable")
         if len(rank) != len(grid):
             raise AtlasError("the manifest computes several results per point; set grid.order to a single direction")
@@ -274,23 +273,13 @@ class _Problem:
         raise AtlasError(f"{told}; fit fewer keys, or add points that depend on them")
 
 
-def _element(values: npt.NDArray[Any], element: str, column: str) -> Floats:
-    """An element of lists, counted from 1 as in `harmonics[1]`, or the values themselves."""
-    if not element and values.ndim == 1:
-        return values.astype(float)
-    number = element.removesuffix("]")
-    if values.ndim == 2 and number.isdigit() and 1 <= int(number) <= values.shape[1]:
-        return np.asarray(values[:, int(number) - 1], dtype=float)
-    raise AtlasError(f"`{column}` is not a single column; name an element of a list as in harmonics[1], counted from 1")
-
-
 def fit(
     manifest: str | os.PathLike[str] | Mapping[str, Any],
     measured: Points,
     keys: Sequence[str] | Mapping[str, float | str],
     *,
     column: str | None = None,
-    bounds: Mapping[str, tuple[float, float]] | None = None,
+    bounds: Mapping[str, tuple[Any, Any]] | None = None,
     set: Changes | None = None,
     threads: int | None = None,
     tables: str | os.PathLike[str] = "tables",
@@ -304,7 +293,7 @@ def fit(
     * `keys`: keys that the drive depends on continuously (`Manifest.keys`). A mapping gives their start values, in SI or as
       texts with units. Otherwise the manifest does.
     * `column`: column of the points table, or an element of a list such as `harmonics[1]`; by default the name of the value.
-    * `bounds`: smallest and largest value of a key in SI; by default a key keeps the sign of its start value.
+    * `bounds`: smallest and largest value of a key, in SI or as quantities of pint; by default a key keeps the sign of its start value.
     * `max_evaluations`: most computed curves of each of at most three rounds.
 
     A residual has the variance of the measured value plus that of the computed one (the `_stderr` column). The second is
@@ -323,7 +312,9 @@ def fit(
     sizes = problem.sizes
     low = np.where(problem.start > 0, 0.0, -np.inf)
     high = np.where(problem.start < 0, 0.0, np.inf)
-    for key, (smallest, largest) in (bounds or {}).items():
+    units = dict(zip(problem.keys, problem.units))
+    for key, ends in (bounds or {}).items():
+        smallest, largest = (float(Quantity.of(key, end).in_si(units.get(key, ""))) for end in ends)
         if key not in problem.keys or not smallest < largest:
             raise AtlasError(f"the bounds of `{key}` are not those of a fitted key, from low to high")
         low[problem.keys.index(key)], high[problem.keys.index(key)] = smallest, largest

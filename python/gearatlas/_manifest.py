@@ -14,6 +14,8 @@ import numpy.typing as npt
 
 from . import _gearatlas
 from ._errors import Fault, ManifestWarning
+from ._html import html_table
+from ._pint import plain
 from ._table import Table
 
 Changes = Mapping[str, Any]
@@ -31,7 +33,7 @@ class Axis(NamedTuple):
 
 
 class Point:
-    """An operating point, on its grid or off it."""
+    """An operating point, on its grid or off it. It can be pickled."""
 
     def __init__(self, inner: _gearatlas.Point) -> None:
         self._inner = inner
@@ -65,16 +67,24 @@ class Point:
         return self._inner.unit(key)
 
     def changed(self, values: Changes | None = None, **more: float | str) -> Point:
-        """The same point with other values of some keys, as numbers in SI or texts with units:
-        `point.changed({"mesh.half_gap": "12 um"}, load=0.1)`."""
-        return Point(self._inner.changed({**(values or {}), **more}))
+        """The same point with other values of some keys, as numbers in SI, texts with units or quantities of pint.
+
+        >>> import gearatlas
+        >>> point = gearatlas.load("manifests/quickstart.toml").point(load=0.2)
+        >>> point.changed({"mesh.half_gap": "12 um"}, speed="9000 rpm")
+        <gearatlas.Point 0: load 0.2, speed 942.478 rad/s>
+        """
+        return Point(self._inner.changed(plain({**(values or {}), **more})))
 
     def __repr__(self) -> str:
         return f"<gearatlas.Point {self.id}: load {self.load:g}, speed {self.speed:g} rad/s>"
 
 
 class Manifest:
-    """A manifest without errors, as `atlas check` accepts it."""
+    """A manifest without errors, as `atlas check` accepts it.
+
+    It can be pickled. Where it is unpickled, it reads the files that it names again, and they must be the same.
+    """
 
     def __init__(self, inner: _gearatlas.Manifest) -> None:
         self._inner = inner
@@ -89,21 +99,21 @@ class Manifest:
     @classmethod
     def from_file(cls, path: str | os.PathLike[str], set: Changes | None = None) -> Manifest:
         """The manifest in a file."""
-        return cls._warned(_gearatlas.Manifest.from_file(path, dict(set or {})))
+        return cls._warned(_gearatlas.Manifest.from_file(path, plain(set or {})))
 
     @classmethod
     def from_text(
         cls, text: str, set: Changes | None = None, folder: str | os.PathLike[str] = ""
     ) -> Manifest:
         """The manifest in a text. Relative paths in it start at `folder`."""
-        return cls._warned(_gearatlas.Manifest.from_text(text, dict(set or {}), "text", folder))
+        return cls._warned(_gearatlas.Manifest.from_text(text, plain(set or {}), "text", folder))
 
     @classmethod
     def from_dict(
         cls, tables: Mapping[str, Any], set: Changes | None = None, folder: str | os.PathLike[str] = ""
     ) -> Manifest:
         """The manifest in a dictionary of tables. Errors quote lines of its TOML text."""
-        return cls._warned(_gearatlas.Manifest.from_dict(dict(tables), dict(set or {}), folder))
+        return cls._warned(_gearatlas.Manifest.from_dict(plain(tables), plain(set or {}), folder))
 
     @property
     def name(self) -> str:
@@ -162,11 +172,16 @@ class Manifest:
     def point(self, id: int = 0, values: Changes | None = None, **more: float | str) -> Point:
         """The point with a number, optionally with other values of some keys:
         `manifest.point(load=0.2, speed="10000 rpm")`."""
-        return Point(self._inner.point(id, {**(values or {}), **more}))
+        return Point(self._inner.point(id, plain({**(values or {}), **more})))
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{len(axis.values)} {axis.name}" for axis in self.axes)
         return f"<gearatlas.Manifest {self.name}: {len(self)} points ({axes})>"
+
+    def _repr_html_(self) -> str:
+        """The axes of the grid, for notebooks."""
+        rows = [[axis.name, axis.unit, axis.values.size, float(axis.values.min()), float(axis.values.max())] for axis in self.axes]
+        return html_table(["axis", "unit", "values", "from", "to"], rows, f"manifest {self.name}: {len(self)} points")
 
 
 def _depth_of_caller() -> int:
@@ -181,16 +196,19 @@ Source = Manifest | str | os.PathLike[str] | Mapping[str, Any]
 
 
 def load(source: Source, set: Changes | None = None) -> Manifest:
-    """A manifest from a file, a text or a dictionary.
+    """A manifest from a file, a text, a dictionary or another manifest.
+
+    >>> import gearatlas
+    >>> manifest = gearatlas.load("manifests/quickstart.toml", set={"mesh.half_gap": "20 um"})
+    >>> manifest, manifest.point()["mesh.half_gap"]
+    (<gearatlas.Manifest quickstart: 12 points (3 load, 4 speed)>, 2e-05)
 
     A text with a line break is a manifest; a text without one is the path of a file. `set` changes keys, as `--set`
-    does: `set={"mesh.half_gap": "20 um", "run.cycles": 2000}`. The value None removes a key. Raises `ManifestError` with
-    all errors at once. Keys that have no effect give a `ManifestWarning`.
+    does: `set={"mesh.half_gap": "20 um", "run.cycles": 2000}`. The value None removes a key. Quantities of pint are values,
+    too. Raises `ManifestError` with all errors at once. Keys that have no effect give a `ManifestWarning`.
     """
     if isinstance(source, Manifest):
-        if not set:
-            return source
-        raise TypeError("set= changes a manifest when it is read, but this manifest is already read; load it again from its file or text with set=")
+        return Manifest._warned(source._inner.changed(plain(set))) if set else source
     if isinstance(source, Mapping):
         return Manifest.from_dict(source, set)
     if isinstance(source, str) and "\n" in source:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -55,17 +57,20 @@ class CycleMap:
         tables: str | os.PathLike[str] = "tables",
     ) -> None:
         self._inner = _gearatlas.CycleMap(point._inner, threads, tables)
-        self._asked = (threads, tables)
+        self._point = point
+        self._asked: dict[str, Any] = {"threads": threads, "tables": tables}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return partial(CycleMap, self._point, **self._asked), ()
 
     @property
     def point(self) -> Point:
         """The operating point."""
-        return Point(self._inner.point)
+        return self._point
 
     def at(self, values: Changes | None = None, **more: float | str) -> CycleMap:
         """The map with other values of some keys of the manifest: `map.at(load=0.1)`."""
-        threads, tables = self._asked
-        return CycleMap(self.point.changed(values, **more), threads=threads, tables=tables)
+        return CycleMap(self.point.changed(values, **more), **self._asked)
 
     @property
     def threads(self) -> int:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _gearatlas
 from ._errors import AtlasError
+from ._pint import parts
 
 Floats = npt.NDArray[np.float64]
 Points = str | os.PathLike[str] | Mapping[str, npt.ArrayLike]
@@ -18,17 +20,23 @@ Points = str | os.PathLike[str] | Mapping[str, npt.ArrayLike]
 
 @dataclass(frozen=True)
 class Quantity:
-    """A column of measured points."""
+    """A number, or a column of measured points, with its unit."""
 
     name: str
     """Its name."""
     numbers: Floats
-    """Its numbers as written, (n,)."""
+    """Its numbers as written, (n,) or ()."""
     unit: str | None
     """Their unit; None for SI."""
 
+    @classmethod
+    def of(cls, name: str, values: Any) -> Quantity:
+        """The quantity of numbers in SI, or of a quantity of pint."""
+        numbers, unit = parts(values)
+        return cls(name, np.array(numbers, dtype=float), unit or None)
+
     def in_si(self, si: str) -> Floats:
-        """The numbers in the SI unit `si`, (n,)."""
+        """The numbers in the SI unit `si`, (n,) or ()."""
         return self.numbers * self.factor(si)
 
     def factor(self, si: str) -> float:
@@ -37,7 +45,7 @@ class Quantity:
             return 1.0
         factor = _gearatlas.conversion(self.unit, si)
         if factor is None:
-            raise AtlasError(f"`{self.name} [{self.unit}]` of the measured points does not fit {self.name}, whose unit is {si}")
+            raise AtlasError(f"`{self.name} [{self.unit}]` does not fit {self.name}, whose unit is {si}")
         return factor
 
 
@@ -55,9 +63,9 @@ class Measured:
 
 def measured_points(source: Points) -> Measured:
     """Measured points from a file, as `atlas plot --measured` reads it, or from a mapping of two or three columns in SI:
-    axis, value, standard error. Raises `ManifestError` with every fault of a file."""
+    axis, value, standard error; or of columns that are quantities of pint. Raises `ManifestError` with every fault of a file."""
     if isinstance(source, Mapping):
-        columns = [Quantity(name, np.array(numbers, dtype=float), None) for name, numbers in source.items()]
+        columns = [Quantity.of(name, numbers) for name, numbers in source.items()]
     else:
         read = _gearatlas.read_measured(source)
         columns = [Quantity(name, numbers, unit) for name, unit, numbers in read]

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import numpy as np
+
 from . import _gearatlas
-from ._manifest import Source, load
-from ._results import Results
+from ._manifest import Changes, Source, load
+from ._pint import plain
+from ._results import Results, temporary_folder
 
 
 @dataclass(frozen=True)
@@ -73,6 +76,14 @@ class _Teller:
         pass
 
 
+def _folder(out: str | os.PathLike[str] | None) -> tuple[str, TemporaryDirectory[str] | None]:
+    """The folder of results, and what keeps it if it is a temporary one."""
+    if out is not None:
+        return os.fspath(out), None
+    kept = temporary_folder()
+    return kept.name, kept
+
+
 def _voice(progress: bool | Callable[[Progress], object], name: str) -> _Bar | _Teller | None:
     if callable(progress):
         return _Teller(progress)
@@ -88,7 +99,7 @@ def run(
     manifest: Source,
     out: str | os.PathLike[str] | None = None,
     *,
-    set: dict[str, Any] | None = None,
+    set: Changes | None = None,
     threads: int | None = None,
     progress: bool | Callable[[Progress], object] = True,
     overwrite: bool = False,
@@ -107,10 +118,14 @@ def run(
 
     Ctrl-C (`KeyboardInterrupt`) ends a run within a fraction of a second. Finished points are kept in the folder. The
     same call, or `atlas run` with the same folder, continues.
+
+    >>> import gearatlas
+    >>> results = gearatlas.run("manifests/quickstart.toml", set={"grid.load": 0.1}, progress=False)
+    >>> results.points["class"].tolist()
+    ['periodic', 'periodic', 'chaotic', 'chaotic']
     """
     job = load(manifest, set)
-    kept = TemporaryDirectory(prefix="atlas-") if out is None else None
-    folder = kept.name if kept else os.fspath(out or "")
+    folder, kept = _folder(out)
     voice = _voice(progress, job.name)
 
     def tell(*numbers: Any) -> None:
@@ -139,11 +154,46 @@ def run(
     return results
 
 
+def sweep(
+    manifest: Source,
+    axes: Mapping[str, Any] | None = None,
+    out: str | os.PathLike[str] | None = None,
+    *,
+    set: Changes | None = None,
+    threads: int | None = None,
+    progress: bool | Callable[[Progress], object] = True,
+    tables: str | os.PathLike[str] = "tables",
+    **more: Any,
+) -> Results:
+    """Computes a manifest over other axes of its grid, on all cores.
+
+    >>> import gearatlas
+    >>> half_gaps = {"mesh.half_gap": ["10 um", "20 um"]}
+    >>> results = gearatlas.sweep("manifests/quickstart.toml", half_gaps, load=0.1, speed=[600, 700, 800], progress=False)
+    >>> dict(results.to_xarray().sizes)["mesh.half_gap"], results.points.on_grid("lambda_max").shape
+    (2, (2, 1, 3))
+
+    * `axes`, and further arguments: values of the axes by their names. An axis is `load`, `torque`, `speed`, or a key of the
+      manifest. Values are numbers in SI, texts with units, or quantities of pint: one of them, or a list or array. A mapping
+      such as `{"from": 600, "to": 900, "count": 4}` or `{"normal": ["10 um", "1 um"]}` is an axis as in the manifest.
+      Axes that are not named keep the values of the manifest.
+    * Other arguments are those of `run`.
+    """
+    chosen = plain({**(axes or {}), **more})
+    grid = {f'grid."{name}"': {"values": values} if _several(values) else values for name, values in chosen.items()}
+    changes = {**(set or {}), **grid}
+    return run(manifest, out, set=changes, threads=threads, progress=progress, tables=tables)
+
+
+def _several(values: Any) -> bool:
+    return isinstance(values, (list, range)) or np.ndim(values) == 1
+
+
 def follow(
     manifest: Source,
     out: str | os.PathLike[str] | None = None,
     *,
-    set: dict[str, Any] | None = None,
+    set: Changes | None = None,
     threads: int | None = None,
     progress: Callable[[str], object] | None = None,
     tables: str | os.PathLike[str] = "tables",
@@ -154,7 +204,6 @@ def follow(
     sentence for every finished line of the grid. Other arguments are those of `run`. After Ctrl-C nothing is written.
     """
     job = load(manifest, set)
-    kept = TemporaryDirectory(prefix="atlas-") if out is None else None
-    folder = kept.name if kept else os.fspath(out or "")
+    folder, kept = _folder(out)
     _gearatlas.follow(job._inner, folder, threads=threads, tables=tables, progress=progress)
     return Results(folder, kept)

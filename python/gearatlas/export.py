@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from ._errors import AtlasError
+from ._html import titled
 from ._optional import optional
 from ._results import Results, open
 from ._table import Table
@@ -100,17 +101,16 @@ def _flat(table: Table, columns: list[str]) -> dict[str, list[Any]]:
     flat: dict[str, list[Any]] = {}
     for name in columns:
         values, names, unit = table[name], table.elements(name), table.units[name]
-        behind = "" if unit in ("", "1") else f" [{unit}]"
         wide = values.reshape(len(values), -1)
         for place in range(wide.shape[1]):
             plain = name
             if values.ndim > 1:
                 named = len(names) == wide.shape[1]
                 plain += "_" + (names[place].replace(" ", "_") if named else str(place + 1))
-            title, count = plain + behind, 1
+            title, count = titled(plain, unit), 1
             while title in flat:
                 count += 1
-                title = f"{plain}_{count}{behind}"
+                title = titled(f"{plain}_{count}", unit)
             flat[title] = [None if value != value else value for value in wide[:, place].tolist()]
     return flat
 

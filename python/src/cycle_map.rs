@@ -68,11 +68,6 @@ impl CycleMap {
     }
 
     #[getter]
-    fn point(&self, py: Python<'_>) -> Py<Point> {
-        self.point.clone_ref(py)
-    }
-
-    #[getter]
     fn threads(&self) -> usize {
         self.pool.current_num_threads()
     }
@@ -278,7 +273,7 @@ impl CycleMap {
         let point = self.point.get();
         let derivative = |key: &String| {
             let parameter = point.parameter(py, key)?;
-            let found = py.detach(|| (self.map).derivative(&point.job, parameter, &point.changes));
+            let found = py.detach(|| (self.map).derivative(point.job(), parameter, &point.changes));
             found.map_err(|error| failed(py, &error))
         };
         keys.iter().map(derivative).collect()

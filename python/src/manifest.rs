@@ -1,24 +1,33 @@
 //! Manifests: read, judged, and their points listed.
 
-use crate::errors::{faults, faulty};
+use crate::errors::{faults, faulty, refused};
 use crate::point::Point;
 use crate::table::{Table, with_unit};
 use crate::toml_values::{text_of, value_text};
 use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray, UInt64Array};
 use arrow_schema::{DataType, Metadata, Schema};
-use gearatlas::manifest::{self, Job, ManifestErrors, ManifestText};
+use gearatlas::manifest::{self, GridDimension, Job, ManifestErrors, ManifestText};
 use gearatlas::sweep::sample_columns;
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
-use std::path::PathBuf;
+use pyo3::types::{PyDict, PyList, PyTuple};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A manifest without faults.
 #[pyclass(frozen, module = "gearatlas._gearatlas")]
 pub struct Manifest {
     pub job: Arc<Job>,
+    source: Origin,
+}
+
+/// Where a manifest comes from.
+struct Origin {
+    /// What messages call it.
+    name: String,
+    /// Where relative paths in it start.
+    folder: PathBuf,
 }
 
 /// What `set` of Python asks to change, as `--set` does.
@@ -31,9 +40,19 @@ fn changes(set: &Bound<'_, PyDict>) -> PyResult<Vec<String>> {
     set.iter().map(change).collect()
 }
 
-fn judged(py: Python<'_>, found: Result<Job, ManifestErrors>) -> PyResult<Manifest> {
+fn judged(
+    py: Python<'_>,
+    found: Result<Job, ManifestErrors>,
+    name: String,
+    folder: PathBuf,
+) -> PyResult<Manifest> {
+    // An empty path has no absolute form.
+    let folder = std::path::absolute(Path::new(".").join(&folder)).unwrap_or(folder);
     match found {
-        Ok(job) => Ok(Manifest { job: Arc::new(job) }),
+        Ok(job) => Ok(Manifest {
+            job: Arc::new(job),
+            source: Origin { name, folder },
+        }),
         Err(errors) => Err(faulty(py, &errors)),
     }
 }
@@ -44,7 +63,9 @@ impl Manifest {
     #[staticmethod]
     fn from_file(py: Python<'_>, path: PathBuf, set: &Bound<'_, PyDict>) -> PyResult<Self> {
         let changes = changes(set)?;
-        judged(py, py.detach(|| manifest::load_changed(&path, &changes)))
+        let found = py.detach(|| manifest::load_changed(&path, &changes));
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        judged(py, found, path.display().to_string(), folder)
     }
 
     /// The manifest that a text is; relative paths in it start at `folder`.
@@ -56,9 +77,41 @@ impl Manifest {
         name: &str,
         folder: PathBuf,
     ) -> PyResult<Self> {
-        let changes = &changes(set)?[..];
-        let written = ManifestText { text, changes };
-        judged(py, py.detach(|| written.job(name, &folder)))
+        Self::read(py, text, &changes(set)?, name, folder)
+    }
+
+    /// The manifest that was pickled.
+    #[staticmethod]
+    fn unpickled(
+        py: Python<'_>,
+        text: &str,
+        changes: Vec<String>,
+        name: &str,
+        folder: PathBuf,
+        hash: &str,
+    ) -> PyResult<Self> {
+        let read = Self::read(py, text, &changes, name, folder)?;
+        if read.hash() == hash {
+            return Ok(read);
+        }
+        let sentence = format!(
+            "the files that the manifest `{name}` names have changed since it was pickled; load it again"
+        );
+        Err(refused(py, &sentence))
+    }
+
+    /// The same text with more changes.
+    fn changed(&self, py: Python<'_>, set: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let Origin { name, folder } = &self.source;
+        let all = [self.changes(), changes(set)?].concat();
+        Self::read(py, self.text(), &all, name, folder.clone())
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let Origin { name, folder } = &self.source;
+        let made = py.get_type::<Self>().getattr("unpickled")?;
+        let parts = (self.text(), self.changes(), name, folder, self.hash());
+        (made, parts).into_pyobject(py)
     }
 
     /// The manifest that a dictionary of tables is.
@@ -135,19 +188,31 @@ impl Manifest {
     }
 
     /// The point of a number; `values` change keys of it.
-    fn point(&self, py: Python<'_>, id: usize, values: &Bound<'_, PyDict>) -> PyResult<Point> {
-        let count = self.job.points.len();
+    fn point(slf: &Bound<'_, Self>, id: usize, values: &Bound<'_, PyDict>) -> PyResult<Point> {
+        let points = &slf.get().job.points;
+        let count = points.len();
         if id >= count {
             let sentence =
                 format!("there is no point {id}: the manifest has {count} points, counted from 0");
             return Err(PyIndexError::new_err(sentence));
         }
-        let point = self.job.points.at(id);
-        Point::new(self.job.clone(), point).changed(py, values)
+        Point::new(slf.clone().unbind(), points.at(id)).changed(slf.py(), values)
     }
 }
 
 impl Manifest {
+    fn read(
+        py: Python<'_>,
+        text: &str,
+        changes: &[String],
+        name: &str,
+        folder: PathBuf,
+    ) -> PyResult<Self> {
+        let written = ManifestText { text, changes };
+        let found = py.detach(|| written.job(name, &folder));
+        judged(py, found, name.to_owned(), folder)
+    }
+
     fn listed(&self) -> Result<Table, arrow_schema::ArrowError> {
         let job = &self.job;
         let points: Vec<_> = job.points.iter().collect();
@@ -170,14 +235,19 @@ impl Manifest {
             ));
             columns.push(Arc::new(values));
         }
-        let mut told = Metadata::default();
+        let axes: Vec<&str> = job.axes.iter().map(manifest::Axis::name).collect();
+        let mut told = Metadata::new().with("axes", serde_json::json!(axes).to_string());
+        let tied = job.dimensions.iter().filter(|own| own.is_tied());
+        let names = |own: &GridDimension| -> Vec<&str> {
+            own.axes.iter().map(|&axis| axes[axis]).collect()
+        };
+        let tied: Vec<Vec<&str>> = tied.map(names).collect();
+        told.insert("tied", serde_json::json!(tied).to_string());
         if let Some(samples) = sample_columns(job) {
             let rows: UInt64Array = points.iter().map(|own| samples.row(own.point_id)).collect();
             let about = "Row of the design of the axes that are distributions, from 0";
             fields.push(with_unit("sample", DataType::UInt64, "1", about));
             columns.push(Arc::new(rows));
-            let axes: Vec<&str> = job.axes.iter().map(manifest::Axis::name).collect();
-            told.insert("axes".to_owned(), serde_json::json!(axes).to_string());
             told.insert("samples".to_owned(), serde_json::json!(samples).to_string());
         }
         if job.carried.is_some() {

@@ -1,27 +1,32 @@
 //! Operating points: those of a grid, and others near them.
 
 use crate::errors::{failed, refused};
+use crate::manifest::Manifest;
 use gearatlas::manifest::{Job, Parameter, PointSpec};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use std::sync::Arc;
+use pyo3::types::{PyDict, PyTuple};
 
 /// An operating point of a manifest, on its grid or off it.
 #[pyclass(frozen, module = "gearatlas._gearatlas")]
 pub struct Point {
-    pub job: Arc<Job>,
+    manifest: Py<Manifest>,
     pub spec: PointSpec,
     /// Keys that have other values than on the grid.
     pub changes: Vec<(Parameter, f64)>,
 }
 
 impl Point {
-    pub fn new(job: Arc<Job>, spec: PointSpec) -> Self {
+    pub fn new(manifest: Py<Manifest>, spec: PointSpec) -> Self {
         Self {
-            job,
+            manifest,
             spec,
             changes: Vec::new(),
         }
+    }
+
+    /// The job of its manifest.
+    pub fn job(&self) -> &Job {
+        &self.manifest.get().job
     }
 
     /// The parameter of a name.
@@ -29,13 +34,22 @@ impl Point {
     /// # Errors
     /// There is none.
     pub fn parameter(&self, py: Python<'_>, name: &str) -> PyResult<Parameter> {
-        let found = self.job.between.parameter(&self.spec, name);
+        let found = self.job().between.parameter(&self.spec, name);
         found.map_err(|error| failed(py, &error))
     }
 }
 
 #[pymethods]
 impl Point {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let values = PyDict::new(py);
+        for (parameter, value) in &self.changes {
+            values.set_item(parameter.name(), value)?;
+        }
+        let made = self.manifest.bind(py).getattr("point")?;
+        (made, (self.id(), values)).into_pyobject(py)
+    }
+
     /// Its number on the grid, or that of the point it was made from.
     #[getter]
     fn id(&self) -> u64 {
@@ -66,7 +80,7 @@ impl Point {
         let own = self.changes.iter().find(|(own, _)| *own == parameter);
         let value = match own {
             Some((_, value)) => Some(*value),
-            None => self.job.between.value(&self.spec, &parameter),
+            None => self.job().between.value(&self.spec, &parameter),
         };
         value.ok_or_else(|| refused(py, &format!("`{key}` has no value in the manifest")))
     }
@@ -99,17 +113,17 @@ impl Point {
         }
         let all: Vec<(&Parameter, f64)> =
             (changes.iter()).map(|(key, value)| (key, *value)).collect();
-        let changed = self.job.between.changed(&self.spec, &all);
+        let changed = self.job().between.changed(&self.spec, &all);
         let mut spec = changed.map_err(|reason| refused(py, &reason))?;
         for (parameter, value) in all {
-            let axes = self.job.axes.iter();
+            let axes = self.job().axes.iter();
             let mut names = axes.map(|axis| axis.name());
             if let Some(axis) = names.position(|name| name == parameter.name()) {
                 spec.axis_values[axis] = value;
             }
         }
         Ok(Self {
-            job: self.job.clone(),
+            manifest: self.manifest.clone_ref(py),
             spec,
             changes,
         })

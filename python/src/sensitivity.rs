@@ -26,7 +26,7 @@ pub fn sensitivity(
     step: f64,
     tables: PathBuf,
 ) -> PyResult<(&'static str, String, Table)> {
-    let names = keys.unwrap_or_else(|| point.job.between.continuous_keys());
+    let names = keys.unwrap_or_else(|| point.job().between.continuous_keys());
     let keys = names.iter().map(|name| point.parameter(py, name));
     let keys: Vec<Parameter> = keys.collect::<PyResult<_>>()?;
     let asked = Ensemble {
@@ -40,7 +40,7 @@ pub fn sensitivity(
             point: &point.spec,
             held: &point.changes,
         };
-        sensitivities(&point.job, own, &keys, &asked, step, &parts, called_off)
+        sensitivities(point.job(), own, &keys, &asked, step, &parts, called_off)
     };
     let found = attended(py, work, |_| Ok(()))?.map_err(|error| failed(py, &error))?;
     let rows = table(&found.rows).map_err(|error| failed(py, &error))?;

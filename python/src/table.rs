@@ -1,16 +1,20 @@
 //! Tables as Arrow hands them over (the PyCapsule interface of its C data interface), without a copy,
-//! and their columns as arrays of NumPy.
+//! and their columns as arrays of NumPy. A pickled table is a stream of Arrow IPC.
 
 use arrow_array::cast::AsArray;
 use arrow_array::ffi::FFI_ArrowSchema;
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
 use arrow_array::types::{Float64Type, UInt32Type, UInt64Type};
-use arrow_array::{Array, RecordBatch, RecordBatchIterator};
-use arrow_schema::{DataType, Field, FieldRef, Metadata, SchemaRef};
-use numpy::{IntoPyArray, PyArray1, PyArrayMethods};
+use arrow_array::{Array, RecordBatch, RecordBatchIterator, UInt64Array};
+use arrow_ipc::reader::StreamReader;
+use arrow_ipc::writer::StreamWriter;
+use arrow_schema::{ArrowError, DataType, Field, FieldRef, Metadata, SchemaRef};
+use arrow_select::concat::concat_batches;
+use arrow_select::take::take_record_batch;
+use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyCapsule;
+use pyo3::types::{PyBytes, PyCapsule, PyTuple};
 use std::collections::HashMap;
 
 /// A table: batches of one schema.
@@ -40,6 +44,18 @@ impl Table {
     fn rows(&self) -> usize {
         self.batches.iter().map(RecordBatch::num_rows).sum()
     }
+
+    fn ipc(&self) -> Result<Vec<u8>, ArrowError> {
+        let mut writer = StreamWriter::try_new(Vec::new(), &self.schema)?;
+        for batch in &self.batches {
+            writer.write(batch)?;
+        }
+        writer.into_inner()
+    }
+}
+
+fn refused(error: ArrowError) -> PyErr {
+    PyValueError::new_err(error.to_string())
 }
 
 /// A column's field with its unit and description, as result files have them.
@@ -51,8 +67,7 @@ pub fn with_unit(name: &str, kind: DataType, unit: &str, description: &str) -> F
 #[pymethods]
 impl Table {
     fn __arrow_c_schema__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyCapsule>> {
-        let schema = FFI_ArrowSchema::try_from(self.schema.as_ref())
-            .map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let schema = FFI_ArrowSchema::try_from(self.schema.as_ref()).map_err(refused)?;
         PyCapsule::new_with_value(py, schema, c"arrow_schema")
     }
 
@@ -72,6 +87,42 @@ impl Table {
 
     fn __len__(&self) -> usize {
         self.rows()
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let bytes = self.ipc().map_err(refused)?;
+        let made = py.get_type::<Self>().getattr("from_ipc")?;
+        (made, (PyBytes::new(py, &bytes),)).into_pyobject(py)
+    }
+
+    /// The table in a stream of Arrow IPC.
+    #[staticmethod]
+    fn from_ipc(bytes: &[u8]) -> PyResult<Self> {
+        let reader = StreamReader::try_new(bytes, None).map_err(refused)?;
+        let schema = reader.schema();
+        let batches = reader.collect::<Result<_, _>>().map_err(refused)?;
+        Ok(Self::new(schema, batches))
+    }
+
+    /// The rows with some numbers, which must be below the number of rows, in this order.
+    fn taken(&self, rows: PyReadonlyArray1<'_, u64>) -> PyResult<Self> {
+        let numbers: UInt64Array = rows.as_array().iter().copied().collect();
+        let all = concat_batches(&self.schema, &self.batches).map_err(refused)?;
+        let batch = take_record_batch(&all, &numbers).map_err(refused)?;
+        Ok(Self::new(self.schema.clone(), vec![batch]))
+    }
+
+    /// Some columns, in this order.
+    fn selected(&self, names: Vec<String>) -> PyResult<Self> {
+        let place = |name: &String| {
+            let found = self.schema.fields().find(name);
+            found.map_or_else(|| Err(PyKeyError::new_err(name.clone())), |(at, _)| Ok(at))
+        };
+        let places = names.iter().map(place).collect::<PyResult<Vec<_>>>()?;
+        let schema = self.schema.project(&places).map_err(refused)?;
+        let batches = self.batches.iter().map(|batch| batch.project(&places));
+        let batches = batches.collect::<Result<_, _>>().map_err(refused)?;
+        Ok(Self::new(schema.into(), batches))
     }
 
     #[getter]

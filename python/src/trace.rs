@@ -44,7 +44,7 @@ pub fn trace(
     };
     let parts = Prepared::new(TableStore::open(tables));
     let trace = PointTrace {
-        job: &point.job,
+        job: point.job(),
         point: &point.spec,
         swept,
         question,

@@ -3,6 +3,7 @@
 import warnings
 
 import numpy as np
+import pint
 import pytest
 
 import gearatlas
@@ -165,6 +166,9 @@ def test_what_cannot_be_fitted_is_refused(tables):
     refused("is negative", tables, {**points, "stderr": -np.ones(len(SPEEDS))})
     refused("finite numbers", tables, {"speed": SPEEDS, "deflection_rms": np.full(len(SPEEDS), np.nan)})
     refused("inside the bounds", tables, bounds={"mesh.half_gap": (1e-3, 2e-3)})
+    millimetres = pint.Quantity([1, 2], "mm")
+    refused("inside the bounds", tables, bounds={"mesh.half_gap": tuple(millimetres)})
+    refused("from low to high", tables, bounds={"mesh.half_gap": (1e-4, pint.Quantity(10, "um"))})
     two = {"load": {"values": [0.1, 0.2]}, "speed": {"from": SLOWEST, "to": FASTEST, "count": 5}}
     refused("2 values of `load`", tables, source=manifest(grid=two))
 

@@ -22,6 +22,11 @@ image = mapped.image(np.zeros((3, mapped.dimension)), 2, jacobian=True, by=["loa
 if image.jacobian is not None:
     determinant: float = float(np.linalg.det(image.jacobian[0]))
 units: dict[str, str] = results.points.units
+few: gearatlas.Table = results["points"][results.points["load"] > 0.1][["load", "speed"]]
+loads: list[float] = [row["load"] for row in few[2:]]
+last: dict[str, object] = few[-1]
+swept: gearatlas.Results = gearatlas.sweep(manifest, {"mesh.half_gap": [1e-5, 2e-5]}, load=0.1)
+largest = float(swept.to_xarray()["lambda_max"].max())
 """
 
 WRONG = """\
