@@ -7,15 +7,14 @@
 //! for all values where they stand; what does not fit together shows when its point is asked for.
 
 use super::axis::AxisKey;
-use super::combinations::Combinations;
+use super::combinations::{Combinations, chosen};
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::expression::Expression;
 use super::grid::GridAxis;
 use super::grid_dimension::GridDimension;
 use super::hash::JobHash;
-use super::modal_file::ModalFile;
 use super::modal_keys;
-use super::parameter::Parameter;
+use super::modal_tree::ModalFile;
 use super::reader::Section;
 use super::schema::{self, MANIFEST};
 use super::sections::{Context, resolve};
@@ -24,7 +23,7 @@ use super::tree::Node;
 use crate::shaft::Housing;
 use crate::units::Dimension;
 use std::borrow::Cow;
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -49,9 +48,6 @@ const MOST_NODES: usize = 500_000;
 
 /// Combinations judged of a grid with more, by the size of its text.
 const JUDGED: std::ops::RangeInclusive<usize> = 4..=10_000;
-
-/// Axes whose ends are combined with each other; of more axes only their common ends are.
-const MOST_CORNERED: u32 = 8;
 
 /// Resolved combinations that are kept beside those that were judged: some megabytes.
 const MOST_KEPT: usize = 4096;
@@ -174,22 +170,6 @@ pub(super) fn expand(
     }
 }
 
-/// Which of `all` combinations are judged: the corners, and as many as fit evenly between.
-fn chosen(all: usize, budget: usize, lengths: &[usize]) -> Vec<usize> {
-    let cornered = lengths
-        .len()
-        .min(budget.ilog2().min(MOST_CORNERED) as usize);
-    let corner = |ends: usize| {
-        (lengths.iter().enumerate()).fold(0, |number, (axis, length)| {
-            let high = ends >> axis.min(cornered - 1) & 1 == 1;
-            number * length + if high { length - 1 } else { 0 }
-        })
-    };
-    let even = (0..budget).map(|i| (i as u128 * all as u128 / budget as u128) as usize);
-    let numbers: BTreeSet<usize> = (0..1 << cornered).map(corner).chain(even).collect();
-    numbers.into_iter().collect()
-}
-
 /// Puts one value of every key axis into the tree; false when one has no place there.
 fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &mut Issues) -> bool {
     let mut fits = true;
@@ -285,7 +265,7 @@ struct Kept {
     /// Whether axes or commands change that tree.
     modal_changed: bool,
     /// Axes that others give, those that others need first.
-    derived: Vec<(Parameter, Expression)>,
+    derived: Vec<(AxisKey, Dimension, Expression)>,
     housings: HashMap<PathBuf, Option<Arc<Housing>>>,
 }
 
@@ -321,9 +301,9 @@ impl PointResolver {
             let of_axis = |key: &&GridAxis| key.axis.name() == name;
             let dimension = self.0.keys.iter().find(of_axis).map(GridAxis::dimension);
             let dimension = dimension.unwrap_or(Dimension::Ratio);
-            (Parameter::new(AxisKey::of(&name), dimension), expression)
+            (AxisKey::of(&name), dimension, expression)
         };
-        let derived: Vec<_> = expressions.into_iter().map(own).collect();
+        let derived = expressions.into_iter().map(own).collect();
         let mut kept = self.0;
         if let Some(kept) = Arc::get_mut(&mut kept) {
             kept.derived = derived;
@@ -331,14 +311,14 @@ impl PointResolver {
         Self(kept)
     }
 
-    /// Axes that others give, those that others need first.
-    pub(super) fn derived(&self) -> &[(Parameter, Expression)] {
+    /// Axes that others give, and what they measure; those that others need first.
+    pub(super) fn derived(&self) -> &[(AxisKey, Dimension, Expression)] {
         &self.0.derived
     }
 
     /// Whether an expression gives an axis.
     pub fn is_derived(&self, name: &str) -> bool {
-        self.0.derived.iter().any(|(own, _)| own.name() == name)
+        self.0.derived.iter().any(|(own, ..)| own.name() == name)
     }
 
     /// Gives a point the mesh and the excitation that its axis values stand for. None where

@@ -12,6 +12,9 @@ use exmex::{Express, FlatEx};
 pub(super) const ACCEPTED: &str = "numbers, axes of the grid by name, pi, + - * / ^, parentheses, and functions such as sqrt(x), sin(x) or exp(x); for example \
      \"0.01 * speed^2\"";
 
+/// Signs between two values.
+const OPERATORS: [char; 5] = ['*', '/', '+', '-', '^'];
+
 /// A value that other axes give.
 #[derive(Debug, Clone)]
 pub struct Expression {
@@ -24,14 +27,11 @@ impl Expression {
     pub(super) fn is_one(text: &str) -> bool {
         let text = text.trim();
         let number = text.trim_start_matches(['+', '-']);
-        let digits = number.len()
-            - number
-                .trim_start_matches(|c: char| c.is_ascii_digit() || c == '.')
-                .len();
+        let digits = number_length(number);
         let behind = number[digits..].trim_start();
         // A unit follows a number without an operator between.
-        let quantity = digits > 0 && !behind.starts_with(['*', '/', '+', '-', '^', 'e', 'E']);
-        let joins = behind.contains(['*', '/', '+', '-', '^', '(', '[', '.', '\'']);
+        let quantity = digits > 0 && !behind.starts_with(OPERATORS);
+        let joins = behind.contains(OPERATORS) || behind.contains(['(', '[', '.', '\'']);
         let axis = !AxisKey::of(text).is_model_key();
         !quantity
             && (joins || axis)
@@ -104,11 +104,22 @@ fn marked(text: &str) -> Result<String, String> {
                 }
                 length
             }
-            // The exponent of a number is no name.
+            // The parser knows no exponents of ten.
             '0'..='9' | '.' => {
                 let length = number_length(rest);
-                out += &rest[..length];
+                let number = rest[..length].parse::<f64>();
+                out += &number.map_err(|error| error.to_string())?.to_string();
                 length
+            }
+            // The parser takes a sign before a power; here it is the sign of the power.
+            '+' | '-' if out.trim_end().is_empty() || out.trim_end().ends_with('(') => {
+                out += if first == '-' { "0-" } else { "0+" };
+                1
+            }
+            '+' | '-' if out.trim_end().ends_with(OPERATORS) => {
+                return Err(format!(
+                    "a sign follows an operator: write ({first} ...) in parentheses"
+                ));
             }
             other => {
                 out.push(other);
@@ -143,6 +154,9 @@ fn number_length(text: &str) -> usize {
             .map_or(text.len(), |end| from + end)
     };
     let mut end = digits(text, 0);
+    if !text.starts_with(|c: char| c.is_ascii_digit() || c == '.') {
+        return 0;
+    }
     if text[end..].starts_with('.') {
         end = digits(text, end + 1);
     }
@@ -176,6 +190,8 @@ mod tests {
             ("-speed^2", -9.0),
             ("1e-3*speed", 1e-3 * 3.0),
             ("2e3 - load", 2e3 - 0.25),
+            ("2 * (-speed^2) + (+1)", -17.0),
+            ("2 ^ (-1)", 0.5),
             ("sqrt(speed + 1)", 2.0),
             ("sin(pi / 2) * harmonic_load.shaker.force[1]", 7.0),
             ("stiffness_matrix[1,2] / 2", 5.5),
@@ -197,6 +213,7 @@ mod tests {
             "{speed}",
             "speed load",
             "nofun(speed)",
+            "2 * -speed",
         ] {
             assert!(Expression::parse(wrong).is_err(), "{wrong}");
         }

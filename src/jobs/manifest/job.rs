@@ -88,7 +88,7 @@ impl Job {
     /// none.
     pub fn derive(&self, values: &mut [f64]) {
         let place = |name: &str| self.axes.iter().position(|axis| axis.name() == name);
-        for (own, expression) in self.between.derived() {
+        for (own, _, expression) in self.between.derived() {
             let value = expression.value(|name| place(name).map_or(f64::NAN, |at| values[at]));
             if let Some(own) = place(own.name()) {
                 values[own] = value.unwrap_or(f64::NAN);

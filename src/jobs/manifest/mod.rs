@@ -30,6 +30,7 @@ pub mod manual;
 mod measured;
 mod modal_file;
 mod modal_keys;
+mod modal_tree;
 mod named_files;
 mod operating_point;
 mod parameter;
@@ -68,6 +69,7 @@ use sections::Context;
 use std::io::Read;
 use std::path::Path;
 use text::NoText;
+use tree::Node;
 
 /// Reads a manifest file.
 ///
@@ -190,11 +192,7 @@ fn judge(
     let axes = grid::read(&root, &mut issues, base_dir, seed);
     set::check_axes(&tree, &changed, &axes, &mut issues);
     let mut context = Context::new(base_dir);
-    let of_file = |axis: &GridAxis| modal_keys::is_name(axis.axis.name());
-    if axes.valid.iter().any(of_file) || changed.iter().any(set::Changed::is_of_modal_file) {
-        modal_keys::attach_file(&mut tree, &mut issues, &mut context);
-        set::apply_to_modal_file(&mut tree, &changed, &mut issues);
-    }
+    change_modal_file(&mut tree, &axes.valid, &changed, &mut issues, &mut context);
 
     // The values of a grid that is too large are not looked at.
     let counted = axes.valid.iter().filter(|_| !axes.too_large);
@@ -277,6 +275,21 @@ fn judge(
             })
         }
         _ => Err(ManifestErrors::new(issues)),
+    }
+}
+
+/// Puts the modal file into the tree where axes or commands give its numbers other values, those of commands at once.
+fn change_modal_file(
+    tree: &mut Node,
+    axes: &[GridAxis],
+    changed: &[set::Changed],
+    issues: &mut Issues,
+    context: &mut Context,
+) {
+    let of_file = |axis: &GridAxis| modal_keys::is_name(axis.axis.name());
+    if axes.iter().any(of_file) || changed.iter().any(set::Changed::is_of_modal_file) {
+        modal_file::attach(tree, issues, context);
+        set::apply_to_modal_file(tree, changed, issues);
     }
 }
 

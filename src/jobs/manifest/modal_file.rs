@@ -8,6 +8,8 @@ mod loads;
 mod oscillator;
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use super::modal_keys;
+use super::modal_tree::ModalFile;
 use super::reader::Section;
 use super::schema::{self, MODAL_FILE};
 use super::sections::Context;
@@ -21,15 +23,6 @@ use std::sync::Arc;
 
 /// Most modes; the kernels are meant for tens.
 const MAX_MODES: usize = 1000;
-
-/// A modal file that was read.
-#[derive(Debug)]
-pub(super) struct ModalFile {
-    /// Its text with the places of its values.
-    pub tree: Node,
-    /// What it says.
-    pub structure: Arc<ModalStructure>,
-}
 
 /// Reads the modal file named in the manifest at `span`, once a job.
 pub(super) fn load(
@@ -46,6 +39,25 @@ pub(super) fn load(
     let file = source.and_then(|source| parse(issues, source).map(Arc::new));
     context.modal_files.insert(path, file.clone());
     file
+}
+
+/// Puts the tree of the modal file that a manifest names into that of the manifest, so that its values can be changed.
+pub(super) fn attach(tree: &mut Node, issues: &mut Issues, context: &mut Context) {
+    let text = |path: &str| tree.at(path).map(|node| (&node.value, node.span));
+    let (Some((Value::Text(kind), _)), Some((Value::Text(file), span))) =
+        (text("model.kind"), text("model.file"))
+    else {
+        return;
+    };
+    if kind != "modal" {
+        return;
+    }
+    let file = load(issues, context, file, span);
+    let faulty = || Node {
+        span,
+        value: Value::Boolean(false),
+    };
+    modal_keys::attach(tree, file.map_or_else(faulty, |file| file.tree.clone()));
 }
 
 /// The structure of the tree of a modal file, whose values may be other ones than those of the text.

@@ -5,10 +5,7 @@
 //! tree of the modal file, which stands in the tree of the manifest where any of them is changed, so that a changed file
 //! is read by the same code as the text.
 
-use super::diagnostic::Issues;
-use super::modal_file;
 use super::schema::{self, Key, Kind, MANIFEST, MODAL_FILE};
-use super::sections::Context;
 use super::tree::{Entry, NoPlace, Node, Value};
 use std::borrow::Cow;
 
@@ -122,25 +119,6 @@ pub(super) fn tree(entries: &[Entry]) -> Option<Option<&Node>> {
     let entry = entries.iter().find(|entry| entry.key == ROOT)?;
     let whole = matches!(entry.node.value, Value::Table(_));
     Some(whole.then_some(&entry.node))
-}
-
-/// Puts the tree of the modal file that a manifest names into that of the manifest, so that its values can be changed.
-pub(super) fn attach_file(tree: &mut Node, issues: &mut Issues, context: &mut Context) {
-    let text = |path: &str| tree.at(path).map(|node| (&node.value, node.span));
-    let (Some((Value::Text(kind), _)), Some((Value::Text(file), span))) =
-        (text("model.kind"), text("model.file"))
-    else {
-        return;
-    };
-    if kind != "modal" {
-        return;
-    }
-    let file = modal_file::load(issues, context, file, span);
-    let faulty = || Node {
-        span,
-        value: Value::Boolean(false),
-    };
-    attach(tree, file.map_or_else(faulty, |file| file.tree.clone()));
 }
 
 /// Puts the tree of a modal file into that of the manifest.
@@ -264,6 +242,7 @@ pub(super) fn take_out(tree: &mut Node, name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::manifest::diagnostic::Issues;
     use crate::units::Dimension;
 
     const FILE: &str = r#"
@@ -360,6 +339,6 @@ mod tests {
             let name = form.replace("[N", "[1").replace(",N]", ",1]");
             assert_eq!(find(&name).map(|key| key.path), Some(key.path), "{name}");
         }
-        assert!(forms().count() > 40);
+        assert!(forms().count() >= 30);
     }
 }

@@ -56,7 +56,7 @@ pub enum ParameterError {
 
 impl Parameter {
     /// What an axis varies.
-    pub(super) fn new(key: AxisKey, dimension: Dimension) -> Self {
+    fn new(key: AxisKey, dimension: Dimension) -> Self {
         Self { key, dimension }
     }
 
@@ -214,14 +214,14 @@ impl PointResolver {
         &self,
         point: &PointSpec,
         values: &[(&Parameter, f64)],
-    ) -> Result<Vec<(&Parameter, f64)>, String> {
+    ) -> Result<Vec<(Parameter, f64)>, String> {
         let mut changed: BTreeMap<&str, f64> = (values.iter())
             .map(|(own, value)| (own.name(), *value))
             .collect();
         let mut found = Vec::new();
-        for (parameter, expression) in self.derived() {
+        for (key, dimension, expression) in self.derived() {
             let moved = |name: &String| changed.contains_key(name.as_str());
-            if changed.contains_key(parameter.name()) || !expression.names().iter().any(moved) {
+            if changed.contains_key(key.name()) || !expression.names().iter().any(moved) {
                 continue;
             }
             let own = |name: &str| {
@@ -230,9 +230,9 @@ impl PointResolver {
             };
             let value =
                 expression.value(|name| changed.get(name).copied().unwrap_or_else(|| own(name)));
-            let value = value.map_err(|why| format!("`{}`: {why}", parameter.name()))?;
-            changed.insert(parameter.name(), value);
-            found.push((parameter, value));
+            let value = value.map_err(|why| format!("`{}`: {why}", key.name()))?;
+            changed.insert(key.name(), value);
+            found.push((Parameter::new(key.clone(), *dimension), value));
         }
         Ok(found)
     }
@@ -246,11 +246,12 @@ impl PointResolver {
         point: &PointSpec,
         values: &[(&Parameter, f64)],
     ) -> Result<PointSpec, String> {
+        let derived = self.derived_of(point, values)?;
         let mut out = point.clone();
         let mut torque = self.value_of_torque(point);
         let mut nodes: Vec<(&str, Node)> = Vec::new();
-        let derived = self.derived_of(point, values)?;
-        for (parameter, value) in values.iter().copied().chain(derived) {
+        let given = values.iter().copied();
+        for (parameter, value) in given.chain(derived.iter().map(|(own, value)| (own, *value))) {
             match &parameter.key {
                 AxisKey::Load => (out.load, torque) = (value, None),
                 AxisKey::Torque => {

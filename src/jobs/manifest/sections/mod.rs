@@ -35,7 +35,7 @@ mod unfelt;
 
 use super::diagnostic::Issues;
 use super::grid::is_carried;
-use super::modal_file::ModalFile;
+use super::modal_tree::ModalFile;
 use super::reader::{Child, Section};
 use super::spec::{ExcitationSpec, MeshSpec, ModelSpec, StructureSource, Variant};
 use crate::analysis::Analyses;

@@ -1,13 +1,12 @@
 //! `[model]`: where the structure comes from, and how many of its modes are kept.
 
-use super::drive_kind::DriveKind;
+use super::drive_kind::{DriveKind, is_kind};
 use super::shafts::{Elastic, ShaftSet};
 use super::{Context, film, friction, gear, mesh, oscillator, shafts, tooth_fault, train, unfelt};
 use crate::gear::GearPair;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::spec::{ModelSpec, StructureSource};
-use crate::manifest::tree::Value;
 use crate::manifest::{modal_file, modal_keys};
 use crate::shaft::{FlexibleDrive, RigidDrive, Tier, TrainDrive};
 use std::sync::Arc;
@@ -247,13 +246,6 @@ pub(super) fn is_drawn(root: &Section, mesh: &Section, sound: bool) -> bool {
     }
     let looked_at = !is_kind(root, "modal") || mesh::wants_gears(mesh) || beside_mesh(mesh);
     root.has("gear") && looked_at || in_train
-}
-
-/// Whether `model.kind` is this one.
-pub(super) fn is_kind(root: &Section, name: &str) -> bool {
-    let model = root.entry("model").map(|entry| &entry.node);
-    let kind = model.and_then(|model| model.entry("kind"));
-    matches!(kind.map(|kind| &kind.node.value), Some(Value::Text(kind)) if kind == name)
 }
 
 /// Modes kept: all of them by default, never more.

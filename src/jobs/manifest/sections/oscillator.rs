@@ -1,7 +1,7 @@
 //! What stands for `[mesh]` where a modal file has no mesh: flanks that no motion reaches, and a scale of lengths.
 
 use super::Context;
-use super::model::is_kind;
+use super::drive_kind::is_kind;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::modal_keys;
 use crate::manifest::reader::{Child, Section};
