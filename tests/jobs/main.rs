@@ -34,6 +34,7 @@ mod manifest_errors;
 mod many_points;
 mod merge;
 mod messages;
+mod modal_axes;
 mod new;
 mod plan;
 mod planted;

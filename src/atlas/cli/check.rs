@@ -122,10 +122,15 @@ fn describe(job: &Job, first: &PointSpec, parts: &Prepared) -> Vec<(String, Stri
         ),
     ));
     lines.extend(speeds(first));
-    lines.push(("mesh".to_owned(), mesh(job)));
-    lines.push(("coast flank".to_owned(), coast(job)));
     let gear_mesh = GearMesh::of(first, parts);
-    lines.extend(gear_mesh.lines());
+    if let Some(length) = first.mesh.length {
+        let scale = format!("none; lengths are measured by {} m", to_digits(length, 4));
+        lines.push(("mesh".to_owned(), scale));
+    } else {
+        lines.push(("mesh".to_owned(), mesh(job)));
+        lines.push(("coast flank".to_owned(), coast(job)));
+        lines.extend(gear_mesh.lines());
+    }
     let causes: Vec<String> = (excitation::causes(first, &gear_mesh).into_iter())
         .map(|cause| cause.text)
         .collect();

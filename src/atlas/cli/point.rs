@@ -299,6 +299,10 @@ fn parts(text: &str) -> Vec<&str> {
     let mut ends: Vec<usize> = (text.match_indices(',').map(|(at, _)| at))
         .filter(|&at| {
             let rest = &text[at + 1..];
+            let inside = |text: &str| text.rfind('[') > text.rfind(']');
+            if inside(&text[..at]) {
+                return false;
+            }
             let part = rest.split(',').next().unwrap_or(rest);
             part.contains('=') || part.trim().is_empty()
         })

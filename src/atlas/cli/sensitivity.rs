@@ -22,8 +22,8 @@ pub struct SensitivityArgs {
     manifest: ManifestArgs,
     #[command(flatten)]
     point: PointArg,
-    /// Differentiate with respect to these keys, separated by commas: load, speed, or any quantity of the drive, such as
-    /// mesh.half_gap [default: load, speed, and all quantities of mesh and excitation that the manifest sets].
+    /// Differentiate with respect to these keys, separated by commas: load, speed, or any quantity of the drive or of its
+    /// modal file, such as mesh.half_gap or contact.stop.gap [default: load, speed, and all quantities of mesh and excitation that the manifest sets].
     #[arg(long, value_name = "KEY,...", value_delimiter = ',')]
     pub by: Vec<String>,
     /// Use an ensemble of this many members for a chaotic motion.
@@ -57,7 +57,7 @@ pub fn run(args: &SensitivityArgs) -> ExitCode {
     if !(args.step > 0.0 && args.step < 0.5) {
         return fail(BAD_INPUT, "--step must be above 0 and below 0.5");
     }
-    let names = if args.by.is_empty() { job.between.continuous_keys() } else { args.by.clone() };
+    let names = if args.by.is_empty() { job.between.continuous_keys() } else { whole(&args.by) };
     let keys: Result<Vec<Parameter>, _> = names
         .iter()
         .map(|name| job.between.parameter(&point, name))
@@ -96,6 +96,20 @@ pub fn run(args: &SensitivityArgs) -> ExitCode {
         Err(SensitivityError::CalledOff(_)) => fail(INTERRUPTED, "interrupted"),
         Err(error) => fail(BAD_INPUT, &with_causes(&error)),
     }
+}
+
+/// Names in one piece that a comma in brackets has parted: `stiffness_matrix[1,2]`.
+fn whole(parts: &[String]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for part in parts {
+        match names.last_mut() {
+            Some(name) if name.contains('[') && !name.contains(']') => {
+                *name = format!("{name},{part}");
+            }
+            _ => names.push(part.clone()),
+        }
+    }
+    names
 }
 
 fn in_json(found: &Sensitivities) -> serde_json::Value {

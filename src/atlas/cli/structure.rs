@@ -80,6 +80,10 @@ impl Structure {
     /// The contacts that are closed, in words.
     fn closed_contacts(&self) -> String {
         match self.frequencies.contacts.count() {
+            0 => "none".to_owned(),
+            1 if !self.frequencies.loaded && !self.frequencies.on_drive_flanks() => {
+                "the first contact".to_owned()
+            }
             _ if self.frequencies.on_drive_flanks() => "drive flanks".to_owned(),
             1 => "the contact that bears the static load".to_owned(),
             count => format!("the {count} contacts that bear the static load"),

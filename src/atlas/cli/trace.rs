@@ -147,7 +147,7 @@ fn label(job: &Job, point: &ChosenPoint, model: &Model, question: &TraceConfig) 
             .map(|(axis, (name, value))| (name.clone(), *value, axis.unit.clone()))
             .collect(),
         period: model.period(),
-        half_gap: model.half_gap,
+        half_gap: point.spec.mesh.length.is_none().then_some(model.half_gap),
         outputs: named_outputs(model, question.outputs)
             .map(|(name, quantity)| [name, quantity.unit().to_owned()])
             .collect(),

@@ -11,7 +11,7 @@
 //!
 //! with the symmetric parts of K and C: gyroscopic terms, cross-coupled springs and friction, which shift
 //! them little, are left out. `Σ k (wᵀφ)²/ω²` is the part of a mode's elastic energy that contacts store.
-//! Where the static load closes none, the drive flanks are closed.
+//! Where the static load closes none, the drive flanks are closed, or the first contact of an oscillator.
 
 use crate::model::{ActiveSet, Block, DRIVE_FLANK, Model};
 use crate::numerics::linalg::symmetric_eigen;
@@ -55,6 +55,8 @@ pub struct Frequencies {
     pub closed: Vec<ClosedMode>,
     /// Those that bear the static load.
     pub contacts: ActiveSet,
+    /// Whether they bear any.
+    pub loaded: bool,
 }
 
 impl Frequencies {
@@ -71,8 +73,12 @@ impl Frequencies {
             stuck.into_iter().map(|own| own.mode).collect()
         };
         open.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
-        let contacts = match model.bearing_contacts() {
-            ActiveSet::FREE => ActiveSet::DRIVE,
+        let bearing = model.bearing_contacts();
+        let contacts = match bearing {
+            ActiveSet::FREE if model.has_flanks() => ActiveSet::DRIVE,
+            ActiveSet::FREE if model.contacts.len() > model.flank_springs => {
+                ActiveSet::FREE.toggled(model.flank_springs)
+            }
             bearing => bearing,
         };
         let mut closed = closed_modes(model, contacts).unwrap_or_default();
@@ -81,6 +87,7 @@ impl Frequencies {
             open,
             closed,
             contacts,
+            loaded: bearing != ActiveSet::FREE,
         }
     }
 

@@ -1,16 +1,25 @@
 //! Where in a mesh cycle do contacts change what they are, and which of them can change there?
 
-use super::{ActiveSet, Contact, Model, SAME_PHASE, Segment};
+use super::{ActiveSet, Contact, DRIVE_FLANK, Model, SAME_PHASE, Segment};
+
+/// Gap, in scales of lengths, of a flank that there is not: farther than any motion goes before it counts as diverged.
+pub const OUT_OF_REACH: f64 = 1e12;
 
 impl Model {
+    /// Whether any motion reaches the flanks: an oscillator has none.
+    pub fn has_flanks(&self) -> bool {
+        self.contacts[DRIVE_FLANK].half_gap < OUT_OF_REACH * self.half_gap
+    }
+
     /// What deflections along a line are measured by \[m\]: the largest gap of its contacts, or the half gap of the mesh where
-    /// those have none.
+    /// those have none or are out of reach.
     pub fn gap_on(&self, line: usize) -> f64 {
         let on_line = |contact: &&Contact| {
             let mut segments = contact.cycles.iter().flat_map(|cycle| &cycle.segments);
             segments.any(|segment| self.line(segment) == line)
         };
-        let gaps = self.contacts.iter().filter(on_line);
+        let there = |contact: &&Contact| contact.half_gap < OUT_OF_REACH * self.half_gap;
+        let gaps = self.contacts.iter().filter(on_line).filter(there);
         let largest = gaps.fold(0.0, |most: f64, contact| most.max(contact.half_gap.abs()));
         if largest > 0.0 { largest } else { self.half_gap }
     }

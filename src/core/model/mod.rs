@@ -55,6 +55,7 @@ pub use crate::structure::MeshHarmonic;
 pub use basis::{Basis, Coupled};
 pub use bearing::BearingOutput;
 pub use block::{Block, MeshGain};
+pub use breakpoints::OUT_OF_REACH;
 pub use contact::{
     ActiveSet, COAST_FLANK, Contact, DRIVE_FLANK, Flanks, MOST_CONTACTS, SEVERAL_CONTACTS,
 };

@@ -3,7 +3,10 @@
 
 use super::grid::GridAxis;
 use super::grid_dimension::GridDimension;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
+
+/// Axes whose ends are combined with each other; of more axes only their common ends are.
+const MOST_CORNERED: u32 = 8;
 
 /// Along which dimensions the model keys of a grid go.
 #[derive(Debug)]
@@ -105,6 +108,22 @@ impl Combinations {
             }))
         })
     }
+}
+
+/// Which of `all` combinations are judged: the corners, and as many as fit evenly between.
+pub(super) fn chosen(all: usize, budget: usize, lengths: &[usize]) -> Vec<usize> {
+    let cornered = lengths
+        .len()
+        .min(budget.ilog2().min(MOST_CORNERED) as usize);
+    let corner = |ends: usize| {
+        (lengths.iter().enumerate()).fold(0, |number, (axis, length)| {
+            let high = ends >> axis.min(cornered - 1) & 1 == 1;
+            number * length + if high { length - 1 } else { 0 }
+        })
+    };
+    let even = (0..budget).map(|i| (i as u128 * all as u128 / budget as u128) as usize);
+    let numbers: BTreeSet<usize> = (0..1 << cornered).map(corner).chain(even).collect();
+    numbers.into_iter().collect()
 }
 
 #[cfg(test)]

@@ -7,20 +7,23 @@
 //! for all values where they stand; what does not fit together shows when its point is asked for.
 
 use super::axis::AxisKey;
-use super::combinations::Combinations;
+use super::combinations::{Combinations, chosen};
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use super::expression::Expression;
 use super::grid::GridAxis;
 use super::grid_dimension::GridDimension;
 use super::hash::JobHash;
+use super::modal_keys;
+use super::modal_tree::ModalFile;
 use super::reader::Section;
 use super::schema::{self, MANIFEST};
 use super::sections::{Context, resolve};
 use super::spec::{PointSpec, Variant};
 use super::tree::Node;
 use crate::shaft::Housing;
-use crate::structure::ModalStructure;
+use crate::units::Dimension;
 use std::borrow::Cow;
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -45,9 +48,6 @@ const MOST_NODES: usize = 500_000;
 
 /// Combinations judged of a grid with more, by the size of its text.
 const JUDGED: std::ops::RangeInclusive<usize> = 4..=10_000;
-
-/// Axes whose ends are combined with each other; of more axes only their common ends are.
-const MOST_CORNERED: u32 = 8;
 
 /// Resolved combinations that are kept beside those that were judged: some megabytes.
 const MOST_KEPT: usize = 4096;
@@ -170,29 +170,12 @@ pub(super) fn expand(
     }
 }
 
-/// Which of `all` combinations are judged: the corners, and as many as fit evenly between.
-fn chosen(all: usize, budget: usize, lengths: &[usize]) -> Vec<usize> {
-    let cornered = lengths
-        .len()
-        .min(budget.ilog2().min(MOST_CORNERED) as usize);
-    let corner = |ends: usize| {
-        (lengths.iter().enumerate()).fold(0, |number, (axis, length)| {
-            let high = ends >> axis.min(cornered - 1) & 1 == 1;
-            number * length + if high { length - 1 } else { 0 }
-        })
-    };
-    let even = (0..budget).map(|i| (i as u128 * all as u128 / budget as u128) as usize);
-    let numbers: BTreeSet<usize> = (0..1 << cornered).map(corner).chain(even).collect();
-    numbers.into_iter().collect()
-}
-
 /// Puts one value of every key axis into the tree; false when one has no place there.
 fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &mut Issues) -> bool {
     let mut fits = true;
     for (key, &i) in keys.iter().zip(index) {
         let name = key.axis.name();
-        let path: Vec<&str> = name.split('.').collect();
-        if let Err(end) = tree.put(&path, key.node(i)) {
+        if let Err(end) = modal_keys::put(tree, name, key.node(i)) {
             issues.push(
                 Diagnostic::new(
                     DiagnosticKind::UnknownAxis,
@@ -204,7 +187,12 @@ fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &mut
                     ),
                 )
                 .label("no such element")
-                .remedy("elements count from 0; write the list in its own table first"),
+                .suggestion(end.near.map(|near| format!("\"{near}\"")))
+                .remedy(if modal_keys::is_name(name) {
+                    "indices in brackets count from 1; write the list or the table in the modal file first"
+                } else {
+                    "elements count from 0; write the list in its own table first"
+                }),
             );
             fits = false;
         }
@@ -229,6 +217,7 @@ fn sift(
         })
         .collect::<Vec<_>>()
         .join(", ");
+    let of_file = (keys.iter()).any(|key| modal_keys::is_name(key.axis.name()));
     let mut seen_here = HashSet::new();
     for diagnostic in issues.found.split_off(before) {
         let identity = (diagnostic.kind, diagnostic.span, diagnostic.key.clone());
@@ -239,7 +228,8 @@ fn sift(
             occurrence.combinations += 1;
             continue;
         }
-        let own_file = diagnostic.span.source == 0 && diagnostic.kind != DiagnosticKind::Unreadable;
+        let own_file = (diagnostic.span.source == 0 || of_file)
+            && diagnostic.kind != DiagnosticKind::Unreadable;
         let diagnostic = if own_file && !keys.is_empty() {
             diagnostic.at_point(&place)
         } else {
@@ -269,7 +259,13 @@ struct Kept {
     /// Whether the points have a torque: then that is what is kept where the rated torque changes.
     torque: bool,
     base_dir: PathBuf,
-    modal_files: HashMap<PathBuf, Option<Arc<ModalStructure>>>,
+    modal_files: HashMap<PathBuf, Option<Arc<ModalFile>>>,
+    /// The tree of the modal file with the values that commands give it.
+    modal_tree: Option<Node>,
+    /// Whether axes or commands change that tree.
+    modal_changed: bool,
+    /// Axes that others give, those that others need first.
+    derived: Vec<(AxisKey, Dimension, Expression)>,
     housings: HashMap<PathBuf, Option<Arc<Housing>>>,
 }
 
@@ -283,29 +279,74 @@ impl PointResolver {
     ) -> Self {
         // The values of the axes stand there: of the grid a point needs the order only.
         tree.retain("grid", |key| matches!(key, "order" | "along"));
+        let changed = modal_keys::detach(&mut tree);
+        let file = || context.modal_files.values().flatten().next();
         Self(Arc::new(Kept {
             tree,
+            modal_changed: changed.is_some(),
+            modal_tree: changed.or_else(|| file().map(|file| file.tree.clone())),
             combinations: Combinations::new(&axes, dimensions),
             torque: axes.iter().any(|axis| axis.axis.key == AxisKey::Torque),
             keys: axes.into_iter().filter(GridAxis::is_model_key).collect(),
             base_dir: context.base_dir.to_path_buf(),
             modal_files: context.modal_files,
             housings: context.housings,
+            derived: Vec::new(),
         }))
+    }
+
+    /// The same with axes that expressions give.
+    pub(super) fn deriving(self, expressions: Vec<(String, Expression)>) -> Self {
+        let own = |(name, expression): (String, Expression)| {
+            let of_axis = |key: &&GridAxis| key.axis.name() == name;
+            let dimension = self.0.keys.iter().find(of_axis).map(GridAxis::dimension);
+            let dimension = dimension.unwrap_or(Dimension::Ratio);
+            (AxisKey::of(&name), dimension, expression)
+        };
+        let derived = expressions.into_iter().map(own).collect();
+        let mut kept = self.0;
+        if let Some(kept) = Arc::get_mut(&mut kept) {
+            kept.derived = derived;
+        }
+        Self(kept)
+    }
+
+    /// Axes that others give, and what they measure; those that others need first.
+    pub(super) fn derived(&self) -> &[(AxisKey, Dimension, Expression)] {
+        &self.0.derived
+    }
+
+    /// Whether an expression gives an axis.
+    pub fn is_derived(&self, name: &str) -> bool {
+        self.0.derived.iter().any(|(own, ..)| own.name() == name)
     }
 
     /// Gives a point the mesh and the excitation that its axis values stand for. None where
     /// the manifest would be faulty with these values.
     pub(super) fn resolve(&self, point: &mut PointSpec) -> Option<()> {
         let resolved = self.combine(&point.axis_values, None).ok()?;
+        if self.0.modal_changed {
+            point.model = resolved.model;
+        }
         point.mesh = resolved.mesh;
         point.excitation = resolved.excitation;
         Some(())
     }
 
-    /// What stands in the manifest at a dotted path.
+    /// What stands in the manifest at a dotted path,
+    /// or in the modal file under a name of its own.
     pub(super) fn node(&self, path: &str) -> Option<&Node> {
-        self.0.tree.at(path)
+        if !modal_keys::is_name(path) {
+            return self.0.tree.at(path);
+        }
+        let file = self.0.modal_tree.as_ref()?;
+        file.at(&modal_keys::path(file, path).ok()?.join("."))
+    }
+
+    /// Whether a key has a place in the manifest, or in the modal file where it names a number of that.
+    pub(super) fn has_place(&self, name: &str) -> bool {
+        let file = self.0.modal_tree.as_ref();
+        !modal_keys::is_name(name) || file.is_some_and(|file| modal_keys::path(file, name).is_ok())
     }
 
     /// Whether the points of the grid have a torque instead of a load.
@@ -351,9 +392,12 @@ impl PointResolver {
         let mut tree = kept.tree.clone();
         let samples = kept.keys.iter().zip(values);
         let samples = samples.map(|(key, value)| (key.axis.name(), key.sample(*value)));
+        let of_file = nodes.iter().any(|(name, _)| modal_keys::is_name(name));
+        if let Some(file) = (kept.modal_tree.as_ref()).filter(|_| kept.modal_changed || of_file) {
+            modal_keys::attach(&mut tree, file.clone());
+        }
         for (name, node) in samples.chain(nodes) {
-            let path: Vec<&str> = name.split('.').collect();
-            if tree.put(&path, node).is_err() {
+            if modal_keys::put(&mut tree, name, node).is_err() {
                 return Err(format!("`{name}` is neither a key nor an axis"));
             }
         }

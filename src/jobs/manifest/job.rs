@@ -79,8 +79,21 @@ impl Job {
             between.axis_values[axis] =
                 if axis == swept { value } else { (1.0 - part) * from + part * to };
         }
+        self.derive(&mut between.axis_values);
         self.apply(&mut between, self.tied(swept))?;
         Some(between)
+    }
+
+    /// Gives axes that expressions give the values that follow from those of the others; not a number where there is
+    /// none.
+    pub fn derive(&self, values: &mut [f64]) {
+        let place = |name: &str| self.axes.iter().position(|axis| axis.name() == name);
+        for (own, _, expression) in self.between.derived() {
+            let value = expression.value(|name| place(name).map_or(f64::NAN, |at| values[at]));
+            if let Some(own) = place(own.name()) {
+                values[own] = value.unwrap_or(f64::NAN);
+            }
+        }
     }
 
     /// The axes that go along the dimension of one, itself among them.

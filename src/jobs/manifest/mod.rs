@@ -19,6 +19,7 @@ mod distribution;
 mod errors;
 mod excerpt;
 mod expand;
+mod expression;
 mod grid;
 mod grid_dimension;
 mod hash;
@@ -28,6 +29,8 @@ mod manifest_text;
 pub mod manual;
 mod measured;
 mod modal_file;
+mod modal_keys;
+mod modal_tree;
 mod named_files;
 mod operating_point;
 mod parameter;
@@ -60,11 +63,13 @@ pub use spec::*;
 
 use diagnostic::Issues;
 use expand::Expansion;
+use grid::GridAxis;
 use reader::Section;
 use sections::Context;
 use std::io::Read;
 use std::path::Path;
 use text::NoText;
+use tree::Node;
 
 /// Reads a manifest file.
 ///
@@ -186,6 +191,8 @@ fn judge(
     let seed = head.as_ref().map_or(0, |head| head.seed);
     let axes = grid::read(&root, &mut issues, base_dir, seed);
     set::check_axes(&tree, &changed, &axes, &mut issues);
+    let mut context = Context::new(base_dir);
+    change_modal_file(&mut tree, &axes.valid, &changed, &mut issues, &mut context);
 
     // The values of a grid that is too large are not looked at.
     let counted = axes.valid.iter().filter(|_| !axes.too_large);
@@ -197,7 +204,6 @@ fn judge(
     if let Some(refine) = &axes.refine {
         hash.refined(refine);
     }
-    let mut context = Context::new(base_dir);
     let judged = expand::expand(
         &mut tree,
         &axes.valid,
@@ -218,7 +224,7 @@ fn judge(
         &mut issues,
         &varied,
         &axes.dimensions,
-        &axes.faulty,
+        (&axes.faulty, &axes.expressions),
         retained,
     );
 
@@ -238,7 +244,8 @@ fn judge(
         Some(head) if issues.count() == 0 => {
             let warnings = Warnings::of(&mut issues);
             let plain: Vec<Axis> = axes.valid.iter().map(|axis| axis.axis.clone()).collect();
-            let between = PointResolver::new(tree, axes.valid, &axes.dimensions, context);
+            let between = PointResolver::new(tree, axes.valid, &axes.dimensions, context)
+                .deriving(axes.expressions);
             let variants = Expansion::new(judged, between.clone());
             let nested = axes.refine.as_ref().map(|refine| refine.nested);
             let points = Points::new(
@@ -268,6 +275,21 @@ fn judge(
             })
         }
         _ => Err(ManifestErrors::new(issues)),
+    }
+}
+
+/// Puts the modal file into the tree where axes or commands give its numbers other values, those of commands at once.
+fn change_modal_file(
+    tree: &mut Node,
+    axes: &[GridAxis],
+    changed: &[set::Changed],
+    issues: &mut Issues,
+    context: &mut Context,
+) {
+    let of_file = |axis: &GridAxis| modal_keys::is_name(axis.axis.name());
+    if axes.iter().any(of_file) || changed.iter().any(set::Changed::is_of_modal_file) {
+        modal_file::attach(tree, issues, context);
+        set::apply_to_modal_file(tree, changed, issues);
     }
 }
 

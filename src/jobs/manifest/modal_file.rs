@@ -5,13 +5,16 @@ mod coast;
 mod contacts;
 mod coupling;
 mod loads;
+mod oscillator;
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use super::modal_keys;
+use super::modal_tree::ModalFile;
 use super::reader::Section;
 use super::schema::{self, MODAL_FILE};
 use super::sections::Context;
 use super::tree::entries;
-use super::tree::{self, Value};
+use super::tree::{self, Node, Value};
 use super::{text, unknown};
 use crate::structure::{BearingGain, ModalStructure, StaticShare, TurningFrame};
 use std::collections::HashSet;
@@ -27,47 +30,86 @@ pub(super) fn load(
     context: &mut Context,
     file: &str,
     span: Span,
-) -> Option<Arc<ModalStructure>> {
+) -> Option<Arc<ModalFile>> {
     let path: PathBuf = context.base_dir.join(file);
     if let Some(known) = context.modal_files.get(&path) {
         return known.clone();
     }
     let source = text::read_named(issues, &path, "the modal file", ("model.file", span));
-    let structure = source.and_then(|source| parse(issues, source).map(Arc::new));
-    context.modal_files.insert(path, structure.clone());
-    structure
+    let file = source.and_then(|source| parse(issues, source).map(Arc::new));
+    context.modal_files.insert(path, file.clone());
+    file
 }
 
-fn parse(issues: &mut Issues, source: usize) -> Option<ModalStructure> {
+/// Puts the tree of the modal file that a manifest names into that of the manifest, so that its values can be changed.
+pub(super) fn attach(tree: &mut Node, issues: &mut Issues, context: &mut Context) {
+    let text = |path: &str| tree.at(path).map(|node| (&node.value, node.span));
+    let (Some((Value::Text(kind), _)), Some((Value::Text(file), span))) =
+        (text("model.kind"), text("model.file"))
+    else {
+        return;
+    };
+    if kind != "modal" {
+        return;
+    }
+    let file = load(issues, context, file, span);
+    let faulty = || Node {
+        span,
+        value: Value::Boolean(false),
+    };
+    modal_keys::attach(tree, file.map_or_else(faulty, |file| file.tree.clone()));
+}
+
+/// The structure of the tree of a modal file, whose values may be other ones than those of the text.
+pub(super) fn of_tree(tree: &Node, issues: &mut Issues) -> Option<Arc<ModalStructure>> {
+    read(&Section::root(tree, MODAL_FILE), issues).map(Arc::new)
+}
+
+fn parse(issues: &mut Issues, source: usize) -> Option<ModalFile> {
     let before = issues.count();
     let tree = tree::parse(source, issues);
     if issues.count() > before {
         return None;
     }
     unknown::check(issues, &tree, MODAL_FILE);
-    read(&Section::root(&tree, MODAL_FILE), issues)
+    let structure = of_tree(&tree, issues)?;
+    Some(ModalFile { tree, structure })
 }
 
 fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
-    let teeth = root.integer(issues, "teeth");
+    let oscillator = oscillator::is_one(root);
+    let given = |name: &str| !oscillator || root.has(name);
+    let teeth = if given("teeth") { root.integer(issues, "teeth") } else { Some(1) };
     let wheel_teeth = if root.has("teeth_wheel") {
         root.integer(issues, "teeth_wheel").map(Some)
     } else {
         Some(None)
     };
-    let rated_force = root.quantity(issues, "rated_force");
+    let rated_force = if given("rated_force") {
+        root.quantity(issues, "rated_force")
+    } else {
+        Some(1.0)
+    };
     let frequency = (root.quantities(issues, "frequency", None)).map(without_round_off);
     let modes = frequency.as_ref().map(Vec::len);
     let damping = column(root, issues, "damping", modes);
-    let mesh = column(root, issues, "mesh", modes).filter(|c| acts(root, issues, "mesh", c));
-    let torque = column(root, issues, "torque", modes).filter(|c| acts(root, issues, "torque", c));
+    let contacts = contacts::read(root, issues, modes);
+    let [mesh, torque] = if oscillator {
+        let lines = oscillator::lines(root, issues, modes, contacts.as_deref());
+        lines.map_or([None, None], |lines| lines.map(Some))
+    } else {
+        let why = "with `mesh`: results show the deflection of the mesh";
+        root.without_effect(issues, &["displacement"], why, "remove it");
+        ["mesh", "torque"].map(|name| {
+            column(root, issues, name, modes).filter(|own| acts(root, issues, name, own))
+        })
+    };
     let mesh_tilt = optional(root, issues, "mesh_tilt", modes);
     let friction = optional(root, issues, "friction", modes);
     let friction_lever = optional(root, issues, "friction_lever", modes);
     let pinion_torque = optional(root, issues, "torque_pinion", modes);
     let wheel_torque = optional(root, issues, "torque_wheel", modes);
     let bearings = bearings(root, issues, modes);
-    let contacts = contacts::read(root, issues, modes);
     let coupling = coupling::read(root, issues, frequency.as_deref());
     let coast = coast::read(root, issues, mesh.as_deref(), frequency.as_deref());
     let constant_load = optional(root, issues, "constant_load", modes);
@@ -215,6 +257,7 @@ fn acts(root: &Section, issues: &mut Issues, name: &str, values: &[f64]) -> bool
     }
     let what = match name {
         "mesh" => "the mesh force would act on no mode",
+        "displacement" => "results would show no motion",
         _ => "the load would act on no mode",
     };
     issues.push(

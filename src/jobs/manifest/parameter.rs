@@ -4,11 +4,13 @@
 use super::axis::AxisKey;
 use super::diagnostic::{Issues, Span};
 use super::expand::PointResolver;
+use super::modal_keys;
 use super::reader;
 use super::schema::{self, Kind, MANIFEST};
 use super::spec::{PointSpec, Variant};
 use super::tree::{Node, Value};
 use crate::units::{self, Dimension};
+use std::collections::BTreeMap;
 
 /// Tables whose keys describe the drive.
 const DRIVE_TABLES: [&str; 6] = ["model", "gear", "shafts", "train", "mesh", "excitation"];
@@ -26,7 +28,8 @@ pub enum ParameterError {
     /// There is no such key.
     #[error(
         "`{name}` is not a parameter of the drive{}; name load, torque, speed, or a quantity of model, \
-         gear, shafts, train, mesh or excitation, such as mesh.half_gap",
+         gear, shafts, train, mesh or excitation, such as mesh.half_gap, or a number of the modal file, such as \
+         contact.stop.gap",
         near.as_ref().map_or(String::new(), |near| format!(", did you mean `{near}`?"))
     )]
     Unknown {
@@ -52,6 +55,11 @@ pub enum ParameterError {
 }
 
 impl Parameter {
+    /// What an axis varies.
+    fn new(key: AxisKey, dimension: Dimension) -> Self {
+        Self { key, dimension }
+    }
+
     /// Its name in manifests and result files.
     pub fn name(&self) -> &str {
         self.key.name()
@@ -96,7 +104,8 @@ impl Parameter {
 
 fn dimension_of(name: &str) -> Result<Dimension, ParameterError> {
     let table = name.split('.').next().unwrap_or_default();
-    let known = schema::find(MANIFEST, name).filter(|_| DRIVE_TABLES.contains(&table));
+    let of_drive = |_: &&_| DRIVE_TABLES.contains(&table) || modal_keys::is_name(name);
+    let known = modal_keys::find(name).filter(of_drive);
     match known {
         None => Err(ParameterError::Unknown {
             name: name.to_owned(),
@@ -115,6 +124,9 @@ fn dimension_of(name: &str) -> Result<Dimension, ParameterError> {
 }
 
 fn nearest(name: &str) -> Option<String> {
+    if modal_keys::is_name(name) {
+        return modal_keys::nearest(name);
+    }
     let paths: Vec<&str> = (schema::all(MANIFEST))
         .filter(|key| matches!(key.kind, Kind::Quantity(_) | Kind::ContactDamping))
         .map(|key| key.path)
@@ -175,7 +187,7 @@ impl PointResolver {
         if let Some(place) = self.axis(name) {
             return point.axis_values.get(place).copied();
         }
-        let key = schema::find(MANIFEST, name)?;
+        let key = modal_keys::find(name).filter(|_| self.has_place(name))?;
         match self.node(name).map(|node| &node.value) {
             None => match key.default {
                 schema::DefaultValue::Value(_) if matches!(key.kind, Kind::Quantity(_)) => {
@@ -196,6 +208,35 @@ impl PointResolver {
         self.has_torque().then_some(point.load * rated)
     }
 
+    /// The values of axes that expressions give where some parameters have other values; those that do not change are
+    /// left out.
+    fn derived_of(
+        &self,
+        point: &PointSpec,
+        values: &[(&Parameter, f64)],
+    ) -> Result<Vec<(Parameter, f64)>, String> {
+        let mut changed: BTreeMap<&str, f64> = (values.iter())
+            .map(|(own, value)| (own.name(), *value))
+            .collect();
+        let mut found = Vec::new();
+        for (key, dimension, expression) in self.derived() {
+            let moved = |name: &String| changed.contains_key(name.as_str());
+            if changed.contains_key(key.name()) || !expression.names().iter().any(moved) {
+                continue;
+            }
+            let own = |name: &str| {
+                let known = Parameter::new(AxisKey::of(name), Dimension::Ratio);
+                self.value(point, &known).unwrap_or(f64::NAN)
+            };
+            let value =
+                expression.value(|name| changed.get(name).copied().unwrap_or_else(|| own(name)));
+            let value = value.map_err(|why| format!("`{}`: {why}", key.name()))?;
+            changed.insert(key.name(), value);
+            found.push((Parameter::new(key.clone(), *dimension), value));
+        }
+        Ok(found)
+    }
+
     /// The point like another where some parameters have other values.
     ///
     /// # Errors
@@ -205,10 +246,12 @@ impl PointResolver {
         point: &PointSpec,
         values: &[(&Parameter, f64)],
     ) -> Result<PointSpec, String> {
+        let derived = self.derived_of(point, values)?;
         let mut out = point.clone();
         let mut torque = self.value_of_torque(point);
         let mut nodes: Vec<(&str, Node)> = Vec::new();
-        for &(parameter, value) in values {
+        let given = values.iter().copied();
+        for (parameter, value) in given.chain(derived.iter().map(|(own, value)| (own, *value))) {
             match &parameter.key {
                 AxisKey::Load => (out.load, torque) = (value, None),
                 AxisKey::Torque => {
@@ -262,7 +305,7 @@ impl PointResolver {
 }
 
 fn in_range(name: &str, value: f64, dimension: Dimension) -> Result<(), String> {
-    let Some(key) = schema::find(MANIFEST, name) else {
+    let Some(key) = modal_keys::find(name) else {
         return Ok(());
     };
     if dimension == Dimension::Damping || key.bounds.contain(value) {

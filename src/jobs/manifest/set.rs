@@ -7,8 +7,9 @@
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::grid::Axes;
 use super::grid_dimension::GridDimension;
+use super::modal_keys;
 use super::syntax;
-use super::tree::{self, Node, Value};
+use super::tree::{self, NoPlace, Node, Value};
 use toml::de::DeTable;
 
 /// A key with another value.
@@ -16,9 +17,16 @@ use toml::de::DeTable;
 pub(super) struct Changed {
     path: Vec<String>,
     key_span: Span,
+    /// The value of a number of the modal file; none takes it out.
+    of_file: Option<Node>,
 }
 
 impl Changed {
+    /// Whether the key names a number of the modal file.
+    pub fn is_of_modal_file(&self) -> bool {
+        self.path[0] != "grid" && modal_keys::is_name(&self.name())
+    }
+
     fn name(&self) -> String {
         self.path.join(".")
     }
@@ -28,49 +36,80 @@ impl Changed {
 pub(super) fn apply(tree: &mut Node, changes: &[String], issues: &mut Issues) -> Vec<Changed> {
     let mut applied = Vec::new();
     for change in changes {
-        let source = issues.add_source("--set".to_owned(), change.clone());
-        let Some((changed, node)) = read(source, change, issues) else {
+        let change = modal_keys::in_quotes(change);
+        let source = issues.add_source("--set".to_owned(), change.to_string());
+        let Some((mut changed, node)) = read(source, &change, issues) else {
             continue;
         };
+        if changed.is_of_modal_file() {
+            changed.of_file = node;
+            applied.push(changed);
+            continue;
+        }
         let path: Vec<&str> = changed.path.iter().map(String::as_str).collect();
         let Some(node) = node else {
             if !tree.take_out(&path) {
-                issues.push(
-                    Diagnostic::new(
-                        DiagnosticKind::UnknownKey,
-                        changed.key_span,
-                        &changed.name(),
-                        format!("`{}` is not in the manifest", changed.name()),
-                    )
-                    .label("nothing to remove")
-                    .remedy("--set KEY= removes a key from the manifest; give a value, or remove this --set"),
-                );
+                issues.push(nothing_to_remove(&changed));
             }
             continue;
         };
         match tree.put(&path, node) {
             Ok(()) => applied.push(changed),
-            Err(end) => issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::UnknownKey,
-                    changed.key_span,
-                    &changed.name(),
-                    format!(
-                        "`{}` names an element that does not exist: `{}` {}",
-                        changed.name(),
-                        end.holder,
-                        end.why
-                    ),
-                )
-                .label("no such element")
-                .remedy(format!(
+            Err(end) => {
+                let remedy = format!(
                     "elements count from 0; set `{}` as a whole instead",
                     end.holder
-                )),
-            ),
+                );
+                issues.push(no_element(&changed, end).remedy(remedy));
+            }
         }
     }
     applied
+}
+
+/// Puts the changes of numbers of the modal file into its tree, which stands in that of the manifest.
+pub(super) fn apply_to_modal_file(tree: &mut Node, changes: &[Changed], issues: &mut Issues) {
+    for changed in changes.iter().filter(|own| own.is_of_modal_file()) {
+        let name = changed.name();
+        match &changed.of_file {
+            Some(node) => {
+                if let Err(end) = modal_keys::put(tree, &name, node.clone()) {
+                    issues.push(no_element(changed, end).remedy(
+                        "indices in brackets count from 1; write the list or the table in the modal file first",
+                    ));
+                }
+            }
+            None if !modal_keys::take_out(tree, &name) => issues.push(nothing_to_remove(changed)),
+            None => {}
+        }
+    }
+}
+
+fn nothing_to_remove(changed: &Changed) -> Diagnostic {
+    Diagnostic::new(
+        DiagnosticKind::UnknownKey,
+        changed.key_span,
+        &changed.name(),
+        format!("`{}` is not in the manifest", changed.name()),
+    )
+    .label("nothing to remove")
+    .remedy("--set KEY= removes a key from the manifest; give a value, or remove this --set")
+}
+
+fn no_element(changed: &Changed, end: NoPlace) -> Diagnostic {
+    Diagnostic::new(
+        DiagnosticKind::UnknownKey,
+        changed.key_span,
+        &changed.name(),
+        format!(
+            "`{}` names an element that does not exist: `{}` {}",
+            changed.name(),
+            end.holder,
+            end.why
+        ),
+    )
+    .label("no such element")
+    .suggestion(end.near.map(|near| format!("`{near}`")))
 }
 
 /// Records changes of keys that an axis of the grid gives its own values.
@@ -139,7 +178,11 @@ fn read(source: usize, text: &str, issues: &mut Issues) -> Option<(Changed, Opti
         );
         return None;
     };
-    let changed = Changed { path, key_span };
+    let changed = Changed {
+        path,
+        key_span,
+        of_file: None,
+    };
     let bare = value.trim();
     if bare.is_empty() {
         return Some((changed, None));

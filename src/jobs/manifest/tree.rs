@@ -148,6 +148,7 @@ impl Node {
             let ends = |why: String, parts: usize| NoPlace {
                 why,
                 holder: path[..parts].join("."),
+                near: None,
             };
             let kind = place.value.type_name();
             place = match &mut place.value {
@@ -194,6 +195,8 @@ pub(super) struct NoPlace {
     pub holder: String,
     /// What that is instead: `has 1 entry`, `is a text`, `is not given`.
     pub why: String,
+    /// The nearest path that there is, where it can be told.
+    pub near: Option<String>,
 }
 
 /// Parses a file already added to `issues`. Every syntax error is recorded; the tree holds

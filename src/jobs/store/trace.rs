@@ -211,8 +211,8 @@ pub struct TraceLabel {
     pub point: Vec<(String, f64, String)>,
     /// Mesh period \[s\].
     pub period: f64,
-    /// Backlash half gap \[m\].
-    pub half_gap: f64,
+    /// Backlash half gap \[m\]; none of an oscillator.
+    pub half_gap: Option<f64>,
     /// Signal and unit of every output that samples carry.
     pub outputs: Vec<[String; 2]>,
 }
@@ -240,7 +240,7 @@ impl TraceWriter {
             point.insert(name.clone(), serde_json::json!(value));
             units.insert(name.clone(), serde_json::json!(unit));
         }
-        let metadata = [
+        let mut metadata = vec![
             ("job", label.job.clone()),
             ("manifest_hash", label.manifest_hash.clone()),
             ("point", serde_json::Value::Object(point).to_string()),
@@ -249,18 +249,18 @@ impl TraceWriter {
                 "mesh_period",
                 serde_json::json!({ "value": label.period, "unit": "s" }).to_string(),
             ),
-            (
-                "half_gap",
-                serde_json::json!({ "value": label.half_gap, "unit": "m" }).to_string(),
-            ),
         ];
+        if let Some(half_gap) = label.half_gap {
+            let half_gap = serde_json::json!({ "value": half_gap, "unit": "m" });
+            metadata.push(("half_gap", half_gap.to_string()));
+        }
         let (samples, events) = (trace_table(modal, &label.outputs), events_table());
         Ok(Self {
             folder: folder.to_path_buf(),
             period: label.period,
             trace: TableFile::create(folder, TableKind::Trace, None, samples, &metadata)?,
             events: TableFile::create(folder, TableKind::Events, None, events, &metadata)?,
-            metadata: metadata.into(),
+            metadata,
         })
     }
 

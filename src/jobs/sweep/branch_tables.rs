@@ -26,6 +26,9 @@ pub fn write_branches(
         .collect();
     let name = |index: usize| axes.get(index).map(|axis| axis.name.clone());
     let asked = job.continuation.as_ref();
+    let derived: Vec<&str> = (axes.iter().map(|axis| axis.name.as_str()))
+        .filter(|name| job.between.is_derived(name))
+        .collect();
     let metadata: Vec<(&str, String)> = [
         ("job", Some(job.name.clone())),
         ("manifest_hash", Some(job.hash.clone())),
@@ -39,6 +42,10 @@ pub fn write_branches(
         ),
         ("over", asked.and_then(|asked| name(asked.over))),
         ("second", asked.and_then(|asked| name(asked.second?))),
+        (
+            "derived",
+            (!derived.is_empty()).then(|| json!(derived).to_string()),
+        ),
     ]
     .into_iter()
     .filter_map(|(key, value)| Some((key, value?)))
@@ -69,6 +76,12 @@ fn rows(job: &Job, followed: &Followed) -> FollowedRows {
             number += 1;
         }
     }
+    for row in &mut out.branches {
+        job.derive(&mut row.axis_values);
+    }
+    for row in &mut out.bifurcations {
+        job.derive(&mut row.axis_values);
+    }
     let Some(second) = asked.second else {
         return out;
     };
@@ -98,6 +111,9 @@ fn rows(job: &Job, followed: &Followed) -> FollowedRows {
             });
         }
         number += u32::from(!plane.onset.is_empty());
+    }
+    for row in &mut curves {
+        job.derive(&mut row.axis_values);
     }
     out.curves = Some(curves);
     out

@@ -287,6 +287,7 @@ fn with_mesh(
         speed: point.speed,
     };
     let mut model = Model::new(structure, &drive, operating)?;
+    model.half_gap = point.mesh.scale();
     model.rolling = rolling(point, friction, structure.frame.rolling);
     Ok(model)
 }

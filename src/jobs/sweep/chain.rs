@@ -100,7 +100,7 @@ impl ChainState {
         {
             let level = row.chain.as_ref().and_then(|chain| chain.level);
             let before = self.near.as_ref();
-            let half_gap = job.points.at(row.point_id as usize).mesh.half_gap;
+            let half_gap = job.points.at(row.point_id as usize).mesh.scale();
             self.near = Some(LastVerdict {
                 value: row.axis_values[carried.axis],
                 class,
@@ -306,7 +306,7 @@ impl Search<'_> {
         let Some(carried) = self.job.carried.as_ref() else {
             return Ok(None);
         };
-        let half_gap = self.point.mesh.half_gap;
+        let half_gap = self.point.mesh.scale();
         let change =
             |near: &LastVerdict, far: Option<Level>| Some(apart([near.level?, far?], half_gap));
         let at_first = change(near, level).filter(|change| {

@@ -2,6 +2,7 @@
 //! of the axes that orbits are not followed over.
 
 use super::family::PointFamily;
+use super::motion_scale;
 use super::parts::Prepared;
 use crate::analysis::CalledOff;
 use crate::analysis::continuation::bifurcation::Bifurcation;
@@ -130,7 +131,9 @@ pub fn follow_job(
         {
             let of_plane: Vec<&Line> = (lines.iter())
                 .filter(|line| {
-                    let others = (0..job.axes.len()).filter(|i| ![asked.over, second].contains(i));
+                    let given = |i: &usize| !job.between.is_derived(job.axes[*i].name());
+                    let others = (0..job.axes.len())
+                        .filter(|i| ![asked.over, second].contains(i) && given(i));
                     others
                         .into_iter()
                         .all(|i| line.axis_values[i] == base.axis_values[i])
@@ -216,6 +219,12 @@ fn line(
         starts,
     };
     let at = [exploration.starts.first().copied().unwrap_or(from), second];
+    let refused = |source: ExploreError| FollowError::Line {
+        place: place_of(job, &axis_values),
+        source: Box::new(source),
+    };
+    let family =
+        motion_scale::measured(family, at, &base.run.initial).map_err(|e| refused(e.into()))?;
     let explored = DriveMap::new(&family, at)
         .map_err(ExploreError::from)
         .and_then(|map| {
@@ -231,10 +240,7 @@ fn line(
             models,
         }),
         Err(ExploreError::CalledOff(called_off)) => Err(called_off.into()),
-        Err(source) => Err(FollowError::Line {
-            place: place_of(job, &axis_values),
-            source: Box::new(source),
-        }),
+        Err(source) => Err(refused(source)),
     }
 }
 
@@ -281,6 +287,8 @@ fn plane(
         source: Box::new(source),
     };
     let middle: At = std::array::from_fn(|i| 0.5 * (plane.from[i] + plane.to[i]));
+    let family = motion_scale::measured(family, middle, &base.run.initial)
+        .map_err(|error| refused(error.into()))?;
     let of_kind: Vec<Vec<Curve>> = (CURVES.par_iter())
         .map(|kind| {
             let map = DriveMap::new(&family, middle).map_err(|e| refused(e.into()))?;

@@ -80,13 +80,18 @@ impl<'a> PointFamily<'a> {
         let held = self.held.iter().map(|(own, value)| (own, *value));
         let held = held.filter(|(own, _)| !self.parameters.contains(own));
         let values: Vec<(&Parameter, f64)> = held.chain(self.parameters.iter().zip(at)).collect();
-        self.between.changed(&self.point, &values)
+        let mut found = self.between.changed(&self.point, &values)?;
+        // Orbits at different values of the parameters are measured by one length.
+        if let Some(length) = self.point.mesh.length {
+            found.mesh = found.mesh.measured_by(length);
+        }
+        Ok(found)
     }
 
     /// A change of a parameter that is small against its size.
     pub(super) fn size(&self, at: At, axis: usize) -> f64 {
         let natural = match self.parameters[axis].unit() {
-            "m" => self.point.mesh.half_gap,
+            "m" => self.point.mesh.scale(),
             _ => 1.0,
         };
         match at[axis] {

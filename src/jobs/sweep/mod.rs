@@ -28,6 +28,7 @@ mod layout;
 mod loaded_mesh;
 mod mesh_divisions;
 mod mesh_tables;
+mod motion_scale;
 mod near;
 mod panic_hook;
 mod parts;

@@ -24,6 +24,8 @@ pub(super) struct Followed {
     pub over: usize,
     /// Place of the second axis of curves.
     pub second: Option<usize>,
+    /// Places of the axes that expressions give, which go with those.
+    derived: Vec<usize>,
     /// Orbits of every branch, in order.
     pub branches: BTreeMap<u64, Vec<Orbit>>,
     /// Bifurcations of all branches, and their ends.
@@ -128,10 +130,10 @@ impl Followed {
             table => table?,
         };
         let names = table.axes()?;
-        let place = |key: &str| {
-            let name = table.metadata(key)?;
-            names.iter().position(|axis| axis == name)
-        };
+        let axis = |name: &str| names.iter().position(|axis| axis == name);
+        let place = |key: &str| axis(table.metadata(key)?);
+        let derived = table.metadata("derived").unwrap_or("[]");
+        let derived: Vec<String> = serde_json::from_str(derived).unwrap_or_default();
         let over = place("over").ok_or_else(|| ReportError::NoFollowedAxis {
             path: table_path(folder, TableKind::Branches, None),
         })?;
@@ -167,6 +169,7 @@ impl Followed {
             units: table.axis_units(),
             over,
             second: place("second"),
+            derived: derived.iter().filter_map(|name| axis(name)).collect(),
             branches,
             bifurcations: bifurcations(folder, &names)?,
             curves: curves(folder, &names)?,
@@ -193,7 +196,9 @@ impl Followed {
     }
 
     fn held<'a>(&self, free: &[usize], met: impl Iterator<Item = &'a [f64]>) -> Vec<Held> {
-        let places: Vec<usize> = (0..self.axes.len()).filter(|i| !free.contains(i)).collect();
+        let places: Vec<usize> = (0..self.axes.len())
+            .filter(|i| !free.contains(i) && !self.derived.contains(i))
+            .collect();
         let mut all: Vec<Vec<f64>> = Vec::new();
         for at in met {
             let own: Vec<f64> = places.iter().map(|&place| at[place]).collect();

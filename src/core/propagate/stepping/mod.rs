@@ -23,7 +23,8 @@ mod tables;
 use super::events::Changes;
 use super::{Counters, Event, Kernel, Observer, Stop, Tangents};
 use crate::model::{
-    Line, MOST_CONTACTS, Model, SEVERAL_CONTACTS, Segment, TrajectoryState, equal_parts,
+    Line, MOST_CONTACTS, Model, OUT_OF_REACH, SEVERAL_CONTACTS, Segment, TrajectoryState,
+    equal_parts,
 };
 use mesh_state::{Change, MeshState};
 use rotation::Rotation;
@@ -448,7 +449,8 @@ impl Stepping {
         for (at_end, own) in end.iter().zip(&self.contacts) {
             let reach = at_end.deflection.abs() + at_end.rate.abs() * self.step;
             let gap = own.contact.half_gap.abs();
-            let unit = if gap > 0.0 { gap } else { self.half_gap };
+            let there = gap > 0.0 && gap < OUT_OF_REACH * self.half_gap;
+            let unit = if there { gap } else { self.half_gap };
             if reach.is_nan() || reach > Self::FARTHEST * unit {
                 return Err(Stop::Diverged { cycle });
             }

@@ -66,15 +66,18 @@ const YOUNG: [f64; 2] = [1e8, 8e11];
 pub(super) fn suspects(variant: &Variant, operating: Operating) -> Vec<(String, String)> {
     let mut found = Words(Vec::new());
     let gears = variant.model.source.gears();
-    mesh(variant, gears.as_ref(), &mut found);
-    excitation(variant, gears.as_ref(), &mut found);
+    let oscillator = variant.mesh.length.is_some();
+    if !oscillator {
+        mesh(variant, gears.as_ref(), &mut found);
+        excitation(variant, gears.as_ref(), &mut found);
+    }
     drive(variant, &mut found);
     found.0.extend(sizes::of_shafts(&variant.model.source));
     budget(variant, &mut found);
     match &gears {
         Some(gears) => drawing(gears, operating, &mut found),
         None => found.add(
-            operating.speed > MOST_SPEED,
+            operating.speed > MOST_SPEED && !oscillator,
             "grid.speed",
             format!(
                 "{:.0} rpm is unusually fast for a gear drive",

@@ -2,13 +2,14 @@
 
 use crate::manifest::axis::AxisKey;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::modal_keys;
 use crate::manifest::schema::{self, Key, Kind, MANIFEST, SEED, VARIABLE_TABLES};
 use crate::manifest::tree::{Entry, Value};
 use crate::units::Dimension;
 
 /// The path of an axis in messages.
 pub(super) fn path_of(name: &str) -> String {
-    if name.contains('.') {
+    if name.contains(['.', '[']) {
         format!("grid.\"{name}\"")
     } else {
         format!("grid.{name}")
@@ -30,12 +31,31 @@ pub(super) fn axis_key(issues: &mut Issues, entry: &Entry, path: &str) -> Option
     if !AxisKey::of(name).is_model_key() {
         return schema::find(MANIFEST, path);
     }
+    if modal_keys::is_name(name) {
+        let spec = modal_keys::find(name);
+        if spec.is_none() {
+            issues.push_with(|| no_number(entry, path));
+        }
+        return spec;
+    }
     let known = schema::find(MANIFEST, name).filter(|key| key.is_variable());
     let spec = known.filter(|spec| spec.can_be_axis());
     if spec.is_none() {
         issues.push_with(|| no_axis(entry, path, known));
     }
     spec
+}
+
+/// What is said of a name that has the form of a number of a modal file and is none.
+fn no_number(entry: &Entry, path: &str) -> Diagnostic {
+    let message = format!("the axis `{}` is no number of a modal file", entry.key);
+    Diagnostic::new(DiagnosticKind::UnknownAxis, entry.key_span, path, message)
+        .label("unknown")
+        .accepted(
+            "a quantity of the file: \"rated_force\", \"frequency[1]\", \"stiffness_matrix[1,2]\", \
+             \"contact.NAME.gap\", \"harmonic_load.NAME.force[1]\"; indices count from 1",
+        )
+        .suggestion(modal_keys::nearest(&entry.key).map(|near| format!("\"{near}\"")))
 }
 
 /// Why an entry of `[grid]` is no axis.

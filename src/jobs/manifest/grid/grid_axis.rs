@@ -1,6 +1,7 @@
 //! An axis of the grid in the text: how its values go into the tree.
 
 use super::values::Spans;
+use crate::manifest::axis::{AxisKey, AxisValues};
 use crate::manifest::diagnostic::Span;
 use crate::manifest::spec::Axis;
 use crate::manifest::tree::{Node, Value};
@@ -17,6 +18,25 @@ pub(in crate::manifest) struct GridAxis {
 }
 
 impl GridAxis {
+    /// A ratio that is the same at all points, for a place in the text that does not say so.
+    pub(super) fn single(key: AxisKey, value: f64, span: Span) -> Self {
+        Self {
+            axis: Axis {
+                key,
+                unit: Dimension::Ratio.unit().to_owned(),
+                values: AxisValues::each(vec![value]),
+            },
+            key_span: span,
+            dimension: Dimension::Ratio,
+            spans: Spans::Whole(span),
+        }
+    }
+
+    /// What its values measure.
+    pub fn dimension(&self) -> Dimension {
+        self.dimension
+    }
+
     /// Whether the axis names a model key; otherwise it is load or speed.
     pub fn is_model_key(&self) -> bool {
         self.axis.key.is_model_key()

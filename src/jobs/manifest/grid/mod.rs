@@ -2,6 +2,7 @@
 //! of points, those that are tied and those that are distributions advance in step.
 
 mod axis_key;
+mod expressions;
 mod grid_axis;
 mod list;
 mod order;
@@ -12,10 +13,11 @@ mod values;
 
 use super::axis::AxisKey;
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use super::expression::Expression;
 use super::grid_dimension::GridDimension;
 use super::reader::Section;
 use super::spec::{Axis, Carried, Refine, Samples};
-use super::tree::Entry;
+use super::tree::{Entry, Value};
 use crate::units::Dimension;
 use axis_key::{axis_key, dimension_of, path_of};
 pub(super) use grid_axis::GridAxis;
@@ -54,6 +56,8 @@ pub(super) struct Axes {
     pub refine: Option<Refine>,
     /// How values are drawn, where axes are distributions.
     pub samples: Option<Samples>,
+    /// What gives axes that other axes give, by name, in the order in which they are known.
+    pub expressions: Vec<(String, Expression)>,
     /// Whether a list of points cannot be read, which may have any key as a column.
     pub unknown: bool,
     /// Whether there are more points than accepted.
@@ -74,13 +78,14 @@ pub(super) fn read(root: &Section, issues: &mut Issues, base_dir: &Path, seed: u
     let mut names: Vec<String> = columns.map(|axis| axis.axis.name().to_owned()).collect();
     names.extend(listed.iter().flat_map(|list| list.faulty.iter().cloned()));
     axes.unknown = listed.as_ref().is_some_and(|list| list.unknown);
-    find_missing(&section, issues, &names, &mut axes);
+    let oscillator = is_without_mesh(root);
+    find_missing(&section, issues, &names, oscillator, &mut axes);
     let ties = tied::read(&section, issues);
     let is_tied = |name: &str| {
         ties.iter()
             .any(|tie| tie.names.iter().any(|own| own == name))
     };
-    let mut drawn = Vec::new();
+    let (mut drawn, mut derived) = (Vec::new(), Vec::new());
     for entry in (section.entries().iter()).filter(|entry| !NOT_AXES.contains(&entry.key.as_str()))
     {
         if names.contains(&entry.key) {
@@ -88,7 +93,9 @@ pub(super) fn read(root: &Section, issues: &mut Issues, base_dir: &Path, seed: u
             continue;
         }
         let tied = is_tied(&entry.key);
-        let read = if samples::is_distribution(&entry.node) {
+        let read = if expressions::is_one(entry) {
+            expressions::read(issues, entry).map(|own| derived.push(own))
+        } else if samples::is_distribution(&entry.node) {
             samples::read(issues, entry, tied, base_dir).map(|own| drawn.push(own))
         } else {
             read_axis(issues, entry, tied).map(|axis| axes.valid.push(axis))
@@ -104,12 +111,14 @@ pub(super) fn read(root: &Section, issues: &mut Issues, base_dir: &Path, seed: u
         groups.push((own..own + list.axes.len()).collect());
         axes.valid.extend(list.axes);
     }
+    let first_drawn = axes.valid.len();
     if let Some(drawn) = draw(&section, issues, drawn, &mut axes, seed) {
-        let own = axes.valid.len();
-        groups.push((own..own + drawn.axes.len()).collect());
+        groups.push((first_drawn..first_drawn + drawn.axes.len()).collect());
         axes.valid.extend(drawn.axes);
         axes.samples = Some(drawn.samples);
     }
+    let (valid, faulty) = (&mut axes.valid, &mut axes.faulty);
+    axes.expressions = expressions::add(issues, derived, valid, &mut groups, faulty);
     load_and_torque(&axes.valid, issues);
     // The groups follow the axes to their places.
     let mut order: Vec<usize> = (0..axes.valid.len()).collect();
@@ -132,10 +141,9 @@ pub(super) fn read(root: &Section, issues: &mut Issues, base_dir: &Path, seed: u
     let plain: Vec<&Axis> = axes.valid.iter().map(|axis| &axis.axis).collect();
     axes.dimensions = GridDimension::all(&plain, &groups);
     if let Some(samples) = &mut axes.samples {
-        // Drawn axes come last before the axes are sorted, and keep their order.
-        let first = order.len() - samples.axes.len();
+        // Drawn axes keep their order when the axes are sorted.
         for (axis, _) in &mut samples.axes {
-            *axis = place(&(first + *axis)).unwrap_or_default();
+            *axis = place(&(first_drawn + *axis)).unwrap_or_default();
         }
         let own = GridDimension::of(&axes.dimensions, samples.axes[0].0);
         axes.dimensions[own].sampled = true;
@@ -153,7 +161,13 @@ pub(super) fn read(root: &Section, issues: &mut Issues, base_dir: &Path, seed: u
 }
 
 /// Records axes that the grid lacks; `names` are columns of a list of points.
-fn find_missing(section: &Section, issues: &mut Issues, names: &[String], axes: &mut Axes) {
+fn find_missing(
+    section: &Section,
+    issues: &mut Issues,
+    names: &[String],
+    oscillator: bool,
+    axes: &mut Axes,
+) {
     let has = |name: &str| section.has(name) || names.iter().any(|own| own == name);
     // A list that cannot be read may have any column.
     if axes.unknown {
@@ -163,13 +177,29 @@ fn find_missing(section: &Section, issues: &mut Issues, names: &[String], axes: 
         axes.faulty.extend(absent.map(str::to_owned));
         return;
     }
-    let load = has("load") || has("torque");
+    let mut load = has("load") || has("torque");
+    if oscillator && !load {
+        // No load acts on an oscillator unless one is given.
+        axes.valid
+            .push(GridAxis::single(AxisKey::Load, 0.0, section.span));
+        load = true;
+    }
     for (name, has) in [("load", load), ("speed", has("speed"))] {
         if !has {
             section.missing(issues, name);
             axes.faulty.push(name.to_owned());
         }
     }
+}
+
+/// Whether a manifest has a modal file and no `[mesh]`.
+fn is_without_mesh(root: &Section) -> bool {
+    let model = root
+        .entry("model")
+        .and_then(|model| model.node.entry("kind"));
+    let modal =
+        matches!(model.map(|kind| &kind.node.value), Some(Value::Text(kind)) if kind == "modal");
+    modal && !root.has("mesh")
 }
 
 /// The axes that are distributions with their values; those that have no values are faulty.

@@ -5,6 +5,7 @@ use super::grid_axis::GridAxis;
 use crate::manifest::axis::AxisKey;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::grid_dimension::GridDimension;
+use crate::manifest::modal_keys;
 use crate::manifest::reader::Section;
 use crate::manifest::schema;
 use crate::manifest::spec::{Carried, Direction};
@@ -76,7 +77,7 @@ pub(super) fn read(
             let diagnostic = Diagnostic::new(kind, section.span_of(key), &path, message)
                 .label(label)
                 .accepted(
-                    "name load, torque, speed, or a key of mesh or excitation that the grid varies: these do not change the modes",
+                    "name load, torque, speed, or a key of mesh, excitation or a modal file that the grid varies: these keep the coordinates of the state",
                 )
                 .suggestion(near);
             issues.push(if fitting.is_empty() {
@@ -167,7 +168,9 @@ fn fault(
 }
 
 fn leaves_modes(name: &str) -> bool {
-    !AxisKey::of(name).is_model_key() || SWEPT_TABLES.iter().any(|table| name.starts_with(table))
+    !AxisKey::of(name).is_model_key()
+        || modal_keys::is_name(name)
+        || SWEPT_TABLES.iter().any(|table| name.starts_with(table))
 }
 
 /// Whether an axis has different values.

@@ -5,6 +5,7 @@
 
 mod value;
 
+use crate::manifest::modal_keys;
 use crate::manifest::schema::{self, DefaultValue, Key, Kind, MANIFEST, SHARED};
 use serde_json::{Map, Value, json};
 use value::{default, example, scalar, texts, value};
@@ -186,11 +187,19 @@ fn add_axes(grid: &mut Map<String, Value>, axes: &[(String, &Key)]) {
         }
         plain.insert(path.clone(), Value::Object(axis));
     }
+    for (form, key) in modal_keys::forms() {
+        let escaped = form
+            .replace('.', r"\.")
+            .replace('[', r"\[")
+            .replace(']', r"\]");
+        let pattern = escaped.replace("NAME", ".+").replace('N', r"\d+");
+        patterns.insert(format!("^{pattern}$"), Value::Object(axis_reference(key)));
+    }
     if let Some(properties) = grid.get_mut("properties").and_then(Value::as_object_mut) {
         properties.append(&mut plain);
     }
     grid.insert("patternProperties".into(), Value::Object(patterns));
-    let ways = [&["points"][..], &["load", "speed"], &["torque", "speed"]];
+    let ways = [&["points"][..], &["speed"]];
     grid.insert(
         "anyOf".into(),
         json!(ways.map(|keys| json!({ "required": keys }))),
@@ -228,7 +237,8 @@ fn definitions(axes: &[(String, &'static Key)]) -> Value {
     let own = schema::all(MANIFEST).filter(|key| matches!(key.kind, Kind::Axis(_)));
     let mut definitions = texts();
     definitions.insert("distribution".to_owned(), distribution());
-    for key in own.chain(axes.iter().map(|(_, key)| *key)) {
+    let of_files = modal_keys::forms().map(|(_, key)| key);
+    for key in own.chain(axes.iter().map(|(_, key)| *key)).chain(of_files) {
         let name = value_name(key);
         let whole = key.kind == Kind::Integer;
         definitions.insert(format!("axis_{name}"), axis(&reference(&name), whole));

@@ -3,6 +3,7 @@
 use super::modal_state;
 use crate::analysis::continuation::explore::GivenState;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::expression::Expression;
 use crate::manifest::grid_dimension::GridDimension;
 use crate::manifest::parameter::Parameter;
 use crate::manifest::reader::{Child, Section};
@@ -15,7 +16,7 @@ pub(in crate::manifest) fn read(
     issues: &mut Issues,
     axes: &[&Axis],
     dimensions: &[GridDimension],
-    faulty: &[String],
+    (faulty, expressions): (&[String], &[(String, Expression)]),
     retained: Option<usize>,
 ) -> Option<Option<ContinuationSpec>> {
     let section = match root.child(issues, "continuation") {
@@ -23,9 +24,22 @@ pub(in crate::manifest) fn read(
         Child::Invalid => return None,
         Child::Present(section) => section,
     };
-    let over = axis(&section, issues, "over", (axes, dimensions), faulty);
+    let over = axis(
+        &section,
+        issues,
+        "over",
+        (axes, dimensions),
+        (faulty, expressions),
+    );
     let second = if section.has("second") {
-        axis(&section, issues, "second", (axes, dimensions), faulty).map(Some)
+        axis(
+            &section,
+            issues,
+            "second",
+            (axes, dimensions),
+            (faulty, expressions),
+        )
+        .map(Some)
     } else {
         Some(None)
     };
@@ -107,11 +121,16 @@ fn axis(
     issues: &mut Issues,
     key: &str,
     (axes, dimensions): (&[&Axis], &[GridDimension]),
-    faulty: &[String],
+    (faulty, expressions): (&[String], &[(String, Expression)]),
 ) -> Option<usize> {
     let varied = |axis: &Axis| axis.values.ends().0 < axis.values.ends().1;
-    let is_tied =
-        |place: usize| (dimensions.iter()).any(|own| own.is_tied() && own.axes.contains(&place));
+    let derived = |place: usize| (expressions.iter()).any(|(name, _)| axes[place].name() == name);
+    // Expressions are evaluated again along a branch.
+    let is_tied = |place: usize| {
+        let own = &dimensions[GridDimension::of(dimensions, place)];
+        let given = own.axes.iter().filter(|axis| !derived(**axis)).count();
+        own.sampled || derived(place) || given > 1
+    };
     let name = match section.has(key) {
         true => section.text(issues, key)?,
         false if !faulty.is_empty() => return None,

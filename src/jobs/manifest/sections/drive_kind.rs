@@ -1,5 +1,7 @@
 //! Which kind of drive do `[gear]` and `[shafts]` describe?
 
+use crate::manifest::reader::Section;
+use crate::manifest::tree::Value;
 use crate::shaft::Tier;
 
 /// How `[gear]` and `[shafts]` become a structure.
@@ -27,4 +29,11 @@ impl DriveKind {
             Self::Faulty => None,
         }
     }
+}
+
+/// Whether `model.kind` is this one.
+pub(super) fn is_kind(root: &Section, name: &str) -> bool {
+    let model = root.entry("model").map(|entry| &entry.node);
+    let kind = model.and_then(|model| model.entry("kind"));
+    matches!(kind.map(|kind| &kind.node.value), Some(Value::Text(kind)) if kind == name)
 }

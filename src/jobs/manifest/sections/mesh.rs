@@ -92,6 +92,7 @@ pub(super) fn read(
     backlash::check_scale(section, issues, drive, half_gap, &stiffness)?;
     Some(MeshSpec {
         half_gap,
+        length: None,
         stiffness,
         damping: damping?,
         friction: friction?,

@@ -20,6 +20,7 @@ mod modal_state;
 mod model;
 mod optional;
 mod orbits;
+mod oscillator;
 mod poincare;
 mod run;
 mod runup;
@@ -34,11 +35,11 @@ mod unfelt;
 
 use super::diagnostic::Issues;
 use super::grid::is_carried;
+use super::modal_tree::ModalFile;
 use super::reader::{Child, Section};
-use super::spec::{ExcitationSpec, StructureSource, Variant};
+use super::spec::{ExcitationSpec, MeshSpec, ModelSpec, StructureSource, Variant};
 use crate::analysis::Analyses;
 use crate::shaft::{Housing, Tier};
-use crate::structure::ModalStructure;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -78,7 +79,7 @@ pub(super) struct Context<'a> {
     /// Relative paths in the manifest start here.
     pub base_dir: &'a Path,
     /// Modal files read so far; `None` for one with faults, already reported.
-    pub modal_files: HashMap<PathBuf, Option<Arc<ModalStructure>>>,
+    pub modal_files: HashMap<PathBuf, Option<Arc<ModalFile>>>,
     /// Housing files, likewise.
     pub housings: HashMap<PathBuf, Option<Arc<Housing>>>,
     /// Files of torque curves, likewise: angles \[rad\] and torques \[N m\].
@@ -116,17 +117,12 @@ pub(super) fn resolve(
     context: &mut Context,
 ) -> Option<Variant> {
     let model = model::read(root, issues, context);
-    let drawn = model.as_ref().and_then(|model| model.source.gears());
-    let mesh = root.required_child(issues, "mesh").and_then(|section| {
-        // A modal file has no drawing of its own; what it would be needed for brings it in.
-        let gears = drawn.or_else(|| model::gears_beside_modes(root, &section, issues));
-        let drive = Surroundings {
-            gears: gears.as_ref(),
-            faulty_drawing: gears.is_none() && model::is_drawn(root, &section, model.is_some()),
-            source: model.as_ref().map(|model| &model.source),
-        };
-        mesh::read(&section, issues, drive)
-    });
+    let mesh = if oscillator::is_one(root, context) {
+        oscillator::mesh(root, issues, model.as_ref())
+    } else {
+        flanks(root, issues, model.as_ref())
+    };
+
     let source = model.as_ref().map(|model| &model.source);
     let excitation = match root.child(issues, "excitation") {
         Child::Present(section) => {
@@ -154,5 +150,20 @@ pub(super) fn resolve(
         excitation: Arc::new(excitation?),
         run: Arc::new(run?),
         analyses: Arc::new(analyses?),
+    })
+}
+
+/// The table `[mesh]`, which must be there.
+fn flanks(root: &Section, issues: &mut Issues, model: Option<&ModelSpec>) -> Option<MeshSpec> {
+    let drawn = model.and_then(|model| model.source.gears());
+    root.required_child(issues, "mesh").and_then(|section| {
+        // A modal file has no drawing of its own; what it would be needed for brings it in.
+        let gears = drawn.or_else(|| model::gears_beside_modes(root, &section, issues));
+        let drive = Surroundings {
+            gears: gears.as_ref(),
+            faulty_drawing: gears.is_none() && model::is_drawn(root, &section, model.is_some()),
+            source: model.map(|model| &model.source),
+        };
+        mesh::read(&section, issues, drive)
     })
 }

@@ -1,14 +1,13 @@
 //! `[model]`: where the structure comes from, and how many of its modes are kept.
 
-use super::drive_kind::DriveKind;
+use super::drive_kind::{DriveKind, is_kind};
 use super::shafts::{Elastic, ShaftSet};
-use super::{Context, film, friction, gear, mesh, shafts, tooth_fault, train, unfelt};
+use super::{Context, film, friction, gear, mesh, oscillator, shafts, tooth_fault, train, unfelt};
 use crate::gear::GearPair;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
-use crate::manifest::modal_file;
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::spec::{ModelSpec, StructureSource};
-use crate::manifest::tree::Value;
+use crate::manifest::{modal_file, modal_keys};
 use crate::shaft::{FlexibleDrive, RigidDrive, Tier, TrainDrive};
 use std::sync::Arc;
 
@@ -50,7 +49,7 @@ fn drive(
     if let Some(name) = kind.name() {
         section.without_effect(
             issues,
-            &["file"],
+            &["file", "length"],
             &format!("with kind = \"{name}\""),
             "remove it, or set kind = \"modal\"",
         );
@@ -99,7 +98,8 @@ fn of_train(
     mta: Option<bool>,
 ) -> Option<ModelSpec> {
     let why = "with kind = \"train\": [train] describes the drive";
-    section.without_effect(issues, &["file"], why, "remove it, or set kind = \"modal\"");
+    let own = ["file", "length"];
+    section.without_effect(issues, &own, why, "remove it, or set kind = \"modal\"");
     let remedy = "remove it, or set kind = \"flexible\"";
     root.without_effect(issues, &["gear", "shafts"], why, remedy);
     let gyroscopic = section.boolean_or_default(issues, "gyroscopic");
@@ -189,13 +189,20 @@ fn modal(
     if !mesh_wants_gears(root, issues) {
         root.without_effect(issues, &["gear"], why, remedy);
     }
-    let structure = section
-        .text(issues, "file")
-        .and_then(|file| modal_file::load(issues, context, file, section.span_of("file")));
+    let structure = match modal_keys::tree(root.entries()) {
+        Some(changed) => changed.and_then(|tree| modal_file::of_tree(tree, issues)),
+        None => (section.text(issues, "file"))
+            .and_then(|file| modal_file::load(issues, context, file, section.span_of("file")))
+            .map(|file| file.structure.clone()),
+    };
+    if structure.is_some() && !oscillator::is_one(root, context) {
+        let why = "with a mesh: tolerances are in half gaps";
+        section.without_effect(issues, &["length"], why, "remove it");
+    }
     let modes = structure.as_ref().map(|structure| structure.modes());
     let retained = retained(section, issues, modes, 1);
     Some(ModelSpec {
-        source: StructureSource::Modal(structure?),
+        source: context.shared(StructureSource::Modal(structure?)),
         modes: modes?,
         retained: retained?,
         mta: mta?,
@@ -239,13 +246,6 @@ pub(super) fn is_drawn(root: &Section, mesh: &Section, sound: bool) -> bool {
     }
     let looked_at = !is_kind(root, "modal") || mesh::wants_gears(mesh) || beside_mesh(mesh);
     root.has("gear") && looked_at || in_train
-}
-
-/// Whether `model.kind` is this one.
-fn is_kind(root: &Section, name: &str) -> bool {
-    let model = root.entry("model").map(|entry| &entry.node);
-    let kind = model.and_then(|model| model.entry("kind"));
-    matches!(kind.map(|kind| &kind.node.value), Some(Value::Text(kind)) if kind == name)
 }
 
 /// Modes kept: all of them by default, never more.

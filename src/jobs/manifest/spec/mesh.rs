@@ -3,7 +3,7 @@
 use crate::gear::{
     CycleDivision, EvenSharing, FaultyTeeth, GearError, GearPair, MeanFriction, MeshTableSpec,
 };
-use crate::model::{Film, Release, StiffnessHarmonic};
+use crate::model::{Film, OUT_OF_REACH, Release, StiffnessHarmonic};
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -13,6 +13,9 @@ use std::sync::Arc;
 pub struct MeshSpec {
     /// Backlash half gap b \[m\], > 0.
     pub half_gap: f64,
+    /// Scale of lengths \[m\] of an oscillator, which has no flanks: the half gap is out of reach then.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length: Option<f64>,
     /// Stiffness over the mesh cycle.
     pub stiffness: StiffnessSpec,
     /// Contact damping.
@@ -35,6 +38,22 @@ pub struct MeshSpec {
     /// The film of oil, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub film: Option<Film>,
+}
+
+impl MeshSpec {
+    /// What tolerances measure lengths by \[m\]: the half gap, or the scale of an oscillator.
+    pub fn scale(&self) -> f64 {
+        self.length.unwrap_or(self.half_gap)
+    }
+
+    /// The same of an oscillator whose lengths are measured by this one \[m\]: no motion reaches its flanks.
+    pub fn measured_by(&self, length: f64) -> Self {
+        Self {
+            half_gap: OUT_OF_REACH * length,
+            length: Some(length),
+            ..self.clone()
+        }
+    }
 }
 
 /// Coulomb friction coefficient μ_f.

@@ -1101,7 +1101,7 @@ fn every_column_of_a_trace_comes_back() -> [TableKind; 2] {
         manifest_hash: "0".into(),
         point: Vec::new(),
         period: 8e-4,
-        half_gap: 1e-5,
+        half_gap: Some(1e-5),
         outputs: outputs(),
     };
     let mut writer = TraceWriter::create(folder.path(), &label, true).unwrap();

@@ -22,8 +22,9 @@ pub(in crate::manifest) const CRITERIA: [&str; 9] = [
 pub(super) const KEYS: &[Key] = &[
     table("grid")
         .about("The operating points: every combination of the values of the axes. Load (or torque) and speed are \
-                always axes. A quoted numeric key of model, gear, shafts, train, mesh, excitation, run or analyses \
-                can be another axis. An axis is one value, `{ values = [...] }`, or `{ from, to, count }`. A range is \
+                always axes (load is 0 where a modal file without a mesh has none). A quoted numeric key of model, gear, \
+                shafts, train, mesh, excitation, run or analyses, or a number of the modal file, can be another axis. A \
+                text such as \"0.01 * speed^2\" computes an axis from others. An axis is one value, `{ values = [...] }`, or `{ from, to, count }`. A range is \
                 evenly spaced. With spacing = \"log\" its ratios are equal. Both ends must then be above 0. Axes in \
                 `tied` and columns of `points` advance together. An axis can also be a distribution, of which the \
                 grid has `samples`: `{ normal = [mean, standard deviation] }`, `{ lognormal = [median, standard \
@@ -31,7 +32,7 @@ pub(super) const KEYS: &[Key] = &[
                 with equally likely values, which may also be the path of a text file, relative to the manifest, \
                 with a column of the name of the axis. `truncate = [low, high]` limits any of them. All \
                 distributions advance together, and are combined with the other axes."),
-    key("grid.load", Kind::Axis(Ratio), ANY, "{ from = 0.05, to = 0.30, count = 8 }").otherwise("none; required unless `torque` or a column of `points` gives it")
+    key("grid.load", Kind::Axis(Ratio), ANY, "{ from = 0.05, to = 0.30, count = 8 }").otherwise("none; required unless `torque` or a column of `points` gives it; 0 without a mesh")
         .about("Mean load as a fraction of the rated torque. Below 0 the drive coasts: the wheel drives the pinion on \
                 the coast flanks."),
     key("grid.torque", Kind::Axis(Torque), ANY, r#"{ values = ["-8 N m", "2 N m", "15 N m"] }"#).otherwise("from `load`")
@@ -65,7 +66,7 @@ pub(super) const KEYS: &[Key] = &[
                 final state of the previous point along one axis, upwards, downwards or both. Two motions coexist \
                 where up and down differ."),
     key("grid.along", Kind::Text, ANY, r#""speed""#).otherwise("the last axis with several values")
-        .about("The axis along which the state is carried: load, torque, speed, or a key of mesh or excitation. Axes tied to it advance with it."),
+        .about("The axis along which the state is carried: load, torque, speed, or a key of mesh, excitation or a modal file. Axes tied to it advance with it."),
     quantity("grid.displacement", Ratio, bounds(0.0, false, 1.0, false), "1e-4").or("1e-6")
         .about("Distance, in half gaps, by which the state carried from the previous point is displaced. Seed and \
                 point determine its random direction. The displacement lets a sweep leave an orbit that has become \

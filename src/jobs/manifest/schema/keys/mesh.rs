@@ -15,7 +15,7 @@ const TWO_LEVELS: &str = "none; required by the two-level law";
 
 #[rustfmt::skip]
 pub(super) const KEYS: &[Key] = &[
-    table("mesh")
+    table("mesh").otherwise("the table is required, unless a modal file has no mesh")
         .about("The gear mesh: backlash, stiffness over the mesh cycle, contact damping, friction."),
     quantity("mesh.half_gap", Length, POSITIVE, r#""15 um""#).otherwise(BACKLASH)
         .about("Half of the backlash along the line of action. Contact is lost while the mesh deflection is less than \

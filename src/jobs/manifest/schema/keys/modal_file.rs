@@ -11,11 +11,11 @@ use crate::units::Dimension::{
 
 #[rustfmt::skip]
 pub(super) const KEYS: &[Key] = &[
-    integer("teeth", 1.0, 1000.0, "20")
+    integer("teeth", 1.0, 1000.0, "20").otherwise("1 without `mesh`; otherwise required")
         .about("Teeth of the pinion: mesh cycles per revolution."),
     integer("teeth_wheel", 1.0, 10_000.0, "30").otherwise("none; required by ripple on the wheel and by errors of its teeth")
         .about("Teeth of the wheel."),
-    quantity("rated_force", Force, POSITIVE, "1330.0")
+    quantity("rated_force", Force, POSITIVE, "1330.0").otherwise("1 N without `mesh`; otherwise required")
         .about("Mesh force at load 1."),
     key("frequency", Kind::List("angular frequencies, one per mode"), ANY, "[0.0, 0.0, 4452.8]")
         .about("Natural angular frequencies of the mass-normalised modes, ascending. Rigid rotations have 0; a value \
@@ -25,9 +25,14 @@ pub(super) const KEYS: &[Key] = &[
         .about("Damping ratios of the modes."),
     quantity("damping.*", Ratio, BELOW_ONE, "0.02"),
     key("mesh", Kind::List("numbers in 1/sqrt(kg), one per mode"), ANY, "[0.52, -0.43, 0.31]")
+        .otherwise("none: an oscillator without flanks, and the manifest has no [mesh]")
         .about("Mesh deflection along the line of action per unit of each modal displacement."),
     quantity("mesh.*", Participation, ANY, "0.52"),
-    key("torque", Kind::List("numbers in 1/sqrt(kg), one per mode"), ANY, "[0.52, -0.43, 0.31]")
+    key("displacement", Kind::List("numbers in 1/sqrt(kg), one per mode"), ANY, "[1.0, 0.0, 0.0]")
+        .otherwise("the participation of the first contact, or the first mode")
+        .about("Displacement that results show as the deflection, per unit of each modal displacement. Only without `mesh`."),
+    quantity("displacement.*", Participation, ANY, "1.0"),
+    key("torque", Kind::List("numbers in 1/sqrt(kg), one per mode"), ANY, "[0.52, -0.43, 0.31]").otherwise("0 without `mesh`; otherwise required")
         .about("Modal force of the mean load, per newton of the mesh force that balances it."),
     quantity("torque.*", Participation, ANY, "0.52"),
     key("mesh_tilt", Kind::List("numbers in 1/(m sqrt(kg)), one per mode"), ANY, "[0.0, 0.0, -0.21]").otherwise("0")

@@ -1,9 +1,9 @@
 //! `[model]`.
 
 use crate::manifest::schema::key::{
-    ANY, BELOW_ONE, Key, Kind, choice, integer, key, quantity, table,
+    ANY, BELOW_ONE, Key, Kind, POSITIVE, choice, integer, key, quantity, table,
 };
-use crate::units::Dimension::Ratio;
+use crate::units::Dimension::{Length, Ratio};
 
 /// Model kinds: the rigid-body tiers, flexible shafts, trains, modes from a file.
 const MODEL_KINDS: [&str; 7] = [
@@ -54,4 +54,8 @@ pub(super) const KEYS: &[Key] = &[
     key("model.file", Kind::Text, ANY, r#""drive.modal.toml""#)
         .otherwise("none; required with kind = \"modal\"")
         .about("Path of the modal file, relative to the folder of the manifest. Only with kind = \"modal\"."),
+    quantity("model.length", Length, POSITIVE, r#""1 mm""#)
+        .otherwise("the largest gap of a contact, or static deflection by a [[harmonic_load]]")
+        .about("Scale of lengths of an oscillator: the order of magnitude of its motion. Tolerances and displacements that \
+                other keys measure in half gaps are measured by it. Only with a modal file without `mesh`."),
 ];

@@ -1,0 +1,258 @@
+//! Values of axes that other axes give: `"0.01 * speed^2"`.
+//!
+//! Names are those of axes, their values are in SI, and so is the result. A name with other characters than letters,
+//! digits, `_`, `.` and indices in brackets stands in single quotes. The crate `exmex` reads what is left: numbers,
+//! `+ - * / ^`, parentheses, functions such as `sqrt`, `sin` and `exp`, and the constant `pi`.
+
+use super::axis::AxisKey;
+use crate::units;
+use exmex::{Express, FlatEx};
+
+/// What an expression may be, in words.
+pub(super) const ACCEPTED: &str = "numbers, axes of the grid by name, pi, + - * / ^, parentheses, and functions such as sqrt(x), sin(x) or exp(x); for example \
+     \"0.01 * speed^2\"";
+
+/// Signs between two values.
+const OPERATORS: [char; 5] = ['*', '/', '+', '-', '^'];
+
+/// A value that other axes give.
+#[derive(Debug, Clone)]
+pub struct Expression {
+    text: String,
+    parsed: FlatEx<f64>,
+}
+
+impl Expression {
+    /// Whether a text is an expression and no quantity, such as `10 um`, which may be misspelt.
+    pub(super) fn is_one(text: &str) -> bool {
+        let text = text.trim();
+        let number = text.trim_start_matches(['+', '-']);
+        let digits = number_length(number);
+        let behind = number[digits..].trim_start();
+        // A unit follows a number without an operator between.
+        let quantity = digits > 0 && !behind.starts_with(OPERATORS);
+        let joins = behind.contains(OPERATORS) || behind.contains(['(', '[', '.', '\'']);
+        let axis = !AxisKey::of(text).is_model_key();
+        !quantity
+            && (joins || axis)
+            && text.parse::<f64>().is_err()
+            && units::parse_any(text).is_err()
+    }
+
+    /// Reads a text.
+    ///
+    /// # Errors
+    /// What is wrong with it, in words.
+    pub(super) fn parse(text: &str) -> Result<Self, String> {
+        let marked = marked(text)?;
+        let parsed = exmex::parse::<f64>(&marked).map_err(|error| error.to_string())?;
+        let text = text.trim().to_owned();
+        Ok(Self { text, parsed })
+    }
+
+    /// As it is written.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The axes that it needs.
+    pub fn names(&self) -> &[String] {
+        self.parsed.var_names()
+    }
+
+    /// Its value in SI where the axes that it needs have these.
+    ///
+    /// # Errors
+    /// A sentence with the expression and the values where it is no finite number.
+    pub fn value(&self, of: impl Fn(&str) -> f64) -> Result<f64, String> {
+        let values: Vec<f64> = self.names().iter().map(|name| of(name)).collect();
+        let found = self.parsed.eval(&values).unwrap_or(f64::NAN);
+        if found.is_finite() {
+            return Ok(found);
+        }
+        let at = self.names().iter().zip(&values);
+        let at: Vec<String> = at
+            .map(|(name, value)| format!("{name} = {value}"))
+            .collect();
+        Err(format!(
+            "`{}` is {found}, not a finite number, at {}",
+            self.text,
+            at.join(", ")
+        ))
+    }
+}
+
+/// The text with names of axes in braces, where the parser takes any characters.
+fn marked(text: &str) -> Result<String, String> {
+    let mut out = String::with_capacity(text.len() + 8);
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let length = match first {
+            '\'' => {
+                let end = rest[1..].find('\'').ok_or("a single quote is not closed")?;
+                out += &format!("{{{}}}", &rest[1..=end]);
+                end + 2
+            }
+            '{' | '}' => return Err("braces have no meaning".to_owned()),
+            'a'..='z' | 'A'..='Z' | '_' => {
+                let length = name_length(rest);
+                let (name, behind) = rest.split_at(length);
+                match name {
+                    _ if behind.trim_start().starts_with('(') => out += name,
+                    "pi" => out += "PI",
+                    _ => out += &format!("{{{name}}}"),
+                }
+                length
+            }
+            // The parser knows no exponents of ten.
+            '0'..='9' | '.' => {
+                let length = number_length(rest);
+                let number = rest[..length].parse::<f64>();
+                out += &number.map_err(|error| error.to_string())?.to_string();
+                length
+            }
+            // The parser takes a sign before a power; here it is the sign of the power.
+            '+' | '-' if out.trim_end().is_empty() || out.trim_end().ends_with('(') => {
+                out += if first == '-' { "0-" } else { "0+" };
+                1
+            }
+            '+' | '-' if out.trim_end().ends_with(OPERATORS) => {
+                return Err(format!(
+                    "a sign follows an operator: write ({first} ...) in parentheses"
+                ));
+            }
+            other => {
+                out.push(other);
+                other.len_utf8()
+            }
+        };
+        rest = &rest[length..];
+    }
+    Ok(out)
+}
+
+/// Length of the name that a text begins with, its indices in brackets included.
+fn name_length(text: &str) -> usize {
+    let mut inside = false;
+    text.find(|c: char| {
+        let own = match c {
+            '[' => !std::mem::replace(&mut inside, true),
+            ']' => std::mem::replace(&mut inside, false),
+            ',' => inside,
+            _ => c.is_ascii_alphanumeric() || c == '_' || c == '.',
+        };
+        !own
+    })
+    .unwrap_or(text.len())
+}
+
+/// Length of the number that a text begins with.
+fn number_length(text: &str) -> usize {
+    let digits = |text: &str, from: usize| {
+        text[from..]
+            .find(|c: char| !c.is_ascii_digit())
+            .map_or(text.len(), |end| from + end)
+    };
+    let mut end = digits(text, 0);
+    if !text.starts_with(|c: char| c.is_ascii_digit() || c == '.') {
+        return 0;
+    }
+    if text[end..].starts_with('.') {
+        end = digits(text, end + 1);
+    }
+    if text[end..].starts_with(['e', 'E']) {
+        let signed = end + 1 + usize::from(text[end + 1..].starts_with(['+', '-']));
+        let exponent = digits(text, signed);
+        if exponent > signed {
+            end = exponent;
+        }
+    }
+    end
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_those_of_the_arithmetic() {
+        let at = |name: &str| match name {
+            "speed" => 3.0,
+            "load" => 0.25,
+            "harmonic_load.shaker.force[1]" => 7.0,
+            "stiffness_matrix[1,2]" => 11.0,
+            "contact.end stop.gap" => 5e-6,
+            other => panic!("{other}"),
+        };
+        let value = |text: &str| Expression::parse(text).unwrap().value(at).unwrap();
+        for (text, wanted) in [
+            ("0.01 * speed^2", 0.01 * 9.0),
+            ("-speed^2", -9.0),
+            ("1e-3*speed", 1e-3 * 3.0),
+            ("2e3 - load", 2e3 - 0.25),
+            ("2 * (-speed^2) + (+1)", -17.0),
+            ("2 ^ (-1)", 0.5),
+            ("sqrt(speed + 1)", 2.0),
+            ("sin(pi / 2) * harmonic_load.shaker.force[1]", 7.0),
+            ("stiffness_matrix[1,2] / 2", 5.5),
+            ("2 * 'contact.end stop.gap'", 1e-5),
+            ("2 ^ (speed - 1) / load", 16.0),
+        ] {
+            assert_eq!(value(text), wanted, "{text}");
+        }
+        let names = Expression::parse("speed * load + speed").unwrap();
+        assert_eq!(names.names(), ["load", "speed"]);
+    }
+
+    #[test]
+    fn faults_are_told() {
+        for wrong in [
+            "speed * ",
+            "(speed",
+            "2 * 'load",
+            "{speed}",
+            "speed load",
+            "nofun(speed)",
+            "2 * -speed",
+        ] {
+            assert!(Expression::parse(wrong).is_err(), "{wrong}");
+        }
+        let endless = Expression::parse("1 / (speed - 3)")
+            .unwrap()
+            .value(|_| 3.0)
+            .unwrap_err();
+        assert!(
+            endless.contains("1 / (speed - 3)") && endless.contains("speed = 3"),
+            "{endless}"
+        );
+    }
+
+    #[test]
+    fn quantities_are_no_expressions() {
+        for text in [
+            "10 um",
+            "10 unm",
+            "-3 N*s/m",
+            "1e-5",
+            "2",
+            "300 rpm",
+            "points.csv",
+            "5 %",
+            "up",
+            "1e5 N/sm",
+        ] {
+            assert!(text == "points.csv" || !Expression::is_one(text), "{text}");
+        }
+        for text in [
+            "speed",
+            "0.01 * speed^2",
+            "-load/2",
+            "2*load",
+            "1e-3*speed",
+            "sqrt(load)",
+            "(load)",
+        ] {
+            assert!(Expression::is_one(text), "{text}");
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! What a modal file without a mesh says instead: the displacement that results show, and its defaults.
+
+use super::{acting, acts, column, optional};
+use crate::manifest::diagnostic::Issues;
+use crate::manifest::reader::Section;
+use crate::structure::StructureContact;
+
+/// Keys of the mesh, which have no meaning without `mesh`.
+const OF_MESH: [&str; 4] = ["mesh_tilt", "friction", "friction_lever", "mesh_coast"];
+
+/// Whether the file has no mesh.
+pub(super) fn is_one(root: &Section) -> bool {
+    !root.has("mesh")
+}
+
+/// Participation of the displacement that results show, and modal force of the load.
+pub(super) fn lines(
+    root: &Section,
+    issues: &mut Issues,
+    modes: Option<usize>,
+    contacts: Option<&[StructureContact]>,
+) -> Option<[Vec<f64>; 2]> {
+    root.without_effect(issues, &OF_MESH, "without `mesh`", "remove it, or add mesh");
+    let load = optional(root, issues, "torque", modes);
+    let shown = if root.has("displacement") {
+        let own = column(root, issues, "displacement", modes);
+        own.filter(|own| acts(root, issues, "displacement", own))?
+    } else {
+        let felt = contacts?
+            .iter()
+            .find(|contact| acting(&contact.participation));
+        let mut first = vec![0.0; modes?];
+        first.first_mut().map(|first| *first = 1.0)?;
+        felt.map_or(first, |contact| contact.participation.clone())
+    };
+    let load = load?.unwrap_or_else(|| vec![0.0; shown.len()]);
+    Some([shown, load])
+}

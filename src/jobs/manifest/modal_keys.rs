@@ -1,0 +1,344 @@
+//! Numbers of the modal file as keys of a job: `rated_force`, `frequency[1]`, `stiffness_matrix[1,2]`,
+//! `contact.stop.gap`, `harmonic_load.shaker.force[2]`.
+//!
+//! Indices in brackets count from 1, as modes do. Named tables are addressed by their names. The values go into the
+//! tree of the modal file, which stands in the tree of the manifest where any of them is changed, so that a changed file
+//! is read by the same code as the text.
+
+use super::schema::{self, Key, Kind, MANIFEST, MODAL_FILE};
+use super::tree::{Entry, NoPlace, Node, Value};
+use std::borrow::Cow;
+
+/// The entry of the manifest's tree with the tree of the modal file.
+const ROOT: &str = "modal file";
+
+/// Lists of tables that have names.
+const NAMED: [&str; 4] = ["contact", "harmonic_load", "slider", "bearing"];
+
+/// The matrix whose entries across the diagonal are opposite.
+const SKEW: &str = "gyroscopic_matrix";
+
+/// A name as it was understood.
+struct Place<'n> {
+    key: &'static Key,
+    /// The list and the name of the table in it.
+    table: Option<(&'static str, &'n str)>,
+    /// Keys and indices from 0 below that table, or from the top.
+    below: Vec<String>,
+}
+
+/// Whether a name can only be that of a number of a modal file; it may be misspelt.
+pub(super) fn is_name(name: &str) -> bool {
+    let in_table = |list| {
+        name.strip_prefix(list)
+            .is_some_and(|rest: &str| rest.starts_with('.'))
+    };
+    name.contains('[') || NAMED.into_iter().any(in_table) || place(name).is_some()
+}
+
+/// The entry of a key of the manifest, or of a number of a modal file.
+pub(super) fn find(name: &str) -> Option<&'static Key> {
+    schema::find(MANIFEST, name).or_else(|| place(name).map(|place| place.key))
+}
+
+/// How numbers of a modal file are named, with their entries: `contact.NAME.levels[N]`.
+pub(super) fn forms() -> impl Iterator<Item = (String, &'static Key)> {
+    let numbers = schema::all(MODAL_FILE).filter(|key| matches!(key.kind, Kind::Quantity(_)));
+    numbers.map(|key| (form(key.path, "NAME", "N"), key))
+}
+
+/// The nearest name to one that is none.
+pub(super) fn nearest(name: &str) -> Option<String> {
+    let own = name.split(['.', '[']).nth(1).unwrap_or("NAME");
+    let names: Vec<String> = forms().map(|(_, key)| form(key.path, own, "1")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    schema::nearest_path(name, &names).map(str::to_owned)
+}
+
+fn form(path: &str, name: &str, index: &str) -> String {
+    let named = NAMED.iter().find_map(|list| {
+        let rest = path.strip_prefix(list)?.strip_prefix(".*.")?;
+        Some((format!("{list}.{name}."), rest))
+    });
+    let (table, below) = named.unwrap_or((String::new(), path));
+    let indexed = below.replace(".*.*", &format!("[{index},{index}]"));
+    table + &indexed.replace(".*", &format!("[{index}]"))
+}
+
+fn place(name: &str) -> Option<Place<'_>> {
+    if schema::find(MANIFEST, name).is_some() {
+        return None;
+    }
+    let known = |path: String| {
+        schema::find(MODAL_FILE, &path).filter(|key| matches!(key.kind, Kind::Quantity(_)))
+    };
+    let in_table = |list: &'static str| {
+        let rest = name.strip_prefix(list)?.strip_prefix('.')?;
+        // The name of a table may have dots.
+        rest.match_indices('.').find_map(|(dot, _)| {
+            let below = parts(&rest[dot + 1..])?;
+            let key = known(format!("{list}.0.{}", below.join(".")))?;
+            let table = Some((list, &rest[..dot]));
+            Some(Place { key, table, below })
+        })
+    };
+    NAMED.into_iter().find_map(in_table).or_else(|| {
+        let below = parts(name)?;
+        let key = known(below.join("."))?;
+        let unnamed = below.len() == 1 || !NAMED.contains(&below[0].as_str());
+        unnamed.then_some(Place {
+            key,
+            table: None,
+            below,
+        })
+    })
+}
+
+/// Keys and indices from 0 of `force[2]`.
+fn parts(text: &str) -> Option<Vec<String>> {
+    let mut parts = Vec::new();
+    for segment in text.split('.') {
+        let (key, indices) = match segment.split_once('[') {
+            None => (segment, None),
+            Some((key, rest)) => (key, Some(rest.strip_suffix(']')?)),
+        };
+        if key.bytes().all(|byte| byte.is_ascii_digit()) {
+            return None;
+        }
+        parts.push(key.to_owned());
+        for index in indices.into_iter().flat_map(|all| all.split(',')) {
+            parts.push(index.parse::<usize>().ok()?.checked_sub(1)?.to_string());
+        }
+    }
+    Some(parts)
+}
+
+/// The tree of the modal file with changed values, where any is changed; the inner `None` for a file with faults,
+/// which have been reported.
+pub(super) fn tree(entries: &[Entry]) -> Option<Option<&Node>> {
+    let entry = entries.iter().find(|entry| entry.key == ROOT)?;
+    let whole = matches!(entry.node.value, Value::Table(_));
+    Some(whole.then_some(&entry.node))
+}
+
+/// Puts the tree of a modal file into that of the manifest.
+pub(super) fn attach(tree: &mut Node, file: Node) {
+    if let Value::Table(entries) = &mut tree.value {
+        entries.push(Entry {
+            key: ROOT.to_owned(),
+            key_span: file.span,
+            node: file,
+        });
+    }
+}
+
+/// Takes the tree of the modal file out of that of the manifest.
+pub(super) fn detach(tree: &mut Node) -> Option<Node> {
+    let Value::Table(entries) = &mut tree.value else {
+        return None;
+    };
+    let place = entries.iter().position(|entry| entry.key == ROOT)?;
+    Some(entries.remove(place).node)
+}
+
+/// Where a name leads to in the tree of a modal file.
+pub(super) fn path(file: &Node, name: &str) -> Result<Vec<String>, NoPlace> {
+    let fault = |holder: &str, why: String| NoPlace {
+        why,
+        holder: holder.to_owned(),
+        near: nearest(name),
+    };
+    let Some(Place { table, below, .. }) = place(name) else {
+        return Err(fault(name, "is no number of a modal file".to_owned()));
+    };
+    let Some((list, own)) = table else {
+        return Ok(below);
+    };
+    let tables = match file.entry(list).map(|entry| &entry.node.value) {
+        Some(Value::Array(tables)) => tables.as_slice(),
+        _ => &[],
+    };
+    let names: Vec<&str> = (tables.iter())
+        .map(
+            |table| match table.entry("name").map(|entry| &entry.node.value) {
+                Some(Value::Text(name)) => name.as_str(),
+                _ => "",
+            },
+        )
+        .collect();
+    let Some(index) = names.iter().position(|known| *known == own) else {
+        let near = schema::nearest(own, &names);
+        return Err(NoPlace {
+            near: near.map(|near| name.replacen(own, near, 1)),
+            ..fault(list, format!("has no entry named `{own}`"))
+        });
+    };
+    let mut path = vec![list.to_owned(), index.to_string()];
+    path.extend(below);
+    Ok(path)
+}
+
+/// Puts a value where a key of the manifest or a number of the modal file stands.
+///
+/// Returns where the path ends, when it names an element that is not there.
+pub(super) fn put(tree: &mut Node, name: &str, node: Node) -> Result<(), NoPlace> {
+    if !is_name(name) {
+        let path: Vec<&str> = name.split('.').collect();
+        return tree.put(&path, node);
+    }
+    let Some(file) = tree.entry(ROOT) else {
+        return Err(NoPlace {
+            why: "names no modal file".to_owned(),
+            holder: "model".to_owned(),
+            near: None,
+        });
+    };
+    if !matches!(file.node.value, Value::Table(_)) {
+        return Ok(());
+    }
+    let path = path(&file.node, name)?;
+    let mut place: Vec<&str> = vec![ROOT];
+    place.extend(path.iter().map(String::as_str));
+    let mirrored = match (&place[1..], &node.value) {
+        ([SKEW, row, column], Value::Sample(value, dimension)) if row != column => {
+            let value = Value::Sample(-value, *dimension);
+            Some(([ROOT, SKEW, column, row], Node { value, ..node }))
+        }
+        _ => None,
+    };
+    if let Some((place, node)) = mirrored {
+        tree.put(&place, node)?;
+    }
+    tree.put(&place, node).map_err(|end| NoPlace {
+        holder: end
+            .holder
+            .trim_start_matches(ROOT)
+            .trim_start_matches('.')
+            .to_owned(),
+        ..end
+    })
+}
+
+/// A text `KEY=VALUE` with the key in quotes where it is the name of a number: brackets have no place in bare keys.
+pub(super) fn in_quotes(change: &str) -> Cow<'_, str> {
+    match change.split_once('=') {
+        Some((name, value)) if is_name(name.trim()) && !name.contains(['"', '\'']) => {
+            Cow::Owned(format!("\"{}\"={value}", name.trim()))
+        }
+        _ => Cow::Borrowed(change),
+    }
+}
+
+/// Takes a number of the modal file out of its table; whether it was there.
+pub(super) fn take_out(tree: &mut Node, name: &str) -> bool {
+    let Some(Ok(path)) = tree.entry(ROOT).map(|file| path(&file.node, name)) else {
+        return false;
+    };
+    let mut place = vec![ROOT];
+    place.extend(path.iter().map(String::as_str));
+    tree.take_out(&place)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::manifest::diagnostic::Issues;
+    use crate::units::Dimension;
+
+    const FILE: &str = r#"
+        frequency = [1.0, 2.0]
+        gyroscopic_matrix = [[0.0, 0.3], [-0.3, 0.0]]
+        [[contact]]
+        name = "end stop. 2"
+        gap = "20 um"
+        levels = [1.0, 2.0]
+        [[contact]]
+        name = "stop"
+        gap = 3.0
+    "#;
+
+    fn tree_of(text: &str) -> Node {
+        let mut issues = Issues::default();
+        let source = issues.add_source("file".to_owned(), text.to_owned());
+        super::super::tree::parse(source, &mut issues)
+    }
+
+    fn changed(name: &str, value: f64) -> Result<Node, NoPlace> {
+        let mut tree = tree_of("");
+        attach(&mut tree, tree_of(FILE));
+        let value = Value::Sample(value, Dimension::Ratio);
+        let node = Node {
+            span: tree.span,
+            value,
+        };
+        put(&mut tree, name, node)?;
+        Ok(detach(&mut tree).unwrap())
+    }
+
+    fn number(file: &Node, path: &str) -> f64 {
+        match file.at(path).map(|node| &node.value) {
+            Some(Value::Sample(value, _) | Value::Float(value)) => *value,
+            other => panic!("{path}: {other:?}"),
+        }
+    }
+
+    #[test]
+    fn names_lead_to_their_numbers() {
+        for (name, path) in [
+            ("rated_force", "rated_force"),
+            ("frequency[2]", "frequency.1"),
+            ("contact.stop.gap", "contact.1.gap"),
+            ("contact.stop.damping", "contact.1.damping"),
+            ("contact.end stop. 2.gap", "contact.0.gap"),
+            ("contact.end stop. 2.levels[1]", "contact.0.levels.0"),
+        ] {
+            assert!(is_name(name), "{name}");
+            assert_eq!(number(&changed(name, 7.5).unwrap(), path), 7.5, "{name}");
+        }
+        let skew = changed("gyroscopic_matrix[1,2]", 0.5).unwrap();
+        assert_eq!(number(&skew, "gyroscopic_matrix.0.1"), 0.5);
+        assert_eq!(number(&skew, "gyroscopic_matrix.1.0"), -0.5);
+    }
+
+    #[test]
+    fn names_that_lead_nowhere_tell_what_was_meant() {
+        for (name, holder, near) in [
+            ("contact.stp.gap", "contact", Some("contact.stop.gap")),
+            (
+                "contact.stop.gapp",
+                "contact.stop.gapp",
+                Some("contact.stop.gap"),
+            ),
+            ("frequency[3]", "frequency", None),
+            ("frequency[0]", "frequency[0]", Some("frequency[1]")),
+            ("constant_load[1]", "constant_load", None),
+        ] {
+            assert!(is_name(name), "{name}");
+            let end = changed(name, 1.0).unwrap_err();
+            assert_eq!(
+                (end.holder.as_str(), end.near.as_deref()),
+                (holder, near),
+                "{name}"
+            );
+        }
+        for other in [
+            "mesh.half_gap",
+            "torque",
+            "load",
+            "gear.teeth.0",
+            "frequency.0",
+            "damping",
+        ] {
+            assert!(!is_name(other), "{other}");
+        }
+    }
+
+    #[test]
+    fn every_number_of_the_schema_has_a_name() {
+        for (form, key) in forms() {
+            let name = form.replace("[N", "[1").replace(",N]", ",1]");
+            assert_eq!(find(&name).map(|key| key.path), Some(key.path), "{name}");
+        }
+        assert!(forms().count() >= 30);
+    }
+}

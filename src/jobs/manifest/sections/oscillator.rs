@@ -1,0 +1,123 @@
+//! What stands for `[mesh]` where a modal file has no mesh: flanks that no motion reaches, and a scale of lengths.
+
+use super::Context;
+use super::drive_kind::is_kind;
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::modal_keys;
+use crate::manifest::reader::{Child, Section};
+use crate::manifest::spec::{
+    CoastSpec, DampingSpec, FrictionSpec, MeshSpec, ModelSpec, StiffnessSpec, StructureSource,
+};
+use crate::manifest::tree::{Node, Value};
+use crate::model::Release;
+use crate::structure::ModalStructure;
+
+/// Whether the modal file of a manifest has no mesh. It must have been read.
+pub(super) fn is_one(root: &Section, context: &Context) -> bool {
+    let model = root
+        .entry("model")
+        .and_then(|model| model.node.entry("file"));
+    let Some(Value::Text(file)) = model.map(|file| &file.node.value) else {
+        return false;
+    };
+    let lacks = |tree: &Node| tree.entry("mesh").is_none();
+    let known = context.modal_files.get(&context.base_dir.join(file));
+    let own = known.and_then(Option::as_ref).map(|file| &file.tree);
+    is_kind(root, "modal")
+        && modal_keys::tree(root.entries())
+            .flatten()
+            .or(own)
+            .is_some_and(lacks)
+}
+
+/// What stands for the mesh of an oscillator; none where `[mesh]` is given or nothing gives a length, reported.
+pub(super) fn mesh(
+    root: &Section,
+    issues: &mut Issues,
+    model: Option<&ModelSpec>,
+) -> Option<MeshSpec> {
+    if let Some(entry) = root.entry("mesh") {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                entry.key_span,
+                "mesh",
+                "[mesh] describes flanks, but the modal file has no mesh".to_owned(),
+            )
+            .label("no mesh in the modal file")
+            .remedy("remove [mesh], or give `mesh` and `torque` in the modal file"),
+        );
+        return None;
+    }
+    let StructureSource::Modal(structure) = &model?.source else {
+        return None;
+    };
+    let length = match root.child(issues, "model") {
+        Child::Present(section) if section.has("length") => section.quantity(issues, "length")?,
+        _ => own_length(structure),
+    };
+    if length == 0.0 {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::MissingKey,
+                root.entry("model").map_or(root.span, |entry| entry.key_span),
+                "model.length",
+                "nothing tells how large the motion is: no contact has a gap, and no [[harmonic_load]] acts"
+                    .to_owned(),
+            )
+            .label("no scale of lengths")
+            .remedy("add length, the order of magnitude of the motion, such as length = \"1 mm\""),
+        );
+        return None;
+    }
+    let mesh = MeshSpec {
+        half_gap: length,
+        length: None,
+        stiffness: StiffnessSpec::Constant(stiffness(structure)),
+        damping: DampingSpec::Coefficient(0.0),
+        friction: FrictionSpec::Constant(0.0),
+        sliding: None,
+        misalignment: 0.0,
+        coast: CoastSpec::SameLine,
+        release: Release::Deflection,
+        teeth: None,
+        film: None,
+    };
+    Some(mesh.measured_by(length))
+}
+
+/// The largest gap of a contact or static deflection by a harmonic load \[m\].
+fn own_length(structure: &ModalStructure) -> f64 {
+    let gaps = structure
+        .contacts
+        .iter()
+        .map(|contact| contact.law.gap.abs());
+    let loads = structure.harmonic_loads.iter().map(|load| {
+        let modes = structure
+            .mesh
+            .iter()
+            .zip(&load.force)
+            .zip(&structure.frequency);
+        let elastic = modes.filter(|(_, omega)| **omega > 0.0);
+        elastic
+            .map(|((w, force), omega)| (w * force).abs() / (omega * omega))
+            .sum::<f64>()
+    });
+    gaps.chain(loads).fold(0.0, f64::max)
+}
+
+/// A stiffness along the displacement shown that gives distances of states the frequency of the lowest elastic mode, or
+/// that of a contact where all modes are rigid \[N/m\].
+fn stiffness(structure: &ModalStructure) -> f64 {
+    let square: f64 = structure.mesh.iter().map(|w| w * w).sum();
+    let lowest = structure.frequency.iter().find(|omega| **omega > 0.0);
+    let contact = structure
+        .contacts
+        .iter()
+        .find_map(|own| own.law.stiffness.first());
+    match (lowest, contact) {
+        (Some(omega), _) => omega * omega / square,
+        (None, Some((_, series))) => series[0],
+        (None, None) => 1.0,
+    }
+}

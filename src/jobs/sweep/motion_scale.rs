@@ -1,0 +1,40 @@
+//! By which length are orbits of an oscillator measured? By the size of its own motion: no half gap tells how large
+//! that is, and what is near and far must not depend on the length that a manifest gives.
+
+use super::family::PointFamily;
+use crate::analysis::continuation::drive::DriveMap;
+use crate::analysis::continuation::map::{At, MapError};
+use crate::analysis::continuation::orbit::length;
+use crate::model::InitialState;
+
+/// Cycles before the motion is measured, and those over which it is.
+const CYCLES: [u64; 2] = [100, 64];
+
+/// The family with the size of its motion at some values of the parameters as the scale of lengths: a power of two, so that
+/// round-off does not move it. A family with flanks keeps their half gap, and one without motion its scale.
+///
+/// # Errors
+/// [`MapError`] where there is no model.
+pub(super) fn measured<'a>(
+    mut family: PointFamily<'a>,
+    at: At,
+    initial: &InitialState,
+) -> Result<PointFamily<'a>, MapError> {
+    let Some(given) = family.point.mesh.length else {
+        return Ok(family);
+    };
+    let mut map = DriveMap::new(&family, at)?;
+    let mut state = map.model(at)?.start(initial);
+    let mut largest = 0.0_f64;
+    let [before, over] = CYCLES;
+    let mut ended = map.advance(at, before, &mut state, &mut ()).is_err();
+    for _ in 0..over {
+        ended = ended || map.advance(at, 1, &mut state, &mut ()).is_err();
+        largest = largest.max(length(&map.coordinates(&state.state)));
+    }
+    let scale = (given * largest).log2().round().exp2();
+    if !ended && scale.is_normal() {
+        family.point.mesh = family.point.mesh.measured_by(scale);
+    }
+    Ok(family)
+}
