@@ -71,7 +71,10 @@ impl Frequencies {
             stuck.into_iter().map(|own| own.mode).collect()
         };
         open.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
-        let contacts = match model.bearing_contacts() {
+        // Rigid stops have no stiffness.
+        let stops = (model.stops.iter()).map(|stop| stop.impact);
+        let stops = stops.fold(ActiveSet::FREE, ActiveSet::toggled);
+        let contacts = match model.bearing_contacts().without(stops) {
             ActiveSet::FREE => ActiveSet::DRIVE,
             bearing => bearing,
         };
