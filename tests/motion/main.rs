@@ -50,6 +50,7 @@ mod fuzz_drives;
 mod grazing;
 mod horizon;
 mod hysteresis;
+mod impacts;
 mod instructions;
 mod kept_tables;
 mod kernel_choice;

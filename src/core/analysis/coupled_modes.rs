@@ -77,7 +77,8 @@ impl CoupledModes {
             .zip(&self.load)
             .map(|(q, f)| (q * f).abs())
             .sum::<f64>();
-        for closed in window.closed {
+        let springs = (window.closed.iter()).filter(|closed| !model.is_rest(closed.contact));
+        for closed in springs {
             let segment = &window.segments[closed.contact];
             let contact = &model.contacts[closed.contact];
             let [w, _] = &self.participations[segment.direction];
@@ -136,7 +137,9 @@ impl CoupledModes {
         work(Cause::Structure, damping);
         work(Cause::Structure, skew);
         for closed in window.closed {
-            let [w, g] = &self.participations[window.segments[closed.contact].direction];
+            let segment = &window.segments[closed.contact];
+            let direction = series.model().direction_of_motion(closed.contact, segment);
+            let [w, g] = &self.participations[direction];
             let force = padded(closed.force);
             for i in (0..n).filter(|&i| g[i] != w[i]) {
                 work(

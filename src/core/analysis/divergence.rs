@@ -56,15 +56,18 @@ impl Bounds {
     /// Those of a model.
     pub fn new(model: &Model) -> Self {
         let rest = model.start(&InitialState::Static);
-        let lines = (0..model.lines.len()).filter_map(|line| {
-            let cycles = model.contacts.iter().flat_map(|contact| &contact.cycles);
-            let mut segments = cycles.flat_map(|cycle| &cycle.segments);
-            let segment = *segments.find(|own| model.line(own) == line)?;
-            let gap = model.gap_on(line);
-            let at_rest = model.deflection_on(&segment, 0, &rest.state, 0.0).0;
-            let unit = gap.max(at_rest.abs());
-            Some(Line { segment, gap, unit })
-        });
+        let deflections = |line: &usize| model.lines[*line].direct.is_empty();
+        let lines = (0..model.lines.len())
+            .filter(deflections)
+            .filter_map(|line| {
+                let cycles = model.contacts.iter().flat_map(|contact| &contact.cycles);
+                let mut segments = cycles.flat_map(|cycle| &cycle.segments);
+                let segment = *segments.find(|own| model.line(own) == line)?;
+                let gap = model.gap_on(line);
+                let at_rest = model.deflection_on(&segment, 0, &rest.state, 0.0).0;
+                let unit = gap.max(at_rest.abs());
+                Some(Line { segment, gap, unit })
+            });
         Self {
             lines: lines.collect(),
         }

@@ -10,6 +10,7 @@
 //!     + ∫ ½ k' (δ − s b)² dt                                  stiffness that varies
 //!     + Σ Δ(½ k (δ − s b)²)                                   steps of stiffness, line, gap;
 //!                                                             contacts that let go compressed
+//!     + Σ Δ(½Σ v²)                                            impacts on rigid stops
 //! ```
 //!
 //! each summed over the closed contacts.
@@ -21,6 +22,7 @@
 
 mod balance;
 mod cause;
+mod impacts;
 
 use super::modal_series::ModalMotion;
 use crate::model::{Model, TrajectoryState};
@@ -73,7 +75,9 @@ impl<'m> EnergyAudit<'m> {
     /// Relative residual of the balance up to `end`, which is where the last window shown
     /// ended; none when nothing was shown or nothing moved.
     pub fn residual(&self, end: &TrajectoryState) -> Option<f64> {
-        let imbalance = self.balance.stored_at(end)? - self.start? - self.gained;
+        let (first, second) = end.state.split_at(end.state.len() / 2);
+        let gained = self.gained + self.balance.gained_by_impacts(first, second);
+        let imbalance = self.balance.stored_at(end)? - self.start? - gained;
         let at_work = self.turnover + self.stored;
         (at_work > 0.0).then(|| imbalance.abs() / at_work)
     }
@@ -94,7 +98,9 @@ impl Observer for EnergyAudit<'_> {
         });
     }
 
-    fn event(&mut self, _: &Event) {}
+    fn event(&mut self, event: &Event) {
+        self.balance.event(event);
+    }
 }
 
 #[cfg(test)]

@@ -73,11 +73,13 @@ impl Frequencies {
             stuck.into_iter().map(|own| own.mode).collect()
         };
         open.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
-        let bearing = model.bearing_contacts();
-        let contacts = match bearing {
+        // Rigid stops have no stiffness.
+        let stops = (model.stops.iter()).map(|stop| stop.impact);
+        let stops = stops.fold(ActiveSet::FREE, ActiveSet::toggled);
+        let contacts = match model.bearing_contacts().without(stops) {
             ActiveSet::FREE if model.has_flanks() => ActiveSet::DRIVE,
             ActiveSet::FREE if model.contacts.len() > model.flank_springs => {
-                ActiveSet::FREE.toggled(model.flank_springs)
+                ActiveSet::FREE.toggled(model.flank_springs).without(stops)
             }
             bearing => bearing,
         };

@@ -5,8 +5,8 @@
 //! (Benettin et al. 1980, Shimada & Nagashima 1979); the logarithms of their lengths average
 //! to the exponents. Standard errors come from block averages.
 //!
-//! A slip of a dry slider takes a dimension from the tangents: the exponent of the last one is −∞. What orthogonalisation
-//! leaves of that tangent is round-off. It counts as none where no more tangents than there are sliders are so short. Other
+//! A slip of a dry slider takes a dimension from the tangents, and a rigid stop that comes to hold the structure takes two: the exponents of the last ones are −∞. What orthogonalisation
+//! leaves of that tangent is round-off. It counts as none where no more tangents than sliders and stops may take are so short. Other
 //! tangents are as short as they are: a strong damper may contract them as much.
 
 use super::averages::CycleAverages;
@@ -104,7 +104,7 @@ impl TangentGrowth {
     /// the triangular factor. That of the first length is returned.
     fn orthonormalise(&mut self, norm: &EnergyNorm, mut tell: impl FnMut(f64)) -> f64 {
         let mut first = 0.0;
-        let left = norm.dimension_in_slip();
+        let left = norm.dimension_held();
         for i in 0..self.tangents.count() {
             norm.project(self.tangents.vector_mut(i));
             let noise =

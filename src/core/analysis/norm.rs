@@ -20,8 +20,8 @@ pub struct EnergyNorm {
     unfelt: Vec<(usize, Vec<f64>)>,
     /// Norm of the rigid displacement that closes the half gap: the natural unit of a state.
     unit: f64,
-    /// Number of dry sliders.
-    sliders: usize,
+    /// Dimensions that every dry slider that slips and every rigid stop that holds the structure take from tangents.
+    taken: usize,
 }
 
 impl EnergyNorm {
@@ -56,7 +56,7 @@ impl EnergyNorm {
             weights,
             unfelt,
             unit: mesh * model.half_gap / participation.sqrt(),
-            sliders: model.sliders.len(),
+            taken: model.sliders.len() + 2 * model.stops.len(),
         }
     }
 
@@ -73,7 +73,7 @@ impl EnergyNorm {
             weights,
             unfelt: Vec::new(),
             unit: model.half_gap / participation.sqrt(),
-            sliders: model.sliders.len(),
+            taken: model.sliders.len() + 2 * model.stops.len(),
         }
     }
 
@@ -87,9 +87,9 @@ impl EnergyNorm {
         self.felt().len()
     }
 
-    /// Number of independent tangents that are left where every dry slider slips.
-    pub fn dimension_in_slip(&self) -> usize {
-        self.dimension() - self.sliders
+    /// Number of independent tangents that are left where every dry slider slips, and every rigid stop holds the structure.
+    pub fn dimension_held(&self) -> usize {
+        self.dimension().saturating_sub(self.taken)
     }
 
     /// Indices of the components that count: all but the neutral pair.

@@ -120,7 +120,9 @@ impl Observer for Power {
         self.balance.window(window, &mut work);
     }
 
-    fn event(&mut self, _: &Event) {}
+    fn event(&mut self, event: &Event) {
+        self.balance.event(event);
+    }
 }
 
 /// Powers by place in the sums, and by the sense in which they count: works of loads, error and stiffness come

@@ -9,7 +9,9 @@ use super::{
     Slider, TransmissionErrorHarmonic,
 };
 use super::{bearing, flank_springs, one_set, structure_contacts};
-use crate::structure::{FlankParticipation, MOST_BASE_CYCLES, ModalStructure, SliderPart};
+use crate::structure::{
+    FlankParticipation, MOST_BASE_CYCLES, ModalStructure, SliderPart, StopPart,
+};
 
 /// Tilt of a rotation about the shafts this small, relative to the largest of any mode, is
 /// round-off.
@@ -215,10 +217,12 @@ impl Assembly<'_> {
         directions: &mut Directions,
     ) -> Result<Contact, ModelError> {
         let own = &structure_contacts::with_own_law(&self.structure.contacts[number], self.drive)?;
-        let release = match own.law.slider {
-            None => release(self.drive.release, own.law.damping),
-            Some(SliderPart::Spring) => Release::Stick,
-            Some(_) => Release::Slip,
+        let release = match (own.law.slider, own.law.stop) {
+            (Some(SliderPart::Spring), _) => Release::Stick,
+            (Some(_), _) => Release::Slip,
+            (_, Some(StopPart::Impact { .. })) => Release::Impact,
+            (_, Some(StopPart::Rest)) => Release::Rest,
+            (None, None) => release(self.drive.release, own.law.damping),
         };
         let slider = (self.sliders.iter())
             .find(|slider| slider.has(flank_springs + number))

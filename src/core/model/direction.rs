@@ -58,6 +58,9 @@ impl Direction {
 pub struct Line {
     /// Harmonics of the transmission error e that is imposed.
     pub transmission_error: Vec<TransmissionErrorHarmonic>,
+    /// What an input of each block adds at once: empty of deflections, which it moves only later. It is not empty where
+    /// the line shows the force of a rigid stop on which the structure rests ([`super::Stop`]).
+    pub direct: Vec<[f64; 2]>,
 }
 
 impl Line {
@@ -142,6 +145,7 @@ impl Directions {
             None => {
                 self.lines.push(Line {
                     transmission_error: error.to_vec(),
+                    direct: Vec::new(),
                 });
                 self.lines.len() - 1
             }

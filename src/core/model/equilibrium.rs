@@ -2,9 +2,14 @@
 
 use super::error::ModelError;
 use super::rest::{self, Bearer, Contacts, ROUND_OFF, Rest, Unrest, dot, dot_of_moduli};
-use super::{ActiveSet, COAST_FLANK, DRIVE_FLANK, Model};
+use super::{ActiveSet, Block, COAST_FLANK, DRIVE_FLANK, Model, Release};
 use crate::numerics::linalg;
 use faer::Mat;
+use std::f64::consts::TAU;
+
+/// How many times as stiff as the structure a rigid stop is where the structure comes to rest. What it yields is taken back
+/// where a motion starts.
+const RIGID: f64 = 1e8;
 
 /// A contact as a static state meets it, in the turned modes.
 struct Standing {
@@ -24,10 +29,10 @@ struct Standing {
 
 impl Standing {
     /// That of a contact of a model.
-    fn of(model: &Model, contact: usize) -> Self {
-        let contact = &model.contacts[contact];
+    fn of(model: &Model, place: usize) -> Self {
+        let contact = &model.contacts[place];
         let segment = &contact.cycle(0).segments[0];
-        if contact.release.of_slider() {
+        if contact.release.of_slider() || contact.release == Release::Rest {
             // A slider starts without force: no motion closes it here.
             let nothing = vec![0.0; model.modes()];
             return Self {
@@ -42,11 +47,15 @@ impl Standing {
         let [gap, opening] = contact.gap(segment, 0.0);
         let (error, error_rate) = model.lines[model.line(segment)].transmission_error_at(0, 0.0);
         let [deflection, force] = model.participations(segment.direction);
+        let stiffness = match model.stop_of(place) {
+            Some(stop) => RIGID * model.fastest_block().powi(2) / stop.push,
+            None => segment.stiffness_at(0.0),
+        };
         Self {
             side: contact.side,
             deflection,
             force,
-            stiffness: segment.stiffness_at(0.0),
+            stiffness,
             shut: error + contact.side * gap,
             shut_rate: error_rate + contact.side * opening,
         }
@@ -93,6 +102,12 @@ pub(super) struct Equilibrium {
 }
 
 impl Model {
+    /// The fastest rate of a block \[1/s\], and of the mesh cycle.
+    fn fastest_block(&self) -> f64 {
+        let rates = self.blocks.iter().map(Block::fastest);
+        rates.fold(TAU / self.period(), f64::max)
+    }
+
     /// The contacts that bear the mean load at rest beyond round-off, all at the start of their cycles.
     ///
     /// # Panics

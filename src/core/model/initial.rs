@@ -34,10 +34,12 @@ pub struct TrajectoryState {
 
 impl TrajectoryState {
     /// The state `state` at the start of mesh cycle `cycle`; which contacts are closed follows
-    /// from the deflections. Dry sliders whose springs are stretched beyond their limits follow.
+    /// from the deflections. Dry sliders whose springs are stretched beyond their limits follow, and a
+    /// state beyond a rigid stop is moved onto it.
     pub fn new(model: &Model, mut state: Vec<f64>, cycle: u64) -> Self {
         let segments = model.segments_at(cycle, 0.0);
         model.seat_sliders(&segments, cycle, &mut state);
+        model.seat_on_stops(&segments, cycle, &mut state);
         Self {
             contact: model.active_set(&segments, cycle, &state, 0.0),
             state,

@@ -46,6 +46,7 @@ mod rolling;
 mod slider;
 mod sliding;
 mod stiffness;
+mod stop;
 mod structure_contacts;
 mod system;
 mod torque_curve;
@@ -77,6 +78,7 @@ pub use release::Release;
 pub use rolling::Rolling;
 pub use slider::Slider;
 pub use stiffness::{STIFFNESS_TERMS, Stiffness};
+pub use stop::Stop;
 pub use system::Model;
 pub use torque_curve::TorqueCurve;
 

@@ -21,6 +21,10 @@ pub enum Release {
     /// Where the flanks no longer approach: a layer of a film of oil, which does not pull. It gives way to the next layer
     /// where it is squeezed to the thickness of that one.
     Film,
+    /// At the instant at which it closes: a rigid stop that is hit.
+    Impact,
+    /// Where its force falls to zero: a rigid stop on which the structure rests.
+    Rest,
 }
 
 impl Release {
@@ -28,9 +32,9 @@ impl Release {
     /// \[m/s\]: one that takes hold before it has come free meets no surface, nor does a slider.
     pub fn is_struck(self, approach: f64) -> bool {
         match self {
-            Self::Deflection => true,
+            Self::Deflection | Self::Impact => true,
             Self::Force => approach > 0.0,
-            Self::Slip | Self::Stick | Self::Film => false,
+            Self::Slip | Self::Stick | Self::Film | Self::Rest => false,
         }
     }
 
@@ -42,6 +46,11 @@ impl Release {
     /// Whether it is that of a state of a dry slider.
     pub fn of_slider(self) -> bool {
         matches!(self, Self::Slip | Self::Stick)
+    }
+
+    /// Whether it is that of a part of a rigid stop.
+    pub fn of_stop(self) -> bool {
+        matches!(self, Self::Impact | Self::Rest)
     }
 }
 
@@ -60,6 +69,8 @@ mod tests {
             (Release::Deflection, -1e-3, true),
             (Release::Slip, 1e-3, false),
             (Release::Film, 1e-3, false),
+            (Release::Impact, 1e-3, true),
+            (Release::Rest, 1e-3, false),
         ] {
             assert_eq!(law.is_struck(approach), struck, "{law:?} {approach}");
         }

@@ -7,7 +7,7 @@ use super::{
     Block, COAST_FLANK, Contact, Division, Drive, FlankError, MeshCycle, MeshHarmonic, Release,
     SAME_PHASE, Stiffness, TransmissionErrorHarmonic,
 };
-use crate::structure::{ContactLaw, MOST_CYCLES, SliderPart, StructureContact};
+use crate::structure::{ContactLaw, MOST_CYCLES, SliderPart, StopPart, StructureContact};
 use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
 
@@ -157,6 +157,7 @@ pub(super) fn contact(
     if let Some(block) = slider {
         w[block] = -1.0;
     }
+    let law_of_stop = law.stop;
     let mut known: Vec<([f64; 3], usize)> = Vec::new();
     let mut direction = |division: &Division| {
         let [turn, arm] = division.friction;
@@ -174,7 +175,10 @@ pub(super) fn contact(
             .map(|share| -share.iter().zip(weights).map(|(s, w)| s * w).sum::<f64>())
             .collect();
         let gains = basis.gains(blocks, &seen, &acts);
-        let added = directions.add(gains, -arm * own.sliding, &error, on_bearings);
+        let added = match law_of_stop {
+            Some(StopPart::Rest) => directions.add_resting((&gains, blocks), &error, on_bearings),
+            _ => directions.add(gains, -arm * own.sliding, &error, on_bearings),
+        };
         known.push((law, added));
         added
     };

@@ -7,7 +7,7 @@ use super::direction::Directions;
 use super::error::{ModelError, positive};
 use super::{
     ActiveSet, BearingOutput, Block, Contact, Direction, Drive, Line, MeshCycle, MeshGain,
-    NamedMesh, OperatingPoint, Output, Ripple, Rolling, Segment, Slider, TorqueRipple,
+    NamedMesh, OperatingPoint, Output, Ripple, Rolling, Segment, Slider, Stop, TorqueRipple,
     TransmissionErrorHarmonic,
 };
 use super::{clearance, drive as laws};
@@ -75,6 +75,8 @@ pub struct Model {
     pub shafts: Vec<(String, [u32; 2])>,
     /// Dry sliders in series with springs.
     pub sliders: Vec<Slider>,
+    /// Rigid stops.
+    pub stops: Vec<Stop>,
 }
 
 impl Model {
@@ -125,6 +127,7 @@ impl Model {
             directions: Directions { directions, lines },
         } = assembly.contacts()?;
         clearance::has_room(&contacts, &directions)?;
+        let stops = Stop::of_structure(structure, flank_springs, &contacts, &directions)?;
         let unfelt = |i: usize| (directions.iter()).all(|d| d.gains[i].deflection[0] == 0.0);
         let neutral = (basis.rigid().iter().copied())
             .filter(|&i| unfelt(i) && blocks[i].generator == Block::mode(0.0, 0.0, 0.0).generator)
@@ -170,6 +173,7 @@ impl Model {
             meshes: NamedMesh::of_structure(structure, flank_springs),
             shafts: shafts(structure),
             sliders,
+            stops,
         };
         model.static_equilibrium()?;
         Ok(model)
@@ -262,6 +266,7 @@ impl Model {
             deflection += w[0] * x + w[1] * y;
             rate += r[0] * x + r[1] * y;
         }
+        deflection += self.loads_at_once(direction.line, cycle, time);
         (deflection, rate)
     }
 
@@ -276,7 +281,7 @@ impl Model {
     ) -> ActiveSet {
         let mut active = ActiveSet::FREE;
         for (j, (contact, segment)) in self.contacts.iter().zip(segments).enumerate() {
-            if contact.release.of_slider() {
+            if contact.release.of_slider() || contact.release.of_stop() {
                 continue;
             }
             let (deflection, rate) = self.deflection_on(segment, cycle, state, time);
@@ -309,7 +314,7 @@ impl Model {
             out[i] = a[0] * x + a[1] * y + s[0];
             out[n + i] = b[0] * x + b[1] * y + s[1];
         }
-        for contact in active.iter() {
+        for contact in active.iter().filter(|contact| !self.is_rest(*contact)) {
             let segment = &segments[contact];
             let (deflection, rate) = self.deflection_on(segment, cycle, state, time);
             let force = self.contacts[contact].force(segment, time, deflection, rate);
@@ -325,6 +330,7 @@ impl Model {
                 out[n + i] += input[1] * cos;
             }
         }
+        self.hold(active, (cycle, time), out);
     }
 
     /// The rigid relative rotation: the turned rigid mode that the mesh feels.

@@ -80,6 +80,9 @@ impl KernelChoice {
             Self::Stepping { .. } if !model.sliders.is_empty() => {
                 return Err(TableError::Slider.into());
             }
+            Self::Stepping { .. } if !model.stops.is_empty() => {
+                return Err(TableError::RigidStop.into());
+            }
             Self::Stepping { .. } if model.film_layers > 0 => return Err(TableError::Film.into()),
             Self::Stepping { steps } => user.with(&Stepping::new(model, steps, event_limit)),
         })

@@ -44,7 +44,11 @@ pub const SAME_LENGTH: f64 = 1e-12;
 /// Deflections beyond which a motion has diverged, of every line: [`FARTHEST`] times its gap.
 fn farthest(model: &Model) -> Vec<f64> {
     (0..model.lines.len())
-        .map(|line| FARTHEST * model.gap_on(line))
+        .map(|line| match model.lines[line].direct.is_empty() {
+            true => FARTHEST * model.gap_on(line),
+            // The force of a rigid stop has no bound of its own.
+            false => f64::INFINITY,
+        })
         .collect()
 }
 

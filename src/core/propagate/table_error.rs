@@ -47,6 +47,12 @@ pub enum TableError {
         "the kernels closed_modes and stepping cannot follow the sliders of dry hysteresis; set run.kernel = \"volterra\""
     )]
     Slider,
+    /// Rigid stops.
+    #[error(
+        "the kernels closed_modes and stepping cannot follow rigid stops; set run.kernel = \"volterra\", or give \
+         contact.*.stiffness in place of contact.*.restitution"
+    )]
+    RigidStop,
     /// A film of oil.
     #[error(
         "the kernels closed_modes and stepping cannot follow a film of oil; set run.kernel = \"volterra\", or remove \

@@ -5,6 +5,7 @@ mod modal;
 mod slider;
 mod slider_part;
 mod static_share;
+mod stop_part;
 
 pub use mesh_harmonic::MeshHarmonic;
 pub use modal::{
@@ -14,3 +15,4 @@ pub use modal::{
 };
 pub use slider_part::SliderPart;
 pub use static_share::StaticShare;
+pub use stop_part::StopPart;

@@ -1,6 +1,6 @@
 //! What a structure looks like to the mesh: frequencies, damping, participations.
 
-use crate::structure::{MeshHarmonic, SliderPart, StaticShare};
+use crate::structure::{MeshHarmonic, SliderPart, StaticShare, StopPart};
 
 /// Most cycles of a contact and of the mesh in its base period: where it varies its tables are as many times larger.
 pub const MOST_CYCLES: u32 = 10_000;
@@ -276,6 +276,9 @@ pub struct ContactLaw {
     /// The part of a dry slider that it is; none of an ordinary contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slider: Option<SliderPart>,
+    /// The part of a rigid stop that it is; none of an ordinary contact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stop: Option<StopPart>,
 }
 
 impl ContactLaw {

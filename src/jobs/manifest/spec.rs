@@ -192,6 +192,14 @@ impl StructureSource {
         Some(gears.on_shafts(shafts.each_ref().map(|shaft| shaft.diameter)))
     }
 
+    /// Number of rigid stops.
+    pub fn rigid_stops(&self) -> usize {
+        match self {
+            Self::Modal(structure) => structure.rigid_stops(),
+            _ => 0,
+        }
+    }
+
     /// Number of dry sliders.
     pub fn sliders(&self) -> usize {
         match self {

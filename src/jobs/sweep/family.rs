@@ -142,7 +142,13 @@ impl Family for PointFamily<'_> {
                 .collect::<Vec<_>>()
         };
         let name = self.parameters[axis].name();
-        if !self.model(at)?.sliders.is_empty() {
+        let model = self.model(at)?;
+        if !model.stops.is_empty() {
+            return Err(format!(
+                "no derivative by `{name}`: exact derivatives exclude rigid stops"
+            ));
+        }
+        if !model.sliders.is_empty() {
             return Err(format!(
                 "no derivative by `{name}`: exact derivatives exclude dry sliders"
             ));

@@ -77,6 +77,9 @@ pub enum ReferenceError {
     /// The integration has no rule for it.
     #[error("the extended integrator cannot follow a film of oil; remove mesh.film")]
     Film,
+    /// The integration has no rule for it.
+    #[error("the extended integrator cannot follow rigid stops; give them a stiffness")]
+    RigidStop,
     /// A surface is touched so closely that no arithmetic at hand tells a touch from a crossing.
     #[error("a surface is touched within the last digit in mesh cycle {cycle}")]
     Touch {
@@ -88,10 +91,10 @@ pub enum ReferenceError {
 /// The independent integrator of one model.
 #[derive(Debug, Clone)]
 pub struct Reference<'m> {
-    model: &'m Model,
+    pub(super) model: &'m Model,
     rule: GaussRule,
     /// Longest step \[s\].
-    step: f64,
+    pub(super) step: f64,
 }
 
 impl<'m> Reference<'m> {
@@ -134,6 +137,7 @@ impl<'m> Reference<'m> {
             cycle: start.cycle,
             contact: start.contact,
             compressed: Compressed::default(),
+            leaving: ActiveSet::FREE,
             segments: self.model.segments_at(start.cycle, 0.0),
             state: Compensated::new(start.state.clone()),
             moved: Compensated::new(vec![0.0; n]),
@@ -167,17 +171,21 @@ enum Watched {
     Slide,
     /// Its depth, where the next layer of its film gives way to it.
     Depth,
+    /// The force of a rigid stop, at zero.
+    Hold,
 }
 
 /// An integration under way.
-struct Integration<'r> {
-    reference: &'r Reference<'r>,
-    cycle: u64,
-    contact: ActiveSet,
+pub(super) struct Integration<'r> {
+    pub(super) reference: &'r Reference<'r>,
+    pub(super) cycle: u64,
+    pub(super) contact: ActiveSet,
     compressed: Compressed,
+    /// Rigid stops that a step starts from with neither distance nor speed.
+    pub(super) leaving: ActiveSet,
     /// The segment of every contact.
-    segments: Vec<Segment>,
-    state: Compensated,
+    pub(super) segments: Vec<Segment>,
+    pub(super) state: Compensated,
     /// The state at the end of a trial step.
     moved: Compensated,
     work: StageWork,
@@ -213,6 +221,9 @@ impl Integration<'_> {
         let model = self.reference.model;
         let turning: Vec<usize> = model.turning(self.cycle, phase).collect();
         for (index, contact) in model.contacts.iter().enumerate() {
+            if contact.release.of_stop() {
+                continue;
+            }
             // A force that vanishes steps with the stiffness too.
             if contact.release != Release::Force && !turning.contains(&index) {
                 continue;
@@ -234,7 +245,9 @@ impl Integration<'_> {
     fn watched(&self, contact: usize) -> &'static [Watched] {
         let release = self.reference.model.contacts[contact].release;
         match (release, self.contact.holds(contact)) {
-            (Release::Stick, _) => &[],
+            (Release::Stick, _) | (Release::Rest, false) => &[],
+            (Release::Rest, true) => &[Watched::Hold],
+            (Release::Impact, _) if self.contact.holds(contact + 1) => &[],
             (Release::Slip, true) => &[Watched::Slide],
             (Release::Force | Release::Film, true) => &[Watched::Push],
             (Release::Film, false) if self.compressed.passed.holds(contact) => &[Watched::Depth],
@@ -244,7 +257,7 @@ impl Integration<'_> {
     }
 
     /// Opens or closes a contact.
-    fn cross(&mut self, contact: usize, time: f64, rate: f64) {
+    pub(super) fn cross(&mut self, contact: usize, time: f64, rate: f64) {
         let from = self.contact;
         let model = self.reference.model;
         self.contact = model.toggled(from, contact);
@@ -345,8 +358,13 @@ impl Integration<'_> {
             self.show(reached);
         }
         let Some((_, contact, watched)) = first else {
+            self.leaving = ActiveSet::FREE;
             return Ok(None);
         };
+        if let Some(stop) = model.stop_of(contact) {
+            self.meet_stop(stop, contact, reached);
+            return Ok(Some(reached));
+        }
         let Compressed { unladen, passed } = &mut self.compressed;
         let was_unladen = unladen.holds(contact);
         if watched == Watched::Depth {
@@ -417,7 +435,7 @@ impl Integration<'_> {
     }
 
     /// Derivative by time of a state at a time.
-    fn slope(&self, state: &[f64], time: f64) -> Vec<f64> {
+    pub(super) fn slope(&self, state: &[f64], time: f64) -> Vec<f64> {
         let mut slope = vec![0.0; state.len()];
         let (model, active) = (self.reference.model, self.contact);
         model.derivative(&self.segments, active, self.cycle, time, state, &mut slope);
@@ -434,12 +452,13 @@ impl Integration<'_> {
                 let motion = model.deflection_on(segment, self.cycle, state, time);
                 let compressed = closed || self.compressed.unladen.holds(contact);
                 let mut margin = Margin::new(own.side, compressed, motion, own.gap(segment, time));
-                if own.release == Release::Slip {
+                if own.release == Release::Slip || self.leaving.holds(contact) {
                     // Right after a slip it is a double root, which round-off must not split.
                     margin.value += round_off(model, contact, state);
                 }
                 margin
             }
+            Watched::Hold => self.hold(contact, state, time),
             Watched::Depth => {
                 let motion = model.deflection_on(segment, self.cycle, state, time);
                 let [gap, opening] = own.gap(segment, time);

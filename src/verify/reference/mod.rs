@@ -22,6 +22,7 @@ mod gauss;
 mod integrator;
 mod push;
 mod rate;
+mod stops;
 
 pub use extended::{DoubleDouble, Extended, ExtendedCrossing, ExtendedPassage};
 pub use integrator::{Crossing, Moment, Passage, Reference, ReferenceError};

@@ -1,7 +1,7 @@
 //! With what force do spring and damper of a contact push, and how fast does that change?
 
 use super::crossing::Margin;
-use crate::model::{Model, Segment};
+use crate::model::{MeshGain, Model, Segment};
 
 /// Round-off of a difference of places, in units of these.
 const AT_LIMIT: f64 = 1e-14;
@@ -34,11 +34,21 @@ pub(super) fn push(
     }
 }
 
-/// Round-off of the stretch of a slider's spring \[m\]: of the places that it is the difference of.
-pub(super) fn round_off(model: &Model, slip: usize, state: &[f64]) -> f64 {
-    let own = model.sliders.iter().find(|slider| slider.has(slip));
+/// Round-off of the stretch of a slider's spring, or of the deflection at a rigid stop \[m\]: of the places that it is the
+/// difference of.
+pub(super) fn round_off(model: &Model, contact: usize, state: &[f64]) -> f64 {
+    let own = model.sliders.iter().find(|slider| slider.has(contact));
     let place = own.map_or(0.0, |slider| state[slider.block].abs());
-    AT_LIMIT * (model.contacts[slip].half_gap + place)
+    let parts = model.stop_of(contact).map_or(0.0, |stop| {
+        let gains = &model.directions[stop.direction].gains;
+        let (first, second) = state.split_at(gains.len());
+        let parts = gains.iter().zip(first.iter().zip(second));
+        let size = |(own, (x, y)): (&MeshGain, (&f64, &f64))| {
+            (own.deflection[0] * x).abs() + (own.deflection[1] * y).abs()
+        };
+        parts.map(size).sum()
+    });
+    AT_LIMIT * (model.contacts[contact].half_gap.abs() + place + parts)
 }
 
 /// The velocity `s δ'` \[m/s\] of a slider that slips, and its rate \[m/s²\], in a state with its derivative by time.

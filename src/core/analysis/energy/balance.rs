@@ -1,6 +1,7 @@
 //! What does work on the vibration, window after window, and what does it store?
 
 use super::cause::Cause;
+use super::impacts::Impact;
 use crate::analysis::coupled_modes::CoupledModes;
 use crate::analysis::modal_series::{ModalMotion, Series, TERMS, cosine_series, integral, padded};
 use crate::model::{Model, Release, STIFFNESS_TERMS, Segment, TrajectoryState};
@@ -24,6 +25,8 @@ pub(in crate::analysis) struct Balance<'m> {
     coupled: Option<CoupledModes>,
     /// Exact for the square of a deflection times the slope of a stiffness.
     rule: &'static GaussLegendre,
+    /// The impacts since the last window.
+    pub(super) struck: Vec<Impact>,
 }
 
 /// The contacts at one end of a window.
@@ -40,18 +43,20 @@ pub(in crate::analysis) struct Edge {
 impl Edge {
     /// Where a window starts.
     pub fn start(model: &Model, window: &Window<'_>) -> Self {
-        Self::of(window, at_start, window.start / model.period())
+        Self::of(model, window, at_start, window.start / model.period())
     }
 
     fn end(model: &Model, window: &Window<'_>) -> Self {
         let end = window.start + window.duration;
-        Self::of(window, at_end, end / model.period())
+        Self::of(model, window, at_end, end / model.period())
     }
 
-    fn of(window: &Window<'_>, value: fn(&[f64]) -> f64, phase: f64) -> Self {
+    fn of(model: &Model, window: &Window<'_>, value: fn(&[f64]) -> f64, phase: f64) -> Self {
+        // A rigid stop stores nothing.
+        let springs = (window.closed.iter()).filter(|closed| !model.is_rest(closed.contact));
         Self {
             segments: window.segments.to_vec(),
-            closed: (window.closed.iter())
+            closed: springs
                 .map(|closed| (closed.contact, value(&padded(closed.deflection))))
                 .collect(),
             phase,
@@ -97,6 +102,7 @@ impl<'m> Balance<'m> {
         static RULE: OnceLock<GaussLegendre> = OnceLock::new();
         Self {
             last: None,
+            struck: Vec::new(),
             coupled: CoupledModes::of(motion.model()),
             motion,
             rule: RULE.get_or_init(|| GaussLegendre::new(TERMS + STIFFNESS_TERMS)),
@@ -111,6 +117,7 @@ impl<'m> Balance<'m> {
     /// Forgets the last window.
     pub fn restart(&mut self) {
         self.last = None;
+        self.struck.clear();
     }
 
     /// Energy stored in structure and contacts where a window starts \[J\].
@@ -145,7 +152,7 @@ impl<'m> Balance<'m> {
         Some(springs.fold(self.structure(first, second), |sum, e| sum + e))
     }
 
-    fn structure(&self, first: &[f64], second: &[f64]) -> f64 {
+    pub(super) fn structure(&self, first: &[f64], second: &[f64]) -> f64 {
         let model = self.model();
         if let Some(coupled) = &self.coupled {
             return coupled.stored(model, first, second);
@@ -175,7 +182,8 @@ impl<'m> Balance<'m> {
             .map(|(i, block)| (block.static_input[1] * window.first[i]).abs())
             .sum();
         let mut contacts = 0.0;
-        for closed in window.closed {
+        let springs = (window.closed.iter()).filter(|closed| !model.is_rest(closed.contact));
+        for closed in springs {
             let segment = &window.segments[closed.contact];
             let contact = &model.contacts[closed.contact];
             let deflection = at_start(&padded(closed.deflection));
@@ -195,6 +203,11 @@ impl<'m> Balance<'m> {
     pub fn window(&mut self, window: &Window<'_>, work: &mut impl FnMut(Cause, f64)) {
         if let Some(last) = &self.last {
             steps(self.model(), last, &Edge::start(self.model(), window), work);
+        }
+        if !self.struck.is_empty() {
+            let gained = self.gained_by_impacts(window.first, window.second);
+            work(Cause::Contact, gained);
+            self.struck.clear();
         }
         self.last = Some(Edge::end(self.model(), window));
         for closed in window.closed {
@@ -260,7 +273,9 @@ impl<'m> Balance<'m> {
                 loads += ripple.input[i][1] * integral(course, &velocity, tau);
             }
             for (friction, closed) in friction.iter_mut().zip(window.closed) {
-                let gain = &model.gains(&window.segments[closed.contact])[i];
+                let segment = &window.segments[closed.contact];
+                let direction = model.direction_of_motion(closed.contact, segment);
+                let gain = &model.directions[direction].gains[i];
                 let rubbing = gain.mesh_input[1] - gain.deflection[0];
                 if rubbing != 0.0 {
                     *friction -= rubbing * integral(&padded(closed.force), &velocity, tau);
@@ -295,7 +310,8 @@ impl<'m> Balance<'m> {
         let segment = &window.segments[closed.contact];
         let (mut deflection, force) = (padded(closed.deflection), padded(closed.force));
         let model = self.model();
-        for h in &model.lines[model.line(segment)].transmission_error {
+        let direction = model.direction_of_motion(closed.contact, segment);
+        for h in &model.lines[model.directions[direction].line].transmission_error {
             // e' = −a ω sin(ωt + φ) = a ω cos(ωt + φ + π/2).
             let phase = h.turned(window.cycle, window.start) + h.phase + FRAC_PI_2;
             let rate = cosine_series(h.angular_frequency, phase, tau);
@@ -309,6 +325,9 @@ impl<'m> Balance<'m> {
             for (d, lack) in deflection.iter_mut().zip(&lack) {
                 *d -= lack;
             }
+        }
+        if model.is_rest(closed.contact) {
+            return;
         }
         if model.is_slip(closed.contact) {
             let slid = at_end(&deflection) - at_start(&deflection);

@@ -50,6 +50,7 @@ impl Sets {
                 Release::Force => return Err(TableError::Release),
                 Release::Film => return Err(TableError::Film),
                 Release::Slip | Release::Stick => return Err(TableError::Slider),
+                Release::Impact | Release::Rest => return Err(TableError::RigidStop),
             }
             let mut classes: Vec<Class> = Vec::new();
             let mut of_segment = Vec::new();

@@ -42,6 +42,11 @@ pub enum VaryingSpeedError {
         "a dry slider cannot be integrated at a speed that varies; replace it by a spring with a damper"
     )]
     Sliders,
+    /// It has rigid stops.
+    #[error(
+        "a rigid stop cannot be integrated at a speed that varies; give contact.*.stiffness in place of contact.*.restitution"
+    )]
+    RigidStops,
 }
 
 /// A motion of a drive whose speed varies.
@@ -102,6 +107,9 @@ impl VaryingSpeed {
         }
         if !model.sliders.is_empty() {
             return Err(VaryingSpeedError::Sliders);
+        }
+        if !model.stops.is_empty() {
+            return Err(VaryingSpeedError::RigidStops);
         }
         let loads = model.load_terms(structure);
         let system = System::new(model, &loads);

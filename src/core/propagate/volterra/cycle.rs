@@ -5,24 +5,25 @@
 //! pass the end of its segment, in free flight only the end of the cycle, and none passes a place
 //! where a line turns. Off the cell grid, windows of full length follow one another until one would
 //! pass such a breakpoint; that one is cut there, and the integration is aligned again. With
-//! several contacts closed no grid is kept ([`super::joint`]), nor is one with dry sliders ([`super::slide`]).
+//! several contacts closed no grid is kept ([`super::joint`]), nor is one with dry sliders ([`super::slide`]) or
+//! rigid stops ([`super::impact`]).
 
 use super::Volterra;
 use super::feedback::ContactSolve;
 use super::grid::ROUNDING;
+use super::impact::Scene;
 use super::joint::JointWindow;
 use super::joint_stretch::JointStretch;
-use super::lanes::{self, Solution};
+use super::lanes;
 use super::position::{Position, SAME_TIME, Track, align};
 use super::release::Place;
 use super::search::View;
-use super::shapes::Row;
 use super::tables::{Schedule, gap_error, phases};
 use super::varying::{Factors, Nodal};
 use super::window_stiffness::WindowStiffness;
 use super::window_table::WindowTable;
 use super::workspace::Workspace;
-use crate::model::{ActiveSet, DRIVE_FLANK, TrajectoryState};
+use crate::model::{ActiveSet, TrajectoryState};
 use crate::propagate::events::Changes;
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents};
 
@@ -68,6 +69,7 @@ impl Kernel for Volterra<'_> {
             )?;
         }
         self.let_slide(active, position.cycle, self.model.period(), workspace);
+        self.keep_seated(active, &position, workspace);
         trajectory.contact = active;
         trajectory.cycle += 1;
         counters.cycles += 1;
@@ -85,7 +87,7 @@ impl Volterra<'_> {
     /// What the window there is laid on, the breakpoint it may not pass \[s\], and the cell that
     /// starts with that.
     fn track(&self, position: &Position, active: ActiveSet) -> (Track<'_>, f64, Option<usize>) {
-        if active.count() > 1 || !self.model.sliders.is_empty() {
+        if active.count() > 1 || self.of_parts.touching() {
             let stretch = self.joint_stretch(position);
             return (Track::Joint(stretch), stretch.end, None);
         }
@@ -180,6 +182,16 @@ impl Volterra<'_> {
             }
             return Ok(());
         };
+        if self.model.contacts[found.contact].release.of_stop() {
+            let scene = Scene {
+                position,
+                active,
+                changes,
+                observer,
+                counters,
+            };
+            return self.meet_stop(found, track, scene, workspace);
+        }
         let met = self.met(&found, position, track, *active, workspace);
         if found.x > -1.0 {
             self.move_to_cut(
@@ -302,45 +314,6 @@ impl Volterra<'_> {
         workspace.segments = segments;
     }
 
-    /// The motion along all other lines than that of the force: where the first terms show that no
-    /// contact is in reach, and nothing else is to be seen (`watched`), no more than those.
-    fn see_other_lines(
-        &self,
-        position: &Position,
-        track: Track<'_>,
-        table: &WindowTable,
-        active: ActiveSet,
-        watched: bool,
-        workspace: &mut Workspace,
-    ) {
-        let set = self.instructions;
-        for (index, view) in track.views().iter().enumerate().skip(1) {
-            let own = &self.tables.windows[view.window];
-            let felt = table.felt_on(view.line).filter(|_| active.touching());
-            let (inputs, trajectory, force, solutions) = workspace.trajectory();
-            let shown = watched && view.contacts.contains(&DRIVE_FLANK);
-            let known = |contact: &usize| {
-                !position.crossed.holds(*contact) && !self.tables.gap_errors[*contact]
-            };
-            if !shown && view.contacts.iter().all(known) {
-                let felt = felt.map(|felt| (&felt.deflection, &felt.tails, force));
-                let (rows, tails, seen) = (&own.rows, &own.tails, &mut solutions[index]);
-                lanes::truncated(set, rows, tails, inputs, trajectory, felt, seen);
-                let mut contacts = view.contacts.iter();
-                if contacts.all(|&contact| self.stays(contact, false, seen)) {
-                    continue;
-                }
-            }
-            let mut deflection = [Row::ZERO];
-            lanes::free(set, &own.rows, inputs, trajectory, &mut deflection);
-            let size = lanes::size(&deflection[0].0);
-            if let Some(felt) = felt {
-                lanes::yielded(set, &felt.deflection, &[*force], &mut deflection);
-            }
-            solutions[index] = Solution::of(&deflection[0], size);
-        }
-    }
-
     /// Writes the segment of every contact on a window: exact for those whose segment it may not
     /// leave. Those of open contacts whose flanks have no gap error are for observers only (`watched`).
     fn set_segments(
@@ -425,7 +398,7 @@ impl Volterra<'_> {
     }
 
     /// Moves trajectory and tangents to the place `end` of the present window.
-    fn move_to_cut<O: Observer>(
+    pub(super) fn move_to_cut<O: Observer>(
         &self,
         end: f64,
         position: &mut Position,
@@ -455,8 +428,7 @@ impl Volterra<'_> {
         counters.tangent_windows += workspace.tangents() as u64;
         let (columns, forces, inputs, cut, joint) = workspace.cutting(active.touching());
         match track {
-            Track::Schedule(..) => self.cut(table, cut, forces, inputs, columns),
-            Track::Joint(stretch) => {
+            Track::Joint(stretch) if !forces.is_empty() => {
                 let count = forces.len();
                 forces.copy_from_slice(&joint.forces[..count]);
                 self.cut(table, cut, forces, inputs, columns);
@@ -466,6 +438,7 @@ impl Volterra<'_> {
                     self.cut_further(table, cut, forces, columns);
                 }
             }
+            _ => self.cut(table, cut, forces, inputs, columns),
         }
         position.time += tau;
     }

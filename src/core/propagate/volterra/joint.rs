@@ -132,6 +132,11 @@ impl JointWindow<'_> {
 
     /// Closes the contacts in turn; whether that settles.
     fn gauss_seidel(&self, count: usize, joint: &mut Joint) -> bool {
+        let rests = self.active.iter().filter(|own| self.model.is_rest(*own));
+        if rests.count() > 1 {
+            // Each force of theirs acts on the others at once.
+            return false;
+        }
         self.factorise(&mut joint.factors);
         let mut before = [1.0; MOST_CONTACTS];
         for round in 0..MOST_ROUNDS {

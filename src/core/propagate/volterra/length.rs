@@ -25,9 +25,11 @@ fn joint_rate(model: &Model, segments: &[&Segment]) -> f64 {
         let opposite = one_line && model.contacts[i].side != model.contacts[j].side;
         !opposite && !model.take_turns(i, j)
     };
-    let rows = (0..count).map(|i| {
+    // A stop that holds the structure makes it no faster.
+    let spring = |i: &usize| !model.contacts[*i].release.of_stop();
+    let rows = (0..count).filter(spring).map(|i| {
         let [mut square, mut linear] = [0.0; 2];
-        for j in (0..count).filter(|&j| can_join(i, j)) {
+        for j in (0..count).filter(spring).filter(|&j| can_join(i, j)) {
             let [direction, other] =
                 [i, j].map(|contact| &model.directions[segments[contact].direction]);
             let [direct, inertial] =
@@ -46,11 +48,19 @@ fn joint_rate(model: &Model, segments: &[&Segment]) -> f64 {
 
 /// Upper bound of the rates \[1/s\] with any one contact closed, and of the excitation.
 pub fn fastest_rate(model: &Model) -> f64 {
-    let excitation = model
-        .transmission_errors()
-        .map(|h| h.angular_frequency)
-        .chain(model.ripple.iter().map(|r| r.angular_frequency));
-    excitation.fold(fastest_own_rate(model), f64::max)
+    excitation(model).fold(fastest_own_rate(model), f64::max)
+}
+
+/// Angular frequencies of the excitation \[rad/s\].
+fn excitation(model: &Model) -> impl Iterator<Item = f64> {
+    let errors = model.transmission_errors().map(|h| h.angular_frequency);
+    errors.chain(model.ripple.iter().map(|r| r.angular_frequency))
+}
+
+/// Fastest rate \[1/s\] of the structure with all contacts open, and of the excitation.
+pub fn fastest_of_open(model: &Model) -> f64 {
+    let frequencies = model.blocks.iter().map(Block::fastest);
+    excitation(model).fold(frequencies.fold(0.0, f64::max), f64::max)
 }
 
 /// Upper bound of the rates \[1/s\] of the structure with any one contact closed, excitation left
@@ -62,7 +72,8 @@ pub fn fastest_own_rate(model: &Model) -> f64 {
     let felt: Vec<[f64; 2]> = (model.directions.iter())
         .map(Direction::felt_at_most)
         .collect();
-    let cycles = model.contacts.iter().flat_map(|contact| &contact.cycles);
+    let springs = (model.contacts.iter()).filter(|contact| !contact.release.of_stop());
+    let cycles = springs.flat_map(|contact| &contact.cycles);
     cycles
         .flat_map(|cycle| &cycle.segments)
         .map(|segment| {

@@ -52,6 +52,7 @@
 mod cycle;
 mod feedback;
 mod grid;
+mod impact;
 mod joint;
 mod joint_stretch;
 pub(super) mod lanes;
@@ -73,6 +74,7 @@ mod workspace;
 use super::vectors::InstructionSet;
 use crate::model::{ActiveSet, Model, Release};
 use std::borrow::Cow;
+use std::f64::consts::TAU;
 use tables::VolterraTables;
 use window_table::WindowTable;
 
@@ -88,8 +90,10 @@ pub struct Volterra<'m> {
     instructions: InstructionSet,
     /// Contacts that let go where their force vanishes.
     never_pull: ActiveSet,
-    /// Contacts that are states of dry sliders.
-    of_sliders: ActiveSet,
+    /// Contacts with a search of their own: states of dry sliders, parts of rigid stops.
+    of_parts: ActiveSet,
+    /// The fastest rate of the open structure, its excitation and the mesh cycle \[1/s\].
+    fastest: f64,
     /// Times closer than this before a breakpoint are on it \[s\].
     on_breakpoint: f64,
     /// Deflections beyond which a motion has diverged, of every line, in the units of its contacts.
@@ -146,7 +150,8 @@ impl<'m> Volterra<'m> {
             event_limit,
             instructions,
             never_pull,
-            of_sliders: released_by(Release::of_slider),
+            of_parts: released_by(Release::of_slider).union(released_by(Release::of_stop)),
+            fastest: length::fastest_of_open(&model).max(TAU / model.period()),
             on_breakpoint: if never_pull.touching() {
                 // Where the stiffness steps a contact may take hold inside a window of free flight.
                 ON_BREAKPOINT * model.period()

@@ -81,17 +81,13 @@ impl Volterra<'_> {
         workspace: &Workspace,
         counters: &mut Counters,
     ) -> Option<(Crossing, Place)> {
-        if !self.model.sliders.is_empty() {
-            return self.first_with_sliders(position, track, active, limit, workspace, counters);
+        let sets = [active, self.of_parts];
+        let first = self.first_of_contacts(position, track, sets, limit, workspace, counters);
+        if !self.of_parts.touching() {
+            return first;
         }
-        self.first_of_contacts(
-            position,
-            track,
-            [active, ActiveSet::FREE],
-            limit,
-            workspace,
-            counters,
-        )
+        let first = self.first_with_sliders(track, active, (limit, first), workspace, counters);
+        self.first_with_stops(track, active, (limit, first), workspace, counters)
     }
 
     /// As [`Self::first_event`], contacts `aside` left out.

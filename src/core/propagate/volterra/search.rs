@@ -4,8 +4,9 @@ use super::Volterra;
 use super::lanes::{self, Solution};
 use super::partial::Cut;
 use super::position::{Position, Track};
-use super::shapes::{GapError, Series, TERMS};
+use super::shapes::{GapError, Row, Series, TERMS};
 use super::tables::gap_error;
+use super::window_table::WindowTable;
 use super::workspace::Workspace;
 use crate::model::{ActiveSet, DRIVE_FLANK, MOST_CONTACTS, SEVERAL_CONTACTS};
 use crate::numerics::legendre;
@@ -54,6 +55,45 @@ impl<'a> View<'a> {
 }
 
 impl Volterra<'_> {
+    /// The motion along all other lines than that of the force: where the first terms show that no
+    /// contact is in reach, and nothing else is to be seen (`watched`), no more than those.
+    pub(super) fn see_other_lines(
+        &self,
+        position: &Position,
+        track: Track<'_>,
+        table: &WindowTable,
+        active: ActiveSet,
+        watched: bool,
+        workspace: &mut Workspace,
+    ) {
+        let set = self.instructions;
+        for (index, view) in track.views().iter().enumerate().skip(1) {
+            let own = &self.tables.windows[view.window];
+            let felt = table.felt_on(view.line).filter(|_| active.touching());
+            let (inputs, trajectory, force, solutions) = workspace.trajectory();
+            let shown = watched && view.contacts.contains(&DRIVE_FLANK);
+            let known = |contact: &usize| {
+                !position.crossed.holds(*contact) && !self.tables.gap_errors[*contact]
+            };
+            if !shown && view.contacts.iter().all(known) {
+                let felt = felt.map(|felt| (&felt.deflection, &felt.tails, force));
+                let (rows, tails, seen) = (&own.rows, &own.tails, &mut solutions[index]);
+                lanes::truncated(set, rows, tails, inputs, trajectory, felt, seen);
+                let mut contacts = view.contacts.iter();
+                if contacts.all(|&contact| self.stays(contact, false, seen)) {
+                    continue;
+                }
+            }
+            let mut deflection = [Row::ZERO];
+            lanes::free(set, &own.rows, inputs, trajectory, &mut deflection);
+            let size = lanes::size(&deflection[0].0);
+            if let Some(felt) = felt {
+                lanes::yielded(set, &felt.deflection, &[*force], &mut deflection);
+            }
+            solutions[index] = Solution::of(&deflection[0], size);
+        }
+    }
+
     /// The first event on a window up to `limit` at a surface, contacts `aside` left out. Of two at
     /// the same moment the first in the order of contacts counts.
     pub(super) fn first_crossing(

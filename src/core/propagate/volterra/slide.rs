@@ -9,7 +9,7 @@
 //! zero of u', so that this is sought first, the known root divided out.
 
 use super::Volterra;
-use super::position::{Position, SAME_TIME, Track};
+use super::position::{SAME_TIME, Track};
 use super::release::Place;
 use super::shapes::{Series, TERMS};
 use super::workspace::Workspace;
@@ -36,20 +36,16 @@ impl Stretch {
 }
 
 impl Volterra<'_> {
-    /// The first event on a window up to `limit`, sliders included.
+    /// The first event on a window up to `limit`, sliders included, where `first` is that of all other contacts.
     pub(super) fn first_with_sliders(
         &self,
-        position: &Position,
         track: Track<'_>,
         active: ActiveSet,
-        limit: f64,
+        (limit, mut first): (f64, Option<(Crossing, Place)>),
         workspace: &Workspace,
         counters: &mut Counters,
     ) -> Option<(Crossing, Place)> {
-        let sliders = &self.model.sliders;
-        let sets = [active, self.of_sliders];
-        let mut first = self.first_of_contacts(position, track, sets, limit, workspace, counters);
-        for &slider in sliders {
+        for &slider in &self.model.sliders {
             let solution = &workspace.solutions[track.place_of(slider.spring())];
             let stretch = Stretch {
                 slope: legendre::derivative(&solution.deflection),

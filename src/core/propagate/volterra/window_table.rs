@@ -188,6 +188,10 @@ impl WindowTable {
         let response_rate = convolution.operator(&impulse.rate, self.delta);
         Arc::make_mut(&mut self.rows)[2 * layout.padded].0 =
             convolution.step(&torque.deflection, self.delta);
+        let line = model.directions[self.direction].line;
+        let constant: Vec<[f64; 2]> = model.blocks.iter().map(|own| own.static_input).collect();
+        Arc::make_mut(&mut self.rows)[2 * layout.padded].0[0] +=
+            model.added_at_once(line, &constant);
         if varying || closures.iter().any(|closure| closure.varies()) {
             self.nodal = Some(Nodal::new(&response, &response_rate, self.delta));
         }
@@ -233,6 +237,12 @@ impl WindowTable {
                     rows[0].0[n] += column[n] * u.re;
                     rows[1].0[n] -= column[n] * u.im;
                 }
+            }
+            let line = model.directions[self.direction].line;
+            let at_once = model.added_at_once(line, &ripple.input);
+            for (n, u) in series.iter().enumerate() {
+                rows[0].0[n] += at_once * u.re;
+                rows[1].0[n] -= at_once * u.im;
             }
             self.ripple.push(series);
         }
@@ -282,7 +292,11 @@ impl WindowTable {
         }
         let convolution = convolution24();
         let columns = |kernel| convolution.operator(kernel, self.delta).map(Row);
-        let deflection = columns(&impulse.deflection);
+        let mut deflection = columns(&impulse.deflection);
+        let at_once = model.taken_at_once(line, self.direction);
+        for (n, column) in deflection.iter_mut().enumerate() {
+            column.0[n] += at_once;
+        }
         Response {
             line,
             tails: Row(deflection.each_ref().map(lanes::tail)),

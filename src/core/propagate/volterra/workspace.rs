@@ -128,6 +128,16 @@ impl Workspace {
         &mut self.columns[self.length..self.count * self.length]
     }
 
+    /// All columns, that of the trajectory first: first and second components of the blocks.
+    pub fn columns_in_parts(&mut self) -> impl Iterator<Item = [&mut [f64]; 2]> {
+        let (length, half) = (self.length, self.length / 2);
+        let columns = self.columns[..self.count * length].chunks_exact_mut(length);
+        columns.map(move |column| {
+            let (first, second) = column.split_at_mut(half);
+            [first, second]
+        })
+    }
+
     /// Sets the first component of a block of every column to what a line feels of all others, of the trajectory by `offset`
     /// less.
     pub fn follow(&mut self, block: usize, gains: &[MeshGain], offset: f64) {

@@ -19,7 +19,8 @@ pub(super) fn read(
     let tables = root.tables(issues, "contact");
     let sliders = root.tables(issues, "slider");
     let (tables, sliders) = (tables?, sliders?);
-    let count = tables.len() + SliderPart::ALL.len() * sliders.len();
+    let stops = tables.iter().filter(|table| table.has("restitution"));
+    let count = tables.len() + stops.count() + SliderPart::ALL.len() * sliders.len();
     if count > MOST {
         issues.push(
             Diagnostic::new(
@@ -29,16 +30,19 @@ pub(super) fn read(
                 format!("the file has {count} contacts in addition to the flanks"),
             )
             .label(format!(
-                "at most {MOST} are accepted, and a [[slider]] is three of them"
+                "at most {MOST} are accepted, and a [[slider]] is three of them, a [[contact]] with a restitution two"
             ))
             .remedy("combine contacts that act as one, or remove some"),
         );
         return None;
     }
-    let mut all: Vec<Option<StructureContact>> = tables
-        .iter()
-        .map(|table| contact(table, issues, modes))
-        .collect();
+    let mut all: Vec<Option<StructureContact>> = Vec::new();
+    for table in &tables {
+        match contact(table, issues, modes) {
+            Some((own, Some(restitution))) => all.extend(own.rigid(restitution).map(Some)),
+            found => all.push(found.map(|(own, _)| own)),
+        }
+    }
     for table in &sliders {
         match slider(table, issues, modes) {
             Some(parts) => all.extend(parts.map(Some)),
@@ -65,19 +69,28 @@ fn slider(
     ))
 }
 
-fn contact(table: &Section, issues: &mut Issues, modes: Option<usize>) -> Option<StructureContact> {
+/// A contact; of a rigid stop with its coefficient of restitution.
+fn contact(
+    table: &Section,
+    issues: &mut Issues,
+    modes: Option<usize>,
+) -> Option<(StructureContact, Option<f64>)> {
     let name = table.text(issues, "name");
     let participation = column(table, issues, "participation", modes);
     let force = optional(table, issues, "force", modes);
     let gap = table.quantity(issues, "gap");
-    let law = contact_law::cyclic(table, issues, gap);
+    let law = if table.has("restitution") {
+        contact_law::rigid(table, issues, gap).map(|(law, restitution)| (law, Some(restitution)))
+    } else {
+        contact_law::cyclic(table, issues, gap).map(|law| (law, None))
+    };
     let cycles = if table.has("cycles") {
         table.integers::<2>(issues, "cycles")
     } else {
         Some([1, 1])
     };
-    let participation = participation?;
-    Some(StructureContact {
+    let (participation, (law, restitution)) = (participation?, law?);
+    let own = StructureContact {
         name: name?.to_owned(),
         force: force?.unwrap_or_else(|| participation.clone()),
         tilt: Vec::new(),
@@ -86,7 +99,8 @@ fn contact(table: &Section, issues: &mut Issues, modes: Option<usize>) -> Option
         participation,
         // The schema bounds them far below the range of u32.
         cycles: cycles?.map(|count| count as u32),
-        law: law?,
+        law,
         copies: None,
-    })
+    };
+    Some((own, restitution))
 }

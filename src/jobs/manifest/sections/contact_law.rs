@@ -33,6 +33,20 @@ pub(in crate::manifest) fn cyclic(
     })
 }
 
+/// A rigid stop with a cycle of its own: its law without a stiffness, and its coefficient of restitution.
+pub(in crate::manifest) fn rigid(
+    table: &Section,
+    issues: &mut Issues,
+    gap: Option<f64>,
+) -> Option<(ContactLaw, f64)> {
+    let others = ["stiffness", "levels", "stiffness_harmonics", "damping"];
+    let what = "say how the contact returns a motion";
+    table.given_twice(issues, &others, "restitution", what);
+    let beside = beside_stiffness(table, issues, gap);
+    let restitution = table.quantity(issues, "restitution");
+    Some((beside?, restitution?))
+}
+
 /// What a contact with a cycle of its own has beside its stiffness; its gap is read apart.
 pub(super) fn beside_stiffness(
     table: &Section,

@@ -1,4 +1,4 @@
-//! What can a drive with dry sliders not have?
+//! What can a drive with dry sliders or rigid stops not have?
 
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
@@ -38,7 +38,32 @@ const EXCLUDED: [Excluded; 3] = [
     ),
 ];
 
-/// Reports what the sliders of a model exclude.
+/// Keys that rigid stops exclude.
+const EXCLUDED_BY_STOPS: [Excluded; 3] = [
+    (
+        "run",
+        "kernel",
+        &["closed_modes", "stepping"],
+        "is a kernel that cannot follow rigid stops",
+        "set kernel = \"volterra\" or \"auto\"",
+    ),
+    (
+        "analyses",
+        "covariant",
+        &[],
+        "is not available: a stop that comes to hold the structure forgets directions, so that no vector goes backwards",
+        "remove the analysis, or give the stops a stiffness",
+    ),
+    (
+        "continuation",
+        "over",
+        &[],
+        "is not available: orbits with rigid stops cannot be followed over a parameter",
+        "remove the table, or give the stops a stiffness",
+    ),
+];
+
+/// Reports what the sliders and the rigid stops of a model exclude.
 pub(super) fn check(root: &Section, issues: &mut Issues, model: Option<&ModelSpec>) {
     let sliders = model.map_or(0, |model| model.source.sliders());
     if sliders > 0 {
@@ -48,6 +73,11 @@ pub(super) fn check(root: &Section, issues: &mut Issues, model: Option<&ModelSpe
             &EXCLUDED,
             &format!("not with {sliders} dry sliders"),
         );
+    }
+    let stops = model.map_or(0, |model| model.source.rigid_stops());
+    if stops > 0 {
+        let label = format!("not with {stops} rigid stops");
+        exclude(root, issues, &EXCLUDED_BY_STOPS, &label);
     }
 }
 

@@ -127,7 +127,8 @@ impl<'m> Extended<'m> {
     ///
     /// # Errors
     /// [`ReferenceError`] where the state becomes non-finite, the contact chatters, or a
-    /// surface is touched within the last digit, so that no sequence of events is certain; or for a film of oil.
+    /// surface is touched within the last digit, so that no sequence of events is certain; or for a film of oil or rigid
+    /// stops.
     pub fn advance(
         &self,
         start: &TrajectoryState,
@@ -135,6 +136,9 @@ impl<'m> Extended<'m> {
     ) -> Result<ExtendedPassage, ReferenceError> {
         if self.model.film_layers > 0 {
             return Err(ReferenceError::Film);
+        }
+        if !self.model.stops.is_empty() {
+            return Err(ReferenceError::RigidStop);
         }
         let mut integration = Integration {
             extended: self,

@@ -1,7 +1,7 @@
 //! The keys of a modal file.
 
 use crate::manifest::schema::key::{
-    ANY, BELOW_ONE, Key, Kind, NON_NEGATIVE, POSITIVE, integer, key, quantity, table,
+    ANY, BELOW_ONE, Key, Kind, NON_NEGATIVE, POSITIVE, bounds, integer, key, quantity, table,
 };
 use crate::units::Dimension::{
     Angle, AngularSpeed, Damping, Force, ForceByDisplacement, ForceByVelocity, Length,
@@ -126,7 +126,12 @@ pub(super) const KEYS: &[Key] = &[
     quantity("contact.*.force.*", Participation, ANY, "0.41"),
     quantity("contact.*.gap", Length, ANY, r#""50 um""#)
         .about("Deflection at which the contact closes. It is negative if the contact is preloaded at rest."),
-    quantity("contact.*.stiffness", Stiffness, POSITIVE, r#""1e8 N/m""#).otherwise("none; required without `levels`")
+    quantity("contact.*.restitution", Ratio, bounds(0.0, false, 1.0, false), "0.8").otherwise("none: the contact has a stiffness")
+        .about("Coefficient of restitution of a rigid stop, instead of stiffness and damping. An impact reverses the speed of \
+                approach and multiplies it by this number. Impacts that accumulate bring the contact to rest on the stop \
+                until its force vanishes. A rigid stop counts as two contacts: impact, rest. The kernel `volterra` is \
+                necessary."),
+    quantity("contact.*.stiffness", Stiffness, POSITIVE, r#""1e8 N/m""#).otherwise("none; required without `levels` or `restitution`")
         .about("Stiffness of the closed contact, or its mean if it has harmonics."),
     key("contact.*.stiffness_harmonics", Kind::List("tables"), ANY, r#"[{ harmonic = 1, amplitude = "2e7 N/m" }]"#).or("[]")
         .about("Harmonics of the stiffness over the cycle of the contact."),

@@ -1,0 +1,34 @@
+//! What do impacts on rigid stops take from the structure?
+//!
+//! An impulse J along g changes the state by −g J. The state behind all impulses of a moment is known from the window that
+//! starts there, and the energy before them from the state with the impulses taken back.
+
+use super::balance::Balance;
+use crate::model::Stop;
+use crate::propagate::Event;
+
+impl Balance<'_> {
+    /// Takes note of an event.
+    pub fn event(&mut self, event: &Event) {
+        let stop = self.model().stop_of(event.contact);
+        let struck = stop.filter(|stop| stop.impact == event.contact && event.closes());
+        self.struck.extend(struck.map(|stop| (stop, event.rate)));
+    }
+
+    /// Energy \[J\] that the structure has gained by the impacts since the last window, from its state after them.
+    pub fn gained_by_impacts(&self, first: &[f64], second: &[f64]) -> f64 {
+        if self.struck.is_empty() {
+            return 0.0;
+        }
+        let (mut before, mut rates) = (first.to_vec(), second.to_vec());
+        for &(stop, rate) in &self.struck {
+            let impulse = (1.0 + stop.restitution) * rate / stop.push;
+            let parts = [&mut before[..], &mut rates[..]];
+            self.model().push_from_stop(stop, -impulse, parts);
+        }
+        self.structure(first, second) - self.structure(&before, &rates)
+    }
+}
+
+/// An impact: the stop, and the speed of approach \[m/s\].
+pub(super) type Impact = (Stop, f64);

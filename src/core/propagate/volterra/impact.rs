@@ -1,0 +1,289 @@
+//! When is a rigid stop hit, when does the structure rest on it, and when does it leave?
+//!
+//! An impact reverses the speed of approach v to −r v. The saltation of this reset, with λ the force that would hold the
+//! structure just before it and ρ, g, w, r of [`crate::model::Stop`], is
+//!
+//! ```text
+//! dx⁺ = dx − (1 + r) (r·dx / ρ − λ w·dx / v) g − (1 + r) (w·dx / ρ) A g
+//! ```
+//!
+//! While a force λ > 0 would be needed, impacts accumulate: with the acceleration `a = ρ λ` toward the stop the flights take
+//! `2 r v / a` and the factor r less each time, `τ = 2 r v / (a (1 − r))` together. Impacts are followed one by one until the
+//! square of τ, in units of the fastest rate, is below round-off. What then remains moves the state by the third power only:
+//! its velocity is taken away, and the structure rests. The event has the time at which the impacts would have ended.
+//! The capture takes two dimensions from tangents, along g and `A g`.
+//!
+//! While it rests, λ is what its line shows, and the stop is a contact that bears 1 N per unit of that. It ends where λ falls to
+//! zero. δ then has a triple root: it comes back only behind the next zeros of λ and of δ', which are sought first.
+
+use super::Volterra;
+use super::position::{Position, Track};
+use super::release::Place;
+use super::shapes::{Series, TERMS};
+use super::workspace::Workspace;
+use crate::model::{ActiveSet, Stop};
+use crate::numerics::legendre::{self, evaluate, transforms24};
+use crate::propagate::events::{Changes, Crossing, ROUND_OFF};
+use crate::propagate::{Counters, Event, Observer, Stop as End};
+
+/// What a stop sees over a window.
+struct Sight {
+    /// Series of `δ − b` \[m\].
+    depth: Series,
+    /// Series of its derivative by the place in the window \[m\].
+    slope: Series,
+    /// Series of the force that holds the structure, or would do so \[N\].
+    force: Series,
+    /// Round-off of depth \[m\] and force \[N\].
+    noise: [f64; 2],
+}
+
+impl Sight {
+    /// Round-off of the slope \[m\].
+    fn noise_of_slope(&self) -> f64 {
+        TERMS as f64 * self.noise[0]
+    }
+}
+
+/// Where contacts of stops change, and who is told.
+pub(super) struct Scene<'a, O> {
+    pub position: &'a mut Position,
+    pub active: &'a mut ActiveSet,
+    pub changes: &'a mut Changes,
+    pub observer: &'a mut O,
+    pub counters: &'a mut Counters,
+}
+
+impl<O: Observer> Scene<'_, O> {
+    /// Opens or closes a contact at a time \[s\] of the mesh cycle, its deflection having some rate \[m/s\].
+    fn toggle(&mut self, contact: usize, rate: f64, time: f64) -> Result<(), End> {
+        let to = self.active.toggled(contact);
+        let event = Event {
+            cycle: self.position.cycle,
+            time,
+            from: *self.active,
+            to,
+            contact,
+            rate,
+        };
+        *self.active = to;
+        self.changes.meet(&event, self.observer, self.counters)
+    }
+}
+
+impl Volterra<'_> {
+    /// The first event on a window up to `limit`, rigid stops included, where `first` is that of all other contacts.
+    pub(super) fn first_with_stops(
+        &self,
+        track: Track<'_>,
+        active: ActiveSet,
+        (limit, mut first): (f64, Option<(Crossing, Place)>),
+        workspace: &Workspace,
+        counters: &mut Counters,
+    ) -> Option<(Crossing, Place)> {
+        for &stop in &self.model.stops {
+            let sight = self.sight(stop, track, workspace);
+            let until = first.map_or(limit, |(found, _)| found.x);
+            let found = if active.holds(stop.rest()) {
+                let noise = sight.noise[1];
+                let known = legendre::at_start(&sight.force).abs() <= noise;
+                let x = self.exit(&sight.force, 1.0, noise, known, until, counters);
+                x.map(|x| (x, stop.rest()))
+            } else {
+                self.hits(stop, &sight, until, counters)
+            };
+            if let Some((x, contact)) = found.filter(|(x, _)| *x < until || first.is_none()) {
+                first = Some((Crossing { x, contact }, Place::Elsewhere));
+            }
+        }
+        first
+    }
+
+    fn sight(&self, stop: Stop, track: Track<'_>, workspace: &Workspace) -> Sight {
+        let [own, rest] =
+            [stop.impact, stop.rest()].map(|contact| &workspace.solutions[track.place_of(contact)]);
+        let gap = self.model.contacts[stop.impact].half_gap;
+        let mut depth = own.deflection;
+        depth[0] -= gap;
+        Sight {
+            slope: legendre::derivative(&depth),
+            depth,
+            force: rest.deflection,
+            noise: [ROUND_OFF * (own.size + gap.abs()), ROUND_OFF * rest.size],
+        }
+    }
+
+    /// Where an open stop is hit, or comes to hold the structure, and the contact that closes there.
+    fn hits(
+        &self,
+        stop: Stop,
+        sight: &Sight,
+        limit: f64,
+        counters: &mut Counters,
+    ) -> Option<(f64, usize)> {
+        let [noise, of_force] = sight.noise;
+        let (start, speed) = (
+            legendre::at_start(&sight.depth),
+            legendre::at_start(&sight.slope),
+        );
+        let hit = |x: f64| (x, stop.impact);
+        let of_slope = sight.noise_of_slope();
+        if start < -noise || speed < -of_slope {
+            let known = start >= -noise;
+            return (self.exit(&sight.depth, -1.0, noise, known, limit, counters)).map(hit);
+        }
+        if speed > of_slope {
+            return Some(hit(-1.0));
+        }
+        let force = legendre::at_start(&sight.force);
+        let grows = legendre::at_start(&legendre::derivative(&sight.force));
+        if force > of_force || (force >= -of_force && grows > TERMS as f64 * of_force) {
+            return Some((-1.0, stop.rest()));
+        }
+        let known = force >= -of_force;
+        let pressed = self.exit(&sight.force, -1.0, of_force, known, limit, counters)?;
+        let behind = |from: f64, series: &Series| {
+            (from < limit).then(|| transforms24().restrict(series, from, limit))
+        };
+        let place = |from: f64, x: f64| from + 0.5 * (limit - from) * (x + 1.0);
+        let slope = behind(pressed, &sight.slope)?;
+        let turned = self.exit(&slope, -1.0, of_slope, false, 1.0, counters)?;
+        let turned = place(pressed, turned);
+        let depth = behind(turned, &sight.depth)?;
+        let back = self.exit(&depth, -1.0, noise, false, 1.0, counters)?;
+        Some(hit(place(turned, back)))
+    }
+
+    /// Moves to an event of a stop and lets it happen.
+    pub(super) fn meet_stop<O: Observer>(
+        &self,
+        found: Crossing,
+        track: Track<'_>,
+        mut scene: Scene<'_, O>,
+        workspace: &mut Workspace,
+    ) -> Result<(), End> {
+        let Some(stop) = self.model.stop_of(found.contact) else {
+            unreachable!("a contact of a stop has one");
+        };
+        if found.x > -1.0 {
+            let told = (&mut *scene.observer, &mut *scene.counters);
+            self.move_to_cut(
+                found.x,
+                scene.position,
+                track,
+                *scene.active,
+                workspace,
+                told,
+            );
+            scene.position.aligned = None;
+            scene.position.crossed = ActiveSet::FREE;
+            scene.position.forceless = ActiveSet::FREE;
+        }
+        let time = scene.position.time;
+        if found.contact == stop.rest() {
+            self.seat(stop, *scene.active, scene.position, workspace);
+            return scene.toggle(stop.rest(), 0.0, time);
+        }
+        self.strike((stop, found.x), track, &mut scene, workspace)
+    }
+
+    /// Reflects trajectory and tangents from a stop.
+    fn strike<O: Observer>(
+        &self,
+        (stop, x): (Stop, f64),
+        track: Track<'_>,
+        scene: &mut Scene<'_, O>,
+        workspace: &mut Workspace,
+    ) -> Result<(), End> {
+        let model = &*self.model;
+        let (cycle, time, active) = (scene.position.cycle, scene.position.time, *scene.active);
+        let line = &model.lines[model.directions[stop.direction].line];
+        let (_, error_rate) = line.transmission_error_at(cycle, time);
+        let parts = workspace.components(model.modes());
+        let speed = model.felt_at_stop(stop, parts)[1] - error_rate;
+        if speed <= 0.0 {
+            // Touched without a speed, within round-off.
+            scene.counters.grazings += 1;
+            return Ok(());
+        }
+        let force_of = |stop: Stop| {
+            let seen = &workspace.solutions[track.place_of(stop.rest())];
+            evaluate(&seen.deflection, x)
+        };
+        let force = force_of(stop);
+        scene.toggle(stop.impact, speed, time)?;
+        let factor = 1.0 + stop.restitution;
+        let moved =
+            |other: &&Stop| active.holds(other.rest()) && model.move_one_another(stop, **other);
+        let segments = std::mem::take(&mut workspace.segments);
+        for &other in model.stops.iter().filter(moved) {
+            // Its force ends with the impulse.
+            let ended = {
+                let seen = &workspace.solutions[track.place_of(other.rest())];
+                evaluate(&seen.deflection, x)
+            };
+            for column in workspace.columns_in_parts().skip(1) {
+                let [felt, _] = model.felt_at_stop(stop, [&*column[0], &*column[1]]);
+                model.push_from_stop(other, -ended * felt / speed, column);
+            }
+            scene.toggle(other.rest(), 0.0, time)?;
+        }
+        for (index, [first, second]) in workspace.columns_in_parts().enumerate() {
+            let [felt, rate] = model.felt_at_stop(stop, [&*first, &*second]);
+            let impulse = if index == 0 {
+                factor * speed / stop.push
+            } else {
+                let closed = (active, &segments[..]);
+                let amount = factor * felt / stop.push;
+                model.shift_from_stop(stop, amount, closed, [&mut *first, &mut *second]);
+                factor * (rate / stop.push - force * felt / speed)
+            };
+            model.push_from_stop(stop, impulse, [first, second]);
+        }
+        workspace.segments = segments;
+        scene.toggle(stop.impact, -stop.restitution * speed, time)?;
+        let quickening = (1.0 - stop.restitution) * force * stop.push;
+        if quickening > 0.0 && 2.0 * speed / quickening * self.fastest <= f64::EPSILON.sqrt() {
+            self.seat(stop, *scene.active, scene.position, workspace);
+            let lasts = 2.0 * stop.restitution * speed / quickening;
+            scene.toggle(stop.rest(), 0.0, (time + lasts).min(model.period()))?;
+        }
+        Ok(())
+    }
+
+    /// Moves trajectory and tangents onto a stop, without a speed there.
+    fn seat(&self, stop: Stop, active: ActiveSet, position: &Position, workspace: &mut Workspace) {
+        let model = &*self.model;
+        let line = &model.lines[model.directions[stop.direction].line];
+        let (error, error_rate) = line.transmission_error_at(position.cycle, position.time);
+        let segments = std::mem::take(&mut workspace.segments);
+        let mut place = [error + model.contacts[stop.impact].half_gap, error_rate];
+        for [first, second] in workspace.columns_in_parts() {
+            let [level, rate] = std::mem::take(&mut place);
+            let [felt, _] = model.felt_at_stop(stop, [&*first, &*second]);
+            let amount = (felt - level) / stop.push;
+            let closed = (active, &segments[..]);
+            model.shift_from_stop(stop, amount, closed, [&mut *first, &mut *second]);
+            let [_, felt] = model.felt_at_stop(stop, [&*first, &*second]);
+            model.push_from_stop(stop, (felt - rate) / stop.push, [first, second]);
+        }
+        workspace.segments = segments;
+    }
+
+    /// Takes off what round-off has moved a structure from the stops on which it rests.
+    pub(super) fn keep_seated(
+        &self,
+        active: ActiveSet,
+        position: &Position,
+        workspace: &mut Workspace,
+    ) {
+        for &stop in &self.model.stops {
+            if active.holds(stop.rest()) {
+                self.seat(stop, active, position, workspace);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,81 @@
+//! What do rigid stops do to a state, and with what force do they hold it?
+//!
+//! Impacts are followed one by one until what is left of them is so short that its third power is below round-off. Then the
+//! velocity is taken away, and the state rests.
+
+use super::crossing::Margin;
+use super::integrator::Integration;
+use crate::model::{ActiveSet, Stop};
+
+/// Duration of the impacts that are left out, in units of the fastest rate.
+const SHORT: f64 = 1e-6;
+
+/// Part of a step over which the rate of a force is a difference.
+const APART: f64 = 1e-4;
+
+impl Integration<'_> {
+    /// Lets a contact of a stop happen at a time \[s\] of a mesh cycle.
+    pub(super) fn meet_stop(&mut self, stop: Stop, contact: usize, time: f64) {
+        let model = self.reference.model;
+        let at = (self.cycle, time);
+        if contact == stop.rest() {
+            self.cross(contact, time, 0.0);
+            self.leaving = self.leaving.union(ActiveSet::FREE.toggled(stop.impact));
+            return;
+        }
+        self.leaving = ActiveSet::FREE;
+        let segment = self.segments[stop.impact];
+        let state = &self.state.value;
+        let (_, speed) = model.deflection_on(&segment, self.cycle, state, time);
+        self.cross(stop.impact, time, speed);
+        for other in &model.stops {
+            if self.contact.holds(other.rest()) && model.move_one_another(stop, *other) {
+                self.cross(other.rest(), time, 0.0);
+            }
+        }
+        self.push(stop, (1.0 + stop.restitution) * speed / stop.push);
+        self.cross(stop.impact, time, -stop.restitution * speed);
+        let state = &self.state.value;
+        let forces = model.forces_of_stops(&self.segments, self.contact, at, state);
+        let places = model.stops.iter().zip(forces);
+        let force: f64 = places
+            .filter(|(own, _)| **own == stop)
+            .map(|(_, force)| force)
+            .sum();
+        let quickening = (1.0 - stop.restitution) * force * stop.push;
+        if quickening > 0.0 && 2.0 * speed <= SHORT * self.reference.step * quickening {
+            self.push(stop, -stop.restitution * speed / stop.push);
+            let lasts = 2.0 * stop.restitution * speed / quickening;
+            self.cross(stop.rest(), (time + lasts).min(model.period()), 0.0);
+        }
+    }
+
+    fn push(&mut self, stop: Stop, impulse: f64) {
+        let (first, second) = self.state.value.split_at_mut(self.reference.model.modes());
+        (self.reference.model).push_from_stop(stop, impulse, [first, second]);
+    }
+
+    /// Force \[N\] of the stop on which a state rests, and its rate \[N/s\].
+    pub(super) fn hold(&self, contact: usize, state: &[f64], time: f64) -> Margin {
+        let model = self.reference.model;
+        let place = model.stops.iter().position(|stop| stop.rest() == contact);
+        let force = |state: &[f64], time: f64| {
+            let at = (self.cycle, time);
+            model.forces_of_stops(&self.segments, self.contact, at, state)[place.unwrap_or(0)]
+        };
+        let slope = self.slope(state, time);
+        let [behind, ahead] = [-1.0, 1.0].map(|sense| {
+            let apart = sense * APART * self.reference.step;
+            let moved: Vec<f64> = state
+                .iter()
+                .zip(&slope)
+                .map(|(x, v)| x + apart * v)
+                .collect();
+            force(&moved, time + apart)
+        });
+        Margin {
+            value: force(state, time),
+            rate: (ahead - behind) / (2.0 * APART * self.reference.step),
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! Rigid stops against an independent integrator.
+
+use crate::common::advance::{Events, volterra};
+use gearatlas::model::{Drive, Model, OperatingPoint, TrajectoryState};
+use gearatlas::numerics::random::Stream;
+use gearatlas::propagate::{Counters, Kernel, Tangents};
+use gearatlas::reference::{Crossing, Extended, Reference, ReferenceError};
+use gearatlas::structure::{
+    ContactLaw, HarmonicLoad, MeshHarmonic, ModalStructure, StructureContact,
+};
+use std::f64::consts::TAU;
+
+/// A gap of the mesh that no motion here crosses.
+const WIDE: f64 = 1e3;
+
+/// Speeds of impact below this are of impacts that accumulate: either integrator ends them in its own way.
+const SLOW: f64 = 1e-4;
+
+/// A structure of one to four modes with one to three rigid stops, every other one with a spring besides, and every third one
+/// with stops that move.
+fn structure(number: u64, stream: &mut Stream) -> ModalStructure {
+    let modes = 1 + number as usize % 4;
+    let mut draw = |count: usize| -> Vec<f64> { (0..count).map(|_| stream.normal()).collect() };
+    let mut frequency: Vec<f64> = draw(modes).iter().map(|x| 1.0 + 2.0 * x.abs()).collect();
+    frequency.sort_by(f64::total_cmp);
+    if number.is_multiple_of(5) {
+        frequency[0] = 0.0;
+    }
+    let mut structure =
+        ModalStructure::of_modes(&frequency, 0.03, &vec![1.0; modes], &vec![1.0; modes]);
+    let stops = 1 + number / 4 % 3;
+    for stop in 0..stops.min(modes as u64) {
+        let felt = draw(modes);
+        let tilt = draw(modes);
+        let part = draw(2);
+        let moves = MeshHarmonic::new(1 + stop as u32, 0.05 * part[0], 3.0 * part[1]);
+        let law = ContactLaw {
+            gap: 0.05 + 0.1 * draw(1)[0].abs(),
+            error: if number.is_multiple_of(3) { vec![moves] } else { Vec::new() },
+            ..ContactLaw::default()
+        };
+        let restitution = (0.45 * draw(1)[0].abs()).min(0.9);
+        let tilted = number.is_multiple_of(7);
+        let pairs = felt.iter().zip(&tilt);
+        let force: Vec<f64> = pairs
+            .map(|(p, t)| if tilted { p + 0.1 * t } else { *p })
+            .collect();
+        let own = StructureContact {
+            force,
+            ..StructureContact::plain(format!("stop {stop}"), felt, law)
+        };
+        structure
+            .contacts
+            .extend(own.rigid(if number.is_multiple_of(6) { 0.0 } else { restitution }));
+    }
+    if number.is_multiple_of(2) {
+        let law = ContactLaw {
+            gap: 0.08,
+            stiffness: vec![(1.0, [60.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])],
+            damping: 0.7,
+            ..ContactLaw::default()
+        };
+        let felt = draw(modes);
+        structure
+            .contacts
+            .push(StructureContact::plain("spring".to_owned(), felt, law));
+    }
+    structure.constant_load = draw(modes);
+    structure.harmonic_loads = vec![HarmonicLoad {
+        name: "load".to_owned(),
+        force: draw(modes).iter().map(|x| 2.0 * x).collect(),
+        turns_per_cycle: 1.0,
+        phase: 0.3,
+    }];
+    structure
+}
+
+/// What counts of an event: time, contact, whether it closes, rate.
+type Seen = (f64, usize, bool, f64);
+
+/// Events without the impacts that accumulate.
+fn counted(model: &Model, events: impl Iterator<Item = Seen>) -> Vec<Seen> {
+    let slow = |own: &Seen| {
+        model
+            .stop_of(own.1)
+            .is_some_and(|stop| stop.impact == own.1)
+            && own.3.abs() < SLOW
+    };
+    events.filter(|own| !slow(own)).collect()
+}
+
+/// Cycle by cycle, so that no growth of errors adds up: events and states are those of the other integrator.
+#[test]
+fn random_stops_are_followed_as_by_another_integrator() {
+    let mut stream = Stream::new(11, 0, 0);
+    let (mut rests, mut impacts, mut worst, mut late) = (0, 0, 0.0_f64, 0.0_f64);
+    for number in 0..100 {
+        let structure = structure(number, &mut stream);
+        let point = OperatingPoint {
+            load: 0.0,
+            speed: TAU / 2.3,
+        };
+        let model = Model::new(&structure, &Drive::constant(WIDE, 1.0), point);
+        // A force so tilted that it pulls its stop shut is refused.
+        let Ok(model) = model else { continue };
+        let kernel = volterra(&model);
+        let reference = Reference::new(&model);
+        let start = (0..2 * model.modes())
+            .map(|_| 0.3 * stream.normal())
+            .collect();
+        let mut trajectory = TrajectoryState::new(&model, start, 0);
+        let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
+        for cycle in 0..12 {
+            let from = trajectory.clone();
+            let mut seen = Events::default();
+            (kernel.advance_cycle(
+                &mut trajectory,
+                &mut Tangents::none(),
+                &mut workspace,
+                &mut seen,
+                &mut counters,
+            ))
+            .unwrap_or_else(|stop| panic!("{number} {cycle}: {stop}"));
+            let exact = reference.advance(&from, 1).unwrap();
+            let of_kernel = seen
+                .0
+                .iter()
+                .map(|own| (own.time, own.contact, own.closes(), own.rate));
+            let of_other =
+                |own: &Crossing| (own.time, own.contact, own.to.holds(own.contact), own.rate);
+            let own = counted(&model, of_kernel);
+            let other = counted(&model, exact.crossings.iter().map(of_other));
+            let what = |list: &[Seen]| list.iter().map(|own| (own.1, own.2)).collect::<Vec<_>>();
+            assert_eq!(
+                what(&own),
+                what(&other),
+                "{number} {cycle}: {own:?} {other:?}"
+            );
+            for (a, b) in own.iter().zip(&other) {
+                late = late.max((a.0 - b.0).abs());
+            }
+            let size = from.state.iter().fold(1.0_f64, |most, x| most.max(x.abs()));
+            let off = trajectory
+                .state
+                .iter()
+                .zip(&exact.end.state)
+                .map(|(a, b)| (a - b).abs() / size);
+            let off = off.fold(0.0, f64::max);
+            assert!(off < 1e-9, "{number} {cycle}: {off:e}");
+            worst = worst.max(off);
+            assert_eq!(trajectory.contact, exact.end.contact, "{number} {cycle}");
+            rests += own
+                .iter()
+                .filter(|own| model.is_rest(own.1) && own.2)
+                .count();
+            impacts += own
+                .iter()
+                .filter(|own| !model.is_rest(own.1) && own.2)
+                .count();
+        }
+    }
+    println!("{impacts} impacts, {rests} rests, states off by {worst:.1e}, events by {late:.1e} s");
+    assert!(impacts > 1000 && rests > 200, "{impacts} {rests}");
+    assert!(worst < 1e-10 && late < 1e-8, "{worst:e} {late:e}");
+}
+
+/// Two numbers of one double each cannot follow impacts that accumulate.
+#[test]
+fn the_extended_integrator_refuses_rigid_stops() {
+    let mut stream = Stream::new(3, 0, 0);
+    let structure = structure(1, &mut stream);
+    let point = OperatingPoint {
+        load: 0.0,
+        speed: 1.0,
+    };
+    let model = Model::new(&structure, &Drive::constant(WIDE, 1.0), point).unwrap();
+    let start = TrajectoryState::new(&model, vec![0.0; 2 * model.modes()], 0);
+    let refused = Extended::new(&model).advance(&start, 1).map(|_| ());
+    assert_eq!(refused, Err(ReferenceError::RigidStop));
+}
