@@ -14,6 +14,7 @@ from ._gearatlas import COMMIT, __version__
 from ._errors import AtlasError, Fault, ManifestError, ManifestWarning
 from ._fit import Fit, fit
 from ._manifest import Axis, Manifest, Point, load
+from ._manifold import manifold
 from ._map import CycleMap, Image
 from ._motion import Structure, Trace, structure, trace
 from ._results import Results, open
@@ -44,6 +45,7 @@ __all__ = [
     "fit",
     "follow",
     "load",
+    "manifold",
     "open",
     "probability",
     "quantiles",

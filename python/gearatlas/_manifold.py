@@ -39,13 +39,7 @@ def manifold(
     Raises ValueError if the orbit has not exactly one multiplier outside the unit circle (inside it for `stable`): its
     manifold is not a curve.
 
-    The method is that of Hobson (J. Comput. Phys. 104, 1993, 14-22).
-
-    >>> import gearatlas
-    >>> branches = gearatlas.follow("tests/manifests/saddle.toml", "results/saddle").branches
-    >>> saddle = next(row for row in branches.to_dicts() if row["unstable"] == 1)
-    >>> map = gearatlas.CycleMap(gearatlas.load("tests/manifests/saddle.toml").points[0]).at(speed=saddle["speed"])
-    >>> left, right = gearatlas.manifold(map, map.from_modal(saddle["displacement"], saddle["modal_velocity"]))
+    The method is that of Hobson (J. Comput. Phys. 104, 1993, 14-22). `examples/manifolds.py` draws both.
     """
     grown = _Grown(map, np.array(state, dtype=np.float64), period, stable)
     return tuple(grown.branch(sign * offset, length, step) for sign in (1.0, -1.0))  # type: ignore[return-value]

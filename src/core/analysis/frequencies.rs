@@ -76,7 +76,8 @@ impl Frequencies {
         // Rigid stops have no stiffness.
         let stops = (model.stops.iter()).map(|stop| stop.impact);
         let stops = stops.fold(ActiveSet::FREE, ActiveSet::toggled);
-        let contacts = match model.bearing_contacts().without(stops) {
+        let bearing = model.bearing_contacts().without(stops);
+        let contacts = match bearing {
             ActiveSet::FREE if model.has_flanks() => ActiveSet::DRIVE,
             ActiveSet::FREE if model.contacts.len() > model.flank_springs => {
                 ActiveSet::FREE.toggled(model.flank_springs).without(stops)

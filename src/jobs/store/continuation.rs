@@ -414,6 +414,7 @@ mod tests {
             force_peak: 700.0,
             residual: 1e-13,
             steps: 3,
+            start: [vec![0.1], vec![0.2]],
         }
     }
 

@@ -1,0 +1,92 @@
+"""Manifolds of a saddle of a bistable oscillator: the map keeps them, and the stable one is the border of two basins."""
+
+import numpy as np
+import pytest
+
+import gearatlas
+from program import ROOT
+
+MANIFEST = (ROOT / "tests/manifests/oscillator.head.toml").read_text().replace('file = "', f'file = "{ROOT}/tests/manifests/') + """
+transient = 300
+[grid]
+load = 0.1
+speed = { from = 600, to = 1500, count = 10 }
+[continuation]
+over = "speed"
+starts = 8
+longest_period = 1
+"""
+
+
+@pytest.fixture(scope="module")
+def branches(tmp_path_factory) -> gearatlas.Table:
+    return gearatlas.follow(MANIFEST, tmp_path_factory.mktemp("out") / "case", progress=False).branches
+
+
+@pytest.fixture(scope="module")
+def saddle(branches) -> tuple[gearatlas.CycleMap, np.ndarray]:
+    """A saddle of period 1 and the map where it is, in the middle of its branch."""
+    rows = [row for row in branches if row["unstable"] == 1 and row["period"] == 1 and row["multiplier_re"] > 1.5]
+    return placed(rows[len(rows) // 2])
+
+
+def placed(row) -> tuple[gearatlas.CycleMap, np.ndarray]:
+    mapped = gearatlas.CycleMap(gearatlas.load(MANIFEST).point(0)).at(speed=row["speed"])
+    return mapped, mapped.from_modal(row["displacement"], row["modal_velocity"])
+
+
+def size(mapped, states) -> np.ndarray:
+    return np.linalg.norm(mapped.weights * states, axis=-1)
+
+
+def distance(mapped, points, curve) -> np.ndarray:
+    """Distance of points from a curve through states."""
+    start, step, points = mapped.weights * curve[:-1], mapped.weights * np.diff(curve, axis=0), mapped.weights * points
+    apart = points[:, np.newaxis] - start
+    along = np.clip((apart * step).sum(axis=2) / (step**2).sum(axis=1), 0.0, 1.0)
+    return np.linalg.norm(apart - along[:, :, np.newaxis] * step, axis=2).min(axis=1)
+
+
+def test_states_of_branches_lie_on_their_orbits(branches):
+    for row in branches[:: max(1, len(branches) // 12)]:
+        mapped, state = placed(row)
+        assert size(mapped, mapped(state, row["period"]) - state) < 1e-9 * size(mapped, state)
+
+
+def test_the_map_keeps_the_manifolds(saddle):
+    mapped, state = saddle
+    for stable in (False, True):
+        for branch in gearatlas.manifold(mapped, state, stable=stable, length=20.0, step=0.05):
+            assert np.array_equal(branch[0], state) and size(mapped, np.diff(branch, axis=0)).max() < 0.1
+            inner = branch[: len(branch) // 3]
+            assert distance(mapped, mapped(inner), branch).max() < 2e-3
+    # On the way back errors across the curve decay: images are on it to round-off but for its chords.
+    branch = gearatlas.manifold(mapped, state, stable=True, length=20.0, step=0.05)[0]
+    returned = mapped(branch[-1], 12)
+    assert size(mapped, returned - state) < 1e-2 * size(mapped, branch[-1] - state)
+
+
+def test_the_stable_manifold_is_the_border_of_two_basins(saddle):
+    mapped, state = saddle
+    unstable = gearatlas.manifold(mapped, state, length=1000.0)
+    ends = [mapped(branch[-1], 400) for branch in unstable]
+    assert size(mapped, ends[0] - ends[1]) > 0.1
+    for branch in gearatlas.manifold(mapped, state, stable=True, length=10.0, step=0.05):
+        along = (mapped.weights * np.diff(branch, axis=0))[2::7]
+        across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1)[:, np.newaxis]
+        middle = 0.5 * (branch[:-1] + branch[1:])[2::7]
+        sides = []
+        for sign in (1.0, -1.0):
+            ended = mapped(middle + sign * 0.02 * across / mapped.weights, 400)
+            sides.append([int(size(mapped, own - ends[1]) < size(mapped, own - ends[0])) for own in ended])
+        assert (np.array(sides[0]) != np.array(sides[1])).all()
+        assert len(set(sides[0])) == 1
+
+
+def test_only_saddles_with_one_direction_have_a_curve(branches):
+    stable = next(row for row in branches if row["stable"])
+    mapped, state = placed(stable)
+    with pytest.raises(ValueError, match="0 multipliers outside the unit circle"):
+        gearatlas.manifold(mapped, state)
+    with pytest.raises(ValueError, match="2 multipliers inside"):
+        gearatlas.manifold(mapped, state, stable=True)
