@@ -155,4 +155,5 @@ class _Grown:
         return image.jacobian[0][np.ix_(self.felt, self.felt)], image.states[0]
 
     def _gaps(self, points: Floats) -> Floats:
-        return np.linalg.norm(self.weights * np.diff(points[:, self.felt], axis=0), axis=1)
+        gaps: Floats = np.linalg.norm(self.weights * np.diff(points[:, self.felt], axis=0), axis=1)
+        return gaps
