@@ -259,6 +259,25 @@ fn a_doubling_over_the_gap_is_where_a_sweep_finds_it() {
     assert_eq!(periods, [2, 4], "at {at}");
 }
 
+/// The linear motion touches the stop where the gap is its amplitude `F/√((ω² − Ω²)² + (2ζωΩ)²)`, whatever the stiffness.
+#[test]
+fn a_linear_motion_grazes_where_the_gap_is_its_amplitude() {
+    let rest = "[continuation]\nover = \"contact.stop.gap\"\nstarts = 2\nlongest_period = 1\n";
+    let grid = "speed = 2.8\n\"contact.stop.gap\" = { from = 0.13, to = 0.2, count = 2 }";
+    let (frequency, force, damping): (f64, f64, f64) = (2.8, 1.0, 0.05);
+    let square = (1.0 - frequency * frequency).powi(2) + (2.0 * damping * frequency).powi(2);
+    let amplitude = force / square.sqrt();
+    for stiffness in ["30.0", "500.0"] {
+        let modal = oscillator(0.2, force).replace("30.0", stiffness);
+        let found = follow(&modal, &job("", grid, rest), "contact.stop.gap");
+        let grazes = found.iter().filter(|own| own.0 == "graze");
+        let nearest = grazes
+            .map(|own| (own.2 - amplitude).abs())
+            .fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1e-12, "{nearest} {amplitude} {found:#?}");
+    }
+}
+
 /// The derivative by the stiffness of the stop, of a settled motion, beside differences of files.
 #[test]
 fn sensitivities_by_a_stiffness_are_differences() {
