@@ -278,6 +278,51 @@ fn a_linear_motion_grazes_where_the_gap_is_its_amplitude() {
     }
 }
 
+/// Of a force `a Ω²` that an expression gives, orbits over the speed have the force of their own speed.
+#[test]
+fn an_expression_is_evaluated_along_a_branch() {
+    let folder = tempfile::tempdir().unwrap();
+    let rest = "[continuation]\nover = \"speed\"\nstarts = 2\nlongest_period = 1\n";
+    let grid = "speed = { from = 0.6, to = 0.9, count = 2 }\n\"harmonic_load.shaker.force[1]\" = \"0.5 * speed^2\"";
+    write(folder.path(), &oscillator(1.0, 1.0), &job("", grid, rest));
+    said(
+        folder.path(),
+        &["follow", "m.toml", "--quiet", "--out", "r"],
+    );
+    let table = ResultTable::read(&folder.path().join("r"), TableKind::Bifurcations).unwrap();
+    let column = |name: &str| -> Vec<f64> {
+        table
+            .f64(name)
+            .unwrap()
+            .into_iter()
+            .map(|value| value.unwrap())
+            .collect()
+    };
+    let (speeds, forces) = (column("speed"), column("harmonic_load.shaker.force[1]"));
+    assert!(!speeds.is_empty());
+    for (speed, force) in speeds.iter().zip(&forces) {
+        assert!(
+            (force - 0.5 * speed * speed).abs() < 1e-14,
+            "{speed} {force}"
+        );
+    }
+    // The linear motion touches the stop where its amplitude is the gap, 1.
+    let beyond = |speed: f64| {
+        let square = (1.0 - speed * speed).powi(2) + (0.1 * speed).powi(2);
+        0.5 * speed * speed / square.sqrt() - 1.0
+    };
+    let (mut low, mut high) = (0.6, 0.9);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if beyond(middle) < 0.0 { low = middle } else { high = middle }
+    }
+    let nearest = speeds
+        .iter()
+        .map(|at| (at - low).abs())
+        .fold(f64::INFINITY, f64::min);
+    assert!(nearest < 1e-11, "{low}: {speeds:?}");
+}
+
 /// The derivative by the stiffness of the stop, of a settled motion, beside differences of files.
 #[test]
 fn sensitivities_by_a_stiffness_are_differences() {
