@@ -21,7 +21,7 @@ fn job(model: &str, grid: &str, rest: &str) -> String {
     format!(
         "job.name = \"j\"\n[model]\nkind = \"modal\"\nfile = \"s.modal.toml\"\n{model}\n\
          [grid]\n{grid}\n[run]\ntransient = 200\ncycles = 400\n\
-         [analyses]\nlyapunov = {{ exponents = 2, effort = \"survey\" }}\n{rest}\n"
+         [analyses]\nnvh = {{}}\nlyapunov = {{ exponents = 2, effort = \"survey\" }}\n{rest}\n"
     )
 }
 
@@ -172,10 +172,7 @@ fn what_is_no_number_of_the_file_is_told() {
         ("\"contact.stop.gapp\" = 0.1", "contact.stop.gap"),
         ("\"frequency[2]\" = 3.0", "frequency"),
         ("\"damping[1]\" = 1.5", "less than 1"),
-        (
-            "\"contact.stop.gap\" = \"2 * sped\"",
-            "did you mean `speed`",
-        ),
+        ("\"contact.stop.gap\" = \"2 * sped\"", "nearest: `speed`"),
         (
             "\"contact.stop.gap\" = \"1 / (speed - 2.8)\"",
             "speed = 2.8",
@@ -237,7 +234,7 @@ fn bifurcations_do_not_depend_on_the_length() {
     }
 }
 
-/// A period-doubling over the gap of the stop lies between the gaps at which a sweep finds periods 1 and 2.
+/// A period-doubling over the gap of the stop lies between the gaps at which a sweep finds periods 2 and 4.
 #[test]
 fn a_doubling_over_the_gap_is_where_a_sweep_finds_it() {
     let modal = oscillator(0.0, 1.0);
@@ -246,7 +243,7 @@ fn a_doubling_over_the_gap_is_where_a_sweep_finds_it() {
     let found = follow(&modal, &job("length = 1.0", grid, rest), "contact.stop.gap");
     let doublings: Vec<f64> = found
         .iter()
-        .filter(|own| own.0 == "period_doubling" && own.1 == 1)
+        .filter(|own| own.0 == "period_doubling" && own.1 == 2)
         .map(|own| own.2)
         .collect();
     assert!(!doublings.is_empty(), "{found:#?}");
@@ -259,7 +256,71 @@ fn a_doubling_over_the_gap_is_where_a_sweep_finds_it() {
     let table = ResultTable::read(&folder.path().join("r"), TableKind::Points).unwrap();
     let mut periods: Vec<u64> = table.u64("period").unwrap().into_iter().flatten().collect();
     periods.sort_unstable();
-    assert_eq!(periods, [1, 2], "at {at}");
+    assert_eq!(periods, [2, 4], "at {at}");
+}
+
+/// The linear motion touches the stop where the gap is its amplitude `F/√((ω² − Ω²)² + (2ζωΩ)²)`, whatever the stiffness.
+#[test]
+fn a_linear_motion_grazes_where_the_gap_is_its_amplitude() {
+    let rest = "[continuation]\nover = \"contact.stop.gap\"\nstarts = 2\nlongest_period = 1\n";
+    let grid = "speed = 2.8\n\"contact.stop.gap\" = { from = 0.13, to = 0.2, count = 2 }";
+    let (frequency, force, damping): (f64, f64, f64) = (2.8, 1.0, 0.05);
+    let square = (1.0 - frequency * frequency).powi(2) + (2.0 * damping * frequency).powi(2);
+    let amplitude = force / square.sqrt();
+    for stiffness in ["30.0", "500.0"] {
+        let modal = oscillator(0.2, force).replace("30.0", stiffness);
+        let found = follow(&modal, &job("", grid, rest), "contact.stop.gap");
+        let grazes = found.iter().filter(|own| own.0 == "graze");
+        let nearest = grazes
+            .map(|own| (own.2 - amplitude).abs())
+            .fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1e-12, "{nearest} {amplitude} {found:#?}");
+    }
+}
+
+/// Of a force `a Ω²` that an expression gives, orbits over the speed have the force of their own speed.
+#[test]
+fn an_expression_is_evaluated_along_a_branch() {
+    let folder = tempfile::tempdir().unwrap();
+    let rest = "[continuation]\nover = \"speed\"\nstarts = 2\nlongest_period = 1\n";
+    let grid = "speed = { from = 0.6, to = 0.9, count = 2 }\n\"harmonic_load.shaker.force[1]\" = \"0.5 * speed^2\"";
+    write(folder.path(), &oscillator(1.0, 1.0), &job("", grid, rest));
+    said(
+        folder.path(),
+        &["follow", "m.toml", "--quiet", "--out", "r"],
+    );
+    let table = ResultTable::read(&folder.path().join("r"), TableKind::Bifurcations).unwrap();
+    let column = |name: &str| -> Vec<f64> {
+        table
+            .f64(name)
+            .unwrap()
+            .into_iter()
+            .map(|value| value.unwrap())
+            .collect()
+    };
+    let (speeds, forces) = (column("speed"), column("harmonic_load.shaker.force[1]"));
+    assert!(!speeds.is_empty());
+    for (speed, force) in speeds.iter().zip(&forces) {
+        assert!(
+            (force - 0.5 * speed * speed).abs() < 1e-14,
+            "{speed} {force}"
+        );
+    }
+    // The linear motion touches the stop where its amplitude is the gap, 1.
+    let beyond = |speed: f64| {
+        let square = (1.0 - speed * speed).powi(2) + (0.1 * speed).powi(2);
+        0.5 * speed * speed / square.sqrt() - 1.0
+    };
+    let (mut low, mut high) = (0.6, 0.9);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if beyond(middle) < 0.0 { low = middle } else { high = middle }
+    }
+    let nearest = speeds
+        .iter()
+        .map(|at| (at - low).abs())
+        .fold(f64::INFINITY, f64::min);
+    assert!(nearest < 1e-11, "{low}: {speeds:?}");
 }
 
 /// The derivative by the stiffness of the stop, of a settled motion, beside differences of files.

@@ -3,6 +3,7 @@
 use super::error::ReportError;
 use crate::store::{ResultTable, TableKind};
 use crate::structure::SliderPart;
+use crate::sweep::NO_FLANKS;
 use serde::Serialize;
 use std::path::Path;
 
@@ -32,10 +33,10 @@ pub(super) fn ranked(folder: &Path, head: &ResultTable) -> Result<Vec<Rattle>, R
         return Ok(Vec::new());
     };
     let mut found: Vec<Rattle> = Vec::new();
-    // Of every contact its place among these; the states of a dry slider do not rattle.
+    // Of every contact its place among these; the states of a dry slider do not rattle, nor do flanks that there are not.
     let places: Vec<Option<usize>> = (column.elements.iter())
         .map(|contact| {
-            if is_of_slider(contact) {
+            if is_of_slider(contact) || NO_FLANKS.contains(&contact.as_str()) {
                 return None;
             }
             let name = common(contact);

@@ -68,8 +68,15 @@ fn elements(job: &Job) -> Vec<(Listed, Vec<String>)> {
     found
 }
 
+/// What columns of contacts call the flanks that an oscillator does not have.
+pub const NO_FLANKS: [&str; 2] = ["no drive flank", "no coast flank"];
+
 fn names(variant: &Variant) -> Vec<(Listed, Vec<String>)> {
-    let flanks = ["drive flank", "coast flank"].map(str::to_owned);
+    let flanks = match variant.mesh.length {
+        None => ["drive flank", "coast flank"],
+        Some(_) => NO_FLANKS,
+    };
+    let flanks = flanks.map(str::to_owned);
     let contacts = match &variant.model.source {
         StructureSource::Train(train) => train.contact_names(),
         StructureSource::Modal(structure) => {

@@ -55,7 +55,7 @@ pub use forecast::{Forecast, forecast};
 pub use further_meshes::FurtherMeshError;
 pub use job_run::{JobRan, JobRun, JobRunError, this_machine};
 pub use kernel_tables::KernelTables;
-pub use layout::sample_columns;
+pub use layout::{NO_FLANKS, sample_columns};
 pub use loaded_mesh::{LoadedMesh, loaded_further_meshes, loaded_mesh};
 pub use mesh_tables::{MeshError, MeshTables, TabledMesh};
 pub use panic_hook::{WORKER, hush_workers};
