@@ -121,7 +121,8 @@ fn random_stops_are_followed_as_by_another_integrator() {
                 &mut counters,
             ))
             .unwrap_or_else(|stop| panic!("{number} {cycle}: {stop}"));
-            let exact = reference.advance(&from, 1).unwrap();
+            let exact = reference.advance(&from, 1);
+            let exact = exact.unwrap_or_else(|error| panic!("{number} {cycle}: {error}"));
             let of_kernel = seen
                 .0
                 .iter()

@@ -33,9 +33,6 @@ pub struct Stop {
     pub push: f64,
 }
 
-/// Part of what a force does to its own deflection below which it leaves another one alone.
-const APART: f64 = 1e-12;
-
 /// Products of gains with a pair of components.
 fn product(row: [f64; 2], [x, y]: [f64; 2]) -> f64 {
     row[0] * x + row[1] * y
@@ -226,20 +223,76 @@ impl Model {
         }
     }
 
-    /// Whether the force of one stop moves the deflection at another.
-    pub fn move_one_another(&self, stop: Stop, other: Stop) -> bool {
-        let [force, felt] = [stop, other].map(|own| &self.directions[own.direction].gains);
-        pushed(felt, force).abs() > APART * (stop.push * other.push).sqrt()
+    /// The stops that hold a state with these contacts closed.
+    pub fn held(&self, active: ActiveSet) -> Vec<Stop> {
+        let held = |stop: &&Stop| active.holds(stop.rest());
+        self.stops.iter().filter(held).copied().collect()
+    }
+
+    /// Which of the stops that hold the structure go on while another one is hit, with their impulses per unit of its own;
+    /// and by how much a unit impulse then changes the rate at that one \[1/kg\]. A stop that would have to pull lets go.
+    pub fn held_beside(&self, stop: Stop, mut held: Vec<Stop>) -> (Vec<(Stop, f64)>, f64) {
+        let gains = |stop: &Stop| &self.directions[stop.direction].gains[..];
+        loop {
+            let moved: Vec<f64> = (held.iter())
+                .map(|other| -pushed(gains(other), gains(&stop)))
+                .collect();
+            let shares = self.against(&held, &moved);
+            let least = (0..shares.len()).min_by(|a, b| shares[*a].total_cmp(&shares[*b]));
+            let Some(pulls) = least.filter(|own| shares[*own] < 0.0) else {
+                let beside = held.iter().zip(&shares);
+                let beside = beside.map(|(own, share)| share * pushed(gains(&stop), gains(own)));
+                let push = stop.push + beside.sum::<f64>();
+                return (held.into_iter().zip(shares).collect(), push);
+            };
+            held.remove(pulls);
+        }
+    }
+
+    /// Takes the rates at stops off a state, which moves them at the rates `levels` \[m/s\], or off a tangent.
+    pub fn still(&self, held: &[Stop], levels: &[f64], [first, second]: [&mut [f64]; 2]) {
+        let rates: Vec<f64> = (held.iter().zip(levels))
+            .map(|(stop, level)| self.felt_at_stop(*stop, [&*first, &*second])[1] - level)
+            .collect();
+        for (stop, impulse) in held.iter().zip(self.against(held, &rates)) {
+            self.push_from_stop(*stop, impulse, [&mut *first, &mut *second]);
+        }
+    }
+
+    /// Moves a state onto stops, which stand at `levels` with these rates \[m, m/s\], and takes its rates there; or a tangent.
+    pub fn seat(
+        &self,
+        held: &[Stop],
+        levels: &[[f64; 2]],
+        closed: (ActiveSet, &[Segment]),
+        [first, second]: [&mut [f64]; 2],
+    ) {
+        let beyond: Vec<f64> = (held.iter().zip(levels))
+            .map(|(stop, level)| self.felt_at_stop(*stop, [&*first, &*second])[0] - level[0])
+            .collect();
+        for (stop, amount) in held.iter().zip(self.against(held, &beyond)) {
+            self.shift_from_stop(*stop, amount, closed, [&mut *first, &mut *second]);
+        }
+        let rates: Vec<f64> = levels.iter().map(|level| level[1]).collect();
+        self.still(held, &rates, [first, second]);
+    }
+
+    /// Where the surfaces of stops stand along their lines, and their rates \[m, m/s\], at a time \[s\] within a mesh cycle.
+    pub fn levels_of_stops(&self, stops: &[Stop], cycle: u64, time: f64) -> Vec<[f64; 2]> {
+        let of_stop = |stop: &Stop| {
+            let line = &self.lines[self.directions[stop.direction].line];
+            let (error, rate) = line.transmission_error_at(cycle, time);
+            [error + self.contacts[stop.impact].half_gap, rate]
+        };
+        stops.iter().map(of_stop).collect()
     }
 
     /// Takes off the derivative of a state what the stops on which it rests push, `Σ g λ`, so that no δ'' is left.
     pub(super) fn hold(&self, active: ActiveSet, (cycle, time): (u64, f64), slope: &mut [f64]) {
-        let held: Vec<Stop> = (self.stops.iter().copied())
-            .filter(|stop| active.holds(stop.rest()))
-            .collect();
-        if held.is_empty() {
+        if self.stops.is_empty() {
             return;
         }
+        let held = self.held(active);
         let forces = self.holding(&held, (cycle, time), slope);
         for (stop, force) in held.iter().zip(forces) {
             self.push_from_stop(*stop, force, halves(slope));
@@ -262,13 +315,21 @@ impl Model {
                 felt.chain(curved).sum()
             })
             .collect();
-        if let [only] = held {
-            return vec![quickening[0] / only.push];
+        self.against(held, &quickening)
+    }
+
+    /// Forces or impulses of stops that together take off rates or accelerations at them.
+    fn against(&self, held: &[Stop], taken: &[f64]) -> Vec<f64> {
+        match held {
+            [] => Vec::new(),
+            [only] => vec![taken[0] / only.push],
+            _ => {
+                let gains = |stop: usize| &self.directions[held[stop].direction].gains[..];
+                let matrix =
+                    Mat::from_fn(held.len(), held.len(), |i, j| pushed(gains(i), gains(j)));
+                linalg::solve(matrix.as_ref(), taken)
+            }
         }
-        let matrix = Mat::from_fn(held.len(), held.len(), |i, j| {
-            pushed(gains(&held[i]), gains(&held[j]))
-        });
-        linalg::solve(matrix.as_ref(), &quickening)
     }
 
     /// Forces \[N\] that the stops on which a state rests bear, in the order of the stops; of the others those that would
@@ -307,20 +368,19 @@ impl Model {
             .collect()
     }
 
-    /// Moves a state that is beyond a stop onto it, at the start of a mesh cycle, and stops its approach there.
+    /// Moves a state that is beyond stops onto them, at the start of a mesh cycle, and stops its approach there.
     pub(super) fn seat_on_stops(&self, segments: &[Segment], cycle: u64, state: &mut [f64]) {
         for &stop in &self.stops {
-            let segment = &segments[stop.impact];
-            let own = &self.contacts[stop.impact];
-            let (deflection, _) = self.deflection_on(segment, cycle, state, 0.0);
-            let beyond = deflection - own.half_gap;
-            if beyond <= 0.0 {
+            let [[level, level_rate]] = self.levels_of_stops(&[stop], cycle, 0.0)[..] else {
                 continue;
+            };
+            let [first, second] = halves(state);
+            let [felt, rate] = self.felt_at_stop(stop, [&*first, &*second]);
+            if felt > level {
+                let kept = [level, level_rate + (rate - level_rate).min(0.0)];
+                let closed = (ActiveSet::FREE, segments);
+                self.seat(&[stop], &[kept], closed, halves(state));
             }
-            let free = (ActiveSet::FREE, segments);
-            self.shift_from_stop(stop, beyond / stop.push, free, halves(state));
-            let (_, rate) = self.deflection_on(segment, cycle, state, 0.0);
-            self.push_from_stop(stop, rate.max(0.0) / stop.push, halves(state));
         }
     }
 }
