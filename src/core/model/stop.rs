@@ -25,7 +25,7 @@ use faer::Mat;
 pub struct Stop {
     /// Place of its impacts among the contacts. The rest comes next.
     pub impact: usize,
-    /// Coefficient of restitution r.
+    /// Coefficient of restitution ε.
     pub restitution: f64,
     /// Direction of its force, among the model's, along the line of δ.
     pub direction: usize,

@@ -1,17 +1,18 @@
 //! When is a rigid stop hit, when does the structure rest on it, and when does it leave?
 //!
-//! An impact reverses the speed of approach v to −r v. The saltation of this reset, with λ the force that would hold the
-//! structure just before it and ρ, g, w, r of [`crate::model::Stop`], is
+//! An impact reverses the speed of approach v to −ε v, ε being the restitution. Its saltation, with λ the force that would
+//! hold the structure just before it and ρ, g, w, r of [`crate::model::Stop`], is
 //!
 //! ```text
-//! dx⁺ = dx − (1 + r) (r·dx / ρ − λ w·dx / v) g − (1 + r) (w·dx / ρ) A g
+//! dx⁺ = dx − (1 + ε) (r·dx / ρ − λ w·dx / v) g − (1 + ε) (w·dx / ρ) A g
 //! ```
 //!
-//! While a force λ > 0 would be needed, impacts accumulate: with the acceleration `a = ρ λ` toward the stop the flights take
-//! `2 r v / a` and the factor r less each time, `τ = 2 r v / (a (1 − r))` together. Impacts are followed one by one until the
-//! square of τ, in units of the fastest rate, is below round-off. What then remains moves the state by the third power only:
-//! its velocity is taken away, and the structure rests. The event has the time at which the impacts would have ended.
-//! The capture takes two dimensions from tangents, along g and `A g`.
+//! Where other stops hold the structure they take part with impulses of their own: g is then the sum of all, and ρ what that
+//! changes. While a force λ > 0 would be needed, impacts accumulate: with the acceleration `a = ρ λ` toward the stop the
+//! flights take `2 ε v / a` and the factor ε less each time, `τ = 2 ε v / (a (1 − ε))` together. Impacts are followed one by
+//! one until the square of τ, in units of the fastest rate, is below round-off. What then remains moves the state by the third
+//! power only: its velocity is taken away, and the structure rests. The event has the time at which the impacts would have
+//! ended. The capture takes two dimensions from tangents, along g and `A g`.
 //!
 //! While it rests, λ is what its line shows, and the stop is a contact that bears 1 N per unit of that. It ends where λ falls to
 //! zero. δ then has a triple root: it comes back only behind the next zeros of λ and of δ', which are sought first.

@@ -446,7 +446,7 @@ fn a_ball_leaves_a_vibrating_table_where_its_force_ends() {
 #[test]
 fn rigid_gear_rattle_doubles_where_its_closed_form_says() {
     for (restitution, n, published) in [
-        (0.5_f64, 1, 1.526824),
+        (0.5_f64, 1_u32, 1.526824),
         (0.7, 1, 1.170731),
         (0.9, 1, 1.016311),
         (0.7, 2, f64::NAN),
