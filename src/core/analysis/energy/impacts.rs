@@ -11,7 +11,7 @@ impl Balance<'_> {
     pub fn event(&mut self, event: &Event) {
         let stop = self.model().stop_of(event.contact);
         let struck = stop.filter(|stop| stop.impact == event.contact && event.closes());
-        for stop in struck {
+        if let Some(stop) = struck {
             let (beside, push) = self
                 .model()
                 .held_beside(stop, self.model().held(event.from));
