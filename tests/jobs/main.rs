@@ -42,6 +42,7 @@ mod points;
 mod power_cut;
 mod refined;
 mod retry;
+mod rigid_stops;
 mod run;
 mod run_up;
 mod samples;

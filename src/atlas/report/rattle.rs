@@ -89,11 +89,11 @@ fn is_of_slider(contact: &str) -> bool {
     SliderPart::ALL.iter().any(|(_, own)| Some(*own) == state)
 }
 
-/// What both contacts of a mesh or of a stage are called.
+/// What both contacts of a mesh, of a stage or of a rigid stop are called.
 fn common(contact: &str) -> &str {
     let flank = ["drive flank of ", "coast flank of "];
     let mesh = flank.iter().find_map(|side| contact.strip_prefix(side));
-    let way = [", forward", ", backward"];
+    let way = [", forward", ", backward", ", rest"];
     let stage = || way.iter().find_map(|way| contact.strip_suffix(way));
     mesh.or_else(stage).unwrap_or(contact)
 }
@@ -107,6 +107,7 @@ mod tests {
         for (contact, name) in [
             ("drive flank of z20 and z50", "z20 and z50"),
             ("coast flank of z20 and z50", "z20 and z50"),
+            ("buffer, rest", "buffer"),
             (
                 "stage 1 of engine and input, backward",
                 "stage 1 of engine and input",

@@ -47,6 +47,7 @@ mod slider;
 mod sliding;
 mod stiffness;
 mod stop;
+mod stopping;
 mod structure_contacts;
 mod system;
 mod torque_curve;

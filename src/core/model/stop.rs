@@ -12,20 +12,15 @@
 
 use super::direction::Directions;
 use super::error::{ModelError, positive};
-use super::{
-    ActiveSet, Block, Contact, Direction, MeshGain, Model, Release, Segment,
-    TransmissionErrorHarmonic,
-};
-use crate::numerics::linalg;
+use super::{Block, Contact, Direction, MeshGain, TransmissionErrorHarmonic};
 use crate::structure::{ModalStructure, StopPart};
-use faer::Mat;
 
 /// A rigid stop of a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stop {
     /// Place of its impacts among the contacts. The rest comes next.
     pub impact: usize,
-    /// Coefficient of restitution r.
+    /// Coefficient of restitution ε.
     pub restitution: f64,
     /// Direction of its force, among the model's, along the line of δ.
     pub direction: usize,
@@ -33,33 +28,16 @@ pub struct Stop {
     pub push: f64,
 }
 
-/// Part of what a force does to its own deflection below which it leaves another one alone.
-const APART: f64 = 1e-12;
-
 /// Products of gains with a pair of components.
-fn product(row: [f64; 2], [x, y]: [f64; 2]) -> f64 {
+pub(super) fn product(row: [f64; 2], [x, y]: [f64; 2]) -> f64 {
     row[0] * x + row[1] * y
 }
 
 /// `Σ r·g` of two directions: what a unit force along the second does to the second derivative of the deflection along the
 /// first \[1/kg\].
-fn pushed(felt: &[MeshGain], force: &[MeshGain]) -> f64 {
+pub(super) fn pushed(felt: &[MeshGain], force: &[MeshGain]) -> f64 {
     let pairs = felt.iter().zip(force);
     pairs.map(|(a, b)| product(a.rate, b.mesh_input)).sum()
-}
-
-/// Takes a multiple of a column off a state, given by its first and second components.
-fn take(column: impl Iterator<Item = [f64; 2]>, amount: f64, [first, second]: [&mut [f64]; 2]) {
-    for ([a, b], (x, y)) in column.zip(first.iter_mut().zip(second)) {
-        *x -= amount * a;
-        *y -= amount * b;
-    }
-}
-
-/// First and second components of a state.
-fn halves(state: &mut [f64]) -> [&mut [f64]; 2] {
-    let (first, second) = state.split_at_mut(state.len() / 2);
-    [first, second]
 }
 
 impl Stop {
@@ -127,200 +105,5 @@ impl Directions {
         let line = self.directions[direction].line;
         self.lines[line].direct = direct;
         direction
-    }
-}
-
-impl Model {
-    /// The stop that a contact is a part of.
-    pub fn stop_of(&self, contact: usize) -> Option<Stop> {
-        let own = |stop: &&Stop| stop.impact == contact || stop.rest() == contact;
-        self.stops.iter().find(own).copied()
-    }
-
-    /// Whether a contact is the rest on a rigid stop.
-    pub fn is_rest(&self, contact: usize) -> bool {
-        self.contacts[contact].release == Release::Rest
-    }
-
-    /// The direction along which a contact moves on a segment: of the rest on a stop that of its impacts.
-    pub fn direction_of_motion(&self, contact: usize, segment: &Segment) -> usize {
-        let rest = self.stop_of(contact).filter(|_| self.is_rest(contact));
-        rest.map_or(segment.direction, |stop| stop.direction)
-    }
-
-    /// What inputs of the blocks add at once to what a line shows.
-    pub fn added_at_once(&self, line: usize, input: &[[f64; 2]]) -> f64 {
-        let direct = self.lines[line].direct.iter().zip(input);
-        direct.map(|(row, input)| product(*row, *input)).sum()
-    }
-
-    /// What a unit force along a direction takes off at once from what a line shows, its own force left out.
-    pub fn taken_at_once(&self, line: usize, direction: usize) -> f64 {
-        let force = &self.directions[direction];
-        if force.line == line {
-            return 0.0;
-        }
-        let direct = self.lines[line].direct.iter().zip(&force.gains);
-        direct.map(|(row, own)| product(*row, own.mesh_input)).sum()
-    }
-
-    /// What constant inputs and ripples add at once to what a line shows, at a time \[s\] within a mesh cycle.
-    pub(super) fn loads_at_once(&self, line: usize, cycle: u64, time: f64) -> f64 {
-        let rows = &self.lines[line].direct;
-        let constant = rows.iter().zip(&self.blocks);
-        let constant: f64 = constant
-            .map(|(row, own)| product(*row, own.static_input))
-            .sum();
-        let of_ripple = |ripple: &super::Ripple| {
-            self.added_at_once(line, &ripple.input) * ripple.phase_at(cycle, time).cos()
-        };
-        if rows.is_empty() {
-            0.0
-        } else {
-            constant + self.ripple.iter().map(of_ripple).sum::<f64>()
-        }
-    }
-
-    /// What the deflection and its rate at a stop feel of a state or a tangent, given by its first and second components: `w·x`
-    /// and `r·x`.
-    pub fn felt_at_stop(&self, stop: Stop, [first, second]: [&[f64]; 2]) -> [f64; 2] {
-        let gains = self.directions[stop.direction].gains.iter();
-        let parts = gains.zip(first.iter().zip(second));
-        parts.fold([0.0; 2], |sum, (own, (x, y))| {
-            let pair = [*x, *y];
-            [
-                sum[0] + product(own.deflection, pair),
-                sum[1] + product(own.rate, pair),
-            ]
-        })
-    }
-
-    /// Takes a multiple of g off a state or a tangent: an impulse of a stop \[N s\]. The rate δ' falls by ρ times as much.
-    pub fn push_from_stop(&self, stop: Stop, impulse: f64, parts: [&mut [f64]; 2]) {
-        let along = self.directions[stop.direction].gains.iter();
-        take(along.map(|own| own.mesh_input), impulse, parts);
-    }
-
-    /// Takes a multiple of `A g` off, A with the dampers of closed contacts: δ falls by ρ times as much, and what remains is
-    /// moved as by two opposite impulses one shortly after the other.
-    pub fn shift_from_stop(
-        &self,
-        stop: Stop,
-        amount: f64,
-        (active, segments): (ActiveSet, &[Segment]),
-        [first, second]: [&mut [f64]; 2],
-    ) {
-        let gains = &self.directions[stop.direction].gains;
-        let moved = self.blocks.iter().zip(gains);
-        let moved =
-            moved.map(|(block, own)| block.generator.map(|row| product(row, own.mesh_input)));
-        take(moved, amount, [&mut *first, &mut *second]);
-        let springs = active
-            .iter()
-            .filter(|own| !self.contacts[*own].release.of_stop());
-        for segment in springs.map(|contact| &segments[contact]) {
-            let own = self.gains(segment);
-            let damped = -segment.damping * pushed(own, gains) * amount;
-            let along = own.iter().map(|own| own.mesh_input);
-            take(along, damped, [&mut *first, &mut *second]);
-        }
-    }
-
-    /// Whether the force of one stop moves the deflection at another.
-    pub fn move_one_another(&self, stop: Stop, other: Stop) -> bool {
-        let [force, felt] = [stop, other].map(|own| &self.directions[own.direction].gains);
-        pushed(felt, force).abs() > APART * (stop.push * other.push).sqrt()
-    }
-
-    /// Takes off the derivative of a state what the stops on which it rests push, `Σ g λ`, so that no δ'' is left.
-    pub(super) fn hold(&self, active: ActiveSet, (cycle, time): (u64, f64), slope: &mut [f64]) {
-        let held: Vec<Stop> = (self.stops.iter().copied())
-            .filter(|stop| active.holds(stop.rest()))
-            .collect();
-        if held.is_empty() {
-            return;
-        }
-        let forces = self.holding(&held, (cycle, time), slope);
-        for (stop, force) in held.iter().zip(forces) {
-            self.push_from_stop(*stop, force, halves(slope));
-        }
-    }
-
-    /// Forces \[N\] of stops that take all δ'' from the derivative of a state without them.
-    fn holding(&self, held: &[Stop], (cycle, time): (u64, f64), slope: &[f64]) -> Vec<f64> {
-        let n = self.blocks.len();
-        let gains = |stop: &Stop| &self.directions[stop.direction].gains[..];
-        let quickening: Vec<f64> = (held.iter())
-            .map(|stop| {
-                let own = gains(stop).iter().enumerate();
-                let felt = own.map(|(i, own)| product(own.rate, [slope[i], slope[n + i]]));
-                let line = &self.lines[self.directions[stop.direction].line];
-                let curved = (line.transmission_error.iter()).map(|own| {
-                    let turned = own.turned(cycle, time) + own.phase;
-                    own.amplitude * own.angular_frequency.powi(2) * turned.cos()
-                });
-                felt.chain(curved).sum()
-            })
-            .collect();
-        if let [only] = held {
-            return vec![quickening[0] / only.push];
-        }
-        let matrix = Mat::from_fn(held.len(), held.len(), |i, j| {
-            pushed(gains(&held[i]), gains(&held[j]))
-        });
-        linalg::solve(matrix.as_ref(), &quickening)
-    }
-
-    /// Forces \[N\] that the stops on which a state rests bear, in the order of the stops; of the others those that would
-    /// hold them alone.
-    pub fn forces_of_stops(
-        &self,
-        segments: &[Segment],
-        active: ActiveSet,
-        (cycle, time): (u64, f64),
-        state: &[f64],
-    ) -> Vec<f64> {
-        let rests = self.stops.iter().map(|stop| stop.rest());
-        let without = rests.fold(ActiveSet::FREE, ActiveSet::toggled);
-        let mut slope = vec![0.0; state.len()];
-        self.derivative(
-            segments,
-            active.without(without),
-            cycle,
-            time,
-            state,
-            &mut slope,
-        );
-        let (held, open): (Vec<Stop>, Vec<Stop>) = self
-            .stops
-            .iter()
-            .partition(|stop| active.holds(stop.rest()));
-        let mut forces = self.holding(&held, (cycle, time), &slope).into_iter();
-        self.hold(active, (cycle, time), &mut slope);
-        let mut alone = (open.iter()).map(|stop| self.holding(&[*stop], (cycle, time), &slope)[0]);
-        (self.stops.iter())
-            .filter_map(
-                |stop| {
-                    if active.holds(stop.rest()) { forces.next() } else { alone.next() }
-                },
-            )
-            .collect()
-    }
-
-    /// Moves a state that is beyond a stop onto it, at the start of a mesh cycle, and stops its approach there.
-    pub(super) fn seat_on_stops(&self, segments: &[Segment], cycle: u64, state: &mut [f64]) {
-        for &stop in &self.stops {
-            let segment = &segments[stop.impact];
-            let own = &self.contacts[stop.impact];
-            let (deflection, _) = self.deflection_on(segment, cycle, state, 0.0);
-            let beyond = deflection - own.half_gap;
-            if beyond <= 0.0 {
-                continue;
-            }
-            let free = (ActiveSet::FREE, segments);
-            self.shift_from_stop(stop, beyond / stop.push, free, halves(state));
-            let (_, rate) = self.deflection_on(segment, cycle, state, 0.0);
-            self.push_from_stop(stop, rate.max(0.0) / stop.push, halves(state));
-        }
     }
 }

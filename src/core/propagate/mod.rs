@@ -44,10 +44,10 @@ pub const SAME_LENGTH: f64 = 1e-12;
 /// Deflections beyond which a motion has diverged, of every line: [`FARTHEST`] times its gap.
 fn farthest(model: &Model) -> Vec<f64> {
     (0..model.lines.len())
-        .map(|line| match model.lines[line].direct.is_empty() {
-            true => FARTHEST * model.gap_on(line),
+        .map(|line| {
             // The force of a rigid stop has no bound of its own.
-            false => f64::INFINITY,
+            let is_deflection = model.lines[line].direct.is_empty();
+            if is_deflection { FARTHEST * model.gap_on(line) } else { f64::INFINITY }
         })
         .collect()
 }

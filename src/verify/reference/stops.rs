@@ -23,17 +23,27 @@ impl Integration<'_> {
             self.leaving = self.leaving.union(ActiveSet::FREE.toggled(stop.impact));
             return;
         }
+        let leaving = self.leaving.union(ActiveSet::FREE.toggled(stop.impact));
         self.leaving = ActiveSet::FREE;
         let segment = self.segments[stop.impact];
         let state = &self.state.value;
         let (_, speed) = model.deflection_on(&segment, self.cycle, state, time);
+        if speed <= 0.0 {
+            self.leaving = leaving;
+            return;
+        }
         self.cross(stop.impact, time, speed);
-        for other in &model.stops {
-            if self.contact.holds(other.rest()) && model.move_one_another(stop, *other) {
+        let before = model.held(self.contact);
+        let (beside, push) = model.held_beside(stop, before.clone());
+        for other in before {
+            if !beside.iter().any(|(own, _)| *own == other) {
                 self.cross(other.rest(), time, 0.0);
             }
         }
-        self.push(stop, (1.0 + stop.restitution) * speed / stop.push);
+        let impulse = (1.0 + stop.restitution) * speed / push;
+        for (own, share) in beside.iter().copied().chain([(stop, 1.0)]) {
+            self.push(own, share * impulse);
+        }
         self.cross(stop.impact, time, -stop.restitution * speed);
         let state = &self.state.value;
         let forces = model.forces_of_stops(&self.segments, self.contact, at, state);
@@ -43,10 +53,17 @@ impl Integration<'_> {
             .map(|(_, force)| force)
             .sum();
         let quickening = (1.0 - stop.restitution) * force * stop.push;
-        if quickening > 0.0 && 2.0 * speed <= SHORT * self.reference.step * quickening {
-            self.push(stop, -stop.restitution * speed / stop.push);
-            let lasts = 2.0 * stop.restitution * speed / quickening;
+        let rebound = stop.restitution * speed;
+        if quickening > 0.0 && 2.0 * rebound <= SHORT * self.reference.step * quickening {
+            let held = model.held(self.contact);
+            let (beside, push) = model.held_beside(stop, held);
+            for (own, share) in beside.into_iter().chain([(stop, 1.0)]) {
+                self.push(own, -share * rebound / push);
+            }
+            let lasts = 2.0 * rebound / quickening;
             self.cross(stop.rest(), (time + lasts).min(model.period()), 0.0);
+        } else if rebound == 0.0 {
+            self.leaving = leaving;
         }
     }
 

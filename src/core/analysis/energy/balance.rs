@@ -1,10 +1,9 @@
 //! What does work on the vibration, window after window, and what does it store?
 
 use super::cause::Cause;
-use super::impacts::Impact;
 use crate::analysis::coupled_modes::CoupledModes;
 use crate::analysis::modal_series::{ModalMotion, Series, TERMS, cosine_series, integral, padded};
-use crate::model::{Model, Release, STIFFNESS_TERMS, Segment, TrajectoryState};
+use crate::model::{Model, Release, STIFFNESS_TERMS, Segment, Stop, TrajectoryState};
 use crate::numerics::legendre::{at_end, at_start, derivative, evaluate, transforms8};
 use crate::numerics::quadrature::GaussLegendre;
 use crate::propagate::{ClosedContact, Window};
@@ -25,8 +24,8 @@ pub(in crate::analysis) struct Balance<'m> {
     coupled: Option<CoupledModes>,
     /// Exact for the square of a deflection times the slope of a stiffness.
     rule: &'static GaussLegendre,
-    /// The impacts since the last window.
-    pub(super) struck: Vec<Impact>,
+    /// The impulses since the last window \[N s\], each with its stop.
+    pub(super) struck: Vec<(Stop, f64)>,
 }
 
 /// The contacts at one end of a window.

@@ -4,7 +4,6 @@
 //! starts there, and the energy before them from the state with the impulses taken back.
 
 use super::balance::Balance;
-use crate::model::Stop;
 use crate::propagate::Event;
 
 impl Balance<'_> {
@@ -12,7 +11,15 @@ impl Balance<'_> {
     pub fn event(&mut self, event: &Event) {
         let stop = self.model().stop_of(event.contact);
         let struck = stop.filter(|stop| stop.impact == event.contact && event.closes());
-        self.struck.extend(struck.map(|stop| (stop, event.rate)));
+        if let Some(stop) = struck {
+            let (beside, push) = self
+                .model()
+                .held_beside(stop, self.model().held(event.from));
+            let impulse = (1.0 + stop.restitution) * event.rate / push;
+            let beside = beside.into_iter().chain([(stop, 1.0)]);
+            self.struck
+                .extend(beside.map(|(own, share)| (own, share * impulse)));
+        }
     }
 
     /// Energy \[J\] that the structure has gained by the impacts since the last window, from its state after them.
@@ -21,14 +28,10 @@ impl Balance<'_> {
             return 0.0;
         }
         let (mut before, mut rates) = (first.to_vec(), second.to_vec());
-        for &(stop, rate) in &self.struck {
-            let impulse = (1.0 + stop.restitution) * rate / stop.push;
+        for &(stop, impulse) in &self.struck {
             let parts = [&mut before[..], &mut rates[..]];
             self.model().push_from_stop(stop, -impulse, parts);
         }
         self.structure(first, second) - self.structure(&before, &rates)
     }
 }
-
-/// An impact: the stop, and the speed of approach \[m/s\].
-pub(super) type Impact = (Stop, f64);

@@ -1,17 +1,18 @@
 //! When is a rigid stop hit, when does the structure rest on it, and when does it leave?
 //!
-//! An impact reverses the speed of approach v to −r v. The saltation of this reset, with λ the force that would hold the
-//! structure just before it and ρ, g, w, r of [`crate::model::Stop`], is
+//! An impact reverses the speed of approach v to −ε v, ε being the restitution. Its saltation, with λ the force that would
+//! hold the structure just before it and ρ, g, w, r of [`crate::model::Stop`], is
 //!
 //! ```text
-//! dx⁺ = dx − (1 + r) (r·dx / ρ − λ w·dx / v) g − (1 + r) (w·dx / ρ) A g
+//! dx⁺ = dx − (1 + ε) (r·dx / ρ − λ w·dx / v) g − (1 + ε) (w·dx / ρ) A g
 //! ```
 //!
-//! While a force λ > 0 would be needed, impacts accumulate: with the acceleration `a = ρ λ` toward the stop the flights take
-//! `2 r v / a` and the factor r less each time, `τ = 2 r v / (a (1 − r))` together. Impacts are followed one by one until the
-//! square of τ, in units of the fastest rate, is below round-off. What then remains moves the state by the third power only:
-//! its velocity is taken away, and the structure rests. The event has the time at which the impacts would have ended.
-//! The capture takes two dimensions from tangents, along g and `A g`.
+//! Where other stops hold the structure they take part with impulses of their own: g is then the sum of all, and ρ what that
+//! changes. While a force λ > 0 would be needed, impacts accumulate: with the acceleration `a = ρ λ` toward the stop the
+//! flights take `2 ε v / a` and the factor ε less each time, `τ = 2 ε v / (a (1 − ε))` together. Impacts are followed one by
+//! one until the square of τ, in units of the fastest rate, is below round-off. What then remains moves the state by the third
+//! power only: its velocity is taken away, and the structure rests. The event has the time at which the impacts would have
+//! ended. The capture takes two dimensions from tangents, along g and `A g`.
 //!
 //! While it rests, λ is what its line shows, and the stop is a contact that bears 1 N per unit of that. It ends where λ falls to
 //! zero. δ then has a triple root: it comes back only behind the next zeros of λ and of δ', which are sought first.
@@ -181,7 +182,8 @@ impl Volterra<'_> {
         }
         let time = scene.position.time;
         if found.contact == stop.rest() {
-            self.seat(stop, *scene.active, scene.position, workspace);
+            let held = scene.active.union(ActiveSet::FREE.toggled(stop.rest()));
+            self.keep_seated(held, scene.position, workspace);
             return scene.toggle(stop.rest(), 0.0, time);
         }
         self.strike((stop, found.x), track, &mut scene, workspace)
@@ -206,82 +208,77 @@ impl Volterra<'_> {
             scene.counters.grazings += 1;
             return Ok(());
         }
-        let force_of = |stop: Stop| {
+        let force_of = |workspace: &Workspace, stop: Stop| {
             let seen = &workspace.solutions[track.place_of(stop.rest())];
             evaluate(&seen.deflection, x)
         };
-        let force = force_of(stop);
+        let force = force_of(workspace, stop);
         scene.toggle(stop.impact, speed, time)?;
-        let factor = 1.0 + stop.restitution;
-        let moved =
-            |other: &&Stop| active.holds(other.rest()) && model.move_one_another(stop, **other);
-        let segments = std::mem::take(&mut workspace.segments);
-        for &other in model.stops.iter().filter(moved) {
+        let before = model.held(active);
+        let (beside, push) = model.held_beside(stop, before.clone());
+        let held: Vec<Stop> = beside.iter().map(|(other, _)| *other).collect();
+        for other in before.into_iter().filter(|other| !held.contains(other)) {
             // Its force ends with the impulse.
-            let ended = {
-                let seen = &workspace.solutions[track.place_of(other.rest())];
-                evaluate(&seen.deflection, x)
-            };
+            let ended = force_of(workspace, other);
             for column in workspace.columns_in_parts().skip(1) {
                 let [felt, _] = model.felt_at_stop(stop, [&*column[0], &*column[1]]);
                 model.push_from_stop(other, -ended * felt / speed, column);
             }
             scene.toggle(other.rest(), 0.0, time)?;
         }
+        let factor = (1.0 + stop.restitution) / push;
+        let segments = std::mem::take(&mut workspace.segments);
+        let levels = model.levels_of_stops(&held, cycle, time);
         for (index, [first, second]) in workspace.columns_in_parts().enumerate() {
             let [felt, rate] = model.felt_at_stop(stop, [&*first, &*second]);
-            let impulse = if index == 0 {
-                factor * speed / stop.push
-            } else {
-                let closed = (active, &segments[..]);
-                let amount = factor * felt / stop.push;
-                model.shift_from_stop(stop, amount, closed, [&mut *first, &mut *second]);
-                factor * (rate / stop.push - force * felt / speed)
+            let closed = (active, &segments[..]);
+            let (impulse, amount) = match index {
+                0 => (factor * speed, 0.0),
+                _ => (
+                    factor * (rate - force * stop.push * felt / speed),
+                    factor * felt,
+                ),
             };
-            model.push_from_stop(stop, impulse, [first, second]);
+            for &(own, share) in beside.iter().chain(&[(stop, 1.0)]) {
+                model.shift_from_stop(own, share * amount, closed, [&mut *first, &mut *second]);
+                model.push_from_stop(own, share * impulse, [&mut *first, &mut *second]);
+            }
+            let at_rest = |level: &[f64; 2]| if index == 0 { level[1] } else { 0.0 };
+            let rates: Vec<f64> = levels.iter().map(at_rest).collect();
+            model.still(&held, &rates, [first, second]);
         }
         workspace.segments = segments;
         scene.toggle(stop.impact, -stop.restitution * speed, time)?;
         let quickening = (1.0 - stop.restitution) * force * stop.push;
         if quickening > 0.0 && 2.0 * speed / quickening * self.fastest <= f64::EPSILON.sqrt() {
-            self.seat(stop, *scene.active, scene.position, workspace);
+            let held = scene.active.toggled(stop.rest());
+            self.keep_seated(held, scene.position, workspace);
             let lasts = 2.0 * stop.restitution * speed / quickening;
             scene.toggle(stop.rest(), 0.0, (time + lasts).min(model.period()))?;
         }
         Ok(())
     }
 
-    /// Moves trajectory and tangents onto a stop, without a speed there.
-    fn seat(&self, stop: Stop, active: ActiveSet, position: &Position, workspace: &mut Workspace) {
-        let model = &*self.model;
-        let line = &model.lines[model.directions[stop.direction].line];
-        let (error, error_rate) = line.transmission_error_at(position.cycle, position.time);
-        let segments = std::mem::take(&mut workspace.segments);
-        let mut place = [error + model.contacts[stop.impact].half_gap, error_rate];
-        for [first, second] in workspace.columns_in_parts() {
-            let [level, rate] = std::mem::take(&mut place);
-            let [felt, _] = model.felt_at_stop(stop, [&*first, &*second]);
-            let amount = (felt - level) / stop.push;
-            let closed = (active, &segments[..]);
-            model.shift_from_stop(stop, amount, closed, [&mut *first, &mut *second]);
-            let [_, felt] = model.felt_at_stop(stop, [&*first, &*second]);
-            model.push_from_stop(stop, (felt - rate) / stop.push, [first, second]);
-        }
-        workspace.segments = segments;
-    }
-
-    /// Takes off what round-off has moved a structure from the stops on which it rests.
+    /// Moves trajectory and tangents onto the stops that hold the structure, without a speed there: where one begins to do so,
+    /// and what round-off has moved.
     pub(super) fn keep_seated(
         &self,
         active: ActiveSet,
         position: &Position,
         workspace: &mut Workspace,
     ) {
-        for &stop in &self.model.stops {
-            if active.holds(stop.rest()) {
-                self.seat(stop, active, position, workspace);
-            }
+        let model = &*self.model;
+        if model.stops.is_empty() {
+            return;
         }
+        let held = model.held(active);
+        let mut levels = model.levels_of_stops(&held, position.cycle, position.time);
+        let segments = std::mem::take(&mut workspace.segments);
+        for column in workspace.columns_in_parts() {
+            model.seat(&held, &levels, (active, &segments[..]), column);
+            levels.fill([0.0; 2]);
+        }
+        workspace.segments = segments;
     }
 }
 

@@ -440,6 +440,61 @@ fn a_ball_leaves_a_vibrating_table_where_its_force_ends() {
     }
 }
 
+/// An idle gear with rigid flanks and wide backlash, whose driver swings with Γ times the acceleration of its drag, meets one flank
+/// once in n periods with the phase `sin φ = πn (1 − e) / ((1 + e) Γ)`, and doubles its period where
+/// `Γ² = (πn (1 − e) / (1 + e))² + 4 (1 + e²)² / (1 + e)⁴` (the map of a ball on a shaken table, Holmes 1982).
+#[test]
+fn rigid_gear_rattle_doubles_where_its_closed_form_says() {
+    for (restitution, n, published) in [
+        (0.5_f64, 1_u32, 1.526824),
+        (0.7, 1, 1.170731),
+        (0.9, 1, 1.016311),
+        (0.7, 2, f64::NAN),
+    ] {
+        let (e, drag, frequency) = (restitution, 2.0, 3.0);
+        let turns = 0.5 * TAU * f64::from(n);
+        let least = turns * (1.0 - e) / (1.0 + e);
+        let swing = least.hypot(2.0 * (1.0 + e * e) / (1.0 + e).powi(2));
+        assert!(
+            published.is_nan() || (swing - published).abs() < 1e-6,
+            "{swing}"
+        );
+        // The other phase of this sine belongs to a saddle.
+        let (phase, time) = (0.5 * TAU - (least / swing).asin(), 0.3 * TAU / frequency);
+        let gear = Oscillator {
+            natural: 0.0,
+            ratio: 0.0,
+            load: drag,
+            amplitude: drag * swing,
+            frequency,
+            phase: phase - frequency * time,
+            gap: 0.05,
+            restitution,
+        };
+        // Back from the impact at `time`, which comes with the speed u, by the free flight.
+        let size = gear.amplitude / (frequency * frequency);
+        let speed = drag * turns / frequency + size * frequency * phase.sin();
+        let [sin, cos] = [gear.phase.sin(), gear.phase.cos()];
+        let start = [
+            gear.gap - speed * time + 0.5 * drag * time * time - size * (cos - phase.cos())
+                + size * frequency * phase.sin() * time,
+            speed - drag * time + size * frequency * (sin - phase.sin()),
+        ];
+        let model = gear.model();
+        let mut seen = Events::default();
+        let end = advance(&model, &start, n.into(), &mut seen).unwrap();
+        let hit = impacts(&seen.0, 2)[0];
+        assert!((hit.rate - speed).abs() < 1e-12 && (hit.time - time).abs() < 1e-12);
+        assert_eq!(seen.0.len(), 2);
+        let off = (0..2).map(|i| (end.state[i] - start[i]).abs());
+        assert!(off.fold(0.0, f64::max) < 1e-12);
+        let (columns, _) = tangents(&model, &start, n.into());
+        let trace = columns[0][0] + columns[1][1];
+        println!("e = {e}: multiplier −1 off by {:.1e}", 1.0 + trace + e * e);
+        assert!((1.0 + trace + e * e).abs() < 1e-11);
+    }
+}
+
 /// Without restitution a body stays where it hits, as long as it is pressed.
 #[test]
 fn without_restitution_the_first_impact_is_the_last() {
@@ -507,14 +562,8 @@ fn coupled(restitution: f64) -> ModalStructure {
 /// Impulses, rests and the spring convert no more energy than they say.
 #[test]
 fn energy_balances_through_impacts_and_rests() {
-    for (restitution, coupling, damping) in [
-        (0.6, false, 0.0),
-        (0.6, false, 0.8),
-        (0.0, false, 0.8),
-        (0.6, true, 0.8),
-    ] {
+    for (restitution, coupling) in [(0.6, false), (0.0, false), (0.6, true)] {
         let mut structure = coupled(restitution);
-        structure.contacts[4].law.damping = damping;
         if coupling {
             structure.coupling = Some(crate::structure::Coupling {
                 damping: vec![0.1, 0.05, 0.05, 0.2],
@@ -537,9 +586,7 @@ fn energy_balances_through_impacts_and_rests() {
             seen.0.len()
         );
         assert!(seen.0.len() > 100 && rests > 3);
-        // Between impacts that accumulate windows are so short that the audit's own rates of a damper have few digits.
-        let tolerance = if damping > 0.0 { 1e-10 } else { 1e-12 };
-        assert!(residual < tolerance, "{residual:e}");
+        assert!(residual < 1e-10, "{residual:e}");
     }
 }
 
