@@ -93,6 +93,7 @@ fn counted(model: &Model, events: impl Iterator<Item = Seen>) -> Vec<Seen> {
 #[test]
 fn random_stops_are_followed_as_by_another_integrator() {
     let mut stream = Stream::new(11, 0, 0);
+    let mut faults: Vec<String> = Vec::new();
     let (mut rests, mut impacts, mut worst, mut late) = (0, 0, 0.0_f64, 0.0_f64);
     for number in 0..100 {
         let structure = structure(number, &mut stream);
@@ -113,16 +114,18 @@ fn random_stops_are_followed_as_by_another_integrator() {
         for cycle in 0..12 {
             let from = trajectory.clone();
             let mut seen = Events::default();
-            (kernel.advance_cycle(
+            let advanced = kernel.advance_cycle(
                 &mut trajectory,
                 &mut Tangents::none(),
                 &mut workspace,
                 &mut seen,
                 &mut counters,
-            ))
-            .unwrap_or_else(|stop| panic!("{number} {cycle}: {stop}"));
+            );
             let exact = reference.advance(&from, 1);
-            let exact = exact.unwrap_or_else(|error| panic!("{number} {cycle}: {error}"));
+            let (Ok(()), Ok(exact)) = (advanced, &exact) else {
+                faults.push(format!("{number} {cycle}: {advanced:?} {:?}", exact.err()));
+                break;
+            };
             let of_kernel = seen
                 .0
                 .iter()
@@ -132,13 +135,15 @@ fn random_stops_are_followed_as_by_another_integrator() {
             let own = counted(&model, of_kernel);
             let other = counted(&model, exact.crossings.iter().map(of_other));
             let what = |list: &[Seen]| list.iter().map(|own| (own.1, own.2)).collect::<Vec<_>>();
-            assert_eq!(
-                what(&own),
-                what(&other),
-                "{number} {cycle}: {:?} {:?}",
-                &own[own.len().saturating_sub(9)..],
-                &other[other.len().saturating_sub(9)..]
-            );
+            if what(&own) != what(&other) {
+                let last = |list: &[Seen]| list[list.len().saturating_sub(9)..].to_vec();
+                faults.push(format!(
+                    "{number} {cycle}: {:?} {:?}",
+                    last(&own),
+                    last(&other)
+                ));
+                break;
+            }
             for (a, b) in own.iter().zip(&other) {
                 late = late.max((a.0 - b.0).abs());
             }
@@ -149,9 +154,11 @@ fn random_stops_are_followed_as_by_another_integrator() {
                 .zip(&exact.end.state)
                 .map(|(a, b)| (a - b).abs() / size);
             let off = off.fold(0.0, f64::max);
-            assert!(off < 1e-9, "{number} {cycle}: {off:e}");
+            if off > 1e-10 || trajectory.contact != exact.end.contact {
+                faults.push(format!("{number} {cycle}: {off:e}"));
+                break;
+            }
             worst = worst.max(off);
-            assert_eq!(trajectory.contact, exact.end.contact, "{number} {cycle}");
             rests += own
                 .iter()
                 .filter(|own| model.is_rest(own.1) && own.2)
@@ -163,6 +170,12 @@ fn random_stops_are_followed_as_by_another_integrator() {
         }
     }
     println!("{impacts} impacts, {rests} rests, states off by {worst:.1e}, events by {late:.1e} s");
+    assert!(
+        faults.is_empty(),
+        "{} of 100:\n{}",
+        faults.len(),
+        faults.join("\n")
+    );
     assert!(impacts > 1000 && rests > 200, "{impacts} {rests}");
     assert!(worst < 1e-10 && late < 1e-8, "{worst:e} {late:e}");
 }
