@@ -7,8 +7,11 @@ use super::crossing::Margin;
 use super::integrator::Integration;
 use crate::model::{ActiveSet, Stop};
 
-/// Duration of the impacts that are left out, in units of the fastest rate.
-const SHORT: f64 = 1e-6;
+/// Duration of the impacts that are left out, in units of the fastest rate: while the force hardly changes, and otherwise.
+const SHORT: [f64; 2] = [1e-6, 3e-8];
+
+/// Part of the force by which it hardly changes.
+const LITTLE: f64 = 1e-2;
 
 /// Part of a step over which the rate of a force is a difference.
 const APART: f64 = 1e-4;
@@ -54,13 +57,16 @@ impl Integration<'_> {
             .sum();
         let quickening = (1.0 - stop.restitution) * force * stop.push;
         let rebound = stop.restitution * speed;
-        if quickening > 0.0 && 2.0 * rebound <= SHORT * self.reference.step * quickening {
+        let lasts = 2.0 * rebound / quickening;
+        let held = self.hold(stop.rest(), &self.state.value, time);
+        let steady = (held.rate * lasts).abs() <= LITTLE * held.value;
+        let short = SHORT[usize::from(!steady)] * self.reference.step;
+        if quickening > 0.0 && lasts <= short {
             let held = model.held(self.contact);
             let (beside, push) = model.held_beside(stop, held);
             for (own, share) in beside.into_iter().chain([(stop, 1.0)]) {
                 self.push(own, -share * rebound / push);
             }
-            let lasts = 2.0 * rebound / quickening;
             self.cross(stop.rest(), (time + lasts).min(model.period()), 0.0);
         } else if rebound == 0.0 {
             self.leaving = leaving;

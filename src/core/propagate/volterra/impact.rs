@@ -76,7 +76,7 @@ impl Volterra<'_> {
     /// The first event on a window up to `limit`, rigid stops included, where `first` is that of all other contacts.
     pub(super) fn first_with_stops(
         &self,
-        track: Track<'_>,
+        (position, track): (&Position, Track<'_>),
         active: ActiveSet,
         (limit, mut first): (f64, Option<(Crossing, Place)>),
         workspace: &Workspace,
@@ -91,7 +91,8 @@ impl Volterra<'_> {
                 let x = self.exit(&sight.force, 1.0, noise, known, until, counters);
                 x.map(|x| (x, stop.rest()))
             } else {
-                self.hits(stop, &sight, until, counters)
+                let leaves = position.forceless.holds(stop.rest());
+                self.hits((stop, leaves), &sight, until, counters)
             };
             if let Some((x, contact)) = found.filter(|(x, _)| *x < until || first.is_none()) {
                 first = Some((Crossing { x, contact }, Place::Elsewhere));
@@ -114,10 +115,11 @@ impl Volterra<'_> {
         }
     }
 
-    /// Where an open stop is hit, or comes to hold the structure, and the contact that closes there.
+    /// Where an open stop is hit, or comes to hold the structure, and the contact that closes there; `leaves` says that its
+    /// force has vanished where the window starts.
     fn hits(
         &self,
-        stop: Stop,
+        (stop, leaves): (Stop, bool),
         sight: &Sight,
         limit: f64,
         counters: &mut Counters,
@@ -138,10 +140,11 @@ impl Volterra<'_> {
         }
         let force = legendre::at_start(&sight.force);
         let grows = legendre::at_start(&legendre::derivative(&sight.force));
-        if force > of_force || (force >= -of_force && grows > TERMS as f64 * of_force) {
+        let presses = force > of_force || (force >= -of_force && grows > TERMS as f64 * of_force);
+        if presses && !leaves {
             return Some((-1.0, stop.rest()));
         }
-        let known = force >= -of_force;
+        let known = leaves || force >= -of_force;
         let pressed = self.exit(&sight.force, -1.0, of_force, known, limit, counters)?;
         let behind = |from: f64, series: &Series| {
             (from < limit).then(|| transforms24().restrict(series, from, limit))
@@ -184,6 +187,10 @@ impl Volterra<'_> {
         if found.contact == stop.rest() {
             let held = scene.active.union(ActiveSet::FREE.toggled(stop.rest()));
             self.keep_seated(held, scene.position, workspace);
+            if scene.active.holds(stop.rest()) {
+                let forceless = scene.position.forceless;
+                scene.position.forceless = forceless.union(ActiveSet::FREE.toggled(stop.rest()));
+            }
             return scene.toggle(stop.rest(), 0.0, time);
         }
         self.strike((stop, found.x), track, &mut scene, workspace)
