@@ -379,7 +379,7 @@ fn a_bouncing_ball_comes_to_rest_in_time() {
 #[test]
 fn a_ball_leaves_a_vibrating_table_where_its_force_ends() {
     let (g, a, frequency) = (9.81, 13.0, 7.0);
-    let turn = (-g / a as f64).acos();
+    let turn = f64::acos(-g / a);
     let period = TAU / frequency;
     let ball = Oscillator {
         natural: 0.0,
