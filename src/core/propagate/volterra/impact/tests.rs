@@ -378,8 +378,8 @@ fn a_bouncing_ball_comes_to_rest_in_time() {
 /// On a table that accelerates by `a cos Ωt` a ball rests while `g + a cos Ωt > 0`. The table moves by itself, or the load does.
 #[test]
 fn a_ball_leaves_a_vibrating_table_where_its_force_ends() {
-    let (g, a, frequency) = (9.81, 13.0, 7.0);
-    let turn = (-g / a as f64).acos();
+    let (g, a, frequency) = (9.81_f64, 13.0, 7.0);
+    let turn = (-g / a).acos();
     let period = TAU / frequency;
     let ball = Oscillator {
         natural: 0.0,
