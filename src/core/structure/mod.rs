@@ -5,6 +5,7 @@ mod modal;
 mod slider;
 mod slider_part;
 mod static_share;
+mod stop;
 mod stop_part;
 
 pub use mesh_harmonic::MeshHarmonic;
