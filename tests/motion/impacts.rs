@@ -4,7 +4,7 @@ use crate::common::advance::{Events, advance_with, volterra};
 use gearatlas::analysis::EnergyAudit;
 use gearatlas::model::{Drive, Model, OperatingPoint, TrajectoryState};
 use gearatlas::numerics::random::Stream;
-use gearatlas::propagate::{Counters, Kernel, Tangents};
+use gearatlas::propagate::{Counters, Event, Kernel, Tangents};
 use gearatlas::reference::{Crossing, Extended, Reference, ReferenceError};
 use gearatlas::structure::{
     ContactLaw, Coupling, HarmonicLoad, MeshHarmonic, ModalStructure, StructureContact,
@@ -204,7 +204,8 @@ fn energy_balances_through_impacts_and_rests() {
         let (end, _) = advance_with(&volterra(&model), &start, 30, &mut both);
         worst = worst.max(both.0.residual(&end).unwrap());
         let closing = both.1.0.iter().filter(|own| own.closes());
-        let (held, hit): (Vec<_>, Vec<_>) = closing.partition(|own| model.is_rest(own.contact));
+        let (held, hit): (Vec<&Event>, Vec<&Event>) =
+            closing.partition(|own| model.is_rest(own.contact));
         (rests, hits) = (rests + held.len(), hits + hit.len());
     }
     println!("{hits} impacts, {rests} rests, residual {worst:.1e}");
