@@ -14,6 +14,8 @@ import sys
 import tempfile
 
 TURNS = int(os.environ.get("TURNS", "5"))
+# Jobs whose name has these words; all of them without.
+ONLY = os.environ.get("ONLY", "")
 GRID = "grid={load={values=[0.05, 0.30]},speed={values=[1200, 1500]}}"
 # No search for orbits, whose matrices of many modes would be most of the time.
 INTEGRATED = ["-j", "1", "--set", GRID, "--set", "run.settle=false", "--set", "run.transient=200", "--set", "run.cycles=2000"]
@@ -65,7 +67,7 @@ def main(before, older, after, newer, out):
     out = pathlib.Path(out)
     rows = []
     with tempfile.TemporaryDirectory() as work:
-        for number, (name, arguments) in enumerate(CASES):
+        for number, (name, arguments) in enumerate(case for case in CASES if ONLY in case[0]):
             found = {older: [], newer: []}
             for turn in range(TURNS):
                 # Who is first changes, so that a machine that warms up or slows down favours neither.
