@@ -429,7 +429,10 @@ mod tests {
                 let whole = || Some(read.u64(name).ok()?[0]?.to_string());
                 let text = || read.text(name).ok()?[0].clone();
                 let truth = || Some(read.bool(name).ok()?[0]?.to_string());
-                let value = number().or_else(whole).or_else(text).or_else(truth);
+                let list = || Some(format!("{:?}", read.lists(name).ok()?[0].as_ref()?));
+                let value = (number().or_else(whole).or_else(text))
+                    .or_else(truth)
+                    .or_else(list);
                 (
                     name.to_owned(),
                     value.unwrap_or_else(|| panic!("{name} is null")),
@@ -496,6 +499,8 @@ mod tests {
             (&branch, "deflection_rms", "0.000001"),
             (&branch, "force_peak", "700"),
             (&branch, "newton_steps", "3"),
+            (&branch, "displacement", "[Some(0.1)]"),
+            (&branch, "modal_velocity", "[Some(0.2)]"),
             (&own, "after", "7"),
             (&own, "kind", "fold"),
             (&own, "low", "899"),
