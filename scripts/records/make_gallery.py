@@ -21,7 +21,7 @@ PICTURES = ROOT / "docs/pictures"
 PLACE = ROOT / "target/gallery"
 
 # Of the repository what the commands name.
-NAMED = ["manifests", "docs", ".venv"]
+NAMED = ["manifests", "docs", "examples", ".venv"]
 
 
 @dataclass(frozen=True)

@@ -70,6 +70,8 @@ fn write(rows: &Receiver<usize>, written: &AtomicU64, end: End) -> Vec<usize> {
 }
 
 fn in_many_orders(end: End) {
+    // Shuttle's threads have too little stack to read a manifest.
+    LazyLock::force(&JOB);
     let run = move || {
         let share = Share::of_shard(&JOB, None);
         let mut queue = Queue::new(&JOB, share, TakenOver::default(), 1, WORKERS, 0);
