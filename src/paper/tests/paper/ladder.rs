@@ -406,14 +406,14 @@ proptest! {
 fn an_event_grid_is_of_first_order() {
     for case in [common::six_modes(), common::twenty_modes()] {
         let model = common::model(&case);
-        let starts: Vec<_> = (40..48).map(|cycles| settled(&model, cycles)).collect();
+        let starts: Vec<_> = (40..104).map(|cycles| settled(&model, cycles)).collect();
         let errors = [6_000, 60_000, 600_000].map(|parts| {
             let late = Spectral::new(&model, CELLS, 1000, Some(parts)).unwrap();
             let error = |start: &TrajectoryState| {
                 let exact = advance(&volterra(&model), start, 1);
                 relative_difference(&advance(&late, start, 1).state, &exact.state)
             };
-            starts.iter().map(error).fold(0.0, f64::max)
+            starts.iter().map(error).sum::<f64>() / starts.len() as f64
         });
         println!("{errors:?}");
         for pair in errors.windows(2) {
