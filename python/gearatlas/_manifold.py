@@ -52,7 +52,7 @@ class _Grown:
         self.map, self.orbit, self.stable = map, orbit, stable
         self.felt, self.weights = map.felt, map.weights[map.felt]
         self.cycles = period
-        monodromy, _ = self._image(orbit)
+        monodromy = self._slope(orbit)
         values, vectors = np.linalg.eig(monodromy)
         own = np.abs(values) < 1.0 if stable else np.abs(values) > 1.0
         if own.sum() != 1:
@@ -104,7 +104,7 @@ class _Grown:
         known, images = piece[0], [piece[-1]]
         ahead = list(piece[:0:-1])
         while ahead:
-            slope, _ = self._image(images[-1])
+            slope = self._slope(images[-1])
             guess = images[-1].copy()
             guess[self.felt] += np.linalg.solve(slope, (ahead[-1] - known)[self.felt])
             found = self._mapped(ahead[-1][np.newaxis], guess[np.newaxis])[0]
@@ -148,11 +148,12 @@ class _Grown:
         found[~known] = np.nan
         return found
 
-    def _image(self, state: Floats) -> tuple[Floats, Floats]:
-        """Derivative of the map at a state, and its image."""
+    def _slope(self, state: Floats) -> Floats:
+        """Derivative of the map at a state."""
         image = self.map.image(state, self.cycles, jacobian=True)
         assert image.jacobian is not None
-        return image.jacobian[0][np.ix_(self.felt, self.felt)], image.states[0]
+        slope: Floats = image.jacobian[0][np.ix_(self.felt, self.felt)]
+        return slope
 
     def _gaps(self, points: Floats) -> Floats:
         gaps: Floats = np.linalg.norm(self.weights * np.diff(points[:, self.felt], axis=0), axis=1)
