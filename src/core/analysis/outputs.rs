@@ -340,7 +340,7 @@ fn deflection(mesh: &NamedMesh, window: &Window<'_>, modal: &ModalSeries<'_>) ->
     }
 }
 
-/// Force of a mesh: of further ones coast flanks are seen along their own lines.
+/// Force of a mesh. Coast forces of further meshes are along their own lines, so they count negative.
 fn force(mesh: &NamedMesh, window: &Window<'_>) -> Series {
     let [drive, coast] = mesh.flanks;
     if drive == DRIVE_FLANK {
@@ -414,8 +414,8 @@ mod tests {
         Model::new(&structure, &drive, point).unwrap()
     }
 
-    /// Compares outputs with the kernel's own states, their rates by the model's vector field, and
-    /// adds up their squares by a Gauss rule about no mean, stretch of ten cycles by stretch.
+    /// Compares outputs with the kernel's states, and their rates with the model's vector field. Sums their
+    /// squares by a Gauss rule, without a mean, per stretch of ten cycles.
     struct Check {
         model: Model,
         outputs: Outputs,
@@ -503,7 +503,7 @@ mod tests {
             let size = &sizes[i].1;
             assert!((size.mean - mean).abs() < 1e-9 * rms && (size.rms / rms - 1.0).abs() < 1e-9);
             assert!(errors.rms[own] > 0.0 && errors.rms[own] < 0.5 * rms);
-            // By the series of what stretches add about the mean: σ = √(mean square), dσ = d(σ²)/(2σ).
+            // From the contributions of stretches about the mean: σ = √(mean square), dσ = d(σ²)/(2σ).
             let time = 10.0 * check.model.period();
             let stretches = check.stretches.iter().map(|sums| sums[i]);
             let [means, squares]: [Vec<f64>; 2] = [
@@ -519,7 +519,7 @@ mod tests {
         }
     }
 
-    /// Hands every window on.
+    /// Passes every window on.
     struct Show<'a>(&'a mut dyn FnMut(&Window<'_>));
 
     impl Observer for Show<'_> {
@@ -572,7 +572,7 @@ mod tests {
                 assert!((a[1].rms[i] / b[1].rms[i] - 1.0).abs() < 1e-9);
             }
         }
-        // A record behind nothing is itself.
+        // A record appended to an empty one is unchanged.
         let mut empty = new();
         empty.append(&whole);
         let quantity = Quantity::BearingForce;
