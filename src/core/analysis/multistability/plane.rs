@@ -96,7 +96,7 @@ pub struct Plane {
     components: [usize; 2],
     /// Change of either per metre of mesh deflection, or per metre per second of its rate.
     scale: [f64; 2],
-    /// Change of the state with it.
+    /// Change of the state per unit of either.
     along: [Vec<f64>; 2],
     /// Half the sides.
     extent: [f64; 2],
@@ -134,7 +134,7 @@ impl Plane {
         let scales = modal_scales(model);
         let displaced = |mode: usize| (mode, 1.0 / participation(mode));
         let moving = |mode: usize| (n + mode, 1.0 / participation(mode));
-        // As fast as the energy of a metre of mesh deflection makes it.
+        // Velocity with the energy of a metre of mesh deflection.
         let as_energetic = |mode: usize| {
             let (component, scale) = moving(mode);
             (component, scales[mode] * scale)
@@ -174,7 +174,7 @@ impl Plane {
         [(cell % count) as u32, (cell / count) as u32]
     }
 
-    /// Centre of a cell \[m; the second of a phase plane m/s\].
+    /// Centre of a cell \[m; m/s for the second of a phase plane\].
     pub(super) fn centre(&self, cell: usize) -> [f64; 2] {
         let count = f64::from(self.count);
         let places = self.column_row(cell);
@@ -279,7 +279,7 @@ mod tests {
         }
     }
 
-    /// Up, the rate of the mesh deflection grows as the axis says, and nothing else.
+    /// Upwards, the rate of the mesh deflection grows as on the axis, and nothing else changes.
     #[test]
     fn a_phase_plane_is_deflection_and_rate_of_one_mode() {
         let model = model();
@@ -300,14 +300,14 @@ mod tests {
             assert!(moved.into_iter().all(|i| [2, 6].contains(&i)));
         }
         assert!((plane.centre(24)[1] - 0.16).abs() < 1e-15);
-        // Unless asked otherwise the top has the energy of the right border.
+        // By default the top has the energy of the right border.
         let plane = Plane::new(&model, &question([2, 2], SliceOf::PhasePlane)).unwrap();
         let norm = EnergyNorm::new(&model);
         let far = |cell| norm.distance(&plane.state(&model, &start, cell).state, &start.state);
         assert!((far(14) / far(22) - 1.0).abs() < 1e-14);
     }
 
-    /// A drag that has no effect couples the modes, and changes neither the cells nor their places.
+    /// A drag without effect couples the modes, and changes neither the cells nor their places.
     #[test]
     fn a_slice_runs_along_modes_whatever_couples_them() {
         let (plain, dragged) = (model(), dragged(1e-9));
