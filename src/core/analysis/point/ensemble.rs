@@ -349,8 +349,8 @@ fn joined(parts: &[&Record]) -> Record {
     all
 }
 
-/// How long chaos lasted in all trajectories, and where it ended; branches spent `parted` cycles on it before
-/// they were measured.
+/// Life of chaos over all trajectories, and its endings. Branches spent `parted` cycles on it before their
+/// measurement.
 fn chaos(members: &[Member], parted: u64) -> ChaosOutcome {
     let mut endings: Vec<(String, u32)> = Vec::new();
     for name in members.iter().filter_map(ending) {
@@ -372,7 +372,7 @@ fn chaos(members: &[Member], parted: u64) -> ChaosOutcome {
     }
 }
 
-/// What a trajectory ended on, by class and period.
+/// The motion on which a trajectory ended, by class and period.
 fn ending(member: &Member) -> Option<String> {
     let class = match member.ending.as_ref()? {
         Ending::Settled(outcome) => outcome.class?,
@@ -384,7 +384,7 @@ fn ending(member: &Member) -> Option<String> {
     })
 }
 
-/// The first trajectory of the most frequent ending.
+/// The first trajectory with the most frequent ending.
 fn most_frequent(members: &[Member]) -> usize {
     let names: Vec<Option<String>> = members.iter().map(ending).collect();
     let count = |name: &Option<String>| names.iter().filter(|other| *other == name).count();
@@ -396,7 +396,7 @@ fn most_frequent(members: &[Member]) -> usize {
     .unwrap_or(0)
 }
 
-/// The life of chaos that some trajectories are still on.
+/// The life of chaos that some trajectories have not left.
 fn life(chaos: &ChaosOutcome) -> String {
     let (low, high) = chaos.interval();
     match (chaos.lifetime(), high, &chaos.ended_on) {
