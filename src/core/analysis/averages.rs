@@ -1,6 +1,6 @@
 //! Averages of a quantity per mesh cycle, over successive stretches of cycles.
 
-/// Mesh cycles in one stored average; short against the blocks of an error bar.
+/// Mesh cycles per stored average: short compared with the blocks of an error bar.
 pub const CYCLES_PER_AVERAGE: u32 = 10;
 
 /// Maximum number of averages per trajectory, even. It bounds the memory of long records.

@@ -27,7 +27,7 @@ pub struct Evidence<'a> {
     pub events: u64,
     /// Whether contact persisted during the measurement.
     pub touched_throughout: bool,
-    /// Whether the motion can be on a torus at all.
+    /// Whether the motion can be on a torus.
     pub torus_is_possible: bool,
     /// Split R-hat of the growth of neighbours, if there are several trajectories.
     pub rhat: Option<f64>,
@@ -104,7 +104,7 @@ impl Growth {
             logarithm += average * f64::from(stretch);
             course.push(logarithm);
         }
-        // The last quarter is 0.
+        // Quarter 0 is the last one.
         let level = |back: usize| {
             let end = course.len() - back * quarter;
             mean(&course[end - quarter..end])
@@ -193,7 +193,7 @@ impl Found<'_> {
             || self.growth.before.max(self.growth.late) <= -EXPONENTIAL
     }
 
-    /// Nats by which neighbours have come together since the start.
+    /// Contraction of neighbours since the start, in nats.
     fn contraction(&self) -> f64 {
         -self.lambda * self.evidence.integrated as f64
     }
@@ -224,7 +224,7 @@ impl Found<'_> {
         })
     }
 
-    /// A motion with a positive exponent, whose neighbours part exponentially.
+    /// The verdict on a motion with a positive exponent whose neighbours separate exponentially.
     fn chaotic(&self) -> Verdict {
         let known = self.known();
         if let Some(rhat) = self.evidence.rhat {

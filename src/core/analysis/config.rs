@@ -19,13 +19,13 @@ pub struct PointConfig {
     pub settle: bool,
     /// Mesh cycles over which the energy balance is audited; 0 for none.
     pub audit_cycles: u64,
-    /// Lyapunov exponents, if asked for.
+    /// Lyapunov exponents, if requested.
     pub lyapunov: Option<LyapunovConfig>,
     /// Poincaré samples kept.
     pub poincare_samples: usize,
     /// Where the samples are taken.
     pub section: Section,
-    /// NVH statistics, if asked for.
+    /// NVH statistics, if requested.
     pub nvh: Option<NvhConfig>,
 }
 
@@ -46,7 +46,7 @@ pub struct LyapunovConfig {
     pub stop_at_stderr: Option<f64>,
     /// Cycles after the transient that align the tangents, discarded.
     pub align: u64,
-    /// Whether a twin trajectory is integrated beside the tangents.
+    /// Whether a twin trajectory is integrated with the tangents.
     pub twin: bool,
     /// Distance of the twin, in half gaps.
     pub separation: f64,
@@ -122,9 +122,9 @@ pub struct NvhConfig {
     /// manifests that do not request it.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub power: bool,
-    /// Spectra, if asked for.
+    /// Spectra, if requested.
     pub spectrum: Option<SpectrumConfig>,
-    /// Amplitude and phase at orders, if asked for.
+    /// Amplitude and phase at orders, if requested.
     pub orders: Option<OrderConfig>,
     /// Measure until every time average and line has at most this standard error, relative to the scale in
     /// `analysis::precision`. Omitted from the hash of manifests that do not request it.

@@ -63,8 +63,8 @@ impl CoupledModes {
         energy
     }
 
-    /// Magnitude of the energies whose round-off enters the balance, at the start of a window and its mesh
-    /// phase.
+    /// Magnitude of the energies whose round-off enters the balance, at the start of a window, whose mesh
+    /// phase is `phase`.
     pub fn magnitude(&self, model: &Model, window: &Window<'_>, phase: f64) -> f64 {
         let n = self.load.len();
         let modes = model

@@ -107,7 +107,7 @@ mod tests {
 
     #[test]
     fn what_exponents_share_is_no_doubt_about_a_known_sum() {
-        // λ₁ wavers, λ₂ = −1 − λ₁ with it: D = 1 + λ₁/(1 + λ₁), dD/dλ₁ = 1/(1 + λ₁)².
+        // λ₁ fluctuates, and λ₂ = −1 − λ₁ with it: D = 1 + λ₁/(1 + λ₁), dD/dλ₁ = 1/(1 + λ₁)².
         let first: Vec<f64> = (0..64).map(|i| 0.5 + 0.1 * f64::from(i % 7 - 3)).collect();
         let second: Vec<f64> = first.iter().map(|a| -1.0 - a).collect();
         let exponents = [&first, &second].map(|s| s.iter().sum::<f64>() / 64.0);

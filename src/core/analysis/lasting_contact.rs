@@ -85,7 +85,7 @@ impl<'a> LastingContact<'a> {
             .is_some_and(|left| left.iter().all(|left| *left > 0.0))
     }
 
-    /// The remaining margins, as soon as one of them is spent; `None` if they are unknown.
+    /// The remaining margins, incomplete once one of them is spent; `None` if they are unknown.
     fn left<K: Kernel>(
         &mut self,
         kernel: &K,

@@ -275,7 +275,7 @@ mod tests {
     use crate::propagate::{ClosedContact, Counters, Event, Kernel, Observer, Volterra};
     use crate::structure::ModalStructure;
 
-    /// Two rigid rotations and two elastic modes, with friction and ripple: rattles.
+    /// A drive that rattles: two rigid rotations and two elastic modes, with friction and ripple.
     fn drive() -> (ModalStructure, Drive) {
         let structure = ModalStructure {
             damping: vec![0.0, 0.0, 0.01, 0.02],

@@ -284,7 +284,7 @@ mod tests {
     use crate::numerics::random::Stream;
     use crate::structure::ModalStructure;
 
-    /// Shows a wave of mesh order 1 whose amplitude wanders, and one of the pinion's order 2.
+    /// Shows a wave of mesh order 1 with a fluctuating amplitude, and one of the pinion's order 2.
     fn show(orders: &mut Orders, cycles: std::ops::Range<u64>) {
         for cycle in cycles {
             let amplitude = 3.0 + Stream::new(5, cycle, 0).normal();

@@ -131,7 +131,7 @@ impl LyapunovOutcome {
     }
 }
 
-/// Kaplan–Yorke dimension of the states once a mesh cycle \[1\].
+/// Kaplan–Yorke dimension of the states once per mesh cycle \[1\].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct KaplanYorke {
     /// The dimension.
@@ -414,19 +414,19 @@ pub struct PointOutcome {
     pub reason: String,
     /// Kind of motion; absent if the point was not integrated to its end.
     pub class: Option<Class>,
-    /// Lyapunov exponents, when asked for.
+    /// Lyapunov exponents, if requested.
     pub lyapunov: Option<LyapunovOutcome>,
-    /// NVH statistics, when asked for.
+    /// NVH statistics, if requested.
     pub nvh: Option<NvhOutcome>,
-    /// Spectra, when asked for.
+    /// Spectra, if requested.
     pub spectra: Vec<Spectrum>,
-    /// Amplitudes and phases at orders, when asked for.
+    /// Amplitudes and phases at orders, if requested.
     pub orders: Vec<SignalOrders>,
-    /// Poincaré samples, when asked for.
+    /// Poincaré samples, if requested.
     pub poincare: Vec<PoincareSample>,
     /// Contact-state changes per measured cycle.
     pub events_per_cycle: Option<f64>,
-    /// Energy imbalance over the audited cycles, relative to the energy turned over and stored.
+    /// Energy imbalance over the audited cycles, relative to the absolute works and the stored energy.
     pub energy_residual: Option<f64>,
     /// How much of a motion that does not settle was measured.
     pub evidence: Option<EvidenceOutcome>,

@@ -1,4 +1,4 @@
-//! How much power does the vibration take in, and where does it dissipate this power?
+//! How much power does the vibration take in, and where does this power go?
 //!
 //! The terms of the energy balance ([`super::energy`]), summed over whole mesh cycles:
 //!

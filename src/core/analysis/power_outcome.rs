@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Mean power of the vibration, of all contacts and the whole structure \[W\]:
+/// Mean power of the vibration, over all contacts and the whole structure \[W\]:
 /// `loads + error + stiffness = contact + structure + friction + stored`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct PowerOutcome {

@@ -103,8 +103,8 @@ impl Twin {
     /// Whether the exponents of twin and tangent agree: the mean difference of their growth is zero within
     /// three standard errors. `None` if there are too few averages for an error.
     ///
-    /// Differences below [`FINITE_DISTANCE`], which grows with separations above the default, always count as
-    /// agreement. So do those from round-off, which do not average out if the state is large.
+    /// Differences below [`FINITE_DISTANCE`], scaled up for larger separations, always count as agreement. So
+    /// do those from round-off, which do not average out if the state is large.
     pub fn agrees(&self) -> Option<bool> {
         let finite = FINITE_DISTANCE * (self.separation / SEPARATION).max(1.0);
         let differences = self.differences.values();

@@ -96,7 +96,7 @@ fn energy([stiffness, stretch]: [f64; 2]) -> f64 {
 }
 
 impl<'m> Balance<'m> {
-    /// The balance of a model's motion, by the motion of its blocks.
+    /// The balance of a model, from the motion of its blocks.
     pub fn new(motion: ModalMotion<'m>) -> Self {
         static RULE: OnceLock<GaussLegendre> = OnceLock::new();
         Self {
@@ -119,7 +119,7 @@ impl<'m> Balance<'m> {
         self.struck.clear();
     }
 
-    /// Energy stored in structure and contacts where a window starts \[J\].
+    /// Energy stored in structure and contacts at the start of a window \[J\].
     pub fn stored_before(&self, window: &Window<'_>) -> f64 {
         let edge = Edge::start(self.model(), window);
         let springs = edge.closed.iter().map(|&(contact, deflection)| {

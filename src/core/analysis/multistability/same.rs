@@ -247,7 +247,7 @@ mod tests {
         };
         // Both have the error: the difference has √2 of it, and five times that is 7.07.
         assert!(same(&|s| s.exponent.mean += 0.06) && !same(&|s| s.exponent.mean += 0.08));
-        // Mirror images: all even averages equal.
+        // Mirror images have equal even averages.
         assert!(!same(&|s| s.strobe[0].mean = -0.08));
         assert!(same(&|s| s.strobe[0].mean = -0.02));
         for i in 0..3 {

@@ -269,7 +269,7 @@ impl Nvh {
         }
     }
 
-    /// The same with the last cycle counted.
+    /// These statistics with the last cycle counted.
     fn finished(&self) -> Cow<'_, Self> {
         let mut own = Cow::Borrowed(self);
         if self.open {

@@ -9,7 +9,7 @@ const MOST: usize = 2048;
 pub(in crate::analysis) trait Summable: Clone {
     /// Adds another sum to this one.
     fn add(&mut self, other: &Self);
-    /// Back to zero.
+    /// Resets to zero.
     fn clear(&mut self);
 }
 
@@ -114,7 +114,7 @@ impl<T: Summable> Stretches<T> {
         self.filled = 0;
     }
 
-    /// Changes every sum, the one of the present stretch included.
+    /// Changes every sum, including that of the present stretch.
     pub(in crate::analysis) fn each(&mut self, change: impl Fn(&mut T)) {
         self.closed.iter_mut().for_each(&change);
         change(&mut self.open);
@@ -130,7 +130,7 @@ impl<T: Summable> Stretches<T> {
         &self.closed
     }
 
-    /// The sum over everything, the present stretch included.
+    /// The sum over everything, including the present stretch.
     pub(in crate::analysis) fn total(&self) -> T {
         let mut sum = self.open.clone();
         for stretch in &self.closed {

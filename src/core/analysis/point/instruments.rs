@@ -76,7 +76,7 @@ impl Series {
         }
     }
 
-    /// Whether it still holds every measured cycle.
+    /// Whether it contains every measured cycle.
     pub(super) fn is_whole(&self, measured: u64) -> bool {
         self.growth.len() as u64 == measured
     }

@@ -259,7 +259,7 @@ fn statistics_of_motion(all: &Record) -> Vec<Averaged> {
     found
 }
 
-/// A number of cycles to two digits.
+/// A number of cycles to two significant digits.
 fn rounded(cycles: f64) -> u64 {
     let unit = 10f64.powf(cycles.max(1.0).log10().floor() - 1.0);
     ((cycles / unit).ceil() * unit) as u64

@@ -40,7 +40,7 @@ pub(super) enum Ending {
     Torus(Torus),
 }
 
-/// Growth of neighbours that has faded.
+/// State of a trajectory since the growth of neighbours faded.
 struct Faded {
     /// The record before, without the last cycles, in which the motion changed.
     record: Record,

@@ -12,7 +12,7 @@ const TRAJECTORIES: usize = 8;
 /// Displacement of a new branch, in half gaps.
 pub(super) const DISPLACEMENT: f64 = 1e-3;
 
-/// Gaps between branches in the cycles at the first look.
+/// Number of gaps between branches within the cycles at the first look.
 const GAPS: u64 = 40;
 
 /// A branch separates from its pilot in a gap divided by this.

@@ -96,7 +96,7 @@ impl<K: Kernel> PointRun<'_, K> {
         Ok(())
     }
 
-    /// Advances the transient, in one step if contact is certain to last.
+    /// Advances the transient, in jumps if contact is certain to last.
     pub(super) fn pass_transient(&mut self) -> Result<(), Interruption> {
         let mut jumps = ContactJumps::new(self.model);
         while self.counters.cycles < self.questions.transient {

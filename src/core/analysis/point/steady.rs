@@ -92,7 +92,7 @@ impl<K: Kernel> PointRun<'_, K> {
     ) -> Result<Option<Repeating>, Interruption> {
         CalledOff::check(self.called_off)?;
         let orbit = steady.orbit.get_or_insert_with(|| {
-            // An iterate that diverges is no motion in contact.
+            // An iterate that diverges is not a motion in contact.
             shoot_without_event(
                 self.model,
                 self.kernel,

@@ -45,7 +45,7 @@ pub struct ParameterTangent<'m, W> {
     state: Vec<f64>,
     /// T_p/T.
     stretch: f64,
-    /// x and δ' at the end of the last window.
+    /// x at the end of the last window.
     end: Vec<f64>,
     /// Closed contacts of the last window, with their segment and force at its end.
     closed: Vec<(usize, Segment, f64)>,

@@ -340,8 +340,8 @@ mod tests {
         }
     }
 
-    /// Half-way between two lines the window shows 8/(3π) of a sine, 1.42 dB less; an order of the
-    /// excitation stands on a line.
+    /// Half-way between two lines the window shows 8/(3π) of a sine, 1.42 dB less; an order of the excitation
+    /// is on a line.
     #[test]
     fn an_order_of_the_excitation_loses_nothing() {
         let structure = ModalStructure {
@@ -444,7 +444,7 @@ mod tests {
             }
             welch
         };
-        // 24 and 49 segments; the unfinished one of the first goes on.
+        // 24 and 49 segments; the unfinished one of the first is kept.
         let [first, second] = [record(1, 205), record(2, 400)];
         let mut both = first.clone();
         both.append(&second);
