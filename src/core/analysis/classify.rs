@@ -1,4 +1,4 @@
-//! Which class has a motion that did not repeat?
+//! Which class does a motion belong to that did not repeat?
 //!
 //! A motion is chaotic if its neighbours separate exponentially to the end of the record. On a torus
 //! they separate in proportion to time. Their distance after n cycles then gives an "exponent"
@@ -80,9 +80,9 @@ pub const APART: f64 = 1.2;
 /// Growth of a tangent between quarters of a record, in nats over the whole record: four times the difference
 /// of the averages of the logarithm of its length.
 ///
-/// Growth by a factor e^λ per cycle gives λ n for both. Growth with the power p of time gives at most `4 p ln
-/// 5/3` and `4 p ln 7/5`, for any n. Averages are used because the length also oscillates on a torus, by a
-/// factor of a hundred if long free flights alternate with a stiff mesh.
+/// Growth by a factor e^λ per cycle gives λ n for both. Growth with the power p of time gives at most
+/// `4 p ln 5/3` and `4 p ln 7/5`, for any n. Averages are used because the length also oscillates on a
+/// torus, by a factor of a hundred if long free flights alternate with a stiff mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Growth {
     /// From the second quarter to the third.

@@ -1,8 +1,8 @@
 //! Advances over many mesh cycles of constant contact at once.
 //!
-//! While no contact opens or closes, a period of the excitation is an affine map of the state,
-//! `x ↦ x₁ + A (x − x₀)`, and n periods are its n-th power, by repeated squaring. A jump is taken
-//! only if contact is certain throughout (`lasting_contact`). Otherwise the cycles are integrated.
+//! While no contact opens or closes, a period of the excitation is an affine map of the state, `x ↦ x₁ + A (x
+//! − x₀)`. Repeated squaring gives n periods as its n-th power. A jump is taken only if contact is certain
+//! throughout (`lasting_contact`). Otherwise the cycles are integrated.
 
 use super::lasting_contact::LastingContact;
 use super::norm::EnergyNorm;
@@ -62,8 +62,8 @@ impl<'m> ContactJumps<'m> {
     }
 
     /// Advances a trajectory by whole periods of the excitation, up to `cycles` mesh cycles, if contact is
-    /// certain to last. Returns the cycles: 0 if no attempt is due, if it would not pay, or if nothing is
-    /// certain.
+    /// certain to last. Returns the number of cycles: 0 if no attempt is due, if it would not pay, or if
+    /// contact is not certain to last.
     pub fn jump<K: Kernel>(
         &mut self,
         kernel: &K,

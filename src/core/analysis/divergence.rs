@@ -31,7 +31,7 @@ pub struct Bounds {
 struct Line {
     /// A segment on this line.
     segment: Segment,
-    /// Largest gap of its contacts, or the half gap of the mesh if that is zero \[m\].
+    /// Largest gap of its contacts, or the half gap of the mesh if they have none \[m\].
     gap: f64,
     /// Unit of deflections of bounded motions \[m\].
     unit: f64,

@@ -2,10 +2,8 @@
 //! the static load?
 //!
 //! With open contacts every block has a pair of eigenvalues `−ζω ± ω√(ζ² − 1)`, with coupled modes too. Dry
-//! sliders
-//! stick in small vibrations: their springs count as closed contacts, also in open frequencies. With contacts
-//! j
-//! closed by springs k_j and dampers c_j along w_j, the modes are the undamped modes of
+//! sliders stick in small vibrations: their springs count as closed contacts, also in open frequencies. With
+//! contacts j closed by springs k_j and dampers c_j along w_j, the modes are the undamped modes of
 //!
 //! ```text
 //! (K + Σ k w wᵀ) φ = ω² φ,      φᵀ φ = 1,      2ζω = φᵀ (C + Σ c w wᵀ) φ
@@ -13,8 +11,8 @@
 //!
 //! with the symmetric parts of K and C. Gyroscopic terms, cross-coupled springs and friction are omitted
 //! because they shift the modes little. `Σ k (wᵀφ)²/ω²` is the part of a mode's elastic energy in the
-//! contacts.
-//! If the static load closes no contact, the drive flanks are closed, or the first contact of an oscillator.
+//! contacts. If the static load closes no contact, the drive flanks are closed, or the first contact of an
+//! oscillator.
 
 use crate::model::{ActiveSet, Block, DRIVE_FLANK, Model};
 use crate::numerics::linalg::symmetric_eigen;

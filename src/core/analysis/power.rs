@@ -40,7 +40,7 @@ pub struct Power {
 }
 
 impl Power {
-    /// No works on a model yet.
+    /// The power of a model's vibration, before the first window.
     pub fn new(model: &Model) -> Self {
         Self {
             balance: Balance::new(ModalMotion::of(Cow::Owned(model.clone()))),

@@ -29,8 +29,8 @@ pub const TOLERANCE: f64 = 1e-10;
 /// orbit are much further apart than this.
 const SAME_POINT: f64 = 1e-7;
 
-/// A return after a longer lag is another period, and not the same motion again, if its distance is less than
-/// this part of the closest return after a short lag.
+/// A return after a longer lag is another period if its distance is less than this part of the closest return
+/// after a short lag. Otherwise it is the same motion again.
 const MUCH_CLOSER: f64 = 1e-3;
 
 /// Strobe states of the last cycles.

@@ -33,8 +33,8 @@ pub(super) fn mean_logarithms(logarithms: &[f64]) -> f64 {
     mean(logarithms).exp()
 }
 
-/// Slope of `ln spread` over `ln cycles`, by least squares weighted with the samples (the variance of `ln
-/// spread` is about `1/2(samples − 1)`); `None` from fewer than three lengths.
+/// Slope of `ln spread` over `ln cycles`, by least squares weighted with the samples (the variance of
+/// `ln spread` is about `1/2(samples − 1)`); `None` from fewer than three lengths.
 pub(super) fn decay<'m>(measures: impl Iterator<Item = &'m HorizonMeasure>) -> Option<f64> {
     let points: Vec<[f64; 3]> = measures
         .filter(|m| m.cycles >= FROM && m.samples > 2 && m.spread > 0.0)

@@ -1,10 +1,10 @@
 //! Which attractors coexist, and how large are their basins?
 //!
 //! Probe 0 starts at the initial state of the point. Every other probe starts at a distance `A = √E` from
-//! there in the energy norm (in units of the half gap), in a random direction of state space without the
-//! neutral pair. The logarithms of the energies E are stratified over the requested decades, with one
-//! probe per stratum, around the energy that closes the half gap (`E = 1`). Each probe is investigated
-//! like a separate point.
+//! there in the energy norm, in units of the half gap. Its direction in state space is random, without the
+//! neutral pair. The logarithms of the energies E are stratified over the requested decades, with one probe
+//! per stratum, around the energy that closes the half gap (`E = 1`). Each probe is investigated like a
+//! separate point.
 //!
 //! Shares refer to this measure on initial states. Their 95 % intervals (Wilson 1927) treat probes as
 //! independent draws; strata make them, if anything, too wide.

@@ -1,11 +1,9 @@
 //! Fourier integrals of the deflection at whole mesh orders and at fractions of them.
 //!
 //! `∫ δ e^{−iωt} dt = e^{−iφ} Σ a_n ∫ P_n e^{−iω(t − middle)} dt`, with φ the phase of the window's middle.
-//! The
-//! integrals of even terms are real, those of odd ones imaginary. They are kept for the kernel's regular
-//! window
-//! lengths. Other windows use the Gauss rule, with all frequencies as powers of one slow exponential. If
-//! there are many orders, or they turn too fast for the rule, the polynomials are integrated anew.
+//! The integrals of even terms are real, those of odd ones imaginary. They are kept for the kernel's regular
+//! window lengths. Other windows use the Gauss rule, with all frequencies as powers of one slow exponential.
+//! If there are many orders, or they turn too fast for the rule, the polynomials are integrated anew.
 
 use super::lanes::{self, Complex, Eight, Integrals, Stretch};
 use super::rule::Seen;

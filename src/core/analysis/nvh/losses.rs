@@ -2,8 +2,7 @@
 //!
 //! At the mean speeds of rotation, friction takes `μ_f |F| (Ω₁ + Ω₂) Σ p |s|` from a contact, and `F r_b1 Ω₁`
 //! goes from the pinion to the wheel. μ_f Σ p |s| is constant on a segment, so that the loss is an integral
-//! of
-//! |F| over windows. It is exact, even if F changes its sign.
+//! of |F| over windows. It is exact, even if F changes its sign.
 
 use super::rule::Seen;
 use crate::analysis::modal_series::{Series, TERMS, padded};

@@ -1,8 +1,8 @@
 //! Which sums are taken over a stretch of cycles, and which statistics follow from them?
 //!
 //! A statistic is a function of time averages. Its standard error is that of its linearisation (delta
-//! method). The averages of a stretch, weighted by the derivatives at the averages of the whole record,
-//! form a series in time, and the mean of this series has the required error.
+//! method). The averages of a stretch, weighted by the derivatives at the averages of the whole record, form
+//! a series in time. The mean of this series has the required error.
 
 use super::losses::Losses;
 use super::stretches::Summable;

@@ -1,16 +1,16 @@
 //! All analyses of one operating point, in one integration.
 //!
-//! 1. the transient is integrated and discarded. Newton's method searches for an attracting periodic orbit:
+//! 1. The transient is integrated and discarded. Newton's method searches for an attracting periodic orbit:
 //!    at the start if the motion starts in lasting contact, then at doubling counts of cycles. An orbit that
-//!    the trajectory approaches ends the transient;
-//! 2. this orbit is confirmed by its multipliers and measured over one period. This completes the point;
-//! 3. otherwise the energy balance is audited over a stretch. Tangents and twin are aligned, and their growth
-//!    is discarded;
-//! 4. the trajectory is measured. If its neighbours separate exponentially, others branch off it. After every
+//!    the trajectory approaches ends the transient.
+//! 2. This orbit is confirmed by its multipliers and measured over one period. This completes the point.
+//! 3. Otherwise the energy balance is audited over a stretch. Tangents and twin are aligned, and their growth
+//!    is discarded.
+//! 4. The trajectory is measured. If its neighbours separate exponentially, others branch off it. After every
 //!    block of cycles each is checked for a period, and at doubling counts for an orbit and a torus. Its part
-//!    of the motion ends there;
-//! 5. at few looks, each after twice as many cycles, the errors of all trajectories together are evaluated,
-//!    until they are small enough, cannot become so, or the budget is spent.
+//!    of the motion ends there.
+//! 5. At few looks, each after twice as many cycles, the errors of all trajectories together are evaluated.
+//!    The point ends when they are small enough, cannot become so, or the budget is spent.
 //!
 //! If every trajectory settled, the point has the results of the motion on which they settled.
 

@@ -162,7 +162,7 @@ impl<K: Kernel> PointRun<'_, K> {
         let Some(turn) = (match turn {
             Some(turn) => {
                 match turn.events {
-                    // While contact lasts, the maps of its cycles are equal.
+                    // While contact lasts, the maps do not depend on the state.
                     0 => end.cycle += u64::from(period),
                     _ => self.go_round(&mut end, period)?,
                 }

@@ -113,7 +113,7 @@ impl RunUpConfig {
     }
 }
 
-/// A cubic of a course, in powers of time up to the highest of a course.
+/// Composes a cubic with a course, in powers of time. Powers beyond the terms of a course are dropped.
 fn composed(cubic: [f64; 4], inner: &Course) -> Course {
     let mut sum = Course::default();
     for a in cubic.into_iter().rev() {
