@@ -1,4 +1,4 @@
-//! All that a manifest may ask of an operating point.
+//! Which analyses may a manifest request of an operating point?
 
 use super::config::{LyapunovConfig, NvhConfig};
 use super::covariant::CovariantConfig;
@@ -8,7 +8,7 @@ use super::orbits::survey::OrbitConfig;
 use super::poincare::PoincareConfig;
 use serde::Serialize;
 
-/// The analyses of an operating point, as manifests have them; what is absent is not computed.
+/// The analyses of an operating point, as in the manifest; absent ones are not computed.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Analyses {
     /// Lyapunov exponents.

@@ -1,15 +1,15 @@
-//! Averages of a number that every mesh cycle has, over successive stretches of cycles.
+//! Averages of a quantity per mesh cycle, over successive stretches of cycles.
 
-/// Mesh cycles in one stored average; short against the blocks of an error bar.
+/// Mesh cycles per stored average: short compared with the blocks of an error bar.
 pub const CYCLES_PER_AVERAGE: u32 = 10;
 
-/// Most averages that one trajectory keeps, even: memory does not grow with the cycles beyond.
+/// Maximum number of averages per trajectory, even. It bounds the memory of long records.
 const MOST_AVERAGES: usize = 1 << 16;
 
-/// Averages over successive stretches of as many cycles.
+/// Averages over successive stretches of equal length.
 ///
-/// When there are too many, neighbours are joined in pairs, and stretches are twice as long from then
-/// on. Error bars take blocks that are longer by far.
+/// If there are too many, neighbours are joined in pairs and the stretches double. Blocks of error bars are
+/// far longer.
 #[derive(Debug, Clone)]
 pub struct CycleAverages {
     stretch: u32,
@@ -44,7 +44,7 @@ impl CycleAverages {
         }
     }
 
-    /// Adds the averages of another trajectory behind these; a stretch that is not full is left out.
+    /// Appends the averages of another trajectory, without its incomplete stretch.
     pub fn append(&mut self, other: &Self) {
         let mut other = other.clone();
         while self.stretch < other.stretch {
@@ -56,7 +56,7 @@ impl CycleAverages {
         self.values.append(&mut other.values);
     }
 
-    /// Keeps the whole stretches among the first `cycles` alone.
+    /// Keeps only the complete stretches within the first `cycles`.
     pub fn cut(&mut self, cycles: u64) {
         self.values
             .truncate((cycles / u64::from(self.stretch)) as usize);
@@ -77,7 +77,7 @@ impl CycleAverages {
         &self.values
     }
 
-    /// Mesh cycles of one.
+    /// Mesh cycles per average.
     pub fn stretch(&self) -> u32 {
         self.stretch
     }
@@ -87,7 +87,7 @@ impl CycleAverages {
 mod tests {
     use super::*;
 
-    /// Long records are kept in as many averages as short ones, over longer stretches, and have the same mean.
+    /// Long records have as many averages as short ones, over longer stretches, and the same mean.
     #[test]
     fn averages_are_joined_before_they_fill_the_memory() {
         let mut averages = CycleAverages::default();
@@ -106,7 +106,7 @@ mod tests {
         }
     }
 
-    /// Records of different stretches are brought to the longer one before they are joined.
+    /// Records of different stretches are joined at the longer stretch.
     #[test]
     fn averages_of_another_trajectory_come_behind() {
         let record = |cycles: u32, first: u32| {

@@ -1,94 +1,88 @@
-//! What kind of motion is one that did not repeat?
+//! Which class does a motion belong to that did not repeat?
 //!
-//! A motion is chaotic where its neighbours part exponentially and go on doing so. On a torus
-//! they part in proportion to time: over n cycles their distance gives an "exponent" ln n / n,
-//! positive beyond any error bar, which falls with n. What tells the two apart is the growth
-//! late in the record, which is `λ n/4` a quarter in the one case and the same few tenths of a
-//! nat in the other, however long the record.
+//! A motion is chaotic if its neighbours separate exponentially to the end of the record. On a torus
+//! they separate in proportion to time. Their distance after n cycles then gives an "exponent"
+//! ln n / n, which exceeds every error bar and falls with n. Late growth distinguishes the two: it is
+//! `λ n/4` per quarter in chaos, and a few tenths of a nat on a torus, however long the record.
 
 use super::outcome::{Class, Status};
 use crate::numerics::statistics::{mean, standard_error};
 
-/// What is known of it.
+/// The evidence for a class.
 #[derive(Debug, Clone, Copy)]
 pub struct Evidence<'a> {
-    /// Averages of the largest exponent over successive stretches; empty when no exponent
-    /// was asked for.
+    /// Averages of the largest exponent over successive stretches; empty if no exponent was requested.
     pub averages: &'a [f64],
-    /// Mesh cycles in each of them.
+    /// Mesh cycles per average.
     pub stretch: u32,
-    /// Cycles of alignment before them.
+    /// Cycles of alignment before the averages.
     pub aligned: u64,
     /// Closest return of the strobe states, in units of the half gap.
     pub closest_return: Option<f64>,
-    /// Longest period looked for, in mesh cycles.
+    /// Longest period of the search, in mesh cycles.
     pub longest_period: usize,
-    /// Whether the excitation repeats within it; if not, the motion cannot.
+    /// Whether the excitation repeats within this period; otherwise the motion cannot repeat.
     pub excitation_repeats: bool,
-    /// Changes of contact state while measured.
+    /// Changes of contact state during the measurement.
     pub events: u64,
-    /// Whether contact was never left while measured.
+    /// Whether contact persisted during the measurement.
     pub touched_throughout: bool,
-    /// Whether the motion can be on a torus at all.
+    /// Whether the motion can be on a torus.
     pub torus_is_possible: bool,
-    /// Split R-hat of the growth of neighbours, where there are several trajectories.
+    /// Split R-hat of the growth of neighbours, if there are several trajectories.
     pub rhat: Option<f64>,
     /// Mesh cycles integrated since the start, transient included.
     pub integrated: u64,
     /// Mesh cycles measured.
     pub measured: u64,
-    /// The slowest mode, counted from 1, and the mesh cycles of one of its turns, where these
-    /// are more than were measured.
+    /// The slowest mode, counted from 1, and its period in mesh cycles, if that exceeds the measurement.
     pub slow_mode: Option<(usize, f64)>,
 }
 
-/// What follows from it.
+/// The conclusion from the evidence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
     /// How the work ended.
     pub status: Status,
-    /// Kind of motion, where it can be told.
+    /// Kind of motion, if known.
     pub class: Option<Class>,
     /// Why.
     pub reason: String,
 }
 
-/// Standard errors by which a positive exponent must clear zero, and halves of a record may
-/// differ.
+/// Standard errors by which a positive exponent must exceed zero, and by which halves of a record may differ.
 const SIGMAS: f64 = 3.0;
 
-/// |λ| per cycle below which a motion that does not repeat is quasi-periodic: a torus has
-/// exponent 0, and a decay this slow would not settle in any budget.
+/// |λ| per cycle below which a motion that does not repeat is quasi-periodic. A torus has exponent 0, and a
+/// decay this slow does not settle in any budget.
 const NEUTRAL: f64 = 1e-3;
 
-/// Steady growth, in nats over the whole record, from which neighbours part exponentially. Of 1500
-/// integrable and linear motions none came to 3.5; growth with the square of time gives 2.7.
+/// Steady growth, in nats over the whole record, from which neighbours separate exponentially. None of 1500
+/// integrable and linear motions reached 3.5; growth with the square of time gives 2.7.
 const EXPONENTIAL: f64 = 5.0;
 
-/// Late growth, in nats over the whole record, up to which neighbours part in proportion to time:
-/// that gives `4 ln 7/5 = 1.35`, and the turning of the direction as much again.
+/// Late growth, in nats over the whole record, up to which neighbours separate in proportion to time.
+/// Proportional growth gives `4 ln 7/5 = 1.35`, and the turning of the direction as much again.
 const PROPORTIONAL: f64 = 2.8;
 
-/// Late growth below which they come together again.
+/// Late growth below which neighbours approach each other.
 const DECAYING: f64 = -1.0;
 
-/// Contraction of neighbours since the start, in nats, from which nothing is left of it: what
-/// drives the motion then says all about it.
+/// Contraction of neighbours since the start, in nats, after which the motion depends only on the excitation.
 const FORGOTTEN: f64 = 14.0;
 
-/// Contraction, in nats, within which a decaying motion comes to repeat: from a half gap to the
-/// return distance asked for.
+/// Contraction, in nats, after which a decaying motion repeats: from a half gap to the return distance.
 const REPEATS: f64 = 23.0;
 
 /// R-hat above which trajectories do not share one motion.
 pub const APART: f64 = 1.2;
 
-/// How a tangent grows from quarter to quarter of a record, in nats over the whole of it: four
-/// times the difference of the averages of the logarithm of its length.
+/// Growth of a tangent between quarters of a record, in nats over the whole record: four times the difference
+/// of the averages of the logarithm of its length.
 ///
-/// Growth by a factor e^λ a cycle gives λ n for both, growth with the power p of time at most
-/// `4 p ln 5/3` and `4 p ln 7/5`, whatever n. Averages, because on a torus the length also swings,
-/// by a factor of a hundred where long free flights take turns with a stiff mesh.
+/// Growth by a factor e^λ per cycle gives λ n for both. Growth with the power p of time gives at most
+/// `4 p ln 5/3` and `4 p ln 7/5`, for any n. Averages are used because the length also oscillates on a
+/// torus, by a factor of a hundred if long free flights alternate with a stiff mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Growth {
     /// From the second quarter to the third.
@@ -98,7 +92,7 @@ struct Growth {
 }
 
 impl Growth {
-    /// None of a record too short to have quarters.
+    /// `None` if the record is too short to have quarters.
     fn of(averages: &[f64], stretch: u32) -> Option<Self> {
         let quarter = (averages.len() + 1) / 4;
         if quarter == 0 {
@@ -110,7 +104,7 @@ impl Growth {
             logarithm += average * f64::from(stretch);
             course.push(logarithm);
         }
-        // The last quarter is 0.
+        // Quarter 0 is the last one.
         let level = |back: usize| {
             let end = course.len() - back * quarter;
             mean(&course[end - quarter..end])
@@ -121,13 +115,13 @@ impl Growth {
         })
     }
 
-    /// Growth that goes on: the slower of the two.
+    /// Persistent growth: the smaller of the two.
     fn steady(self) -> f64 {
         self.before.min(self.late)
     }
 }
 
-/// Whether neighbours part exponentially, and go on doing so to the end of the record.
+/// Whether neighbours separate exponentially to the end of the record.
 pub fn parts_exponentially(averages: &[f64], stretch: u32) -> bool {
     Growth::of(averages, stretch).is_some_and(|growth| growth.steady() >= EXPONENTIAL)
 }
@@ -179,7 +173,7 @@ fn not_converged(reason: String) -> Verdict {
     }
 }
 
-/// The evidence and what was worked out of it.
+/// The evidence and the quantities derived from it.
 struct Found<'a> {
     evidence: &'a Evidence<'a>,
     lambda: f64,
@@ -192,19 +186,19 @@ impl Found<'_> {
         format!("λ = {:.4} ± {:.4} per cycle", self.lambda, self.error)
     }
 
-    /// Whether neighbours come together: beyond the error bar, or steadily where the swing of a
-    /// linear motion's tangents has made that wide.
+    /// Whether neighbours approach each other: beyond the error bar, or steadily if oscillating tangents of a
+    /// linear motion widen the error bar.
     fn decays(&self) -> bool {
         self.lambda < -SIGMAS * self.error
             || self.growth.before.max(self.growth.late) <= -EXPONENTIAL
     }
 
-    /// Nats by which neighbours have come together since the start.
+    /// Contraction of neighbours since the start, in nats.
     fn contraction(&self) -> f64 {
         -self.lambda * self.evidence.integrated as f64
     }
 
-    /// A motion that has forgotten its start and follows what drives it, which has no period.
+    /// The verdict if the motion has forgotten its start and follows an excitation without a period.
     fn driven(&self) -> Option<Verdict> {
         let decays = self.decays() && self.contraction() >= FORGOTTEN;
         if self.evidence.excitation_repeats || !decays {
@@ -230,7 +224,7 @@ impl Found<'_> {
         })
     }
 
-    /// A motion with a positive exponent, whose neighbours part exponentially.
+    /// The verdict on a motion with a positive exponent whose neighbours separate exponentially.
     fn chaotic(&self) -> Verdict {
         let known = self.known();
         if let Some(rhat) = self.evidence.rhat {
@@ -252,7 +246,7 @@ impl Found<'_> {
         }
     }
 
-    /// By how much the two halves of a single record differ, where that is beyond their errors.
+    /// Difference between the two halves of a single record, if it exceeds their errors.
     fn drift(&self) -> Option<f64> {
         let averages = self.evidence.averages;
         let (early, late) = averages.split_at(averages.len() / 2);
@@ -261,7 +255,7 @@ impl Found<'_> {
         (spread.is_finite() && drift.abs() > (SIGMAS + 1.0) * spread).then_some(drift)
     }
 
-    /// Why the motion is on a torus, where it is.
+    /// Why the motion is on a torus, if it is.
     fn on_a_torus(&self) -> Option<String> {
         if !self.evidence.torus_is_possible {
             return None;
@@ -273,8 +267,8 @@ impl Found<'_> {
                 "{known}, zero within its error, and no period up to {longest}"
             ));
         }
-        // What growth with the square of time from the start of the alignment gives; without one
-        // the first direction may grow by anything.
+        // Growth with the square of time from the start of the alignment. Without an alignment the first
+        // direction may grow by any amount.
         let cycles = self.evidence.averages.len() as f64 * f64::from(self.evidence.stretch);
         let most = 1.0 + 2.0 * (cycles / self.evidence.aligned as f64).ln_1p();
         let proportional = self.evidence.aligned > 0
@@ -291,7 +285,7 @@ impl Found<'_> {
         })
     }
 
-    /// What is not known, and what would help.
+    /// Why the class is unknown, and the remedy.
     fn undecided(&self) -> String {
         let known = self.known();
         let Evidence { measured, .. } = *self.evidence;
@@ -376,8 +370,8 @@ mod tests {
             .collect()
     }
 
-    /// Averages over stretches of ten cycles of a tangent whose length grows as `length` of the
-    /// cycles since its alignment of a hundred cycles began.
+    /// Averages over stretches of ten cycles of a tangent with length `length(n)`, n cycles after the start
+    /// of its alignment, which takes a hundred cycles.
     fn growing(cycles: usize, length: impl Fn(f64) -> f64) -> Vec<f64> {
         let logarithm = |stretch: usize| length(100.0 + 10.0 * stretch as f64).ln();
         (0..cycles / 10)
@@ -418,8 +412,7 @@ mod tests {
         }
     }
 
-    /// Weak chaos is found where the record is long enough for it, and called nothing else
-    /// before.
+    /// Weak chaos is found if the record is long enough, and gets no other class in shorter records.
     #[test]
     fn an_exponent_of_a_hundredth_is_found_at_the_default_budget() {
         for (cycles, class) in [
@@ -486,8 +479,8 @@ mod tests {
         }
     }
 
-    /// Ripple without a period: a motion that has forgotten its start is in steady contact where it never
-    /// leaves contact, and on a torus where it rattles. One that should have repeated is neither.
+    /// Ripple without a period: a motion that has forgotten its start is in steady contact if it never leaves
+    /// contact, and on a torus if it rattles. A motion that should have repeated is neither.
     #[test]
     fn a_motion_that_follows_ripple_without_a_period_has_a_verdict() {
         let averages = noisy(-0.01, 1e-4);

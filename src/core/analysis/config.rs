@@ -1,62 +1,62 @@
-//! What may be asked of a trajectory.
+//! Settings of the analyses of a trajectory.
 
 use super::poincare::Section;
 use crate::model::Quantity;
 use crate::numerics::random::PointSeed;
 use serde::Serialize;
 
-/// What is asked of one trajectory of a point.
+/// Settings of one trajectory of a point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointConfig {
-    /// The point, as its random streams know it.
+    /// Identifies the point in random streams.
     pub point: PointSeed,
     /// Mesh cycles discarded.
     pub transient: u64,
-    /// Most mesh cycles measured.
+    /// Maximum number of mesh cycles measured.
     pub cycles: u64,
-    /// Whether attracting periodic orbits are sought by Newton's method, so that a settling
-    /// motion need not be integrated to the end.
+    /// Whether Newton's method searches for attracting periodic orbits, so that a settling motion is not
+    /// integrated to its end.
     pub settle: bool,
     /// Mesh cycles over which the energy balance is audited; 0 for none.
     pub audit_cycles: u64,
-    /// Lyapunov exponents, if asked for.
+    /// Lyapunov exponents, if requested.
     pub lyapunov: Option<LyapunovConfig>,
     /// Poincaré samples kept.
     pub poincare_samples: usize,
-    /// Where they are taken.
+    /// Where the samples are taken.
     pub section: Section,
-    /// NVH statistics, if asked for.
+    /// NVH statistics, if requested.
     pub nvh: Option<NvhConfig>,
 }
 
 impl PointConfig {
-    /// How much evidence error bars take; verified where no exponent is asked for.
+    /// Amount of evidence behind error bars; verified if no exponent is requested.
     pub fn effort(&self) -> Effort {
         self.lyapunov.map_or(Effort::Verified, |asked| asked.effort)
     }
 }
 
-/// How Lyapunov exponents are asked for.
+/// Settings of Lyapunov exponents.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LyapunovConfig {
-    /// Number of exponents, at least 1; a model has twice as many as modes that are not
-    /// neutral, and one more where drag damps the neutral rotation.
+    /// Number of exponents, at least 1. A model has two per mode that is not neutral, and one more if drag
+    /// damps the neutral rotation.
     pub exponents: usize,
     /// Stop once the standard error of the largest exponent is at most this \[1/cycle\].
     pub stop_at_stderr: Option<f64>,
-    /// Cycles that align the tangents after the transient, discarded.
+    /// Cycles after the transient that align the tangents, discarded.
     pub align: u64,
-    /// Whether a twin trajectory is integrated beside the tangents.
+    /// Whether a twin trajectory is integrated with the tangents.
     pub twin: bool,
-    /// Its distance, in half gaps.
+    /// Distance of the twin, in half gaps.
     pub separation: f64,
     /// The norm in which growth is measured.
     pub norm: GrowthNorm,
-    /// Places at which running estimates are kept, 0 for none.
+    /// Number of places with running estimates, 0 for none.
     pub course: usize,
-    /// How much evidence an error bar takes.
+    /// Amount of evidence behind an error bar.
     pub effort: Effort,
-    /// Lower bound of the life of chaos to be shown \[cycles\], if any.
+    /// Lower bound of the life of chaos to demonstrate \[cycles\], if any.
     pub lifetime: Option<u64>,
     /// Whether the growth of every trajectory is kept.
     pub chains: bool,
@@ -79,7 +79,7 @@ impl Default for LyapunovConfig {
     }
 }
 
-/// How much of a motion that does not settle is seen before its error bars are read.
+/// How much of an unsettled motion is measured before its error bars are evaluated.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub enum Effort {
     /// Several trajectories, a late first look, few looks: the coverage of the errors was measured.
@@ -90,7 +90,7 @@ pub enum Effort {
 }
 
 impl Effort {
-    /// Measured mesh cycles at the first look: the fewest that end a point.
+    /// Measured mesh cycles at the first look, the earliest end of a point.
     pub fn first_look(self) -> u64 {
         match self {
             Self::Verified => 40_000,
@@ -99,41 +99,41 @@ impl Effort {
     }
 }
 
-/// The norm in which the growth of tangents and twins is measured. Exponents do not depend on
-/// it in the long run, estimates over a few cycles do.
+/// The norm in which the growth of tangents and twins is measured. Exponents do not depend on it in the long
+/// run; estimates over a few cycles do.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub enum GrowthNorm {
-    /// Energy, the neutral pair left out.
+    /// Energy, without the neutral pair.
     #[default]
     Energy,
-    /// Modal displacements and velocities as they stand, the neutral pair included.
+    /// Unscaled modal displacements and velocities, with the neutral pair.
     Raw,
 }
 
-/// How NVH statistics are asked for.
+/// Settings of NVH statistics.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct NvhConfig {
     /// Mesh harmonics of the deflection, 0 for none.
     pub harmonics: usize,
-    /// Mean and RMS of outputs of the structure, which are rebuilt from the modes. That costs more
-    /// than the integration.
+    /// Mean and RMS of outputs of the structure. Rebuilding these from the modes costs more than the
+    /// integration.
     pub outputs: Signals,
-    /// Power that the vibration takes in and gives off, by the motion of all modes. Left out of the hash of
-    /// manifests that do not ask for it.
+    /// Power input and output of the vibration, from the motion of all modes. Omitted from the hash of
+    /// manifests that do not request it.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub power: bool,
-    /// Spectra, if asked for.
+    /// Spectra, if requested.
     pub spectrum: Option<SpectrumConfig>,
-    /// Amplitude and phase at orders, if asked for.
+    /// Amplitude and phase at orders, if requested.
     pub orders: Option<OrderConfig>,
-    /// Gather until every time average and line is known this well: its standard error relative to
-    /// the scale that `analysis::known` takes. Left out of the hash of manifests that do not ask for it.
+    /// Measure until every time average and line has at most this standard error, relative to the scale in
+    /// `analysis::precision`. Omitted from the hash of manifests that do not request it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop_at_stderr: Option<f64>,
 }
 
 impl NvhConfig {
-    /// All outputs that are needed, by themselves or for spectra and orders.
+    /// All required outputs: requested directly, or for spectra and orders.
     pub fn computed(&self) -> Signals {
         let spectrum = self.spectrum.map_or(Signals::NONE, |asked| asked.signals);
         let orders = self.orders.map_or(Signals::NONE, |asked| asked.signals);
@@ -141,22 +141,22 @@ impl NvhConfig {
     }
 }
 
-/// Which spectra are asked for.
+/// Settings of spectra.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SpectrumConfig {
-    /// Of what.
+    /// Signals with a spectrum.
     pub signals: Signals,
     /// Highest mesh order.
     pub highest_order: u32,
-    /// Mesh cycles in a segment of a motion that does not repeat, at least: its lines are no
-    /// further apart than 1/resolution of the mesh order.
+    /// Minimum mesh cycles per segment of a motion that does not repeat. Its lines are at most 1/resolution
+    /// of the mesh order apart.
     pub resolution: u32,
 }
 
-/// Which orders are asked for.
+/// Settings of orders.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct OrderConfig {
-    /// Of what.
+    /// Signals with orders.
     pub signals: Signals,
     /// Multiples of the mesh frequency.
     pub mesh: u32,
@@ -164,7 +164,7 @@ pub struct OrderConfig {
     pub shafts: u32,
 }
 
-/// What may be looked at.
+/// A selection of signals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Signals {
     /// Mesh deflection.
@@ -177,10 +177,11 @@ pub struct Signals {
     pub torques: bool,
     /// Accelerations of bearings and angular accelerations of shafts.
     pub accelerations: bool,
-    /// Deflections and forces of every mesh. Left out of the hash of manifests that do not ask for them.
+    /// Deflections and forces of every mesh. Omitted from the hash of manifests that do not request them.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub meshes: bool,
-    /// Rotations of gears. Trajectories have them; manifests do not ask for them, and their hash does not see them.
+    /// Rotations of gears. Trajectories contain them. Manifests cannot request them, and their hash omits
+    /// them.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub rotations: bool,
 }
@@ -197,12 +198,12 @@ impl Signals {
         rotations: false,
     };
 
-    /// Whether any output of the structure is among them.
+    /// Whether the selection contains an output of the structure.
     pub fn any(self) -> bool {
         self.bearings || self.torques || self.accelerations || self.meshes || self.rotations
     }
 
-    /// Whether outputs of a quantity are among them.
+    /// Whether the selection contains outputs of a quantity.
     pub fn has(self, quantity: Quantity) -> bool {
         match quantity {
             Quantity::BearingForce => self.bearings,
@@ -213,7 +214,7 @@ impl Signals {
         }
     }
 
-    /// These and others.
+    /// The union with another selection.
     fn with(self, other: Self) -> Self {
         Self {
             deflection: self.deflection || other.deflection,

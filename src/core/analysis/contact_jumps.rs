@@ -1,8 +1,8 @@
-//! Many mesh cycles of constant contact at once.
+//! Advances over many mesh cycles of constant contact at once.
 //!
-//! While no contact opens or closes, a period of the excitation is an affine map of the state,
-//! `x ↦ x₁ + A (x − x₀)`, and n periods are its n-th power, by repeated squaring. A jump is taken
-//! only where contact is certain throughout (`lasting_contact`). What is not certified is integrated.
+//! While no contact opens or closes, a period of the excitation is an affine map of the state, `x ↦ x₁ + A (x
+//! − x₀)`. Repeated squaring gives n periods as its n-th power. A jump is taken only if contact is certain
+//! throughout (`lasting_contact`). Otherwise the cycles are integrated.
 
 use super::lasting_contact::LastingContact;
 use super::norm::EnergyNorm;
@@ -12,13 +12,13 @@ use crate::numerics::linalg::{product, solve};
 use crate::propagate::{Counters, Kernel, Tangents};
 use faer::Mat;
 
-/// Cycles integrated before the first attempt; the next ones follow at doubled counts.
+/// Cycles integrated before the first attempt. Each further attempt follows at twice the count.
 const FIRST_ATTEMPT: u64 = 64;
 
-/// Fewest cycles that are worth an attempt, a mode: an attempt takes some hundred cycles' time.
+/// Fewest cycles per mode that justify an attempt: it takes as long as some hundred cycles.
 const WORTH: u64 = 50;
 
-/// Longest period of the excitation that is mapped \[mesh cycles\].
+/// Longest period of the excitation with a map \[mesh cycles\].
 const LONGEST: usize = 64;
 
 /// Jumps over constant contact, for one model.
@@ -31,20 +31,20 @@ pub struct ContactJumps<'m> {
     next: u64,
 }
 
-/// A period of constant contact.
+/// The map of a period of constant contact.
 struct Period {
-    /// A − I, of all components.
+    /// A − I for all components.
     increment: Mat<f64>,
     /// x₁ − x₀.
     drift: Vec<f64>,
-    /// A of what is felt, in energy coordinates.
+    /// A for the components with weight, in energy coordinates.
     felt: Mat<f64>,
-    /// x₁ − x₀ there.
+    /// x₁ − x₀ in these coordinates.
     felt_drift: Vec<f64>,
 }
 
 impl<'m> ContactJumps<'m> {
-    /// None made yet.
+    /// No jumps yet.
     pub fn new(model: &'m Model) -> Self {
         let period = excitation_period(model).filter(|period| *period <= LONGEST);
         Self {
@@ -56,14 +56,14 @@ impl<'m> ContactJumps<'m> {
         }
     }
 
-    /// Tells of a cycle that was integrated.
+    /// Counts an integrated cycle.
     pub fn marched(&mut self) {
         self.marched += 1;
     }
 
-    /// Advances a trajectory by as many of `cycles` mesh cycles as keep contact for certain, whole
-    /// periods of the excitation: how many, which is 0 where it is not time for an attempt, where
-    /// it would not pay, and where nothing is certain.
+    /// Advances a trajectory by whole periods of the excitation, up to `cycles` mesh cycles, if contact is
+    /// certain to last. Returns the number of cycles: 0 if no attempt is due, if it would not pay, or if
+    /// contact is not certain to last.
     pub fn jump<K: Kernel>(
         &mut self,
         kernel: &K,
@@ -93,7 +93,7 @@ impl<'m> ContactJumps<'m> {
         jumped.unwrap_or(0)
     }
 
-    /// The map of the period ahead; none where contact changes in it.
+    /// The map of the next period; `None` if contact changes within it.
     fn map<K: Kernel>(
         &self,
         kernel: &K,
@@ -107,7 +107,7 @@ impl<'m> ContactJumps<'m> {
         }
         let mut counters = Counters::default();
         let mut ahead = start.clone();
-        // Rattle is seen without the tangents' cost.
+        // Detects rattle without the cost of tangents.
         kernel
             .advance(
                 u64::from(period),
@@ -152,7 +152,7 @@ impl<'m> ContactJumps<'m> {
         })
     }
 
-    /// Whether contact is kept for ever by a trajectory whose period ahead has this map.
+    /// Whether a trajectory keeps contact for ever if its next period has this map.
     fn certain<K: Kernel>(
         &self,
         kernel: &K,
@@ -176,7 +176,7 @@ impl<'m> ContactJumps<'m> {
     }
 }
 
-/// What so many periods move a state by.
+/// Displacement of a state over a number of periods.
 fn power(map: Period, periods: u64) -> Option<Vec<f64>> {
     let size = map.drift.len();
     let (mut increment, mut drift) = (map.increment, map.drift);

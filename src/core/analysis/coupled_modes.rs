@@ -1,8 +1,8 @@
 //! What does the energy balance of a structure with coupled modes consist of?
 //!
-//! Its blocks are no modes; displacements q and velocities v of the modes follow from them by the
-//! model's basis. With all damping D, gyroscopic terms included, and the symmetric and skew parts
-//! K and K_a of all stiffness,
+//! The blocks are not modes. The model's basis maps them to the modes' displacements q and velocities v. D is
+//! the whole damping, gyroscopic terms included. K and K_a are the symmetric and skew parts of the whole
+//! stiffness.
 //!
 //! ```text
 //! stored: ½ (v·v + q·K q)      works: ∫ f·v dt,  −∫ v·D v dt,  −∫ v·K_a q dt,  −∫ F (g − w)·v dt
@@ -22,12 +22,12 @@ pub(super) struct CoupledModes {
     load: Vec<f64>,
     /// Inputs of every torque ripple.
     ripples: Vec<Vec<f64>>,
-    /// Participations in deflection and force of every direction.
+    /// Participations in deflection and force, per direction.
     participations: Vec<[Vec<f64>; 2]>,
 }
 
 impl CoupledModes {
-    /// Those of a model; none where damping is modal.
+    /// The coupled modes of a model; `None` if damping is modal.
     pub fn of(model: &Model) -> Option<Self> {
         Some(Self {
             coupled: model.basis.coupled()?.clone(),
@@ -63,8 +63,8 @@ impl CoupledModes {
         energy
     }
 
-    /// Energies whose round-off the balance is made of, at the start of a window whose mesh phase is
-    /// given.
+    /// Magnitude of the energies whose round-off enters the balance, at the start of a window, whose mesh
+    /// phase is `phase`.
     pub fn magnitude(&self, model: &Model, window: &Window<'_>, phase: f64) -> f64 {
         let n = self.load.len();
         let modes = model

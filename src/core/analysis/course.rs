@@ -1,19 +1,19 @@
-//! How did the estimates of the exponents settle while they were measured?
+//! How did the estimates of the exponents settle during the measurement?
 
 use super::outcome::CourseOutcome;
 use crate::numerics::statistics::{FEWEST_VALUES, mean, standard_error};
 
-/// Running means and standard errors of each exponent after at most `places` counts of cycles, evenly
-/// spread from the fewest that have an error bar to all. None where there are fewer.
+/// Running means and standard errors of each exponent at no more than `places` counts of cycles. The counts
+/// are evenly spaced, from the fewest with an error bar to all. `None` if the record is shorter.
 ///
-/// * `series`: averages of each exponent over successive stretches of so many cycles.
+/// * `series`: averages of each exponent over successive stretches of `stretch` cycles.
 pub fn course(series: &[&[f64]], stretch: u32, places: usize) -> Option<CourseOutcome> {
     let all = series.first()?.len();
     let spans = all.checked_sub(FEWEST_VALUES)?;
     if places == 0 {
         return None;
     }
-    // The last is all there is.
+    // The last count is the whole record.
     let mut counts: Vec<usize> = (1..=places)
         .map(|place| FEWEST_VALUES + place * spans / places)
         .collect();

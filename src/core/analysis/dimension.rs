@@ -1,13 +1,13 @@
 //! How many dimensions does the motion fill?
 //!
-//! The Kaplan–Yorke dimension (Kaplan & Yorke 1979) of the set of states once a mesh cycle. With the
-//! exponents in falling order and k the most whose sum `S_k = λ₁ + … + λ_k` is not negative,
+//! The Kaplan–Yorke dimension (Kaplan & Yorke 1979) of the states once per mesh cycle. The exponents are in
+//! falling order, and k is the largest number whose sum `S_k = λ₁ + … + λ_k` is not negative:
 //!
 //! ```text
 //! D = k + S_k / |λ_{k+1}|
 //! ```
 //!
-//! It is that of the map of a mesh cycle; the trajectory in continuous time fills one dimension more.
+//! This is the dimension of the map of a mesh cycle; the trajectory in continuous time fills one more.
 
 use super::outcome::KaplanYorke;
 use crate::numerics::statistics::standard_error;
@@ -19,8 +19,8 @@ struct Formula {
     slopes: Vec<f64>,
 }
 
-/// The formula for exponents in falling order, of a space of `dimension` dimensions. None where
-/// these are fewer and their sum is not negative, so that it is not known where it becomes so.
+/// The formula for exponents in falling order, in a space of `dimension` dimensions. `None` if there are
+/// fewer exponents and their sum is not negative, so that k is unknown.
 fn formula(exponents: &[f64], dimension: usize) -> Option<Formula> {
     let mut sum = 0.0;
     let mut slopes = vec![0.0; exponents.len()];
@@ -37,12 +37,11 @@ fn formula(exponents: &[f64], dimension: usize) -> Option<Formula> {
     (exponents.len() == dimension).then_some(Formula { value, slopes })
 }
 
-/// The dimension from the averages of each exponent over the same stretches, in falling order of
-/// their means, with a standard error from the blocks of `Σ ∂D/∂λᵢ λᵢ`, so that what exponents
-/// have in common counts once.
+/// The dimension from the averages of each exponent over the same stretches, in falling order of their means.
+/// Its standard error comes from the blocks of `Σ ∂D/∂λᵢ λᵢ`, so that common changes of exponents count once.
 ///
 /// * `zero`: exponents of at most this size count as 0, as they do on a torus \[1/cycle\].
-/// * `dimension`: number of exponents that there are.
+/// * `dimension`: number of all exponents.
 pub fn kaplan_yorke(
     series: &[&[f64]],
     exponents: &[f64],
@@ -81,9 +80,9 @@ mod tests {
         assert_eq!(value(&[0.5, -1.0], 2), Some(1.5));
         assert_eq!(value(&[0.5, 0.0, -2.0], 3), Some(2.25));
         assert_eq!(value(&[-0.1, -0.2], 2), Some(0.0));
-        // Volume is kept: the motion fills its space.
+        // Volume is conserved: the motion fills its space.
         assert_eq!(value(&[0.5, -0.5], 2), Some(2.0));
-        // Too few exponents to say.
+        // Too few exponents.
         assert_eq!(value(&[0.5, -0.1], 4), None);
         assert_eq!(value(&[0.5, f64::NEG_INFINITY], 2), Some(1.0));
     }
@@ -108,7 +107,7 @@ mod tests {
 
     #[test]
     fn what_exponents_share_is_no_doubt_about_a_known_sum() {
-        // λ₁ wavers, λ₂ = −1 − λ₁ with it: D = 1 + λ₁/(1 + λ₁), dD/dλ₁ = 1/(1 + λ₁)².
+        // λ₁ fluctuates, and λ₂ = −1 − λ₁ with it: D = 1 + λ₁/(1 + λ₁), dD/dλ₁ = 1/(1 + λ₁)².
         let first: Vec<f64> = (0..64).map(|i| 0.5 + 0.1 * f64::from(i % 7 - 3)).collect();
         let second: Vec<f64> = first.iter().map(|a| -1.0 - a).collect();
         let exponents = [&first, &second].map(|s| s.iter().sum::<f64>() / 64.0);
@@ -120,7 +119,7 @@ mod tests {
         );
     }
 
-    /// As of an orbit on which a dry slider slips.
+    /// Example: an orbit on which a dry slider slips.
     #[test]
     fn an_exponent_of_minus_infinity_leaves_no_doubt() {
         let first: Vec<f64> = (0..64).map(|i| 0.5 + 0.1 * f64::from(i % 7 - 3)).collect();

@@ -1,39 +1,39 @@
 //! Does a motion grow without bound?
 //!
-//! Far beyond the gap a drive is linear but for which flank touches, so that what has grown there by a factor goes on
-//! growing by it. Stiffness that varies, met by either flank at a phase of its own, pumps such a motion where damping takes less
-//! than it gives.
+//! Far beyond the gap, the dynamics is linear on either flank, so that growth by a factor continues.
+//! Each flank meets the varying stiffness at a different phase. This stiffness drives such a motion if it
+//! supplies more energy than damping dissipates.
 
 use crate::model::{InitialState, Model, Segment};
 
-/// Deflections up to this many half gaps, or static deflections, are those of a motion about the gap.
+/// Deflections up to this multiple of the gap or the static deflection belong to a motion about the gap.
 const BEYOND: f64 = 1e3;
 
-/// By how much the largest deflection of the last quarter of the cycles exceeds that of the first where a
-/// motion grows: more than the beat of one that does not.
+/// Smallest ratio of the largest deflections of the last and the first quarter of the cycles if a motion
+/// grows. Beats of bounded motions stay below it.
 const GROWN: f64 = 10.0;
 
-/// Latest states of which one at least is far out in a motion that grows.
+/// Latest states, at least one of which is far out if a motion grows.
 const LATEST: usize = 8;
 
-/// Fewest cycles that are told apart in quarters.
+/// Fewest cycles that are divided into quarters.
 const FEWEST: usize = 40;
 
 /// Watches for motions that grow without bound.
 #[derive(Debug, Clone)]
 pub struct Bounds {
-    /// Of every line of contact.
+    /// One entry per line of contact.
     lines: Vec<Line>,
 }
 
-/// A line along which contacts are seen.
+/// A line along which contacts deflect.
 #[derive(Debug, Clone)]
 struct Line {
-    /// A segment that is on it.
+    /// A segment on this line.
     segment: Segment,
-    /// Largest gap of its contacts, or the half gap of the mesh where those have none \[m\].
+    /// Largest gap of its contacts, or the half gap of the mesh if they have none \[m\].
     gap: f64,
-    /// What deflections of bounded motions are measured by \[m\].
+    /// Unit of deflections of bounded motions \[m\].
     unit: f64,
 }
 
@@ -48,12 +48,12 @@ struct Line {
 pub struct Runaway {
     /// Its largest deflection at the start of a mesh cycle \[half gaps\].
     pub half_gaps: f64,
-    /// Mean growth a mesh cycle.
+    /// Mean growth per mesh cycle.
     pub growth: f64,
 }
 
 impl Bounds {
-    /// Those of a model.
+    /// The bounds of a model.
     pub fn new(model: &Model) -> Self {
         let rest = model.start(&InitialState::Static);
         let deflections = |line: &usize| model.lines[*line].direct.is_empty();
@@ -85,7 +85,7 @@ impl Bounds {
         )
     }
 
-    /// Whether the states at the starts of successive mesh cycles, the oldest first, grow beyond all bounds.
+    /// The growth, if states at the starts of successive mesh cycles, oldest first, grow without bound.
     pub fn left_by<'a>(
         &self,
         model: &Model,
@@ -93,7 +93,7 @@ impl Bounds {
     ) -> Option<Runaway> {
         let count = states.len();
         let far = |state: &[f64]| self.farthest(model, state).0 > BEYOND;
-        // Nearly every motion is told from its latest states.
+        // The latest states rule out growth for nearly every motion.
         if count < FEWEST || !states.clone().skip(count - LATEST).any(far) {
             return None;
         }
@@ -127,7 +127,7 @@ mod tests {
     use crate::model::OperatingPoint;
     use crate::model::fixtures::{constant_mesh, one_mode};
 
-    /// A motion by its deflections \[half gaps\] at the starts of cycles.
+    /// Checks a motion with these deflections \[half gaps\] at the starts of cycles.
     fn look(deflections: impl Iterator<Item = f64>) -> Option<Runaway> {
         let point = OperatingPoint {
             load: 1.0,
@@ -148,7 +148,7 @@ mod tests {
         assert!((found.growth - 1.05).abs() < 1e-3, "{found:?}");
         assert!((found.half_gaps / (100.0 * 1.05_f64.powi(199)) - 1.0).abs() < 1e-2);
         assert!(found.to_string().contains("5.00 %"), "{found}");
-        // Growth about the gap, one that is slow, a decay, a beat, and a start that is short.
+        // Growth about the gap, slow growth, decay, a beat, and a short start.
         assert_eq!(look(growing(1e-3, 1.05)), None);
         assert_eq!(look(growing(1e4, 1.005)), None);
         assert_eq!(look(growing(1e9, 0.95)), None);

@@ -16,9 +16,9 @@
 //! each summed over the closed contacts.
 //! Every integrand is a product of Legendre series. The modal velocities are rebuilt
 //! ([`super::modal_series`]) from the state at each window's start and the force series,
-//! independently of how the kernel moved the state on. The residual is relative to the sum
-//! of all absolute works and the largest energy stored: of a drive at rest under its load no work
-//! is done, and what is left of the balance is the round-off of what is stored.
+//! independently of the kernel's propagation. The residual is relative to the sum of all absolute
+//! works and the largest energy stored. A drive at rest under its load does no work, and its imbalance
+//! is the round-off of the stored energy.
 
 mod balance;
 mod cause;
@@ -30,13 +30,13 @@ use crate::propagate::{Event, Observer, Window};
 pub(super) use balance::{Balance, Edge};
 pub(super) use cause::Cause;
 
-/// Residual above which a kernel without errors of its own has failed. Of a thousand random
-/// drives no valid row is above 1e-11.
+/// Residual above which a kernel without truncation error has failed. No valid row of a thousand random
+/// drives exceeds 1e-11.
 pub const LARGEST_RESIDUAL: f64 = 1e-9;
 
-/// What is to be said of a motion whose energy balance does not close; none where it does.
+/// The message if the energy balance does not close; `None` if it does.
 pub fn objection(residual: f64) -> Option<String> {
-    // Written so that a residual that is not a number is objected to.
+    // This form also rejects NaN.
     let closes = residual <= LARGEST_RESIDUAL;
     (!closes).then(|| {
         format!(
@@ -56,12 +56,12 @@ pub struct EnergyAudit<'m> {
     gained: f64,
     /// Sum of their absolute values \[J\].
     turnover: f64,
-    /// Largest energy stored, all of its parts by their size \[J\].
+    /// Largest energy stored, as the sum of absolute parts \[J\].
     stored: f64,
 }
 
 impl<'m> EnergyAudit<'m> {
-    /// An audit that starts with the first window shown.
+    /// An audit that starts with the first observed window.
     pub fn new(model: &'m Model) -> Self {
         Self {
             balance: Balance::new(ModalMotion::new(model)),
@@ -72,8 +72,8 @@ impl<'m> EnergyAudit<'m> {
         }
     }
 
-    /// Relative residual of the balance up to `end`, which is where the last window shown
-    /// ended; none when nothing was shown or nothing moved.
+    /// Relative residual of the balance up to `end`, the end of the last observed window; `None` if no window
+    /// was observed or nothing moved.
     pub fn residual(&self, end: &TrajectoryState) -> Option<f64> {
         let (first, second) = end.state.split_at(end.state.len() / 2);
         let gained = self.gained + self.balance.gained_by_impacts(first, second);

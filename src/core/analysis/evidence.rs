@@ -1,15 +1,15 @@
-//! How much was seen of a motion that does not settle, and how long chaos lasts: the numbers that the
-//! result files hold.
+//! How much of an unsettled motion was measured, and how long does chaos last? The result files hold these
+//! numbers.
 
 use crate::numerics::poisson::rate_interval;
 use serde::{Deserialize, Serialize};
 
-/// How much was seen of a motion that does not settle.
+/// How much of a motion that does not settle was measured.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct EvidenceOutcome {
     /// Trajectories that were measured.
     pub trajectories: u32,
-    /// Whether error bars were read at a look at which their coverage was measured.
+    /// Whether the error bars come from a look whose coverage was measured.
     pub verified: bool,
     /// Cycles over which the growth of neighbours is correlated, from its block error.
     pub correlation_cycles: Option<f64>,
@@ -19,7 +19,7 @@ pub struct EvidenceOutcome {
     pub rhat: Option<f64>,
     /// Frequency of the strongest line of the strobe deflection \[1/cycle\], on a torus.
     pub rotation_number: Option<f64>,
-    /// Averages of growth over ten cycles, trajectory after trajectory, where they are asked for.
+    /// Averages of growth over ten cycles, trajectory after trajectory, if requested.
     pub chains: Option<ChainRecord>,
 }
 
@@ -28,7 +28,7 @@ pub struct EvidenceOutcome {
 pub struct ChainRecord {
     /// Averages per trajectory.
     pub lengths: Vec<f64>,
-    /// The averages \[1/cycle\], one trajectory behind the other.
+    /// The averages \[1/cycle\], one trajectory after another.
     pub growth: Vec<f64>,
 }
 
@@ -41,9 +41,9 @@ pub struct ChaosOutcome {
     pub exits: u32,
     /// Trajectories that were measured.
     pub trajectories: u32,
-    /// What those that left ended on, the most frequent first: class, period, number.
+    /// Motions on which these trajectories ended, the most frequent first: class, period, number.
     pub ended_on: Option<String>,
-    /// Averages over the chaotic parts, where the point's class is that of the motion they ended on.
+    /// Averages over the chaotic parts, if the point has the class of the motion after the chaos.
     pub left: Option<LeftChaos>,
 }
 
@@ -66,8 +66,8 @@ impl ChaosOutcome {
         (self.exits > 0).then(|| self.cycles as f64 / f64::from(self.exits))
     }
 
-    /// 95 % interval of the mean life \[cycles\], by the exact interval of a Poisson rate; without
-    /// an exit a lower bound at 95 %, a third of the chaotic cycles, and no upper end.
+    /// 95 % interval of the mean life \[cycles\], from the exact interval of a Poisson rate. Without an exit:
+    /// a lower bound at 95 %, a third of the chaotic cycles, and no upper end.
     pub fn interval(&self) -> (f64, Option<f64>) {
         let cycles = self.cycles as f64;
         if self.exits == 0 {
@@ -92,7 +92,7 @@ mod tests {
         assert_eq!(chaos(0).lifetime(), None);
         assert_eq!(chaos(0).interval(), (10_000.0, None));
         assert_eq!(chaos(3).lifetime(), Some(10_000.0));
-        // Of three events: 0.6187 to 8.7673.
+        // For three events: 0.6187 to 8.7673.
         let (low, high) = chaos(3).interval();
         assert!((low / (30_000.0 / 8.7673) - 1.0).abs() < 1e-4, "{low}");
         assert!(

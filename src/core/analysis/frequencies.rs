@@ -1,42 +1,43 @@
-//! At which frequencies does the structure vibrate, its contacts open, or those closed that bear the
-//! static load?
+//! At which frequencies does the structure vibrate with open contacts, and with the contacts closed that bear
+//! the static load?
 //!
-//! Open, every block is a pair of eigenvalues `−ζω ± ω√(ζ² − 1)`, whatever couples the modes. Dry sliders stick in small
-//! vibrations: their springs count as contacts that are closed, in open frequencies too. With contacts j closed by springs
-//! k_j and dampers c_j along w_j it is the undamped modes of
+//! With open contacts every block has a pair of eigenvalues `−ζω ± ω√(ζ² − 1)`, with coupled modes too. Dry
+//! sliders stick in small vibrations: their springs count as closed contacts, also in open frequencies. With
+//! contacts j closed by springs k_j and dampers c_j along w_j, the modes are the undamped modes of
 //!
 //! ```text
 //! (K + Σ k w wᵀ) φ = ω² φ,      φᵀ φ = 1,      2ζω = φᵀ (C + Σ c w wᵀ) φ
 //! ```
 //!
-//! with the symmetric parts of K and C: gyroscopic terms, cross-coupled springs and friction, which shift
-//! them little, are left out. `Σ k (wᵀφ)²/ω²` is the part of a mode's elastic energy that contacts store.
-//! Where the static load closes none, the drive flanks are closed, or the first contact of an oscillator.
+//! with the symmetric parts of K and C. Gyroscopic terms, cross-coupled springs and friction are omitted
+//! because they shift the modes little. `Σ k (wᵀφ)²/ω²` is the part of a mode's elastic energy in the
+//! contacts. If the static load closes no contact, the drive flanks are closed, or the first contact of an
+//! oscillator.
 
 use crate::model::{ActiveSet, Block, DRIVE_FLANK, Model};
 use crate::numerics::linalg::symmetric_eigen;
 use faer::Mat;
 
-/// A mode by its pair of eigenvalues `λ, λ'`.
+/// A mode, given by its pair of eigenvalues `λ, λ'`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NaturalMode {
     /// Natural frequency `ω = √(λ λ')` \[rad/s\]; 0 for a rigid motion.
     pub frequency: f64,
-    /// Decay `ζω = −(λ + λ')/2` \[1/s\]; negative where the motion grows.
+    /// Decay `ζω = −(λ + λ')/2` \[1/s\]; negative if the motion grows.
     pub decay: f64,
 }
 
 impl NaturalMode {
-    /// Damping ratio ζ; none of a rigid motion.
+    /// Damping ratio ζ; `None` for a rigid motion.
     pub fn ratio(&self) -> Option<f64> {
         (self.frequency > 0.0).then(|| self.decay / self.frequency)
     }
 }
 
-/// Part of the largest squared frequency that is round-off of a zero.
+/// Squared frequencies up to this part of the largest are round-off of zero.
 const RIGID: f64 = 1e-13;
 
-/// A mode with contacts closed.
+/// A mode with closed contacts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClosedMode {
     /// Frequency and decay.
@@ -50,17 +51,16 @@ pub struct ClosedMode {
 pub struct Frequencies {
     /// With all contacts open, and dry sliders stuck.
     pub open: Vec<NaturalMode>,
-    /// With the contacts of [`Self::contacts`] closed by their mean stiffness; empty where the
-    /// eigenvalues are not found.
+    /// With [`Self::contacts`] closed by their mean stiffness; empty if the eigenvalues are not found.
     pub closed: Vec<ClosedMode>,
-    /// Those that bear the static load.
+    /// The closed contacts: those that bear the static load, if any.
     pub contacts: ActiveSet,
-    /// Whether they bear any.
+    /// Whether they bear the static load.
     pub loaded: bool,
 }
 
 impl Frequencies {
-    /// Those of a model.
+    /// The frequencies of a model.
     pub fn of(model: &Model) -> Self {
         let mut open: Vec<NaturalMode> = if model.sliders.is_empty() {
             let of_block = |block: &Block| NaturalMode {
@@ -138,7 +138,7 @@ fn closed_modes(model: &Model, contacts: ActiveSet) -> Option<Vec<ClosedMode>> {
         }
         None => 0.0,
     };
-    // What neither spring nor contact holds stays exactly rigid.
+    // Modes that neither a spring nor a contact holds stay exactly rigid.
     let held_by = |i: usize| springs.iter().any(|spring| spring.along[i] != 0.0);
     let (held, loose): (Vec<usize>, Vec<usize>) = (0..model.modes_of_structure())
         .partition(|&i| held_by(i) || (0..n).any(|j| entry(Matrix::Stiffness, i, j) != 0.0));
@@ -233,7 +233,8 @@ mod tests {
         assert!((closed.mode.decay - 0.2).abs() < 1e-15);
     }
 
-    /// A stuck slider of stiffness 5 beside it: `ω² = 4 + 5` open, `4 + 5 + 3 w²` closed, of which it stores 5/21.
+    /// A stuck slider of stiffness 5 on the mode: `ω² = 4 + 5` open, `4 + 5 + 3 w²` closed, of which it
+    /// stores 5/21.
     #[test]
     fn a_stuck_slider_is_a_spring() {
         let mut structure = ModalStructure::of_modes(&[2.0], 0.0, &[2.0], &[1.0]);

@@ -7,10 +7,10 @@
 //! x₀ − x* = Σ c v,   margin(t) ≥ least of x* − Σ |c| |μ|ⁿ max |dmargin/dx · v| > 0
 //! ```
 //!
-//! in every later period n, since no |μ| exceeds 1: the margin of a contact is `±(s δ − b)`, or its
-//! force where it lets go by force. Both come from windows that the kernel shows of x* and of
-//! states beside it, and are bounded by their Legendre series, not sampled. They serve all motions that
-//! come to x*.
+//! in every later period n, since no |μ| exceeds 1. The margin of a contact is `±(s δ − b)`, or its
+//! force if it releases by force. The margin and its derivatives come from the kernel's windows for x*
+//! and for neighbouring states. They are bounded by their Legendre series, not sampled, and hold for
+//! all motions that converge to x*.
 
 use super::modal_series::{ModalMotion, Series, TERMS, padded};
 use super::norm::EnergyNorm;
@@ -23,13 +23,13 @@ use faer::Mat;
 /// Size of a disturbance, in units of the norm.
 const DISTURBANCE: f64 = 1e-4;
 
-/// Room for rounding in bounds.
+/// Factor for rounding in bounds.
 const SLACK: f64 = 1.0 + 1e-6;
 
-/// Residual of an eigenvector basis that is let pass, relative to the state taken apart in it.
+/// Largest accepted residual of a state's expansion in eigenvectors, relative to the state.
 const RESIDUAL: f64 = 1e-9;
 
-/// Halvings of a window in the search for its least margin.
+/// Maximum halvings of a window in the search for its least margin.
 const HALVINGS: u32 = 5;
 
 /// Motions in constant contact that decay to a periodic one.
@@ -39,20 +39,21 @@ pub(super) struct LastingContact<'a> {
     norm: &'a EnergyNorm,
     /// The periodic motion at the start of a period.
     orbit: TrajectoryState,
-    /// Mesh cycles.
+    /// Its period in mesh cycles.
     period: u32,
     modes: Modes,
-    /// The margins of the periodic motion, once they were asked for.
+    /// The margins of the periodic motion, once computed.
     steady: Option<Seen>,
-    /// What shows the blocks' motion, with the exponentials it knows.
+    /// The blocks' motion, with its stored exponentials.
     motion: ModalMotion<'a>,
-    /// How far margins change at most with each mode, by contact; as far as it was asked for.
+    /// Largest change of margins per unit of each mode, by contact, once computed.
     reaches: Vec<Option<Vec<f64>>>,
 }
 
 impl<'a> LastingContact<'a> {
-    /// To the motion through a state, of so many mesh cycles, with the map of a period in energy coordinates,
-    /// without the neutral pair. None where it does not decay, or where eigenvectors do not tell its parts.
+    /// Motions that decay to the orbit, a state and its period in mesh cycles. `map` is the map of a period
+    /// in energy coordinates, without the neutral pair. `None` if it does not decay or its eigenvectors are
+    /// no basis.
     pub(super) fn new(
         model: &'a Model,
         norm: &'a EnergyNorm,
@@ -72,8 +73,8 @@ impl<'a> LastingContact<'a> {
         })
     }
 
-    /// Whether contact is certain to be kept for ever by a motion that starts a period so far from the periodic one, in
-    /// energy coordinates.
+    /// Whether contact is certain to last for ever if a motion starts a period at the distance `away` from
+    /// the periodic one, in energy coordinates.
     pub(super) fn is_certain<K: Kernel>(
         &mut self,
         kernel: &K,
@@ -84,7 +85,7 @@ impl<'a> LastingContact<'a> {
             .is_some_and(|left| left.iter().all(|left| *left > 0.0))
     }
 
-    /// What is left of the margins, or of those that are spent first; none where that is not known.
+    /// The remaining margins, incomplete once one of them is spent; `None` if they are unknown.
     fn left<K: Kernel>(
         &mut self,
         kernel: &K,
@@ -93,7 +94,7 @@ impl<'a> LastingContact<'a> {
     ) -> Option<Vec<f64>> {
         let sizes = self.modes.sizes(away)?;
         let mut order: Vec<usize> = (0..sizes.len()).collect();
-        // What is too much is soon seen.
+        // The largest parts spend the margins soonest.
         order.sort_by(|a, b| sizes[*b].total_cmp(&sizes[*a]));
         if self.steady.is_none() {
             self.steady = Some(self.seen(kernel, None, workspace)?);
@@ -111,7 +112,7 @@ impl<'a> LastingContact<'a> {
         Some(left)
     }
 
-    /// How far margins change at most, by contact, with a unit of a mode.
+    /// Largest change of margins, by contact, per unit of a mode.
     fn reach<K: Kernel>(
         &mut self,
         kernel: &K,
@@ -134,7 +135,8 @@ impl<'a> LastingContact<'a> {
         self.reaches[mode].as_ref()
     }
 
-    /// A period of the periodic motion, or of one displaced along a direction; none where there is an event.
+    /// The margins over a period of the orbit, or of a motion displaced along a direction; `None` if an event
+    /// occurs.
     fn seen<K: Kernel>(
         &mut self,
         kernel: &K,
@@ -153,24 +155,24 @@ impl<'a> LastingContact<'a> {
     }
 }
 
-/// Eigenvectors of a map, real and imaginary part, a pair of conjugates as one.
+/// Eigenvectors of a map, real and imaginary part, with one entry per conjugate pair.
 #[derive(Debug)]
 struct Modes {
     vectors: Vec<[Vec<f64>; 2]>,
-    /// Where the columns of each start, and how many they are.
+    /// First column and number of columns of each entry.
     columns: Vec<(usize, usize)>,
     /// All columns.
     basis: Mat<f64>,
 }
 
 impl Modes {
-    /// None where one grows or stays, or where there are not enough.
+    /// `None` if an eigenvector does not decay, or if there are too few.
     fn new(map: &Mat<f64>) -> Option<Self> {
         let size = map.nrows();
         let mut all: Vec<Vec<f64>> = Vec::new();
         let (mut vectors, mut columns) = (Vec::new(), Vec::new());
         for value in eigenvalues(map.as_ref())? {
-            // A conjugate comes with its other half; what grows or stays is no transient.
+            // A vector that does not decay is no transient. A conjugate comes with its other half.
             if value.norm() >= 1.0 {
                 return None;
             }
@@ -193,14 +195,14 @@ impl Modes {
         })
     }
 
-    /// How much of each a state is made of; none where they do not tell.
+    /// Size of each mode in a state; `None` if the expansion is inaccurate.
     fn sizes(&self, state: &[f64]) -> Option<Vec<f64>> {
         let size = state.len();
         let shares = solve(self.basis.as_ref(), state);
         let length = |x: &dyn Fn(usize) -> f64| (0..size).map(|i| x(i) * x(i)).sum::<f64>().sqrt();
         let rebuilt = |i: usize| -> f64 { (0..size).map(|j| self.basis[(i, j)] * shares[j]).sum() };
         let off = length(&|i| rebuilt(i) - state[i]);
-        // Written so that what is no number is refused.
+        // This form rejects NaN.
         let told = off <= RESIDUAL * length(&|i| state[i]);
         let part = |&(first, count): &(usize, usize)| match count {
             1 => shares[first].abs(),
@@ -210,22 +212,22 @@ impl Modes {
     }
 }
 
-/// What was seen of the margins of all contacts.
+/// The observed margins of all contacts.
 #[derive(Debug)]
 struct Seen {
-    /// Margins but for gaps and errors, which are the same for all motions, window after window.
+    /// Margins without gaps and errors, which are the same for all motions, window after window.
     windows: Vec<Vec<Series>>,
-    /// The least margin of every contact, if it is asked for.
+    /// The least margin of every contact, if requested.
     least: Option<Vec<f64>>,
 }
 
-/// Sees the margins of all contacts.
+/// Observes the margins of all contacts.
 #[derive(Debug)]
 struct Margins<'a, 'm> {
     model: &'m Model,
     motion: &'a mut ModalMotion<'m>,
     seen: Seen,
-    /// Whether every margin of every window could be told.
+    /// Whether every margin of every window is known.
     whole: bool,
 }
 
@@ -243,7 +245,7 @@ impl<'a, 'm> Margins<'a, 'm> {
     }
 }
 
-/// Takes note of the margin of a contact over a window, if that is asked for.
+/// Records the margin of a contact over a window, if requested.
 fn note(all: &mut Option<Vec<f64>>, contact: usize, margin: &Series) {
     if let Some(all) = all {
         let known = all[contact];
@@ -257,14 +259,14 @@ impl Observer for Margins<'_, '_> {
     fn window(&mut self, window: &Window<'_>) {
         let model = self.model;
         let own = |index: usize| window.segments[index].direction != window.segments[0].direction;
-        // The line of an open contact is seen through the blocks, where it is its own.
+        // The blocks give the deflection of an open contact on another line.
         let seen = (0..model.contacts.len())
             .any(|index| own(index) && !window.closed.iter().any(|c| c.contact == index));
         let motion = seen.then(|| self.motion.on(window));
         let mut all = Vec::with_capacity(model.contacts.len());
         for (index, contact) in model.contacts.iter().enumerate() {
             if model.is_passed(index, window.contact) {
-                // It cannot act before what has passed it opens.
+                // It cannot act before the contact that passed it opens.
                 all.push([0.0; TERMS]);
                 continue;
             }
@@ -319,7 +321,7 @@ impl Observer for Margins<'_, '_> {
     fn event(&mut self, _: &Event) {}
 }
 
-/// The least value of a series, or something smaller; something between where it is above `known`.
+/// A lower bound of a series, refined by halving while it is below `known`.
 fn least(series: &Series, halvings: u32, known: f64) -> f64 {
     let bound = series[0] - series[1..].iter().map(|a| a.abs()).sum::<f64>();
     if halvings == 0 || bound >= known {
@@ -330,7 +332,7 @@ fn least(series: &Series, halvings: u32, known: f64) -> f64 {
     low.min(half(1, known.min(low))).max(bound)
 }
 
-/// How far margins are apart at most, by contact; none where the windows are others.
+/// Largest differences of margins, by contact; `None` if the windows differ.
 fn apart(steady: &[Vec<Series>], beside: &[Vec<Series>]) -> Option<Vec<f64>> {
     if steady.len() != beside.len() {
         return None;

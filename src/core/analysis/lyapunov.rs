@@ -1,13 +1,14 @@
-//! How fast do nearby trajectories part?
+//! How fast do nearby trajectories separate?
 //!
-//! Tangent vectors are integrated beside the trajectory (saltations included) and
-//! orthonormalised once a mesh cycle in the energy norm, the neutral pair projected out
-//! (Benettin et al. 1980, Shimada & Nagashima 1979); the logarithms of their lengths average
-//! to the exponents. Standard errors come from block averages.
+//! Tangent vectors are integrated beside the trajectory (saltations included). Once per mesh cycle they
+//! are orthonormalised in the energy norm, without the neutral pair (Benettin et al. 1980, Shimada &
+//! Nagashima 1979). The logarithms of their lengths average to the exponents. Standard errors come from
+//! block averages.
 //!
-//! A slip of a dry slider takes a dimension from the tangents, and a rigid stop that comes to hold the structure takes two: the exponents of the last ones are −∞. What orthogonalisation
-//! leaves of that tangent is round-off. It counts as none where no more tangents than sliders and stops may take are so short. Other
-//! tangents are as short as they are: a strong damper may contract them as much.
+//! A slip of a dry slider removes a dimension from the tangents. A rigid stop that begins to hold the
+//! structure removes two. The last exponents are then −∞: orthogonalisation leaves only round-off of these
+//! tangents. Only as many tangents as sliders and stops may remove count as round-off. Other tangents may
+//! be as short: a strong damper can contract them as much.
 
 use super::averages::CycleAverages;
 use super::norm::EnergyNorm;
@@ -16,7 +17,8 @@ use crate::numerics::random::Stream;
 use crate::numerics::statistics::mean;
 use crate::propagate::Tangents;
 
-/// Part of a tangent that orthogonalisation leaves of one in the span of those before: some tens of units of round-off.
+/// Part that orthogonalisation leaves of a tangent in the span of its predecessors: some tens of units of
+/// round-off.
 const ROUND_OFF: f64 = 1e-13;
 
 /// Growth of tangent vectors.
@@ -52,30 +54,30 @@ impl TangentGrowth {
         self.tangents.vector(0)
     }
 
-    /// Forgets all growth so far, keeps the directions.
+    /// Forgets all growth and keeps the directions.
     pub fn restart(&mut self) {
         self.averages.fill_with(CycleAverages::default);
     }
 
-    /// To be called after every integrated cycle; the growth of the first tangent in it.
+    /// Call this after every integrated cycle. Returns the growth of the first tangent.
     pub fn cycle(&mut self, norm: &EnergyNorm) -> f64 {
         self.orthonormalise(norm, |_| {})
     }
 
-    /// As [`Self::cycle`]; appends what orthonormalising took, the upper triangle of the factor R that
-    /// the orthonormal tangents have to be multiplied by, column by column.
+    /// As [`Self::cycle`], and appends the upper triangle of the factor R, column by column. The orthonormal
+    /// tangents times R are the tangents before.
     pub fn factor(&mut self, norm: &EnergyNorm, triangle: &mut Vec<f64>) {
         self.orthonormalise(norm, |entry| triangle.push(entry));
     }
 
-    /// Adds the growth in another trajectory behind this one's.
+    /// Appends the growth of another trajectory.
     pub fn append(&mut self, other: &Self) {
         for (averages, behind) in self.averages.iter_mut().zip(&other.averages) {
             averages.append(behind);
         }
     }
 
-    /// Keeps the growth of the first `cycles` alone.
+    /// Keeps only the growth of the first `cycles`.
     pub fn cut(&mut self, cycles: u64) {
         self.averages
             .iter_mut()
@@ -87,21 +89,21 @@ impl TangentGrowth {
         &self.averages[0]
     }
 
-    /// The exponents per mesh cycle, largest first; none before ten cycles.
+    /// The exponents per mesh cycle, largest first; `None` before ten cycles.
     pub fn exponents(&self) -> Option<Vec<f64>> {
         let series = self.series();
         (!series[0].is_empty()).then(|| series.iter().map(|a| mean(a)).collect())
     }
 
-    /// Averages of every exponent over the same stretches, that of the largest first.
+    /// Averages of every exponent over the same stretches, largest exponent first.
     pub fn series(&self) -> Vec<&[f64]> {
         let mut series: Vec<&[f64]> = self.averages.iter().map(CycleAverages::values).collect();
         series.sort_by(|a, b| mean(b).total_cmp(&mean(a)));
         series
     }
 
-    /// Modified Gram–Schmidt; adds the logarithms of the lengths to the averages and tells every entry of
-    /// the triangular factor. That of the first length is returned.
+    /// Modified Gram–Schmidt. Adds the logarithms of the lengths to the averages, passes every entry of the
+    /// triangular factor to `tell`, and returns the first logarithm.
     fn orthonormalise(&mut self, norm: &EnergyNorm, mut tell: impl FnMut(f64)) -> f64 {
         let mut first = 0.0;
         let left = norm.dimension_held();
@@ -124,7 +126,7 @@ impl TangentGrowth {
             if i == 0 {
                 first = growth;
             }
-            // What is round-off goes on as a direction, which grows as any other where nothing slips any more.
+            // Round-off continues as a direction, which grows like any other once nothing slips.
             if length > 0.0 {
                 for x in self.tangents.vector_mut(i) {
                     *x /= length;
@@ -135,7 +137,7 @@ impl TangentGrowth {
     }
 }
 
-/// A random direction, each component of the same energy on average.
+/// A random direction with equal mean energy in each component.
 pub fn random_direction(norm: &EnergyNorm, stream: &mut Stream, x: &mut [f64]) {
     for (x, w) in x.iter_mut().zip(norm.weights()) {
         let deviate = stream.normal();
@@ -143,8 +145,7 @@ pub fn random_direction(norm: &EnergyNorm, stream: &mut Stream, x: &mut [f64]) {
     }
 }
 
-/// A trajectory displaced by some half gaps in a random direction; as it is where nothing feels a
-/// displacement.
+/// A trajectory displaced by `half_gaps` in a random direction; unchanged if no displacement has a weight.
 pub fn displaced(
     model: &Model,
     norm: &EnergyNorm,

@@ -1,5 +1,5 @@
-//! One file per question asked of a trajectory: numbers in, numbers out; no files, and no
-//! threads but those of the pool that probes find themselves in.
+//! One file per question about a trajectory: numbers in, numbers out. No analysis uses files. The only
+//! threads are those of the pool in which probes run.
 
 mod analyses;
 mod averages;

@@ -1,14 +1,14 @@
 //! How do the modal coordinates move within a window?
 //!
-//! A window shows the blocks' states at its start and the mesh force as a series. With
+//! A window has the blocks' states at its start and the mesh force as a series. With
 //! `e^{At} = C(t) I + S(t) M` (M traceless, C and S as Legendre series) each block follows as
 //!
 //! ```text
 //! x(t) = e^{At} x₀ + ∫₀ᵗ e^{A(t−τ)} (s + Σ r cos(ωτ + φ) − g F(τ)) dτ
 //! ```
 //!
-//! from the universal convolution table. Nothing here is shared with the way a kernel moves
-//! its state on, so that the two check each other.
+//! from the universal convolution table. This code shares nothing with the kernels' propagation, so that the
+//! two check each other.
 
 use super::window_cache::Recurring;
 use crate::model::{Block, Model};
@@ -18,7 +18,7 @@ use crate::propagate::Window;
 use num_complex::{Complex64, c64};
 use std::borrow::Cow;
 
-/// Terms of a window's series; kernels carry no more.
+/// Terms of a window's series; kernels have no more.
 pub const TERMS: usize = 24;
 
 /// Terms of the exponentials.
@@ -37,7 +37,7 @@ type Exponential = [Complex64; KERNEL_TERMS];
 #[derive(Debug, Clone)]
 struct Exponentials {
     series: Vec<Exponential>,
-    /// How many of their terms matter.
+    /// Number of terms that matter.
     terms: usize,
 }
 
@@ -64,8 +64,8 @@ impl Exponentials {
 #[derive(Debug, Clone)]
 pub struct ModalMotion<'m> {
     model: Cow<'m, Model>,
-    /// Exponentials of all blocks on windows of the kernel's own lengths, and on the last other
-    /// window, a cut.
+    /// Exponentials of all blocks, for the kernel's regular window lengths (`own`) and for the last window of
+    /// another length (`cut`).
     own: Recurring<Exponentials>,
     cut: Exponentials,
 }
@@ -76,7 +76,7 @@ impl<'m> ModalMotion<'m> {
         Self::of(Cow::Borrowed(model))
     }
 
-    /// The motion of the blocks of a model that is kept.
+    /// The motion of the blocks of a borrowed or owned model.
     pub fn of(model: Cow<'m, Model>) -> Self {
         Self {
             own: Recurring::new(),
@@ -134,7 +134,7 @@ pub struct ModalSeries<'a> {
     model: &'a Model,
     exponentials: &'a Exponentials,
     window: Window<'a>,
-    /// Of every closed contact, with its direction.
+    /// One entry per closed contact, with its direction.
     by_forces: Vec<(usize, Responses)>,
     ripples: Vec<(Series, Responses)>,
 }
@@ -158,8 +158,8 @@ impl<'a> ModalSeries<'a> {
         self.combination([(index, weights)])
     }
 
-    /// Series of `Σ w·x`, x the two components of each block with its index and weights w. The weighted exponentials are
-    /// added first, so that every input is convolved once.
+    /// Series of `Σ w·x` over blocks with their index, both components x and weights w. The weighted
+    /// exponentials are added first, so that every input is convolved once.
     pub fn combination(&self, weights: impl IntoIterator<Item = (usize, [f64; 2])>) -> Series {
         let mut start = [0.0; KERNEL_TERMS];
         let mut constant = [0.0; KERNEL_TERMS];
@@ -275,7 +275,7 @@ mod tests {
     use crate::propagate::{ClosedContact, Counters, Event, Kernel, Observer, Volterra};
     use crate::structure::ModalStructure;
 
-    /// Two rigid rotations and two elastic modes, with friction and ripple: rattles.
+    /// A drive that rattles: two rigid rotations and two elastic modes, with friction and ripple.
     fn drive() -> (ModalStructure, Drive) {
         let structure = ModalStructure {
             damping: vec![0.0, 0.0, 0.01, 0.02],

@@ -1,11 +1,11 @@
-//! The norm in which tangents and distances are measured.
+//! In which norm are tangents and distances measured?
 //!
-//! A raw norm mixes metres with metres a second and lets rigid rotation count; it is kept
-//! ([`EnergyNorm::raw`]) to show what that does to an estimate. In the energy norm a mode counts
-//! with its kinetic and potential energy, `‖x‖² = Σ v² + max(ω, ω_mesh)² q²` with `ω_mesh² = k Σ w·g` the scale
-//! of the closed mesh (a rigid rotation has no stiffness of its own). The neutral pair is
-//! left out. The place of a dry slider counts with its spring, `k s²`. Under drag the neutral rotation decays and is felt, but where it has come to is not:
-//! states that differ by a displacement nobody feels are one ([`EnergyNorm::project`]).
+//! The raw norm ([`EnergyNorm::raw`]) adds metres to metres per second and includes the rigid rotation. It
+//! exists to show the effect on an estimate. In the energy norm a mode counts with its kinetic and
+//! potential energy, `‖x‖² = Σ v² + max(ω, ω_mesh)² q²`, with `ω_mesh² = k Σ w·g` the scale of the closed
+//! mesh (a rigid rotation has no stiffness). The neutral pair is omitted. The place of a dry slider counts
+//! with its spring, `k s²`. Under drag the neutral rotation decays and counts, but its final angle does not:
+//! states that differ by a displacement without effect are equal ([`EnergyNorm::project`]).
 
 use crate::model::Model;
 use std::cmp::Ordering;
@@ -13,14 +13,15 @@ use std::cmp::Ordering;
 /// Energy-scaled norm without the neutral pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EnergyNorm {
-    /// Weight of each component of a state, length 2N; 0 for the neutral pair, and for the second component of a slider.
+    /// Weight of each component of a state, length 2N; 0 for the neutral pair and for the second component of
+    /// a slider.
     weights: Vec<f64>,
-    /// Displacements that nothing feels, other than single components: each is taken out of a
-    /// difference so that the component with this index vanishes, which has no weight.
+    /// Displacements without effect, other than single components. Each is subtracted from a difference so
+    /// that the component with this index, which has no weight, vanishes.
     unfelt: Vec<(usize, Vec<f64>)>,
     /// Norm of the rigid displacement that closes the half gap: the natural unit of a state.
     unit: f64,
-    /// Dimensions that every dry slider that slips and every rigid stop that holds the structure take from tangents.
+    /// Dimensions that slipping dry sliders and holding rigid stops can remove from tangents.
     taken: usize,
 }
 
@@ -42,12 +43,12 @@ impl EnergyNorm {
             weights[n + i] = 0.0;
         }
         for slider in &model.sliders {
-            // Its place counts with the energy of its spring; it has no second component.
+            // The place counts with the energy of its spring; there is no second component.
             let spring = &model.contacts[slider.spring()].cycles[0];
             weights[slider.block] = spring.mean_stiffness().sqrt();
             weights[n + slider.block] = 0.0;
         }
-        // Where the whole drive has turned to is nothing that it feels.
+        // The angle of the whole drive has no effect.
         let unfelt = reduced(model.unfelt_displacements());
         for (index, _) in &unfelt {
             weights[*index] = 0.0;
@@ -60,8 +61,8 @@ impl EnergyNorm {
         }
     }
 
-    /// The Euclidean norm of modal displacements and velocities as they stand, metres and
-    /// metres a second added, the neutral pair included.
+    /// The Euclidean norm of unscaled modal displacements and velocities. It adds metres to metres per second
+    /// and includes the neutral pair.
     pub fn raw(model: &Model) -> Self {
         let gains = model.first_gains();
         let participation: f64 = gains.iter().map(|gain| gain.deflection[0].powi(2)).sum();
@@ -87,7 +88,7 @@ impl EnergyNorm {
         self.felt().len()
     }
 
-    /// Number of independent tangents that are left where every dry slider slips, and every rigid stop holds the structure.
+    /// Number of independent tangents if every dry slider slips and every rigid stop holds the structure.
     pub fn dimension_held(&self) -> usize {
         self.dimension().saturating_sub(self.taken)
     }
@@ -123,7 +124,7 @@ impl EnergyNorm {
         sum.sqrt()
     }
 
-    /// Whether a difference is no longer than `limit`; most that are longer show it in their first
+    /// Whether a difference is no longer than `limit`. Most longer ones exceed it with their first
     /// components.
     pub fn within(&self, limit: f64, x: &[f64], y: &[f64]) -> bool {
         if !self.unfelt.is_empty() {
@@ -134,7 +135,7 @@ impl EnergyNorm {
         for ((w, a), b) in self.weights.iter().zip(x).zip(y) {
             let d = w * (a - b);
             sum += d * d;
-            // Written so that what is no number is not within.
+            // This form rejects NaN.
             if !matches!(
                 sum.partial_cmp(&limit),
                 Some(Ordering::Less | Ordering::Equal)
@@ -165,7 +166,7 @@ impl EnergyNorm {
             .collect()
     }
 
-    /// Removes the neutral pair, and displacements that nothing feels, from a vector.
+    /// Removes the neutral pair, and displacements without effect, from a vector.
     pub fn project(&self, x: &mut [f64]) {
         for (index, along) in &self.unfelt {
             let part = x[*index];
@@ -191,8 +192,7 @@ fn mesh_scale(model: &Model) -> f64 {
     (model.first_cycle().mean_stiffness() * coupling.abs()).sqrt()
 }
 
-/// Scale of the displacement of each mode in energy, `max(ω, ω_mesh)` \[rad/s\], whatever couples the
-/// modes.
+/// Scale of the displacement of each mode in energy, `max(ω, ω_mesh)` \[rad/s\], for coupled modes too.
 pub fn modal_scales(model: &Model) -> Vec<f64> {
     let (n, mesh) = (model.modes(), mesh_scale(model));
     let frequency = |mode: usize| match model.basis.coupled() {
@@ -202,7 +202,7 @@ pub fn modal_scales(model: &Model) -> Vec<f64> {
     (0..n).map(|mode| frequency(mode).max(mesh)).collect()
 }
 
-/// Vectors, each scaled to 1 at the index of its largest component, where the others are made 0.
+/// Vectors of the same span, each scaled to 1 at the index of its largest component, where the others are 0.
 fn reduced(vectors: Vec<Vec<f64>>) -> Vec<(usize, Vec<f64>)> {
     let mut out: Vec<(usize, Vec<f64>)> = Vec::new();
     for mut vector in vectors {
@@ -236,7 +236,7 @@ pub mod tests {
     use crate::model::{OperatingPoint, fixtures};
     use crate::structure::Coupling;
 
-    /// The structure of the tests of probes, whose rotations drag damps \[1/s\].
+    /// The structure of the probe tests, with drag \[1/s\] on its rotations.
     pub fn dragged(drag: f64) -> Model {
         let mesh = [0.8, -0.6, 0.5, 0.1];
         let mut structure = fixtures::structure(&[0.0, 0.0, 2.0, 3.0], 0.1, &mesh, &mesh);
@@ -255,7 +255,8 @@ pub mod tests {
         Model::new(&structure, &fixtures::constant_mesh(1.0, 1.0), point).unwrap()
     }
 
-    /// Reduced vectors span the same: a vector of the span is their sum, weighed by its own components at their indices.
+    /// Reduced vectors have the same span: each vector is their sum, weighted by its components at their
+    /// indices.
     #[test]
     fn reduced_vectors_span_what_they_came_from() {
         let vectors = vec![

@@ -1,10 +1,9 @@
-//! Amplitude and phase of signals at multiples of the frequency of every mesh and of the speed of every shaft.
+//! Amplitude and phase of signals at multiples of every mesh frequency and every shaft speed.
 //!
-//! `c = 2/T ∫ f e^{−iωt} dt` is the exact integral of the windows' series, t counted from the start of
-//! mesh cycle 0: `f = … + |c| cos(ωt + arg c)`. Orders of a shaft or of a further mesh are taken
-//! over whole periods of it that are whole cycles of the first mesh, so that neither the mean nor mesh
-//! orders leak into them. Standard errors are those of the parts of
-//! c over successive stretches, along c and across it.
+//! `c = 2/T ∫ f e^{−iωt} dt` is the exact integral of the windows' series, with t from the start of
+//! mesh cycle 0: `f = … + |c| cos(ωt + arg c)`. Orders of a shaft or of a further mesh are integrated over
+//! whole periods of it that are whole cycles of the first mesh. So neither the mean nor mesh orders leak
+//! into them. Standard errors come from the parts of c over successive stretches, along c and across it.
 
 use super::config::{NvhConfig, OrderConfig};
 use super::modal_series::Series;
@@ -50,9 +49,9 @@ impl Summable for Sums {
 /// The multiples of one frequency.
 #[derive(Debug, Clone)]
 struct Family {
-    /// What its orders are multiples of.
+    /// Mesh or shaft of the frequency.
     reference: String,
-    /// Its periods, `[p, q]`: p in q mesh cycles.
+    /// The frequency `[p, q]`: p periods in q mesh cycles.
     periods: [u32; 2],
     stretches: Stretches<Sums>,
 }
@@ -72,8 +71,8 @@ impl Family {
         }
     }
 
-    /// What of a record counts: all of one whose length is a whole number of periods, else the
-    /// whole stretches; none before any.
+    /// The part of a record that counts: all of it if its length is a whole number of periods, else the
+    /// complete stretches; `None` before the first.
     fn counted(&self, all: bool) -> Option<Sums> {
         if all {
             return Some(self.stretches.total());
@@ -84,8 +83,8 @@ impl Family {
         Some(sum)
     }
 
-    /// The lines of a signal, from what counts of the record; exact where it `repeats` after so
-    /// many mesh cycles.
+    /// The lines of a signal, from the part of the record that counts; exact if the motion `repeats` after a
+    /// number of mesh cycles.
     fn lines(
         &self,
         signal: usize,
@@ -97,7 +96,7 @@ impl Family {
             let multiple = index as u32 + 1;
             let [p, q] = self.periods;
             let order = f64::from(multiple) * f64::from(p) / f64::from(q);
-            // A motion of period k holds multiples of 1/k of the mesh order.
+            // A motion of period k contains multiples of 1/k of the mesh order.
             let turns = |k: u32| u64::from(multiple) * u64::from(p) * u64::from(k);
             let held = repeats.is_none_or(|k| turns(k).is_multiple_of(u64::from(q)));
             let value = if held { 2.0 / sums.time * sum } else { Complex64::ZERO };
@@ -138,7 +137,7 @@ pub struct Orders {
     centres: Vec<f64>,
     families: Vec<Family>,
     cycle: Option<u64>,
-    /// Whether the present cycle still counts as going on.
+    /// Whether the present cycle is not counted yet.
     open: bool,
     /// The present window's signals.
     series: Vec<Series>,
@@ -146,7 +145,7 @@ pub struct Orders {
 }
 
 impl Orders {
-    /// The orders asked for of a model, as a part of all that is asked.
+    /// The orders `asked` of a model; `all` contains every requested output.
     pub fn new(model: &Model, asked: &OrderConfig, all: &NvhConfig) -> Self {
         let signals = Signal::asked(model, asked.signals, all.computed());
         let count = signals.len();
@@ -185,15 +184,13 @@ impl Orders {
         }
     }
 
-    /// Says that the motion measured repeats after `period` mesh cycles, whole periods of which
-    /// were integrated: its orders are exact.
+    /// Marks the measured motion as periodic, after integration of whole periods: its orders are exact.
     pub fn repeats(&mut self, period: u32) {
         self.repeats = Some(period);
     }
 
-    /// Adds the record of another trajectory of the same model behind this one; of both, whole
-    /// mesh cycles have been integrated. Phases belong together, as both count time from the
-    /// start of mesh cycle 0. The sum is for looking at, not for going on.
+    /// Appends the record of another trajectory of the same model. Both have whole mesh cycles. Phases agree
+    /// because both count time from the start of mesh cycle 0. The sum can be evaluated but not continued.
     pub(in crate::analysis) fn append(&mut self, other: &Self) {
         if other.cycle.is_none() {
             return;
@@ -202,13 +199,13 @@ impl Orders {
         let mut other = other.clone();
         other.finish();
         self.cycle = self.cycle.or(other.cycle);
-        // The centres may differ: over the whole periods that count, a constant has no lines.
+        // The centres may differ: a constant has no lines over whole periods.
         for (family, own) in self.families.iter_mut().zip(&other.families) {
             family.stretches.append(&own.stretches);
         }
     }
 
-    /// Takes a window in, with the series of the outputs.
+    /// Adds a window, with the series of the outputs.
     pub fn window(&mut self, window: &Window<'_>, outputs: &[Series]) {
         self.series.clear();
         let signals = self.signals.iter();
@@ -243,7 +240,7 @@ impl Orders {
         }
     }
 
-    /// Counts the cycle integrated last, which is over though no window has shown it.
+    /// Counts the last integrated cycle, which is complete although no later window follows.
     fn finish(&mut self) {
         if std::mem::take(&mut self.open) {
             for family in &mut self.families {
@@ -252,8 +249,8 @@ impl Orders {
         }
     }
 
-    /// The orders of every signal so far, whole mesh cycles having been integrated; those of a shaft
-    /// only after enough whole revolutions.
+    /// The orders of every signal after whole mesh cycles; those of a shaft only after enough whole
+    /// revolutions.
     pub fn outcome(&self) -> Vec<SignalOrders> {
         if self.cycle.is_none() {
             return Vec::new();
@@ -287,7 +284,7 @@ mod tests {
     use crate::numerics::random::Stream;
     use crate::structure::ModalStructure;
 
-    /// Shows a wave of mesh order 1 whose amplitude wanders, and one of the pinion's order 2.
+    /// Shows a wave of mesh order 1 with a fluctuating amplitude, and one of the pinion's order 2.
     fn show(orders: &mut Orders, cycles: std::ops::Range<u64>) {
         for cycle in cycles {
             let amplitude = 3.0 + Stream::new(5, cycle, 0).normal();
@@ -311,7 +308,7 @@ mod tests {
         }
     }
 
-    /// What is asked of a pinion of five teeth.
+    /// A pinion of five teeth, with settings.
     fn asked() -> (Model, OrderConfig, NvhConfig) {
         let structure = ModalStructure {
             teeth: 5,
@@ -341,7 +338,8 @@ mod tests {
         (model, asked, all)
     }
 
-    /// The same wave is an order of whatever turns so: of the pinion, of a mesh with two cycles in five, of a slow shaft.
+    /// The same wave is an order of everything that turns with it: the pinion, a mesh with two cycles in
+    /// five, a slow shaft.
     #[test]
     fn every_mesh_and_shaft_has_its_orders() {
         let (mut model, asked, all) = asked();

@@ -1,5 +1,4 @@
-//! What is known of one operating point after its analyses: the numbers that the result
-//! files hold.
+//! What is known about an operating point after its analyses? The result files hold these numbers.
 
 use super::called_off::CalledOff;
 use super::evidence::{ChaosOutcome, EvidenceOutcome};
@@ -12,17 +11,17 @@ use serde::{Deserialize, Serialize};
 /// How the work on a point ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Status {
-    /// Every question asked was answered.
+    /// All requested results are complete.
     Ok,
-    /// The cycle budget ran out before the answers settled.
+    /// The cycle budget ran out before the results settled.
     NotConverged,
-    /// There are answers, and the energy balance says that they are wrong.
+    /// There are results, but the energy balance does not close.
     Inaccurate,
     /// The state left every physical range or became non-finite.
     Diverged,
     /// More events in one mesh cycle than `run.event_limit`.
     EventStorm,
-    /// The point could not be computed (a panic, an impossible model, windows that do not get on).
+    /// The point could not be computed (a panic, an impossible model, windows without progress).
     Failed,
 }
 
@@ -39,7 +38,7 @@ impl Status {
         }
     }
 
-    /// Whether nothing can be relied on of the motion: inaccurate, diverged, event_storm, failed.
+    /// Whether the results are unreliable: inaccurate, diverged, event_storm, failed.
     pub fn is_failure(&self) -> bool {
         !matches!(self, Self::Ok | Self::NotConverged)
     }
@@ -58,19 +57,19 @@ impl TryFrom<Stop> for Status {
     }
 }
 
-/// What kind of motion a point settles on.
+/// Kind of motion on which a point settles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Class {
-    /// In contact throughout, without an event in any measured cycle, and settled: repeats after
-    /// this many mesh cycles, or follows what drives it without a period.
+    /// In contact throughout, without an event in any measured cycle, and settled: repeats after this number
+    /// of mesh cycles, or follows an excitation without a period.
     SteadyContact(Option<u32>),
-    /// Repeats after this many mesh cycles, with events.
+    /// Repeats after this number of mesh cycles, with events.
     Periodic(u32),
-    /// On a torus: neighbours part no faster than in proportion to time, and no short period.
+    /// On a torus: neighbours separate at most in proportion to time, and there is no short period.
     QuasiPeriodic,
-    /// Neighbours part exponentially, and no trajectory was seen to leave that motion.
+    /// Neighbours separate exponentially, and no trajectory left this motion.
     Chaotic,
-    /// Neighbours part exponentially for a time: some trajectories settled on another motion.
+    /// Neighbours separate exponentially for a time: some trajectories settled on another motion.
     TransientChaos,
     /// None of these within the cycle budget.
     NotConverged,
@@ -89,12 +88,12 @@ impl Class {
         }
     }
 
-    /// Whether neighbours part exponentially, for a time at least.
+    /// Whether neighbours separate exponentially, at least for a time.
     pub fn is_chaos(&self) -> bool {
         matches!(self, Self::Chaotic | Self::TransientChaos)
     }
 
-    /// Period in mesh cycles, where the motion has one.
+    /// Period in mesh cycles, if the motion has one.
     pub fn period(&self) -> Option<u32> {
         match self {
             Self::SteadyContact(period) => *period,
@@ -107,33 +106,32 @@ impl Class {
 /// Lyapunov exponents of a point, all per mesh cycle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LyapunovOutcome {
-    /// The exponents asked for, largest first; of a settled orbit without those that round-off hides.
+    /// The requested exponents, largest first; for a settled orbit without those that round-off hides.
     pub exponents: Vec<f64>,
-    /// Standard error of each, from block averages; of a settled orbit how well its multipliers
-    /// are known.
+    /// Standard error of each, from block averages; for a settled orbit the accuracy of its multipliers.
     pub errors: Vec<f64>,
-    /// How many dimensions the motion fills, where the exponents asked for tell.
+    /// Dimension of the motion, if the requested exponents determine it.
     pub dimension: Option<KaplanYorke>,
-    /// Largest exponent from a twin trajectory, where one was integrated.
+    /// Largest exponent from a twin trajectory, if one was integrated.
     pub twin: Option<f64>,
     /// Standard error of `twin`, from block averages.
     pub twin_stderr: Option<f64>,
     /// Whether twin and tangent agree within three standard errors of their difference.
     pub twin_agrees: Option<bool>,
-    /// Where the exponents come from.
+    /// Method that gave the exponents.
     pub method: LyapunovMethod,
-    /// How they settled, where that was asked for and they are averages.
+    /// Running estimates, if requested and the exponents are averages.
     pub course: Option<CourseOutcome>,
 }
 
 impl LyapunovOutcome {
-    /// Standard error of the largest exponent; infinite where there is none.
+    /// Standard error of the largest exponent; infinite if there is none.
     pub fn stderr(&self) -> f64 {
         self.errors.first().copied().unwrap_or(f64::INFINITY)
     }
 }
 
-/// Kaplan–Yorke dimension of the states once a mesh cycle \[1\].
+/// Kaplan–Yorke dimension of the states once per mesh cycle \[1\].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct KaplanYorke {
     /// The dimension.
@@ -153,7 +151,7 @@ pub struct CourseOutcome {
     pub errors: Vec<f64>,
 }
 
-/// Where a Lyapunov exponent comes from.
+/// Method that gave a Lyapunov exponent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LyapunovMethod {
     /// Average growth of tangent vectors over the measured cycles.
@@ -175,14 +173,13 @@ impl LyapunovMethod {
     }
 }
 
-/// NVH statistics over the measured cycles; integrals are taken from the windows'
-/// polynomials.
+/// NVH statistics over the measured cycles; integrals use the windows' polynomials.
 ///
-/// Those of a motion that repeats are exact. Of any other, extremes are the largest of `cycles`
-/// mesh cycles and grow with the record; everything else has a standard error.
+/// Statistics of a periodic motion are exact. For any other motion, extremes are the largest of `cycles`
+/// mesh cycles and grow with the record; all other statistics have a standard error.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct NvhOutcome {
-    /// Mesh cycles that the statistics are of.
+    /// Mesh cycles in the statistics.
     pub cycles: u64,
     /// Mean mesh deflection δ \[m\].
     pub deflection_mean: f64,
@@ -192,7 +189,7 @@ pub struct NvhOutcome {
     pub deflection_pp: f64,
     /// Largest |δ − mean| \[m\].
     pub deflection_peak: f64,
-    /// Largest |δ − mean| of a mesh cycle that 99 and 99.9 % of the cycles do not exceed \[m\].
+    /// Quantiles (99 and 99.9 %) of the largest |δ − mean| per mesh cycle \[m\].
     pub deflection_peak_quantiles: Vec<f64>,
     /// Largest |δ − mean| over RMS \[1\].
     pub deflection_crest: f64,
@@ -200,9 +197,8 @@ pub struct NvhOutcome {
     pub deflection_kurtosis: f64,
     /// Amplitudes of δ at mesh orders 1, 2, … \[m\].
     pub harmonics: Vec<f64>,
-    /// Amplitudes of δ at mesh orders 1/4, 1/3, 1/2, 2/3, 3/4 \[m\]; of a motion that does
-    /// not repeat, root mean squares over windows of 24 mesh cycles. Empty where not asked
-    /// for or before one window.
+    /// Amplitudes of δ at mesh orders 1/4, 1/3, 1/2, 2/3, 3/4 \[m\]; root mean squares over windows of 24
+    /// mesh cycles if the motion does not repeat. Empty if not requested or before one window.
     pub suborders: Vec<f64>,
     /// Mean mesh force \[N\].
     pub force_mean: f64,
@@ -210,27 +206,27 @@ pub struct NvhOutcome {
     pub force_std: f64,
     /// Largest |mesh force| \[N\].
     pub force_peak: f64,
-    /// Largest |mesh force| of a mesh cycle that 99 and 99.9 % of the cycles do not exceed \[N\].
+    /// Quantiles (99 and 99.9 %) of the largest |mesh force| per mesh cycle \[N\].
     pub force_peak_quantiles: Vec<f64>,
-    /// Mean power lost in friction on the flanks \[W\]; none where it is not known at which places they touch.
+    /// Mean power lost in friction on the flanks \[W\]; `None` if the places of contact are unknown.
     pub power_loss: Option<f64>,
-    /// Mean power that goes through the mesh from the pinion to the wheel, `F r_b1 Ω₁` \[W\]; none without a drawing.
+    /// Mean power through the mesh from the pinion to the wheel, `F r_b1 Ω₁` \[W\]; `None` without a drawing.
     pub power_transmitted: Option<f64>,
-    /// One less the loss over the modulus of what goes through; none where nothing does.
+    /// One minus the loss over the modulus of the transmitted power; `None` if no power is transmitted.
     pub efficiency: Option<f64>,
-    /// Coulomb friction coefficient of the flanks; none without a drawing.
+    /// Coulomb friction coefficient of the flanks; `None` without a drawing.
     pub friction_coefficient: Option<f64>,
-    /// Power that the vibration takes in and gives off; none where not asked for.
+    /// Power input and output of the vibration; `None` if not requested.
     pub power: Option<PowerOutcome>,
     /// Impacts (entries into contact) on the drive and on the coast flank.
     pub impacts: [u64; 2],
-    /// Impacts a second \[1/s\].
+    /// Impacts per second \[1/s\].
     pub impact_rate: f64,
     /// Mean |δ'| at entry into contact \[m/s\].
     pub impact_velocity: f64,
-    /// Kinetic energy that meets in impacts a second, `½ m_e Σ δ'²/t` \[W\].
+    /// Kinetic energy of impacts per second, `½ m_e Σ δ'²/t` \[W\].
     pub impact_power: f64,
-    /// Sum of |δ'| at entries into contact a second, `Σ |δ'|/t` \[m/s²\].
+    /// Sum of |δ'| at entries into contact per second, `Σ |δ'|/t` \[m/s²\].
     pub rattle_index: f64,
     /// Median, 90 % and 99 % quantiles of |δ'| at entry into contact \[m/s\]; empty without impacts.
     pub impact_velocity_quantiles: Vec<f64>,
@@ -240,46 +236,46 @@ pub struct NvhOutcome {
     pub flights: DurationOutcome,
     /// Contacts between two flights.
     pub contacts: DurationOutcome,
-    /// Mean force that presses each contact together \[N\]: drive and coast flank of the first mesh, then further contacts in
-    /// the order of the model.
+    /// Mean compressive force of each contact \[N\]: drive and coast flank of the first mesh, then further
+    /// contacts in the order of the model.
     pub contact_force: Vec<f64>,
-    /// Fraction of time while each contact is closed.
+    /// Fraction of time with each contact closed.
     pub contact_fraction: Vec<f64>,
-    /// Impacts a second of each contact \[1/s\].
+    /// Impacts per second of each contact \[1/s\].
     pub contact_impact_rate: Vec<f64>,
     /// `Σ |δ'|/t` of each contact \[m/s²\].
     pub contact_rattle_index: Vec<f64>,
-    /// Power lost in friction on each contact at the speeds of the mean rotation \[W\]; empty where no drawing says how the
-    /// gears roll.
+    /// Power lost in friction on each contact at the speeds of the mean rotation \[W\]; empty without a
+    /// drawing.
     pub contact_loss: Vec<f64>,
-    /// Mean force of the shafts on every bearing and direction \[N\]; empty where not asked for.
+    /// Mean force of the shafts on every bearing and direction \[N\]; empty if not requested.
     pub bearing_mean: Vec<f64>,
     /// Root mean square about the mean \[N\].
     pub bearing_rms: Vec<f64>,
-    /// Mean torque in every shaft and coupling \[N m\]; empty where not asked for.
+    /// Mean torque in every shaft and coupling \[N m\]; empty if not requested.
     pub torque_mean: Vec<f64>,
     /// Root mean square about the mean \[N m\].
     pub torque_rms: Vec<f64>,
-    /// Root mean square of the acceleration of every bearing's place and direction \[m/s²\]; empty
-    /// where not asked for.
+    /// Root mean square of the acceleration of every bearing's place and direction \[m/s²\]; empty if not
+    /// requested.
     pub acceleration_rms: Vec<f64>,
     /// Root mean square of the angular acceleration of every body \[rad/s²\].
     pub angular_acceleration_rms: Vec<f64>,
-    /// Root mean squares of the deflections of all meshes about their means \[m\]; empty where not asked for.
+    /// Root mean squares of the deflections of all meshes about their means \[m\]; empty if not requested.
     pub mesh_deflection_rms: Vec<f64>,
-    /// Those of their forces \[N\].
+    /// Root mean squares of their forces \[N\].
     pub mesh_force_rms: Vec<f64>,
     /// Fraction of time in drive contact alone, free flight, coast contact alone, and contact on both
     /// flanks.
     pub fractions: [f64; Flanks::COUNT],
-    /// Standard errors; none for a motion that repeats and for short records.
+    /// Standard errors; `None` for periodic motions and short records.
     pub stderr: Option<NvhErrors>,
 }
 
-/// How long stays in one state last.
+/// Durations of stays in one state.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct DurationOutcome {
-    /// Stays that began and ended while measured.
+    /// Stays that began and ended during the measurement.
     pub count: u64,
     /// Mean length \[s\].
     pub mean: Option<f64>,
@@ -287,8 +283,7 @@ pub struct DurationOutcome {
     pub median: Option<f64>,
 }
 
-/// Standard errors of NVH statistics, each in the unit of the statistic of its name;
-/// infinite where too little was seen.
+/// Standard errors of NVH statistics, each in the unit of its statistic; infinite if the record is too short.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "named and described as in NvhOutcome")]
 pub struct NvhErrors {
@@ -339,11 +334,11 @@ pub struct SpectrumLine {
     pub order: f64,
     /// Amplitude: peak value of an equivalent sine, in the signal's unit.
     pub amplitude: f64,
-    /// Its standard error; none where it is exact and where too little was seen.
+    /// Its standard error; `None` if the line is exact or the record too short.
     pub stderr: Option<f64>,
 }
 
-/// How a spectrum was found.
+/// Method that gave a spectrum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SpectrumMethod {
     /// Exact lines of a motion that repeats.
@@ -369,9 +364,9 @@ pub struct Spectrum {
     pub signal: String,
     /// Unit of the signal.
     pub unit: String,
-    /// How the lines were found.
+    /// Method that gave the lines.
     pub method: SpectrumMethod,
-    /// Noise bandwidth of a line \[Hz\]; none of exact lines.
+    /// Noise bandwidth of a line \[Hz\]; `None` for exact lines.
     pub bandwidth: Option<f64>,
     /// Its lines, ascending in frequency.
     pub lines: Vec<SpectrumLine>,
@@ -380,20 +375,20 @@ pub struct Spectrum {
 /// A signal at one order, `amplitude cos(ωt + phase)` with t from the start of mesh cycle 0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OrderLine {
-    /// What the order is a multiple of: `mesh`, `pinion`, `wheel`, or a further mesh or shaft by its name.
+    /// Reference of the order: `mesh`, `pinion`, `wheel`, or a further mesh or shaft by its name.
     pub reference: String,
-    /// Which multiple.
+    /// Multiple of the reference.
     pub multiple: u32,
     /// Multiple of the mesh frequency \[1\].
     pub order: f64,
     /// Frequency \[Hz\].
     pub frequency: f64,
-    /// Peak value, in the signal's unit; of a motion that does not repeat that of the part that
-    /// keeps its phase.
+    /// Peak value, in the signal's unit; for a motion that does not repeat, of the part with a constant
+    /// phase.
     pub amplitude: f64,
-    /// Its standard error; none where it is exact and where too little was seen.
+    /// Its standard error; `None` if the line is exact or the record too short.
     pub stderr: Option<f64>,
-    /// Phase \[rad\]; none where there is no amplitude.
+    /// Phase \[rad\]; `None` if the amplitude is zero.
     pub phase: Option<f64>,
     /// Its standard error \[rad\].
     pub phase_stderr: Option<f64>,
@@ -402,7 +397,7 @@ pub struct OrderLine {
 /// A signal at its orders.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SignalOrders {
-    /// As of [`Spectrum`].
+    /// As in [`Spectrum`].
     pub signal: String,
     /// Unit of the signal.
     pub unit: String,
@@ -410,34 +405,34 @@ pub struct SignalOrders {
     pub lines: Vec<OrderLine>,
 }
 
-/// Everything known of one point.
+/// All results of one point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PointOutcome {
     /// How the work ended.
     pub status: Status,
     /// One sentence: why this status and this class.
     pub reason: String,
-    /// Kind of motion; absent when the point was not integrated to an end.
+    /// Kind of motion; absent if the point was not integrated to its end.
     pub class: Option<Class>,
-    /// Lyapunov exponents, when asked for.
+    /// Lyapunov exponents, if requested.
     pub lyapunov: Option<LyapunovOutcome>,
-    /// NVH statistics, when asked for.
+    /// NVH statistics, if requested.
     pub nvh: Option<NvhOutcome>,
-    /// Spectra, when asked for.
+    /// Spectra, if requested.
     pub spectra: Vec<Spectrum>,
-    /// Amplitudes and phases at orders, when asked for.
+    /// Amplitudes and phases at orders, if requested.
     pub orders: Vec<SignalOrders>,
-    /// Poincaré samples, when asked for.
+    /// Poincaré samples, if requested.
     pub poincare: Vec<PoincareSample>,
     /// Contact-state changes per measured cycle.
     pub events_per_cycle: Option<f64>,
-    /// Energy imbalance over the audited cycles, relative to the energy turned over and stored.
+    /// Energy imbalance over the audited cycles, relative to the absolute works and the stored energy.
     pub energy_residual: Option<f64>,
-    /// How much was seen of a motion that does not settle.
+    /// How much of a motion that does not settle was measured.
     pub evidence: Option<EvidenceOutcome>,
-    /// How long chaos lasts, where there was any.
+    /// Life of chaos, if there was any.
     pub chaos: Option<ChaosOutcome>,
-    /// Tangencies met, over the whole simulation.
+    /// Tangencies over the whole simulation.
     pub grazing_count: u64,
     /// Mesh cycles integrated in all, transient and probes included (the twin not counted).
     pub cycles: u64,
@@ -446,7 +441,7 @@ pub struct PointOutcome {
 }
 
 impl PointOutcome {
-    /// A point of which nothing is known but how its work ended.
+    /// A point without results, and how its work ended.
     pub fn unanswered(status: Status, reason: String) -> Self {
         Self {
             status,

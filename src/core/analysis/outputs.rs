@@ -1,9 +1,8 @@
 //! Forces, torques, accelerations and rotations at places of the structure.
 //!
-//! `Σ gain·x(t)` over the blocks, each rebuilt as a series on every window; of a bearing with what modes that
-//! are left out add as they follow contact forces and loads at rest. Of an acceleration the sum is
-//! a velocity v, and its rate follows from the blocks' own equation, without a derivative of a
-//! series:
+//! Each output is `Σ gain·x(t)` over the blocks, rebuilt as a series on every window. A bearing adds the
+//! static response of omitted modes to contact forces and loads. For an acceleration the sum is a
+//! velocity v, and the blocks' equation gives its rate without differentiation of a series:
 //!
 //! ```text
 //! v' = Σ gain·(A x + s + Σ r cos(ωt + φ) − Σ g F)
@@ -24,20 +23,20 @@ use std::borrow::Cow;
 /// Mesh cycles in a stretch, as for the other statistics.
 const CYCLES_PER_STRETCH: u64 = 10;
 
-/// How an output follows from the blocks, what drives them, and the contacts.
+/// How an output follows from the blocks, the excitation and the contacts.
 #[derive(Debug, Clone)]
 struct Law {
-    /// By both components of each block.
+    /// Weights of both components of each block.
     gain: Vec<[f64; 2]>,
     constant: f64,
-    /// By the force along each direction; empty where none has a part in it.
+    /// Weight of the force along each direction; empty if none contributes.
     by_force: Vec<f64>,
-    /// By each ripple; empty where none has a part in it.
+    /// Weight of each ripple; empty if none contributes.
     by_ripple: Vec<f64>,
 }
 
 impl Law {
-    /// That of a bearing, counted among the model's, with the static share of modes left out.
+    /// The law of a bearing, with its index in the model, and with the static share of omitted modes.
     fn of_bearing(model: &Model, (index, bearing): (usize, &BearingOutput)) -> Self {
         let shares = model.directions.iter().map(|own| &own.on_bearings);
         let by_force = shares.map(|shares| shares.get(index).copied().unwrap_or(0.0));
@@ -85,10 +84,10 @@ impl Law {
     }
 }
 
-/// What is told of every mesh.
+/// The quantities of every mesh.
 const OF_MESH: [Quantity; 2] = [Quantity::MeshDeflection, Quantity::MeshForce];
 
-/// Name and quantity of the outputs of a model that are wanted, in the order of their series.
+/// Name and quantity of the requested outputs of a model, in the order of their series.
 pub fn named(model: &Model, wanted: Signals) -> impl Iterator<Item = (String, Quantity)> {
     let bearings = (model.bearings.iter()).map(|own| (&own.name, Quantity::BearingForce));
     let outputs = (model.outputs.iter()).map(|own| (&own.name, own.quantity));
@@ -103,11 +102,11 @@ pub fn named(model: &Model, wanted: Signals) -> impl Iterator<Item = (String, Qu
 #[derive(Debug, Clone)]
 pub struct Outputs {
     motion: ModalMotion<'static>,
-    /// Of all outputs but those of meshes, which come last.
+    /// Laws of all outputs except those of meshes, which come last.
     laws: Vec<Law>,
-    /// The meshes whose deflections and forces are wanted.
+    /// The meshes whose deflections and forces are requested.
     meshes: Vec<NamedMesh>,
-    /// As [`named`] tells them.
+    /// As returned by [`named`].
     names: Vec<(String, Quantity)>,
     period: f64,
     /// The present window's values.
@@ -117,12 +116,12 @@ pub struct Outputs {
     /// Time \[s\], ∫ (f − centre) dt and ∫ (f − centre)² dt of each output.
     sums: Vec<Stretches<[f64; 3]>>,
     cycle: Option<u64>,
-    /// Whether the present cycle still counts as going on.
+    /// Whether the present cycle is not counted yet.
     open: bool,
     cycles: u64,
 }
 
-/// Means of outputs and root mean squares about them, one an output.
+/// Means of outputs and root mean squares about them, one entry per output.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct OutputStatistics {
     /// Means.
@@ -132,7 +131,7 @@ pub struct OutputStatistics {
 }
 
 impl Outputs {
-    /// Those of a model that are wanted; none where it has none of them.
+    /// The requested outputs of a model; `None` if it has none of them.
     pub fn new(model: &Model, wanted: Signals) -> Option<Self> {
         let bearings = (model.bearings.iter().enumerate())
             .filter(|_| wanted.has(Quantity::BearingForce))
@@ -165,8 +164,8 @@ impl Outputs {
         self.cycles = 0;
     }
 
-    /// Adds the record of another trajectory of the same model behind this one; of both, whole
-    /// mesh cycles have been integrated. The sum is for looking at, not for going on.
+    /// Appends the record of another trajectory of the same model. Both have whole mesh cycles. The sum can
+    /// be evaluated but not continued.
     pub fn append(&mut self, other: &Self) {
         if other.cycle.is_none() {
             return;
@@ -192,7 +191,7 @@ impl Outputs {
         }
     }
 
-    /// Series of the outputs on the window shown last.
+    /// Series of the outputs on the last window.
     pub fn series(&self) -> &[Series] {
         &self.series
     }
@@ -243,7 +242,7 @@ impl Outputs {
         &self.series
     }
 
-    /// Takes a window in.
+    /// Adds a window.
     pub fn window(&mut self, window: &Window<'_>) {
         self.rebuild(window);
         match self.cycle {
@@ -274,15 +273,14 @@ impl Outputs {
         }
     }
 
-    /// Counts the cycle integrated last, which is over though no window has shown it.
+    /// Counts the last integrated cycle, which is complete although no later window follows.
     fn finish(&mut self) {
         if std::mem::take(&mut self.open) {
             self.sums.iter_mut().for_each(Stretches::advance);
         }
     }
 
-    /// The statistics so far of the outputs of some quantity and their standard errors, whole cycles
-    /// having been integrated.
+    /// Statistics and standard errors of the outputs of a quantity, after whole cycles.
     pub fn statistics(&self, quantity: Quantity) -> [OutputStatistics; 2] {
         let mut found = [OutputStatistics::default(), OutputStatistics::default()];
         let own = self.names.iter().zip(self.sums.iter().zip(&self.centres));
@@ -308,7 +306,7 @@ impl Outputs {
         found
     }
 
-    /// Mean less its centre, and root mean square about the mean, of an output whose sums are of whole cycles.
+    /// Mean minus centre, and root mean square about the mean, of an output with sums over whole cycles.
     fn about_centre(&self, sums: &Stretches<[f64; 3]>) -> [f64; 2] {
         let time = self.cycles as f64 * self.period;
         let [_, first, square] = sums.total().map(|sum| sum / time);
@@ -342,7 +340,7 @@ fn deflection(mesh: &NamedMesh, window: &Window<'_>, modal: &ModalSeries<'_>) ->
     }
 }
 
-/// Force of a mesh: of further ones coast flanks are seen along their own lines.
+/// Force of a mesh. Coast forces of further meshes are along their own lines, so they count negative.
 fn force(mesh: &NamedMesh, window: &Window<'_>) -> Series {
     let [drive, coast] = mesh.flanks;
     if drive == DRIVE_FLANK {
@@ -416,8 +414,8 @@ mod tests {
         Model::new(&structure, &drive, point).unwrap()
     }
 
-    /// Compares outputs with the kernel's own states, their rates by the model's vector field, and
-    /// adds up their squares by a Gauss rule about no mean, stretch of ten cycles by stretch.
+    /// Compares outputs with the kernel's states, and their rates with the model's vector field. Sums their
+    /// squares by a Gauss rule, without a mean, per stretch of ten cycles.
     struct Check {
         model: Model,
         outputs: Outputs,
@@ -505,7 +503,7 @@ mod tests {
             let size = &sizes[i].1;
             assert!((size.mean - mean).abs() < 1e-9 * rms && (size.rms / rms - 1.0).abs() < 1e-9);
             assert!(errors.rms[own] > 0.0 && errors.rms[own] < 0.5 * rms);
-            // By the series of what stretches add about the mean: σ = √(mean square), dσ = d(σ²)/(2σ).
+            // From the contributions of stretches about the mean: σ = √(mean square), dσ = d(σ²)/(2σ).
             let time = 10.0 * check.model.period();
             let stretches = check.stretches.iter().map(|sums| sums[i]);
             let [means, squares]: [Vec<f64>; 2] = [
@@ -521,7 +519,7 @@ mod tests {
         }
     }
 
-    /// Hands every window on.
+    /// Passes every window on.
     struct Show<'a>(&'a mut dyn FnMut(&Window<'_>));
 
     impl Observer for Show<'_> {
@@ -574,7 +572,7 @@ mod tests {
                 assert!((a[1].rms[i] / b[1].rms[i] - 1.0).abs() < 1e-9);
             }
         }
-        // A record behind nothing is itself.
+        // A record appended to an empty one is unchanged.
         let mut empty = new();
         empty.append(&whole);
         let quantity = Quantity::BearingForce;

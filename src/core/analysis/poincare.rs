@@ -1,16 +1,15 @@
 //! Where does the motion pierce a section of its phase space?
 //!
-//! * strobe: once a mesh cycle, at a chosen mesh phase;
-//! * entry: on entry into drive contact, δ = +b with δ' > 0; release: where it ends; the same of
-//!   coast contact;
-//! * extremum: where δ' changes its sign. All such places are found, in the derivative of
-//!   each window's series, by its certified roots;
+//! * strobe: once per mesh cycle, at a chosen mesh phase;
+//! * entry: on entry into drive contact, δ = +b with δ' > 0; release: at its end; the same for coast contact;
+//! * extremum: at a sign change of δ'. These are the certified roots of the derivative of each window's
+//!   series;
 //! * force maximum: where the rate of a positive mesh force changes from positive to negative, found
-//!   likewise. A force that begins to fall at once on entry has its maximum there;
+//!   likewise. A force that falls from its entry on has its maximum there;
 //! * surface: where a linear combination of modal displacements and velocities takes a value.
 //!
-//! At mesh phase 0 the trajectory itself is read; everything else is read off the windows
-//! that a kernel shows, so that sampling has no influence on the motion.
+//! At mesh phase 0 the sample is the trajectory's state. All other samples are evaluated on the kernel's
+//! windows, so that sampling has no influence on the motion.
 
 use super::modal_series::{Series, padded};
 use super::poincare_sample::{PoincareSample, SampleKind};
@@ -21,22 +20,21 @@ use crate::numerics::roots::sign_changes;
 use crate::propagate::{Event, Observer, Window};
 use serde::Serialize;
 
-/// How Poincaré samples are asked for.
+/// Settings of Poincaré samples.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PoincareConfig {
-    /// Samples kept: the last ones of the measured cycles.
+    /// Number of samples: the last ones of the measured cycles are kept.
     pub samples: usize,
     /// Where they are taken.
     pub section: Section,
-    /// Halvings of the interval between neighbours of a chain that move differently; 0 for
-    /// none.
+    /// Halvings of the interval between neighbours of a chain with different motions; 0 for none.
     pub refine: u32,
 }
 
 /// Where samples are taken.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum Section {
-    /// Once a mesh cycle.
+    /// Once per mesh cycle.
     Strobe {
         /// Mesh phase in \[0, 1).
         phase: f64,
@@ -58,8 +56,8 @@ pub enum Section {
 }
 
 impl Section {
-    /// The event at which samples are read off windows: its contact, whether it closes, and what
-    /// they are called.
+    /// The event for sections that are evaluated at events on windows: its contact, whether it closes, and
+    /// the kind of sample.
     fn event(&self) -> Option<(usize, bool, SampleKind)> {
         match self {
             Self::Release => Some((DRIVE_FLANK, false, SampleKind::Release)),
@@ -77,14 +75,14 @@ impl Default for Section {
     }
 }
 
-/// A joint of windows is known to a few units in the last place of the mesh period.
+/// Accuracy of the boundary between windows, in mesh periods: a few units in the last place.
 const JOINT: f64 = 8.0 * f64::EPSILON;
 
-/// Round-off of the derivative of a 24-term series, in units of the sum of its terms'
-/// sizes: differentiation weighs the last term with about a hundred.
+/// Round-off of the derivative of a 24-term series, in units of the sum of its terms' sizes. Differentiation
+/// multiplies the last term by about a hundred.
 const SLOPE_NOISE: f64 = 1024.0 * f64::EPSILON;
 
-/// Samples that room is made for before any has come.
+/// Largest initial capacity for samples.
 const ROOM: usize = 4096;
 
 /// The last samples of a section.
@@ -96,22 +94,22 @@ pub struct Poincare {
     half_gap: f64,
     samples: Vec<PoincareSample>,
     next: usize,
-    /// Mesh cycle of the last strobe read off a window.
+    /// Mesh cycle of the last strobe on a window.
     strobed: Option<u64>,
-    /// Where the last window ended: time within the mesh cycle \[s\] and δ \[m\].
+    /// End of the last window: time within the mesh cycle \[s\] and δ \[m\].
     end: Option<(f64, f64)>,
-    /// Whether δ' (the rate of the force) was last seen positive.
+    /// Whether δ' (or the rate of the force) was positive last.
     rising: Option<bool>,
     /// Round-off of the mesh force that its series does not show \[N\].
     force: f64,
     surface: Option<Box<SurfaceWatch>>,
-    /// The last window, where events are read off windows.
+    /// The last window, for sections at events on windows.
     last: Option<Shown>,
-    /// An event that no window was shown of.
+    /// An event whose window has not come yet.
     awaited: Option<Event>,
 }
 
-/// What is kept of a window.
+/// The kept part of a window.
 #[derive(Debug, Clone, Copy)]
 struct Shown {
     cycle: u64,
@@ -145,12 +143,12 @@ impl Poincare {
         }
     }
 
-    /// Whether samples are read off windows and events rather than [`Self::push`]ed.
+    /// Whether samples come from windows and events instead of [`Self::push`].
     pub fn watches(&self) -> bool {
         self.keep > 0 && self.section != Section::default()
     }
 
-    /// Notes a trajectory at the start of a mesh cycle.
+    /// Records a trajectory at the start of a mesh cycle.
     pub fn push(&mut self, model: &Model, trajectory: &TrajectoryState) {
         if self.watches() {
             return;
@@ -188,12 +186,12 @@ impl Poincare {
         }
     }
 
-    /// The sample at place x of a window.
+    /// The sample at position x of a window.
     fn at(&self, window: &Window<'_>, x: f64, kind: SampleKind) -> PoincareSample {
         self.on(&Shown::of(window), x, kind)
     }
 
-    /// The sample at place x of what was shown.
+    /// The sample at position x of a kept window.
     fn on(&self, shown: &Shown, x: f64, kind: SampleKind) -> PoincareSample {
         let slope = derivative(&shown.deflection);
         let time = shown.start + 0.5 * shown.duration * (x + 1.0);
@@ -206,7 +204,7 @@ impl Poincare {
         }
     }
 
-    /// The sample at an event on a window.
+    /// Keeps the sample at an event on a window.
     fn happens(&mut self, shown: &Shown, event: &Event, kind: SampleKind) {
         let sample = self.on(shown, shown.place(event.time), kind);
         self.keep(PoincareSample {
@@ -247,12 +245,12 @@ impl Poincare {
         self.surface = Some(surface);
     }
 
-    /// Mesh phase in \[0, 1) of a time within the cycle: its very end is still in it.
+    /// Mesh phase in \[0, 1) of a time within the cycle, which includes its end.
     fn phase(&self, time: f64) -> f64 {
         (time / self.period).clamp(0.0, 1.0 - 0.5 * f64::EPSILON)
     }
 
-    /// An instant on the joint of two windows is read off the later one.
+    /// An instant on the boundary between two windows belongs to the later one.
     fn strobe(&mut self, window: &Window<'_>, phase: f64) {
         let tau = window.duration;
         let time = phase * self.period;
@@ -285,14 +283,14 @@ impl Shown {
         }
     }
 
-    /// The place of a time within the cycle.
+    /// The position of a time within the cycle.
     fn place(&self, time: f64) -> f64 {
         (2.0 * (time - self.start) / self.duration - 1.0).clamp(-1.0, 1.0)
     }
 }
 
-/// Every place of a window where δ' changes its sign, handed to `found` with whether δ has a
-/// minimum there. `rising` is whether δ' was last seen positive, kept from window to window.
+/// Passes every position in a window at which δ' changes its sign to `found`, with whether δ has a minimum
+/// there. `rising` keeps the last sign of δ' from window to window.
 fn extrema(
     window: &Window<'_>,
     half_gap: f64,
@@ -336,8 +334,8 @@ impl Observer for Poincare {
             if self.keep == 0 || event.contact != contact || event.closes() != closes {
                 return;
             }
-            // A kernel shows the window that an event ends before it or, where it does not cut its
-            // windows, the one that it lies in after it.
+            // A kernel that cuts its windows at events passes a window before the event at its end. Other
+            // kernels pass the event first, and then the window around it.
             let behind = |shown: &Shown| {
                 let end = shown.start + shown.duration;
                 shown.cycle == event.cycle && event.time <= end + JOINT * self.period
@@ -354,8 +352,8 @@ impl Observer for Poincare {
         {
             return;
         }
-        // A kernel that cuts its windows at events shows where δ stood; one that does not
-        // places the event where it takes δ for b.
+        // A kernel that cuts its windows at events has δ at the end of the last window. Other kernels place
+        // the event where their δ equals b.
         let shown = self
             .end
             .filter(|(time, _)| (time - event.time).abs() <= JOINT * self.period);
@@ -375,8 +373,8 @@ mod tests {
     use crate::model::{ActiveSet, fixtures};
     use crate::propagate::ClosedContact;
 
-    /// Round-off of a force is a part of what the mesh bears on its way through the gap: maxima of ten
-    /// newtons, ten micronewtons high, are seen, and those of a series that is only rounded are not.
+    /// The round-off of a force is relative to the mesh force over the half gap. Maxima of ten newtons that
+    /// are ten micronewtons high are found, and maxima from round-off are not.
     #[test]
     fn maxima_of_a_light_force_are_seen() {
         let structure = fixtures::structure(&[0.0, 900.0], 0.01, &[1.0, 0.5], &[1.0, 0.5]);

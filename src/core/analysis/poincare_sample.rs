@@ -1,11 +1,11 @@
-//! A sample on a section of phase space, as the result files hold it.
+//! A sample on a section of phase space, as in the result files.
 
 use serde::{Deserialize, Serialize};
 
-/// Why a Poincaré sample was taken.
+/// Reason for a Poincaré sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SampleKind {
-    /// The mesh phase asked for.
+    /// The requested mesh phase.
     Strobe,
     /// Entry into drive contact.
     Entry,
@@ -21,9 +21,9 @@ pub enum SampleKind {
     CoastRelease,
     /// F > 0 and F' = 0 with F'' < 0.
     ForceMaximum,
-    /// The surface asked for, crossed towards larger values.
+    /// The requested surface, crossed towards larger values.
     SurfaceUp,
-    /// The surface asked for, crossed towards smaller values.
+    /// The requested surface, crossed towards smaller values.
     SurfaceDown,
 }
 
@@ -56,6 +56,6 @@ pub struct PoincareSample {
     pub deflection: f64,
     /// Its rate δ' \[m/s\].
     pub velocity: f64,
-    /// Why it was taken.
+    /// Reason for the sample.
     pub kind: SampleKind,
 }

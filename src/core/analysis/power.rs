@@ -1,12 +1,12 @@
-//! How much power does the vibration take in, and where does it leave it?
+//! How much power does the vibration take in, and where does this power go?
 //!
-//! The terms of the energy balance ([`super::energy`]), gathered over whole mesh cycles:
+//! The terms of the energy balance ([`super::energy`]), summed over whole mesh cycles:
 //!
 //! ```text
 //! loads + error + stiffness = contact + structure + friction + stored        means over the record \[W]
 //! ```
 //!
-//! Of a motion that repeats what steps where its period begins is that from the last window to the first.
+//! For a periodic motion, the step at the start of the period is the step from the last window to the first.
 
 use super::energy::{Balance, Cause, Edge};
 use super::modal_series::ModalMotion;
@@ -20,7 +20,7 @@ use std::borrow::Cow;
 /// Mesh cycles in a stretch, as for the other statistics.
 const CYCLES_PER_STRETCH: u64 = 10;
 
-/// Place of the time \[s\] and of the gain of stored energy \[J\] behind the works of all causes \[J\].
+/// Index of the time \[s\] and of the gain of stored energy \[J\], after the works of all causes \[J\].
 const TIME: usize = Cause::COUNT;
 const STORED: usize = Cause::COUNT + 1;
 
@@ -31,16 +31,16 @@ type Sums = [f64; Cause::COUNT + 2];
 #[derive(Debug, Clone)]
 pub struct Power {
     balance: Balance<'static>,
-    /// Where the first window started.
+    /// Start of the first window.
     first: Option<Edge>,
-    /// Energy stored at the end of the last cycle \[J\], at first where the first window started.
+    /// Energy stored at the end of the last cycle \[J\]; before that, at the start of the first window.
     energy: f64,
     sums: Stretches<Sums>,
     repeats: bool,
 }
 
 impl Power {
-    /// Those of a model.
+    /// The power of a model's vibration, before the first window.
     pub fn new(model: &Model) -> Self {
         Self {
             balance: Balance::new(ModalMotion::of(Cow::Owned(model.clone()))),
@@ -59,24 +59,24 @@ impl Power {
         self.repeats = false;
     }
 
-    /// Says that the motion measured repeats, and whole periods of it were integrated.
+    /// Marks the measured motion as periodic, after integration of whole periods.
     pub fn repeats(&mut self) {
         self.repeats = true;
     }
 
-    /// Adds the record of another trajectory of the same model behind this one. The sum is for
-    /// looking at, not for going on.
+    /// Appends the record of another trajectory of the same model. The sum can be evaluated but not
+    /// continued.
     pub fn append(&mut self, other: &Self) {
         self.first = self.first.take().or_else(|| other.first.clone());
         self.sums.append(&other.sums);
     }
 
-    /// Keeps the first `cycles` of those measured, as far as they are whole stretches.
+    /// Keeps the complete stretches within the first `cycles` of those measured.
     pub fn cut(&mut self, cycles: u64) {
         self.sums.cut(cycles);
     }
 
-    /// A mesh cycle is over, and the trajectory at its end.
+    /// Ends a mesh cycle, with the trajectory at its end.
     pub fn cycle(&mut self, end: &TrajectoryState) {
         if let Some(energy) = self.balance.stored_at(end) {
             self.sums.open()[STORED] += energy - self.energy;
@@ -85,8 +85,8 @@ impl Power {
         self.sums.advance();
     }
 
-    /// Mean powers so far and their standard errors, whole mesh cycles having been integrated; none before
-    /// any window. Of a motion that repeats errors mean nothing.
+    /// Mean powers and their standard errors after whole mesh cycles; `None` before any window. Errors have
+    /// no meaning for a periodic motion.
     pub fn outcome(&self) -> Option<[PowerOutcome; 2]> {
         let first = self.first.as_ref()?;
         let mut total = self.sums.total();
@@ -125,8 +125,8 @@ impl Observer for Power {
     }
 }
 
-/// Powers by place in the sums, and by the sense in which they count: works of loads, error and stiffness come
-/// in, the others go out.
+/// Powers from an index in the sums and a sign: works of loads, error and stiffness are inputs, the others
+/// are outputs.
 fn powers(of: impl Fn(usize, f64) -> f64) -> PowerOutcome {
     let come = |cause: Cause| of(cause as usize, 1.0);
     let go = |cause: Cause| of(cause as usize, -1.0);

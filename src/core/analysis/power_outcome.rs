@@ -1,29 +1,29 @@
-//! What the vibration takes in and gives off.
+//! Which powers does the vibration take in and give off?
 
 use serde::{Deserialize, Serialize};
 
-/// Mean power of the vibration, of all contacts and the whole structure \[W\]:
+/// Mean power of the vibration, over all contacts and the whole structure \[W\]:
 /// `loads + error + stiffness = contact + structure + friction + stored`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct PowerOutcome {
-    /// In, by mean torques, torque ripple and other loads.
+    /// Input by mean torques, torque ripple and other loads.
     pub loads: f64,
-    /// In, by transmission errors, flank errors and load centroids that are prescribed.
+    /// Input by prescribed transmission errors, flank errors and load centroids.
     pub error: f64,
-    /// In, by stiffness that varies.
+    /// Input by varying stiffness.
     pub stiffness: f64,
-    /// Out, by the dampers of the contacts and springs let go compressed.
+    /// Output by the dampers of the contacts, and by springs released while compressed.
     pub contact: f64,
-    /// Out, by damping of the structure, less what its cross-coupled springs feed.
+    /// Output by damping of the structure, minus the input by its cross-coupled springs.
     pub structure: f64,
-    /// Out, by friction of the contacts at the speeds of vibration.
+    /// Output by friction of the contacts at the speeds of vibration.
     pub friction: f64,
     /// Gain of stored energy over the record.
     pub stored: f64,
 }
 
 impl PowerOutcome {
-    /// The largest power that comes in or goes out \[W\].
+    /// The largest input or output \[W\].
     pub fn largest(&self) -> f64 {
         let Self {
             loads,

@@ -1,23 +1,23 @@
-//! How well are NVH statistics known? What a stop rule looks at.
+//! How precise are NVH statistics? A stop rule uses this.
 //!
-//! Of every time average and line that has a standard error, the error is taken relative to a scale on which
-//! it means the same whatever the load:
+//! The standard error of a time average or line is relative to a scale, so that it means the same at any
+//! load:
 //!
-//! * of root mean squares, rates, powers and mean lengths, to the value itself;
-//! * of the mean of a signal, which may be zero, to its root mean square, the mean included;
-//! * of a power of the balance of the vibration, of which some may be zero, to the largest of them;
-//! * of the amplitude at an order and of a line of a spectrum, to that of a sine of the signal's root mean
+//! * root mean squares, rates, powers and mean durations: the value itself;
+//! * the mean of a signal, which may be zero: its root mean square, including the mean;
+//! * powers in the balance of the vibration, some of which may be zero: the largest of them;
+//! * the amplitude at an order or of a spectral line: the amplitude of a sine with the signal's root mean
 //!   square about the mean, `√2` times as large;
-//! * of fractions of time, to 1.
+//! * fractions of time: 1.
 //!
 //! Power through the mesh and efficiency follow from the mean force and the loss. Extremes, quantiles and
-//! medians, which are no averages, are left out.
+//! medians are omitted because they are no averages.
 
 use super::outcome::{NvhErrors, NvhOutcome, SignalOrders, Spectrum};
 use std::f64::consts::SQRT_2;
 use std::fmt;
 
-/// Part of a signal's mean below which its motion is round-off.
+/// Part of a signal's mean below which its variation is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
 /// Mean of a signal and root mean square about it.
@@ -30,28 +30,28 @@ pub struct Size {
 }
 
 impl Size {
-    /// What an error of the mean counts against.
+    /// Scale of an error of the mean.
     fn whole(self) -> f64 {
         self.mean.hypot(self.rms)
     }
 
-    /// What an error of the root mean square counts against.
+    /// Scale of an error of the root mean square.
     fn motion(self) -> f64 {
         self.rms.max(ROUND_OFF * self.mean.abs())
     }
 
-    /// What an error of a line counts against.
+    /// Scale of an error of a line.
     fn sine(self) -> f64 {
         SQRT_2 * self.motion()
     }
 }
 
-/// The statistic that is known least well.
+/// The least precise statistic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loosest {
     /// The column, or the table and its signal.
     pub name: String,
-    /// Its relative standard error; infinite where too little was seen.
+    /// Its relative standard error; infinite if the record is too short.
     pub error: f64,
 }
 
@@ -73,7 +73,7 @@ impl fmt::Display for Loosest {
 struct Search(Loosest);
 
 impl Search {
-    /// An error against its scale; one that is not a number counts as unknown.
+    /// Takes an error with its scale. A relative error of NaN counts as unknown.
     fn take(&mut self, name: &str, error: f64, scale: f64) {
         let relative = match error {
             0.0 => 0.0,
@@ -94,7 +94,7 @@ impl Search {
         }
     }
 
-    /// Statistics that the deflection and the mesh force have, and contact.
+    /// Statistics of the deflection, the mesh force and contact.
     fn take_mesh(&mut self, found: &NvhOutcome, errors: &NvhErrors) {
         let [deflection, force] = mesh_sizes(found);
         self.take(
@@ -133,7 +133,7 @@ impl Search {
             ("flight_mean", found.flights.mean, errors.flight_mean),
             ("contact_mean", found.contacts.mean, errors.contact_mean),
         ] {
-            // What there is none of has no error either: a speed without impacts.
+            // A value of zero has no error, for example an impact speed without impacts.
             if let Some(value) = value.filter(|value| *value != 0.0) {
                 self.take(name, error, value.abs());
             }
@@ -229,8 +229,8 @@ fn mesh_sizes(found: &NvhOutcome) -> [Size; 2] {
     ]
 }
 
-/// The statistic with the largest relative standard error, of a motion that does not repeat; `outputs` are
-/// the sizes of the structure's outputs by the names of their signals.
+/// The statistic with the largest relative standard error, for a motion that does not repeat. `outputs` are
+/// the sizes of the structure's outputs, by the names of their signals.
 pub fn loosest(
     found: &NvhOutcome,
     spectra: &[Spectrum],
@@ -281,7 +281,7 @@ mod tests {
     use crate::analysis::PowerOutcome;
     use crate::analysis::outcome::{DurationOutcome, OrderLine, SpectrumLine, SpectrumMethod};
 
-    /// Statistics whose every error is 1 %, on the scale it counts against.
+    /// Statistics with an error of 1 % each, on its scale.
     fn even() -> NvhOutcome {
         let stay = |mean: f64| DurationOutcome {
             count: 9,
@@ -424,7 +424,7 @@ mod tests {
         errors.flight_mean = f64::INFINITY;
         errors.power_loss = f64::INFINITY;
         assert!(loosest(&found, &[], &[], &[]).error < 0.011);
-        // What there is, and has been seen too little of, does.
+        // An existing quantity that was measured too briefly needs one.
         found.power_loss = Some(1.0);
         let unknown = loosest(&found, &[], &[], &[]);
         assert_eq!(unknown.name, "power_loss");
@@ -487,7 +487,7 @@ mod tests {
         assert!(look(order(0.0, None, None)).error < 0.011);
     }
 
-    /// The axial force of a spur gear's bearing is round-off: its errors are no reason to go on.
+    /// The axial force on a spur gear's bearing is round-off: its errors do not prolong the measurement.
     #[test]
     fn round_off_about_a_mean_is_no_motion() {
         let still = Size {

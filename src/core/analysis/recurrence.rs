@@ -1,53 +1,53 @@
 //! Does the motion repeat?
 //!
-//! Strobe states of the last mesh cycles are kept; the shortest period is sought for which
-//! a whole stretch of them comes back, in the energy norm without the neutral pair.
+//! The strobe states of the last mesh cycles are kept. The period is the shortest one after which a whole
+//! stretch of them returns, in the energy norm without the neutral pair.
 //!
-//! No motion repeats sooner than what drives it: torque ripple of a shaft order comes back
-//! after as many mesh cycles as the shaft has teeth, of both shafts after their common
-//! multiple. The motion's own period is a multiple of that.
+//! No motion repeats sooner than its excitation. Torque ripple of a shaft order repeats after as many mesh
+//! cycles as the shaft has teeth. Ripple of both shafts repeats after the common multiple. The period of
+//! the motion is a multiple of this.
 
 use super::norm::EnergyNorm;
 use crate::model::Model;
 
-/// Period, in mesh cycles, up to which every one is looked for, and over which a motion is
-/// watched to return; the excitation's where that is longer.
+/// Every period up to this is tried, and a return is checked over this many mesh cycles. The excitation's
+/// period replaces it if that is longer.
 const SHORT: usize = 32;
 
-/// Longest period looked for, and longest of an excitation that is waited for, in mesh cycles.
+/// Longest period of a motion, and longest period of an excitation, in mesh cycles.
 const LONGEST: usize = 1024;
 
-/// Turns \[1\] by which a ripple's phase may miss a whole number and still count as repeating.
+/// Turns \[1\] by which a ripple's phase may differ from a whole number and still repeat.
 const PHASE_TOLERANCE: f64 = 1e-9;
 
-/// Return distance, in units of the half gap, below which a motion counts as repeating.
-/// A slow decay rate λ leaves an error of this over |λ|.
+/// Return distance, in units of the half gap, below which a motion repeats. A slow decay rate λ leaves an
+/// error of this divided by |λ|.
 pub const TOLERANCE: f64 = 1e-10;
 
-/// Return distance below which a period is the motion's own. A decaying oscillation of
-/// angle θ a cycle comes back best after some lag with kθ near a turn; the orbit it decays
-/// to repeats sooner. Points of a genuine orbit lie apart by far more than this.
+/// Return distance below which a period is that of the motion. A decaying oscillation with angle θ per cycle
+/// returns closest after a lag k with kθ near a turn, but its final orbit repeats sooner. Points of a genuine
+/// orbit are much further apart than this.
 const SAME_POINT: f64 = 1e-7;
 
-/// Part of the closest return after a short lag at which one after a longer lag is another
-/// period, not the same motion met again.
+/// A return after a longer lag is another period if its distance is less than this part of the closest return
+/// after a short lag. Otherwise it is the same motion again.
 const MUCH_CLOSER: f64 = 1e-3;
 
 /// Strobe states of the last cycles.
 #[derive(Debug, Clone)]
 pub struct Recurrence {
-    /// Every period up to here is looked for, and multiples of the excitation's beyond.
+    /// Every period up to this is tried; beyond it, multiples of the excitation's period.
     short: usize,
     excitation: usize,
     excitation_repeats: bool,
-    /// A stretch as long as the longest period, and its image.
+    /// Number of states: a stretch as long as the longest period, and its image.
     kept: usize,
     states: Vec<Vec<f64>>,
     next: usize,
 }
 
 impl Recurrence {
-    /// No states yet; how long a period is looked for depends on the model's excitation.
+    /// No states yet. The longest short period depends on the model's excitation.
     pub fn new(model: &Model) -> Self {
         let excitation = excitation_period(model);
         Self {
@@ -60,25 +60,23 @@ impl Recurrence {
         }
     }
 
-    /// Longest period looked for among the states at hand, in mesh cycles: twice as long must
-    /// have been watched to see one.
+    /// Longest period that the available states can show, in mesh cycles: they must span it twice.
     pub fn longest(&self) -> usize {
         let seen = (self.states.len().saturating_sub(1) / 2).min(LONGEST);
         self.short.max(seen / self.excitation * self.excitation)
     }
 
-    /// Period of what drives the motion, in mesh cycles, where it has one worth waiting for.
+    /// Period of the excitation, in mesh cycles, if it is short enough.
     pub fn excitation(&self) -> Option<u32> {
         self.excitation_repeats.then_some(self.excitation as u32)
     }
 
-    /// Whether what drives the motion repeats within the longest period; if not, the motion
-    /// cannot.
+    /// Whether the excitation repeats within the longest period; otherwise the motion cannot repeat.
     pub fn excitation_repeats(&self) -> bool {
         self.excitation_repeats
     }
 
-    /// Notes the state at the end of a cycle.
+    /// Records the state at the end of a cycle.
     pub fn push(&mut self, state: &[f64]) {
         if self.states.len() < self.kept {
             self.states.push(state.to_vec());
@@ -101,9 +99,8 @@ impl Recurrence {
         &self.states[(newest - back) % self.kept]
     }
 
-    /// The period of the motion, once it repeats to [`TOLERANCE`] over long enough a stretch: as
-    /// many cycles as the longest of the short periods for one of those, a whole period for a
-    /// longer one.
+    /// The period of the motion, once it repeats to [`TOLERANCE`] over a long enough stretch: the longest of
+    /// the short periods if it is one of those, else a whole period.
     pub fn period(&self, norm: &EnergyNorm) -> Option<u32> {
         if self.states.len() < 2 * self.short + 1 {
             return None;
@@ -123,10 +120,10 @@ impl Recurrence {
             .map(|period| period as u32)
     }
 
-    /// Periods worth a Newton search from the newest state, where any of its returns comes
-    /// nearer than `nearest` half gaps: the excitation's own period and twice that, which a
-    /// decaying oscillation hides behind a closer return at a longer lag, then that lag, and a
-    /// longer one after which the motion comes back [`MUCH_CLOSER`].
+    /// Periods that justify a Newton search from the newest state. If a return is closer than `nearest` half
+    /// gaps, these are its lag, the excitation's period and twice this period: a decaying oscillation hides
+    /// these two behind a closer return at a longer lag. A longer lag follows if its return is
+    /// [`MUCH_CLOSER`].
     pub fn candidates(&self, norm: &EnergyNorm, nearest: f64) -> Vec<u32> {
         if !self.excitation_repeats {
             return Vec::new();
@@ -153,8 +150,7 @@ impl Recurrence {
         candidates.into_iter().map(|lag| lag as u32).collect()
     }
 
-    /// The smallest distance, in units of the half gap, between the newest state and an
-    /// earlier one kept.
+    /// The smallest distance, in units of the half gap, of the newest state from an earlier kept one.
     pub fn closest_return(&self, norm: &EnergyNorm) -> Option<f64> {
         (1..self.states.len().min(self.longest() + 1))
             .map(|back| norm.distance(self.past(0), self.past(back)) / norm.unit())
@@ -162,8 +158,8 @@ impl Recurrence {
     }
 }
 
-/// The base period: mesh cycles after which all torque ripple, all errors and all contacts start
-/// anew; none where that takes more than 1024 or never happens.
+/// The base period: mesh cycles after which all torque ripple, all errors and all contacts repeat; `None` if
+/// it exceeds 1024 or does not exist.
 pub fn excitation_period(model: &Model) -> Option<usize> {
     let ripples = model.ripple.iter().map(|ripple| ripple.turns_per_cycle);
     let errors = model.transmission_errors().map(|h| h.turns_per_cycle);
@@ -213,7 +209,7 @@ mod tests {
             assert_eq!(found, Some(k as u32));
         }
         assert_eq!(period(100, |n| [n.sin(), n.cos()]), None);
-        // Too few cycles to tell.
+        // Too few cycles.
         assert_eq!(period(64, |_| [1.0, 0.0]), None);
     }
 

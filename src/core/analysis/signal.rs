@@ -1,4 +1,4 @@
-//! What spectra and orders are taken of, and where it stands on a window.
+//! Which signals have spectra and orders, and which part of a window holds them?
 
 use super::config::Signals;
 use super::modal_series::{Series, padded};
@@ -16,17 +16,17 @@ pub struct Signal {
     place: Place,
 }
 
-/// Where a signal stands on a window.
+/// Source of a signal in a window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Place {
     Deflection,
     Force,
-    /// Among the outputs that are computed.
+    /// Index among the computed outputs.
     Output(usize),
 }
 
 impl Signal {
-    /// Those asked for that a model has, where the outputs of the `computed` are at hand.
+    /// The `asked` signals that a model has, if the outputs in `computed` are available.
     pub fn asked(model: &Model, asked: Signals, computed: Signals) -> Vec<Self> {
         let own = |name: &str, unit, place| Self {
             name: name.to_owned(),
@@ -41,7 +41,7 @@ impl Signal {
         (deflection.into_iter().chain(force).chain(outputs)).collect()
     }
 
-    /// Its series on a window whose outputs are known.
+    /// Its series on a window with known outputs.
     pub fn series(&self, window: &Window<'_>, outputs: &[Series]) -> Series {
         match self.place {
             Place::Deflection => padded(window.deflection),

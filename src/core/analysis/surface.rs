@@ -1,7 +1,7 @@
 //! Where does a linear combination of modal displacements and velocities take a value?
 //!
-//! The combination is rebuilt as a series on every window, from the blocks' own motion; its places are
-//! the certified roots of that series.
+//! The combination is rebuilt as a series on every window, from the blocks' motion. The crossings are the
+//! certified roots of that series.
 
 use super::modal_series::{ModalMotion, Series, TERMS};
 use crate::model::Model;
@@ -11,22 +11,22 @@ use crate::propagate::Window;
 use serde::Serialize;
 use std::borrow::Cow;
 
-/// A surface of phase space, `Σ (a_i q_i + b_i q_i') = level`, in the structure's own modes.
+/// A surface of phase space, `Σ (a_i q_i + b_i q_i') = level`, in the structure's modes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Surface {
-    /// Coefficients a of the modal displacements \[1/√kg\], one a mode.
+    /// Coefficients a of the modal displacements \[1/√kg\], one per mode.
     pub displacement: Vec<f64>,
-    /// Coefficients b of the modal velocities \[s/√kg\], one a mode.
+    /// Coefficients b of the modal velocities \[s/√kg\], one per mode.
     pub velocity: Vec<f64>,
-    /// What the combination is compared with \[m\].
+    /// Value of the combination on the surface \[m\].
     pub level: f64,
-    /// Whether only crossings towards larger values count, or only those towards smaller ones; both
-    /// where none.
+    /// Whether only crossings towards larger values count, or only those towards smaller ones; `None` for
+    /// both.
     pub rising: Option<bool>,
 }
 
-/// Round-off of a combination, in units of the sum of its terms' sizes: series of modal motion are
-/// good to a hundred units in the last place.
+/// Round-off of a combination, in units of the sum of its terms' sizes: series of modal motion are accurate
+/// to a hundred units in the last place.
 const NOISE: f64 = 128.0 * f64::EPSILON;
 
 /// Watches a surface from window to window.
@@ -37,7 +37,7 @@ pub struct SurfaceWatch {
     weights: Vec<[f64; 2]>,
     level: f64,
     rising: Option<bool>,
-    /// The side on which the motion was last seen.
+    /// Whether the motion was above the surface last.
     above: Option<bool>,
 }
 
@@ -45,7 +45,7 @@ impl SurfaceWatch {
     /// The surface of a model.
     pub fn new(model: &Model, surface: &Surface) -> Self {
         let n = model.modes();
-        // The combination of the modes' values, as one of the blocks' components.
+        // The combination of modal values, as weights of the blocks' components.
         let weight = |component: usize| {
             let mut unit = vec![0.0; 2 * n];
             unit[component] = 1.0;
@@ -62,7 +62,7 @@ impl SurfaceWatch {
         }
     }
 
-    /// Hands every place of a window at which the surface is crossed to `found`, with whether the
+    /// Passes every position in a window at which the surface is crossed to `found`, with whether the
     /// combination rises there.
     pub fn crossings(&mut self, window: &Window<'_>, mut found: impl FnMut(f64, bool)) {
         let modal = self.motion.on(window);

@@ -1,10 +1,10 @@
 //! Is a motion that does not repeat on a torus?
 //!
 //! Weighted Birkhoff averages (Das, Saiki, Sander & Yorke, *Nonlinearity* 30, 4111, 2017) converge
-//! faster than any power of the number of cycles on a torus, and like `n^-1/2` on chaos. Over the
-//! second half of a record the growth of neighbours must average to zero, in either part of that half
-//! too, and the deflection must have the same average in both. In 40 000 windows of chaotic motion
-//! nothing passed; growth alone would let one window in some thousands pass.
+//! faster than any power of the number of cycles on a torus, and like `n^-1/2` in chaos. The second half
+//! of a record counts. The growth of neighbours must average to zero over it and over either part of it.
+//! The deflection must have the same average in both parts. None of 40 000 windows of chaotic motion
+//! passed; by growth alone, one window in some thousands would pass.
 
 use crate::model::Model;
 use crate::numerics::birkhoff;
@@ -22,28 +22,28 @@ const PARTS_NEUTRAL: f64 = 1e-3;
 /// Standard deviations by which the averages of the deflection in the two parts may differ.
 const STEADY: f64 = 1e-3;
 
-/// Most closed curves of a torus that its trajectory visits in turn.
+/// Maximum number of closed curves of a torus that its trajectory visits in turn.
 const MOST_CURVES: usize = 32;
 
-/// Distance \[1/cycle\] of a frequency from a multiple of 1/q at which it is that multiple.
+/// Distance \[1/cycle\] from a multiple of 1/q within which a frequency equals this multiple.
 const LOCKED: f64 = 1e-6;
 
-/// Shortest record that is judged \[cycles\].
+/// Shortest record with a verdict \[cycles\].
 pub const SHORTEST: u64 = 2_000;
 
-/// What is known of a motion on a torus.
+/// Properties of a motion on a torus.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Torus {
-    /// Largest exponent \[1/cycle\]: zero but for its error.
+    /// Largest exponent \[1/cycle\], which is zero within its error.
     pub lambda: f64,
-    /// The larger of its size and the difference of the two parts \[1/cycle\].
+    /// The larger of its modulus and the difference of the two parts \[1/cycle\].
     pub error: f64,
-    /// Frequency of the strongest line of the strobe deflection that is no simple multiple of the mesh frequency
-    /// \[1/cycle\].
+    /// Frequency of the strongest line of the strobe deflection that is not a simple multiple of the mesh
+    /// frequency \[1/cycle\].
     pub rotation: Option<f64>,
 }
 
-/// The torus of a record of growth and strobe deflection in every cycle, if it is one.
+/// The torus from a record of growth and strobe deflection in every cycle, if the motion is on one.
 pub fn torus(growth: &[f64], strobe: &[f64]) -> Option<Torus> {
     let cycles = growth.len().min(strobe.len());
     if (cycles as u64) < SHORTEST {
@@ -70,9 +70,9 @@ pub fn torus(growth: &[f64], strobe: &[f64]) -> Option<Torus> {
     })
 }
 
-/// Frequency \[1/cycle\] of the strongest line of a strobe series that is no multiple of 1/q of the mesh
-/// frequency. A torus of q closed curves has its strongest line at such a multiple: the mean of every
-/// q-th value is then taken off first.
+/// Frequency \[1/cycle\] of the strongest line of a strobe series that is not a multiple of 1/q of the mesh
+/// frequency. The strongest line of a torus of q closed curves is at such a multiple. Then the mean of every
+/// q-th value is subtracted first.
 fn rotation(strobe: &[f64]) -> Option<f64> {
     let frequency = birkhoff::frequency(strobe)?;
     let near_whole = |q: &usize| {
@@ -92,8 +92,8 @@ fn rotation(strobe: &[f64]) -> Option<f64> {
     birkhoff::frequency(&rest.map(|(value, mean)| value - mean).collect::<Vec<_>>())
 }
 
-/// Whether a model can have an invariant torus at all. A map of the plane that contracts areas has
-/// none: the area inside an invariant curve would have to stay as it is.
+/// Whether a model can have an invariant torus. A map of the plane that contracts areas has none, because the
+/// area inside an invariant curve would have to stay constant.
 pub fn is_possible(model: &Model, norm: &EnergyNorm) -> bool {
     let plane = norm.dimension() <= 2 && excitation_period(model).is_some();
     let contracts = model.blocks.iter().any(|block| block.growth() < 0.0);
@@ -155,7 +155,7 @@ mod tests {
         assert_eq!(torus(&growth, &strobe), None);
     }
 
-    /// Noise about zero passes the test of growth in a window now and then, that of the deflection hardly ever.
+    /// Noise about zero sometimes passes the test of growth, and almost never the test of the deflection.
     #[test]
     fn noise_is_no_torus() {
         for seed in 0..200 {

@@ -1,14 +1,14 @@
 //! One trajectory at evenly spaced instants, with its events.
 //!
-//! A kernel shows polynomials, not samples: values at the instants `T j/S` of every mesh
-//! cycle are read off them, δ' from the derivative of the series,
+//! A kernel gives polynomials, not samples. Values at the instants `T j/S` of every mesh cycle are evaluated
+//! on them, and δ' on the derivative of the series,
 //!
 //! ```text
 //! δ = Σ a_n P_n(x),   δ' = 2/Δ Σ a_n P'_n(x),   x = 2 (t − t₀)/Δ − 1
 //! ```
 //!
-//! so that sampling has no influence on the motion. An instant that falls on the joint of
-//! two windows is read off the later one: stiffness steps and entries show their new force.
+//! so that sampling has no influence on the motion. An instant on the boundary between two windows belongs to
+//! the later one: stiffness steps and entries show their new force.
 
 use super::config::Signals;
 use super::contact_jumps::ContactJumps;
@@ -19,18 +19,18 @@ use crate::model::{ActiveSet, Model, TrajectoryState};
 use crate::numerics::legendre::{derivative, evaluate};
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Window};
 
-/// What is traced.
+/// Settings of a trace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TraceConfig {
-    /// Mesh cycles integrated before anything is recorded.
+    /// Mesh cycles integrated before the recording.
     pub skip: u64,
     /// Mesh cycles recorded.
     pub cycles: u64,
-    /// Samples a mesh cycle, the first at mesh phase 0.
+    /// Samples per mesh cycle, the first at mesh phase 0.
     pub samples_per_cycle: u32,
-    /// Whether samples carry the modal state.
+    /// Whether samples contain the modal state.
     pub modal: bool,
-    /// Outputs of the structure that they carry.
+    /// Outputs of the structure in the samples.
     pub outputs: Signals,
 }
 
@@ -49,24 +49,24 @@ pub struct TraceSample {
     pub velocity: f64,
     /// Mesh force F \[N\].
     pub force: f64,
-    /// The contacts that are closed.
+    /// The closed contacts.
     pub contact: ActiveSet,
-    /// Modal state, where asked for.
+    /// Modal state, if requested.
     pub modal: Option<ModalState>,
-    /// The outputs asked for, in the order of the model's.
+    /// The requested outputs, in the order of the model's.
     pub outputs: Vec<f64>,
 }
 
-/// A modal state in the structure's own basis, as manifests take it for an initial state.
+/// A modal state in the structure's basis, in the form of an initial state in a manifest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModalState {
-    /// Displacements \[m √kg\], one a mode.
+    /// Displacements \[m √kg\], one per mode.
     pub displacement: Vec<f64>,
-    /// Velocities \[m √kg/s\], one a mode.
+    /// Velocities \[m √kg/s\], one per mode.
     pub velocity: Vec<f64>,
 }
 
-/// Takes samples and events as they come, each kind in order of time.
+/// Takes samples and events as they occur, each kind in order of time.
 pub trait TraceSink {
     /// Why it cannot take more.
     type Error;
@@ -74,39 +74,38 @@ pub trait TraceSink {
     /// Takes a sample.
     ///
     /// # Errors
-    /// The trace ends with it.
+    /// An error ends the trace.
     fn sample(&mut self, sample: TraceSample) -> Result<(), Self::Error>;
 
     /// Takes an event.
     ///
     /// # Errors
-    /// The trace ends with it.
+    /// An error ends the trace.
     fn event(&mut self, event: &Event) -> Result<(), Self::Error>;
 }
 
-/// What a trace amounts to.
+/// Result of a trace.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TraceOutcome {
     /// Whole mesh cycles recorded.
     pub cycles: u64,
-    /// Mesh cycles before them that were not integrated one by one: contact was certain to last.
+    /// Earlier mesh cycles that were not integrated one by one, because contact was certain to last.
     pub jumped: u64,
-    /// Samples handed to the sink.
+    /// Samples passed to the sink.
     pub samples: u64,
-    /// Events handed to the sink.
+    /// Events passed to the sink.
     pub events: u64,
-    /// Statistics of the recorded windows; none where there is none.
+    /// Statistics of the recorded windows; `None` without windows.
     pub nvh: Option<NvhOutcome>,
-    /// Why the kernel ended the trace early, where it did.
+    /// Why the kernel ended the trace early, if it did.
     pub stop: Option<Stop>,
 }
 
-/// Traces a trajectory from `start`. Cycles that are skipped are not integrated one by one where
-/// contact is certain to last. What was recorded before the kernel gave up is with
-/// the sink, and the outcome says why it did.
+/// Traces a trajectory from `start`. Skipped cycles are not integrated one by one if contact is certain to
+/// last. If the kernel stops early, the sink keeps the recorded part, and the outcome has the reason.
 ///
 /// # Errors
-/// The sink's own error.
+/// The error of the sink.
 pub fn trace<K: Kernel, S: TraceSink>(
     model: &Model,
     kernel: &K,
@@ -181,7 +180,7 @@ pub fn trace<K: Kernel, S: TraceSink>(
     })
 }
 
-/// Reads samples off the windows of one cycle after another.
+/// Evaluates samples on the windows of successive cycles.
 struct Recorder<'a, S: TraceSink> {
     model: &'a Model,
     motion: ModalMotion<'a>,
@@ -192,15 +191,15 @@ struct Recorder<'a, S: TraceSink> {
     next: u32,
     samples: u64,
     events: u64,
-    /// The sink's first error; nothing is handed to it afterwards.
+    /// The sink's first error; the sink gets nothing afterwards.
     refused: Option<S::Error>,
 }
 
-/// A joint of windows is known to a few units in the last place of the mesh period.
+/// Accuracy of the boundary between windows, in mesh periods: a few units in the last place.
 const JOINT: f64 = 8.0 * f64::EPSILON;
 
 impl<S: TraceSink> Recorder<'_, S> {
-    /// The samples that fall into a window.
+    /// The samples within a window.
     fn read(&mut self, window: &Window<'_>) -> Vec<TraceSample> {
         let period = self.model.period();
         let count = self.question.samples_per_cycle;
@@ -248,7 +247,7 @@ impl<S: TraceSink> Recorder<'_, S> {
         samples
     }
 
-    /// The modal states at some places of a window.
+    /// The modal states at positions in a window.
     fn modal(&mut self, window: &Window<'_>, places: &[(f64, f64)]) -> Vec<ModalState> {
         let modes = self.model.modes();
         let series = self.motion.on(window);

@@ -1,8 +1,7 @@
-//! The same exponent from two full trajectories.
+//! Do two full trajectories give the same exponent?
 //!
-//! A twin starts a small distance away and is pulled back to that distance after every
-//! cycle (Benettin et al. 1976). It knows nothing of tangents or saltations, so agreement
-//! with them means something.
+//! A twin starts a small distance away and is pulled back to that distance after every cycle (Benettin
+//! et al. 1976). It uses neither tangents nor saltations, so that agreement with them is meaningful.
 
 use super::averages::CycleAverages;
 use super::norm::EnergyNorm;
@@ -12,13 +11,13 @@ use crate::numerics::statistics::{mean, standard_error};
 /// Round-off of a cycle, relative to the state.
 pub(super) const ROUND_OFF: f64 = 32.0 * f64::EPSILON;
 
-/// Distance of a twin unless asked otherwise, in half gaps: far above round-off, far below the gap.
+/// Default distance of a twin, in half gaps: far above round-off, far below the gap.
 pub const SEPARATION: f64 = 1e-7;
 
-/// What a finite distance of [`SEPARATION`] may do to a twin's exponent \[1/cycle\]. Next to
-/// grazing contacts 2.9e-4 was seen, in proportion to the distance: 2.5e-3 at 1e-6, 3e-5 at 1e-8. At
-/// 3e-9 round-off moves the exponent of integrable motion by 2.4e-3. Half the exponent that counts
-/// as none, so that no verdict hangs on it.
+/// Effect of a finite distance of [`SEPARATION`] on a twin's exponent \[1/cycle\]. Near grazing contacts it
+/// reached 2.9e-4, in proportion to the distance: 2.5e-3 at 1e-6, 3e-5 at 1e-8. At 3e-9 round-off changes the
+/// exponent of integrable motion by 2.4e-3. The limit is half the exponent that counts as zero, so that no
+/// verdict depends on it.
 const FINITE_DISTANCE: f64 = 5e-4;
 
 /// A twin of a trajectory.
@@ -28,15 +27,15 @@ pub struct Twin {
     /// Distance, in half gaps and in the norm.
     separation: f64,
     distance: f64,
-    /// Averages of what the tangent grew more.
+    /// Averages of the tangent's growth minus the twin's.
     differences: CycleAverages,
-    /// Norm of the largest state met.
+    /// Norm of the largest state.
     largest: f64,
 }
 
 impl Twin {
-    /// A twin of `trajectory` in the direction of a tangent. Where neighbours part in proportion
-    /// to time directions turn as slowly, and a twin in another one would differ for as long.
+    /// A twin of `trajectory` in the direction of a tangent. If neighbours separate in proportion to time,
+    /// directions turn slowly too, and a twin in another direction would differ for long.
     ///
     /// * `separation`: distance, in half gaps.
     pub fn new(
@@ -62,17 +61,17 @@ impl Twin {
         }
     }
 
-    /// The twin's own trajectory, to be integrated by a kernel.
+    /// The twin's trajectory, to be integrated by a kernel.
     pub fn trajectory(&mut self) -> &mut TrajectoryState {
         &mut self.trajectory
     }
 
-    /// Forgets all growth so far, keeps the direction.
+    /// Forgets all growth and keeps the direction.
     pub fn restart(&mut self) {
         self.differences = CycleAverages::default();
     }
 
-    /// To be called after every integrated cycle of both: notes the growth, pulls the twin back.
+    /// Call this after every integrated cycle of both. Records the growth and pulls the twin back.
     ///
     /// * `tangent`: growth of the tangent in this cycle.
     pub fn cycle(
@@ -93,7 +92,7 @@ impl Twin {
         for (x, y) in state.iter_mut().zip(&trajectory.state) {
             *x -= y;
         }
-        // Along what the distance is measured of: a displacement that nobody feels is left out as a whole.
+        // The distance ignores displacements without effect, so they are removed from the difference.
         norm.project(&mut state);
         for (x, y) in state.iter_mut().zip(&trajectory.state) {
             *x = y + scale * *x;
@@ -101,12 +100,11 @@ impl Twin {
         self.trajectory = TrajectoryState::new(model, state, trajectory.cycle);
     }
 
-    /// Whether its exponent and the tangent's agree: the mean difference of their growth lies within three
-    /// standard errors of itself; none where there are too few averages for an error.
+    /// Whether the exponents of twin and tangent agree: the mean difference of their growth is zero within
+    /// three standard errors. `None` if there are too few averages for an error.
     ///
-    /// Differences below [`FINITE_DISTANCE`] are agreement whatever their error, of larger separations
-    /// in proportion. So are those of its round-off, which do not average out where the state
-    /// is large.
+    /// Differences below [`FINITE_DISTANCE`], scaled up for larger separations, always count as agreement. So
+    /// do those from round-off, which do not average out if the state is large.
     pub fn agrees(&self) -> Option<bool> {
         let finite = FINITE_DISTANCE * (self.separation / SEPARATION).max(1.0);
         let differences = self.differences.values();
@@ -117,13 +115,12 @@ impl Twin {
             .then(|| mean(differences).abs() <= allowed)
     }
 
-    /// What round-off of the states may do to the exponent \[1/cycle\].
+    /// Effect of round-off of the states on the exponent \[1/cycle\].
     fn round_off(&self) -> f64 {
         ROUND_OFF * self.largest / self.distance
     }
 
-    /// What the exponent of this twin is more than the tangent's over the same cycles \[1/cycle\], and its
-    /// standard error.
+    /// Exponent of this twin minus the tangent's over the same cycles \[1/cycle\], and its standard error.
     pub fn excess(&self) -> [f64; 2] {
         let differences = self.differences.values();
         [-mean(differences), standard_error(differences)]
@@ -135,8 +132,8 @@ mod tests {
     use super::*;
     use crate::analysis::norm::tests::dragged;
 
-    /// Under drag nothing feels where the whole drive has turned to: a twin that is ahead there and
-    /// elsewhere is pulled back along what is felt of its difference, to the distance.
+    /// Under drag the angle of the whole drive has no effect. A twin with a displacement there and elsewhere
+    /// is pulled back to the distance along the components with an effect.
     #[test]
     fn a_twin_is_pulled_back_along_what_is_felt() {
         let model = dragged(0.05);

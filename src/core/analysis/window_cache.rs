@@ -1,26 +1,26 @@
-//! What is kept for windows whose length comes again: a kernel has a few lengths of its own,
-//! and cuts have any.
+//! Values for window lengths that recur. A kernel has a few regular lengths, and cuts have any length.
 
-/// Windows looked back at: more than a kernel has in a cycle between two of one length, where a
-/// mesh computed from the gears cuts the cycle into sixty segments and at what its pairs do.
+/// Number of remembered windows: more than lie between two of one length, if a mesh computed from the gears
+/// cuts the cycle into sixty segments and at the events of its pairs.
 const LOOKED_BACK: usize = 192;
 
-/// Most lengths kept: as many as such a mesh has. With fewer, each would be made anew every cycle.
+/// Maximum number of kept lengths: as many as such a mesh has. With fewer, each would be computed again every
+/// cycle.
 const MOST: usize = 96;
 
-/// Values by length of window \[s\], for lengths that were met lately.
+/// Values by length of window \[s\], for recent lengths.
 #[derive(Debug, Clone)]
 pub struct Recurring<T> {
-    /// Lengths met, the latest wherever `next` stands before.
+    /// Recent lengths, the latest before `next`.
     recent: [f64; LOOKED_BACK],
     next: usize,
     kept: Vec<(f64, T)>,
-    /// The one to give way when all places are taken.
+    /// The value to replace when all places are taken.
     oldest: usize,
 }
 
 impl<T> Recurring<T> {
-    /// Nothing met yet.
+    /// An empty cache.
     pub fn new() -> Self {
         Self {
             recent: [0.0; LOOKED_BACK],
@@ -30,7 +30,7 @@ impl<T> Recurring<T> {
         }
     }
 
-    /// The value for a length, made by `make` when it comes again; none when it is new.
+    /// The value for a length, computed by `make` when the length recurs; `None` if it is new.
     pub fn find(&mut self, length: f64, make: impl FnOnce() -> T) -> Option<&T> {
         let known = self.kept.iter().position(|(kept, _)| *kept == length);
         let place = match known {
@@ -57,7 +57,7 @@ impl<T> Recurring<T> {
         Some(&self.kept[place].1)
     }
 
-    /// Whether a length was met lately: many at a time, as most were not.
+    /// Whether a length is recent. Compares many at a time, because most lengths are not.
     fn is_recent(&self, length: f64) -> bool {
         let any = |lengths: &[f64; 32]| {
             lengths
@@ -78,7 +78,7 @@ mod tests {
         let mut kept = Recurring::new();
         let mut cuts = 0;
         for cycle in 0..10 {
-            // Three lengths of its own and a cut that never comes again.
+            // Three regular lengths, and a cut that never recurs.
             for length in [1.0, 2.0, 1.0, 3.0, 4.0 + f64::from(cycle)] {
                 match kept.find(length, || {
                     made += 1;

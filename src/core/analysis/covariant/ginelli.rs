@@ -1,25 +1,25 @@
 //! Covariant vectors in the basis of orthonormalised tangents.
 //!
-//! Every cycle takes the tangents Q to `J Q = Q' R`, R upper triangular. Vectors `V = Q C` that the
-//! flow takes to themselves, `J V = V' D` with D diagonal, have `R C = C' D`: from any upper triangular C
-//! at the end of a record, `C = R⁻¹ C' D` back in time turns into theirs (Ginelli et al. 2007, 2013). Q
-//! is orthonormal, so that angles between the vectors are those between the columns of C.
+//! Every cycle maps the tangents Q to `J Q = Q' R`, with R upper triangular. Covariant vectors `V = Q C`,
+//! with `J V = V' D` and D diagonal, satisfy `R C = C' D`. From any upper triangular C at the end of a
+//! record, `C = R⁻¹ C' D` converges to theirs backwards in time (Ginelli et al. 2007, 2013). Q is
+//! orthonormal, so that angles between the vectors are those between the columns of C.
 
 use crate::numerics::linalg::{product, symmetric_eigen};
 use crate::numerics::random::Stream;
 use faer::Mat;
 
-/// Entries of an upper triangular matrix, column by column.
+/// Number of entries of an upper triangular matrix, stored column by column.
 pub(super) fn entries(vectors: usize) -> usize {
     vectors * (vectors + 1) / 2
 }
 
-/// The place of the first entry of a column.
+/// Index of the first entry of a column.
 fn column(index: usize) -> usize {
     entries(index)
 }
 
-/// Coefficients C of vectors of unit length, moved back in time.
+/// Coefficients C of unit vectors, propagated backwards in time.
 #[derive(Debug, Clone)]
 pub(super) struct Coefficients {
     vectors: usize,
@@ -28,7 +28,7 @@ pub(super) struct Coefficients {
 }
 
 impl Coefficients {
-    /// Random ones.
+    /// Random coefficients.
     pub fn random(vectors: usize, stream: &mut Stream) -> Self {
         let mut packed: Vec<f64> = (0..entries(vectors)).map(|_| stream.normal()).collect();
         for i in 0..vectors {
@@ -37,19 +37,19 @@ impl Coefficients {
         Self { vectors, packed }
     }
 
-    /// Other coefficients, column by column.
+    /// Sets the coefficients, column by column.
     #[cfg(test)]
     pub fn set(&mut self, packed: &[f64]) {
         self.packed.copy_from_slice(packed);
     }
 
-    /// The coefficients of a vector, those that are not 0: as many as its number, counted from 1.
+    /// The first i + 1 coefficients of vector i; the others are 0.
     pub fn vector(&self, i: usize) -> &[f64] {
         &self.packed[column(i)..column(i + 1)]
     }
 
-    /// Moves the vectors back through a cycle with this R; the logarithm of the length that each grows
-    /// by when it is taken forward goes to `growth`.
+    /// Propagates the vectors backwards through a cycle with this R. `growth` gets the logarithm of each
+    /// vector's growth forwards.
     pub fn back(&mut self, factor: &[f64], growth: &mut [f64]) {
         for (i, growth) in growth.iter_mut().enumerate().take(self.vectors) {
             let c = &mut self.packed[column(i)..column(i + 1)];
@@ -65,16 +65,16 @@ impl Coefficients {
         }
     }
 
-    /// The smallest angle between the space of the first `unstable` vectors and that of the last
-    /// `stable` \[rad\]; none where the vectors of either are not independent to round-off.
+    /// The smallest angle between the space of the first `unstable` vectors and that of the last `stable`
+    /// \[rad\]; `None` if the vectors of either are dependent within round-off.
     pub fn angle(&self, unstable: usize, stable: usize) -> Option<f64> {
         let m = self.vectors;
-        // The first vectors span the first coordinates: what the others have outside them is the sine.
+        // The first vectors span the first coordinates: the part of the others outside these is the sine.
         let mut basis: Vec<Vec<f64>> = Vec::with_capacity(stable);
         for i in m - stable..m {
             let mut own = self.vector(i).to_vec();
             own.resize(m, 0.0);
-            // Twice: once leaves as much of the others as their angle is small.
+            // Twice: one pass leaves large residues if the vectors are nearly parallel.
             for _ in 0..2 {
                 for other in &basis {
                     let along: f64 = own.iter().zip(other).map(|(a, b)| a * b).sum();
@@ -103,7 +103,7 @@ impl Coefficients {
     }
 }
 
-/// Makes a vector one of unit length; returns what it had.
+/// Scales a vector to unit length; returns its length before.
 fn normalise(x: &mut [f64]) -> f64 {
     let length = x.iter().map(|x| x * x).sum::<f64>().sqrt();
     x.iter_mut().for_each(|x| *x /= length);

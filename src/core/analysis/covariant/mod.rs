@@ -1,10 +1,10 @@
-//! Which directions grow by themselves, and how near do those that grow and those that shrink come?
+//! Which directions grow independently, and how close do growing and shrinking directions come?
 //!
-//! Covariant Lyapunov vectors of a motion that does not repeat, by Ginelli's algorithm: tangents are
-//! taken forward and orthonormalised once a mesh cycle, what orthonormalising took is kept, and
-//! coefficients are taken back through it ([`ginelli`]). Each vector grows by its own exponent, its local
-//! exponents those of single cycles. Where the spaces of growing and of shrinking directions come to
-//! touch, motion is not hyperbolic, and orbits next to it need not have shadows.
+//! Covariant Lyapunov vectors of a motion that does not repeat, by Ginelli's algorithm. Tangents are
+//! integrated forwards and orthonormalised once per mesh cycle, and the factors R are kept. Coefficients
+//! are propagated backwards through these ([`ginelli`]). Each vector grows by one exponent; its local
+//! exponents are those of single cycles. If the spaces of growing and of shrinking directions touch, the
+//! motion is not hyperbolic, and nearby orbits need not have shadows.
 
 mod ginelli;
 #[cfg(test)]
@@ -22,39 +22,38 @@ use ginelli::{Coefficients, entries};
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::AtomicBool;
 
-/// Stream of a point that starts its tangents and coefficients.
+/// Random stream of a point for tangents and coefficients.
 const STREAM: u64 = 1 << 35;
 
-/// Standard errors by which an exponent clears zero.
+/// Standard errors by which an exponent must differ from zero.
 const SIGMAS: f64 = 2.0;
 
-/// Shares of angles at which their quantiles are taken.
+/// Probabilities of the quantiles of angles.
 pub const ANGLE_SHARES: [f64; 5] = [0.01, 0.1, 0.5, 0.9, 0.99];
 
-/// Most memory that factors may take \[bytes\].
+/// Maximum memory of the factors \[bytes\].
 pub const MOST_MEMORY: u64 = 1 << 30;
 
-/// How covariant vectors are asked for.
+/// Settings of covariant vectors.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct CovariantConfig {
-    /// Vectors, at least 1; a model has twice as many as modes that are not neutral.
+    /// Number of vectors, at least 1; a model has two per mode that is not neutral.
     pub vectors: usize,
-    /// Mesh cycles that are measured.
+    /// Measured mesh cycles.
     pub cycles: u64,
-    /// Mesh cycles in which tangents, and at the other end coefficients, turn into their directions,
-    /// discarded.
+    /// Discarded mesh cycles in which the tangents, and at the other end the coefficients, align.
     pub align: u64,
 }
 
 impl CovariantConfig {
-    /// Memory that the factors of a record take \[bytes\]: `v(v + 1)/2` numbers a cycle.
+    /// Memory of the factors of a record \[bytes\]: `v(v + 1)/2` numbers per cycle.
     pub fn memory(&self) -> u64 {
         let numbers = entries(self.vectors) as u64;
         (self.cycles.saturating_add(self.align)).saturating_mul(8 * numbers)
     }
 }
 
-/// Angles between the space of growing directions and that of shrinking ones, once a cycle \[rad\].
+/// Angles between the spaces of growing and of shrinking directions, once per cycle \[rad\].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AngleOutcome {
     /// The smallest.
@@ -63,11 +62,11 @@ pub struct AngleOutcome {
     pub mean: f64,
     /// Its standard error, from block averages.
     pub stderr: f64,
-    /// At [`ANGLE_SHARES`].
+    /// Quantiles at [`ANGLE_SHARES`].
     pub quantiles: Vec<f64>,
 }
 
-/// What is known of a point's covariant vectors.
+/// Covariant vectors of a point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CovariantOutcome {
     /// Mean growth of each vector \[1/cycle\], largest first.
@@ -76,11 +75,11 @@ pub struct CovariantOutcome {
     pub errors: Vec<f64>,
     /// Standard deviations of the growth over a single cycle.
     pub spreads: Vec<f64>,
-    /// Vectors whose exponent is above zero by two standard errors.
+    /// Number of vectors with an exponent above zero by two standard errors.
     pub unstable: u32,
-    /// Vectors whose exponent is below zero by as much.
+    /// Number of vectors with an exponent below zero by two standard errors.
     pub stable: u32,
-    /// Angles between them, where there are both.
+    /// Angles between the two, if both exist.
     pub angle: Option<AngleOutcome>,
     /// Mesh cycles integrated.
     pub cycles: u64,
@@ -95,10 +94,10 @@ pub enum CovariantError {
     /// The trajectory cannot be advanced.
     #[error(transparent)]
     Stop(#[from] Stop),
-    /// A cycle leaves nothing of a direction.
+    /// A direction vanishes within a cycle.
     #[error("a direction vanishes within a cycle; set analyses.covariant.vectors below {vectors}")]
     Vanishing {
-        /// Vectors asked for.
+        /// Number of requested vectors.
         vectors: usize,
     },
 }
@@ -149,7 +148,7 @@ pub fn covariant_vectors<K: Kernel>(
         .ok_or(CovariantError::Vanishing { vectors })
 }
 
-/// What orthonormalising took, cycle by cycle.
+/// The factors R, cycle by cycle.
 struct Record {
     vectors: usize,
     factors: Vec<f64>,
@@ -163,12 +162,12 @@ impl Record {
         }
     }
 
-    /// To be called after every cycle.
+    /// Call this after every cycle.
     fn push(&mut self, growth: &mut TangentGrowth, norm: &EnergyNorm) {
         growth.factor(norm, &mut self.factors);
     }
 
-    /// How many vectors grow and how many shrink beyond doubt, by the lengths that orthonormalising took.
+    /// Number of vectors that grow and that shrink beyond their errors, from the diagonals of R.
     fn signs(&self) -> [usize; 2] {
         let grows = |i: usize| -> Vec<f64> {
             let cycles = self.factors.chunks_exact(entries(self.vectors));
@@ -185,7 +184,7 @@ impl Record {
         [1.0, -1.0].map(|sign| all.iter().filter(|[g, error]| sign * g > *error).count())
     }
 
-    /// Takes coefficients back through the record, whose last `align` cycles are discarded; none where a
+    /// Propagates coefficients backwards through the record and discards its last `align` cycles; `None` if a
     /// direction vanishes.
     fn back(&self, mut coefficients: Coefficients, align: usize) -> Option<CovariantOutcome> {
         let m = self.vectors;

@@ -3,7 +3,7 @@ use super::*;
 use crate::model::{OperatingPoint, fixtures};
 use crate::numerics::random::Stream;
 
-/// A plane, as one mode without weights has it.
+/// The plane of one mode, with the raw norm.
 fn plane() -> (EnergyNorm, usize) {
     let structure = fixtures::structure(&[0.0], 0.0, &[1.0], &[1.0]);
     let drive = fixtures::two_level_mesh(10e-6);
@@ -61,7 +61,7 @@ fn random() -> Coefficients {
     Coefficients::random(2, &mut Stream::new(9, 2, 6))
 }
 
-/// `[[3, 2], [1, 1]]` on the torus: the same eigenvectors everywhere, `(1 ± √3, 1)`, multipliers 2 ± √3.
+/// `[[3, 2], [1, 1]]` on the torus: constant eigenvectors `(1 ± √3, 1)`, multipliers 2 ± √3.
 #[test]
 fn a_linear_map_has_its_eigenvectors() {
     let matrix = [[3.0, 2.0], [1.0, 1.0]];
@@ -80,7 +80,7 @@ fn a_linear_map_has_its_eigenvectors() {
     assert_eq!((found.unstable, found.stable), (1, 1));
 }
 
-/// `J v ∥ v'` for both vectors at every cycle, to round-off, the growth the one reported.
+/// `J v ∥ v'` for both vectors in every cycle within round-off, and the growth is the reported one.
 #[test]
 fn vectors_are_taken_to_each_other() {
     let (record, frames, jacobians) = record([0.1, 0.1], 600, henon);
@@ -108,13 +108,13 @@ fn vectors_are_taken_to_each_other() {
         }
         later = now;
     }
-    // What is small in a cycle, |μ₂/μ₁| down to 0.01, magnifies round-off by as much.
+    // Small ratios |μ₂/μ₁| in a cycle, down to 0.01, magnify round-off by their inverse.
     assert!(worst < 1e-11, "{worst:e}");
 }
 
-/// Hénon's map: each vector grows by its published exponent (0.41922 and −1.62319), and its stable and
-/// unstable directions come to touch (Ginelli et al. 2007), which a hyperbolic map's do not. The
-/// angle is that of directions found by long runs of their own: forward, and backward by the inverse.
+/// Hénon's map: each vector grows by its published exponent (0.41922 and −1.62319). Its stable and unstable
+/// directions touch (Ginelli et al. 2007), unlike those of a hyperbolic map. The angle agrees with directions
+/// from separate long runs: forwards, and backwards by the inverse.
 #[test]
 fn henons_directions_are_those_of_long_runs_and_touch() {
     let (record, frames, jacobians) = record([0.1, 0.1], 40_000, henon);
@@ -158,7 +158,7 @@ fn henons_directions_are_those_of_long_runs_and_touch() {
     assert!((angle - exact).abs() < 1e-10, "{angle} {exact}");
 }
 
-/// Two planes of four dimensions, as matrices say: the smallest of their two principal angles.
+/// The angle of two planes in four dimensions is the smaller of their two principal angles.
 #[test]
 fn the_smallest_angle_of_planes_is_a_principal_angle() {
     // Columns of C: e₁, e₂, then directions 0.3 rad and 1.1 rad off the plane of both.

@@ -1,4 +1,4 @@
-//! What does work on the vibration, window after window, and what does it store?
+//! What does work on the vibration in each window, and how much energy does the vibration store?
 
 use super::cause::Cause;
 use crate::analysis::coupled_modes::CoupledModes;
@@ -10,17 +10,17 @@ use crate::propagate::{ClosedContact, Window};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
-/// Windows shorter than this, in mesh cycles, as events next to a breakpoint leave them: the rate of their deflection is
-/// that of the state, since the round-off of a series over their length may be more.
+/// Windows shorter than this, in mesh cycles, occur if an event is close to a breakpoint. Their rate of
+/// deflection comes from the state, because the round-off of a series over such a length may be larger.
 const SHORT: f64 = 1e-9;
 
 /// Works and stored energy of a trajectory of a model.
 #[derive(Debug, Clone)]
 pub(in crate::analysis) struct Balance<'m> {
     motion: ModalMotion<'m>,
-    /// How the last window ended.
+    /// End of the last window.
     last: Option<Edge>,
-    /// Where modes are coupled.
+    /// `None` if modes are not coupled.
     coupled: Option<CoupledModes>,
     /// Exact for the square of a deflection times the slope of a stiffness.
     rule: &'static GaussLegendre,
@@ -40,7 +40,7 @@ pub(in crate::analysis) struct Edge {
 }
 
 impl Edge {
-    /// Where a window starts.
+    /// The start of a window.
     pub fn start(model: &Model, window: &Window<'_>) -> Self {
         Self::of(model, window, at_start, window.start / model.period())
     }
@@ -62,7 +62,7 @@ impl Edge {
         }
     }
 
-    /// Stiffness \[N/m\] and compression \[m\] of a contact's spring; none where it is open.
+    /// Stiffness \[N/m\] and compression \[m\] of a contact's spring; `None` if it is open.
     fn spring(&self, model: &Model, contact: usize) -> Option<[f64; 2]> {
         let (_, deflection) = self.closed.iter().find(|(closed, _)| *closed == contact)?;
         Some(spring(
@@ -96,7 +96,7 @@ fn energy([stiffness, stretch]: [f64; 2]) -> f64 {
 }
 
 impl<'m> Balance<'m> {
-    /// The balance of a model's motion, by the motion of its blocks.
+    /// The balance of a model, from the motion of its blocks.
     pub fn new(motion: ModalMotion<'m>) -> Self {
         static RULE: OnceLock<GaussLegendre> = OnceLock::new();
         Self {
@@ -119,7 +119,7 @@ impl<'m> Balance<'m> {
         self.struck.clear();
     }
 
-    /// Energy stored in structure and contacts where a window starts \[J\].
+    /// Energy stored in structure and contacts at the start of a window \[J\].
     pub fn stored_before(&self, window: &Window<'_>) -> f64 {
         let edge = Edge::start(self.model(), window);
         let springs = edge.closed.iter().map(|&(contact, deflection)| {
@@ -137,8 +137,8 @@ impl<'m> Balance<'m> {
         })
     }
 
-    /// Energy stored at `end`, the end of a mesh cycle, which is where the last window shown ended
-    /// \[J\]; none before any.
+    /// Energy stored at `end`, the end of a mesh cycle and of the last window \[J\]; `None` before the first
+    /// window.
     pub fn stored_at(&self, end: &TrajectoryState) -> Option<f64> {
         let last = self.last.as_ref()?;
         let model = self.model();
@@ -167,9 +167,9 @@ impl<'m> Balance<'m> {
         0.5 * energy
     }
 
-    /// Energies whose round-off the balance is made of, where a window starts: those of structure and
-    /// contacts, and of the torques over what they have turned. The stretch of a contact is a small
-    /// difference, known to the round-off of what it is the difference of.
+    /// Energies whose round-off enters the balance, at the start of a window: those of structure and
+    /// contacts, and the works of the torques over their rotations. The compression of a contact is a small
+    /// difference, known within the round-off of its terms.
     pub fn magnitude(&self, window: &Window<'_>) -> f64 {
         let model = self.model();
         let phase = window.start / model.period();
@@ -198,7 +198,7 @@ impl<'m> Balance<'m> {
         self.structure(window.first, window.second) + turned + contacts
     }
 
-    /// Tells `work` \[J\] of a window, and of what stepped since the last one, piece by piece.
+    /// Passes each work \[J\] of a window, and of the steps since the last one, to `work`.
     pub fn window(&mut self, window: &Window<'_>, work: &mut impl FnMut(Cause, f64)) {
         if let Some(last) = &self.last {
             steps(self.model(), last, &Edge::start(self.model(), window), work);
@@ -215,14 +215,14 @@ impl<'m> Balance<'m> {
         self.structural_work(window, work);
     }
 
-    /// Tells `work` \[J\] of what steps from the last window to a place.
+    /// Passes each work \[J\] of the steps from the last window to `next` to `work`.
     pub fn step_to(&self, next: &Edge, work: &mut impl FnMut(Cause, f64)) {
         if let Some(last) = &self.last {
             steps(self.model(), last, next, work);
         }
     }
 
-    /// Series over a window of what the flanks of a closed contact lack on its side, s e.
+    /// Series over a window of the flank error of a closed contact towards its side, s e.
     fn lack(&self, window: &Window<'_>, contact: usize) -> Series {
         let model = self.model();
         let segment = &window.segments[contact];
@@ -232,8 +232,7 @@ impl<'m> Balance<'m> {
         padded(&series.map(|a| model.contacts[contact].side * a))
     }
 
-    /// Work of a stiffness that varies over a window, `deflection` being without what the flanks
-    /// lack.
+    /// Work of a varying stiffness over a window; `deflection` excludes the flank error.
     fn stiffening(&self, window: &Window<'_>, contact: usize, deflection: &Series) -> f64 {
         let model = self.model();
         let segment = &window.segments[contact];
@@ -289,7 +288,7 @@ impl<'m> Balance<'m> {
         work(Cause::Structure, damping);
     }
 
-    /// Rate at which a contact is pressed together where a window starts \[m/s\], without what its flanks lack.
+    /// Rate of a contact's deflection at the start of a window \[m/s\], without that of the flank error.
     fn rate(&self, window: &Window<'_>, contact: usize) -> f64 {
         let (model, segment) = (self.model(), &window.segments[contact]);
         let state = [window.first, window.second].concat();
@@ -349,15 +348,15 @@ impl<'m> Balance<'m> {
     }
 }
 
-/// Energy that the springs of contacts gain from one place to the next, at one moment, where
-/// stiffness, line or gap step. Of a step of stiffness and length at once either has the mean of what it does
-/// before and after the other.
+/// Energy that the springs of contacts gain from one edge to the next, at one moment, if stiffness, line or
+/// gap step. If stiffness and length step at once, each gets the mean of its works before and after the other
+/// step.
 fn steps(model: &Model, before: &Edge, after: &Edge, work: &mut impl FnMut(Cause, f64)) {
     for (contact, law) in model.contacts.iter().enumerate() {
         let (old, new) = (&before.segments[contact], &after.segments[contact]);
         let springs = [before, after].map(|edge| edge.spring(model, contact));
         let toggles = springs[0].is_some() != springs[1].is_some();
-        // What lets go while it is compressed loses what its spring holds.
+        // A contact released while compressed loses the energy of its spring.
         let released = law.release == Release::Force && toggles;
         if old == new && !released {
             continue;
@@ -366,7 +365,7 @@ fn steps(model: &Model, before: &Edge, after: &Edge, work: &mut impl FnMut(Cause
             model.line(old) != model.line(new) || !(old.error.is_none() && new.error.is_none());
         match springs {
             [Some([k, length]), Some([stepped, stretched])] => {
-                // Where nothing turns the spring is as long on both sides.
+                // If nothing turns, the spring has the same length on both sides.
                 let length = if turned { length } else { stretched };
                 let squares = [length * length, stretched * stretched];
                 work(
@@ -380,7 +379,7 @@ fn steps(model: &Model, before: &Edge, after: &Edge, work: &mut impl FnMut(Cause
                     );
                 }
             }
-            // An event finds no energy where contact ends or begins at the gap.
+            // If contact ends or begins at the gap, its spring has no energy.
             [held, holds] if turned || released => {
                 let gained = holds.map_or(0.0, energy) - held.map_or(0.0, energy);
                 let cause = if released { Cause::Contact } else { Cause::Error };

@@ -1,23 +1,23 @@
-//! What does work on the vibration?
+//! Which causes do work on the vibration?
 
-/// What does work on the vibration.
+/// A cause of work on the vibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::analysis) enum Cause {
     /// Mean torques, torque ripple and other loads: `∫ T·u dt`.
     Loads,
-    /// What is prescribed of the length of contacts: transmission error, half gap, load centroid.
+    /// Prescribed lengths of contacts: transmission error, half gap, load centroid.
     Error,
-    /// Stiffness of contacts that varies.
+    /// Varying stiffness of contacts.
     Stiffness,
-    /// Dampers of the contacts, and springs that are let go compressed.
+    /// Dampers of the contacts, and springs released while compressed.
     Contact,
-    /// Damping of the structure, less what its cross-coupled springs feed.
+    /// Damping of the structure, minus the input by its cross-coupled springs.
     Structure,
-    /// Friction of the contacts, by the speeds of vibration.
+    /// Friction of the contacts at the speeds of vibration.
     Friction,
 }
 
 impl Cause {
-    /// How many there are.
+    /// Number of causes.
     pub const COUNT: usize = 6;
 }

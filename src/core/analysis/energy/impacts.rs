@@ -1,13 +1,13 @@
-//! What do impacts on rigid stops take from the structure?
+//! How much energy do impacts on rigid stops take from the structure?
 //!
-//! An impulse J along g changes the state by −g J. The state behind all impulses of a moment is known from the window that
-//! starts there, and the energy before them from the state with the impulses taken back.
+//! An impulse J along g changes the state by −g J. The window that starts at the impacts has the state after
+//! them. The energy before them follows from this state with the impulses reversed.
 
 use super::balance::Balance;
 use crate::propagate::Event;
 
 impl Balance<'_> {
-    /// Takes note of an event.
+    /// Records an event.
     pub fn event(&mut self, event: &Event) {
         let stop = self.model().stop_of(event.contact);
         let struck = stop.filter(|stop| stop.impact == event.contact && event.closes());

@@ -48,8 +48,8 @@ fn audited(coupling: Option<Coupling>, friction: f64) -> [f64; 3] {
     [audit.stored, audit.turnover, residual]
 }
 
-/// Modes that are said to be coupled, and are coupled by nothing, store and turn over what others do: energies, works and
-/// what the residual is held against are the same.
+/// Modes declared as coupled, with zero coupling, give the same energies, works and scale of the residual as
+/// other modes.
 #[test]
 fn energies_of_coupled_modes_are_those_of_modes() {
     let plain = audited(None, 0.0);
@@ -68,7 +68,8 @@ fn energies_of_coupled_modes_are_those_of_modes() {
     }
 }
 
-/// The balance closes with every kind of coupling: what dampers, gyroscopic terms and skew springs do is counted.
+/// The balance closes with every kind of coupling: the works of dampers, gyroscopic terms and skew springs
+/// are counted.
 #[test]
 fn the_balance_of_coupled_modes_closes() {
     let coupling = Coupling {

@@ -1,9 +1,9 @@
-//! From series along a trajectory to spreads, decays and crossings.
+//! How do spreads, decays and crossings follow from series along a trajectory?
 
 use super::HorizonMeasure;
 use crate::numerics::statistics::{FEWEST_VALUES, mean, standard_error};
 
-/// Averages are taken to follow a power law from this length on; shorter ones remember.
+/// Averages follow a power law from this length on; shorter averages are correlated.
 const FROM: u64 = 10;
 
 /// Lengths 1, 2, 5, 10, 20, 50, … up to and including `longest`.
@@ -28,13 +28,13 @@ pub(super) fn spread(values: &[f64], n: usize) -> (f64, f64) {
     (centre, (square / freedom).sqrt())
 }
 
-/// `e` to the mean of some logarithms.
+/// Geometric mean, from logarithms.
 pub(super) fn mean_logarithms(logarithms: &[f64]) -> f64 {
     mean(logarithms).exp()
 }
 
-/// Slope of `ln spread` over `ln cycles`, by least squares weighted with the samples (the
-/// variance of `ln spread` is about `1/2(samples − 1)`); none from fewer than three lengths.
+/// Slope of `ln spread` over `ln cycles`, by least squares weighted with the samples (the variance of
+/// `ln spread` is about `1/2(samples − 1)`); `None` from fewer than three lengths.
 pub(super) fn decay<'m>(measures: impl Iterator<Item = &'m HorizonMeasure>) -> Option<f64> {
     let points: Vec<[f64; 3]> = measures
         .filter(|m| m.cycles >= FROM && m.samples > 2 && m.spread > 0.0)
@@ -60,15 +60,15 @@ pub(super) fn decay<'m>(measures: impl Iterator<Item = &'m HorizonMeasure>) -> O
 /// Where the mean of some curves first reaches a level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Crossing {
-    /// In steps of the curves; none where the mean stays below.
+    /// Its place in steps of the curves; `None` if the mean stays below.
     pub place: Option<f64>,
-    /// Its standard error by the jackknife, whose pseudo-values are taken in blocks where there are enough:
-    /// curves follow each other in time. `None` if the mean stays below without one curve.
+    /// Its standard error by the jackknife. The pseudo-values are taken in blocks if there are enough,
+    /// because successive curves are correlated. `None` if the mean stays below without one curve.
     pub stderr: Option<f64>,
 }
 
 impl Crossing {
-    /// Of two or more curves of equal length.
+    /// The crossing of two or more curves of equal length.
     pub(super) fn of(curves: &[Vec<f64>], level: f64) -> Self {
         let steps = curves.iter().map(Vec::len).min().unwrap_or(0);
         let sums: Vec<f64> = (0..steps)

@@ -1,14 +1,13 @@
-//! How far ahead can a chaotic motion be foretold, and how well are its averages known?
+//! How far ahead can a chaotic motion be predicted, and how precise are its averages?
 //!
-//! The trajectory is advanced. From points along it, one after the other, twins start a
-//! small distance away in random directions; the mean logarithm of their distance grows with
-//! the largest exponent and levels off where nothing is left of the common start. The
-//! *saturation* is that level, the mean logarithm of the distance of unrelated points of the
-//! motion; the *horizon* is when the separation reaches a tenth of it.
+//! At successive points along a trajectory, twins start a small distance away in random directions. The
+//! mean logarithm of their distance grows with the largest exponent, and levels off once they have
+//! forgotten the common start. The *saturation* is that level, the mean logarithm of the distance of
+//! unrelated points of the motion. The *horizon* is the time when the separation reaches a tenth of it.
 //!
-//! Along the same trajectory the growth of a tangent over n cycles gives the spread of
-//! finite-time exponents, and averages of force and deflection over n cycles give the
-//! standard error of an average of that length. Distances are energy norms in half gaps.
+//! Along the same trajectory the growth of a tangent over n cycles gives the spread of finite-time
+//! exponents. Averages of force and deflection over n cycles give the standard error of an average of that
+//! length. Distances are energy norms in half gaps.
 
 mod measure;
 #[cfg(test)]
@@ -24,45 +23,45 @@ use measure::{Crossing, decay, ladder, mean_logarithms, spread};
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::AtomicBool;
 
-/// Streams of a point from this number on belong to its twins; those below to its own
-/// tangents and to its probes.
+/// Random streams of a point from this number on are for its twins; those below are for its tangents and
+/// probes.
 const FIRST_STREAM: u64 = 1 << 33;
 
-/// Cycles in which the tangent turns into the direction of growth, discarded.
+/// Discarded cycles in which the tangent aligns with the direction of growth.
 const ALIGN: u64 = 100;
 
-/// Share of the saturation at which the horizon lies: late, but where separations still
-/// grow with the exponent. Above it slow modes of the structure part at their own pace.
+/// Part of the saturation at the horizon: late, but while separations still grow with the exponent. Above it,
+/// slow modes of the structure separate at different rates.
 const HORIZON_SHARE: f64 = 0.1;
 
-/// Averages of the longest kind from which their spread is taken.
+/// Number of the longest averages, for their spread.
 const LONGEST_AVERAGES: u64 = 16;
 
-/// Most strobe states kept to measure the size of the motion.
+/// Maximum number of strobe states that measure the size of the motion.
 const MOST_STATES: u64 = 256;
 
-/// How predictability is asked for.
+/// Settings of predictability.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct HorizonConfig {
-    /// Twins, at least 2.
+    /// Number of twins, at least 2.
     pub twins: u32,
     /// Distance at which they start, in half gaps.
     pub separation: f64,
-    /// Mesh cycles each is followed.
+    /// Mesh cycles per twin.
     pub cycles: u64,
     /// Mesh cycles in the longest averages.
     pub averages: u64,
 }
 
-/// What is measured over a number of cycles.
+/// A quantity measured over a number of cycles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum HorizonQuantity {
-    /// Distance of twins, by its mean logarithm \[half gaps\]; spread of the logarithm.
+    /// Distance of twins, by its mean logarithm \[half gaps\], with the spread of the logarithm.
     Separation,
     /// Growth of a tangent per cycle \[1/cycle\].
     Exponent,
-    /// Average of the mesh force \[N\]. Momentum ties it to the load, so that its error
-    /// falls with n, not with √n.
+    /// Average of the mesh force \[N\]. Momentum ties it to the load, so that its error falls as 1/n, not as
+    /// 1/√n.
     Force,
     /// Average of the force that presses flanks together, on either side \[N\].
     ContactForce,
@@ -86,32 +85,32 @@ impl HorizonQuantity {
 /// A quantity over a number of mesh cycles.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct HorizonMeasure {
-    /// What.
+    /// The quantity.
     pub quantity: HorizonQuantity,
-    /// Over how many cycles.
+    /// Number of cycles.
     pub cycles: u64,
     /// Its mean.
     pub value: f64,
     /// Standard deviation of one sample.
     pub spread: f64,
-    /// Samples.
+    /// Number of samples.
     pub samples: u64,
 }
 
-/// What is known of a point's predictability.
+/// Predictability of a point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HorizonOutcome {
-    /// Mesh cycles until the separation is a tenth of the saturation; none where it stays below.
+    /// Mesh cycles until the separation is a tenth of the saturation; `None` if it stays below.
     pub horizon: Option<f64>,
     /// Its standard error, by leaving out one twin at a time.
     pub stderr: Option<f64>,
-    /// Where the separation levels off \[half gaps\].
+    /// Level at which the separation saturates \[half gaps\].
     pub saturation: f64,
-    /// Power of n with which the standard error of a mean contact force over n cycles changes.
+    /// Exponent of n in the standard error of a mean contact force over n cycles.
     pub averaging_exponent: Option<f64>,
-    /// Mesh cycles integrated, those of the twins included.
+    /// Mesh cycles integrated, including those of the twins.
     pub cycles: u64,
-    /// Everything measured.
+    /// All measurements.
     pub measures: Vec<HorizonMeasure>,
 }
 
@@ -129,7 +128,7 @@ pub enum HorizonError {
 /// Measures the predictability of a chaotic motion from a state on it.
 ///
 /// # Errors
-/// [`HorizonError`] when `called_off` was raised or an integration ended early.
+/// [`HorizonError`] if `called_off` was raised or an integration ended early.
 pub fn predictability<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -221,7 +220,7 @@ fn outcome<K: Kernel>(
     }
 }
 
-/// The trajectory advanced, and what is read off it every cycle.
+/// The trajectory, and the values recorded in every cycle.
 struct Record<'a, K: Kernel> {
     model: &'a Model,
     kernel: &'a K,
@@ -296,7 +295,7 @@ impl<'a, K: Kernel> Record<'a, K> {
         Ok(())
     }
 
-    /// A twin at the trajectory's present place.
+    /// A twin of the trajectory at its present state.
     fn twin(&self, id: u32) -> TrajectoryState {
         let stream = FIRST_STREAM + 1 + u64::from(id);
         let mut stream = self.point.stream(stream);
@@ -314,7 +313,7 @@ impl<'a, K: Kernel> Record<'a, K> {
             .advance(1, twin, &mut self.workspace, &mut (), &mut self.counters)
     }
 
-    /// Distance in half gaps; trajectories that merged to the last bit are round-off apart.
+    /// Distance in half gaps, at least round-off: trajectories may merge to the last bit.
     fn distance(&self, a: &[f64], b: &[f64]) -> f64 {
         (self.norm.distance(a, b) / self.norm.unit()).max(f64::EPSILON)
     }

@@ -1,4 +1,4 @@
-//! The attractors of one point: found by integrating, numbered by who found them first.
+//! Which attractors does a point have? Integration finds them and numbers them in the order of discovery.
 
 use super::capture::KnownOrbits;
 use super::field::Field;
@@ -16,12 +16,12 @@ pub(super) struct Attractors {
     known: Vec<Attractor>,
     outcomes: Vec<AttractorOutcome>,
     orbits: KnownOrbits,
-    /// Attractors that an orbit was sought for.
+    /// Number of attractors with a search for an orbit.
     sought: usize,
 }
 
 impl Attractors {
-    /// None yet.
+    /// No attractors yet.
     pub fn new<K: Kernel>(field: &Field<'_, K>) -> Self {
         Self {
             known: Vec::new(),
@@ -61,8 +61,8 @@ impl Attractors {
         Some(self.known.len() as u32 - 1)
     }
 
-    /// Converges the orbits of attractors that repeat, so that cells can be decided by them.
-    /// One that Newton's method does not reach, or that nothing damps, decides none.
+    /// Converges the orbits of periodic attractors, so that they can decide cells. An orbit that Newton's
+    /// method does not reach, or that is not damped, decides none.
     pub fn seek_orbits<K: Kernel>(&mut self, field: &Field<'_, K>) {
         let mut workspace = field.kernel.workspace();
         for id in self.sought..self.known.len() {
@@ -86,7 +86,7 @@ impl Attractors {
         self.sought = self.known.len();
     }
 
-    /// Orbits that cells can be decided by.
+    /// Orbits that can decide cells.
     pub fn orbits(&self) -> &KnownOrbits {
         &self.orbits
     }

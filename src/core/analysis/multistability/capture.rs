@@ -1,8 +1,8 @@
 //! On which known orbit does a trajectory end?
 //!
-//! A motion need not be investigated when it ends on an orbit that is known already: it is
-//! integrated until it comes near one, and is decided once its distance falls as the monodromy
-//! matrix of that orbit predicts ([`approaches`]). Every known orbit attracts.
+//! A motion need not be investigated if it ends on a known orbit. It is integrated until it comes near
+//! one, and is decided once its distance falls as the monodromy matrix of that orbit predicts
+//! ([`approaches`]). Every known orbit attracts.
 
 use super::field::{Field, Integrated};
 use crate::analysis::called_off::CalledOff;
@@ -12,8 +12,8 @@ use crate::analysis::orbits::shooting::PeriodicOrbit;
 use crate::model::TrajectoryState;
 use crate::propagate::{Counters, Kernel, Stop};
 
-/// Distance \[half gaps\] from which an approach is worth watching. Watching costs nothing: the
-/// trajectory is advanced by it.
+/// Distance \[half gaps\] from which an approach is watched. This costs nothing, because it advances the
+/// trajectory.
 const NEAR: f64 = 0.3;
 
 /// How a cell of a slice ended.
@@ -21,23 +21,23 @@ const NEAR: f64 = 0.3;
 pub(super) enum Watched {
     /// On a known attractor.
     Captured(u32),
-    /// Near no known orbit in time, and investigated from there on.
+    /// Near no known orbit in time, then investigated.
     Open(Box<Integrated>),
-    /// By the kernel.
+    /// Stopped by the kernel.
     Stopped(Stop),
 }
 
 /// The orbits known so far.
 #[derive(Debug)]
 pub(super) struct KnownOrbits {
-    /// Attractor and its orbit.
+    /// Attractors with their orbits.
     orbits: Vec<(u32, PeriodicOrbit)>,
     /// Mesh cycles after which the excitation repeats.
     excitation: u64,
 }
 
 impl KnownOrbits {
-    /// None yet, of a drive whose excitation repeats after so many mesh cycles.
+    /// No orbits yet; `excitation` is the base period in mesh cycles.
     pub fn new(excitation: u64) -> Self {
         Self {
             orbits: Vec::new(),
@@ -50,12 +50,11 @@ impl KnownOrbits {
         self.orbits.push((attractor, orbit));
     }
 
-    /// Advances `trajectory` for at most `cycles` until it approaches a known orbit, and
-    /// investigates it from there on if it does not. Gives how that ended and the mesh
-    /// cycles before the investigation.
+    /// Advances `trajectory` for at most `cycles` until it approaches a known orbit. Otherwise investigates
+    /// it from there on. Returns how this ended, and the mesh cycles before the investigation.
     ///
     /// # Errors
-    /// [`CalledOff`] when the work was called off meanwhile.
+    /// [`CalledOff`] if the work was called off.
     pub fn watch<K: Kernel>(
         &self,
         field: &Field<'_, K>,
@@ -72,8 +71,8 @@ impl KnownOrbits {
         Ok((watched, counters.cycles))
     }
 
-    /// Advances `trajectory` until it is seen to approach a known orbit, for at most some
-    /// `cycles` and one approach; none where it came near no orbit by then.
+    /// Advances `trajectory` until it approaches a known orbit, for at most `cycles` and one approach; `None`
+    /// if it did not approach any.
     fn approach<K: Kernel>(
         &self,
         field: &Field<'_, K>,
@@ -97,7 +96,7 @@ impl KnownOrbits {
                     Err(stop) => return Ok(Some(Watched::Stopped(stop))),
                 }
             }
-            // After a failed approach too: it may not have integrated at all.
+            // Also after a failed approach, which may not have integrated at all.
             let integrated = kernel.advance(1, trajectory, &mut workspace, &mut (), counters);
             if let Err(stop) = integrated {
                 return Ok(Some(Watched::Stopped(stop)));

@@ -1,4 +1,4 @@
-//! Where does a motion end that is integrated on its own?
+//! On which attractor does a separately integrated motion end?
 
 use super::same::Attractor;
 use crate::analysis::called_off::CalledOff;
@@ -10,7 +10,7 @@ use crate::model::{Model, TrajectoryState};
 use crate::propagate::Kernel;
 use std::sync::atomic::AtomicBool;
 
-/// What trajectories are integrated in.
+/// The context in which trajectories are integrated.
 pub(super) struct Field<'a, K: Kernel> {
     pub model: &'a Model,
     pub kernel: &'a K,
@@ -22,7 +22,7 @@ pub(super) struct Field<'a, K: Kernel> {
 #[derive(Debug)]
 pub(super) struct Integrated {
     pub found: PointOutcome,
-    /// None where it settled on none.
+    /// `None` if it settled on no attractor.
     pub attractor: Option<Attractor>,
 }
 
@@ -30,7 +30,7 @@ impl<K: Kernel> Field<'_, K> {
     /// Investigates the motion from `trajectory` on.
     ///
     /// # Errors
-    /// [`CalledOff`] when the work was called off meanwhile.
+    /// [`CalledOff`] if the work was called off.
     pub fn investigate(
         &self,
         mut trajectory: TrajectoryState,
@@ -52,7 +52,7 @@ impl<K: Kernel> Field<'_, K> {
                 None
             }
         };
-        // The statistics were drawn from them; thousands of probes may wait for their turn.
+        // The statistics no longer need the samples, and thousands of probes may wait in memory.
         found.poincare = Vec::new();
         Ok(Integrated { found, attractor })
     }

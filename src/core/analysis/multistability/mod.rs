@@ -1,21 +1,20 @@
 //! Which attractors coexist, and how large are their basins?
 //!
-//! Probe 0 starts where the point itself does. Every other probe starts a distance
-//! `A = √E` away from there in the energy norm (in units of the half gap), in a random
-//! direction of state space, the neutral pair left out. The logarithms of their energies E
-//! are stratified, one probe a stratum, over the decades asked for, about the energy that
-//! closes the half gap (`E = 1`). Each probe is investigated like a point of its own.
+//! Probe 0 starts at the initial state of the point. Every other probe starts at a distance `A = √E` from
+//! there in the energy norm, in units of the half gap. Its direction in state space is random, without the
+//! neutral pair. The logarithms of the energies E are stratified over the requested decades, with one probe
+//! per stratum, around the energy that closes the half gap (`E = 1`). Each probe is investigated like a
+//! separate point.
 //!
-//! Shares are those of this measure on initial states. Their 95 % intervals (Wilson 1927)
-//! take probes as independent draws; strata make them, if anything, too wide.
+//! Shares refer to this measure on initial states. Their 95 % intervals (Wilson 1927) treat probes as
+//! independent draws; strata make them, if anything, too wide.
 //!
-//! A slice ([`plane`]) asks the same of squares of a plane through the point's own initial
-//! state. Its cells are worked on after the probes, in rounds; a cell that comes near an
-//! orbit found by a probe or in an earlier round is decided there ([`capture`]).
+//! A slice ([`plane`]) covers a plane through the initial state of the point with squares. Its cells
+//! follow after the probes, in rounds. A cell that comes near an orbit from a probe or an earlier round
+//! is decided there ([`capture`]).
 //!
-//! Probes and the cells of a round are integrated in parallel by whatever threads of the pool
-//! are idle. What is known is added to between rounds only, in order of number, so that
-//! nothing depends on the threads.
+//! Idle threads of the pool integrate probes and the cells of a round in parallel. Known attractors are
+//! added only between rounds, in order of number, so that results do not depend on the threads.
 
 mod attractors;
 mod capture;
@@ -46,36 +45,35 @@ use std::sync::atomic::AtomicBool;
 pub use outcome::{AttractorOutcome, BasinShare, CellOutcome, MultistabilityOutcome, ProbeOutcome};
 pub use plane::{Plane, SliceConfig, SliceError, SliceOf};
 
-/// Streams of a point below this number belong to its own tangents and twin.
+/// Random streams of a point below this number are for its tangents and twin.
 const FIRST_STREAM: u64 = 1 << 32;
 
 /// Cycles of alignment of a probe's tangent, discarded.
 const ALIGN: u64 = 100;
 
-/// Most strobe samples that statistics of a motion that does not repeat are taken from; a
-/// settled one is measured over as many cycles.
+/// Maximum number of strobe samples for statistics of a motion that does not repeat. A settled motion is
+/// measured over as many cycles.
 const MOST_SAMPLES: u64 = 2048;
 
-/// Probes, or cells, integrated between two additions to what is known: bounds memory.
+/// Probes, or cells, per round: bounds memory.
 const ROUND: usize = 256;
 
-/// Fewest rounds that a slice is worked on in: an orbit that no probe found is investigated
-/// in full once a cell of the first round that finds it.
+/// Fewest rounds of a slice. In the first round that finds a new orbit, every cell on this orbit is
+/// investigated in full.
 const FEWEST_ROUNDS: usize = 16;
 
-/// How coexisting attractors are probed for.
+/// Settings of the search for coexisting attractors.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MultistabilityConfig {
-    /// Probes, the point's own initial state included; ≥ 1.
+    /// Number of probes, including the initial state of the point; ≥ 1.
     pub initial_conditions: u32,
-    /// Decades of energy that the others are spread over, about the energy that closes the half
-    /// gap.
+    /// Decades of energy of the other probes, around the energy that closes the half gap.
     pub decades: f64,
-    /// Mesh cycles of each probe discarded.
+    /// Discarded mesh cycles of each probe.
     pub transient: u64,
-    /// Most mesh cycles of each probe measured.
+    /// Maximum number of measured mesh cycles of each probe.
     pub cycles: u64,
-    /// A slice of initial states, if asked for.
+    /// A slice of initial states, if requested.
     pub slice: Option<SliceConfig>,
 }
 
@@ -84,19 +82,19 @@ pub struct MultistabilityConfig {
 pub struct Probes {
     /// The point.
     pub point: PointSeed,
-    /// Whether periodic orbits are sought by Newton's method instead of waited for.
+    /// Whether Newton's method searches for periodic orbits, instead of waiting for them.
     pub settle: bool,
-    /// How they are asked for.
+    /// Settings of the probes.
     pub asked: MultistabilityConfig,
-    /// The slice that is asked for.
+    /// The requested slice.
     plane: Option<Plane>,
 }
 
 impl Probes {
-    /// The probes asked of a point of a model.
+    /// The probes of a point of a model.
     ///
     /// # Errors
-    /// The model has no such slice as is asked for.
+    /// The requested slice is impossible for the model.
     pub fn new(
         model: &Model,
         asked: MultistabilityConfig,
@@ -112,7 +110,7 @@ impl Probes {
         })
     }
 
-    /// What is asked of one probe.
+    /// Settings of one probe.
     fn questions(&self) -> PointConfig {
         PointConfig {
             point: self.point,
@@ -140,11 +138,11 @@ impl Probes {
     }
 }
 
-/// Advances all probes of a point, and the cells of its slice, and tells their attractors
-/// apart. `start` is the point's own initial state.
+/// Advances all probes of a point and the cells of its slice, and distinguishes their attractors. `start` is
+/// the initial state of the point.
 ///
 /// # Errors
-/// [`CalledOff`] when `called_off` was raised meanwhile.
+/// [`CalledOff`] if `called_off` was raised.
 pub fn probe_basins<K: Kernel + Sync>(
     model: &Model,
     kernel: &K,
@@ -199,8 +197,8 @@ pub fn probe_basins<K: Kernel + Sync>(
     Ok(found)
 }
 
-/// Works through the cells of a slice. A cell is watched for as long as a probe's transient,
-/// and investigated from there on if it has come near no orbit.
+/// Computes the cells of a slice. A cell is watched for as long as a probe's transient. If it comes near no
+/// orbit, it is investigated from there on.
 fn slice<K: Kernel + Sync>(
     field: &Field<'_, K>,
     start: &TrajectoryState,
@@ -215,7 +213,7 @@ fn slice<K: Kernel + Sync>(
     let rounds = plane.cells().div_ceil(ROUND).max(FEWEST_ROUNDS);
     let mut cells = Vec::with_capacity(plane.cells());
     for round in 0..rounds {
-        // Every n-th: a round is spread over the slice.
+        // Every n-th cell, so that a round covers the slice.
         let round: Vec<usize> = (round..plane.cells()).step_by(rounds).collect();
         let orbits = attractors.orbits();
         let integrated: Vec<(Watched, u64)> = round
@@ -266,7 +264,7 @@ fn cell_outcome<K: Kernel>(
     })
 }
 
-/// Where a probe starts, and how far from the point's own initial state that is.
+/// Distance of a probe from the initial state of the point, and the state from which it starts.
 fn initial_condition(
     model: &Model,
     norm: &EnergyNorm,

@@ -1,5 +1,4 @@
-//! What is known of the attractors of one operating point: the numbers that the result
-//! files hold.
+//! What is known about the attractors of an operating point? The result files hold these numbers.
 
 use crate::analysis::outcome::{Class, Status};
 use crate::numerics::proportion::wilson_interval;
@@ -8,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// A share of a point's probes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct BasinShare {
-    /// The share itself \[1\].
+    /// The share \[1\].
     pub share: f64,
     /// Lower end of its 95 % interval.
     pub low: f64,
@@ -28,15 +27,15 @@ impl BasinShare {
     }
 }
 
-/// What became of one initial condition.
+/// Result of one initial condition.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ProbeOutcome {
-    /// From 0; 0 is the point's own initial state.
+    /// Number from 0; probe 0 is the initial state of the point.
     pub probe_id: u32,
-    /// Distance of the initial state from the point's own in the energy norm, in units of
-    /// the half gap; the energy is its square.
+    /// Distance from the initial state of the point in the energy norm, in units of the half gap; the energy
+    /// is its square.
     pub amplitude: f64,
-    /// The attractor, numbered by first probe; none for a probe that settled on none.
+    /// The attractor, numbered by first probe; `None` if the probe settled on none.
     pub attractor: Option<u32>,
     /// How the work ended.
     pub status: Status,
@@ -56,34 +55,33 @@ pub struct ProbeOutcome {
     pub events_per_cycle: Option<f64>,
     /// Mesh cycles integrated, transient included.
     pub cycles: u64,
-    /// Share of the probes that end on this attractor, or with this status where they settle
-    /// on none.
+    /// Share of the probes that end on this attractor, or with this status if they settle on none.
     pub basin: BasinShare,
 }
 
-/// What became of one cell of a slice.
+/// Result of one cell of a slice.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CellOutcome {
     /// Column, from 0 at the smallest `place[0]`.
     pub column: u32,
     /// Row, from 0 at the smallest `place[1]`.
     pub row: u32,
-    /// The cell's centre \[m; the second of a phase plane m/s\], from the point's own initial state.
+    /// The cell's centre relative to the initial state of the point \[m; m/s for the second of a phase
+    /// plane\].
     pub place: [f64; 2],
-    /// The attractor; none for a cell that settled on none.
+    /// The attractor; `None` if the cell settled on none.
     pub attractor: Option<u32>,
     /// How the work ended.
     pub status: Status,
     /// Kind of motion.
     pub class: Option<Class>,
-    /// Whether the motion was investigated like a probe, because it came near no orbit that
-    /// was known by then.
+    /// Whether the motion was investigated like a probe, because it came near no known orbit.
     pub in_full: bool,
     /// Mesh cycles integrated.
     pub cycles: u64,
 }
 
-/// One attractor, by the first probe or cell on it.
+/// One attractor, represented by the first probe or cell on it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AttractorOutcome {
     /// Kind of motion.
@@ -92,8 +90,8 @@ pub struct AttractorOutcome {
     pub lambda: Option<f64>,
     /// Its standard error.
     pub lambda_stderr: Option<f64>,
-    /// Lower end of the 95 % interval of the mean life of chaos \[cycles\], by all probes of the point together;
-    /// `None` for other motions.
+    /// Lower end of the 95 % interval of the mean life of chaos \[cycles\], from all probes of the point
+    /// together; `None` for other motions.
     pub chaos_lifetime_low: Option<f64>,
     /// Root mean square of the deflection about its mean \[m\].
     pub deflection_rms: Option<f64>,
@@ -105,14 +103,14 @@ pub struct AttractorOutcome {
     pub probes: u32,
     /// Their share.
     pub basin: BasinShare,
-    /// Cells of the slice that settled on it; none without a slice.
+    /// Cells of the slice that settled on it; `None` without a slice.
     pub cells: Option<u32>,
-    /// Strobe states of a motion that repeats, projected on the slice \[m\]; empty for other
-    /// motions and without a slice.
+    /// Strobe states of a periodic motion, projected on the slice \[m\]; empty for other motions and without
+    /// a slice.
     pub strobe: Vec<[f64; 2]>,
 }
 
-/// What the probes of a point, and the cells of its slice, found.
+/// Results of the probes of a point and the cells of its slice.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct MultistabilityOutcome {
     /// The attractors, by number.
@@ -131,7 +129,7 @@ impl MultistabilityOutcome {
         probes + cells
     }
 
-    /// Gives every attractor and every probe the share of its ending among all probes.
+    /// Sets for every attractor and every probe the share of its ending among all probes.
     pub(super) fn share_out(&mut self) {
         let all = self.probes.len();
         for (id, attractor) in (0..).zip(&mut self.attractors) {
@@ -151,7 +149,7 @@ impl MultistabilityOutcome {
             .map(|probe| probe.status.clone())
             .collect();
         for probe in &mut self.probes {
-            // The status of probes on one attractor may differ; the attractor decides.
+            // Probes on one attractor may differ in status; the attractor decides.
             let settled = probe.attractor.map(|id| &self.attractors[id as usize]);
             probe.basin = match settled {
                 Some(attractor) => attractor.basin,

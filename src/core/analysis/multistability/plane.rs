@@ -1,27 +1,27 @@
-//! Which initial states does a slice hold?
+//! Which initial states does a slice contain?
 //!
-//! A plane through the point's own initial state x₀ along two modes i and j, in squares:
+//! A plane through the initial state x₀ of the point along two modes i and j, in squares:
 //!
 //! ```text
 //! x = x₀ + x eᵢ/wᵢ + y eⱼ/wⱼ
 //! ```
 //!
-//! with the participations w of the mesh deflection, so that x and y are the mesh
-//! deflections that the displacements cause \[m\]. Modes are those of the undamped structure, its rigid
-//! rotations turned, whatever couples them. A slice of velocities gives mode i the
-//! velocity `s x/wᵢ`, s its scale in energy \[rad/s\]: as much energy as the
-//! displacement x would have. The phase plane of one mode i varies its displacement by x/wᵢ and its
-//! velocity by y/wᵢ, so that y is the rate of the mesh deflection \[m/s\].
+//! with the participations w of the mesh deflection, so that x and y are the mesh deflections due to the
+//! displacements \[m\]. The modes are those of the undamped structure, with a rotated basis of rigid
+//! rotations, for coupled modes too. A slice of velocities gives mode i the velocity `s x/wᵢ`, with its
+//! scale in energy s \[rad/s\]: this has as much energy as the displacement x. The phase plane of one mode i
+//! varies its displacement by x/wᵢ and its velocity by y/wᵢ, so that y is the rate of the mesh deflection
+//! \[m/s\].
 
 use crate::analysis::norm::modal_scales;
 use crate::model::{Model, TrajectoryState};
 use serde::Serialize;
 
-/// Participation, relative to the root of the sum of squares, below which the mesh does not
-/// feel a mode: round-off of the modes of an assembly is some 1e-13.
+/// Participation, relative to the root of the sum of squares, below which a mode does not move the mesh:
+/// round-off of the modes of an assembly is about 1e-13.
 const UNFELT: f64 = 1e-9;
 
-/// What a slice varies.
+/// Quantities that a slice varies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum SliceOf {
     /// Modal displacements.
@@ -33,7 +33,7 @@ pub enum SliceOf {
 }
 
 impl SliceOf {
-    /// The word of manifests and result files.
+    /// The word in manifests and result files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Displacement => "displacement",
@@ -43,37 +43,37 @@ impl SliceOf {
     }
 }
 
-/// How a slice of initial states is asked for.
+/// Settings of a slice of initial states.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SliceConfig {
-    /// Two different modes, counted from 0; of a phase plane twice the same.
+    /// Two different modes, counted from 0; for a phase plane the same mode twice.
     pub modes: [usize; 2],
-    /// What is varied.
+    /// Varied quantities.
     pub of: SliceOf,
     /// Half the side of the slice \[m of mesh deflection\], > 0.
     pub extent: f64,
-    /// Half the height of a phase plane \[m/s of the mesh deflection's rate\], > 0; none for as much
-    /// energy as the extent has.
+    /// Half the height of a phase plane \[m/s of the mesh deflection's rate\], > 0; `None` for the same
+    /// energy as the extent.
     pub speed: Option<f64>,
     /// Cells along each side, at least 1.
     pub count: u32,
 }
 
-/// Why there is no such slice. Modes are counted from 1.
+/// Why a slice is impossible. Modes are counted from 1.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SliceError {
-    /// One mode, named twice.
+    /// The same mode twice.
     #[error("a slice needs two different modes, but both are mode {mode}")]
     OneMode {
         /// The mode.
         mode: usize,
     },
-    /// No such mode.
+    /// The model does not have this mode.
     #[error("a slice along mode {mode} is not possible: {retained} modes are retained")]
     NoSuchMode {
         /// The mode.
         mode: usize,
-        /// Modes there are.
+        /// Number of retained modes.
         retained: usize,
     },
     /// The mode does not move the mesh.
@@ -84,19 +84,19 @@ pub enum SliceError {
     Unfelt {
         /// The mode.
         mode: usize,
-        /// Modes that would do, with their ranges.
+        /// Ranges of possible modes.
         felt: String,
     },
 }
 
-/// A slice of one model's state space.
+/// A slice of a model's state space.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plane {
-    /// Modal displacements and velocities that vary, by their places among those of all modes.
+    /// Indices of the varied displacements and velocities among those of all modes.
     components: [usize; 2],
-    /// Change of either a metre of mesh deflection, or a metre a second of its rate.
+    /// Change of either per metre of mesh deflection, or per metre per second of its rate.
     scale: [f64; 2],
-    /// Change of the state with it.
+    /// Change of the state per unit of either.
     along: [Vec<f64>; 2],
     /// Half the sides.
     extent: [f64; 2],
@@ -107,7 +107,7 @@ impl Plane {
     /// The slice of a model.
     ///
     /// # Errors
-    /// The modes are equal, or one is not there or not felt by the mesh.
+    /// The modes are equal, or one does not exist or does not move the mesh.
     pub fn new(model: &Model, question: &SliceConfig) -> Result<Self, SliceError> {
         let n = model.modes();
         if let Some(mode) = question.modes.into_iter().find(|&mode| mode >= n) {
@@ -134,7 +134,7 @@ impl Plane {
         let scales = modal_scales(model);
         let displaced = |mode: usize| (mode, 1.0 / participation(mode));
         let moving = |mode: usize| (n + mode, 1.0 / participation(mode));
-        // As fast as the energy of a metre of mesh deflection makes it.
+        // Velocity with the energy of a metre of mesh deflection.
         let as_energetic = |mode: usize| {
             let (component, scale) = moving(mode);
             (component, scales[mode] * scale)
@@ -174,7 +174,7 @@ impl Plane {
         [(cell % count) as u32, (cell / count) as u32]
     }
 
-    /// Centre of a cell \[m; the second of a phase plane m/s\].
+    /// Centre of a cell \[m; m/s for the second of a phase plane\].
     pub(super) fn centre(&self, cell: usize) -> [f64; 2] {
         let count = f64::from(self.count);
         let places = self.column_row(cell);
@@ -279,7 +279,7 @@ mod tests {
         }
     }
 
-    /// Up, the rate of the mesh deflection grows as the axis says, and nothing else.
+    /// Upwards, the rate of the mesh deflection grows as on the axis, and nothing else changes.
     #[test]
     fn a_phase_plane_is_deflection_and_rate_of_one_mode() {
         let model = model();
@@ -300,14 +300,14 @@ mod tests {
             assert!(moved.into_iter().all(|i| [2, 6].contains(&i)));
         }
         assert!((plane.centre(24)[1] - 0.16).abs() < 1e-15);
-        // Unless asked otherwise the top has the energy of the right border.
+        // By default the top has the energy of the right border.
         let plane = Plane::new(&model, &question([2, 2], SliceOf::PhasePlane)).unwrap();
         let norm = EnergyNorm::new(&model);
         let far = |cell| norm.distance(&plane.state(&model, &start, cell).state, &start.state);
         assert!((far(14) / far(22) - 1.0).abs() < 1e-14);
     }
 
-    /// A drag that has no effect couples the modes, and changes neither the cells nor their places.
+    /// A drag without effect couples the modes, and changes neither the cells nor their places.
     #[test]
     fn a_slice_runs_along_modes_whatever_couples_them() {
         let (plain, dragged) = (model(), dragged(1e-9));

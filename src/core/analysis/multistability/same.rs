@@ -1,9 +1,9 @@
 //! Did two probes settle on the same attractor?
 //!
-//! Motions that repeat are the same when their strobe states are: point by point in the
-//! energy norm, whichever of them comes first. Motions that do not repeat are the same when
-//! class, largest exponent and averages over the strobe samples agree within their standard
-//! errors; a coarse bound on RMS and events per cycle guards what the strobe does not see.
+//! Periodic motions are the same if their strobe states are: point by point in the energy norm, from any
+//! start. Other motions are the same if class, largest exponent and averages over the strobe samples
+//! agree within their standard errors. A coarse bound on RMS and events per cycle covers what the strobe
+//! does not show.
 
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::outcome::{Class, LyapunovMethod, PointOutcome};
@@ -11,40 +11,39 @@ use crate::model::{ActiveSet, Model, TrajectoryState};
 use crate::numerics::statistics::{mean, standard_error};
 use crate::propagate::{Counters, Kernel, Stop};
 
-/// Distance of two orbits \[half gaps\] below which they are one: far above the error of a
-/// settled orbit, 1e-10 over its decay a cycle.
+/// Distance \[half gaps\] below which two orbits are one. It is far above the error of a settled orbit, 1e-10
+/// divided by its decay per cycle.
 const SAME_ORBIT: f64 = 1e-4;
 
-/// Exponent per cycle above which nothing damps a motion.
+/// Exponent per cycle above which a motion is undamped.
 const NEUTRAL: f64 = 1e-7;
 
-/// Standard errors of their difference by which averages of one attractor may differ. With
-/// thousands of comparisons a job, three would split attractors by chance.
+/// Number of standard errors of their difference by which averages of one attractor may differ. With
+/// thousands of comparisons per job, three would split attractors by chance.
 const SIGMAS: f64 = 5.0;
 
-/// Part of itself by which an average may differ whatever its error: block averages of
-/// nearly regular motion promise too much.
+/// Relative difference of averages that is allowed whatever their error: block averages of nearly regular
+/// motion have too small an error.
 const NEAR: f64 = 1e-3;
 
-/// Difference of exponents \[1/cycle\] that is none, whatever its error.
+/// Difference of exponents \[1/cycle\] that counts as zero whatever its error.
 const NEAR_EXPONENT: f64 = 1e-3;
 
-/// Part of themselves by which RMS and events per cycle, which have no error bar, may
-/// differ.
+/// Relative difference that RMS and events per cycle, which have no error bar, may have.
 const COARSE: f64 = 0.25;
 
-/// What an attractor is recognised by.
+/// Properties that identify an attractor.
 #[derive(Debug, Clone)]
 pub(super) struct Attractor {
     class: Class,
     mark: Mark,
-    /// The contacts closed throughout of a motion that has no events and does not decay.
+    /// The contacts that stay closed, for a motion that has no events and does not decay.
     continuum: Option<ActiveSet>,
 }
 
 #[derive(Debug, Clone)]
 enum Mark {
-    /// Where an orbit starts, and its strobe states from there over one period.
+    /// Start of an orbit, and its strobe states from there over one period.
     Orbit(TrajectoryState, Vec<Vec<f64>>),
     Statistics(Box<Statistics>),
 }
@@ -53,7 +52,7 @@ enum Mark {
 struct Statistics {
     /// Largest exponent and its standard error.
     exponent: Average,
-    /// Of δ/b, (δ/b)² and (δ'T/b)² at the strobe.
+    /// Averages of δ/b, (δ/b)² and (δ'T/b)² at the strobe.
     strobe: [Average; 3],
     /// RMS deflection \[m\] and events per cycle.
     coarse: [f64; 2],
@@ -85,7 +84,7 @@ impl Average {
 }
 
 impl Attractor {
-    /// The attractor of a probe that ended at `end`; none where it settled on none.
+    /// The attractor of a probe that ended at `end`; `None` if it settled on none.
     ///
     /// # Errors
     /// [`Stop`] as for any integration: an orbit is integrated once more.
@@ -147,7 +146,7 @@ impl Attractor {
         self.class
     }
 
-    /// Where its orbit starts and the period in mesh cycles, if it repeats.
+    /// Start of its orbit and its period in mesh cycles, if it repeats.
     pub fn orbit(&self) -> Option<(&TrajectoryState, u32)> {
         match &self.mark {
             Mark::Orbit(start, states) => Some((start, states.len() as u32)),
@@ -155,7 +154,7 @@ impl Attractor {
         }
     }
 
-    /// Strobe states over one period; none where it does not repeat.
+    /// Strobe states over one period; empty if it does not repeat.
     pub fn strobe(&self) -> &[Vec<f64>] {
         match &self.mark {
             Mark::Orbit(_, states) => states,
@@ -163,9 +162,8 @@ impl Attractor {
         }
     }
 
-    /// Whether two probes of one point settled on the same attractor. Motions that nothing
-    /// damps and that stay in one contact state are points of one linear system; the
-    /// continuum of them counts as one.
+    /// Whether two probes of one point settled on the same attractor. Undamped motions that stay in one
+    /// contact state are solutions of one linear system; this continuum counts as one attractor.
     pub fn is_same(&self, other: &Self, norm: &EnergyNorm) -> bool {
         if let (Some(a), Some(b)) = (self.continuum, other.continuum) {
             return a == b;
@@ -247,9 +245,9 @@ mod tests {
             assert_eq!(a.is_same(&b, &norm), b.is_same(&a, &norm));
             a.is_same(&b, &norm)
         };
-        // Both have the error: the difference has √2 of it, five times that is 7.07.
+        // Both have the error: the difference has √2 of it, and five times that is 7.07.
         assert!(same(&|s| s.exponent.mean += 0.06) && !same(&|s| s.exponent.mean += 0.08));
-        // Mirror images: all even averages equal.
+        // Mirror images have equal even averages.
         assert!(!same(&|s| s.strobe[0].mean = -0.08));
         assert!(same(&|s| s.strobe[0].mean = -0.02));
         for i in 0..3 {
@@ -292,7 +290,7 @@ mod tests {
         assert!(first.is_same(&orbit(&[0.5, 2.0, 0.0]), &norm));
         assert!(first.is_same(&orbit(&[2.0, 1e-6, 0.5]), &norm));
         assert!(!first.is_same(&orbit(&[2.0, 1e-2, 0.5]), &norm));
-        // The other way around is another motion.
+        // The reversed order is another motion.
         assert!(!first.is_same(&orbit(&[2.0, 0.5, 0.0]), &norm));
         assert!(!first.is_same(&orbit(&[0.0, 0.5]), &norm));
         assert!(!first.is_same(&statistics(|_| {}), &norm));

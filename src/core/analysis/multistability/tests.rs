@@ -1,5 +1,4 @@
-//! Initial conditions and shares; attractors themselves are planted in
-//! `tests/motion/multistability.rs`.
+//! Initial conditions and shares. `tests/motion/multistability.rs` tests known attractors.
 
 use super::*;
 use crate::analysis::outcome::Class;
@@ -125,7 +124,7 @@ fn shares_add_up_to_one_over_all_endings() {
     let eighths: Vec<f64> = found.probes.iter().map(|p| 8.0 * p.basin.share).collect();
     assert_eq!(eighths, [3.0, 1.0, 3.0, 2.0, 1.0, 2.0, 1.0, 3.0]);
     let counts: Vec<u32> = found.attractors.iter().map(|a| a.probes).collect();
-    // The third was found by the slice alone: no probe, and a share that may not be zero.
+    // Only the slice found the third: no probe has it, but the true share may be positive.
     assert_eq!(counts, [3, 1, 0]);
     assert_eq!(found.attractors[2].basin.share, 0.0);
     assert!(found.attractors[2].basin.high > 0.3);

@@ -1,4 +1,4 @@
-//! How hard do flanks meet, and how long do they touch and fly?
+//! How hard do flanks meet, and how long do contacts and flights last?
 
 use super::sample::Sample;
 use super::sums::Sums;
@@ -6,17 +6,17 @@ use crate::model::{Flanks, Model, Release};
 use crate::numerics::statistics::quantile;
 use crate::propagate::Event;
 
-/// Flanks of the first mesh, drive and coast, whatever springs they have.
+/// Flanks of the first mesh, drive and coast, whatever their number of springs.
 pub(super) const FLANKS: usize = 2;
 
 /// An instant: mesh cycle and time within it \[s\].
 type Instant = (u64, f64);
 
-/// Changes of contact while statistics are taken.
+/// Changes of contact during the measurement.
 #[derive(Debug, Clone)]
 pub(super) struct Contacts {
     period: f64,
-    /// Release of every contact. `None` for springs of a flank behind its first.
+    /// Release of every contact. `None` for the further springs of a flank.
     releases: Vec<Option<Release>>,
     first: Option<Instant>,
     last: Option<(Instant, bool)>,
@@ -52,8 +52,8 @@ impl Contacts {
         self.fastest = 0.0;
     }
 
-    /// Adds the record of another trajectory behind this one. The last stay of this record and
-    /// the first of the other one are not the same stay: both stay out.
+    /// Appends the record of another trajectory. The last stay of this record and the first of the other one
+    /// are not the same stay: both are omitted.
     pub(super) fn append(&mut self, other: &Self) {
         self.first = None;
         self.last = None;
@@ -63,8 +63,8 @@ impl Contacts {
         self.fastest = self.fastest.max(other.fastest);
     }
 
-    /// Records a change of a contact with its place among the statistics and its side. `sums` are those of the present
-    /// stretch.
+    /// Records a change of a contact, with its index in the statistics and its side. `sums` are those of the
+    /// present stretch.
     pub(super) fn event(&mut self, event: &Event, (place, side): (usize, f64), sums: &mut Sums) {
         let now = (event.cycle, event.time);
         let touching = event.to.flanks() != Flanks::Free;
@@ -105,8 +105,8 @@ impl Contacts {
         (now.0 - then.0) as f64 * self.period + (now.1 - then.1)
     }
 
-    /// Of a motion that repeats, what is left of the last stay goes on where the first one
-    /// was met: the two make one, from cycle `begin` to the start of cycle `end`.
+    /// Closes the record of a periodic motion, from cycle `begin` to the start of cycle `end`. The end of the
+    /// last stay and the start of the first one make one stay.
     pub(super) fn close_circle(&mut self, begin: u64, end: u64, sums: &mut Sums) {
         if let (Some(first), Some((last, state))) = (self.first, self.last) {
             let duration = self.between((begin, 0.0), first) + self.between(last, (end, 0.0));

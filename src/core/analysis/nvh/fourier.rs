@@ -1,9 +1,9 @@
 //! Fourier integrals of the deflection at whole mesh orders and at fractions of them.
 //!
-//! `∫ δ e^{−iωt} dt = e^{−iφ} Σ a_n ∫ P_n e^{−iω(t − middle)} dt`, φ the phase of the window's middle: the
-//! integrals of even terms are real, those of odd ones imaginary. Of windows of the kernel's own lengths
-//! they are kept. Others are integrated by the Gauss rule, all frequencies being powers of one slow
-//! exponential, unless orders are many or turn too fast for the rule.
+//! `∫ δ e^{−iωt} dt = e^{−iφ} Σ a_n ∫ P_n e^{−iω(t − middle)} dt`, with φ the phase of the window's middle.
+//! The integrals of even terms are real, those of odd ones imaginary. They are kept for the kernel's regular
+//! window lengths. Other windows use the Gauss rule, with all frequencies as powers of one slow exponential.
+//! If there are many orders, or they turn too fast for the rule, the polynomials are integrated anew.
 
 use super::lanes::{self, Complex, Eight, Integrals, Stretch};
 use super::rule::Seen;
@@ -16,25 +16,25 @@ use num_complex::{Complex64, c64};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Sub-orders looked at, in twelfths of the mesh frequency: 1/4, 1/3, 1/2, 2/3, 3/4.
+/// Sub-orders, in twelfths of the mesh frequency: 1/4, 1/3, 1/2, 2/3, 3/4.
 const TWELFTHS: [usize; SUBORDERS] = [3, 4, 6, 8, 9];
 
-/// How many they are.
+/// Number of sub-orders.
 pub(super) const SUBORDERS: usize = 5;
 
-/// Their denominators: the motion must repeat after as many cycles to hold them.
+/// Their denominators. A periodic motion contains a sub-order only if its period is a multiple of the
+/// denominator.
 const DENOMINATORS: [u32; SUBORDERS] = [4, 3, 2, 3, 4];
 
-/// Mesh cycles over which the amplitude of a motion that does not repeat is taken; whole
-/// periods of every sub-order.
+/// Mesh cycles per amplitude of a motion that does not repeat: whole periods of every sub-order.
 pub(super) const SUBORDER_WINDOW: u64 = 24;
 
-/// Most whole orders that nodes and tables are used for: beyond, integrals order by order take
+/// Maximum number of whole orders for nodes and tables. For more orders, integration order by order takes
 /// less work.
 const MOST_AT_NODES: usize = 32;
 
-/// Integrals of the polynomials at every frequency.
-/// Shared, because a clone of the statistics is taken whenever they are looked at.
+/// Integrals of the polynomials at every frequency. Shared, because every evaluation of the statistics clones
+/// them.
 type Table = Arc<[Integrals]>;
 
 /// Fourier integrals at sub-orders and whole orders.
@@ -43,17 +43,17 @@ pub(super) struct Fourier {
     set: InstructionSet,
     period: f64,
     harmonics: usize,
-    /// Sub-orders, then whole orders; more of them up to an even number of eights.
+    /// Sub-orders, then whole orders, filled up to an even number of eights.
     frequencies: Vec<Eight>,
-    /// Integrals of the Legendre polynomials on windows of the kernel's own lengths.
+    /// Integrals of the Legendre polynomials on windows of the kernel's regular lengths.
     known: Recurring<Table>,
-    /// Over the present mesh cycle.
+    /// Sums over the present mesh cycle.
     sums: Vec<Complex>,
     pub(super) suborders: Suborders,
 }
 
 impl Fourier {
-    /// At sub-orders and the first `harmonics` whole orders.
+    /// For sub-orders and the first `harmonics` whole orders.
     pub(super) fn new(set: InstructionSet, period: f64, harmonics: usize) -> Self {
         let eights = (SUBORDERS + harmonics).div_ceil(2 * LANES) * 2;
         let frequency = |index: usize| match TWELFTHS.get(index) {
@@ -78,8 +78,8 @@ impl Fourier {
         }
     }
 
-    /// Half turn \[rad\] over a window of the length `tau` \[s\] of the highest frequency that
-    /// nodes may be asked for.
+    /// Half turn \[rad\] over a window of the length `tau` \[s\] of the highest frequency for nodes; 0 if
+    /// nodes are not used.
     pub(super) fn half_turn(&self, tau: f64) -> f64 {
         if self.many() { 0.0 } else { PI * self.harmonics as f64 * tau / self.period }
     }
@@ -89,7 +89,7 @@ impl Fourier {
         self.harmonics > MOST_AT_NODES
     }
 
-    /// Adds a window with its deflection as seen.
+    /// Adds a window, with its deflection at nodes.
     pub(super) fn add(&mut self, window: &Window<'_>, seen: &Seen<'_>) {
         let Seen { rule, series, .. } = seen;
         let tau = window.duration;
@@ -97,7 +97,7 @@ impl Fourier {
             duration: tau,
             cycles: tau / self.period,
             middle: (window.start + 0.5 * tau) / self.period,
-            // A twelfth of the mesh frequency has its phase back after twelve cycles.
+            // A twelfth of the mesh frequency returns to its phase after twelve cycles.
             before: (window.cycle % 12) as f64,
         };
         let (many, turned) = (self.many(), self.half_turn(tau));
@@ -126,7 +126,7 @@ impl Fourier {
         }
     }
 
-    /// A mesh cycle is over: `harmonics` are the sums of the whole orders.
+    /// Ends a mesh cycle: `harmonics` are the sums of the whole orders.
     pub(super) fn advance(&mut self, harmonics: &mut [Complex64]) {
         let value = |index: usize| {
             let [re, im] = &self.sums[index / LANES];
@@ -150,12 +150,12 @@ impl Fourier {
 /// Fractions of the mesh frequency.
 #[derive(Debug, Clone)]
 pub(super) struct Suborders {
-    /// Over all cycles.
+    /// Sums over all cycles.
     coherent: [Complex64; SUBORDERS],
-    /// Over the cycles of the present window of [`SUBORDER_WINDOW`].
+    /// Sums over the cycles of the present window of [`SUBORDER_WINDOW`].
     present: [Complex64; SUBORDERS],
     filled: u64,
-    /// Squares of amplitudes \[m²\], one a window.
+    /// Squares of amplitudes \[m²\], one per window.
     powers: Stretches<[f64; SUBORDERS]>,
 }
 
@@ -183,7 +183,7 @@ impl Suborders {
         }
     }
 
-    /// A cycle of the length `period` \[s\] is over.
+    /// Ends a cycle of the length `period` \[s\].
     pub(super) fn advance(&mut self, period: f64) {
         self.filled += 1;
         if self.filled < SUBORDER_WINDOW {
@@ -203,17 +203,16 @@ impl Suborders {
         self.filled = 0;
     }
 
-    /// Adds the record of another trajectory behind this one. Unfinished windows of both are
-    /// dropped: no window holds parts of two trajectories.
+    /// Appends the record of another trajectory. Unfinished windows of both are dropped: no window contains
+    /// parts of two trajectories.
     pub(super) fn append(&mut self, other: &Self) {
         self.present = [Complex64::ZERO; SUBORDERS];
         self.filled = 0;
         self.powers.append(&other.powers);
     }
 
-    /// Exact amplitudes of a motion that repeats after `period` cycles, from `time` \[s\] of
-    /// whole periods. It holds a fraction of the mesh frequency only where the denominator
-    /// divides its period.
+    /// Exact amplitudes of a motion that repeats after `period` cycles, from `time` \[s\] of whole periods.
+    /// It contains a fraction of the mesh frequency only if the denominator divides its period.
     pub(super) fn of_periodic(&self, period: u32, time: f64) -> Vec<f64> {
         (0..SUBORDERS)
             .map(|i| {
@@ -226,14 +225,14 @@ impl Suborders {
             .collect()
     }
 
-    /// Root mean square over windows of the amplitude; empty before one whole window. With
-    /// `error`, its standard errors (Gauss: `σ(A²)/2A`).
+    /// Root mean square of the amplitude over windows, and its standard errors from `error` (Gauss:
+    /// `σ(A²)/2A`); empty before one complete window.
     pub(super) fn of_windows(&self, error: impl Fn(&[f64]) -> f64) -> [Vec<f64>; 2] {
         let windows = self.powers.closed();
         if windows.is_empty() {
             return [Vec::new(), Vec::new()];
         }
-        // Windows may have been joined; every entry then holds as many.
+        // Windows may be joined; every entry then contains `joined` of them.
         let joined = self.powers.length() as f64;
         let amplitudes = (0..SUBORDERS).map(|i| {
             let powers: Vec<f64> = windows.iter().map(|w| w[i] / joined).collect();
@@ -252,7 +251,7 @@ mod tests {
     use crate::numerics::legendre::evaluate;
     use crate::numerics::quadrature::GaussLegendre;
 
-    /// `∫ δ e^{−iωt} dt` over a window by enough nodes, ω being `order` times the mesh frequency.
+    /// `∫ δ e^{−iωt} dt` over a window by many nodes; ω is `order` times the mesh frequency.
     fn by_many_nodes(order: f64, period: f64, window: &Window<'_>, series: &[f64]) -> Complex64 {
         let rule = GaussLegendre::new(200);
         let nodes = rule.nodes.iter().zip(&rule.weights);
@@ -267,12 +266,12 @@ mod tests {
             .sum()
     }
 
-    /// Every way of integration, with few orders and with many, on windows of any length: by nodes
-    /// where a length is met for the first time, by kept integrals from the second time on.
+    /// All methods of integration, with few orders and with many, on windows of any length: by nodes for the
+    /// first window of a length, by kept integrals from the second on.
     #[test]
     fn all_ways_agree_with_quadrature() {
         let (period, rules) = (0.7, Rules::shared());
-        // One falls off as a smooth motion does, one as little as the long rule may meet.
+        // One falls off like a smooth motion, the other as slowly as the long rule allows.
         let series: [[f64; TERMS]; 2] = [0.3_f64, 0.9]
             .map(|ratio| std::array::from_fn(|n| ratio.powi(n as i32) * (1.3 * n as f64).cos()));
         for set in InstructionSet::available() {
@@ -318,13 +317,13 @@ mod tests {
         }
     }
 
-    /// A wave of half the mesh frequency keeps its amplitude where windows are joined to bound the memory.
+    /// A wave of half the mesh frequency keeps its amplitude when windows are joined to bound the memory.
     #[test]
     fn sub_orders_of_long_records_keep_their_amplitude() {
         let period = 0.01;
         let amplitude = 3e-6;
         let mut suborders = Suborders::new();
-        // ∫ A cos(ωt) e^{−iωt} over a cycle, at its own frequency alone.
+        // ∫ A cos(ωt) e^{−iωt} over a cycle, only at its own frequency.
         let one = Complex64::from(0.5 * amplitude * period);
         let mut window = [Complex64::ZERO; SUBORDERS];
         window[0] = one;

@@ -1,9 +1,8 @@
 //! The inner loops of the statistics, compiled for several instruction sets and chosen at run time.
 //!
-//! A series on a window falls into an even and an odd part about the window's middle. Both parts at
-//! the positive nodes of a Gauss rule tell its values at all nodes, with half the work. Results
-//! differ between instruction sets within rounding (fused or separate multiply-add); `portable`
-//! ones do not.
+//! A series on a window is the sum of an even and an odd part about the window's middle. Both parts at
+//! the positive nodes of a Gauss rule give its values at all nodes, with half the work. Results differ
+//! between instruction sets within rounding (fused or separate multiply-add); those of `portable` do not.
 
 use crate::numerics::bessel::{LANES as SIXTEEN, spherical_bessel};
 use crate::propagate::InstructionSet;
@@ -17,7 +16,7 @@ pub type Complex = [Lanes; 2];
 pub struct Eight {
     /// Their orders.
     pub orders: Lanes,
-    /// 1 for those that are no whole orders: their phases go on over the mesh cycles. Else 0.
+    /// 1 for orders that are not whole: their phases continue over the mesh cycles. Else 0.
     pub fractions: Lanes,
 }
 
@@ -34,21 +33,21 @@ pub struct Stretch {
     pub cycles: f64,
     /// Middle, in mesh cycles from the start of the present one.
     pub middle: f64,
-    /// Mesh cycles before, modulo 12.
+    /// Mesh cycles before the present one, modulo 12.
     pub before: f64,
 }
 
-/// Numbers of what [`sizes`] tells of a series `a`.
+/// Number of sums in [`sizes`].
 pub const SIZES: usize = LANES;
 
 for_each_set! {
-    /// Sums over a series, each by weights of its own: of `|a_n|` by the first five, of `a_n²` by the
-    /// sixth, of `a_n` by the others.
+    /// Weighted sums over a series, each with a row of weights: of `|a_n|` with the first five, of `a_n²`
+    /// with the sixth, of `a_n` with the others.
     fn sizes(weights: &[Row; SIZES], series: &Series) -> [f64; SIZES] = sizes_body
 }
 
 for_each_set! {
-    /// Even part, then odd part of a series at positive nodes; the rule has for every node group the
+    /// Even part, then odd part of a series at positive nodes. For every group of nodes the rule has the
     /// values of P_0, P_1, … there, term after term. Returns the smallest and the largest value at all nodes.
     fn parts(polynomials: &[Lanes], series: &Series, out: &mut [Lanes]) -> [f64; 2] = parts_body
 }
@@ -59,8 +58,8 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// Adds Fourier integrals of a series over a window to those of all frequencies, by the
-    /// `integrals` of its polynomials.
+    /// Adds Fourier integrals of a series over a window to those of all frequencies, from the `integrals` of
+    /// its polynomials.
     fn add_by_terms(
         frequencies: &[Eight],
         integrals: &[Integrals],
@@ -71,8 +70,8 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// The same by a Gauss rule, from the parts of the series at its nodes; the frequencies are
-    /// those of [`super::fourier`].
+    /// The same by a Gauss rule, from the parts of the series at its nodes, for the frequencies of
+    /// [`super::fourier`].
     fn add_by_nodes(
         frequencies: &[Eight],
         places: &[Lanes],
@@ -164,10 +163,11 @@ fn powers_body<V: Vector>(weights: &[Lanes], parts: &[Lanes], centre: f64, unit:
     [third.sum(), fourth.sum()]
 }
 
-/// A sum of two that leaves of a small number its nearest whole one.
+/// Adding and subtracting this rounds a small number to the nearest whole one.
 const ROUNDING: f64 = 6_755_399_441_055_744.0;
 
-/// Factors of `Σ factors[k] x^{2k}`, the highest first: `cos πx`, and `sin πx / x`, of |x| ≤ 1/2 to round-off.
+/// Coefficients of `Σ factors[k] x^{2k}`, the highest first: `cos πx` and `sin πx / x` for |x| ≤ 1/2, to
+/// round-off.
 const HALF_TURN: [[f64; 11]; 2] = half_turn();
 
 /// `(−1)^k π^{2k + odd}/(2k + odd)!`, k falling.
@@ -212,7 +212,7 @@ fn product<V: Vector>(a: [V; 2], b: [V; 2]) -> [V; 2] {
     ]
 }
 
-/// Adds integrals about a window's middle, `e^{−iφ}` of them, φ the middle's phase.
+/// Adds integrals about a window's middle, times `e^{−iφ}` with φ the middle's phase.
 #[inline(always)]
 fn add_turned<V: Vector>(own: &Eight, stretch: &Stretch, value: [V; 2], sum: &mut Complex) {
     let before = V::read(&own.fractions.0).times(V::splat(stretch.before));
@@ -233,7 +233,7 @@ fn add_by_terms_body<V: Vector>(
     sums: &mut [Complex],
 ) {
     for ((own, integrals), sum) in frequencies.iter().zip(integrals).zip(sums) {
-        // Four chains of sums: one would wait for every addition.
+        // Four chains of sums, because a single one would wait for every addition.
         let mut value = [[V::zero(); 2]; 2];
         for (half, (terms, rows)) in
             (series.chunks_exact(2).zip(integrals.chunks_exact(2))).enumerate()
@@ -250,7 +250,7 @@ fn add_by_terms_body<V: Vector>(
     }
 }
 
-/// Factors of `Σ factors[k] θ^{2k}`, the highest first: `cos θ`, and `sin θ / θ`, of |θ| ≤ 0.3.
+/// Coefficients of `Σ factors[k] θ^{2k}`, the highest first: `cos θ` and `sin θ / θ` for |θ| ≤ 0.3.
 const SLOW: [[f64; 7]; 2] = {
     let mut out = [[1.0; 7]; 2];
     let mut k = 6;
@@ -315,7 +315,7 @@ fn add_by_nodes_of<V: Vector, const G: usize>(
     let twelve = products(six, six);
     let two_dozens = products(twelve, twelve);
     let mut z = products(two_dozens, twelve);
-    // The same order as that of the frequencies.
+    // In the order of the frequencies.
     let first = [
         three,
         four,

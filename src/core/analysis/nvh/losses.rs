@@ -1,8 +1,8 @@
-//! What do the flanks lose in friction, of the power that goes through the mesh?
+//! How much of the power through the mesh do the flanks lose in friction?
 //!
-//! With the mean speeds of rotation, friction takes `μ_f |F| (Ω₁ + Ω₂) Σ p |s|` of a contact, and `F r_b1 Ω₁`
-//! goes from the pinion to the wheel. μ_f Σ p |s| is constant on a segment, so that the loss is an
-//! integral of |F| over windows, exact where F keeps its sign and where it changes it.
+//! At the mean speeds of rotation, friction takes `μ_f |F| (Ω₁ + Ω₂) Σ p |s|` from a contact, and `F r_b1 Ω₁`
+//! goes from the pinion to the wheel. μ_f Σ p |s| is constant on a segment, so that the loss is an integral
+//! of |F| over windows. It is exact, even if F changes its sign.
 
 use super::rule::Seen;
 use crate::analysis::modal_series::{Series, TERMS, padded};
@@ -14,21 +14,21 @@ use crate::numerics::legendre::{
 use crate::numerics::roots::sign_changes;
 use crate::propagate::{InstructionSet, Window};
 
-/// Forces below this part of a window's largest are round-off where their sign is looked at.
+/// Forces below this part of a window's largest are round-off in the search for sign changes.
 const NOISE: f64 = 1e-14;
 
-/// How the gears roll, and what each direction of the mesh force rubs.
+/// How the gears roll, and the friction of each direction of the mesh force.
 #[derive(Debug, Clone)]
 pub(super) struct Losses {
     rolling: Rolling,
-    /// Speed \[m/s\] that times |F| is the loss, by direction.
+    /// Loss divided by |F| \[m/s\], by direction.
     speeds: Vec<f64>,
-    /// How many contacts are springs of the flanks of the first mesh.
+    /// Number of contacts that are springs of the flanks of the first mesh.
     flank_springs: usize,
 }
 
 impl Losses {
-    /// Those of a model; none where no drawing says how its gears roll.
+    /// The losses of a model; `None` without a drawing of its gears.
     pub fn of(model: &Model) -> Option<Self> {
         let rolling = model.rolling?;
         let speeds = (model.directions.iter())
@@ -41,7 +41,7 @@ impl Losses {
         })
     }
 
-    /// Energy \[J\] lost on every contact over a window, with the force of the first mesh as seen.
+    /// Energy \[J\] lost on every contact over a window, with the force of the first mesh at nodes.
     pub fn each(
         &self,
         set: InstructionSet,
@@ -65,7 +65,7 @@ impl Losses {
         }
     }
 
-    /// Writes what follows from the mean losses \[W\] of all contacts of a record whose mean force is known.
+    /// Writes the statistics from the mean losses \[W\] of all contacts; `found` has the mean force.
     pub fn tell(&self, losses: Vec<f64>, found: &mut NvhOutcome) {
         let loss = losses[DRIVE_FLANK] + losses[COAST_FLANK];
         let through = self.rolling.base_speed * found.force_mean;
@@ -76,21 +76,20 @@ impl Losses {
         found.efficiency = (through != 0.0).then(|| 1.0 - loss / through.abs());
     }
 
-    /// Writes the standard errors, from that of the mean force, of the mean loss and of the quotient of
-    /// both.
+    /// Writes the standard errors, from those of the mean force, of the mean loss and of their quotient.
     pub fn tell_errors(&self, quotient: f64, loss: f64, errors: &mut NvhErrors) {
         errors.power_transmitted = self.rolling.base_speed * errors.force_mean;
         errors.power_loss = loss;
         errors.efficiency = quotient;
     }
 
-    /// Power through the mesh by mean force \[m/s\].
+    /// Power through the mesh divided by the mean force \[m/s\].
     pub fn base_speed(&self) -> f64 {
         self.rolling.base_speed
     }
 }
 
-/// Mean of the modulus of a series as seen.
+/// Mean of the modulus of a series at nodes.
 fn modulus_seen(set: InstructionSet, seen: &Seen<'_>) -> f64 {
     if seen.range.has_one_sign() {
         return seen.series[0].abs();
@@ -100,10 +99,10 @@ fn modulus_seen(set: InstructionSet, seen: &Seen<'_>) -> f64 {
     modulus_of_one_change(seen, &slope).unwrap_or_else(|| modulus(seen.series))
 }
 
-/// Mean of the modulus of a series whose sign changes once, if the values and slopes at nodes and ends prove it: between
-/// any two of them it leaves their chord too little to come to zero, or its slope does.
+/// Mean of the modulus of a series, if the values and slopes at nodes and ends prove that its sign changes
+/// once. Between any two of them, the series or its slope must stay too close to its chord to reach zero.
 fn modulus_of_one_change(seen: &Seen<'_>, slope: &Seen<'_>) -> Option<f64> {
-    /// A distance behind which the parabola is exact to round-off.
+    /// Step below which the parabola is exact to round-off.
     const SMALL: f64 = 1e-5;
     let mut all = seen.values().zip(slope.values());
     let mut before = all.next()?;
@@ -122,7 +121,7 @@ fn modulus_of_one_change(seen: &Seen<'_>, slope: &Seen<'_>) -> Option<f64> {
     }
     let ((start, a), (end, b)) = change.map(|(before, here)| (before.0, here.0))?;
     let integral = integral(seen.series);
-    // Its extreme is where the sign changes.
+    // The integral has its extreme at the sign change.
     let mut x = (start * b - end * a) / (b - a);
     for _ in 0..4 {
         let [value, force, slope] = evaluate_with_derivatives::<_, false>(&integral, x);
@@ -219,7 +218,8 @@ mod tests {
         );
     }
 
-    /// A force that lets go, of every place and width of its only change of sign; several changes are left to halving.
+    /// A force at release, with its only sign change at every place and width. Series with several changes
+    /// are left to halving.
     #[test]
     fn one_change_of_sign_is_proved_at_the_nodes() {
         let rules = Rules::shared();

@@ -1,14 +1,14 @@
-//! What would be heard and felt: statistics of deflection, force and impacts.
+//! Noise, vibration and harshness: statistics of deflection, force and impacts.
 //!
-//! Every integral is taken from the windows' polynomials, none from samples:
+//! All integrals come from the windows' polynomials, none from samples:
 //!
 //! ```text
 //! ∫ δ dt = Δ a₀,   ∫ δ² dt = Δ Σ a_n²/(2n+1),   ∫ δ³, δ⁴: Gauss rule, exact to round-off
 //! ∫ δ e^{−iωt} dt = Σ a_n ∫ P_n e^{−iωt} dt     (Bessel functions, or the same Gauss rule)
 //! ```
 //!
-//! A motion that repeats is measured over whole periods and has exact statistics; any other
-//! gets standard errors from its averages over successive stretches of ten mesh cycles.
+//! A periodic motion is measured over whole periods and has exact statistics. Any other motion has standard
+//! errors from averages over successive stretches of ten mesh cycles.
 
 mod contacts;
 mod fourier;
@@ -37,7 +37,7 @@ use sums::{Origin, Sums, ratio};
 /// Mesh cycles in a stretch, as for the exponents.
 const CYCLES_PER_STRETCH: u64 = 10;
 
-/// Shares at which the speeds of impacts are told.
+/// Probabilities of the quantiles of impact speeds.
 const SHARES: [f64; 3] = [0.5, 0.9, 0.99];
 
 /// Accumulates statistics while a trajectory is integrated.
@@ -46,29 +46,29 @@ pub struct Nvh {
     rules: &'static Rules,
     set: InstructionSet,
     origin: Origin,
-    /// Whether the origin is that of another trajectory, which no window moves.
+    /// Whether the origin comes from another trajectory; windows then do not change it.
     shares_origin: bool,
-    /// First and present mesh cycle; none before any window.
+    /// First and present mesh cycle; `None` before any window.
     cycles: Option<[u64; 2]>,
-    /// Whether the present cycle still counts as going on.
+    /// Whether the present cycle is not counted yet.
     open: bool,
-    /// Mesh cycles that are over.
+    /// Number of complete mesh cycles.
     over: u64,
     stretches: Stretches<Sums>,
     peaks: Peaks,
     contacts: Contacts,
-    /// None where no orders were asked for.
+    /// `None` if no orders are requested.
     fourier: Option<Fourier>,
     repeats: Option<u32>,
-    /// None where no drawing says how the gears roll.
+    /// `None` without a drawing of the gears.
     losses: Option<Losses>,
-    /// Of every contact its place among those whose force is told, and its side.
+    /// For every contact, its index in the statistics of forces, and its side.
     places: Vec<(usize, f64)>,
 }
 
 impl Nvh {
-    /// Statistics of a model with amplitudes at the first `harmonics` mesh orders; without
-    /// any, fractions of the mesh order are left out as well.
+    /// Statistics of a model with amplitudes at the first `harmonics` mesh orders; without any, fractions of
+    /// the mesh order are omitted too.
     pub fn new(model: &Model, harmonics: usize) -> Self {
         let set = InstructionSet::best();
         let places: Vec<(usize, f64)> = (model.contacts.iter().enumerate())
@@ -76,7 +76,7 @@ impl Nvh {
                 if model.of_mesh(contact) {
                     (usize::from(own.side < 0.0), own.side)
                 } else {
-                    // The spring of a slider has no side of its own.
+                    // The spring of a slider has no side.
                     let side = if own.release == Release::Stick { 1.0 } else { own.side };
                     (contact - model.flank_springs + FLANKS, side)
                 }
@@ -105,8 +105,8 @@ impl Nvh {
         }
     }
 
-    /// Empty statistics for another trajectory of the same model. Sums of both are taken about
-    /// the same centre, where this one has seen a window.
+    /// Empty statistics for another trajectory of the same model. Both use the same centre, if this one has
+    /// seen a window.
     pub fn beside(&self) -> Self {
         let mut other = self.clone();
         other.restart();
@@ -128,17 +128,15 @@ impl Nvh {
         self.repeats = None;
     }
 
-    /// Says that the motion measured repeats after `period` mesh cycles, whole periods of
-    /// which were integrated: its statistics are exact.
+    /// Marks the measured motion as periodic, after integration of whole periods: its statistics are exact.
     pub fn repeats(&mut self, period: u32) {
         self.repeats = Some(period);
     }
 
-    /// Adds the record of another trajectory of the same model behind this one; of both, whole
-    /// mesh cycles have been integrated.
+    /// Appends the record of another trajectory of the same model. Both have whole mesh cycles.
     ///
-    /// Nothing is joined across the seam: a flight, a contact or a window of sub-orders that was
-    /// going on at the end of a record stays out. The sum is for looking at, not for going on.
+    /// Nothing is joined across the boundary: an unfinished flight, contact or window of sub-orders is
+    /// omitted. The sum can be evaluated but not continued.
     pub fn append(&mut self, other: &Self) {
         if other.cycles.is_none() {
             return;
@@ -163,8 +161,8 @@ impl Nvh {
         }
     }
 
-    /// Keeps the first `cycles` of those measured, as far as they are whole stretches. Speeds of impacts,
-    /// lengths of stays and sub-orders keep the few cycles behind as well.
+    /// Keeps the complete stretches within the first `cycles` of those measured. Impact speeds, durations of
+    /// stays and sub-orders also keep the few cycles after these.
     pub fn cut(&mut self, cycles: u64) {
         self.finish();
         self.stretches.cut(cycles);
@@ -172,9 +170,9 @@ impl Nvh {
         self.over = self.over.min(cycles);
     }
 
-    /// What a stop rule watches: series in time, one value per whole stretch, whose means have
-    /// the errors of some statistics, by the names of their columns. A statistic that the motion
-    /// does not have, such as the speed of impacts where there are none, stays out.
+    /// Series for a stop rule, by the names of columns. Each has one value per complete stretch, and its mean
+    /// has the error of the statistic. Statistics that the motion does not have, such as impact speeds
+    /// without impacts, are omitted.
     pub fn watched(&self) -> Vec<(&'static str, Vec<f64>)> {
         if self.cycles.is_none() {
             return Vec::new();
@@ -185,12 +183,12 @@ impl Nvh {
         sums::watched(stretches.closed(), &stretches.total(), *origin)
     }
 
-    /// Mesh cycles of a whole stretch: of a value of what is watched.
+    /// Mesh cycles per complete stretch, and per value of [`Self::watched`].
     pub fn stretch(&self) -> u64 {
         self.stretches.length()
     }
 
-    /// The statistics so far, whole mesh cycles having been integrated; none before any window.
+    /// The statistics after whole mesh cycles; `None` before any window.
     pub fn outcome(&self) -> Option<NvhOutcome> {
         let [first, present] = self.cycles?;
         let mut closed = self.finished();
@@ -264,14 +262,14 @@ impl Nvh {
         Some(found)
     }
 
-    /// Counts the cycle integrated last, which is over though no window has shown it.
+    /// Counts the last integrated cycle, which is complete although no later window follows.
     pub(super) fn finish(&mut self) {
         if std::mem::take(&mut self.open) {
             self.advance();
         }
     }
 
-    /// The same with the last cycle counted.
+    /// These statistics with the last cycle counted.
     fn finished(&self) -> Cow<'_, Self> {
         let mut own = Cow::Borrowed(self);
         if self.open {
@@ -280,7 +278,7 @@ impl Nvh {
         own
     }
 
-    /// A mesh cycle is over.
+    /// Ends a mesh cycle.
     fn advance(&mut self) {
         self.over += 1;
         if let Some(fourier) = &mut self.fourier {
@@ -360,7 +358,7 @@ impl Observer for Nvh {
             let (place, side) = self.places[closed.contact];
             let own = &mut sums.contacts[place];
             own.force += tau * side * closed.force[0];
-            // Of a flank several springs may be closed at once.
+            // Several springs of a flank may be closed at once.
             if place >= FLANKS {
                 own.closed += tau;
             }

@@ -2,22 +2,22 @@
 //!
 //! The largest value of a record grows with its length. The largest value of a mesh cycle has
 //! a distribution, and its quantiles do not depend on the length. Each cycle takes only a few
-//! operations per window: values at the nodes of the rule, which other statistics need too,
-//! bound the extremes of a window. Only the window that holds the extreme of its cycle is
-//! searched, once the cycle is over.
+//! operations per window: values at the nodes of the rule, which other statistics also need,
+//! bound the extremes of a window. At the end of a cycle, only the window with its extreme is
+//! searched.
 
 use super::rule::{Seen, peaks};
 use super::sample::Sample;
 use crate::analysis::modal_series::{Series, TERMS};
 use crate::numerics::statistics::quantile;
 
-/// Shares of mesh cycles whose peaks stay below the quantiles.
+/// Shares of mesh cycles whose peaks do not exceed the quantiles.
 pub(super) const PEAK_SHARES: [f64; 2] = [0.99, 0.999];
 
-/// Round-off of a share of a count.
+/// Round-off of a share times a count.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Least values of −δ, δ and |F| before any window.
+/// Values of −δ, δ and |F| before any window.
 const NOTHING: [f64; 3] = [f64::NEG_INFINITY, f64::NEG_INFINITY, 0.0];
 
 /// The extremes of a mesh cycle or of a record.
@@ -56,7 +56,7 @@ impl Extremes {
 struct Highest {
     /// A value that the signal reaches.
     least: f64,
-    /// The most that the waiting window may reach; no more than `least` when none waits.
+    /// Upper bound of the waiting window; at most `least` if none waits.
     most: f64,
     /// The waiting window, and the node where its search begins.
     series: Series,
@@ -82,7 +82,7 @@ impl Highest {
         self.most > self.least
     }
 
-    /// Takes a window in.
+    /// Adds a window.
     fn offer(&mut self, seen: &Seen<'_>, upwards: bool) {
         let range = seen.range;
         let high = if upwards { range.high } else { -range.low };
@@ -107,7 +107,7 @@ impl Highest {
 /// Extremes by mesh cycle.
 #[derive(Debug, Clone)]
 pub(super) struct Peaks {
-    /// Of −δ, δ and |F| in the present cycle.
+    /// Highest −δ, δ and |F| in the present cycle.
     present: [Highest; 3],
     cycles: Sample<Extremes>,
     record: Extremes,
@@ -135,19 +135,19 @@ impl Peaks {
         }
     }
 
-    /// Takes a window in, with the force of the mesh, if there is any.
+    /// Adds a window, with the force of the mesh, if there is any.
     pub(super) fn window(&mut self, deflection: &Seen<'_>, force: Option<&Seen<'_>>) {
         let [lowest, highest, strongest] = &mut self.present;
         lowest.offer(deflection, false);
         highest.offer(deflection, true);
         if let Some(force) = force {
-            // Contact damping pulls before it lets go: either sign may be the larger.
+            // Contact damping pulls before the release: either sign may be the larger.
             strongest.offer(force, true);
             strongest.offer(force, false);
         }
     }
 
-    /// A mesh cycle is over.
+    /// Ends a mesh cycle.
     pub(super) fn advance(&mut self) {
         if self.present.iter().any(Highest::waits) {
             let [low, high, force] = &self.present;
@@ -170,13 +170,13 @@ impl Peaks {
         self.begin();
     }
 
-    /// Adds the record of another trajectory behind this one, the last cycles of both being over.
+    /// Appends the record of another trajectory. The last cycles of both are complete.
     pub(super) fn append(&mut self, other: &Self) {
         self.cycles.append(&other.cycles);
         self.record.take(&other.record);
     }
 
-    /// Keeps the first `cycles` alone.
+    /// Keeps only the first `cycles`.
     pub(super) fn cut(&mut self, cycles: u64) {
         self.cycles.cut(cycles);
         if self.cycles.is_whole() {
@@ -185,16 +185,16 @@ impl Peaks {
         }
     }
 
-    /// The extremes of all cycles that are over.
+    /// The extremes of all complete cycles.
     pub(super) fn record(&self) -> Extremes {
         self.record
     }
 
-    /// Quantiles over mesh cycles at [`PEAK_SHARES`] of what `peak` says of one, and their
-    /// standard errors; none before the end of a cycle.
+    /// Quantiles of `peak` over mesh cycles at [`PEAK_SHARES`], and their standard errors; `None` before the
+    /// end of a cycle.
     ///
-    /// Those of a motion that `repeats` after some cycles are the quantiles of its period: the
-    /// smallest peak that so many of its cycles do not exceed. Their error is zero.
+    /// If the motion `repeats` after some cycles, these are the quantiles of its period: the smallest peak
+    /// that this share of its cycles does not exceed. Their error is zero.
     pub(super) fn quantiles(
         &self,
         repeats: Option<u32>,

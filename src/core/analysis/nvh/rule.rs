@@ -1,4 +1,4 @@
-//! Values of a window's series at the nodes of a Gauss rule, and its extremes from there.
+//! Values of a window's series at the nodes of a Gauss rule, and its extremes from these.
 
 use super::lanes::{self, SIZES};
 use crate::analysis::modal_series::TERMS;
@@ -8,12 +8,11 @@ use crate::propagate::InstructionSet;
 use crate::propagate::vectors::{LANES, Lanes, Row};
 use std::sync::OnceLock;
 
-/// Groups of positive nodes of the rule for every series: 48 nodes, exact to degree 95 ≥ 4·23, so
-/// for fourth powers.
+/// Groups of positive nodes of the rule for every series: 48 nodes, exact to degree 95 ≥ 4·23, and so for
+/// fourth powers.
 const LONG: usize = 3;
 
-/// The same of the rule for series that fall off as a smooth motion's do: 32 nodes, exact to degree
-/// 63.
+/// The same for series that fall off like those of a smooth motion: 32 nodes, exact to degree 63.
 const SHORT: usize = 2;
 
 /// Error of a fourth power's mean, relative to the fourth power of the series' bound, at which
@@ -31,9 +30,9 @@ pub struct Rule {
     pub(super) weights: Vec<Lanes>,
     /// The positive nodes.
     pub(super) places: Vec<Lanes>,
-    /// Half turn \[rad\] of an exponential over a window up to which the rule integrates it with a
-    /// 23rd-degree series to round-off: `(2l+1) j_l` is below 1e-16 there from the first degree l on
-    /// that the rule misses, 41 of the short one and 73 of the long one.
+    /// Largest half turn \[rad\] of an exponential over a window that the rule integrates with a 23rd-degree
+    /// series to round-off. There `(2l+1) j_l` is below 1e-16 from the first degree l that the rule misses:
+    /// 41 for the short one and 73 for the long one.
     pub(super) widest_turn: f64,
 }
 
@@ -43,29 +42,29 @@ type Parts = [Lanes; 2 * LONG];
 /// Sums over a series.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sizes {
-    /// The most by which the series leaves its mean.
+    /// Bound on the distance of the series from its mean.
     pub(super) variation: f64,
     /// Mean square about its mean.
     pub(super) square: f64,
     /// Values at both ends.
     ends: [f64; 2],
-    /// The most by which the series leaves its values at the nodes of either rule and at both ends.
+    /// Bound on the distance of the series beyond its values at the nodes of either rule and at both ends.
     rise: f64,
     /// Sums of the sizes of the terms from the 9th, the 14th and the 16th on.
     tails: [f64; 3],
 }
 
-/// Where the tails begin.
+/// First terms of the tails.
 const TAILS: [usize; 3] = [9, 14, 16];
 
-/// What the values at nodes and ends say of the extremes of a series.
+/// Bounds on the extremes of a series, from its values at nodes and ends.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Range {
     /// Smallest value at nodes and ends.
     pub(super) low: f64,
     /// Largest value at nodes and ends.
     pub(super) high: f64,
-    /// The most by which the series leaves both.
+    /// Bound on the distance of the series beyond both.
     pub(super) rise: f64,
 }
 
@@ -76,13 +75,13 @@ impl Range {
     }
 }
 
-/// A series on a window as the nodes of a rule see it.
+/// A series on a window, with its values at the nodes of a rule.
 #[derive(Debug)]
 pub(super) struct Seen<'a> {
     pub(super) rule: &'a Rule,
     pub(super) series: &'a [f64; TERMS],
     sizes: Sizes,
-    /// Its parts at the nodes; those of a short rule are followed by nothing of use.
+    /// Its parts at the nodes; entries beyond those of a short rule are unused.
     parts: Parts,
     pub(super) range: Range,
 }
@@ -99,7 +98,7 @@ pub struct Rules {
 }
 
 impl Rules {
-    /// The rules, which know nothing of any drive and are made once.
+    /// The rules, which do not depend on the drive and are made once.
     pub fn shared() -> &'static Self {
         static RULES: OnceLock<Rules> = OnceLock::new();
         RULES.get_or_init(|| {
@@ -124,8 +123,8 @@ impl Rules {
         })
     }
 
-    /// A series at the nodes of a rule that integrates the fourth power of its distance from `centre` to round-off, and its
-    /// product with an exponential that makes a half `turn` \[rad\].
+    /// Evaluates a series at the nodes of a rule. This rule integrates to round-off the fourth power of its
+    /// distance from `centre`, and its product with an exponential that makes a half `turn` \[rad\].
     pub(super) fn look<'a>(
         &'a self,
         set: InstructionSet,
@@ -154,10 +153,10 @@ impl Rules {
 }
 
 impl Sizes {
-    /// Whether the short rule, exact to degree 63, integrates the fourth power of the series to
-    /// round-off, taken `about` so much less than its mean. With `t_m = Σ_{n≥m} |a_n|` and s the sum
-    /// of all: four degrees that add up to 64 or more hold one of 16, another of 14 and another of
-    /// 9, so that what is missed is about `24 t₁₆ t₁₄ t₉ s`. Squares are exact.
+    /// Whether the short rule, exact to degree 63, integrates the fourth power of the series to round-off,
+    /// about a centre that is `about` below its mean. With `t_m = Σ_{n≥m} |a_n|` and s the sum of all: four
+    /// degrees that add up to 64 or more contain one of 16, another of 14 and another of 9, so that the error
+    /// is about `24 t₁₆ t₁₄ t₉ s`. Squares are exact.
     pub(super) fn falls_off(&self, about: f64) -> bool {
         let all = self.variation + about.abs();
         24.0 * self.tails.iter().product::<f64>() <= ROUND_OFF * all * all * all
@@ -199,7 +198,7 @@ impl Rule {
         positive.flat_map(|x| [x, -x]).collect()
     }
 
-    /// A series of which the rule knows the sizes at its nodes.
+    /// Evaluates a series with known sizes at the nodes.
     pub(super) fn look<'a>(
         &'a self,
         set: InstructionSet,
@@ -237,7 +236,7 @@ impl Seen<'_> {
         self.rule.look(set, series, sizes)
     }
 
-    /// Places and values, at both ends and all nodes in order.
+    /// Places and values at both ends and all nodes, in order.
     pub(super) fn values(&self) -> impl Iterator<Item = (f64, f64)> {
         let (even, odd) = self.parts().split_at(self.rule.groups);
         let (count, [start, end]) = (self.rule.groups * LANES, self.sizes.ends);
@@ -262,8 +261,8 @@ impl Seen<'_> {
         lanes::powers(set, &self.rule.weights, self.parts(), centre, unit)
     }
 
-    /// Where the search for an extreme begins that is `value` at nodes and ends: at the node
-    /// that has it, else at the end that has it.
+    /// Start of the search for an extreme with the value `value` among nodes and ends: the node with this
+    /// value, else the end.
     pub(super) fn start(&self, value: f64) -> f64 {
         let (even, odd) = self.parts().split_at(self.rule.groups);
         let node = (self.rule.places.iter().zip(even).zip(odd)).find_map(|((x, e), o)| {
@@ -278,12 +277,12 @@ impl Seen<'_> {
     }
 }
 
-/// By term, the most by which a series can rise above its values at both ends of every cell
-/// between neighbouring nodes, −1 and 1: a cell of length h allows `h²/8 max|P_n''|`.
+/// By term, bound on the rise of a series above its values at both ends of every cell between neighbouring
+/// nodes, −1 and 1: a cell of length h allows `h²/8 max|P_n''|`.
 fn rises(nodes: &[f64]) -> [f64; TERMS] {
-    /// Places looked at in a cell, where the curvature turns by less than three radians.
+    /// Steps in a cell, in which the curvature turns by less than three radians.
     const STEPS: usize = 8;
-    /// What may lie between them.
+    /// Factor for larger values between the steps.
     const MARGIN: f64 = 1.05;
     let mut ends: Vec<f64> = nodes.to_vec();
     ends.extend([-1.0, 1.0]);
@@ -311,7 +310,7 @@ fn rises(nodes: &[f64]) -> [f64; TERMS] {
     rises
 }
 
-/// Plain comparisons: `f64::min` and `f64::max` would look for values that are no numbers.
+/// Plain comparisons: `f64::min` and `f64::max` would also check for NaN.
 #[inline(always)]
 fn smaller(a: f64, b: f64) -> f64 {
     if b < a { b } else { a }
@@ -334,14 +333,14 @@ const CLENSHAW: [[f64; 2]; TERMS] = {
     factors
 };
 
-/// Values, slopes and curvatures of four series, the lanes, each at a place of its own.
+/// Values, slopes and curvatures of four series, the lanes, each at another place.
 #[inline(always)]
 fn evaluate_four(series: &[[f64; 4]; TERMS], x: &[f64; 4]) -> [[f64; 4]; 3] {
     let [mut value, mut slope, mut curvature] = [[0.0; 4]; 3];
     let [mut value_next, mut slope_next, mut curvature_next] = [[0.0; 4]; 3];
     for (a, [up, down]) in series.iter().zip(CLENSHAW).rev() {
         let step = x.map(|x| up * x);
-        // What is known early is added first: the chain of waiting stays short.
+        // Terms that are known early are added first, which keeps the chain of dependencies short.
         let curvature_new: [f64; 4] = std::array::from_fn(|i| {
             step[i] * curvature[i] + (2.0 * up * slope[i] - down * curvature_next[i])
         });
@@ -356,22 +355,21 @@ fn evaluate_four(series: &[[f64; 4]; TERMS], x: &[f64; 4]) -> [[f64; 4]; 3] {
     [value, slope, curvature]
 }
 
-/// Largest values of four series at the stationary points next to some places: Newton's method
-/// on the slopes of all of them at once, as one alone waits for its own sums most of the time.
-/// The same on every instruction set: nothing is fused.
+/// Largest values of four series at the stationary points next to given places. Newton's method runs on all
+/// slopes at once, because a single one mostly waits for its own sums. Nothing is fused, so that all
+/// instruction sets give the same result.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(super) fn peaks(series: [&[f64; TERMS]; 4], mut x: [f64; 4]) -> [f64; 4] {
-    /// Most steps; from a node, two come close enough in a smooth series.
+    /// Maximum number of steps. From a node, two come close enough in a smooth series.
     const MOST_STEPS: usize = 6;
-    /// Behind a step below this part of the window, the value is that of the parabola to
-    /// round-off.
+    /// After a step below this part of the window, the value is that of the parabola to round-off.
     const SMALL: f64 = 1e-5;
     let lanes: [[f64; 4]; TERMS] = std::array::from_fn(|n| series.map(|own| own[n]));
     let mut best = [f64::NEG_INFINITY; 4];
     for _ in 0..MOST_STEPS {
         let [values, slopes, curvatures] = evaluate_four(&lanes, &x);
         let mut goes_on = false;
-        // Choices without branches: which way each series takes is hard to foretell.
+        // Choices without branches, because the step of each series is hard to predict.
         for i in 0..4 {
             let step = -slopes[i] / curvatures[i];
             let step = if curvatures[i] < 0.0 { step } else { 0.0 };
@@ -396,7 +394,7 @@ mod tests {
     use crate::analysis::modal_series::cosine_series;
     use crate::numerics::legendre::{at_end, at_start, evaluate, variation};
 
-    /// Means of the third and fourth powers of `series − centre` by enough nodes for any.
+    /// Means of the third and fourth powers of `series − centre` by many nodes.
     fn by_many_nodes(series: &[f64; TERMS], centre: f64) -> [f64; 2] {
         let rule = GaussLegendre::new(60);
         [3, 4].map(|power| {
@@ -441,7 +439,7 @@ mod tests {
         }
     }
 
-    /// `∫ cos⁴` and the mean square of a cosine, and what its sizes say of it.
+    /// `∫ cos⁴` and the mean square of a cosine, and the bounds from its sizes.
     #[test]
     fn a_cosine_has_the_means_of_the_textbook() {
         let rules = Rules::shared();
@@ -468,7 +466,7 @@ mod tests {
         }
     }
 
-    /// Series of which some fall off and some do not.
+    /// Series, some of which fall off.
     fn some_series() -> impl Iterator<Item = [f64; TERMS]> {
         (0..200).map(|case| {
             let ratio = [0.1, 0.4, 0.7, 0.9, 1.0][case % 5];
@@ -478,7 +476,7 @@ mod tests {
         })
     }
 
-    /// Largest value at even places, close by.
+    /// Largest value at closely and evenly spaced places.
     fn by_search(series: &[f64; TERMS]) -> f64 {
         let places = (0..=20_000).map(|i| -1.0 + f64::from(i) / 10_000.0);
         let values = places.map(|x| evaluate(series, x));
@@ -500,7 +498,7 @@ mod tests {
                 assert!(high <= highest + 1e-6 && low >= lowest - 1e-6);
             }
         }
-        // Far closer than the sum of all coefficients where a series falls off.
+        // Much closer than the sum of all coefficients if a series falls off.
         let mut smooth = [0.0; TERMS];
         smooth[..4].copy_from_slice(&[0.3, 0.2, -0.5, 0.1]);
         assert!(rules.sizes(set, &smooth).rise < 0.01);

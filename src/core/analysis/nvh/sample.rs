@@ -1,6 +1,6 @@
-//! Values in time, in bounded memory: what quantiles are taken from.
+//! Values in time, in bounded memory, for quantiles.
 
-/// Most values that a record keeps of one kind; an even number.
+/// Maximum number of values per record of one kind, even.
 const MOST_VALUES: usize = 1 << 16;
 
 /// A sample in time: every value up to [`MOST_VALUES`] of them, then every second, every
@@ -37,8 +37,8 @@ impl<T: Copy> Sample<T> {
         self.skipped = self.stride - 1;
     }
 
-    /// Adds the record of another trajectory behind this one. Both keep every value of the
-    /// coarser stride, so that both weigh as much as they are long.
+    /// Appends the record of another trajectory. Both keep every value of the coarser stride, so that both
+    /// have the weight of their length.
     pub(super) fn append(&mut self, other: &Self) {
         let stride = self.stride.max(other.stride);
         self.thin(stride);

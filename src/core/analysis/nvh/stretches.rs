@@ -1,16 +1,15 @@
-//! Sums over successive stretches of equal length, in bounded memory: what error bars are
-//! taken from.
+//! Sums over successive stretches of equal length, in bounded memory, for error bars.
 
 use std::borrow::Cow;
 
-/// Most stretches kept; twice as many as any level of an error bar needs to be of use.
+/// Maximum number of stretches: twice as many as any level of an error bar needs.
 const MOST: usize = 2048;
 
 /// Something that can be added up.
 pub(in crate::analysis) trait Summable: Clone {
     /// Adds another sum to this one.
     fn add(&mut self, other: &Self);
-    /// Back to zero.
+    /// Resets to zero.
     fn clear(&mut self);
 }
 
@@ -26,8 +25,8 @@ impl<const N: usize> Summable for [f64; N] {
     }
 }
 
-/// Sums over stretches of `length` units each. When there are [`MOST`], neighbours are
-/// joined, and stretches are twice as long from then on.
+/// Sums over stretches of `length` units each. If there are [`MOST`], neighbours are joined, and the
+/// stretches double.
 #[derive(Debug, Clone)]
 pub(in crate::analysis) struct Stretches<T> {
     closed: Vec<T>,
@@ -38,7 +37,7 @@ pub(in crate::analysis) struct Stretches<T> {
 }
 
 impl<T: Summable> Stretches<T> {
-    /// No stretch yet; `empty` is a sum of nothing.
+    /// No stretches yet; `empty` is an empty sum.
     pub(in crate::analysis) fn new(empty: T, length: u64) -> Self {
         Self {
             closed: Vec::new(),
@@ -62,7 +61,7 @@ impl<T: Summable> Stretches<T> {
         &mut self.open
     }
 
-    /// A unit is over.
+    /// Ends a unit.
     pub(in crate::analysis) fn advance(&mut self) {
         self.filled += 1;
         if self.filled < self.length {
@@ -76,8 +75,8 @@ impl<T: Summable> Stretches<T> {
         }
     }
 
-    /// Joins neighbours to stretches of twice the length. A last stretch without a neighbour
-    /// counts in the total only, with what is open.
+    /// Joins neighbours to stretches of twice the length. A last stretch without a neighbour counts only in
+    /// the total, like the open one.
     fn join(&mut self) {
         let pairs = self.closed.chunks_exact(2);
         if let [single] = pairs.remainder() {
@@ -93,9 +92,8 @@ impl<T: Summable> Stretches<T> {
         self.length *= 2;
     }
 
-    /// Adds the record of another trajectory behind this one: stretches of both keep the longer
-    /// length. What is open in either counts in the total only. The sum is for looking at: no unit
-    /// is added to it any more.
+    /// Appends the record of another trajectory. Both get the longer stretches, and their open stretches
+    /// count only in the total. The sum can be evaluated but not continued.
     pub(in crate::analysis) fn append(&mut self, other: &Self) {
         debug_assert_eq!(self.first_length, other.first_length);
         while self.length < other.length {
@@ -109,30 +107,30 @@ impl<T: Summable> Stretches<T> {
         self.open.add(&other.open);
     }
 
-    /// Keeps the whole stretches among the first `units` alone.
+    /// Keeps only the complete stretches within the first `units`.
     pub(in crate::analysis) fn cut(&mut self, units: u64) {
         self.closed.truncate((units / self.length) as usize);
         self.open.clear();
         self.filled = 0;
     }
 
-    /// Changes every sum, the one of the present stretch included.
+    /// Changes every sum, including that of the present stretch.
     pub(in crate::analysis) fn each(&mut self, change: impl Fn(&mut T)) {
         self.closed.iter_mut().for_each(&change);
         change(&mut self.open);
     }
 
-    /// Units in a whole stretch.
+    /// Units per complete stretch.
     pub(in crate::analysis) fn length(&self) -> u64 {
         self.length
     }
 
-    /// The whole stretches, in time.
+    /// The complete stretches, in time.
     pub(in crate::analysis) fn closed(&self) -> &[T] {
         &self.closed
     }
 
-    /// The sum over everything, the present stretch included.
+    /// The sum over everything, including the present stretch.
     pub(in crate::analysis) fn total(&self) -> T {
         let mut sum = self.open.clone();
         for stretch in &self.closed {

@@ -1,8 +1,8 @@
-//! What is added up over a stretch of cycles, and the statistics that follow from it.
+//! Which sums are taken over a stretch of cycles, and which statistics follow from them?
 //!
-//! A statistic is a function of time averages. Its standard error is that of its
-//! linearisation: the averages of a stretch, weighted by the derivatives at the averages of
-//! the whole record, form a series in time whose mean has the error sought (delta method).
+//! A statistic is a function of time averages. Its standard error is that of its linearisation (delta
+//! method). The averages of a stretch, weighted by the derivatives at the averages of the whole record, form
+//! a series in time. The mean of this series has the required error.
 
 use super::losses::Losses;
 use super::stretches::Summable;
@@ -26,11 +26,11 @@ pub(super) struct Sums {
     pub impact_square: f64,
     /// Number and total length \[s\] of flights that ended.
     pub flights: [f64; 2],
-    /// The same of contacts.
+    /// The same for contacts.
     pub touches: [f64; 2],
     /// ∫ δ e^{−ihωt} dt, h = 1, 2, ….
     pub harmonics: Vec<Complex64>,
-    /// Those of each contact, both flanks of the first mesh before the others.
+    /// Sums of each contact, both flanks of the first mesh first.
     pub contacts: Vec<OfContact>,
 }
 
@@ -50,7 +50,7 @@ pub(super) struct OfContact {
 }
 
 impl Sums {
-    /// Nothing, with room for some harmonics and contacts.
+    /// Empty sums for some harmonics and contacts.
     pub(super) fn empty(harmonics: usize, contacts: usize) -> Self {
         Self {
             harmonics: vec![Complex64::ZERO; harmonics],
@@ -66,8 +66,8 @@ impl Sums {
 }
 
 impl Sums {
-    /// Takes powers about centres that lie lower by `shift`, in units of the half gap and in
-    /// newtons: binomials of the sums about the present centres.
+    /// Moves the centres down by `shift`, in units of the half gap and in newtons, by binomials of the sums
+    /// about the present centres.
     pub(super) fn recentre(&mut self, [d, e]: [f64; 2]) {
         let (t, [m1, m2, m3, m4]) = (self.time, self.moments);
         self.moments = [
@@ -115,15 +115,15 @@ impl Summable for Sums {
     }
 }
 
-/// What powers are taken about, and the unit of deflections.
+/// The centres of powers, and the unit of deflections.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Origin {
-    /// Mean δ \[m\] and F \[N\] of the first window: about zero, the spread of a mesh that
-    /// hardly moves under load would drown in the round-off of its mean.
+    /// Mean δ \[m\] and F \[N\] of the first window. With zero as the centre, the round-off of the mean would
+    /// hide the spread of a mesh that hardly moves under load.
     pub centre: [f64; 2],
     /// Half gap b \[m\].
     pub half_gap: f64,
-    /// Mass that meets in an impact \[kg\].
+    /// Effective mass of an impact \[kg\].
     pub effective_mass: f64,
 }
 
@@ -167,13 +167,13 @@ pub(super) fn statistics(sums: &Sums, origin: Origin) -> NvhOutcome {
     }
 }
 
-/// A quotient whose denominator may be zero (a motionless mesh): then 0.
+/// A quotient; 0 if its denominator is zero (a motionless mesh).
 pub(super) fn ratio(numerator: f64, denominator: f64) -> f64 {
     if denominator > 0.0 { numerator / denominator } else { 0.0 }
 }
 
-/// What the sums of a stretch add to statistics: the averages of all, and the derivatives that
-/// follow from them.
+/// Influence of the sums of a stretch on statistics: the averages of all stretches, and the derivatives from
+/// these.
 struct Influence<'a> {
     total: &'a Sums,
     /// Averages of powers of the deflection.
@@ -202,24 +202,24 @@ impl<'a> Influence<'a> {
         a2 - 2.0 * self.moments[0] * a1
     }
 
-    /// On the standard deviation of the deflection in half gaps.
+    /// Influence on the standard deviation of the deflection in half gaps.
     fn rms(&self, s: &Sums) -> f64 {
         ratio(0.5 * self.variance(s.moments), self.spread)
     }
 
-    /// On the standard deviation of the force.
+    /// Influence on the standard deviation of the force.
     fn force_std(&self, s: &Sums) -> f64 {
         let variance = s.force[1] - 2.0 * self.force * s.force[0];
         ratio(0.5 * variance, self.force_spread)
     }
 
-    /// On the amplitude of a mesh order.
+    /// Influence on the amplitude of a mesh order.
     fn harmonic(&self, s: &Sums, h: usize) -> f64 {
         let sum = self.total.harmonics[h];
         ratio(2.0 * (sum.conj() * s.harmonics[h]).re, sum.norm())
     }
 
-    /// On the quotient of two sums; none where the lower one is zero.
+    /// Influence on the quotient of two sums; `None` if the denominator is zero.
     fn quotient<'p>(
         &self,
         pick: &'p dyn Fn(&Sums) -> [f64; 2],
@@ -234,7 +234,7 @@ impl<'a> Influence<'a> {
     }
 }
 
-/// The mean over stretches of what `influence` says of one, as a series in time.
+/// The mean of `influence` over each stretch, as a series in time.
 fn series(stretches: &[Sums], influence: &dyn Fn(&Sums) -> f64) -> Vec<f64> {
     stretches.iter().map(|s| influence(s) / s.time).collect()
 }
@@ -245,8 +245,8 @@ fn impact_speed(s: &Sums) -> [f64; 2] {
     [drive.speed + coast.speed, drive.impacts + coast.impacts]
 }
 
-/// Series in time, one value per stretch, whose means have the errors of some statistics, by
-/// the names of their columns: those that the motion has.
+/// Series in time, one value per stretch, by the names of columns. The mean of each has the error of its
+/// statistic. Contains only statistics that the motion has.
 pub(super) fn watched(
     stretches: &[Sums],
     total: &Sums,
@@ -280,7 +280,7 @@ pub(super) fn errors(
 ) -> NvhErrors {
     let half_gap = origin.half_gap;
     let all = Influence::of(total);
-    // Of the mean over stretches of a weighted sum of their time averages.
+    // Standard error of the mean over stretches of a weighted sum of their time averages.
     let error = |influence: &dyn Fn(&Sums) -> f64| standard_error(&series(stretches, influence));
     let of_quotient = |pick: &dyn Fn(&Sums) -> [f64; 2]| {
         (all.quotient(pick)).map_or(f64::INFINITY, |influence| error(&influence))
@@ -326,7 +326,7 @@ pub(super) fn errors(
         ..NvhErrors::default()
     };
     if let Some(losses) = losses {
-        // What goes through the mesh counts in the sense that it has on the whole.
+        // Power through the mesh is positive in its mean direction.
         let through = |s: &Sums| losses.base_speed() * (s.force[0] + origin.centre[1] * s.time);
         let sense = through(total).signum();
         let quotient = of_quotient(&|s| [s.loss_of_first(), sense * through(s)]);

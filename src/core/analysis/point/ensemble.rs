@@ -20,14 +20,14 @@ use crate::numerics::statistics::{mean, standard_error};
 use crate::propagate::Kernel;
 use std::f64::consts::TAU;
 
-/// Shares of the cycles to come are multiples of this, so that averages of trajectories are whole.
+/// Cycles per trajectory are multiples of this, so that its averages are complete.
 const SHARE: u64 = 100;
 
-/// Cycles over which statistics of a torus are taken that a trajectory reached from chaos.
+/// Cycles for the statistics of a torus that a trajectory reached from chaos.
 const ON_TORUS: u64 = 2_000;
 
 impl<K: Kernel> PointRun<'_, K> {
-    /// Measures a motion that has not settled, until enough is known of it or it does settle.
+    /// Measures a motion that has not settled, until it settles or enough is known.
     pub(super) fn unsettled(
         &mut self,
         searches: Option<Searches>,
@@ -66,8 +66,7 @@ impl<K: Kernel> PointRun<'_, K> {
         }
     }
 
-    /// Measures the pilot alone until its neighbours are seen to part exponentially, and lets the
-    /// others branch off.
+    /// Measures the pilot alone until its neighbours separate exponentially, and then starts the branches.
     fn pilot_and_branches(
         &mut self,
         members: &mut Vec<Member>,
@@ -89,15 +88,15 @@ impl<K: Kernel> PointRun<'_, K> {
         }
     }
 
-    /// The trajectories that are still on the motion. Without exponents nothing shows where one left it: if
-    /// any did, none counts.
+    /// The trajectories still on the motion. Without exponents the time of an exit is unknown: if any
+    /// trajectory left, none counts.
     fn staying<'m>(&self, members: &'m [Member]) -> impl Iterator<Item = &'m Member> + use<'m, K> {
         let blind = self.questions.lyapunov.is_none();
         let left = blind && members.iter().any(|member| member.ending.is_some());
         (members.iter()).filter(move |member| !left && member.ending.is_none())
     }
 
-    /// Looks at what was measured of the motion by all trajectories.
+    /// Evaluates the measurements of the motion by all trajectories.
     fn look_at(&self, members: &[Member]) -> Look {
         let parts: Vec<&Record> = members.iter().map(Member::unsettled).collect();
         let staying: Vec<&Record> = self.staying(members).map(Member::unsettled).collect();
@@ -167,7 +166,7 @@ impl<K: Kernel> PointRun<'_, K> {
         Ok(outcome)
     }
 
-    /// What a motion is that some trajectories are still on.
+    /// The verdict on a motion that some trajectories have not left.
     fn verdict(
         &self,
         all: &Record,
@@ -257,14 +256,14 @@ impl<K: Kernel> PointRun<'_, K> {
             exponents[0] = torus.lambda;
             errors[0] = torus.error;
         }
-        // On a torus exponents are 0 as well as their averages tell.
+        // On a torus, exponents are 0 within the accuracy of their averages.
         let zero = if class == Some(Class::QuasiPeriodic) {
             2.0 * errors[0] + 5.0 / all.measured as f64
         } else {
             0.0
         };
         let dimension = kaplan_yorke(&series, &exponents, zero, self.growth_norm.dimension());
-        // Those of −∞ are the smallest, and are left out.
+        // Exponents of −∞ are the smallest, and are omitted.
         let lost = |exponent: &f64| *exponent == f64::NEG_INFINITY;
         let told = exponents
             .iter()
@@ -290,8 +289,8 @@ impl<K: Kernel> PointRun<'_, K> {
         })
     }
 
-    /// The slowest mode that turns at all, counted from 1, and the mesh cycles of one of its
-    /// turns, where these are more than so many.
+    /// The slowest mode with a frequency, counted from 1, and its period in mesh cycles, if that exceeds
+    /// `cycles`.
     fn slow_mode(&self, cycles: u64) -> Option<(usize, f64)> {
         let turn = |mode: usize| {
             let frequency = self.model.blocks[mode].natural_frequency();
@@ -304,7 +303,7 @@ impl<K: Kernel> PointRun<'_, K> {
     }
 }
 
-/// What the cycles of each trajectory are a multiple of.
+/// The cycles of each trajectory are a multiple of this.
 fn unit(members: &[Member]) -> u64 {
     match members.len() {
         1 => 1,
@@ -312,8 +311,8 @@ fn unit(members: &[Member]) -> u64 {
     }
 }
 
-/// Cycles that each trajectory still on the motion is to have, so that all have `wanted` of it, within
-/// the budget.
+/// Cycles for each trajectory still on the motion, so that all together have `wanted` of it within the
+/// budget.
 fn share(members: &[Member], wanted: u64, budget: u64) -> u64 {
     let faded: u64 = (members.iter())
         .map(|member| member.measured() - member.unsettled_cycles())
@@ -324,11 +323,11 @@ fn share(members: &[Member], wanted: u64, budget: u64) -> u64 {
     let mut fixed: u64 = left.iter().map(|m| m.unsettled_cycles()).sum();
     let mut lengths: Vec<u64> = alive.iter().map(|m| m.measured()).collect();
     lengths.sort_unstable();
-    // Those that have more than their share already leave less to the others.
+    // Trajectories that already exceed their share leave less to the others.
     while let Some(longest) = lengths.last() {
         let even = total.saturating_sub(fixed).div_ceil(lengths.len() as u64);
         if *longest <= even {
-            // Rounded up at a look, never beyond the budget.
+            // Rounded up at a look, but never beyond the budget.
             return if total + unit * members.len() as u64 <= budget {
                 even.next_multiple_of(unit)
             } else {
@@ -341,7 +340,7 @@ fn share(members: &[Member], wanted: u64, budget: u64) -> u64 {
     0
 }
 
-/// Records of several trajectories, one behind the other.
+/// Records of several trajectories, one after another.
 fn joined(parts: &[&Record]) -> Record {
     let mut all = parts[0].clone();
     for part in &parts[1..] {
@@ -350,8 +349,8 @@ fn joined(parts: &[&Record]) -> Record {
     all
 }
 
-/// How long chaos lasted in all trajectories, and where it ended; branches spent `parted` cycles on it before
-/// they were measured.
+/// Life of chaos over all trajectories, and its endings. Branches spent `parted` cycles on it before their
+/// measurement.
 fn chaos(members: &[Member], parted: u64) -> ChaosOutcome {
     let mut endings: Vec<(String, u32)> = Vec::new();
     for name in members.iter().filter_map(ending) {
@@ -373,7 +372,7 @@ fn chaos(members: &[Member], parted: u64) -> ChaosOutcome {
     }
 }
 
-/// What a trajectory ended on, by class and period.
+/// The motion on which a trajectory ended, by class and period.
 fn ending(member: &Member) -> Option<String> {
     let class = match member.ending.as_ref()? {
         Ending::Settled(outcome) => outcome.class?,
@@ -385,7 +384,7 @@ fn ending(member: &Member) -> Option<String> {
     })
 }
 
-/// The first trajectory of the most frequent ending.
+/// The first trajectory with the most frequent ending.
 fn most_frequent(members: &[Member]) -> usize {
     let names: Vec<Option<String>> = members.iter().map(ending).collect();
     let count = |name: &Option<String>| names.iter().filter(|other| *other == name).count();
@@ -397,7 +396,7 @@ fn most_frequent(members: &[Member]) -> usize {
     .unwrap_or(0)
 }
 
-/// The life of chaos that some trajectories are still on.
+/// The life of chaos that some trajectories have not left.
 fn life(chaos: &ChaosOutcome) -> String {
     let (low, high) = chaos.interval();
     match (chaos.lifetime(), high, &chaos.ended_on) {

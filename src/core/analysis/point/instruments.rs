@@ -1,4 +1,4 @@
-//! What is measured beside a trajectory.
+//! What is measured along a trajectory?
 
 use super::watch::Recorders;
 use crate::analysis::averages::CycleAverages;
@@ -9,16 +9,16 @@ use crate::analysis::recurrence::Recurrence;
 use crate::analysis::twin::Twin;
 use crate::model::{Model, TrajectoryState};
 
-/// Most cycles of a trajectory whose growth and strobe deflection are kept one by one.
+/// Maximum number of cycles per trajectory with stored growth and strobe deflection.
 const MOST_CYCLES: usize = 1 << 16;
 
-/// What was measured of one trajectory, or of several, one behind the other.
+/// Measurements of one trajectory, or of several, one after another.
 #[derive(Clone)]
 pub(super) struct Record {
     pub(super) growth: Option<TangentGrowth>,
     pub(super) twin: Option<Twin>,
     pub(super) watch: Recorders,
-    /// Averages of the squared strobe deflection \[m²\]: a statistic of motion that every point has.
+    /// Averages of the squared strobe deflection \[m²\], a statistic of motion that every point has.
     pub(super) strobe: CycleAverages,
     /// Measured cycles.
     pub(super) measured: u64,
@@ -27,12 +27,12 @@ pub(super) struct Record {
 }
 
 impl Record {
-    /// Averages of the growth of the largest exponent; `None` if no exponent is asked for.
+    /// Averages of the growth of the largest exponent; `None` if no exponent is requested.
     pub(super) fn averages(&self) -> Option<&CycleAverages> {
         self.growth.as_ref().map(TangentGrowth::averages)
     }
 
-    /// Keeps the first `cycles` alone, in which there were so many events.
+    /// Keeps only the first `cycles`, which had `events` events.
     pub(super) fn cut(&mut self, cycles: u64, events: u64) {
         if let Some(growth) = &mut self.growth {
             growth.cut(cycles);
@@ -48,7 +48,7 @@ impl Record {
         self.events = events;
     }
 
-    /// Adds the record of another trajectory behind this one; the twin stays that of the first.
+    /// Appends the record of another trajectory; the twin remains that of the first.
     pub(super) fn append(&mut self, other: &Self) {
         if let (Some(growth), Some(behind)) = (&mut self.growth, &other.growth) {
             growth.append(behind);
@@ -60,7 +60,7 @@ impl Record {
     }
 }
 
-/// Growth and strobe deflection of every cycle, as long as they are few.
+/// Growth and strobe deflection of every cycle, up to [`MOST_CYCLES`].
 #[derive(Debug, Clone, Default)]
 pub(super) struct Series {
     pub(super) growth: Vec<f64>,
@@ -76,7 +76,7 @@ impl Series {
         }
     }
 
-    /// Whether it still holds every measured cycle.
+    /// Whether it contains every measured cycle.
     pub(super) fn is_whole(&self, measured: u64) -> bool {
         self.growth.len() as u64 == measured
     }
@@ -90,7 +90,7 @@ pub(super) struct Instruments {
 }
 
 impl Instruments {
-    /// Instruments for the questions asked, at the trajectory's present place.
+    /// Instruments for the requested analyses, at the trajectory's present state.
     pub(super) fn new(
         model: &Model,
         norm: &EnergyNorm,
@@ -109,7 +109,7 @@ impl Instruments {
         Self::of(model, growth, twin, Recorders::asked(model, questions))
     }
 
-    /// Instruments of a trajectory that branched off another, with the tangents that it had there.
+    /// Instruments of a trajectory that branched off another, with the tangents from there.
     pub(super) fn of(
         model: &Model,
         growth: Option<TangentGrowth>,
@@ -130,7 +130,7 @@ impl Instruments {
         }
     }
 
-    /// Forgets what was measured, keeps directions.
+    /// Forgets all measurements and keeps the directions.
     pub(super) fn restart(&mut self) {
         if let Some(growth) = &mut self.record.growth {
             growth.restart();

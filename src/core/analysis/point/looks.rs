@@ -1,9 +1,9 @@
-//! Is enough known of a motion that does not settle, and if not, what is missing?
+//! Are the results of a motion that does not settle precise enough, and if not, what is missing?
 //!
-//! Errors are read at few looks, each after twice as many cycles as the one before. A look ends the point
-//! where the errors asked for are met and the record is long against its memory. Below [`SKEWED`]
-//! cycles no statistic of motion may be skew: bursts are rare and one-sided, and a record that
-//! holds none is recognised by what comes before them.
+//! Errors are evaluated at few looks, each after twice as many cycles as the one before. A look ends the
+//! point if the requested errors are met and the record is long compared with its correlation time. Below
+//! [`SKEWED`] cycles no statistic of motion may be skew: bursts are rare and one-sided, and their
+//! precursors reveal a record without bursts.
 
 use super::instruments::Record;
 use super::run::PointRun;
@@ -13,40 +13,40 @@ use crate::numerics::chains::{ess, rhat};
 use crate::numerics::statistics::{correlation_time, mean, skewness, standard_error};
 use crate::propagate::Kernel;
 
-/// Correlation times that a record takes.
+/// Minimum length of a record, in correlation times.
 const MEMORIES: f64 = 20.0;
 
-/// Cycles from which on skew statistics are believed.
+/// Cycles from which on skew statistics are accepted.
 pub(super) const SKEWED: u64 = 80_000;
 
-/// Largest skewness of means over [`SKEW_CYCLES`] cycles that is believed before.
+/// Largest skewness of means over [`SKEW_CYCLES`] cycles that is accepted before.
 const SKEWNESS: f64 = 0.8;
 
-/// Cycles of a mean whose skewness is looked at.
+/// Cycles per mean in the check of skewness.
 const SKEW_CYCLES: u64 = 100;
 
-/// Standard errors by which an exponent must exceed zero to be known.
+/// Standard errors by which an exponent must exceed zero.
 pub(super) const SIGMAS: f64 = 5.0;
 
-/// What a look at the records of all trajectories shows.
+/// Result of a look at the records of all trajectories.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Look {
     /// Why the error bars are not verified; `None` if they are.
     pub(super) unverified: Option<String>,
-    /// Why the errors asked for are not met, if they are not.
+    /// Why the requested errors are not met, if they are not.
     pub(super) missed: Option<String>,
-    /// The same of NVH statistics alone.
+    /// The same for NVH statistics alone.
     pub(super) statistics_missed: Option<String>,
-    /// Whether NVH statistics have a stop rule that is met.
+    /// Whether NVH statistics have a stop rule and meet it.
     pub(super) statistics_enough: bool,
-    /// Whether the budget cannot bring the errors asked for.
+    /// Whether the budget is too small for the requested errors.
     pub(super) futile: bool,
-    /// Whether something that has a stop rule is known, and nothing is missing.
+    /// Whether there is a stop rule, and nothing is missing.
     pub(super) enough: bool,
     /// Effective sample size and R-hat of the growth of neighbours.
     pub(super) ess: Option<f64>,
     pub(super) rhat: Option<f64>,
-    /// Cycles over which that growth is correlated.
+    /// Cycles over which this growth is correlated.
     pub(super) memory: Option<f64>,
 }
 
@@ -61,7 +61,7 @@ impl Look {
 struct Averaged {
     name: &'static str,
     values: Vec<f64>,
-    /// Cycles of each.
+    /// Cycles per average.
     stretch: u64,
 }
 
@@ -80,8 +80,8 @@ impl Averaged {
 }
 
 impl<K: Kernel> PointRun<'_, K> {
-    /// Looks at `all` trajectories one behind the other, and at each that stays on the motion; `exits` have
-    /// left it.
+    /// Evaluates `all`, the records of all trajectories one after another, and each that stays on the motion;
+    /// `exits` have left it.
     pub(super) fn look(&self, all: &Record, staying: &[&Record], exits: usize) -> Look {
         let chains: Vec<&[f64]> = (staying.iter())
             .filter_map(|record| Some(record.averages()?.values()))
@@ -119,13 +119,13 @@ impl<K: Kernel> PointRun<'_, K> {
         look
     }
 
-    /// Why the errors of a record are not verified.
+    /// Why the errors of a record are not verified, if they are not.
     fn unverified(&self, all: &Record, growth: Option<&Averaged>) -> Option<String> {
         if self.questions.effort() == Effort::Survey {
             return Some("errors of a survey are not verified".to_owned());
         }
         let first = Effort::Verified.first_look();
-        // Cycles that trajectories spent on what they left for count against the budget.
+        // Cycles of trajectories after they left the motion count against the budget.
         if self.questions.cycles < first || 10 * all.measured < 9 * first {
             return Some(format!(
                 "{} of the {first} measured cycles that verified errors need; raise run.cycles, or set \
@@ -156,7 +156,7 @@ impl<K: Kernel> PointRun<'_, K> {
         })
     }
 
-    /// How well the largest exponent is known, where it has a stop rule.
+    /// Precision of the largest exponent, if it has a stop rule.
     fn exponent(&self, all: &Record, growth: &Averaged) -> Option<Aim> {
         let target = self.questions.lyapunov?.stop_at_stderr?;
         let (lambda, error) = (mean(&growth.values), standard_error(&growth.values));
@@ -183,7 +183,7 @@ impl<K: Kernel> PointRun<'_, K> {
         Some(aim)
     }
 
-    /// Whether the life of chaos asked for is shown.
+    /// Evidence for the requested life of chaos.
     fn life(&self, all: &Record, exits: usize) -> Option<Aim> {
         let asked = self.questions.lyapunov?.lifetime?;
         let short = exits == 0 && all.measured < 3 * asked;
@@ -199,7 +199,7 @@ impl<K: Kernel> PointRun<'_, K> {
         })
     }
 
-    /// How well NVH statistics are known, where they have a stop rule.
+    /// Precision of NVH statistics, if they have a stop rule.
     fn statistics(&self, all: &Record) -> Option<Aim> {
         let target = self.questions.nvh?.stop_at_stderr?;
         if all.watch.enough {
@@ -211,7 +211,7 @@ impl<K: Kernel> PointRun<'_, K> {
         }))
     }
 
-    /// An error that is `ratio` times as large as asked for.
+    /// The aim of an error that is `ratio` times the requested one.
     fn aim(&self, all: &Record, ratio: f64, message: impl FnOnce() -> String) -> Aim {
         if ratio <= 1.0 {
             return Aim::default();
@@ -230,16 +230,16 @@ impl<K: Kernel> PointRun<'_, K> {
     }
 }
 
-/// An error or a bound that is asked for.
+/// A requested error or bound.
 #[derive(Debug, Default)]
 struct Aim {
     /// Why it is not met, if it is not.
     missed: Option<String>,
-    /// Whether the budget cannot bring it.
+    /// Whether the budget is too small for it.
     futile: bool,
 }
 
-/// The statistics of motion whose memory and skewness are looked at.
+/// The statistics of motion whose correlation time and skewness are checked.
 fn statistics_of_motion(all: &Record) -> Vec<Averaged> {
     let strobe = Averaged {
         name: "the squared strobe deflection",
@@ -259,7 +259,7 @@ fn statistics_of_motion(all: &Record) -> Vec<Averaged> {
     found
 }
 
-/// A number of cycles to two digits.
+/// A number of cycles to two significant digits.
 fn rounded(cycles: f64) -> u64 {
     let unit = 10f64.powf(cycles.max(1.0).log10().floor() - 1.0);
     ((cycles / unit).ceil() * unit) as u64

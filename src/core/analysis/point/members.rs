@@ -1,7 +1,7 @@
-//! Trajectories of a motion that does not settle, and how they leave it.
+//! How do trajectories of a motion that does not settle start, and how do they leave it?
 //!
-//! A pilot is measured first. Others branch off it some cycles apart, displaced by a little, with its
-//! tangents; they part from it before they are measured. A trajectory leaves the motion when it
+//! A pilot is measured first. Others branch off it some cycles apart, with a small displacement and its
+//! tangents. They separate from it before they are measured. A trajectory leaves the motion when it
 //! repeats or is found on a torus. Its part of the motion ends where the growth of neighbours faded.
 
 use super::instruments::{Instruments, Record};
@@ -17,40 +17,40 @@ use crate::model::TrajectoryState;
 use crate::numerics::statistics::{mean, standard_error};
 use crate::propagate::Kernel;
 
-/// Cycles between two looks at whether a trajectory left the motion.
+/// Cycles between two checks whether a trajectory left the motion.
 const BLOCK: u64 = 50;
 
-/// Cycles over which the growth of neighbours is averaged to see whether it faded.
+/// Cycles per average of the growth of neighbours, to detect that it faded.
 const CHUNK: u64 = 100;
 
-/// Average growth \[1/cycle\] up to which it has faded.
+/// Average growth \[1/cycle\] up to which it counts as faded.
 const FADED: f64 = 3e-3;
 
-/// Faded cycles before an orbit is sought for the first time.
+/// Faded cycles before the first search for an orbit.
 const FADED_SEARCH: u64 = 300;
 
-/// Errors by which the exponent of chaos exceeds zero.
+/// Standard errors by which the exponent of chaos exceeds zero.
 const SIGMAS: f64 = 3.0;
 
 /// How a trajectory left the motion.
 pub(super) enum Ending {
-    /// On an orbit; what is known of it.
+    /// On an orbit, with its results.
     Settled(Box<PointOutcome>),
     /// On a torus.
     Torus(Torus),
 }
 
-/// Since when the growth of neighbours has faded.
+/// State of a trajectory since the growth of neighbours faded.
 struct Faded {
-    /// What was measured before; without the cycles just before, in which the motion changed.
+    /// The record before, without the last cycles, in which the motion changed.
     record: Record,
-    /// Measured cycles of it.
+    /// Measured cycles of this record.
     cycles: u64,
     /// Measured cycles at the next search for an orbit.
     next_search: u64,
 }
 
-/// A place of the pilot from which another trajectory branches off.
+/// A state of the pilot from which another trajectory branches off.
 struct Branch {
     /// Measured cycles of the pilot.
     cycle: u64,
@@ -66,11 +66,11 @@ pub(super) struct Member {
     faded: Option<Faded>,
     /// Measured cycles and events at the last two ends of chunks.
     passed: [[u64; 2]; 2],
-    /// Of the pilot.
+    /// Only for the pilot.
     searches: Option<Searches>,
     next_torus: u64,
     branches: Vec<Branch>,
-    /// Branches kept.
+    /// Maximum number of branches.
     most_branches: usize,
 }
 
@@ -108,7 +108,7 @@ impl Member {
         self.instruments.record.measured
     }
 
-    /// What was measured before the motion was left; all of it where that did not happen.
+    /// The record before the trajectory left the motion; all of it if it did not leave.
     pub(super) fn unsettled(&self) -> &Record {
         match (&self.ending, &self.faded) {
             (Some(_), Some(faded)) => &faded.record,
@@ -116,7 +116,7 @@ impl Member {
         }
     }
 
-    /// Cycles measured before the motion was left.
+    /// Cycles measured before the trajectory left the motion.
     pub(super) fn unsettled_cycles(&self) -> u64 {
         match (&self.ending, &self.faded) {
             (Some(_), Some(faded)) => faded.cycles,
@@ -124,7 +124,7 @@ impl Member {
         }
     }
 
-    /// Whether neighbours part exponentially. Without exponents, whether the motion goes on.
+    /// Whether neighbours separate exponentially. Without exponents, whether the motion goes on.
     pub(super) fn is_chaotic(&self) -> bool {
         match self.unsettled().averages() {
             Some(averages) => is_chaotic(averages.values(), averages.stretch()),
@@ -132,7 +132,7 @@ impl Member {
         }
     }
 
-    /// Takes note of whether the growth of neighbours has faded over the last cycles.
+    /// Records whether the growth of neighbours has faded over the last cycles.
     fn note_growth(&mut self) {
         let record = &self.instruments.record;
         let Some(averages) = record.averages() else {
@@ -158,7 +158,7 @@ impl Member {
         self.passed = [self.passed[1], [record.measured, record.events]];
     }
 
-    /// Keeps the latest places from which others may branch off.
+    /// Keeps the latest states from which others may branch off.
     fn note_branch(&mut self, gap: u64) {
         let record = &self.instruments.record;
         if self.most_branches == 0 || !record.measured.is_multiple_of(gap) {
@@ -178,7 +178,7 @@ impl Member {
         });
     }
 
-    /// Whether an orbit is to be sought after so many cycles of the whole simulation.
+    /// Whether a search for an orbit is due after `cycles` of the whole simulation.
     fn search_is_due(&mut self, cycles: u64) -> bool {
         let measured = self.measured();
         let faded = (self.faded.as_mut()).is_some_and(|faded| {
@@ -191,7 +191,7 @@ impl Member {
         (self.searches.as_mut()).is_some_and(|searches| searches.due(cycles)) || faded
     }
 
-    /// Whether a torus is to be looked for.
+    /// Whether a search for a torus is due.
     fn torus_is_due(&mut self) -> bool {
         let due = self.measured() >= self.next_torus;
         if due {
@@ -207,7 +207,7 @@ pub(super) fn is_chaotic(averages: &[f64], stretch: u32) -> bool {
 }
 
 impl<K: Kernel> PointRun<'_, K> {
-    /// Measures a trajectory until it has so many cycles, or leaves the motion.
+    /// Measures a trajectory until it has `until` cycles or leaves the motion.
     pub(super) fn follow(
         &mut self,
         member: &mut Member,
@@ -231,7 +231,7 @@ impl<K: Kernel> PointRun<'_, K> {
         Ok(())
     }
 
-    /// Looks whether a trajectory left the motion.
+    /// Checks whether a trajectory left the motion.
     fn leaves(&mut self, member: &mut Member) -> Result<(), Interruption> {
         if let Some(period) = member.instruments.recurrence.period(&self.norm) {
             let found = Repeating {
@@ -260,7 +260,7 @@ impl<K: Kernel> PointRun<'_, K> {
         Ok(())
     }
 
-    /// Ends a trajectory on the orbit that `find` finds next to it; otherwise leaves it where it is.
+    /// Ends a trajectory on the orbit that `find` finds near it; otherwise leaves it unchanged.
     fn settles(
         &mut self,
         member: &mut Member,
@@ -276,7 +276,7 @@ impl<K: Kernel> PointRun<'_, K> {
         Ok(())
     }
 
-    /// Lets other trajectories branch off the pilot where it was on the motion, and part from it.
+    /// Starts other trajectories at states of the pilot on the motion, and lets them separate from it.
     pub(super) fn branch_off(
         &mut self,
         pilot: &Member,

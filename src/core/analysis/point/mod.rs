@@ -1,19 +1,18 @@
-//! All questions to one operating point, in one integration.
+//! All analyses of one operating point, in one integration.
 //!
-//! 1. the transient is integrated and discarded; before it where motion starts in lasting
-//!    contact, then at doubling counts of cycles, an attracting periodic orbit is sought by
-//!    Newton's method, which ends the transient when it is found and seen to be approached;
-//! 2. an orbit that was found is confirmed by its multipliers, measured over one period, and
-//!    done;
-//! 3. otherwise the energy balance is audited over a stretch, tangents and twin are aligned,
-//!    their growth discarded;
-//! 4. the trajectory is measured; where its neighbours part exponentially others branch off it. After every
-//!    block of cycles each is searched for a period, at doubling counts for an orbit and a torus. Its part of
-//!    the motion ends there;
-//! 5. at few looks, each after twice as many cycles, the errors of all trajectories together are read, until
-//!    they are small enough, cannot become so, or the budget is spent.
+//! 1. The transient is integrated and discarded. Newton's method searches for an attracting periodic orbit:
+//!    at the start if the motion starts in lasting contact, then at doubling counts of cycles. An orbit that
+//!    the trajectory approaches ends the transient.
+//! 2. This orbit is confirmed by its multipliers and measured over one period. This completes the point.
+//! 3. Otherwise the energy balance is audited over a stretch. Tangents and twin are aligned, and their growth
+//!    is discarded.
+//! 4. The trajectory is measured. If its neighbours separate exponentially, others branch off it. After every
+//!    block of cycles each is checked for a period, and at doubling counts for an orbit and a torus. Its part
+//!    of the motion ends there.
+//! 5. At few looks, each after twice as many cycles, the errors of all trajectories together are evaluated.
+//!    The point ends when they are small enough, cannot become so, or the budget is spent.
 //!
-//! Where every trajectory settled, the point is answered by what they settled on.
+//! If every trajectory settled, the point has the results of the motion on which they settled.
 
 mod ensemble;
 mod instruments;
@@ -41,10 +40,10 @@ use settle::{Repeating, Searches, WORTH_A_SEARCH};
 use std::sync::atomic::AtomicBool;
 use steady::Steady;
 
-/// Answers all questions to one point.
+/// Runs all analyses of one point.
 ///
 /// # Errors
-/// [`CalledOff`] when `called_off` was raised meanwhile.
+/// [`CalledOff`] if `called_off` was raised.
 pub fn investigate<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -56,8 +55,8 @@ pub fn investigate<K: Kernel>(
     investigate_onward(model, kernel, &mut trajectory, questions, called_off)
 }
 
-/// As [`investigate`]; leaves `trajectory` where the integration ended, which is unspecified where
-/// it diverged or ended in an event storm.
+/// As [`investigate`]; leaves `trajectory` at the end of the integration, which is unspecified after
+/// divergence or an event storm.
 ///
 /// # Errors
 /// As [`investigate`].

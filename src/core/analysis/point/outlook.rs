@@ -1,33 +1,34 @@
 //! How long will a motion be measured that did not settle over its first cycles?
 //!
-//! Looks come at known cycles, and the errors over the first cycles tell at which one those that are asked
-//! for can be met. What they do not tell is whether motion is skew, which doubles the cycles, and whether
-//! a motion whose neighbours do not part yet is about to settle. Both are given as a spread.
+//! Looks come at known cycles, and the errors over the first cycles show which look can meet the requested
+//! errors. They do not show whether the motion is skew, which doubles the cycles, or whether a motion whose
+//! neighbours do not separate yet is about to settle. The spread covers both.
 
 use super::looks::{SIGMAS, SKEWED};
 use super::plan::Plan;
 use crate::analysis::config::{Effort, PointConfig};
 use crate::analysis::outcome::PointOutcome;
 
-/// Cycles of a motion whose neighbours do not part over the first cycles, as a part of those at the first
-/// look, and their standard deviation: between an orbit that is found soon and chaos that shows late. Chosen
-/// by the 16 points of `manifests/flex80.toml` that take more than 1000 cycles and are not chaotic: 0.61 and 1.04.
+/// Cycles of a motion whose neighbours do not separate over the first cycles, relative to those at the first
+/// look, and their standard deviation. They lie between an orbit that is found soon and chaos that shows
+/// late. Chosen from the 16 points of `manifests/flex80.toml` that take more than 1000 cycles and are not
+/// chaotic: 0.61 and 1.04.
 const UNDECIDED: [f64; 2] = [0.7, 1.0];
 
-/// Errors by which an exponent exceeds zero where neighbours are taken to part.
+/// Standard errors by which the exponent exceeds zero if neighbours separate.
 const PARTS: f64 = 3.0;
 
-/// Measured mesh cycles that a point will take.
+/// Measured mesh cycles that a point is expected to take.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outlook {
-    /// Expected.
+    /// Expected value.
     pub expected: f64,
     /// Standard deviation.
     pub spread: f64,
 }
 
 impl Outlook {
-    /// For questions to a motion that was `seen` over some cycles without settling.
+    /// For analyses of a motion that was `seen` over some cycles without settling.
     pub fn of(questions: &PointConfig, seen: &PointOutcome) -> Self {
         let plan = Plan::of(questions);
         let (first, budget) = (plan.first as f64, plan.budget as f64);
@@ -56,7 +57,7 @@ impl Outlook {
         let (lambda, error) = (found.exponents[0], found.stderr());
         let ratio = (error / target).max(SIGMAS * error / lambda);
         let wanted = seen.measured_cycles as f64 * ratio * ratio;
-        // Beyond the budget the first look ends the point.
+        // If this exceeds the budget, the first look ends the point.
         let looks = (wanted / first).log2().ceil().max(0.0);
         let enough = if wanted <= budget { (first * looks.exp2()).min(budget) } else { first };
         let skew = match questions.effort() {
@@ -78,7 +79,7 @@ mod tests {
     use crate::analysis::poincare::Section;
     use crate::numerics::random::PointSeed;
 
-    /// For an exponent with a stop rule or without, after 400 cycles that gave λ = 0.2 with an error.
+    /// Outlook for an exponent with a stop rule or without, after 400 cycles with λ = 0.2 and an error.
     fn outlook(effort: Effort, target: Option<f64>, error: f64, cycles: u64) -> [f64; 2] {
         let questions = PointConfig {
             point: PointSeed {
@@ -121,17 +122,18 @@ mod tests {
     #[test]
     fn looks_tell_how_many_cycles_come() {
         let verified = |target, error, cycles| outlook(Effort::Verified, target, error, cycles);
-        // 400 (0.05 / 0.01)^2 = 10 000 cycles: the first look may do, and at the second motion may be skew.
+        // 400 (0.05 / 0.01)^2 = 10 000 cycles: the first look may suffice, or the second if the motion is
+        // skew.
         assert_eq!(verified(Some(0.01), 0.05, 160_000), [60_000.0, 20_000.0]);
         // 400 (0.06 / 0.01)^2 = 14 400 cycles: the same.
         assert_eq!(verified(Some(0.01), 0.06, 160_000), [60_000.0, 20_000.0]);
-        // Within three errors of zero: not seen to part.
+        // Within three errors of zero: no separation.
         assert_eq!(verified(Some(0.01), 0.12, 160_000), [28_000.0, 40_000.0]);
         // 400 (0.05 / 0.004)^2 = 62 500 cycles: the second look for certain.
         assert_eq!(verified(Some(0.004), 0.05, 160_000), [80_000.0, 0.0]);
-        // Beyond the budget the first look says that it is futile.
+        // Beyond the budget, the first look is futile and ends the point.
         assert_eq!(verified(Some(0.001), 0.05, 160_000), [60_000.0, 20_000.0]);
-        // Without a rule, or where the first look does not come, all cycles.
+        // Without a rule, or if the budget ends before the first look, all cycles.
         assert_eq!(verified(None, 0.05, 160_000), [160_000.0, 0.0]);
         assert_eq!(verified(Some(0.01), 0.05, 10_000), [10_000.0, 0.0]);
         let survey = outlook(Effort::Survey, Some(0.05), 0.05, 10_000);

@@ -1,41 +1,41 @@
-//! How many trajectories of how many cycles are measured of a motion that does not settle.
+//! How many trajectories of a motion that does not settle are measured, and over how many cycles?
 //!
-//! The constants are those under which the coverage of error bars was measured (docs/theory.md). A first
-//! look after many cycles, and few looks, matter more than any condition on the record itself:
-//! conditions that a record meets by chance select records without bursts.
+//! The coverage of error bars was measured with these constants (docs/theory.md). A late first look, and few
+//! looks, matter more than any condition on the record itself: conditions that a record meets by chance
+//! select records without bursts.
 
 use crate::analysis::config::{Effort, PointConfig};
 
-/// Trajectories that a verified error bar takes.
+/// Trajectories for a verified error bar.
 const TRAJECTORIES: usize = 8;
 
-/// Displacement of a trajectory where it branches off, in half gaps.
+/// Displacement of a new branch, in half gaps.
 pub(super) const DISPLACEMENT: f64 = 1e-3;
 
-/// Cycles between two branches, as a part of the cycles at the first look.
+/// Number of gaps between branches within the cycles at the first look.
 const GAPS: u64 = 40;
 
-/// Cycles in which a branch parts from its pilot, as a part of a gap.
+/// A branch separates from its pilot in a gap divided by this.
 const PARTS: u64 = 5;
 
-/// What is planned for a point.
+/// The plan of a point.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Plan {
-    /// Trajectories.
+    /// Number of trajectories.
     pub(super) trajectories: usize,
-    /// Cycles of all trajectories at the first look; each later look comes at twice as many.
+    /// Cycles of all trajectories at the first look; each later look follows at twice as many.
     pub(super) first: u64,
     /// Cycles of the pilot between two branches.
     pub(super) gap: u64,
-    /// Cycles of a branch that are not measured.
+    /// Discarded cycles of a branch.
     pub(super) part: u64,
-    /// Most measured cycles of all trajectories.
+    /// Maximum number of measured cycles of all trajectories.
     pub(super) budget: u64,
 }
 
 impl Plan {
-    /// For the questions asked. Several trajectories only where the first look is within the budget, and
-    /// something is averaged.
+    /// For the requested analyses. There are several trajectories only if the first look is within the budget
+    /// and something is averaged.
     pub(super) fn of(questions: &PointConfig) -> Self {
         let effort = questions.effort();
         let (first, budget) = (effort.first_look(), questions.cycles);
@@ -51,7 +51,7 @@ impl Plan {
         }
     }
 
-    /// Cycles of the pilot at which the others may branch off.
+    /// Cycles of the pilot after which the others may branch off.
     pub(super) fn branching(&self) -> u64 {
         self.gap * (self.trajectories as u64 - 1)
     }

@@ -1,5 +1,5 @@
-//! The integration of one point, step by step: how it is advanced, aligned, audited and measured,
-//! and what is handed over when it ends.
+//! The integration of one point, step by step: advancing, aligning, auditing, measuring, and the outcome at
+//! the end.
 
 use super::instruments::{Instruments, Record};
 use crate::analysis::averages::CYCLES_PER_AVERAGE;
@@ -19,8 +19,8 @@ use crate::numerics::statistics::FEWEST_VALUES;
 use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
 use std::sync::atomic::AtomicBool;
 
-/// Measured cycles of a twin: as many as an error bar takes. It is there to check the
-/// tangents over the same cycles, which more of them would not do any better.
+/// Measured cycles of a twin: as many as an error bar needs. It checks the tangents over the same cycles, and
+/// more cycles would not improve the check.
 const TWIN_CYCLES: u64 = FEWEST_VALUES as u64 * CYCLES_PER_AVERAGE as u64;
 
 /// Why an integration ended early.
@@ -49,7 +49,7 @@ pub(super) struct PointRun<'a, K: Kernel> {
     pub(super) questions: &'a PointConfig,
     pub(super) called_off: &'a AtomicBool,
     pub(super) norm: EnergyNorm,
-    /// The norm in which tangents and twin are measured.
+    /// The norm for tangents and twin.
     pub(super) growth_norm: EnergyNorm,
     pub(super) bounds: Bounds,
     pub(super) trajectory: TrajectoryState,
@@ -59,7 +59,7 @@ pub(super) struct PointRun<'a, K: Kernel> {
 }
 
 impl<K: Kernel> PointRun<'_, K> {
-    /// Instruments at the trajectory's present place, tangents and twin aligned.
+    /// Instruments at the trajectory's present state, with aligned tangents and twin.
     pub(super) fn align(&mut self) -> Result<Instruments, Interruption> {
         let mut instruments = Instruments::new(
             self.model,
@@ -96,7 +96,7 @@ impl<K: Kernel> PointRun<'_, K> {
         Ok(())
     }
 
-    /// Advances the transient, at once where contact is certain to last.
+    /// Advances the transient, in jumps if contact is certain to last.
     pub(super) fn pass_transient(&mut self) -> Result<(), Interruption> {
         let mut jumps = ContactJumps::new(self.model);
         while self.counters.cycles < self.questions.transient {
@@ -111,7 +111,7 @@ impl<K: Kernel> PointRun<'_, K> {
         Ok(())
     }
 
-    /// Audits the energy balance over some cycles, where it is to be audited at all.
+    /// Audits the energy balance over some cycles, if an audit is requested.
     pub(super) fn audit(&mut self, cycles: u64) -> Result<(), Interruption> {
         let mut audit = EnergyAudit::new(self.model);
         for _ in 0..cycles.min(self.questions.audit_cycles) {
@@ -121,7 +121,7 @@ impl<K: Kernel> PointRun<'_, K> {
         Ok(())
     }
 
-    /// One cycle of the trajectory, its tangents and its twin; the growth of the first tangent.
+    /// One cycle of the trajectory, its tangents and its twin. Returns the growth of the first tangent.
     pub(super) fn cycle<O: Observer>(
         &mut self,
         growth: &mut Option<TangentGrowth>,
@@ -146,7 +146,7 @@ impl<K: Kernel> PointRun<'_, K> {
         };
         let tangent = growth.cycle(&self.growth_norm);
         if let Some(twin) = twin {
-            // The twin's work is not the point's: its events and grazings are not counted.
+            // The twin's events and grazings do not belong to the point, and are not counted.
             let mut uncounted = Counters::default();
             self.kernel.advance(
                 1,
@@ -224,8 +224,8 @@ impl<K: Kernel> PointRun<'_, K> {
         }
     }
 
-    /// Why the answers cannot be relied on, where the energy balance says so. A kernel that
-    /// approximates leaves a residual by design.
+    /// Why the results are unreliable, if the energy balance shows it. An approximate kernel leaves a
+    /// residual by design.
     fn objection(&self) -> Option<String> {
         let residual = self.energy_residual.filter(|_| self.kernel.exact())?;
         objection(residual)
@@ -236,7 +236,7 @@ impl<K: Kernel> PointRun<'_, K> {
         Ok(self.unanswered(Status::try_from(stop)?, stop.to_string()))
     }
 
-    /// The outcome of an integration without answers.
+    /// The outcome of an integration without results.
     pub(super) fn unanswered(&self, status: Status, reason: String) -> PointOutcome {
         PointOutcome {
             energy_residual: self.energy_residual,

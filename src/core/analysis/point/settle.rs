@@ -1,4 +1,4 @@
-//! Motions that repeat: found early by Newton's method, or by waiting until they do.
+//! How are periodic motions found? Early by Newton's method, or by waiting until they repeat.
 
 use super::instruments::Instruments;
 use super::run::{Interruption, PointRun};
@@ -20,15 +20,15 @@ use crate::propagate::{Counters, Kernel};
 use faer::Mat;
 use num_complex::Complex64;
 
-/// Exponent per cycle up to which a repeating motion counts as neutral: round-off splits a
-/// double multiplier 1 (free flight) by its square root.
+/// Exponent per cycle up to which a periodic motion counts as neutral: round-off splits a double multiplier 1
+/// (free flight) by its square root.
 const NEUTRAL: f64 = 1e-7;
 
-/// Return distance, in half gaps, from which a Newton search is worth its cost.
+/// Return distance, in half gaps, below which a Newton search pays.
 pub(super) const WORTH_A_SEARCH: f64 = 0.3;
 
-/// Cycles integrated before the first search; the next ones follow at doubled counts, so that
-/// a chaotic point spends little on them.
+/// Cycles integrated before the first search. Later searches follow at doubled counts, so that a chaotic
+/// point spends little on them.
 const FIRST_SEARCH: u64 = 100;
 
 /// When the next search for an orbit is due.
@@ -38,13 +38,12 @@ pub(super) struct Searches {
 }
 
 impl Searches {
-    /// None when orbits are not to be sought.
+    /// `None` if no orbits are sought.
     pub(super) fn new(wanted: bool) -> Option<Self> {
         wanted.then_some(Self { next: FIRST_SEARCH })
     }
 
-    /// Whether a search is due after so many cycles; if so, the next one comes at twice
-    /// that.
+    /// Whether a search is due after `cycles`; if so, the next one follows at twice that.
     pub(super) fn due(&mut self, cycles: u64) -> bool {
         let due = cycles >= self.next;
         if due {
@@ -54,14 +53,14 @@ impl Searches {
     }
 }
 
-/// A motion that repeats, on which the trajectory lies.
+/// A periodic motion on which the trajectory lies.
 #[derive(Debug)]
 pub(super) struct Repeating {
-    /// Mesh cycles.
+    /// Period in mesh cycles.
     pub(super) period: u32,
     /// How it was found.
     pub(super) how: String,
-    /// The map of a period from the trajectory's place, where the search has left it.
+    /// The map of a period from the trajectory's state, if the search computed it.
     pub(super) turn: Option<PeriodMap>,
 }
 
@@ -74,13 +73,13 @@ pub(super) struct PeriodMap {
     events: u64,
 }
 
-/// Round-off of the map of a period, as a part of a multiplier, from which on the maps of its cycles are
-/// taken one by one.
+/// Round-off of the map of a period, relative to a multiplier, above which the maps of its cycles are
+/// evaluated one by one.
 const TOLD: f64 = 1e-9;
 
 impl<K: Kernel> PointRun<'_, K> {
-    /// Seeks an attracting orbit next to the trajectory. Where one is found and the
-    /// trajectory is seen to approach it, the trajectory is put on it.
+    /// Searches for an attracting orbit next to the trajectory. If the trajectory approaches one, it is put
+    /// on this orbit.
     pub(super) fn seek_orbit(
         &mut self,
         candidates: &[u32],
@@ -105,7 +104,7 @@ impl<K: Kernel> PointRun<'_, K> {
         Ok(None)
     }
 
-    /// Puts the trajectory on an orbit that it was seen to approach after so many cycles.
+    /// Puts the trajectory on an orbit that it approached; `before` counts the cycles before the search.
     pub(super) fn put_on(&mut self, found: Attracting, before: u64) -> Repeating {
         let Attracting {
             orbit,
@@ -150,9 +149,9 @@ impl<K: Kernel> PointRun<'_, K> {
         }
     }
 
-    /// Confirms a motion that repeats by its multipliers and measures one period, which is all
-    /// there is to know of it. None where a multiplier lies outside the unit circle (a long
-    /// stay near an unstable orbit); one on it is a motion that nothing damps.
+    /// Confirms a periodic motion by its multipliers and measures one period, which describes it completely.
+    /// `None` if a multiplier lies outside the unit circle (a long stay near an unstable orbit). A multiplier
+    /// on the circle shows an undamped motion.
     pub(super) fn settle(
         &mut self,
         found: Repeating,
@@ -163,7 +162,7 @@ impl<K: Kernel> PointRun<'_, K> {
         let Some(turn) = (match turn {
             Some(turn) => {
                 match turn.events {
-                    // Maps of its cycles are the same wherever contact lasts.
+                    // While contact lasts, the maps do not depend on the state.
                     0 => end.cycle += u64::from(period),
                     _ => self.go_round(&mut end, period)?,
                 }
@@ -184,7 +183,7 @@ impl<K: Kernel> PointRun<'_, K> {
         }
         let lyapunov = match self.questions.lyapunov {
             Some(asked) => {
-                // Of multipliers in round-off it is none.
+                // A multiplier within round-off has no direction.
                 let told = round_off(first, leading.norm()) <= TOLD;
                 let direction =
                     if asked.twin && told { eigenpair(first.as_ref(), leading) } else { None };
@@ -225,7 +224,7 @@ impl<K: Kernel> PointRun<'_, K> {
         )))
     }
 
-    /// Exponents of an orbit by its multipliers, with those of a twin that starts along an eigenvector.
+    /// Exponents of an orbit from its multipliers, and from a twin that starts along an eigenvector.
     fn multiplier_outcome(
         &mut self,
         start: &TrajectoryState,
@@ -246,13 +245,13 @@ impl<K: Kernel> PointRun<'_, K> {
             None => None,
         };
         let largest = exponents.first().map_or(f64::NAN, |own| own.value);
-        // Those that drown in round-off are the smallest, and are left out.
+        // Exponents within round-off are the smallest, and are omitted.
         let known = exponents.iter().take_while(|own| own.error.is_finite());
         let (exponents, errors) = known.map(|own| (own.value, own.error)).unzip();
         Ok(LyapunovOutcome {
             exponents,
             errors,
-            // States that are drawn to a periodic orbit end on so many points.
+            // States that converge to a periodic orbit end on a finite number of points.
             dimension: (largest < -NEUTRAL).then_some(KaplanYorke {
                 value: 0.0,
                 stderr: 0.0,
@@ -265,9 +264,9 @@ impl<K: Kernel> PointRun<'_, K> {
         })
     }
 
-    /// Measures one period of a motion that repeats.
+    /// Measures one period of a periodic motion.
     fn measure_period(&mut self, period: u32) -> Result<Instruments, Interruption> {
-        // Tangents and twin have told what they can.
+        // Tangents and twin are no longer needed.
         let asked = PointConfig {
             lyapunov: None,
             ..self.questions.clone()
@@ -275,7 +274,7 @@ impl<K: Kernel> PointRun<'_, K> {
         let mut instruments = Instruments::new(self.model, &self.norm, &asked, &self.trajectory);
         let k = u64::from(period);
         if instruments.record.watch.poincare.watches() {
-            // What turns or crosses where the period begins is seen by what was before.
+            // Extremes and crossings at the start of the period are detected from the cycles before it.
             for _ in 0..k {
                 self.plain_cycle(&mut instruments.record.watch.poincare)?;
             }
@@ -301,9 +300,9 @@ impl<K: Kernel> PointRun<'_, K> {
         Ok(instruments)
     }
 
-    /// As many exponents as are asked for, one at least, of an orbit with this map of a period,
-    /// largest first, and how well they are known; none where their
-    /// iteration fails. `at` is on the orbit at the start of a period, and is advanced by whole ones.
+    /// The requested exponents (at least one) of an orbit with this map of a period, largest first, with
+    /// their errors; `None` if their iteration fails. `at` is on the orbit at the start of a period, and is
+    /// advanced by whole periods.
     fn exponents(
         &mut self,
         turn: &PeriodMap,
@@ -312,8 +311,8 @@ impl<K: Kernel> PointRun<'_, K> {
     ) -> Result<Option<Vec<Logarithm>>, Interruption> {
         let (monodromy, multipliers) = (&turn.monodromy, &turn.multipliers);
         let asked = self.questions.lyapunov.map_or(1, |l| l.exponents.max(1));
-        // A second, independent turn around the orbit shows how well the first is known, but not
-        // where contact lasts: the map of a period has the same bits each time.
+        // A second, independent period along the orbit shows the error of the first. While contact lasts it
+        // does not, because the map of a period has the same bits each time.
         let second = match turn.events {
             0 => monodromy.clone(),
             _ => self.monodromy(at, period, &mut Counters::default())?,
@@ -363,8 +362,8 @@ impl<K: Kernel> PointRun<'_, K> {
         Ok(Some(found))
     }
 
-    /// The linearised map of a period from `start`, which is advanced by it; none where its
-    /// multipliers cannot be had.
+    /// The linearised map of a period from `start`, which is advanced by it; `None` if its multipliers cannot
+    /// be computed.
     fn turn(
         &mut self,
         start: &mut TrajectoryState,
@@ -399,7 +398,7 @@ impl<K: Kernel> PointRun<'_, K> {
         )?)
     }
 
-    /// Advances a state by a period, uncounted.
+    /// Advances a state by a period, without counting.
     fn go_round(&mut self, state: &mut TrajectoryState, period: u32) -> Result<(), Interruption> {
         self.kernel.advance(
             u64::from(period),

@@ -1,8 +1,9 @@
-//! Motions that come to steady contact.
+//! Does a motion settle in steady contact?
 //!
-//! While no contact opens or closes, the map of a period of the excitation is affine, whatever the state. Its
-//! fixed point, where contact lasts on it, is the only steady motion of the point. It is solved for once,
-//! when a trajectory first stays in contact for a period; later trajectories in contact are held against it.
+//! While no contact opens or closes, the map of a period of the excitation is affine and independent of the
+//! state. Its fixed point, if contact lasts on it, is the only steady motion of the point. It is solved for
+//! once, when a trajectory first stays in contact for a period, and compared with later trajectories in
+//! contact.
 
 use super::run::{Interruption, PointRun};
 use super::settle::Repeating;
@@ -12,23 +13,23 @@ use crate::analysis::orbits::shooting::{PeriodicOrbit, shoot_without_event};
 use crate::analysis::recurrence::Recurrence;
 use crate::propagate::{Counters, Kernel};
 
-/// Longest period of an excitation, in mesh cycles, over which contact is watched.
+/// Longest period of an excitation, in mesh cycles, over which contact is observed.
 const LONGEST_LOOK: u32 = 64;
 
-/// What is known of the steady motion of a point.
+/// The steady motion of a point, as far as it is known.
 pub(super) struct Steady {
-    /// Of the excitation \[mesh cycles\].
+    /// Period of the excitation \[mesh cycles\].
     period: u32,
     /// Cycles in contact since the last event.
     quiet: u64,
-    /// As many at the next search; those after it come at doubled counts.
+    /// Quiet cycles at the next search; later searches follow at doubled counts.
     next: u64,
-    /// None until it was sought; then none where contact does not last.
+    /// `None` until a search; then `Some(None)` if contact does not last.
     orbit: Option<Option<PeriodicOrbit>>,
 }
 
 impl Steady {
-    /// Nothing known. None where the excitation does not repeat soon.
+    /// Nothing is known yet. `None` if the excitation has no short period.
     pub(super) fn new(recurrence: &Recurrence) -> Option<Self> {
         let period = recurrence.excitation()?;
         (period <= LONGEST_LOOK).then(|| Self {
@@ -44,13 +45,14 @@ impl Steady {
         self.period
     }
 
-    /// Whether there is a motion in steady contact that attracts what is next to it.
+    /// Whether there is an attracting motion in steady contact.
     pub(super) fn attracts(&self) -> bool {
         let orbit = self.orbit.iter().flatten().next();
         orbit.is_some_and(|orbit| orbit.spectral_radius() < 1.0)
     }
 
-    /// Takes note of a cycle up to mesh cycle `cycle`, with or without an event; whether a search is due.
+    /// Records a cycle that ends at mesh cycle `cycle`, with or without an event. Returns whether a search is
+    /// due.
     pub(super) fn is_due(&mut self, quiet: bool, cycle: u64) -> bool {
         self.quiet = if quiet { self.quiet + 1 } else { 0 };
         let start = |orbit: &PeriodicOrbit| orbit.start.cycle;
@@ -69,7 +71,7 @@ impl Steady {
 }
 
 impl<K: Kernel> PointRun<'_, K> {
-    /// Whether the trajectory stays in contact over the period ahead.
+    /// Whether the trajectory stays in contact over the next period.
     pub(super) fn stays_locked(&mut self, period: u32) -> bool {
         let mut ahead = self.trajectory.clone();
         let mut counters = Counters::default();
@@ -81,15 +83,16 @@ impl<K: Kernel> PointRun<'_, K> {
         })
     }
 
-    /// The motion in steady contact, if the trajectory, in contact over the period ahead, is seen to come to it;
-    /// it is put there. Otherwise the trajectory is where it was seen not to, within the transient.
+    /// The motion in steady contact, if the trajectory approaches it; the trajectory is then put there. It
+    /// must be in contact over the next period. Otherwise it advances to where the approach failed, within
+    /// the transient.
     pub(super) fn seek_steady(
         &mut self,
         steady: &mut Steady,
     ) -> Result<Option<Repeating>, Interruption> {
         CalledOff::check(self.called_off)?;
         let orbit = steady.orbit.get_or_insert_with(|| {
-            // An iterate that diverges is no motion in contact.
+            // An iterate that diverges is not a motion in contact.
             shoot_without_event(
                 self.model,
                 self.kernel,

@@ -1,4 +1,4 @@
-//! What observes the windows and events of a trajectory.
+//! The observers of a trajectory's windows and events.
 
 use crate::analysis::config::PointConfig;
 use crate::analysis::nvh::Nvh;
@@ -21,12 +21,12 @@ pub(super) struct Recorders {
     pub(super) outputs: Option<Outputs>,
     pub(super) power: Option<Power>,
     pub(super) orders: Option<Orders>,
-    /// Whether NVH statistics are known well enough, and nothing is added to them any more.
+    /// Whether NVH statistics are precise enough, so that nothing more is added to them.
     pub(super) enough: bool,
 }
 
 impl Recorders {
-    /// Nothing is watched.
+    /// No observers.
     pub(super) fn of_nothing(model: &Model) -> Self {
         Self {
             nvh: None,
@@ -39,7 +39,7 @@ impl Recorders {
         }
     }
 
-    /// The observers of what is asked.
+    /// The observers for the requested analyses.
     pub(super) fn asked(model: &Model, questions: &PointConfig) -> Self {
         let q = questions;
         Self {
@@ -56,8 +56,8 @@ impl Recorders {
         }
     }
 
-    /// The observers of a trajectory that branched off another, whose statistics are `nvh`; without
-    /// Poincaré samples.
+    /// The observers of a trajectory that branched off another with the statistics `nvh`; without Poincaré
+    /// samples.
     pub(super) fn beside(model: &Model, questions: &PointConfig, nvh: &Nvh) -> Self {
         Self {
             nvh: Some(nvh.beside()),
@@ -66,7 +66,7 @@ impl Recorders {
         }
     }
 
-    /// Forgets what was observed.
+    /// Forgets all observations.
     pub(super) fn restart(&mut self) {
         if let Some(nvh) = &mut self.nvh {
             nvh.restart();
@@ -87,8 +87,7 @@ impl Recorders {
         self.enough = false;
     }
 
-    /// Adds what was observed of another trajectory behind this one; Poincaré samples stay those of
-    /// the first.
+    /// Appends the observations of another trajectory; Poincaré samples remain those of the first.
     pub(super) fn append(&mut self, other: &Self) {
         if let (Some(nvh), Some(behind)) = (&mut self.nvh, &other.nvh) {
             nvh.append(behind);
@@ -107,12 +106,12 @@ impl Recorders {
         }
     }
 
-    /// Whether windows and events are of use.
+    /// Whether windows and events are needed.
     pub(super) fn watches(&self) -> bool {
         (self.nvh.is_some() && !self.enough) || self.poincare.watches()
     }
 
-    /// The statistics of what was watched.
+    /// The statistics of the observations.
     pub(super) fn statistics(&self) -> Option<NvhOutcome> {
         let mut found = self.nvh.as_ref()?.outcome()?;
         if let Some(outputs) = &self.outputs {
@@ -150,7 +149,7 @@ impl Recorders {
         Some(found)
     }
 
-    /// A measured cycle is over, and the trajectory at its end.
+    /// Ends a measured cycle, with the trajectory at its end.
     pub(super) fn cycle(&mut self, model: &Model, end: &TrajectoryState) {
         self.poincare.push(model, end);
         if let Some(nvh) = &mut self.nvh {
@@ -161,7 +160,7 @@ impl Recorders {
         }
     }
 
-    /// The statistic that is known least well; none before any.
+    /// The least precise statistic; `None` before any.
     pub(super) fn loosest(&self) -> Option<Loosest> {
         let found = self.statistics()?;
         if self.spectra.as_ref().is_some_and(|all| !all.begun()) {

@@ -1,4 +1,4 @@
-//! Orders and levels over stretches of some revolutions that overlap by half.
+//! Orders and levels over stretches of some revolutions with half overlap.
 
 use super::RunUpConfig;
 use crate::model::Flanks;
@@ -10,19 +10,19 @@ use std::f64::consts::TAU;
 /// Signals at even mesh phases.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Phases {
-    /// Samples a mesh cycle.
+    /// Samples per mesh cycle.
     pub per_cycle: u64,
-    /// Number of the first one, counted from mesh phase 0 of cycle 0.
+    /// Number of the first sample, counted from mesh phase 0 of cycle 0.
     pub first: u64,
-    /// Signal after signal.
+    /// Values, signal after signal.
     pub values: Vec<Vec<f64>>,
-    /// Time of each \[s\].
+    /// Time of each sample \[s\].
     pub times: Vec<f64>,
-    /// What the flanks do there.
+    /// Closed flanks at each sample.
     pub contacts: Vec<Flanks>,
 }
 
-/// A signal at an order while the speed passes a value.
+/// A signal at an order, at one speed of the run-up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OrderPoint {
     /// Time \[s\].
@@ -35,11 +35,12 @@ pub struct OrderPoint {
     pub order: f64,
     /// Peak value.
     pub amplitude: f64,
-    /// Phase \[rad\]: the signal is `amplitude cos(order θ + phase)`, θ the pinion's mean angle since mesh cycle 0.
+    /// Phase \[rad\]: the signal is `amplitude cos(order θ + phase)`, with θ the pinion's mean angle since
+    /// mesh cycle 0.
     pub phase: f64,
 }
 
-/// A signal while the speed passes a value.
+/// A signal at one speed of the run-up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Level {
     /// Time \[s\].
@@ -52,23 +53,23 @@ pub struct Level {
     pub signal: usize,
     /// Its mean.
     pub mean: f64,
-    /// Root of the mean square of what varies about that.
+    /// Its root mean square about the mean.
     pub rms: f64,
     /// Smallest and largest value.
     pub range: [f64; 2],
-    /// Shares of the rotation on the drive flank, in free flight, on the coast flank, on both.
+    /// Shares of the rotation on the drive flank, in free flight, on the coast flank, and on both.
     pub fractions: [f64; Flanks::COUNT],
-    /// Closings of contacts in a mesh cycle.
+    /// Closings of contacts per mesh cycle.
     pub closings: f64,
 }
 
 /// The stretches of a record.
 pub(super) struct Blocks {
-    /// Samples of each.
+    /// Samples per stretch.
     length: usize,
-    /// Mesh cycles of each.
+    /// Mesh cycles per stretch.
     cycles: f64,
-    /// The first sample of each, and the time in its middle \[s\].
+    /// The first sample of each stretch, and the time in its middle \[s\].
     starts: Vec<(usize, f64)>,
 }
 
@@ -90,7 +91,7 @@ impl Blocks {
     }
 }
 
-/// The orders asked for.
+/// The requested orders.
 pub(super) fn orders(
     config: &RunUpConfig,
     phases: &Phases,
@@ -117,7 +118,7 @@ pub(super) fn orders(
                 let sum: Complex64 = values.iter().zip(table).map(|(v, t)| v * t).sum();
                 let turns = ((phases.first as usize + from) as f64 * step(*order)).fract();
                 let value = sum * Complex64::cis(-TAU * turns);
-                // The mean has no phase, and all of it is on one side.
+                // The mean has no phase, and no second half at a negative frequency.
                 let value = if *order == 0.0 { 0.5 * value } else { value };
                 out.push(OrderPoint {
                     time,
@@ -144,7 +145,7 @@ pub(super) fn levels(
     let mut out = Vec::new();
     for &(from, time) in &blocks.starts {
         let range = from..from + length;
-        // Events are in the order of time.
+        // Events are sorted by time.
         let [first, end] = [range.start, range.end].map(|at| {
             let until = phases.times[at];
             events.partition_point(|event| event.time < until)

@@ -4,7 +4,7 @@ use super::RunUpConfig;
 use crate::numerics::point_course::PointCourse;
 use crate::propagate::varying_speed::{COURSE_TERMS, Course, Stretch};
 
-/// Fewest stretches of a run-up. Between them it can be called off.
+/// Fewest stretches of a run-up, which can be called off between them.
 pub(super) const PARTS: u32 = 200;
 
 /// The load of a run-up, as a fraction of the rated one.
@@ -49,13 +49,13 @@ impl RunUpConfig {
         }
     }
 
-    /// The stretches from start to end. The speed is exact. A load over a speed that is no straight line is expanded up
-    /// to the fourth power of time.
+    /// The stretches from start to end. The speed is exact. A load over a curved speed is expanded up to the
+    /// fourth power of time.
     pub(super) fn stretches(&self) -> Vec<Stretch> {
         let ends = self.ends();
         let pieces = ends.windows(2).map(|pair| {
             let length = pair[1] - pair[0];
-            // In the middle there is no doubt which piece of a course counts.
+            // The middle lies within a single piece of a course.
             let middle = pair[0] + 0.5 * length;
             let mut since_middle = Course::default();
             (since_middle[0], since_middle[1]) = (-0.5 * length, 1.0);
@@ -78,7 +78,8 @@ impl RunUpConfig {
         pieces.collect()
     }
 
-    /// Ends of stretches \[s\]: even ones, and all places where speed or load pass to another piece of their course.
+    /// Ends of stretches \[s\]: evenly spaced ones, and all times at which speed or load enter another piece
+    /// of their course.
     fn ends(&self) -> Vec<f64> {
         let duration = self.duration();
         let even = (0..=PARTS).map(|part| duration * f64::from(part) / f64::from(PARTS));
@@ -95,7 +96,7 @@ impl RunUpConfig {
         ends
     }
 
-    /// Times at which the speed passes a value: between two points it rises or falls throughout.
+    /// Times at which the speed passes a value; it is monotonic between two points.
     fn times_at(&self, speed: f64) -> impl Iterator<Item = f64> {
         let pairs = self.speed.points.windows(2);
         pairs.filter_map(move |pair| {
@@ -112,7 +113,7 @@ impl RunUpConfig {
     }
 }
 
-/// A cubic of a course, by powers of time; higher ones than a course has are left out.
+/// Composes a cubic with a course, in powers of time. Powers beyond the terms of a course are dropped.
 fn composed(cubic: [f64; 4], inner: &Course) -> Course {
     let mut sum = Course::default();
     for a in cubic.into_iter().rev() {
@@ -154,7 +155,7 @@ mod tests {
         }
     }
 
-    /// A bench goes up, holds, and comes down; stretches end where it changes, and where the load does.
+    /// A bench goes up, holds, and comes down. Stretches end where the speed or the load changes.
     #[test]
     fn stretches_end_where_courses_change() {
         let speed = monotone(&[[0.0, 100.0], [1.003, 300.0], [1.5, 300.0], [4.0, 120.0]]);
@@ -174,8 +175,8 @@ mod tests {
         assert!(ends.windows(2).all(|pair| pair[0] < pair[1]));
     }
 
-    /// On every stretch rotation and load are those of the courses; a load over a curved speed falls short with the
-    /// fifth power of the length.
+    /// On every stretch rotation and load follow the courses. The error of a load over a curved speed falls
+    /// with the fifth power of the length.
     #[test]
     fn stretches_are_the_courses() {
         let speed = monotone(&[[0.0, 100.0], [1.0, 300.0], [4.0, 400.0], [6.0, 120.0]]);

@@ -3,8 +3,8 @@
 /// Signals at even instants, the first at time 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Instants {
-    /// Samples a second.
+    /// Samples per second.
     pub rate: f64,
-    /// Signal after signal, a value an instant.
+    /// Values, signal after signal, one per instant.
     pub values: Vec<Vec<f64>>,
 }

@@ -1,7 +1,7 @@
-//! A run-up or run-down: one motion whose speed changes, and what a test bench records of it.
+//! A run-up or run-down: one motion with a changing speed, recorded as on a test bench.
 //!
-//! Signals are values of the windows' power series at even instants and at even mesh phases. The second are what a bench
-//! calls synchronous resampling; nothing is interpolated.
+//! Signals are values of the windows' power series at even instants and at even mesh phases. The latter is
+//! called synchronous resampling on a bench; nothing is interpolated.
 
 mod blocks;
 mod course;
@@ -21,7 +21,7 @@ use crate::numerics::point_course::PointCourse;
 use crate::propagate::Stop;
 use crate::propagate::varying_speed::{MovingEvent, MovingSignal};
 
-/// What is asked of a run-up.
+/// Settings of a run-up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunUpConfig {
     /// Speed of the pinion \[rad/s\] over the time since the start \[s\], above 0 throughout.
@@ -30,7 +30,7 @@ pub struct RunUpConfig {
     pub load: LoadLaw,
     /// Time at the first speed before the start \[s\].
     pub settle: f64,
-    /// Samples a second \[1/s\].
+    /// Samples per second \[1/s\].
     pub sample_rate: f64,
     /// Revolutions of the pinion over which orders and levels are taken.
     pub revolutions: u32,
@@ -38,7 +38,7 @@ pub struct RunUpConfig {
     pub orders: Vec<f64>,
     /// Distance of lines of the spectrogram \[Hz\].
     pub frequency_step: f64,
-    /// What is recorded.
+    /// Recorded signals.
     pub signals: Signals,
 }
 
@@ -57,14 +57,14 @@ pub struct RunUp {
     pub spectra: Vec<SpectrumRow>,
     /// Openings and closings of contacts.
     pub events: Vec<MovingEvent>,
-    /// Mesh cycles that passed.
+    /// Number of mesh cycles.
     pub cycles: f64,
-    /// Why it ended early, where it did.
+    /// Why it ended early, if it did.
     pub stop: Option<Stop>,
 }
 
 impl RunUpConfig {
-    /// The signals asked for that a model has: deflection and force of the first mesh, then outputs.
+    /// The requested signals that a model has: deflection and force of the first mesh, then outputs.
     pub fn signals_of(&self, model: &Model) -> Vec<MovingSignal> {
         let asked = |signal: &MovingSignal| match signal.first_mesh() {
             Some(deflection) if deflection => self.signals.deflection,

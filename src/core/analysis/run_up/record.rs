@@ -14,16 +14,16 @@ use crate::propagate::varying_speed::{
 use crate::propagate::{Counters, Stop};
 use std::sync::atomic::AtomicBool;
 
-/// Samples a mesh cycle, for orders and levels.
+/// Samples per mesh cycle, for orders and levels.
 const PER_CYCLE: u64 = 64;
 
-/// Part of a window by which times are rounded: a record holds the instant at its end.
+/// Tolerance of times, relative to a window: a record contains the instant at its end.
 const ROUNDING: f64 = 1e-9;
 
 /// Runs a drive up from a trajectory at its first speed.
 ///
 /// # Errors
-/// It was called off. Where the motion cannot go on, the record has what was before.
+/// [`CalledOff`] if it was called off. If the motion cannot go on, the record has the part before.
 pub fn record(
     kernel: &VaryingSpeed,
     start: &TrajectoryState,
@@ -82,7 +82,7 @@ pub fn record(
     })
 }
 
-/// Advances a motion over stretches; gives why it cannot go on, where it cannot.
+/// Advances a motion over stretches. Returns why it cannot go on, if it cannot.
 fn advance<W: Watch>(
     kernel: &VaryingSpeed,
     stretches: impl Iterator<Item = Stretch>,
@@ -100,10 +100,10 @@ fn advance<W: Watch>(
     Ok(None)
 }
 
-/// Takes samples off windows.
+/// Takes samples from windows.
 struct Recorder<'a> {
     signals: &'a [MovingSignal],
-    /// Whether any of them reads the states of the blocks.
+    /// Whether any signal reads the states of the blocks.
     reads_states: bool,
     look: Instant,
     rate: f64,
@@ -119,7 +119,7 @@ impl Watch for Recorder<'_> {
             |taken: usize| (taken as f64 / self.rate - window.time) / window.duration;
         let next_phase = |taken: usize| {
             let place = self.phases.first + taken as u64;
-            // Whole cycles first: what is left has all digits.
+            // Whole cycles first, so that the rest keeps all digits.
             let cycles = (place / self.phases.per_cycle) as f64 - window.cycle as f64;
             cycles + (place % self.phases.per_cycle) as f64 / per_cycle - window.phase
         };

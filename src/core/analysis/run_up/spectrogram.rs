@@ -1,4 +1,4 @@
-//! Spectra over stretches of time that overlap by half, under Hann's window.
+//! Spectra over stretches of time with half overlap, under Hann's window.
 
 use super::RunUpConfig;
 use super::instants::Instants;
@@ -6,13 +6,13 @@ use crate::numerics::fourier::hann;
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
 
-/// Highest frequency shown, by the rate of samples: what lies near half of it may be mistaken.
+/// Highest frequency shown, relative to the sample rate: frequencies near half the rate may be aliases.
 const HIGHEST: f64 = 0.4;
 
 /// The spectrum of a signal over a stretch of time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpectrumRow {
-    /// Time in its middle \[s\].
+    /// Time of its middle \[s\].
     pub time: f64,
     /// Speed of the pinion there \[rad/s\].
     pub speed: f64,
@@ -42,7 +42,7 @@ pub(super) fn spectra(config: &RunUpConfig, instants: &Instants) -> Vec<Spectrum
             for (input, (value, weight)) in input.iter_mut().zip(values.iter().zip(&window)) {
                 *input = value * weight;
             }
-            // The lengths are the plan's own.
+            // The lengths match the plan.
             if transform.process(&mut input, &mut output).is_err() {
                 return out;
             }

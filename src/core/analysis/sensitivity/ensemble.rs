@@ -1,11 +1,10 @@
 //! How do the averages of a chaotic motion change with a parameter?
 //!
 //! Tangents of a chaotic motion grow without bound, and the derivative of a long average by a
-//! parameter is not the average of derivatives. What can be measured is a difference: averages over
-//! many trajectories at two values of the parameter, from common starts, each over a stretch of cycles
-//! behind a transient. The members of the ensemble give the error. Where a step twice as large does
-//! not give the same slope within the errors, or the error is as large as the slope, there is no
-//! derivative to be told.
+//! parameter is not the average of derivatives. A difference can be measured: averages over many
+//! trajectories at two values of the parameter, from common starts, each over a stretch of cycles
+//! after a transient. The members of the ensemble give the error. There is no derivative if a step
+//! twice as large gives another slope beyond the errors, or if the error is as large as the slope.
 
 use crate::analysis::called_off::CalledOff;
 use crate::analysis::modal_series::{integral, padded};
@@ -24,25 +23,25 @@ pub const AVERAGES: [(&str, &str); 4] = [
     ("force_modulus", "N"),
 ];
 
-/// How long members are followed.
+/// Size of an ensemble.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ensemble {
-    /// Members.
+    /// Number of members.
     pub members: usize,
-    /// Cycles of each before anything counts.
+    /// Discarded cycles of each.
     pub transient: u64,
-    /// Cycles of each that count.
+    /// Measured cycles of each.
     pub cycles: u64,
 }
 
-/// A slope, its error, and what the doubled step says.
+/// A slope, its error, and the slope with the doubled step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slope {
-    /// The average between both values of the parameter.
+    /// Mean of the averages at both values of the parameter.
     pub value: f64,
     /// Its derivative, per unit of the parameter.
     pub by: f64,
-    /// Standard error of that.
+    /// Standard error of the derivative.
     pub error: f64,
     /// The derivative and its error from a step twice as large.
     pub doubled: [f64; 2],
@@ -52,7 +51,7 @@ pub struct Slope {
 const AGREE: f64 = 3.0;
 
 impl Slope {
-    /// Why it is not to be relied on; none where it is.
+    /// Why the slope is unreliable; `None` if it is reliable.
     pub fn objection(&self) -> Option<&'static str> {
         let both = self.error.hypot(self.doubled[1]);
         if (self.by - self.doubled[0]).abs() > AGREE * both {
@@ -67,7 +66,7 @@ impl Slope {
 /// Averages of every member at one value of the parameter.
 ///
 /// # Errors
-/// [`Stop`] of the first member that ends early, or called off.
+/// [`MemberError`] of the first member that ends early or is called off.
 pub fn averages<K: Kernel>(
     model: &Model,
     kernel: &K,

@@ -1,8 +1,8 @@
 //! How do the statistics of a periodic orbit change with a parameter?
 //!
-//! The orbit moves by `x_p = (I − M)⁻¹ P_p`, M and P_p the exact derivatives of the map of its period.
-//! Along it, every average over mesh phase is differentiated under the integral; where the mesh force
-//! jumps at a time t* that moves, by `−(F⁺ − F⁻) t*_p` besides.
+//! The orbit moves by `x_p = (I − M)⁻¹ P_p`, with M and P_p the exact derivatives of the map of its period.
+//! Every average over mesh phase is differentiated under the integral. A jump of the mesh force at a time
+//! t* that moves adds `−(F⁺ − F⁻) t*_p`.
 
 use super::tangent::ParameterTangent;
 use super::witness::{WindowDerivative, Witness};
@@ -37,7 +37,7 @@ const NO_AMPLITUDE: f64 = 1e-13;
 pub struct Derivative {
     /// Its value.
     pub value: f64,
-    /// Its derivative; NaN of a size that is nothing but round-off, which has a kink there.
+    /// Its derivative; NaN if the value is only round-off, which has a kink there.
     pub by: f64,
 }
 
@@ -108,9 +108,9 @@ struct Sums {
     force: [f64; 2],
     /// Largest |F|, with the derivative of F there times its sign.
     peak: [f64; 2],
-    /// Where that is the end of a window: cycle, time, and the slope of F times its sign \[N/s\].
+    /// If the peak is the end of a window: cycle, time, and the slope of F times its sign \[N/s\].
     peak_end: Option<(u64, f64, f64)>,
-    /// Where the force jumped last: cycle, time, and how that moves.
+    /// The last jump of the force: cycle, time, and derivative of this time.
     jump: Option<(u64, f64, f64)>,
     harmonics: Vec<[Complex64; 2]>,
 }
@@ -154,8 +154,8 @@ impl Sums {
             .collect()
     }
 
-    /// A place where |F| may be largest, on a window; `moved` is how the place moves where the window's
-    /// start is what makes it one \[s\]. How its end moves is told by the jump behind it.
+    /// Considers a place on a window where |F| may be largest. `moved` is the derivative of the place \[s\]
+    /// if it is the start of the window. The next jump gives the derivative of the end.
     fn highest(&mut self, shown: &WindowDerivative<'_>, force: &Series, x: f64, moved: f64) {
         let value = evaluate(force, x);
         if value.abs() > self.peak[0] {
@@ -170,7 +170,7 @@ impl Sums {
         }
     }
 
-    /// Whether two times, each of a cycle, are one.
+    /// Whether two times, each with its cycle, are equal.
     fn is_same_time(&self, a: (u64, f64), b: (u64, f64)) -> bool {
         a.0 == b.0 && (a.1 - b.1).abs() < 1e-9 * self.period
     }
@@ -226,7 +226,7 @@ impl Witness for Sums {
 
     fn jump(&mut self, cycle: u64, time: f64, moved: f64, jump: f64) {
         self.force[1] -= jump * moved;
-        // Once, however many contacts jump there.
+        // Once, even if several contacts jump there.
         let ends =
             (self.peak_end).filter(|&(at, end, _)| self.is_same_time((at, end), (cycle, time)));
         if let Some((.., slope)) = ends {

@@ -1,7 +1,7 @@
-//! How does a trajectory move with a parameter?
+//! How does a trajectory change with a parameter?
 //!
-//! The derivative `y = ∂x/∂p` at fixed mesh phase obeys, on a window, the equation of a tangent with
-//! more on the right. With T the mesh period,
+//! On a window, the derivative `y = ∂x/∂p` at fixed mesh phase obeys the equation of a tangent with
+//! additional terms on the right. With T the mesh period,
 //!
 //! ```text
 //! y'  = A y − Σ g f + A_p x + s_p + Σ r_p cos(…) − Σ g_p F + (T_p/T) x'
@@ -9,13 +9,13 @@
 //! f   = F_p = k δ_p + c δ_p' + k_p (δ − s b) + c_p (δ' − s b') − k s b_p − c s (b_p)' − c (T_p/T) (δ' − s b')
 //! ```
 //!
-//! the last since at fixed phase all of a window's times go with T. The window of a kernel gives x
-//! at its start, δ and F as series; x and y follow as series too, f from a Volterra equation like
-//! the trajectory's own. Where a contact closes or opens on its surface y jumps by
-//! `∓ c g (δ_p − s b_p)`: the saltation of a tangent, the surface's own motion included. Where a
-//! segment of a closed contact ends at a phase that moves, by `(f⁻ − f⁺) T φ_p`, f the vector field.
+//! The last term appears because all times of a window are proportional to T at fixed phase. A kernel's
+//! window has x at its start, and δ and F as series. x and y follow as series too, f from a Volterra
+//! equation like the trajectory's. If a contact closes or opens on its surface, y jumps by
+//! `∓ c g (δ_p − s b_p)`: the saltation of a tangent, including the motion of the surface. If a segment
+//! of a closed contact ends at a phase that moves, y jumps by `(f⁻ − f⁺) T φ_p`, with f the vector field.
 //!
-//! Nothing of a kernel is used but what it shows, so that all exact kernels serve.
+//! Only a kernel's windows and events are used, so that all exact kernels serve.
 
 use super::witness::{WindowDerivative, Witness};
 use crate::analysis::modal_series::{Series, TERMS, cosine_series, padded};
@@ -29,8 +29,8 @@ use faer::Mat;
 use num_complex::Complex64;
 use std::f64::consts::FRAC_PI_2;
 
-/// A contact whose margin is this small a part of the half gap where it opens or closes does so on its
-/// surface; elsewhere its force vanishes, or a step of its gap or line does it.
+/// A contact opens or closes on its surface if its margin there is at most this part of the half gap.
+/// Otherwise its force vanishes, or its gap or line steps.
 const ON_SURFACE: f64 = 1e-7;
 
 /// Terms of the exponentials.
@@ -45,13 +45,13 @@ pub struct ParameterTangent<'m, W> {
     state: Vec<f64>,
     /// T_p/T.
     stretch: f64,
-    /// x and δ' at the end of the last window.
+    /// x at the end of the last window.
     end: Vec<f64>,
     /// Closed contacts of the last window, with their segment and force at its end.
     closed: Vec<(usize, Segment, f64)>,
     cycle: u64,
     time: f64,
-    /// Sees every window.
+    /// Observes every window.
     pub witness: W,
 }
 
@@ -68,8 +68,8 @@ struct Closed<'a> {
 }
 
 impl<'m, W: Witness> ParameterTangent<'m, W> {
-    /// Beside a trajectory that starts at `x`, from y = `start` (both of length 2N) on. `by` is the derivative of the model by the parameter
-    /// ([`Model::combined`]).
+    /// The derivative of a trajectory that starts at `x`, from y = `start` on (both of length 2N). `by` is
+    /// the derivative of the model by the parameter ([`Model::combined`]).
     pub fn new(model: &'m Model, by: &'m Model, x: &[f64], start: Vec<f64>, witness: W) -> Self {
         Self {
             model,
@@ -84,7 +84,7 @@ impl<'m, W: Witness> ParameterTangent<'m, W> {
         }
     }
 
-    /// y where the last window ended.
+    /// y at the end of the last window.
     pub fn state(&self) -> &[f64] {
         &self.state
     }
@@ -116,8 +116,7 @@ impl<'m, W: Witness> ParameterTangent<'m, W> {
             .collect()
     }
 
-    /// The motion of a deflection along a line by the parameter, given the series of blocks and of
-    /// their derivatives.
+    /// Derivative of the deflection along a direction, from the series of blocks and of their derivatives.
     fn along(
         &self,
         direction: usize,
@@ -250,8 +249,7 @@ impl<'m, W: Witness> ParameterTangent<'m, W> {
         });
     }
 
-    /// Where closed contacts passed from one segment to the next at a phase that moves, the vector
-    /// field steps there.
+    /// Where closed contacts pass from one segment to the next at a phase that moves, the vector field steps.
     fn cross_breakpoints(&mut self, closed: &[Closed<'_>]) {
         let n = self.model.modes();
         let mut kicks: Vec<(usize, f64)> = Vec::new();
@@ -336,7 +334,8 @@ impl<'m, W: Witness> ParameterTangent<'m, W> {
         solved.chunks_exact(TERMS).map(padded).collect()
     }
 
-    /// Response of the deflection of one direction to an impulse of another's force, as a series.
+    /// Response of the deflection along direction `felt` to an impulse of the force along `pushed`, as a
+    /// series.
     fn kernel(
         &self,
         felt: usize,
@@ -360,7 +359,7 @@ impl<'m, W: Witness> ParameterTangent<'m, W> {
         out
     }
 
-    /// What the law of a closed contact adds to f by its own change.
+    /// Contribution of the change of a closed contact's law to f.
     fn source(
         &self,
         contact: &Closed<'_>,
@@ -393,7 +392,7 @@ impl<'m, W: Witness> ParameterTangent<'m, W> {
         out
     }
 
-    /// δ_p − s b_p of a contact where it opens or closes, and its margin there.
+    /// δ_p − s b_p of a contact at its event, and its margin there.
     fn at_event(&self, event: &Event) -> (f64, f64) {
         let n = self.model.modes();
         let contact = &self.model.contacts[event.contact];

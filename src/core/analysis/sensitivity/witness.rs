@@ -1,9 +1,9 @@
-//! Who sees how windows move with a parameter?
+//! Observers of the derivatives of windows by a parameter.
 
 use crate::analysis::modal_series::Series;
 use crate::propagate::Window;
 
-/// What a window is by the parameter.
+/// The derivative of a window by the parameter.
 #[derive(Debug, Clone, Copy)]
 pub struct WindowDerivative<'a> {
     /// The window.
@@ -14,17 +14,17 @@ pub struct WindowDerivative<'a> {
     pub force: &'a Series,
 }
 
-/// Sees the derivative of every window.
+/// Observes the derivative of every window.
 pub trait Witness {
-    /// A window was passed.
+    /// Takes a window.
     fn window(&mut self, derivative: &WindowDerivative<'_>);
 
-    /// The mesh force jumped by `jump` \[N\], at a time \[s\] of a cycle that moves by `moved` \[s\] per unit of
-    /// the parameter.
+    /// Takes a jump of the mesh force by `jump` \[N\], at a time \[s\] of a cycle that moves by `moved` \[s\]
+    /// per unit of the parameter.
     fn jump(&mut self, cycle: u64, time: f64, moved: f64, jump: f64);
 }
 
-/// Nobody looks.
+/// No observer.
 impl Witness for () {
     fn window(&mut self, _: &WindowDerivative<'_>) {}
     fn jump(&mut self, _: u64, _: f64, _: f64, _: f64) {}

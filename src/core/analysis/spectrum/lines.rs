@@ -1,5 +1,5 @@
-//! Fourier lines of a motion that repeats after k mesh cycles: all there is, at the multiples of
-//! 1/k of the mesh frequency.
+//! Fourier lines of a motion that repeats after k mesh cycles. It has lines only at multiples of 1/k of the
+//! mesh frequency.
 //!
 //! Each line is the exact integral `2/T |∫ f e^{−iωt} dt|` of the windows' series over whole
 //! periods; nothing is sampled, and nothing leaks from one line into another.
@@ -14,7 +14,7 @@ use crate::propagate::Window;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Most lines of a signal; of a long period the highest orders are left out.
+/// Maximum number of lines of a signal. For a long period the highest orders are omitted.
 const MOST_LINES: usize = 8192;
 
 /// Accumulates the lines while whole periods are integrated.
@@ -25,7 +25,7 @@ pub struct Lines {
     /// Mesh cycles after which the motion repeats.
     repeats: u32,
     signals: Vec<Signal>,
-    /// First and present mesh cycle; none before any window.
+    /// First and present mesh cycle; `None` before any window.
     cycles: Option<[u64; 2]>,
     /// The present window's signals.
     series: Vec<Series>,
@@ -34,8 +34,8 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// The lines asked for of a model whose outputs of the `computed` are at hand and whose motion
-    /// repeats after so many mesh cycles.
+    /// The requested lines of a model. The outputs in `computed` are available, and the motion repeats after
+    /// `repeats` mesh cycles.
     pub fn new(model: &Model, asked: &SpectrumConfig, computed: Signals, repeats: u32) -> Self {
         let signals = Signal::asked(model, asked.signals, computed);
         let count = (asked.highest_order as usize * repeats as usize).min(MOST_LINES);
@@ -57,7 +57,7 @@ impl Lines {
         }
     }
 
-    /// Takes a window in, with the series of the outputs.
+    /// Adds a window, with the series of the outputs.
     pub fn window(&mut self, window: &Window<'_>, outputs: &[Series]) {
         let first = self.cycles.map_or(window.cycle, |[first, _]| first);
         self.cycles = Some([first, window.cycle]);
@@ -74,7 +74,7 @@ impl Lines {
         add_lines(stretch, &self.series, &mut self.sums);
     }
 
-    /// The spectra, whole periods having been integrated; none before any window.
+    /// The spectra after whole periods; empty before any window.
     pub fn spectra(&self) -> Vec<Spectrum> {
         let Some([first, present]) = self.cycles else {
             return Vec::new();
@@ -139,8 +139,8 @@ mod tests {
         Model::new(&structure, &constant_mesh(1.0, 1.0), point).unwrap()
     }
 
-    /// A motion of period 3, shown from its second cycle on over two periods: every signal has its
-    /// own lines, and nothing on the others.
+    /// A motion of period 3, observed from its second cycle on over two periods: every signal has only its
+    /// lines.
     #[test]
     fn every_sine_is_one_line() {
         let model = model();
@@ -152,7 +152,7 @@ mod tests {
             [(5.0 / 3.0, 6.0, 1.1), (4.0 / 3.0, 0.5, 0.3)],
         ];
         let places = [0.0, 0.13, 0.2, 0.21, 0.45, 0.68, 0.9, 1.0];
-        // What comes before a restart is forgotten.
+        // Cycles before a restart are forgotten.
         for cycle in [20, 21, 1, 2, 3, 4, 5, 6] {
             if cycle == 1 {
                 lines.restart();

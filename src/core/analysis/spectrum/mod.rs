@@ -1,5 +1,5 @@
-//! Which frequencies does the motion hold? Spectra of deflection, force and outputs of the structure:
-//! exact lines of a motion that repeats ([`Lines`]), averaged power of any other ([`Welch`]).
+//! Which frequencies does the motion contain? Spectra of deflection, force and outputs of the structure:
+//! exact lines of a periodic motion ([`Lines`]), averaged power of any other ([`Welch`]).
 
 mod lines;
 mod welch;
@@ -11,12 +11,12 @@ use super::modal_series::Series;
 use super::outcome::Spectrum;
 use crate::propagate::Window;
 
-/// Spectra that are taken while a trajectory is integrated.
+/// Spectra accumulated while a trajectory is integrated.
 #[derive(Clone)]
 pub enum Spectra {
-    /// Of a motion that repeats.
+    /// For a periodic motion.
     Lines(Lines),
-    /// Of any other.
+    /// For any other motion.
     Welch(Welch),
 }
 
@@ -29,15 +29,15 @@ impl Spectra {
         }
     }
 
-    /// Adds the record of another trajectory of the same model behind this one. Exact lines of a
-    /// motion that repeats stay those of one trajectory.
+    /// Appends the record of another trajectory of the same model. Exact lines of a periodic motion remain
+    /// those of one trajectory.
     pub(in crate::analysis) fn append(&mut self, other: &Self) {
         if let (Self::Welch(welch), Self::Welch(other)) = (self, other) {
             welch.append(other);
         }
     }
 
-    /// Takes a window in, with the series of the outputs.
+    /// Adds a window, with the series of the outputs.
     pub fn window(&mut self, window: &Window<'_>, outputs: &[Series]) {
         match self {
             Self::Lines(lines) => lines.window(window, outputs),
@@ -45,7 +45,7 @@ impl Spectra {
         }
     }
 
-    /// Whether there is something to tell of every signal.
+    /// Whether every signal has a spectrum.
     pub fn begun(&self) -> bool {
         match self {
             Self::Lines(_) => true,

@@ -1,15 +1,14 @@
 //! Welch spectra of a motion that does not repeat.
 //!
-//! The windows' polynomials are read at even instants. Segments of whole mesh cycles, overlapping
-//! by half, carry a Hann window; their power is averaged (Welch 1967). Lines stand as far apart as
-//! a segment is long: 1/32 mesh order for 32 mesh cycles. Where whole periods of the excitation
-//! make a segment that is not much longer, they do, so that mesh and shaft orders stand on lines.
+//! The windows' polynomials are sampled at even instants. Segments of whole mesh cycles overlap by half
+//! and have a Hann window; their power is averaged (Welch 1967). The distance of lines is the inverse
+//! length of a segment: 1/32 mesh order for 32 mesh cycles. If whole periods of the excitation are not
+//! much longer, they make a segment, so that mesh and shaft orders are on lines.
 //!
-//! A line's amplitude is the peak value of the sine that would give it, where the sine lies on
-//! the line. Between two lines the window shows less of it, at most 15 % (1.42 dB) less half-way
-//! (scalloping loss), and a sine is seen on the lines on both sides of it. Broad-band motion of
-//! the one-sided power density S gives lines of amplitude `√(2 B S)`, B the noise bandwidth, 1.5
-//! lines (Harris 1978).
+//! A line's amplitude is the peak value of a sine at the frequency of the line. Between two lines the
+//! window shows less of a sine, at most 15 % (1.42 dB) less half-way (scalloping loss), and both lines
+//! show it. Broad-band motion with the one-sided power density S gives lines of amplitude `√(2 B S)`, with
+//! B the noise bandwidth, 1.5 lines (Harris 1978).
 
 use crate::analysis::config::{Signals, SpectrumConfig};
 use crate::analysis::modal_series::Series;
@@ -26,11 +25,11 @@ use num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
 use std::sync::Arc;
 
-/// Samples to a turn of the highest order, at least: what is above three times that order is
-/// mistaken for something lower.
+/// Minimum samples per turn of the highest order: components above three times that order alias to lower
+/// ones.
 const SAMPLES_PER_TURN: usize = 4;
 
-/// How much longer than asked for a segment may be for the sake of the excitation's period.
+/// Maximum length of a segment, relative to the requested one, if it contains the excitation's period.
 const LONGER: usize = 4;
 
 /// Noise bandwidth of a Hann window, in lines.
@@ -39,8 +38,8 @@ const BANDWIDTH: f64 = 1.5;
 /// Fewest segments from which lines get a standard error.
 const FEWEST_SEGMENTS: u32 = 8;
 
-/// Variance of a mean over the powers of segments that overlap by half, by that over segments
-/// that do not: neighbours share a sixth of their amplitude (Welch 1967), and `1 + 2/6²`.
+/// Variance of a mean over the powers of segments that overlap by half, divided by that without overlap:
+/// neighbours share a sixth of their amplitude (Welch 1967), and `1 + 2/6²`.
 const OVERLAP: f64 = 1.0 + 2.0 / 36.0;
 
 /// Accumulates Welch spectra while a trajectory is integrated.
@@ -93,11 +92,10 @@ impl Record {
     }
 }
 
-/// The transform of a segment. None where its length is not that of the plan, which is the only
-/// way this can fail.
+/// The transform of a segment; `None` if its length is not that of the plan, the only possible failure.
 fn transformed(plan: &dyn RealToComplex<f64>, mut input: Vec<f64>) -> Option<Vec<Complex64>> {
     if portable() {
-        // The planner chooses by the processor.
+        // The planner's choice depends on the processor.
         return Some(linalg::transform(&input));
     }
     let mut output = vec![Complex64::default(); input.len() / 2 + 1];
@@ -114,7 +112,7 @@ fn segment(model: &Model, asked: usize) -> usize {
 }
 
 impl Welch {
-    /// The spectra asked for of a model whose outputs of the `computed` are at hand.
+    /// The requested spectra of a model, if the outputs in `computed` are available.
     pub fn new(model: &Model, asked: &SpectrumConfig, computed: Signals) -> Self {
         let cycles = segment(model, asked.resolution as usize);
         let highest_order = asked.highest_order as usize;
@@ -146,10 +144,10 @@ impl Welch {
         }
     }
 
-    /// Adds the segments of another trajectory of the same model to the averages. No segment
-    /// holds parts of two trajectories: an unfinished one of the other record stays out.
+    /// Adds the segments of another trajectory of the same model to the averages. No segment contains parts
+    /// of two trajectories: an unfinished one of the other record is omitted.
     pub fn append(&mut self, other: &Self) {
-        // Where records meet, two segments do not overlap: errors are a little too large.
+        // At the boundary of records two segments do not overlap: errors are a little too large.
         for (record, own) in self.records.iter_mut().zip(&other.records) {
             let lines = record.power.iter_mut().zip(&own.power);
             for (sums, values) in lines {
@@ -171,7 +169,7 @@ impl Welch {
         )
     }
 
-    /// Takes a window in, with the series of the outputs.
+    /// Adds a window, with the series of the outputs.
     pub fn window(&mut self, window: &Window<'_>, outputs: &[Series]) {
         let here = window.cycle - *self.first.get_or_insert(window.cycle);
         let end = window.start + window.duration;
@@ -179,7 +177,7 @@ impl Welch {
         loop {
             let (cycle, phase) = self.next_place();
             let time = phase * self.period;
-            // What round-off leaves of a cycle behind its last window is read in the next one.
+            // A sample that round-off places after the last window of its cycle is read in the next one.
             if cycle > here || (cycle == here && time >= end) {
                 return;
             }
@@ -221,12 +219,12 @@ impl Welch {
         }
     }
 
-    /// Whether there is a whole segment of every signal.
+    /// Whether every signal has a complete segment.
     pub fn begun(&self) -> bool {
         self.records.iter().all(|record| record.segments > 0)
     }
 
-    /// The spectra; empty before one whole segment.
+    /// The spectra; empty before one complete segment.
     pub fn spectra(&self) -> Vec<Spectrum> {
         let gain: f64 = 0.5 * self.hann.iter().sum::<f64>();
         let step = 1.0 / self.cycles as f64;
@@ -286,7 +284,7 @@ mod tests {
         }
     }
 
-    /// Shows a sine of an order as deflection over some mesh cycles of a second, by windows.
+    /// Shows a sine of an order as deflection, in windows, over mesh cycles of one second.
     fn show(welch: &mut Welch, order: f64, amplitude: f64, phase: f64, cycles: [u64; 2]) {
         let windows = 100;
         for cycle in cycles[0]..cycles[1] {
@@ -324,7 +322,7 @@ mod tests {
         assert_eq!(spectra[0].bandwidth, Some(1.5 / 64.0));
     }
 
-    /// What came before a restart leaves no trace, a started segment included.
+    /// A restart forgets everything before it, including a started segment.
     #[test]
     fn a_restart_forgets_everything() {
         let model = Model::new(&one_mode(1.0), &constant_mesh(1.0, 1.0), point()).unwrap();
@@ -342,8 +340,8 @@ mod tests {
         }
     }
 
-    /// Half-way between two lines the window shows 8/(3π) of a sine, 1.42 dB less; an order of the
-    /// excitation stands on a line.
+    /// Half-way between two lines the window shows 8/(3π) of a sine, 1.42 dB less; an order of the excitation
+    /// is on a line.
     #[test]
     fn an_order_of_the_excitation_loses_nothing() {
         let structure = ModalStructure {
@@ -385,8 +383,8 @@ mod tests {
         assert_eq!(amplitude(&with, 5, 1.0).0, 25);
     }
 
-    /// Of noise, a step drawn anew every sixteenth of a cycle and read twice, the power is what it is
-    /// and the errors cover its spread.
+    /// The power of noise (a step drawn anew every sixteenth of a cycle and read twice) is exact, and the
+    /// errors cover its spread.
     #[test]
     fn noise_has_its_density_and_its_error_bars() {
         let model = Model::new(&one_mode(1.0), &constant_mesh(1.0, 1.0), point()).unwrap();
@@ -446,7 +444,7 @@ mod tests {
             }
             welch
         };
-        // 24 and 49 segments; the unfinished one of the first goes on.
+        // 24 and 49 segments; the unfinished one of the first is kept.
         let [first, second] = [record(1, 205), record(2, 400)];
         let mut both = first.clone();
         both.append(&second);
