@@ -258,7 +258,7 @@ impl Model {
             modes[r] = (deflection - (free - flexibility * force)) / w[r];
             modes[n + r] = (error_rate + side * opening) / w[r];
         }
-        // If no flank is reached, the other flank is in the direction of the load.
+        // If this flank is not reached, the sign of the free deflection selects the flank.
         let asked = if rigid.is_none() && force == 0.0 { free } else { asked };
         (self.basis.state_of_turned(&modes), asked)
     }

@@ -15,7 +15,7 @@
 use super::linalg::{eigenvalues, product};
 use faer::Mat;
 
-/// Largest number of sweeps: this many separate blocks if neighbouring moduli differ by a third.
+/// Largest number of sweeps. After this many a block splits if neighbouring moduli differ by a third.
 const MOST_SWEEPS: usize = 60;
 
 /// Largest number of multiplications of all sweeps, a second or two.

@@ -1,4 +1,4 @@
-//! What can be wrong with the drawing of a gear pair.
+//! What can be wrong with the drawing of a gear pair?
 
 /// A course of a flank that is given through points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,6 +6,7 @@
 //! ```text
 //! x = g_j(z) + Σ_i C_ji q_i(z) where q_j > 0, x ≤ that elsewhere,     F = Σ_j ∫ q_j dz
 //! ```
+//!
 //! with the compliance of teeth, contact and gear bodies `C_jj` (times width), that of the
 //! bodies between two pairs `C_ji`, and the gap `g_j(z) = ε z + relief + deviation`. All pairs share
 //! a body, so the common part of its share of `C_jj` and of `C_ji` counts once. Conry &
@@ -233,7 +234,7 @@ impl LoadSharing {
         (shared, loaded.map(|part| part * self.face.width))
     }
 
-    /// As in [`SharedLoad`], for pairs with these loaded lengths.
+    /// As in [`SharedLoad`], for pairs that are loaded on these numbers of slices.
     fn contact_fraction(&self, approach: f64, loaded: [f64; MOST_PAIRS]) -> f64 {
         if self.spans.is_empty() {
             let on_path = || (loaded.iter().zip(self.on_path)).filter(|(_, on_path)| *on_path);

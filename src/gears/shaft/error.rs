@@ -1,4 +1,4 @@
-//! What can go wrong between a description of a structure and its modes.
+//! What can go wrong between the description of a structure and its modes?
 
 use crate::structure::ModeCount;
 

@@ -196,7 +196,7 @@ fn a_rotation_under_drag_rests_anywhere() {
     }
 }
 
-/// A mode's component beside a displacement a billion times as large is rounding, however fast it would be.
+/// A mode's component next to a displacement a billion times as large is rounding, however fast it would be.
 #[test]
 fn rounding_does_not_move_what_is_at_rest() {
     let model = Model::new(

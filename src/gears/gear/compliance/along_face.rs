@@ -163,7 +163,7 @@ impl AlongFace {
                 let first = NODES * (2 * ahead - 1);
                 Course::new(&rule, ranges[ahead], waves - 1, |node| {
                     let (near, far) = (first + node, first + NODES + node);
-                    // Of the wheel the pair behind is the one whose tooth is ahead.
+                    // On the wheel the tooth of the pair behind is ahead.
                     let pinion = gears[0].coupling(ahead, [far, near]);
                     let wheel = gears[1].coupling(ahead, [near, far]);
                     Mat::from_fn(waves - 1, waves - 1, |i, j| {

@@ -32,7 +32,7 @@ const RESOLUTION: Resolution = Resolution {
 /// waves as fast as the highest of them. Without them a mesh table needs fewer pieces.
 const TERMS: usize = 12;
 
-/// Most terms of a series.
+/// Largest number of terms of a series.
 const MOST_TERMS: usize = 16;
 
 /// Roll angles at which the series are computed: enough that products of the plate's

@@ -299,8 +299,8 @@ impl TrainDrive {
             .collect())
     }
 
-    /// K: shafts, given springs, meshes, couplings that transmit torque, and one spring per rotation that deflects no
-    /// contact. Loads are in balance along those rotations, so these springs carry no force.
+    /// K: shafts, given springs, meshes, a torsional spring for each coupling without one, and one spring per rotation
+    /// that deflects no contact. Loads are in balance along those rotations, so these springs carry no force.
     fn linear_part(
         &self,
         meshes: &[MeshSpring],

@@ -355,9 +355,9 @@ pub enum TrainError {
     LongPeriod {
         /// The gears.
         gears: [String; 2],
-        /// Its cycles,
+        /// Number of its cycles,
         p: u64,
-        /// in so many of the first mesh.
+        /// in this number of cycles of the first mesh.
         q: u64,
     },
     /// Meshes whose cycles have no short common period.

@@ -22,7 +22,7 @@ const NEIGHBOURS: usize = 2;
 const MOST_WAVES: usize = 24;
 
 /// Number of waves that resolve the compliance of teeth on a face of that many tooth heights. The half
-/// of the last wave is about 0.45 heights long; teeth yield to it by a twentieth of an even load.
+/// of the last wave is about 0.45 heights long; teeth yield to it a twentieth as much as to an even load.
 pub(super) fn waves(heights: f64) -> usize {
     ((2.2 * heights).ceil() as usize + 1).min(MOST_WAVES)
 }
